@@ -18,7 +18,23 @@ function(rangegrasp_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${RANGEGRASP_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${RANGEGRASP_SANITIZE})
   endif()
+  if(RANGEGRASP_COVERAGE)
+    get_target_property(folder ${target} SOURCE_DIR)
+    if(folder MATCHES "^${PROJECT_SOURCE_DIR}/src")
+      target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    endif()
+    # Cases run in processes that end by _exit, which writes no counts.
+    target_link_options(${target} PUBLIC --coverage -Wl,--wrap=_exit)
+    target_link_libraries(${target} PUBLIC rangegrasp_coverage)
+  endif()
 endfunction()
+
+if(RANGEGRASP_COVERAGE AND NOT TARGET rangegrasp_coverage)
+  file(WRITE "${PROJECT_BINARY_DIR}/coverage.cpp"
+    "extern \"C\" void __gcov_dump();\nextern \"C\" [[noreturn]] void __real__exit(int);\n"
+    "extern \"C\" void __wrap__exit(int code) { __gcov_dump(); __real__exit(code); }\n")
+  add_library(rangegrasp_coverage STATIC "${PROJECT_BINARY_DIR}/coverage.cpp")
+endif()
 
 # The standard library, Eigen and fmt are read once for all modules. The dev presets leave it: ccache and clang-tidy do better
 # without, and each source shows that it includes what it needs.

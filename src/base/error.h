@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -29,8 +30,18 @@ struct Finding {
 };
 
 /// "arm.xml:33: error: joint "joint1": WHAT" and "  cure: CURE", lines of the cure indented.
-std::string TextOf(const Finding& finding);
+inline std::string TextOf(const Finding& finding) {
+  std::string text = finding.where + (finding.error ? ": error: " : ": warning: ");
+  if (!finding.element.empty()) text += finding.element + ": ";
+  text += finding.what;
+  if (finding.cure.empty()) return text;
+  text += "\n    cure: ";
+  for (const char c : finding.cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
+  return text;
+}
 
-bool HasError(const std::vector<Finding>& findings);
+inline bool HasError(const std::vector<Finding>& findings) {
+  return std::ranges::any_of(findings, &Finding::error);
+}
 
 }  // namespace rangegrasp::base

@@ -40,9 +40,7 @@ std::vector<std::string> TakeRecord(std::string_view& rest, int& line, const std
       cells.back() += c;
     }
   }
-  if (quoted) {
-    throw InputError(fmt::format("{}:{}: a quote is not closed", name, first_line));
-  }
+  if (quoted) throw InputError(fmt::format("{}:{}: a quote is not closed", name, first_line));
   rest.remove_prefix(std::min(i + 1, rest.size()));
   return cells;
 }
@@ -62,9 +60,7 @@ std::string CsvCell(const std::string& cell) {
 std::string ReadFile(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) {
-    throw InputError(file.string() + ": no such file");
-  }
+  if (!std::filesystem::exists(status)) throw InputError(file.string() + ": no such file");
   if (std::filesystem::is_directory(status)) {
     throw InputError(file.string() + ": is a folder; a file is needed");
   }
@@ -174,9 +170,7 @@ std::string CsvLine(const std::vector<std::string>& cells) {
 }
 
 std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state) {
-  for (const char c : bytes) {
-    state = (state ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  }
+  for (const unsigned char c : bytes) state = (state ^ c) * 0x100000001b3u;
   return state;
 }
 

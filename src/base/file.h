@@ -13,11 +13,10 @@ namespace rangegrasp::base {
 /// @throws InputError naming the file if it is missing, a folder or not readable.
 std::string ReadFile(const std::filesystem::path& file);
 
-/// The same; an empty file is an error, too.
+/// An empty file is an error, too.
 std::string ReadNonEmptyFile(const std::filesystem::path& file);
 
-/// Writes the file whole, making its folder where there is none. A file of that name is replaced in
-/// one step: a run that is killed leaves the old one or the new one.
+/// Writes the file whole, with its folder; replaces one of that name in one step.
 /// @throws RunError naming the file if the bytes did not reach the disk, InputError if the folder
 /// cannot be made.
 void WriteFile(const std::filesystem::path& file, std::string_view bytes);
@@ -28,8 +27,7 @@ void MakeFolderOf(const std::filesystem::path& file);
 /// What a file's name ends with, in small letters: ".ply" of "Cup.PLY".
 std::string EndingOf(const std::filesystem::path& file);
 
-/// A table of comma-separated values (RFC 4180: cells with a comma, a quote or a line break stand
-/// in quotes, a quote in them is doubled) whose first line names the columns.
+/// A table of comma-separated values (RFC 4180) whose first line names the columns.
 class CsvTable {
  public:
   /// @param name  of the file, for messages
@@ -47,7 +45,7 @@ class CsvTable {
   std::size_t Column(const std::string& name) const;
   /// A finite number. @throws InputError naming file, line, column and the cell.
   double Number(std::size_t row, std::size_t column) const;
-  /// The same; nothing for an empty cell.
+  /// Nothing for an empty cell.
   std::optional<double> OptionalNumber(std::size_t row, std::size_t column) const;
   /// Throws an InputError for a cell: "file:line: column 'x': 'cell' <must be ...>".
   [[noreturn]] void Fail(std::size_t row, std::size_t column, const std::string& what) const;

@@ -29,6 +29,12 @@ inline Pose MakePose(const Eigen::Matrix3d& R_AB, const Eigen::Vector3d& p_AB) {
   return X_AB;
 }
 
+/// A turn about an axis, by its length [rad], and a shift.
+inline Pose SmallMotion(const Eigen::Vector3d& turn, const Eigen::Vector3d& shift) {
+  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
+  return MakePose(rotation.toRotationMatrix(), shift);
+}
+
 /// Joint positions sampled at a constant period; between samples they are interpolated linearly.
 struct JointTrajectory {
   double period_s = 0.01;                  ///< > 0
@@ -48,9 +54,7 @@ inline Pose DrawRigidError(double sigma_m, double sigma_rad, Rng& rng) {
     return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
   };
   const Eigen::Vector3d shift = vector(sigma_m);
-  const Eigen::Vector3d turn = vector(sigma_rad);
-  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-  return MakePose(rotation.toRotationMatrix(), shift);
+  return SmallMotion(vector(sigma_rad), shift);
 }
 
 }  // namespace rangegrasp::base

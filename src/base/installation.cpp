@@ -35,8 +35,7 @@ std::vector<WordNotBuilt>& Words() {
 
 fs::path DataFolder() {
   const char* variable = std::getenv(kVariable);
-  if (variable == nullptr || *variable == '\0')
-    return DataFolderOf(fs::read_symlink("/proc/self/exe"));
+  if (!variable || !*variable) return DataFolderOf(fs::read_symlink("/proc/self/exe"));
   if (!IsDataFolder(variable)) {
     throw InputError(fmt::format("{}: the folder '{}' must hold models/, scenes/ and experiments/",
                                  kVariable, variable));
@@ -62,7 +61,7 @@ std::vector<std::string> ExperimentNames(const fs::path& data) {
   for (const auto& entry : fs::directory_iterator(data / "experiments")) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 
@@ -73,7 +72,7 @@ fs::path FindExperiment(const fs::path& experiment) {
   const auto names = ExperimentNames(data);
   const fs::path file = experiment.filename();
   const std::string name = (file.extension() == ".yaml" ? file.stem() : file).string();
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
+  if (std::ranges::find(names, name) == names.end()) {
     throw InputError(fmt::format("{}: no such file, nor an experiment in {}; nearest: '{}'",
                                  experiment.string(), (data / "experiments").string(),
                                  NearestWord(name, names)));

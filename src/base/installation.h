@@ -9,14 +9,13 @@
 
 namespace rangegrasp::base {
 
-/// The folder that holds models/, scenes/ and experiments/: the one that the environment variable
-/// RANGEGRASP_DATA names; else DataFolderOf the running program.
+/// The folder that holds models/, scenes/ and experiments/: that of the environment variable
+/// RANGEGRASP_DATA; else DataFolderOf the running program.
 /// @throws InputError naming where it was looked for if there is none.
 std::filesystem::path DataFolder();
 
-/// The data folder of a program: `../share/rangegrasp` of the program's folder (an installed
-/// program, wherever its prefix is now); else the nearest folder above it that holds models/,
-/// scenes/ and experiments/ (the source tree around a build folder).
+/// `../share/rangegrasp` of an installed program's folder; else the nearest folder above it that
+/// holds models/, scenes/ and experiments/ (the source tree around a build folder).
 /// @throws InputError as DataFolder.
 std::filesystem::path DataFolderOf(const std::filesystem::path& program);
 
@@ -28,16 +27,16 @@ std::vector<std::string> ExperimentNames(const std::filesystem::path& data);
 /// @throws InputError with the nearest name if there is none.
 std::filesystem::path FindExperiment(const std::filesystem::path& experiment);
 
-/// A word of a system that this program was built without: of a command, a task, an option, a key
-/// ("views"), or a key's value ("grasp.take=handle").
+/// A word of a system that this program was built without, e.g. a key's value
+/// ("grasp.take=handle").
 struct WordNotBuilt {
   std::string_view kind;  ///< "command", "task", "option", "key", "value"
   std::string_view word;
   std::string_view system;
 };
 
-/// Something was used that belongs to such a system. scripts/rangegrasp, which starts the program,
-/// may build the system and try again.
+/// Such a word was used. scripts/rangegrasp, which starts the program, may build the system and try
+/// again.
 class NotBuilt : public InputError {
  public:
   NotBuilt(const std::string& where, const WordNotBuilt& word);
@@ -54,7 +53,7 @@ void AddWordNotBuilt(const WordNotBuilt& word);
 /// @throws NotBuilt for a word of a system that is not built.
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where = "");
 
-/// The version of the source, e.g. "0.1.0".
+/// The version of the source, e.g. "0.2.0".
 std::string Version();
 /// The commit it was built from, with "+" if files were changed; "unknown" outside a checkout.
 std::string Commit();

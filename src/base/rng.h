@@ -30,13 +30,6 @@ class Rng {
   /// Uniform over 0 .. size - 1; size >= 1. Unbiased (Lemire 2019).
   std::size_t Index(std::size_t size);
 
-  /// For standard algorithms as std::shuffle, whose results differ between standard libraries:
-  /// avoid them where results are recorded.
-  using result_type = std::uint64_t;
-  static constexpr result_type min() { return 0; }
-  static constexpr result_type max() { return ~result_type{0}; }
-  result_type operator()() { return Next(); }
-
  private:
   std::uint64_t seed_;
   std::uint64_t counter_ = 0;

@@ -33,39 +33,47 @@ std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& w
 
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
                          const std::string& what) {
-  const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end()) {
-    throw InputError(what + ": " + MustBeOneOf(word, words));
-  }
+  const auto found = std::ranges::find(words, word);
+  if (found == words.end()) throw InputError(what + ": " + MustBeOneOf(word, words));
   return static_cast<std::size_t>(found - words.begin());
 }
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words) {
-  const auto nearest = std::min_element(
-      words.begin(), words.end(),
-      [&](const auto& a, const auto& b) { return EditDistance(word, a) < EditDistance(word, b); });
+  const auto nearest = std::ranges::min_element(
+      words, {}, [&](const std::string& other) { return EditDistance(word, other); });
   return nearest == words.end() ? "" : *nearest;
 }
 
 std::string Join(const std::vector<std::string>& words, std::string_view separator) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += separator;
-    text += words[i];
-  }
-  return text;
+  return fmt::format("{}", fmt::join(words, separator));
 }
 
 std::vector<std::string> Split(std::string_view text, char separator) {
-  std::vector<std::string> parts;
-  std::size_t begin = 0;
-  for (std::size_t end = text.find(separator); end != std::string_view::npos;
-       end = text.find(separator, begin)) {
-    parts.emplace_back(text.substr(begin, end - begin));
-    begin = end + 1;
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
   }
-  parts.emplace_back(text.substr(begin));
   return parts;
+}
+
+std::string XmlEscaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '&') {
+      escaped += "&amp;";
+    } else if (c == '<') {
+      escaped += "&lt;";
+    } else if (c == '"') {
+      escaped += "&quot;";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
 }
 
 }  // namespace rangegrasp::base

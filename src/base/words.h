@@ -10,18 +10,17 @@
 
 namespace rangegrasp::base {
 
-/// The words of an enum are declared once, next to it, in the order of its values (from 0):
+/// The words of an enum are declared once, next to it, in the order of its values (from 0); what is
+/// below finds them by argument-dependent lookup:
 ///
 ///   enum class Split { kTune, kReport };
 ///   constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
-///
-/// Word, FromWord, ValuesOf and YamlMap::Read find WordsOf by argument-dependent lookup.
 template <typename Enum>
 concept HasWords = requires(Enum e) {
   WordsOf(e)[0];
 };
 
-/// The word of a value. Undefined for what is no value of the enum.
+/// Undefined for what is no value of the enum.
 template <HasWords Enum>
 constexpr std::string_view Word(Enum value) {
   return WordsOf(value)[static_cast<std::size_t>(value)];
@@ -43,25 +42,27 @@ constexpr auto ValuesOf() {
 /// For a word that is not among words: "'word' must be one of ...; nearest: ...".
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
 
-/// The position of a word among words.
-/// @throws InputError "<what>: " and MustBeOneOf if it is not among them.
+/// @throws InputError "<what>: " and MustBeOneOf if the word is not among them.
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
                          const std::string& what);
 
-/// The value of a word. @throws InputError as WordPosition.
+/// @throws InputError as WordPosition.
 template <HasWords Enum>
 Enum FromWord(std::string_view word, const std::string& what) {
   return static_cast<Enum>(WordPosition(word, WordList<Enum>(), what));
 }
 
-/// The word nearest to `word` by edit distance, empty if there is none.
+/// By edit distance; empty if there are no words.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words);
 
 /// "a, b, c".
 std::string Join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
-/// The parts of a text between separators; one empty part for an empty text.
+/// One empty part for an empty text.
 std::vector<std::string> Split(std::string_view text, char separator);
+
+/// A text as XML holds it, between tags or in quotes.
+std::string XmlEscaped(std::string_view text);
 
 /// The number that a whole text is, in decimal and without blanks; nullopt if it is none, or one
 /// that the type cannot hold. "nan" and "inf" are numbers of a floating-point type.
@@ -74,20 +75,15 @@ std::optional<Number> NumberFrom(std::string_view text) {
   return number;
 }
 
-/// An addition to a published method: a switch, so that its effect can be measured alone. All of
-/// them off are the method as published.
-///
-/// The switches of one stage are a struct of bools, each true (the improved method), and next to it
-/// a table with one row each, found by argument-dependent lookup:
+/// An addition to a published method: a switch, so that its effect can be measured alone. The keys
+/// of experiment files, "as published" (all of them off) and the table of ablations are made from
+/// the rows. The switches of one stage are a struct of bools, each true, and next to it a table:
 ///
 ///   struct SoupAdditions { bool salt = true; bool pepper = true; };
 ///   constexpr std::array<base::Addition<SoupAdditions>, 2> AdditionsOf(const SoupAdditions*) {
 ///     return {{{"salt", &SoupAdditions::salt, "salted"}, ...}};
 ///   }
-///   static_assert(base::AllAdditionsListed<SoupAdditions>());
-///
-/// A switch without a row does not compile. The keys of experiment files, "as published" and the
-/// table of ablations are made from these rows.
+///   static_assert(base::AllAdditionsListed<SoupAdditions>());  // a switch without a row
 template <typename Switches>
 struct Addition {
   std::string_view key;  ///< in an experiment's file

@@ -22,11 +22,8 @@ struct Document {
   bool only_documentation = false;
 
   KeyDoc& Key(const std::string& path) {
-    const auto known =
-        std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& k) { return k.path == path; });
-    if (known != keys.end()) return *known;
-    keys.push_back({path, "", "", "", "", false});
-    return keys.back();
+    const auto known = std::ranges::find(keys, path, &KeyDoc::path);
+    return known != keys.end() ? *known : keys.emplace_back(KeyDoc{path, "", "", "", "", false});
   }
 };
 
@@ -36,7 +33,7 @@ bool Convert(const YAML::Node& node, T& value) {
 }
 
 bool Contains(const std::vector<std::string>& words, const std::string& word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
+  return std::ranges::find(words, word) != words.end();
 }
 
 /// The key of an entry of a map.
@@ -63,10 +60,8 @@ struct YamlMap::Impl {
 
   // Where the key stands (a value may begin on a later line); the map's begin if it is absent.
   YAML::Mark MarkOf(const std::string& key) const {
-    if (node.IsMap()) {
-      for (const auto& entry : node) {
-        if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark();
-      }
+    for (const auto& entry : node) {
+      if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark();
     }
     return node.Mark();
   }
@@ -83,6 +78,9 @@ struct YamlMap::Impl {
     }
   }
 
+  /// Undefined where the key is absent. (What is not const makes keys.)
+  YAML::Node ValueOf(const std::string& key) const { return node[key]; }
+
   // Notes the key for the documentation and as known. @return its value if it is there
   std::optional<YAML::Node> Ask(const std::string& key, const std::string& type,
                                 const std::string& default_value, const std::string& range,
@@ -90,9 +88,7 @@ struct YamlMap::Impl {
     asked.push_back(key);
     KeyDoc& entry = document->Key(prefix + key);
     entry = {prefix + key, type, default_value, range, doc, entry.required};
-    if (!node.IsMap()) return std::nullopt;
-    const YAML::Node& all = node;  // what is not const makes keys that are absent
-    const YAML::Node value = all[key];
+    const YAML::Node value = ValueOf(key);
     return value.IsDefined() ? std::optional(value) : std::nullopt;
   }
 
@@ -162,19 +158,14 @@ YamlMap YamlMap::ForDocumentation() {
 
 const std::filesystem::path& YamlMap::file() const { return impl_->document->file; }
 
-bool YamlMap::Has(const std::string& key) const {
-  const YAML::Node& node = impl_->node;
-  return node.IsMap() && node[key].IsDefined();
-}
+bool YamlMap::Has(const std::string& key) const { return impl_->ValueOf(key).IsDefined(); }
 
 bool YamlMap::HoldsMap(const std::string& key) const {
-  const YAML::Node& node = impl_->node;  // what is not const makes keys that are absent
-  return Has(key) && node[key].IsMap();
+  return Has(key) && impl_->ValueOf(key).IsMap();
 }
 
 std::vector<std::string> YamlMap::Names() const {
   std::vector<std::string> names;
-  if (!impl_->node.IsMap()) return names;
   for (const auto& entry : impl_->node) names.push_back(KeyOf(entry));
   return names;
 }
@@ -185,8 +176,7 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   impl->document = impl_->document;
   impl->prefix = impl_->prefix + key + ".";
   if (Has(key)) {
-    const YAML::Node& all = impl_->node;
-    impl->node = all[key];
+    impl->node = impl_->ValueOf(key);
     if (!impl->node.IsMap()) Fail(key, "must hold 'key: value' lines");
     impl->CheckNoKeyTwice();
   }
@@ -274,8 +264,7 @@ void YamlMap::Read(const std::string& key, std::optional<double>& value, double 
 
 void YamlMap::Read(const std::string& key, std::string& value,
                    const std::vector<std::string>& words, const std::string& doc) {
-  auto position =
-      static_cast<std::size_t>(std::find(words.begin(), words.end(), value) - words.begin());
+  auto position = static_cast<std::size_t>(std::ranges::find(words, value) - words.begin());
   ReadWord(key, position, words, doc);
   value = words[position];
 }
@@ -286,7 +275,7 @@ void YamlMap::ReadWord(const std::string& key, std::size_t& position,
   if (!node) return;
   std::string word;
   if (!Convert(*node, word)) Fail(key, Shown(*node) + " must be one of " + Join(words));
-  const auto found = std::find(words.begin(), words.end(), word);
+  const auto found = std::ranges::find(words, word);
   if (found == words.end()) {
     CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node->Mark()));
     Fail(key, MustBeOneOf(word, words));
@@ -320,7 +309,6 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
 }
 
 void YamlMap::Finish() const {
-  if (!impl_->node.IsMap()) return;
   for (const auto& entry : impl_->node) {
     const std::string key = KeyOf(entry);
     if (Contains(impl_->asked, key)) continue;

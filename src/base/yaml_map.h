@@ -22,10 +22,9 @@ struct KeyDoc {
   bool required = false;
 };
 
-/// A YAML mapping that is read key by key and knows which keys there are: what is left over at
-/// Finish is an error that names the file, the line and the nearest valid key. Values that are
-/// absent leave their default untouched. Every key says in a few words what it means: the reading
-/// code is the table of keys that the documentation is made from.
+/// A YAML mapping that is read key by key: what is left over at Finish is an error that names the
+/// nearest valid key. Values that are absent leave their default untouched. Every key says what it
+/// means: the reading code is the table of keys that the documentation is made from.
 ///
 ///   auto map = YamlMap::FromFile("experiment.yaml");
 ///   map.Read("seed", seed, "what all random streams are derived from");
@@ -40,10 +39,9 @@ class YamlMap {
   /// @param overrides  "key.inner=value" each, in place of what the file says; the value is YAML.
   static YamlMap FromFile(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
-  /// The same of a text; `file` is what errors name and what paths are relative to.
+  /// @param file  what errors name and what paths are relative to
   static YamlMap FromText(const std::string& text, const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
-  /// One more override of a mapping that was read from a file or text.
   void Override(const std::string& one);
   /// A mapping without a key: what reads it leaves its keys in Keys.
   static YamlMap ForDocumentation();
@@ -52,7 +50,6 @@ class YamlMap {
 
   const std::filesystem::path& file() const;
   bool Has(const std::string& key) const;
-  /// Whether the key holds keys of its own.
   bool HoldsMap(const std::string& key) const;
   /// The keys that stand there, in the file's order.
   std::vector<std::string> Names() const;
@@ -95,10 +92,9 @@ class YamlMap {
   }
   /// A path, relative to the file's folder if it is not absolute; it must exist.
   void ReadPath(const std::string& key, std::filesystem::path& value, const std::string& doc = "");
-  /// Throws if the key is absent.
   void Require(const std::string& key);
 
-  /// Throws if a key was never asked for.
+  /// Throws for a key that was never asked for.
   void Finish() const;
   /// Throws an InputError for a key's value, with file and line.
   [[noreturn]] void Fail(const std::string& key, const std::string& what) const;
@@ -116,7 +112,6 @@ class YamlMap {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads one key a switch, as their table states it.
 template <typename Switches>
 void ReadAdditions(YamlMap& map, Switches& switches) {
   for (const auto& row : AdditionsTable<Switches>()) {
@@ -124,10 +119,9 @@ void ReadAdditions(YamlMap& map, Switches& switches) {
   }
 }
 
-/// Takes the place of a YamlMap for options made in code: the function that reads them key by key
-/// (a template of its source) checks them against the same ranges, and changes nothing.
-/// Every method throws std::invalid_argument as "what: key: 70 is out of range, must be from 0.1 to
-/// 50", in the key's unit.
+/// Takes the place of a YamlMap in a function that reads options key by key: checks options made in
+/// code against the same ranges. Throws std::invalid_argument as "what: key: 70 is out of range,
+/// must be from 0.1 to 50", in the key's unit.
 class RangeCheck {
  public:
   explicit RangeCheck(std::string what) : what_(std::move(what)) {}

@@ -24,6 +24,8 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr int kRunFailed = 1;
 constexpr int kBadInput = 2;
 
@@ -79,7 +81,7 @@ This page is made by `rangegrasp list keys` from the code that reads the files; 
 )";
 
 // The first sentence of the comment that an experiment begins with ("Fig. 5.2" does not end one).
-std::string SummaryOf(const std::filesystem::path& experiment) {
+std::string SummaryOf(const fs::path& experiment) {
   std::string summary;
   for (const std::string& line : base::Split(base::ReadFile(experiment), '\n')) {
     if (!line.starts_with("# ")) break;
@@ -112,7 +114,7 @@ std::string Tables() {
   return text;
 }
 
-std::string Keys() { return kKeysPage + experiment::KeysAsMarkdown(experiment::AllKinds()); }
+std::string Keys() { return kKeysPage + experiment::KeysAsMarkdown(); }
 
 std::vector<Listing>& Listings() {
   static std::vector<Listing> listings = {
@@ -187,10 +189,9 @@ std::string ListingLine(const std::string& name, const std::string& text) {
   return fmt::format("{:<30} {}\n", name, text);
 }
 
-std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* ending) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(base::DataFolder() / folder)) {
+std::vector<fs::path> ShippedFiles(const char* folder, const char* ending) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(base::DataFolder() / folder)) {
     if (entry.path().extension() == ending) files.push_back(entry.path());
   }
   std::ranges::sort(files);

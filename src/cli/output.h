@@ -24,8 +24,7 @@ namespace rangegrasp::cli {
 /// @throws base::RunError naming the target if it cannot be written whole.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
-/// Tables and lists to stdout: with colors where it is a terminal that shows them, as they are
-/// otherwise. @throws as WriteResult.
+/// Tables and lists to stdout, with colors where it is a terminal that shows them.
 void WriteTables(const std::string& text);
 /// The same of a report; only as text it has colors.
 void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
@@ -47,8 +46,8 @@ experiment::TableFormat TableFormatFrom(const std::string& word);
 /// Adds `--jobs`, "cases at the same time", with the number of cores as default.
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
 
-/// A line on a terminal with the step that a long command is at and its time so far, from its first
-/// second on; nothing where stderr is none. Its own thread keeps the clock going.
+/// A line on a terminal with the step that a long command is at and its time so far; nothing where
+/// stderr is none. Its own thread keeps the clock going.
 class StepLine {
  public:
   /// @param title  "big.off"
@@ -71,8 +70,7 @@ class StepLine {
   std::jthread thread_;  ///< last: it sees all others
 };
 
-/// A line on a terminal with a run's progress: cases, outcomes, cases per second, and the time
-/// left; nothing where stderr is none.
+/// A line on a terminal with a run's progress; nothing where stderr is none.
 class ProgressBar {
  public:
   /// @param before   cases that an earlier part of the run has done

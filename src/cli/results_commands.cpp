@@ -17,6 +17,7 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::Record;
 using experiment::Stamp;
 using experiment::Store;
@@ -36,7 +37,7 @@ void AddTable(CLI::App& app) {
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([a] {
     const auto results = experiment::ReadResults(a->folder);
-    const auto report = experiment::ReportOf(results, experiment::AllKinds());
+    const auto report = experiment::ReportOf(results);
     const auto format = TableFormatFrom(a->format);
     if (a->out.empty()) {
       WriteTables(report, results.stamp, format);
@@ -45,7 +46,7 @@ void AddTable(CLI::App& app) {
     }
     if (!a->files) return;
     for (const auto& [name, text] : report.files) {
-      WriteResult(text, std::filesystem::path(a->folder) / name);
+      WriteResult(text, fs::path(a->folder) / name);
     }
   });
 }
@@ -77,15 +78,14 @@ void ReplayAll(const TrialArguments& arguments) {
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder);
   std::vector<const experiment::Case*> cases;
   for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
-  experiment::ReplayOptions options;
-  options.folder = std::filesystem::path(arguments.folder) / "snapshots";
-  options.snapshots = arguments.snapshots;
-  options.video = arguments.video;
-  options.camera = arguments.camera;
+  experiment::ReplayOptions options{.folder = std::filesystem::path(arguments.folder) / "snapshots",
+                                    .snapshots = arguments.snapshots,
+                                    .video = arguments.video,
+                                    .camera = arguments.camera};
   e.task->Hide(arguments.folder);
   // Of several trials each has a film of its own first.
   const process::OwnFolder films;
-  std::vector<std::filesystem::path> parts;
+  std::vector<fs::path> parts;
   for (const experiment::Case* which : cases) {
     if (!arguments.video.empty() && cases.size() > 1) {
       options.video = parts.emplace_back(films.path() / (which->id + ".mp4"));
@@ -122,8 +122,8 @@ void AddTrial(CLI::App& app) {
 void Compare(const std::string& first, const std::string& second) {
   const auto one = experiment::ReadResults(first);
   const auto two = experiment::ReadResults(second);
-  const auto& kind = KindOf(one.stamp, experiment::AllKinds());
-  if (KindOf(two.stamp, experiment::AllKinds()).name != kind.name) {
+  const auto& kind = KindOf(one.stamp);
+  if (KindOf(two.stamp).name != kind.name) {
     throw base::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
   }
   const auto c = experiment::Compare(one.records, two.records, kind.success);

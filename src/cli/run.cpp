@@ -18,13 +18,16 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
+using experiment::Case;
 using experiment::Experiment;
+using experiment::Progress;
+using experiment::Record;
 using experiment::Stamp;
 using experiment::Store;
 
 // A store to write to: a new one, or one that an earlier part of the run left.
-Store OpenForRun(const std::filesystem::path& folder, const RunIntoOptions& options,
-                 const Experiment& e) {
+Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Experiment& e) {
   if (options.overwrite && Store::Exists(folder)) Store::Remove(folder);
   Store store = Store::Create(folder);
   Stamp stamp = e.stamp;
@@ -53,26 +56,24 @@ Store OpenForRun(const std::filesystem::path& folder, const RunIntoOptions& opti
 }
 
 // Those of the records that are of the cases.
-std::vector<experiment::Record> RecordsOf(const std::vector<experiment::Case>& cases,
-                                          const Store& store) {
+std::vector<Record> RecordsOf(const std::vector<Case>& cases, const Store& store) {
   auto records = store.ReadAll();
-  std::erase_if(records, [&](const experiment::Record& record) {
-    return std::ranges::find(cases, record.which.id, &experiment::Case::id) == cases.end();
+  std::erase_if(records, [&](const Record& record) {
+    return std::ranges::find(cases, record.which.id, &Case::id) == cases.end();
   });
   return records;
 }
 
-experiment::Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before,
-                                int total) {
+Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before, int total) {
   if (options.progress) return options.progress(before, total);
   return ProgressBar(before, total, e.kind->success);
 }
 
 // @return why it ended early; empty if it did not.
-std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> cases, Store& store,
+std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store& store,
                             const RunIntoOptions& options) {
   const experiment::RunOptions how{.jobs = options.jobs, .case_limit_s = e.common.case_limit_s};
-  const auto run = [&](const experiment::Case& which) { return e.task->Run(which); };
+  const auto run = [&](const Case& which) { return e.task->Run(which); };
   const auto missing = Missing(cases, store);
   const int total = static_cast<int>(missing.size());
   if (total > 0) e.task->Prepare();
@@ -99,8 +100,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<experiment::Case> c
 
 // One experiment of one seed. The first cases of each group are run before all others, and these
 // only if not all of the first fail in the same way. A run that is resumed after that goes on.
-Ran RunInto(const std::filesystem::path& folder, const Experiment& e,
-            const RunIntoOptions& options) {
+Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& options) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
@@ -108,7 +108,7 @@ Ran RunInto(const std::filesystem::path& folder, const Experiment& e,
   const base::Stopwatch watch;
   std::string failed = RunTillHopeless(e, cases, store, options);
   experiment::Results results{store.ReadStamp(), store.ReadAll()};
-  auto report = experiment::ReportOf(results, experiment::AllKinds());
+  auto report = experiment::ReportOf(results);
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
   spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
                before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
@@ -122,7 +122,7 @@ Ran RunInto(const std::filesystem::path& folder, const Experiment& e,
 }
 
 // A run would only find these out trial after trial. @throws base::InputError with all errors.
-void RefuseErrors(const std::filesystem::path& file, const std::vector<base::Finding>& findings) {
+void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
   std::vector<std::string> errors;
   for (const base::Finding& finding : findings) {
     if (finding.error) {
@@ -161,14 +161,14 @@ void Run(RunArguments a) {
   }
   if (!a.groups.empty()) a.changes.groups = base::Split(a.groups, ',');
   std::tie(a.options.shard, a.options.shards) = ParseShard(a.shard);
-  const std::filesystem::path file = base::FindExperiment(a.experiment);
+  const fs::path file = base::FindExperiment(a.experiment);
   const Ran ran = RunExperiment(file, a.changes, SeedsFrom(a.seeds), a.out, a.options);
   const auto format = TableFormatFrom(a.format);
   if (ran.report) {
     WriteTables(*ran.report, ran.stamp, format);
   } else {
     const auto results = experiment::ReadResults(ran.folder);
-    WriteTables(experiment::ReportOf(results, experiment::AllKinds()), results.stamp, format);
+    WriteTables(experiment::ReportOf(results), results.stamp, format);
   }
   if (a.report) make_report(ran.folder, a.options.jobs);
   if (!ran.failed.empty()) throw base::RunError(ran.failed);
@@ -176,13 +176,13 @@ void Run(RunArguments a) {
 
 }  // namespace
 
-Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
-                  const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
+Ran RunExperiment(const fs::path& file, experiment::Changes changes,
+                  const std::vector<std::uint64_t>& seeds, const fs::path& out,
                   const RunIntoOptions& options) {
   Ran ran;
   const auto open = [&](const experiment::OnFindings& on_findings) {
-    Experiment e = experiment::OpenExperiment(file, experiment::AllKinds(), changes, on_findings);
-    ran.folder = out.empty() ? std::filesystem::path("results") / e.common.name : out;
+    Experiment e = experiment::OpenExperiment(file, changes, on_findings);
+    ran.folder = out.empty() ? fs::path("results") / e.common.name : out;
     e.task->Hide(ran.folder);
     return e;
   };
@@ -225,7 +225,7 @@ std::vector<std::uint64_t> SeedsFrom(const std::string& text) {
 
 void AddRunCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "run", "Run an experiment of any kind and print its tables beside the published ones.");
+      "run", "Run an experiment of any kind and print its tables next to the published ones.");
   auto a = std::make_shared<RunArguments>();
   command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
   command->add_option("-o,--out", a->out, "results folder (default: results/<experiment name>)");
@@ -260,7 +260,7 @@ void AddRunCommand(CLI::App& app) {
 
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder) {
   try {
-    auto e = experiment::OpenAgain(stamp, experiment::AllKinds());
+    auto e = experiment::OpenAgain(stamp);
     for (const auto& [name, value] : e.stamp.identity) {
       if (experiment::ValueOr(stamp.identity, name, value) != value) {
         spdlog::warn("the {} has changed since the run: results may differ", name);

@@ -18,8 +18,7 @@ struct RunIntoOptions {
   int shards = 1;
   bool resume = false;     ///< goes on with results that are there
   bool overwrite = false;  ///< throws them away
-  /// What is called after each case, of a run of `total` cases of which `before` are done; a
-  /// ProgressBar where absent.
+  /// What is called after each case of a run of `total` cases; a ProgressBar where absent.
   std::function<experiment::Progress(int before, int total)> progress = {};
 };
 
@@ -27,14 +26,13 @@ struct RunIntoOptions {
 struct Ran {
   std::filesystem::path folder;
   std::string failed = {};  ///< what has failed of it as a whole; empty if nothing
-  /// Of a run of one seed; what several have in common is pooled by who wants it (ReadResults).
+  /// Of a run of one seed (ReadResults pools several).
   experiment::Stamp stamp = {};
   std::optional<experiment::Report> report = {};
 };
 
-/// Runs an experiment of its own seed into its folder, or of several, each into a folder of its own
-/// below that: store, experiment.yaml, the report's files. Warns of what may be wrong with the
-/// models.
+/// Runs an experiment into its folder, or with several seeds each into a folder below that: store,
+/// experiment.yaml, the report's files. Warns of what may be wrong with the models.
 /// @param out  empty: "results/" and the name of the experiment
 /// @throws base::InputError for models that cannot work, with all reasons; if the folder holds
 /// another run's results, or results at all and they are neither to be resumed nor overwritten.

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iterator>
 #include <memory>
 
 #include "base/installation.h"
@@ -11,26 +13,54 @@
 namespace rangegrasp::cli {
 namespace {
 
-/// An option or a positional argument, as --help shows it.
-struct OptionHelp {
-  std::vector<std::string> flags;    ///< "-o", "--out"; empty for a positional argument
-  std::string name;                  ///< of a positional argument, else empty
-  std::string value;                 ///< what follows it, e.g. "TEXT"; empty for a flag
-  std::vector<std::string> choices;  ///< all the values it takes; empty if it takes others
-  std::string description, default_value;
-  bool required = false;
+// A command that --help shows, and the words that call it, e.g. "seam track"; none for the program.
+struct Command {
+  std::string path;
+  const CLI::App* app;
 };
 
-/// A command, as --help shows it.
-struct CommandHelp {
-  std::string path;  ///< the words that call it, e.g. "seam track"; empty for the program itself
-  std::string description, footer;
-  std::vector<std::string> below;  ///< names of the commands one level below
-  std::vector<OptionHelp> options;
-};
+// What has no group is hidden.
+constexpr auto kIsShown = [](const auto* part) { return !part->get_group().empty(); };
 
-/// The program and its commands, parents first, in the order of --help; without hidden ones.
-using CommandTree = std::vector<CommandHelp>;
+// Parents first, in the order of --help.
+void AddTo(std::vector<Command>& commands, const CLI::App& app, const std::string& path) {
+  commands.push_back({path, &app});
+  for (const CLI::App* below : app.get_subcommands(kIsShown)) {
+    AddTo(commands, *below, path.empty() ? below->get_name() : path + " " + below->get_name());
+  }
+}
+
+std::vector<Command> CommandsOf(const CLI::App& program) {
+  std::vector<Command> commands;
+  AddTo(commands, program, "");
+  return commands;
+}
+
+// "-o", "--out"; empty for a positional argument.
+std::vector<std::string> FlagsOf(const CLI::Option& option) {
+  std::vector<std::string> flags;
+  for (const std::string& name : option.get_snames()) flags.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) flags.push_back("--" + name);
+  return flags;
+}
+
+// Of a positional argument.
+std::string NameOf(const CLI::Option& option) { return option.get_name(/*positional=*/true); }
+
+// What follows an option, e.g. "TEXT"; empty for a flag.
+std::string ValueOf(const CLI::Option& option) {
+  return option.get_items_expected_max() > 0 ? option.get_type_name() : "";
+}
+
+// All the values that an option takes; empty if it takes others. CLI::IsMember shows its words as
+// {a,b} in the name of the type; nothing else gives them.
+std::vector<std::string> ChoicesOf(const CLI::Option& option) {
+  const std::string type = ValueOf(option);
+  const auto begin = type.find('{');
+  const auto end = type.find('}');
+  if (begin == std::string::npos || end == std::string::npos) return {};
+  return base::Split(type.substr(begin + 1, end - begin - 1), ',');
+}
 
 constexpr const char* kFiles = R"(.SH ENVIRONMENT
 .TP
@@ -68,63 +98,64 @@ std::string Bold(const std::string& text) { return "\\fB" + Escaped(text) + "\\f
 std::string Italic(const std::string& text) { return "\\fI" + Escaped(text) + "\\fR"; }
 
 // "-o, --out FILE", "--format csv|json" or "experiment".
-std::string Heading(const OptionHelp& option) {
+std::string Heading(const CLI::Option& option) {
   std::vector<std::string> names;
-  for (const std::string& flag : option.flags) names.push_back(Bold(flag));
-  if (names.empty()) names.push_back(Italic(option.name));
-  std::string heading = base::Join(names);
-  if (!option.choices.empty()) {
-    heading += " " + Escaped(base::Join(option.choices, "|"));
-  } else if (!option.value.empty() && !option.flags.empty()) {
-    heading += " " + Italic(option.value);
-  }
-  return heading;
+  for (const std::string& flag : FlagsOf(option)) names.push_back(Bold(flag));
+  const bool is_positional = names.empty();
+  if (is_positional) names.push_back(Italic(NameOf(option)));
+  const auto choices = ChoicesOf(option);
+  const std::string value = ValueOf(option);
+  if (!choices.empty()) return base::Join(names) + " " + Escaped(base::Join(choices, "|"));
+  return base::Join(names) + (value.empty() || is_positional ? "" : " " + Italic(value));
 }
 
-std::string OptionList(const CommandHelp& command) {
+std::string OptionList(const CLI::App& command) {
   std::string text;
-  for (const OptionHelp& option : command.options) {
-    text += ".TP\n" + Heading(option) + "\n" + Escaped(option.description);
-    if (!option.default_value.empty()) text += " (default: " + Escaped(option.default_value) + ")";
+  for (const CLI::Option* option : command.get_options(kIsShown)) {
+    const std::string otherwise = option->get_default_str();
+    text += ".TP\n" + Heading(*option) + "\n" + Escaped(option->get_description());
+    if (!otherwise.empty()) text += " (default: " + Escaped(otherwise) + ")";
     text += "\n";
   }
   return text;
 }
 
 // The lines of the footer, as they stand.
-std::string Footer(const CommandHelp& command) {
-  return command.footer.empty() ? "" : ".PP\n.nf\n" + Escaped(command.footer) + "\n.fi\n";
+std::string Footer(const CLI::App& command) {
+  const std::string footer = command.get_footer();
+  return footer.empty() ? "" : ".PP\n.nf\n" + Escaped(footer) + "\n.fi\n";
 }
 
 // The arguments are enough: options stand in the list below.
-std::string Synopsis(const CommandHelp& command) {
+std::string Synopsis(const Command& command) {
   std::string text = Bold(command.path.empty() ? "rangegrasp" : "rangegrasp " + command.path);
-  if (!command.below.empty()) text += " " + Italic("command");
-  for (const OptionHelp& option : command.options) {
-    if (!option.flags.empty()) continue;
-    text += option.required ? " " + Italic(option.name) : " [" + Italic(option.name) + "]";
+  if (!command.app->get_subcommands(kIsShown).empty()) text += " " + Italic("command");
+  for (const CLI::Option* option : command.app->get_options(kIsShown)) {
+    if (!FlagsOf(*option).empty()) continue;
+    const std::string name = Italic(NameOf(*option));
+    text += option->get_required() ? " " + name : " [" + name + "]";
   }
   return text + " [" + Italic("options") + "]\n";
 }
 
-std::string Section(const CommandHelp& command) {
+std::string SectionOf(const Command& command) {
   return ".SS " + Escaped(command.path) + "\n" + Synopsis(command) + ".PP\n" +
-         Escaped(command.description) + "\n" + OptionList(command) + Footer(command);
+         Escaped(command.app->get_description()) + "\n" + OptionList(*command.app) +
+         Footer(*command.app);
 }
 
-/// The manual page of the program and all its commands, in the language of man(7): what --help
-/// says, in one page. `version` stands in its footer.
-std::string ManPage(const CommandTree& tree, const std::string& version) {
-  const CommandHelp& program = tree.front();
+// The manual page of the program and all its commands, in the language of man(7): what --help
+// says, in one page.
+std::string ManPage(const CLI::App& program) {
   std::string page = fmt::format(
       ".\\\" Made by `rangegrasp man` from the program's --help.\n"
       ".TH RANGEGRASP 1 \"\" \"rangegrasp {}\" \"User Commands\"\n"
       ".SH NAME\nrangegrasp \\- robot grasping from range images, in simulation\n"
       ".SH SYNOPSIS\n{}.SH DESCRIPTION\n{}\n.SH OPTIONS\n{}{}.SH COMMANDS\n",
-      version, Synopsis(program), Escaped(program.description), OptionList(program),
-      Footer(program));
-  for (const CommandHelp& command : tree) {
-    if (!command.path.empty()) page += Section(command);
+      base::Version(), Synopsis({"", &program}), Escaped(program.get_description()),
+      OptionList(program), Footer(program));
+  for (const Command& command : CommandsOf(program)) {
+    if (!command.path.empty()) page += SectionOf(command);
   }
   return page + kFiles;
 }
@@ -158,95 +189,58 @@ complete -o default -F _rangegrasp rangegrasp
 )";
 
 // After an option with a value: its choices, or files.
-std::string ValueCases(const CommandHelp& command) {
+std::string ValueCases(const Command& command) {
   std::string cases;
-  for (const OptionHelp& option : command.options) {
-    if (option.flags.empty() || option.value.empty()) continue;
+  for (const CLI::Option* option : command.app->get_options(kIsShown)) {
     std::vector<std::string> patterns;
-    for (const std::string& flag : option.flags) {
+    for (const std::string& flag : FlagsOf(*option)) {
       patterns.push_back(fmt::format("\"{} {}\"", command.path, flag));
     }
-    const std::string reply = option.choices.empty()
+    if (patterns.empty() || ValueOf(*option).empty()) continue;
+    const auto choices = ChoicesOf(*option);
+    const std::string reply = choices.empty()
                                   ? ""
                                   : fmt::format("COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); ",
-                                                base::Join(option.choices, " "));
+                                                base::Join(choices, " "));
     cases += fmt::format("    {}) {}return ;;\n", base::Join(patterns, "|"), reply);
   }
   return cases;
 }
 
 // Options where a dash is typed; else commands, choices of the arguments, names of experiments.
-std::string WordCase(const CommandHelp& command) {
-  std::vector<std::string> flags;
-  std::vector<std::string> words = command.below;
-  for (const OptionHelp& option : command.options) {
-    flags.insert(flags.end(), option.flags.begin(), option.flags.end());
-    if (!option.flags.empty()) continue;
-    words.insert(words.end(), option.choices.begin(), option.choices.end());
-    if (option.name == "experiment") {
+std::string WordCase(const Command& command) {
+  std::vector<std::string> all_flags;
+  std::vector<std::string> words;
+  for (const CLI::App* below : command.app->get_subcommands(kIsShown)) {
+    words.push_back(below->get_name());
+  }
+  for (const CLI::Option* option : command.app->get_options(kIsShown)) {
+    const auto flags = FlagsOf(*option);
+    std::ranges::copy(flags, std::back_inserter(all_flags));
+    if (!flags.empty()) continue;
+    std::ranges::copy(ChoicesOf(*option), std::back_inserter(words));
+    if (NameOf(*option) == "experiment") {
       words.push_back("$(\"${COMP_WORDS[0]}\" completion experiments 2>/dev/null)");
     }
   }
   return fmt::format(
       "    \"{}\") if [[ $cur == -* ]]; then words=\"{}\"; else words=\"{}\"; fi ;;\n",
-      command.path, base::Join(flags, " "), base::Join(words, " "));
+      command.path, base::Join(all_flags, " "), base::Join(words, " "));
 }
 
-/// A bash script that completes the program's commands, options, choices and names of experiments,
-/// and files everywhere else.
-std::string BashCompletion(const CommandTree& tree) {
+// A bash script that completes the program's commands, options, choices and names of experiments,
+// and files everywhere else.
+std::string BashCompletion(const CLI::App& program) {
   std::vector<std::string> paths;
   std::string values;
   std::string words;
-  for (const CommandHelp& command : tree) {
+  for (const Command& command : CommandsOf(program)) {
     if (!command.path.empty()) paths.push_back('"' + command.path + '"');
     values += ValueCases(command);
     words += WordCase(command);
   }
   return fmt::format(kScript, fmt::arg("commands", base::Join(paths, "|")),
                      fmt::arg("values", values), fmt::arg("words", words));
-}
-
-// CLI::IsMember shows its words as {a,b} in the name of the type; nothing else gives them.
-std::vector<std::string> ChoicesIn(const std::string& type) {
-  const auto begin = type.find('{');
-  const auto end = type.find('}');
-  if (begin == std::string::npos || end == std::string::npos) return {};
-  return base::Split(type.substr(begin + 1, end - begin - 1), ',');
-}
-
-OptionHelp Describe(const CLI::Option& option) {
-  OptionHelp help;
-  for (const std::string& name : option.get_snames()) help.flags.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) help.flags.push_back("--" + name);
-  if (help.flags.empty()) help.name = option.get_name(/*positional=*/true);
-  if (option.get_items_expected_max() > 0) help.value = option.get_type_name();
-  help.choices = ChoicesIn(help.value);
-  help.description = option.get_description();
-  help.default_value = option.get_default_str();
-  help.required = option.get_required();
-  return help;
-}
-
-// What has no group is hidden.
-void AddTo(CommandTree& tree, const CLI::App& command, const std::string& path) {
-  CommandHelp help{path, command.get_description(), command.get_footer(), {}, {}};
-  const auto is_shown = [](const auto* part) { return !part->get_group().empty(); };
-  const auto commands = command.get_subcommands(is_shown);
-  for (const CLI::App* below : commands) help.below.push_back(below->get_name());
-  for (const CLI::Option* option : command.get_options(is_shown)) {
-    help.options.push_back(Describe(*option));
-  }
-  tree.push_back(help);
-  for (const CLI::App* below : commands) {
-    AddTo(tree, *below, path.empty() ? below->get_name() : path + " " + below->get_name());
-  }
-}
-
-CommandTree TreeOf(const CLI::App& program) {
-  CommandTree tree;
-  AddTo(tree, program, "");
-  return tree;
 }
 
 }  // namespace
@@ -265,13 +259,13 @@ void AddShellCommands(CLI::App& app) {
       "Example: rangegrasp completion bash > rangegrasp.bash; source rangegrasp.bash");
   completion->callback([&app, what] {
     WriteResult(*what == "bash"
-                    ? BashCompletion(TreeOf(app))
+                    ? BashCompletion(app)
                     : base::Join(base::ExperimentNames(base::DataFolder()), "\n") + "\n");
   });
 
   // For the installation; nobody calls it by hand.
   auto* man = app.add_subcommand("man", "Print the manual page.")->group("");
-  man->callback([&app] { WriteResult(ManPage(TreeOf(app), base::Version())); });
+  man->callback([&app] { WriteResult(ManPage(app)); });
 }
 
 }  // namespace rangegrasp::cli

@@ -23,6 +23,7 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::Queue;
 using experiment::Store;
 using experiment::Submission;
@@ -33,49 +34,38 @@ struct SubmitArguments {
   int tasks = 0;
 };
 
-struct Printed {
-  int code = 0;
-  std::string out;
-};
-
-// Of a program that is looked for on the PATH; what it says on stderr goes to ours.
-Printed Call(const std::vector<std::string>& words) {
+// What a program on the PATH prints; what it says on stderr goes to ours.
+// @param hint  ends the message of the exception when the program fails; empty: it may fail
+std::string Call(const std::vector<std::string>& words, const char* hint = "") {
   std::string command;
   for (const std::string& word : words) command += experiment::ShellQuoted(word) + " ";
   FILE* const pipe = popen(command.c_str(), "r");
   if (!pipe) throw base::RunError(words.front() + ": could not be started");
-  Printed printed;
+  std::string printed;
   char buffer[4096];
   for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof(buffer), pipe)) > 0;) {
-    printed.out.append(buffer, n);
+    printed.append(buffer, n);
   }
   const int status = pclose(pipe);
-  printed.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return printed;
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  if (code == 0 || !*hint) return printed;
+  throw base::RunError(fmt::format("{} ended with code {}{}", words.front(), code, hint));
 }
 
 bool HasSlurm() { return std::system("command -v sbatch >/dev/null 2>&1") == 0; }
 
 // The arrays of a folder that wait or run.
 Queue QueueOf(const std::string& job_name) {
-  const Printed printed =
-      Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"});
-  if (printed.code != 0) {
-    throw base::RunError("squeue ended with code " + std::to_string(printed.code) +
-                         ": does Slurm run here?");
-  }
-  return experiment::ParseQueue(printed.out);
+  return experiment::ParseQueue(
+      Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"},
+           ": does Slurm run here?"));
 }
 
 // @return the job's id
 std::string Sbatch(std::vector<std::string> words) {
   words.insert(words.begin(), {"sbatch", "--parsable"});
-  const Printed printed = Call(words);
-  if (printed.code != 0) {
-    throw base::RunError("sbatch ended with code " + std::to_string(printed.code) +
-                         "; nothing more was submitted");
-  }
-  return printed.out.substr(0, printed.out.find_first_of(";\n"));
+  const std::string printed = Call(words, "; nothing more was submitted");
+  return printed.substr(0, printed.find_first_of(";\n"));
 }
 
 // How far a shard is.
@@ -101,8 +91,7 @@ experiment::Changes ChangesOf(const Submission& submission) {
 }
 
 std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
-  const auto e = experiment::OpenExperiment(submission.experiment, experiment::AllKinds(),
-                                            ChangesOf(submission));
+  const auto e = experiment::OpenExperiment(submission.experiment, ChangesOf(submission));
   std::vector<Shard> shards;
   for (int task = 1; task <= submission.tasks; ++task) {
     Shard shard{task, 0, ShardOf(e.cases, task, submission.tasks).size(), ""};
@@ -112,8 +101,7 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
     } catch (const base::InputError&) {
       // A store that a full disk left unfinished holds none: `run` begins it anew.
     }
-    const auto queued = queue.state_of_task.find(task);
-    if (queued != queue.state_of_task.end()) shard.queued = queued->second;
+    if (queue.state_of_task.contains(task)) shard.queued = queue.state_of_task.at(task);
     shards.push_back(shard);
   }
   return shards;
@@ -141,8 +129,8 @@ void CheckSame(const Submission& submission) {
 Submission SubmissionFrom(const SubmitArguments& arguments) {
   const auto& changes = arguments.changes;
   Submission submission;
-  submission.experiment = std::filesystem::weakly_canonical(
-      std::filesystem::absolute(base::FindExperiment(arguments.experiment)));
+  submission.experiment =
+      std::filesystem::weakly_canonical(fs::absolute(base::FindExperiment(arguments.experiment)));
   submission.tasks = arguments.tasks;
   const auto add = [&](const char* option, const std::string& value) {
     submission.run.insert(submission.run.end(), {option, value});
@@ -151,11 +139,9 @@ Submission SubmissionFrom(const SubmitArguments& arguments) {
   if (changes.seed) add("--seed", std::to_string(*changes.seed));
   if (!arguments.groups.empty()) add("--objects", arguments.groups);
   for (const std::string& set : changes.set) add("--set", set);
-  const auto e = experiment::OpenExperiment(submission.experiment, experiment::AllKinds(),
-                                            ChangesOf(submission));
-  const std::filesystem::path folder =
-      arguments.out.empty() ? "results/" + e.common.name : arguments.out;
-  submission.folder = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
+  const auto e = experiment::OpenExperiment(submission.experiment, ChangesOf(submission));
+  const fs::path folder = arguments.out.empty() ? "results/" + e.common.name : arguments.out;
+  submission.folder = std::filesystem::weakly_canonical(fs::absolute(folder));
   return submission;
 }
 
@@ -207,8 +193,8 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
 }
 
 // The last line of a log that says anything.
-std::string LastLine(const std::filesystem::path& log) {
-  if (!std::filesystem::exists(log)) return "";
+std::string LastLine(const fs::path& log) {
+  if (!fs::exists(log)) return "";
   std::string last;
   for (const std::string& line : base::Split(base::ReadFile(log), '\n')) {
     if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;

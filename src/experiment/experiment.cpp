@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <regex>
 #include <set>
 
@@ -12,6 +13,8 @@
 
 namespace rangegrasp::experiment {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::vector<TaskKind>& Kinds() {
   static std::vector<TaskKind> kinds;
@@ -25,28 +28,28 @@ constexpr double kMinLimit_s = 1.0;
 constexpr double kMaxLimit_s = 86400.0;
 constexpr int kMaxStopAfter = 1'000'000;
 
-const TaskKind* FindKind(const std::string& word, std::span<const TaskKind> kinds) {
-  const auto found = std::ranges::find(kinds, word, &TaskKind::name);
-  return found == kinds.end() ? nullptr : &*found;
+const TaskKind* FindKind(const std::string& word) {
+  const auto found = std::ranges::find(Kinds(), word, &TaskKind::name);
+  return found == Kinds().end() ? nullptr : &*found;
 }
 
-std::vector<std::string> NamesOf(std::span<const TaskKind> kinds) {
+std::vector<std::string> KindNames() {
   std::vector<std::string> names;
-  for (const TaskKind& kind : kinds) names.push_back(kind.name);
+  std::ranges::transform(Kinds(), std::back_inserter(names), &TaskKind::name);
   return names;
 }
 
-const TaskKind& KindOfWord(const YamlMap& map, const std::string& word,
-                           std::span<const TaskKind> kinds) {
-  if (const TaskKind* kind = FindKind(word, kinds)) return *kind;
-  base::CheckBuilt("task", word, map.file().string() + ": ");
-  map.Fail("task", base::MustBeOneOf(word, NamesOf(kinds)));
+std::string TaskWord(YamlMap& map) {
+  std::string word = "grasping";
+  map.Read("task", word, "the kind of experiment: " + base::Join(KindNames()));
+  return word;
 }
 
-std::string TaskWord(YamlMap& map, std::span<const TaskKind> kinds) {
-  std::string word = "grasping";
-  map.Read("task", word, "the kind of experiment: " + base::Join(NamesOf(kinds)));
-  return word;
+const TaskKind& ReadKind(YamlMap& map) {
+  const std::string word = TaskWord(map);
+  if (const TaskKind* kind = FindKind(word)) return *kind;
+  base::CheckBuilt("task", word, map.file().string() + ": ");
+  map.Fail("task", base::MustBeOneOf(word, KindNames()));
 }
 
 // Seed, number of trials and groups stand in the stamp by themselves and may be set on the command
@@ -55,9 +58,7 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
                    const TaskKind& kind) {
   std::uint64_t hash = base::Fnv1a("");
   const auto add = [&](const std::string& line, const std::string& after) {
-    for (const std::string& key : {std::string("seed"), kind.trials_key}) {
-      if (line.starts_with(key + after)) return;
-    }
+    if (line.starts_with("seed" + after) || line.starts_with(kind.trials_key + after)) return;
     hash = base::Fnv1a(line + "\n", hash);
   };
   for (const std::string& line : base::Split(text, '\n')) add(line, ":");
@@ -67,11 +68,12 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
 
 // What the command line set.
 std::vector<std::string> SetOf(const Stamp& stamp) {
-  const std::string& set = Need(stamp.data, "set");
-  return set.empty() ? std::vector<std::string>() : base::Split(set, '\n');
+  auto set = base::Split(Need(stamp.data, "set"), '\n');
+  std::erase(set, "");
+  return set;
 }
 
-void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::path& file,
+void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
                 std::vector<Case>& cases) {
   if (wanted.empty()) return;
   const auto known = GroupsOf(cases);
@@ -85,7 +87,7 @@ void KeepGroups(const std::vector<std::string>& wanted, const std::filesystem::p
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
 }
 
-void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file) {
+void CheckIds(const std::vector<Case>& cases, const fs::path& file) {
   std::set<std::string> seen;
   for (const Case& c : cases) {
     if (!seen.insert(c.id).second) {
@@ -94,13 +96,12 @@ void CheckIds(const std::vector<Case>& cases, const std::filesystem::path& file)
   }
 }
 
-Experiment Open(const std::string& text, const std::filesystem::path& file,
-                std::span<const TaskKind> kinds, const Changes& changes,
+Experiment Open(const std::string& text, const fs::path& file, const Changes& changes,
                 const OnFindings& on_findings) {
   std::vector<std::string> set = changes.set;
   YamlMap map = YamlMap::FromText(text, file, set);
   Experiment e;
-  e.kind = &KindOfWord(map, TaskWord(map, kinds), kinds);
+  e.kind = &ReadKind(map);
   const auto override_key = [&](const std::string& one) {
     set.push_back(one);
     map.Override(one);
@@ -113,9 +114,7 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
     }
     override_key(fmt::format("seed={}", *changes.seed));
   }
-  e.common.file = file;
-  e.common.on_findings = on_findings;
-  e.common.name = file.stem().string();
+  e.common = {.name = file.stem().string(), .file = file, .on_findings = on_findings};
   ReadCommon(map, e.common);
   e.task = e.kind->read(map, e.common);
   if (!e.task) return e;
@@ -130,7 +129,7 @@ Experiment Open(const std::string& text, const std::filesystem::path& file,
                       {"cases", fmt::format("{}", e.cases.size())},
                       {"groups", base::Join(GroupsOf(e.cases), ",")}};
   e.stamp.build = {{"version", base::Version()}, {"commit", base::Commit()}};
-  e.stamp.data = {{"experiment_file", std::filesystem::absolute(file).lexically_normal().string()},
+  e.stamp.data = {{"experiment_file", fs::absolute(file).lexically_normal().string()},
                   {"experiment_text", text},
                   {"set", base::Join(set, "\n")}};
   e.task->AddTo(e.stamp);
@@ -157,32 +156,32 @@ void ReadCommon(YamlMap& map, Common& common) {
       "objects, all fail in the same way; 0: never");
 }
 
-Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
-                          const Changes& changes, const OnFindings& on_findings) {
-  return Open(base::ReadFile(file), file, kinds, changes, on_findings);
+Experiment OpenExperiment(const fs::path& file, const Changes& changes,
+                          const OnFindings& on_findings) {
+  return Open(base::ReadFile(file), file, changes, on_findings);
 }
 
-Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds) {
-  return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"), kinds,
+Experiment OpenAgain(const Stamp& stamp) {
+  return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"),
               {.set = SetOf(stamp), .groups = base::Split(Need(stamp.identity, "groups"), ',')},
               {});
 }
 
 std::string FileAsRun(const Stamp& stamp) {
-  const std::filesystem::path file = Need(stamp.data, "experiment_file");
+  const fs::path file = Need(stamp.data, "experiment_file");
   std::string text = fmt::format("# The file of a run; its relative paths are those of {}.\n",
                                  file.parent_path().string());
   for (const std::string& one : SetOf(stamp)) text += "# On the command line: --set " + one + "\n";
   return text + Need(stamp.data, "experiment_text");
 }
 
-const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds) {
+const TaskKind& KindOf(const Stamp& stamp) {
   const std::string& word = Need(stamp.identity, "task");
-  if (const TaskKind* kind = FindKind(word, kinds)) return *kind;
+  if (const TaskKind* kind = FindKind(word)) return *kind;
   base::CheckBuilt("task", word, "the results: ");
   throw base::InputError("the results are of task '" + word +
                          "', which this program does not know; it knows " +
-                         base::Join(NamesOf(kinds)));
+                         base::Join(KindNames()));
 }
 
 const Case& CaseOf(const Experiment& experiment, const std::string& id) {
@@ -195,9 +194,9 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
                          "; nearest: '" + base::NearestWord(id, ids) + "'");
 }
 
-Report ReportOf(const Results& results, std::span<const TaskKind> kinds) {
+Report ReportOf(const Results& results) {
   const auto& [stamp, records] = results;
-  Report report = KindOf(stamp, kinds).report(stamp, records);
+  Report report = KindOf(stamp).report(stamp, records);
   const auto wanted = std::stoull(Need(stamp.identity, "cases"));
   if (records.size() < wanted) {
     report.notes.push_back(
@@ -222,13 +221,13 @@ std::string KeyTable(const std::vector<base::KeyDoc>& keys) {
   return text;
 }
 
-std::string KeysAsMarkdown(std::span<const TaskKind> kinds) {
+std::string KeysAsMarkdown() {
   auto common_map = YamlMap::ForDocumentation();
   Common common;
-  TaskWord(common_map, kinds);
+  TaskWord(common_map);
   ReadCommon(common_map, common);
   std::string text = "## Every experiment\n\n" + KeyTable(common_map.Keys());
-  for (const TaskKind& kind : kinds) {
+  for (const TaskKind& kind : Kinds()) {
     auto map = YamlMap::ForDocumentation();
     kind.read_keys(map);
     text += fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n{}", kind.name,

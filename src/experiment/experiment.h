@@ -13,10 +13,10 @@
 
 namespace rangegrasp::experiment {
 
-/// Adds a kind of experiment: when the program starts.
+/// Adds a kind of experiment when the program starts.
 void AddKind(const TaskKind& kind);
 
-/// All that were added, in that order, in which help lists them, too.
+/// All kinds in the order in which they were added.
 std::span<const TaskKind> AllKinds();
 
 /// What the command line changes of an experiment file.
@@ -42,23 +42,23 @@ struct Experiment {
 /// Reads an experiment file with what the command line changes of it, and makes everything ready.
 /// @throws base::InputError naming file, line, key, value and the nearest valid word.
 /// @param on_findings  Common::on_findings; where it returns false, the experiment has no task.
-Experiment OpenExperiment(const std::filesystem::path& file, std::span<const TaskKind> kinds,
-                          const Changes& changes, const OnFindings& on_findings = {});
+Experiment OpenExperiment(const std::filesystem::path& file, const Changes& changes = {},
+                          const OnFindings& on_findings = {});
 
 /// The experiment of a store, from the text that its stamp keeps; relative paths are those of the
 /// experiment file's folder.
 /// @throws base::InputError also if the stamp is not whole.
-Experiment OpenAgain(const Stamp& stamp, std::span<const TaskKind> kinds);
+Experiment OpenAgain(const Stamp& stamp);
 
 /// The experiment file that a stamp keeps; comments before it say what the command line changed.
 /// @throws base::InputError if the stamp is not whole.
 std::string FileAsRun(const Stamp& stamp);
 
 /// The kind that made a store. @throws base::InputError if there is none of its name.
-const TaskKind& KindOf(const Stamp& stamp, std::span<const TaskKind> kinds);
+const TaskKind& KindOf(const Stamp& stamp);
 
 /// The tables of a results folder; they say how many cases are missing.
-Report ReportOf(const Results& results, std::span<const TaskKind> kinds);
+Report ReportOf(const Results& results);
 
 /// The case of an id. @throws base::InputError naming the nearest one.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);
@@ -68,6 +68,6 @@ std::string KeyTable(const std::vector<base::KeyDoc>& keys);
 
 /// The keys of every experiment file and those of each kind, as a Markdown page made from the code
 /// that reads them.
-std::string KeysAsMarkdown(std::span<const TaskKind> kinds);
+std::string KeysAsMarkdown();
 
 }  // namespace rangegrasp::experiment

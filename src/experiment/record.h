@@ -11,8 +11,7 @@
 
 namespace rangegrasp::experiment {
 
-/// What a case is: flat values under the task's own words, in their order. The store keeps them as
-/// a JSON object.
+/// What a case is: flat values under the task's own words, in their order.
 class Params {
  public:
   using Value = std::variant<std::int64_t, double, std::string>;
@@ -66,9 +65,8 @@ struct Record {
   Result result;
 };
 
-/// As one JSON object for people and programs; `data` stands in it as an object, bytes that are no
-/// UTF-8 are replaced.
-/// @throws base::RunError if it is no JSON.
+/// One JSON object; bytes that are no UTF-8 are replaced. @throws base::RunError if `data` is no
+/// JSON
 std::string ToJson(const Record& record);
 
 /// Whether two records say the same but for their times.
@@ -84,8 +82,7 @@ struct Stamp {
   /// cases, the versions of what computes them.
   std::map<std::string, std::string> identity;
   std::map<std::string, std::string> build;  ///< version and commit: shown, not compared
-  /// What the tables are made from besides the records: titles, published tables, the experiment
-  /// file itself.
+  /// What the tables need besides the records: titles, published tables, the experiment file.
   std::map<std::string, std::string> data;
 
   bool operator==(const Stamp&) const = default;
@@ -107,7 +104,7 @@ std::string ValueOr(const std::map<std::string, std::string>& part, const std::s
 /// @throws base::InputError if the stamp has none (a run that was killed at its start).
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
-/// "laser_single: rangegrasp 0.1.0 (0123abcd), seed 1, ..." for below a table.
+/// "laser_single: rangegrasp 0.2.0 (0123abcd), seed 1, ..." for below a table.
 std::string LineOf(const Stamp& stamp);
 
 /// Adds to a stage's time; a stage that is not there yet comes last.

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
-#include "base/file.h"
 #include "base/words.h"
 
 namespace rangegrasp::experiment {
@@ -100,6 +99,12 @@ std::string CsvOf(const Grid& grid) {
   std::string text = base::CsvLine(grid.header);
   for (const auto& row : grid.rows) text += base::CsvLine(row);
   return text;
+}
+
+std::optional<base::CsvTable> ReferenceOf(const Stamp& stamp) {
+  const auto text = stamp.data.find(kReferenceKey);
+  if (text == stamp.data.end()) return std::nullopt;
+  return base::CsvTable::Parse(text->second, "reference table");
 }
 
 std::string Fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/file.h"
 #include "experiment/record.h"
 #include "experiment/statistics.h"
 
@@ -27,9 +31,55 @@ std::string MarkdownOf(const Grid& grid);
 /// Cells that hold a comma or a quote are quoted.
 std::string CsvOf(const Grid& grid);
 
-/// A row a record, with the same names as in JSON: "id", "params.index", "data.log.lift_height_m",
-/// "seconds.scan"; a column for each name that any of them has, empty where a record has none.
-/// @throws base::RunError as ToJson.
+/// A column of a table that is data: what stands above it, how a value is written, where it comes
+/// from. A table is a list of columns and a list of rows:
+///
+///   const std::vector<Column<Fit>> columns = {
+///       {"method", "", &Fit::name, kLeft},
+///       {"|dr| [mm]", ".4f", [](const Fit& fit) { return MeanOf(fit.radius_error_mm).mean; }}};
+///   const Grid grid = GridOf(columns, fits);
+enum Side { kRight, kLeft };
+template <typename Row>
+struct Column {
+  /// @param format  what stands behind the colon in a fmt field: ".4f"; empty for words and counts.
+  /// @param value  a member or a function of a row: words, a number, or a std::optional of them.
+  template <typename Value>
+  Column(std::string title_, std::string format, Value value, Side side_ = kRight)
+      : title(std::move(title_)),
+        text([format = "{:" + std::move(format) + "}", value](const Row& row) {
+          const auto& cell = std::invoke(value, row);
+          if constexpr (requires { cell.has_value(); }) {
+            if (!cell) return std::optional<std::string>();
+            return std::optional(fmt::format(fmt::runtime(format), *cell));
+          } else {
+            return std::optional(fmt::format(fmt::runtime(format), cell));
+          }
+        }),
+        side(side_) {}
+
+  std::string title;
+  std::function<std::optional<std::string>(const Row&)> text;  ///< nothing where it has no value
+  Side side;
+};
+
+/// @param absent  what stands where a row has no value: "-" for people, nothing in CSV.
+template <typename Row, typename Rows>
+Grid GridOf(const std::vector<Column<Row>>& columns, const Rows& rows,
+            const std::string& absent = "-") {
+  Grid grid;
+  for (const auto& column : columns) {
+    grid.header.push_back(column.title);
+    grid.left.push_back(column.side == kLeft);
+  }
+  for (const Row& row : rows) {
+    auto& cells = grid.rows.emplace_back();
+    for (const auto& column : columns) cells.push_back(column.text(row).value_or(absent));
+  }
+  return grid;
+}
+
+/// A row a record, a column for each name that any has in JSON: "id", "data.log.lift_height_m",
+/// "seconds.scan". @throws base::RunError as ToJson.
 Grid FlatGridOf(const std::vector<Record>& records);
 
 /// A number with so many digits after the point.
@@ -66,8 +116,12 @@ struct TimesEvidence {
 using Evidence =
     std::variant<TrialsEvidence, ClustersEvidence, EventsEvidence, MeanEvidence, TimesEvidence>;
 
-/// The key that names a published table in most experiment files.
+/// The key that names a published table in most experiment files, and the name of its text in
+/// Stamp::data.
 inline constexpr const char* kReferenceKey = "reference";
+/// The published table whose text is in the stamp; nullopt if there is none.
+/// @throws base::InputError if it is no table.
+std::optional<base::CsvTable> ReferenceOf(const Stamp& stamp);
 
 /// A figure of a published table, and what a run has in its place.
 struct PublishedFigure {
@@ -92,10 +146,9 @@ struct Section {
 struct Report {
   std::vector<Section> sections;
   std::vector<std::string> notes;  ///< lines below the tables, as text and Markdown
-  /// JSON object whose keys stand behind "experiment" and "stamp"; empty: "tables" with the
-  /// sections, numbers as numbers and null for "-".
+  /// JSON object whose keys follow "experiment" and "stamp"; empty: "tables" with the sections.
   std::string json;
-  /// The one table of --format csv; without a header: the sections one after the other.
+  /// The table of --format csv; without a header: the sections one after the other.
   Grid csv;
   /// Name and text of files that `run` leaves next to the store: rows, figures.
   std::vector<std::pair<std::string, std::string>> files;
@@ -115,22 +168,22 @@ std::string Format(const Report& report, const Stamp& stamp, TableFormat format)
 /// A bar chart of figures, one for each label and series; a report's page draws it.
 struct Chart {
   struct Value {
-    std::optional<double> value;                     ///< absent: nothing was counted
-    std::optional<std::pair<double, double>> range;  ///< low and high end; with a value only
-    std::string of;                                  ///< what it is made from: "3 of 10"
+    std::optional<double> value = {};                     ///< absent: nothing was counted
+    std::optional<std::pair<double, double>> range = {};  ///< low and high end
+    std::string of = {};                                  ///< what it is made from: "3 of 10"
   };
   struct Series {
     std::string name;
-    std::vector<Value> values;  ///< one a label
+    std::vector<Value> values = {};  ///< one for each label
   };
-  std::string title;
-  std::string unit;   ///< "%", "s", "trials"
-  std::string along;  ///< what the labels are: "object"
-  std::string note;   ///< a sentence below it; may be empty
+  std::string title = {};
+  std::string unit = {};   ///< "%", "s", "trials"
+  std::string along = {};  ///< what the labels are: "object"
+  std::string note = {};   ///< a sentence below it; may be empty
   /// Values of a label add up and are drawn as one bar; if not, each is a mark with its range.
   bool stacked = false;
-  std::vector<std::string> labels;
-  std::vector<Series> series;
+  std::vector<std::string> labels = {};
+  std::vector<Series> series = {};
 };
 /// In per cent, with Wilson's 95 % interval; no value for n = 0.
 Chart::Value PercentOf(const Count& count);

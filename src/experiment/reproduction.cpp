@@ -17,7 +17,7 @@ namespace {
 std::vector<PublishedTable> MakeTables() {
   const std::string reference = kReferenceKey;
   const std::string runtimes = "runtimes";
-  return {
+  std::vector<PublishedTable> tables = {
       // 13 seams are one round of the shapes.
       {"3.1", "Times of the edge detection", "seam_base", runtimes, 78, 78, 13, 1.0},
       {"3.2", "Edges found, base sensor", "seam_base", reference, 78, 78, 13, 1.0},
@@ -32,25 +32,24 @@ std::vector<PublishedTable> MakeTables() {
        "perfect"},
       {"5.1", "Times of the calculation steps", "stage_times", reference, 20, 10, 1, 5.0, "", true},
       {"5.2", "Objects alone", "laser_single", reference, 120, 10, 1, 0.4},
-      {"5.2-as-published", "Objects alone, method as published", "laser_single_as_published",
-       reference, 120, 10, 1, 0.4},
       {"5.3", "Touching objects", "laser_touching", reference, 120, 10, 1, 0.8},
-      {"5.3-as-published", "Touching objects, method as published", "laser_touching_as_published",
-       reference, 120, 10, 1, 0.8},
       {"5.4", "Objects in a box", "laser_box", reference, 120, 10, 1, 1.5},
-      {"5.4-as-published", "Objects in a box, method as published", "laser_box_as_published",
-       reference, 120, 10, 1, 1.5},
       {"5.5", "Objects in a pile", "laser_pile", reference, 120, 10, 1, 1.5},
-      {"5.5-as-published", "Objects in a pile, method as published", "laser_pile_as_published",
-       reference, 120, 10, 1, 1.5},
       {"5.6", "Objects in a pile, dense stereo", "stereo_pile", reference, 60, 5, 1, 3.0},
-      {"5.6-as-published", "Objects in a pile, dense stereo, method as published",
-       "stereo_pile_as_published", reference, 60, 5, 1, 3.0},
       {"5.8", "Times of the segmentations (figures 5.8 and 5.9)", "segmentation_times", reference,
        10, 5, 1, 5.0, "", true},
       // Trials of each class and split.
-      {"6.1", "Times of taking objects apart", "parts_psb", runtimes, 200, 2, 1, 3.0, "", false,
-       false}};
+      {"6.1", "Times of segmenting objects into parts", "parts_psb", runtimes, 200, 2, 1, 3.0, "",
+       false, false}};
+  for (const char* number : {"5.2", "5.3", "5.4", "5.5", "5.6"}) {
+    const auto improved = std::ranges::find(tables, number, &PublishedTable::number);
+    PublishedTable published = *improved;
+    published.number += "-as-published";
+    published.title += ", method as published";
+    published.experiment += "_as_published";
+    tables.insert(improved + 1, published);
+  }
+  return tables;
 }
 
 bool IsChosen(const PublishedTable& table, const std::string& number) {
@@ -67,7 +66,7 @@ std::span<const PublishedTable> PublishedTables() {
 std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers) {
   const auto all = PublishedTables();
   std::vector<std::string> known;
-  for (const PublishedTable& table : all) known.push_back(table.number);
+  std::ranges::transform(all, std::back_inserter(known), &PublishedTable::number);
   for (const std::string& number : numbers) {
     if (std::ranges::any_of(all, [&](const auto& one) { return IsChosen(one, number); })) continue;
     throw base::InputError("table " + base::MustBeOneOf(number, known) +
@@ -75,9 +74,8 @@ std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers
   }
   std::vector<PublishedTable> chosen;
   std::ranges::copy_if(all, std::back_inserter(chosen), [&](const PublishedTable& table) {
-    return numbers.empty() || std::ranges::any_of(numbers, [&](const std::string& number) {
-             return IsChosen(table, number);
-           });
+    const auto is_named = [&](const std::string& number) { return IsChosen(table, number); };
+    return numbers.empty() || std::ranges::any_of(numbers, is_named);
   });
   return chosen;
 }
@@ -166,13 +164,11 @@ JudgedTable Judge(const std::vector<PublishedFigure>& figures) {
   for (const PublishedFigure& figure : figures) {
     Judged row{figure, "", std::nullopt, Verdict::kNoFigure};
     if (figure.own) {
-      const Test test =
+      const auto [p, counts, words] =
           std::visit([&](const auto& e) { return TestOf(e, figure); }, figure.evidence);
-      row.p = test.p;
-      row.counts = test.counts;
-      if (std::ranges::find(table.tests, test.words) == table.tests.end()) {
-        table.tests.emplace_back(test.words);
-      }
+      row.p = p;
+      row.counts = counts;
+      if (std::ranges::find(table.tests, words) == table.tests.end()) table.tests.push_back(words);
     }
     tests += row.p ? 1 : 0;
     table.rows.push_back(std::move(row));
@@ -196,35 +192,29 @@ std::string StateOf(const ReproducedTable& table) {
 }
 
 Section SummaryOf(const Reproduction& all) {
-  Section section{
-      all.is_short ? "Published tables, short run: verdicts are weak" : "Published tables",
-      {{"table", "title", "experiment", "state", "trials", "figures", "better", "same", "worse",
-        "no figure"},
-       {true, true, true, true, false, false, false, false, false, false},
-       {},
-       false}};
-  for (const ReproducedTable& table : all.tables) {
-    std::vector<std::string> row = {table.number, table.title, table.experiment, StateOf(table)};
-    const bool there = table.done > 0;
-    row.push_back(there ? fmt::format("{}", table.done) : "-");
-    row.push_back(there ? fmt::format("{}", table.judged.rows.size()) : "-");
-    for (const Verdict verdict : base::ValuesOf<Verdict>()) {
-      row.push_back(there ? fmt::format("{}", std::ranges::count(table.judged.rows, verdict,
-                                                                 &Judged::verdict))
-                          : "-");
-    }
-    section.grid.rows.push_back(std::move(row));
+  const auto counted = [](const ReproducedTable& table, auto count) {
+    return table.done > 0 ? std::optional<std::int64_t>(count) : std::nullopt;
+  };
+  std::vector<Column<ReproducedTable>> columns = {
+      {"table", "", &ReproducedTable::number, kLeft},
+      {"title", "", &ReproducedTable::title, kLeft},
+      {"experiment", "", &ReproducedTable::experiment, kLeft},
+      {"state", "", StateOf, kLeft},
+      {"trials", "", [=](const ReproducedTable& t) { return counted(t, t.done); }},
+      {"figures", "", [=](const ReproducedTable& t) { return counted(t, t.judged.rows.size()); }}};
+  for (const Verdict verdict : base::ValuesOf<Verdict>()) {
+    columns.push_back({std::string(base::Word(verdict)), "", [=](const ReproducedTable& t) {
+                         return counted(
+                             t, std::ranges::count(t.judged.rows, verdict, &Judged::verdict));
+                       }});
   }
-  return section;
+  return {all.is_short ? "Published tables, short run: verdicts are weak" : "Published tables",
+          GridOf(columns, all.tables)};
 }
 
 std::string VerdictText(const Reproduction& all, const Judged& row) {
   const std::string word(base::Word(row.verdict));
   return all.is_short && row.verdict != Verdict::kNoFigure ? word + " (weak)" : word;
-}
-
-std::string Cell(const std::optional<double>& value, int digits) {
-  return value ? Fixed(*value, digits) : "-";
 }
 
 std::string PText(const std::optional<double>& p) {
@@ -233,38 +223,46 @@ std::string PText(const std::optional<double>& p) {
 }
 
 Section SectionOf(const Reproduction& all, const ReproducedTable& table) {
-  Section section{
-      fmt::format("Table {}: {} ({})", table.number, table.title, table.experiment),
-      {{"row", "published", "reproduced", "unit", "better is", "compared", "p", "verdict"},
-       {true, false, false, true, true, true, false, true},
-       {},
-       false}};
-  for (const Judged& row : table.judged.rows) {
-    const PublishedFigure& figure = row.figure;
-    section.grid.rows.push_back({figure.row, Fixed(figure.published, figure.digits),
-                                 Cell(figure.own, figure.digits), figure.unit,
-                                 figure.lower_is_better ? "lower" : "higher", row.counts,
-                                 PText(row.p), VerdictText(all, row)});
-  }
-  return section;
+  const std::vector<Column<Judged>> columns = {
+      {"row", "", [](const Judged& row) { return row.figure.row; }, kLeft},
+      {"published", "",
+       [](const Judged& row) { return Fixed(row.figure.published, row.figure.digits); }},
+      {"reproduced", "",
+       [](const Judged& row) {
+         return row.figure.own ? Fixed(*row.figure.own, row.figure.digits) : "-";
+       }},
+      {"unit", "", [](const Judged& row) { return row.figure.unit; }, kLeft},
+      {"better is", "",
+       [](const Judged& row) { return row.figure.lower_is_better ? "lower" : "higher"; }, kLeft},
+      {"compared", "", &Judged::counts, kLeft},
+      {"p", "", [](const Judged& row) { return PText(row.p); }},
+      {"verdict", "", [&](const Judged& row) { return VerdictText(all, row); }, kLeft}};
+  return {fmt::format("Table {}: {} ({})", table.number, table.title, table.experiment),
+          GridOf(columns, table.judged.rows)};
 }
 
 Grid CsvGridOf(const Reproduction& all) {
   Grid grid;
-  grid.header = {"table",      "experiment", "row", "unit",      "lower_is_better", "published",
-                 "reproduced", "compared",   "p",   "threshold", "verdict",         "weak"};
-  grid.left.assign(grid.header.size(), true);
   for (const ReproducedTable& table : all.tables) {
-    for (const Judged& row : table.judged.rows) {
-      const PublishedFigure& figure = row.figure;
-      grid.rows.push_back(
-          {table.number, table.experiment, figure.row, figure.unit,
-           figure.lower_is_better ? "1" : "0", fmt::format("{}", figure.published),
-           figure.own ? fmt::format("{}", *figure.own) : "", row.counts,
-           row.p ? fmt::format("{}", *row.p) : "",
-           table.judged.threshold > 0.0 ? fmt::format("{}", table.judged.threshold) : "",
-           std::string(base::Word(row.verdict)), all.is_short ? "1" : "0"});
-    }
+    const double threshold = table.judged.threshold;
+    const std::vector<Column<Judged>> columns = {
+        {"table", "", [&](const Judged&) { return table.number; }},
+        {"experiment", "", [&](const Judged&) { return table.experiment; }},
+        {"row", "", [](const Judged& row) { return row.figure.row; }},
+        {"unit", "", [](const Judged& row) { return row.figure.unit; }},
+        {"lower_is_better", "d", [](const Judged& row) { return row.figure.lower_is_better; }},
+        {"published", "", [](const Judged& row) { return row.figure.published; }},
+        {"reproduced", "", [](const Judged& row) { return row.figure.own; }},
+        {"compared", "", &Judged::counts},
+        {"p", "", &Judged::p},
+        {"threshold", "",
+         [=](const Judged&) { return threshold > 0.0 ? std::optional(threshold) : std::nullopt; }},
+        {"verdict", "", [](const Judged& row) { return base::Word(row.verdict); }},
+        {"weak", "d", [&](const Judged&) { return all.is_short; }}};
+    Grid part = GridOf(columns, table.judged.rows, "");
+    std::ranges::move(part.rows, std::back_inserter(grid.rows));
+    grid.header = part.header;
+    grid.left = part.left;
   }
   return grid;
 }
@@ -329,7 +327,7 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
   if (all.is_short) {
     notes.emplace_back("weak: of a tenth of the trials; only large differences can show in so few");
   }
-  for (const std::string& note : TestNotes(all)) notes.push_back(note);
+  std::ranges::copy(TestNotes(all), std::back_inserter(notes));
   for (const ReproducedTable& table : all.tables) {
     if (!table.left_out.empty()) {
       notes.push_back(fmt::format("{} is left out: {}", table.number, table.left_out));

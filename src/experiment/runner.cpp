@@ -52,15 +52,8 @@ std::string Packed(const Result& r) {
 
 std::optional<Result> Unpacked(const std::string& bytes) {
   const auto json = nlohmann::json::from_msgpack(bytes, true, false);
-  if (!json.is_array() || json.size() != 5) return std::nullopt;
   try {
-    Result result;
-    json[0].get_to(result.outcome);
-    json[1].get_to(result.stage);
-    json[2].get_to(result.detail);
-    json[3].get_to(result.data);
-    json[4].get_to(result.seconds);
-    return result;
+    return Result{json.at(0), json.at(1), json.at(2), json.at(3), json.at(4)};
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }
@@ -173,9 +166,8 @@ class Worker {
     std::string text(static_cast<std::size_t>(std::min(size, kTail_bytes)), '\0');
     const ssize_t n = pread(log_, text.data(), text.size(), size - static_cast<off_t>(text.size()));
     text.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
-    while (!text.empty() && text.back() == '\n') text.pop_back();
-    const std::size_t line = text.rfind('\n');
-    if (line != std::string::npos) text.erase(0, line + 1);
+    text.erase(text.find_last_not_of('\n') + 1);
+    text.erase(0, text.rfind('\n') + 1);
     return text.empty() ? "" : ": " + text;
   }
 
@@ -258,13 +250,10 @@ std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store) {
 }
 
 Result RunApart(const Case& which, double limit_s, const CaseRunner& run) {
-  std::vector<std::unique_ptr<Worker>> one;
-  one.push_back(std::make_unique<Worker>(which, limit_s, run));
-  Worker& worker = *one.front();
-  while (worker.Left() > 0.0) {
-    if (Wait(one).front().revents != 0 && worker.Read()) return worker.Finish();
-  }
-  return worker.TimeOut();
+  Result result;
+  RunCases({which}, run, {.case_limit_s = limit_s},
+           [&](int, int, const Record& record) { result = record.result; });
+  return result;
 }
 
 void RunCases(const std::vector<Case>& cases, const CaseRunner& run, Store& store,

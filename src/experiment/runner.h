@@ -25,11 +25,10 @@ std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards)
 /// Without those that the store holds.
 std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
 
-/// Runs the cases, each in a process of its own forked from this one (a crash, an exception or a
-/// hang costs one case), and writes each to the store as it ends. Results do not depend on the
-/// number of jobs or on the order. This process must be single-threaded.
-/// @throws base::RunError if the store cannot be written or no process be made; what was finished
-/// is kept.
+/// Runs each case in a process forked from this one (a crash, an exception or a hang costs one
+/// case), and writes it to the store as it ends. Results do not depend on the number of jobs or on
+/// the order. This process must be single-threaded.
+/// @throws base::RunError if the store cannot be written or no process be made.
 void RunCases(const std::vector<Case>& cases, const CaseRunner& run, Store& store,
               const RunOptions& options, const Progress& progress);
 
@@ -40,13 +39,12 @@ void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOp
 /// One case in a process of its own, as RunCases runs it; waits for it.
 Result RunApart(const Case& which, double limit_s, const CaseRunner& run);
 
-/// Makes a store that an earlier part of a run left ready to go on. The same run may have more
-/// cases now (more trials of each object): what is stored takes its place among them, so that
-/// nothing differs from a run that had them all at once.
+/// Makes a store that an earlier part of a run left ready to go on. The run may have more cases now
+/// (more trials of each object): stored records take their places among them.
 /// @param now    stamp of what goes on
 /// @param cases  all of its cases, whatever the shard
-/// @return the stamp to write: `now`, but with the commit that began the run; a commit that differs
-/// from it is added to "resumed_with".
+/// @return the stamp to write: `now` with the commit that began the run; another commit is added to
+/// "resumed_with".
 /// @throws base::InputError naming the folder if it is another run's, or holds a case that is not
 /// among `cases`; nothing is changed then.
 Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases);
@@ -54,9 +52,8 @@ Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases);
 /// The same cases in turn from each group: the first of every group, then the second, and so on.
 std::vector<Case> InTurn(const std::vector<Case>& cases);
 
-/// How all of the records failed, if they did so in the same way (the same outcome, in the same
-/// stage): "no_path in plan: no_ik x24", with the detail that most of them share. nullopt if one of
-/// them succeeded, they differ, or there are none.
+/// How all of the records failed, if they have the same outcome in the same stage: "no_path in
+/// plan: no_ik x24", with their most frequent detail. nullopt if one succeeded or there are none.
 std::optional<std::string> SameFailure(const std::vector<Record>& records,
                                        const std::string& success);
 

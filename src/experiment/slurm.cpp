@@ -13,13 +13,15 @@
 namespace rangegrasp::experiment {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr const char* kSlurmFile = "submission.json";
 
-std::string Quoted(const std::filesystem::path& path) { return ShellQuoted(path.string()); }
+std::string Quoted(const fs::path& path) { return ShellQuoted(path.string()); }
 
 }  // namespace
 
-std::filesystem::path Submission::LogFile(int task) const {
+fs::path Submission::LogFile(int task) const {
   return File(fmt::format("shard-{}.log", task).c_str());
 }
 
@@ -27,7 +29,7 @@ std::string Submission::JobName() const {
   return "rangegrasp-" + base::Hex(base::Fnv1a(folder.string()));
 }
 
-std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program) {
+std::string ArrayScriptText(const Submission& submission, const fs::path& program) {
   std::string run;
   for (const std::string& argument : submission.run) run += " " + ShellQuoted(argument);
   return fmt::format(
@@ -45,7 +47,7 @@ exec {program} run {experiment}{run} --shard "$SLURM_ARRAY_TASK_ID/{tasks}" --re
       fmt::arg("tasks", submission.tasks), fmt::arg("folder", Quoted(submission.folder)));
 }
 
-std::string MergeScriptText(const Submission& submission, const std::filesystem::path& program) {
+std::string MergeScriptText(const Submission& submission, const fs::path& program) {
   return fmt::format(
       R"(#!/bin/bash
 # Joins the shards when all of them have ended; where cases are missing, nothing is written.
@@ -67,11 +69,9 @@ void WriteSubmission(const Submission& submission) {
   base::WriteFile(submission.File(kSlurmFile), json.dump(2) + "\n");
 }
 
-bool HasSubmission(const std::filesystem::path& folder) {
-  return std::filesystem::exists(folder / "slurm" / kSlurmFile);
-}
+bool HasSubmission(const fs::path& folder) { return fs::exists(folder / "slurm" / kSlurmFile); }
 
-Submission ReadSubmission(const std::filesystem::path& folder) {
+Submission ReadSubmission(const fs::path& folder) {
   const auto file = folder / "slurm" / kSlurmFile;
   if (!HasSubmission(folder)) {
     throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" +

@@ -7,15 +7,13 @@
 
 namespace rangegrasp::experiment {
 
-/// A run as a Slurm array job: task i runs shard i, a job after them joins the shards. All of it
-/// stands below the results folder: `slurm/` has scripts, logs and this,
-/// `shards/` the shards' results.
+/// A run as a Slurm array job: task i runs shard i, a job after them joins the shards. Below the
+/// results folder `slurm/` has scripts, logs and this, `shards/` the shards' results.
 struct Submission {
   std::filesystem::path experiment;  ///< absolute
   std::vector<std::string> run;      ///< further arguments of `rangegrasp run`
   int tasks = 1;
-  std::filesystem::path
-      folder;  ///< of the results; absolute, on a file system that all nodes share
+  std::filesystem::path folder;  ///< of the results; absolute, shared by all nodes
 
   std::filesystem::path ShardFolder(int task) const {
     return folder / "shards" / std::to_string(task);

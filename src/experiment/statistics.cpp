@@ -5,6 +5,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 
 #include "base/statistics.h"
@@ -142,8 +143,7 @@ double StudentTest(const Mean& mean, double expected) {
 Mean MeanOf(const std::vector<double>& values) {
   if (values.empty()) return {};
   const auto n = static_cast<double>(values.size());
-  double sum = 0.0;
-  for (const double value : values) sum += value;
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
   Mean result{sum / n, std::nullopt, values.size()};
   if (values.size() < 2) return result;
   double squares = 0.0;

@@ -20,10 +20,9 @@ struct Count {
 /// @throws std::invalid_argument unless 0 <= k <= n and n >= 1.
 std::pair<double, double> WilsonInterval(int k, int n);
 
-/// The number of independent trials whose rate would have the same variance as that of clustered
-/// trials, which depend on each other within a cluster (Korn and Graubard 1998: n over the design
-/// effect of a ratio of cluster totals). At least the number of clusters, at most that of trials:
-/// where all clusters agree, each counts once.
+/// The number of independent trials whose rate has the variance of that of clustered trials, which
+/// depend on each other within a cluster (Korn and Graubard 1998: n over the design effect of a
+/// ratio of cluster totals). From the number of clusters to that of trials.
 /// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
 double EffectiveTrials(const std::vector<Count>& clusters);
 /// Wilson's 95 % interval of the rate of all trials, with that number of trials.

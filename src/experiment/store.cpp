@@ -4,14 +4,17 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
-#include <queue>
+#include <ranges>
 
 #include "base/error.h"
 #include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Times stand in a table of their own: all else depends on the experiment and the case alone.
 constexpr const char* kSchema = R"(
@@ -31,14 +34,14 @@ constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
 // would need an overflow page of its own.
 constexpr const char* kWritten = "PRAGMA page_size=32768; PRAGMA journal_mode=OFF";
 // Parts of a stamp.
-constexpr const char* kIdentity = "identity";
-constexpr const char* kBuild = "build";
-constexpr const char* kData = "data";
+using StampPart = std::map<std::string, std::string> Stamp::*;
+constexpr std::array<std::pair<const char*, StampPart>, 3> kStampParts = {
+    {{"identity", &Stamp::identity}, {"build", &Stamp::build}, {"data", &Stamp::data}}};
 // How long a reader or writer waits for the other's transaction.
 constexpr int kBusy_ms = 10000;
 
 struct Database {
-  std::filesystem::path file;
+  fs::path file;
   sqlite3* handle = nullptr;
 
   Database() = default;
@@ -133,11 +136,11 @@ class RecordWriter {
   Statement case_, seconds_;
 };
 
-std::filesystem::path FileIn(const std::filesystem::path& folder) { return folder / kFile; }
+fs::path FileIn(const fs::path& folder) { return folder / kFile; }
 
 constexpr std::string_view kSeedPrefix = "seed-";
 
-std::optional<std::uint64_t> SeedOf(const std::filesystem::path& folder) {
+std::optional<std::uint64_t> SeedOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
   if (!name.starts_with(kSeedPrefix) || !Store::Exists(folder)) return std::nullopt;
   return base::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
@@ -172,21 +175,12 @@ void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
 
 // A shard that is being read, and its next record.
 struct Source {
+  explicit Source(const fs::path& folder) : store(Store::Open(folder)), cursor(store) {}
+
   Store store;
   Store::Cursor cursor;
-  Record next;
+  std::optional<Record> next = {};
 };
-
-// The smallest id first; of equal ones that of the shard that was named first.
-struct Later {
-  const std::vector<std::unique_ptr<Source>>& sources;
-  bool operator()(std::size_t a, std::size_t b) const {
-    const int order = sources[a]->next.which.id.compare(sources[b]->next.which.id);
-    return order != 0 ? order > 0 : a > b;
-  }
-};
-
-struct Incomplete : std::exception {};
 
 // An SQLite file in use holds up to three file descriptors: a thousand shards want more than the
 // usual soft limit.
@@ -205,21 +199,18 @@ Store::Store(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Store::~Store() = default;
 Store::Store(Store&&) noexcept = default;
 
-const std::filesystem::path& Store::file() const { return impl_->file; }
+const fs::path& Store::file() const { return impl_->file; }
 
-bool Store::Exists(const std::filesystem::path& folder) {
+bool Store::Exists(const fs::path& folder) {
   std::error_code error;
-  return std::filesystem::exists(FileIn(folder), error);
+  return fs::exists(FileIn(folder), error);
 }
 
-Store Store::Create(const std::filesystem::path& folder) {
-  return CreateFile(folder, kFile, kGrowing);
-}
+Store Store::Create(const fs::path& folder) { return CreateFile(folder, kFile, kGrowing); }
 
-Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
-                        const char* pragmas) {
+Store Store::CreateFile(const fs::path& folder, const char* name, const char* pragmas) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  fs::create_directories(folder, error);
   if (error) {
     throw base::InputError(folder.string() +
                            ": the output folder cannot be made: " + error.message());
@@ -239,7 +230,7 @@ Store Store::CreateFile(const std::filesystem::path& folder, const char* name,
   return Store(std::move(impl));
 }
 
-Store Store::Open(const std::filesystem::path& folder) {
+Store Store::Open(const fs::path& folder) {
   if (!Exists(folder)) {
     throw base::InputError(folder.string() + ": no results here (no results.sqlite); " +
                            "give the folder that `run` wrote");
@@ -259,9 +250,9 @@ Store Store::Open(const std::filesystem::path& folder) {
   return Store(std::move(impl));
 }
 
-void Store::Remove(const std::filesystem::path& folder) {
+void Store::Remove(const fs::path& folder) {
   for (const char* ending : {"", "-wal", "-shm"}) {
-    std::filesystem::remove(folder / (std::string(kFile) + ending));
+    fs::remove(folder / (std::string(kFile) + ending));
   }
 }
 
@@ -269,9 +260,8 @@ void Store::WriteStamp(const Stamp& stamp) {
   impl_->Transaction([&] {
     impl_->Run("DELETE FROM stamp");
     Statement insert(*impl_, "INSERT INTO stamp VALUES(?, ?, ?)");
-    for (const auto& [part, values] :
-         {std::pair{kIdentity, &stamp.identity}, {kBuild, &stamp.build}, {kData, &stamp.data}}) {
-      for (const auto& [name, value] : *values) insert.Run(std::string(part), name, value);
+    for (const auto& [word, part] : kStampParts) {
+      for (const auto& [name, value] : stamp.*part) insert.Run(std::string(word), name, value);
     }
   });
 }
@@ -280,9 +270,9 @@ Stamp Store::ReadStamp() const {
   Stamp stamp;
   Statement select(*impl_, "SELECT part, name, value FROM stamp");
   while (select.Step()) {
-    const std::string part = select.Text(0);
-    auto& values = part == kIdentity ? stamp.identity : part == kBuild ? stamp.build : stamp.data;
-    values[select.Text(1)] = select.Text(2);
+    for (const auto& [word, part] : kStampParts) {
+      if (select.Text(0) == word) (stamp.*part)[select.Text(1)] = select.Text(2);
+    }
   }
   return stamp;
 }
@@ -347,7 +337,7 @@ std::optional<Record> Store::Cursor::Next() {
   return record;
 }
 
-void Store::WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
+void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
                        const std::function<std::optional<Record>()>& next) {
   const auto unfinished = folder / kUnfinished;
   try {
@@ -359,30 +349,29 @@ void Store::WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
     store.impl_->Run("COMMIT");
   } catch (...) {
     std::error_code error;
-    std::filesystem::remove(unfinished, error);
-    std::filesystem::remove(folder, error);  // where nothing else is in it
+    fs::remove(unfinished, error);
+    fs::remove(folder, error);  // where nothing else is in it
     throw;
   }
-  std::filesystem::rename(unfinished, FileIn(folder));
+  fs::rename(unfinished, FileIn(folder));
 }
 
-std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed) {
+fs::path SeedFolder(const fs::path& folder, std::uint64_t seed) {
   return folder / (std::string(kSeedPrefix) + std::to_string(seed));
 }
 
-std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder) {
-  if (Store::Exists(folder) || !std::filesystem::is_directory(folder)) return {folder};
-  std::map<std::uint64_t, std::filesystem::path> by_seed;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+std::vector<fs::path> StoresIn(const fs::path& folder) {
+  if (Store::Exists(folder) || !fs::is_directory(folder)) return {folder};
+  std::map<std::uint64_t, fs::path> by_seed;
+  for (const auto& entry : fs::directory_iterator(folder)) {
     if (const auto seed = SeedOf(entry.path())) by_seed[*seed] = entry.path();
   }
   if (by_seed.empty()) return {folder};
-  std::vector<std::filesystem::path> stores;
-  for (const auto& [seed, store] : by_seed) stores.push_back(store);
-  return stores;
+  const auto stores = std::views::values(by_seed);
+  return {stores.begin(), stores.end()};
 }
 
-Results ReadResults(const std::filesystem::path& folder) {
+Results ReadResults(const fs::path& folder) {
   Results results;
   for (const auto& path : StoresIn(folder)) {
     const Store store = Store::Open(path);
@@ -402,54 +391,38 @@ Results ReadResults(const std::filesystem::path& folder) {
   return results;
 }
 
-Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
-             bool complete) {
+Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool complete) {
   if (Store::Exists(out)) {
     throw base::InputError(out.string() + ": holds results already; name a new folder");
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
-  Merged merged;
-  merged.expected = std::stoull(Need(stamp.identity, "cases"));
-  std::vector<std::unique_ptr<Source>> sources;
-  std::priority_queue<std::size_t, std::vector<std::size_t>, Later> queue(Later{sources});
+  Merged merged{.cases = 0, .expected = std::stoull(Need(stamp.identity, "cases"))};
+  std::vector<Source> sources;
   for (const auto& folder : shards) {
-    Store store = Store::Open(folder);
+    const Store& store = sources.emplace_back(folder).store;
     CheckSameRun(store.ReadStamp(), stamp, folder.string());
-    Store::Cursor cursor(store);
-    auto first = cursor.Next();
-    if (!first) continue;
-    sources.push_back(
-        std::make_unique<Source>(std::move(store), std::move(cursor), std::move(*first)));
-    queue.push(sources.size() - 1);
+    merged.cases += static_cast<std::size_t>(store.Count());
   }
-  std::string last_id;
-  const auto smallest = [&]() -> std::optional<Record> {
-    if (queue.empty()) {
-      if (complete && merged.cases < merged.expected) throw Incomplete();
-      return std::nullopt;
-    }
-    const std::size_t top = queue.top();
-    queue.pop();
-    Source& source = *sources[top];
-    Record record = std::move(source.next);
-    if (record.which.id == last_id) {
-      throw base::InputError(source.store.file().parent_path().string() + ": case " + last_id +
-                             " is in another of the folders too");
-    }
-    last_id = record.which.id;
-    if (auto next = source.cursor.Next()) {
-      source.next = std::move(*next);
-      queue.push(top);
-    }
-    ++merged.cases;
-    return record;
+  if (complete && merged.cases < merged.expected) return merged;
+  std::map<std::string, Source*> by_next_id;
+  const auto read_next = [&](Source& source) {
+    source.next = source.cursor.Next();
+    if (!source.next) return;
+    const auto [other, is_new] = by_next_id.try_emplace(source.next->which.id, &source);
+    if (is_new) return;
+    const Source& later = *std::max(other->second, &source);
+    throw base::InputError(later.store.file().parent_path().string() + ": case " + other->first +
+                           " is in another of the folders too");
   };
-  try {
-    Store::WriteWhole(out, stamp, smallest);
-  } catch (const Incomplete&) {
-    // Nothing was written.
-  }
+  for (Source& source : sources) read_next(source);
+  Store::WriteWhole(out, stamp, [&]() -> std::optional<Record> {
+    if (by_next_id.empty()) return std::nullopt;
+    Source& source = *by_next_id.extract(by_next_id.begin()).mapped();
+    Record record = std::move(*source.next);
+    read_next(source);
+    return record;
+  });
   return merged;
 }
 

@@ -14,9 +14,8 @@ namespace rangegrasp::experiment {
 
 /// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
 /// moment loses nothing that it had finished. One process writes; others may read meanwhile.
-/// Errors of the database (a full disk, a folder that cannot be written, no database) are
-/// base::RunError or, where the file itself is not what it should be, base::InputError; both name
-/// the file.
+/// @throws base::RunError for errors of the database (a full disk), base::InputError where the file
+/// or folder is not what it should be; both name the file.
 class Store {
  public:
   /// Opens for writing, creating folder and file where they are absent.
@@ -57,10 +56,10 @@ class Store {
     std::unique_ptr<Impl> impl_;
   };
 
-  /// Writes results of which all records are there already into a folder without results, in one
-  /// step: a program that is killed meanwhile leaves none.
-  /// @param next  gives a record each time it is called, in the ascending order of their ids; then
-  ///              nullopt. What it throws is passed on, and nothing is written.
+  /// Writes whole results into a folder without results, in one step: a program that is killed
+  /// meanwhile leaves none.
+  /// @param next  gives a record at each call, in the ascending order of their ids; then nullopt.
+  /// What it throws is passed on, and nothing is written.
   static void WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
                          const std::function<std::optional<Record>()>& next);
 
@@ -96,7 +95,7 @@ struct Merged {
 
 /// Joins the results of shards into a folder without results, all of them or nothing. Memory does
 /// not grow with the number of cases. What is joined may be joined with more.
-/// @param complete  whether to write nothing where cases are missing: see what is returned
+/// @param complete  whether to write nothing where cases are missing
 /// @throws base::InputError naming the folder: it holds results already, a shard is of another run,
 /// or a case is in two of them.
 Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,

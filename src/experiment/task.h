@@ -17,33 +17,34 @@ namespace rangegrasp::experiment {
 struct View;
 
 struct ReplayOptions {
-  std::filesystem::path folder;  ///< receives whatever there is to see; made where absent
+  std::filesystem::path folder = {};  ///< receives whatever there is to see; made where absent
   bool snapshots = false;
-  std::filesystem::path video;  ///< empty: none
-  std::string camera;           ///< empty: the task's own choice
+  std::filesystem::path video = {};  ///< empty: none
+  std::string camera = {};           ///< empty: the task's own choice
   View* view = nullptr;  ///< receives what there is to look at, of a kind that has_views; or null
 };
 
-/// One experiment, read and made ready: everything that its cases share is loaded, so that a broken
-/// model is reported before the first case and processes are forked from a finished state.
+/// One experiment, made ready: everything that its cases share is loaded before processes are
+/// forked.
 class Task {
  public:
   virtual ~Task() = default;
 
   /// All cases in a fixed order.
   virtual std::vector<Case> Cases() const = 0;
-  /// What takes long and is done once before cases are run, besides what all cases share: a case
-  /// that finds it undone does it for itself. @throws base::InputError
+  /// What takes long and is done once before cases are run; a case that finds it undone does it for
+  /// itself. @throws base::InputError
   virtual void Prepare() const {}
-  /// Results lie in this folder: a program that a case starts must not see them, for they hold the
-  /// truth.
+  /// Results, which hold the truth, lie in this folder: programs that a case starts must not see
+  /// it.
   virtual void Hide(const std::filesystem::path& /*folder*/) {}
   /// Runs a case, in a process of its own. What a case may run into is an outcome; an exception
   /// counts as kCrashed.
   virtual Result Run(const Case& which) const = 0;
-  /// Runs it again and leaves what a person wants to see of it in a folder.
-  /// @throws base::InputError for an option that the task has no use for.
-  virtual Result Replay(const Case& which, const ReplayOptions& options) const = 0;
+  /// Runs it again and leaves what a person wants to see of it in a folder, if there is anything.
+  virtual Result Replay(const Case& which, const ReplayOptions& /*options*/) const {
+    return Run(which);
+  }
   /// Adds what the task's results depend on (to identity: hashes of its models) and what its tables
   /// need (to data). The engine has put in experiment, its hash and text, seed, version and commit.
   virtual void AddTo(Stamp& stamp) const = 0;
@@ -57,11 +58,9 @@ struct Common {
   std::filesystem::path file;  ///< as given
   std::uint64_t seed = 1;
   double case_limit_s = 60.0;  ///< wall time after which a case is killed
-  /// A run ends when its first so many cases, taken in turn from all groups, have all failed in the
-  /// same way; 0: never (experiment/runner.h).
-  int stop_after = 20;
+  int stop_after = 20;         ///< SameFailure (experiment/runner.h)
   /// Is shown what is wrong with the models that the keys name, before they are loaded; false: the
-  /// experiment is not made ready. Empty: nobody looks.
+  /// experiment is not made ready. May be empty.
   OnFindings on_findings = {};
 };
 

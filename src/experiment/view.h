@@ -12,9 +12,8 @@
 
 namespace rangegrasp::experiment {
 
-/// What a person may look at of a case, from all sides and over time, or as diagrams, in the task's
-/// own words. What shows it (a report's page) knows nothing of the task. All in one frame W [m], z
-/// up. A task fills in what it has.
+/// What a person may look at of a case, in three dimensions and over time, or as diagrams. All in
+/// one frame W [m], z up. A task fills in what it has.
 struct View {
   using Color = Eigen::Vector4f;  ///< red, green, blue, opacity in 0..1
 
@@ -34,8 +33,7 @@ struct View {
     geometry::TriangleMesh mesh_W;
     Color color;
   };
-  /// A surface whose triangles have colors. Each is a layer and stands in a picture of its own,
-  /// next to the others; all are turned as one.
+  /// A surface whose triangles have colors: a picture of its own; all are turned as one.
   struct Painted {
     std::string layer;
     geometry::TriangleMesh mesh_W;

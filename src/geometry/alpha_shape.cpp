@@ -12,7 +12,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -22,6 +21,8 @@
 namespace rangegrasp::geometry {
 namespace {
 
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 using AlphaKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Triangle = std::array<std::uint32_t, 3>;
 
@@ -37,36 +38,9 @@ using Delaunay2 = CGAL::Delaunay_triangulation_2<
     AlphaKernel,
     CGAL::Triangulation_data_structure_2<Vertex2, CGAL::Triangulation_face_base_2<AlphaKernel>>>;
 
+// Triangulations are built in canonical order: they do not depend on the order of the input.
+
 constexpr double kNoAlpha = std::numeric_limits<double>::infinity();
-
-/// Positions of the points in lexicographic order of their coordinates, ties by position. The
-/// triangulation is built in this order, so that it does not depend on the order of the input.
-template <class PointsOf>
-std::vector<std::uint32_t> CanonicalOrder(const PointsOf& points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&points](std::uint32_t a, std::uint32_t b) {
-    const auto& p = points[a];
-    const auto& q = points[b];
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
-      if (p[i] != q[i]) return p[i] < q[i];
-    }
-    return a < b;
-  });
-  return order;
-}
-
-/// For each point the first point with the same coordinates.
-template <class PointsOf>
-std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
-                                     const std::vector<std::uint32_t>& order) {
-  std::vector<std::uint32_t> twin(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && points[order[i]] == points[order[i - 1]];
-    twin[order[i]] = same ? twin[order[i - 1]] : order[i];
-  }
-  return twin;
-}
 
 /// Of the circle or sphere through the corners; infinite if they are in one line or plane, where
 /// its formula divides by zero. The corners are taken in the order of their coordinates: in
@@ -74,7 +48,7 @@ std::vector<std::uint32_t> FirstTwin(const PointsOf& points,
 /// one of its two cells which lies lower in memory.
 template <std::size_t n>
 double SquaredCircumradius(std::array<AlphaKernel::Point_3, n> corners) {
-  std::sort(corners.begin(), corners.end());
+  std::ranges::sort(corners);
   const double radius =
       std::apply([](const auto&... corner) { return CGAL::squared_radius(corner...); }, corners);
   return std::isfinite(radius) ? radius : kNoAlpha;
@@ -111,10 +85,9 @@ Delaunay3 Triangulate(PointSpan points, const std::vector<std::uint32_t>& order,
   return Delaunay3(input.begin(), input.end());
 }
 
-Triangle SortedTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  Triangle triangle{a, b, c};
-  std::sort(triangle.begin(), triangle.end());
-  return triangle;
+void AddTriangle(Triangle corners, AlphaComplex& complex) {
+  std::ranges::sort(corners);
+  complex.triangles.push_back(corners);
 }
 
 void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
@@ -125,9 +98,8 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
             : SquaredCircumradius<4>({cell->vertex(0)->point(), cell->vertex(1)->point(),
                                       cell->vertex(2)->point(), cell->vertex(3)->point()});
   }
-  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
-       ++facet) {
-    const auto [cell, far] = *facet;
+  for (const auto& facet : delaunay.finite_facets()) {
+    const auto [cell, far] = facet;
     const auto a = cell->vertex((far + 1) & 3);
     const auto b = cell->vertex((far + 2) & 3);
     const auto c = cell->vertex((far + 3) & 3);
@@ -136,30 +108,23 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
                                      CGAL::squared_distance(b->point(), c->point()),
                                      CGAL::squared_distance(c->point(), a->point())});
     if (longest > 4.0 * squared_alpha) continue;
-    if (SquaredEmptyRadius(delaunay, *facet) > squared_alpha) continue;
-    complex.triangles.push_back(SortedTriangle(a->info(), b->info(), c->info()));
+    if (SquaredEmptyRadius(delaunay, facet) > squared_alpha) continue;
+    AddTriangle({a->info(), b->info(), c->info()}, complex);
   }
 }
 
 /// All points in one plane: the triangles of the 2-D triangulation, each with its own circle.
 void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
-  for (auto facet = delaunay.finite_facets_begin(); facet != delaunay.finite_facets_end();
-       ++facet) {
-    const auto& cell = facet->first;
-    if (SquaredCircumradius<3>({cell->vertex(0)->point(), cell->vertex(1)->point(),
-                                cell->vertex(2)->point()}) > squared_alpha) {
-      continue;
-    }
-    complex.triangles.push_back(
-        SortedTriangle(cell->vertex(0)->info(), cell->vertex(1)->info(), cell->vertex(2)->info()));
+  for (const auto& [cell, far] : delaunay.finite_facets()) {
+    const auto& [a, b, c] = std::array{cell->vertex(0), cell->vertex(1), cell->vertex(2)};
+    if (SquaredCircumradius<3>({a->point(), b->point(), c->point()}) > squared_alpha) continue;
+    AddTriangle({a->info(), b->info(), c->info()}, complex);
   }
 }
 
-double Cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
+double Cross(const Vector2d& u, const Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
 
-double LoopLength(std::span<const Eigen::Vector2d> points, const std::vector<std::uint32_t>& loop) {
+double LoopLength(std::span<const Vector2d> points, const std::vector<std::uint32_t>& loop) {
   double length = 0.0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     length += (points[loop[(i + 1) % loop.size()]] - points[loop[i]]).norm();
@@ -192,23 +157,17 @@ EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
 
 /// Of the edges that leave `at`, the one that turns furthest to the right on the way from
 /// `before`: with the interior on the left that keeps loops which touch in a point apart.
-std::size_t SharpestRight(std::span<const Eigen::Vector2d> points, std::uint32_t before,
-                          std::uint32_t at, const std::vector<std::uint32_t>& next) {
-  const Eigen::Vector2d in = points[at] - points[before];
-  std::size_t best = 0;
-  double best_turn = kNoAlpha;
-  for (std::size_t i = 0; i < next.size(); ++i) {
-    const Eigen::Vector2d out = points[next[i]] - points[at];
-    const double turn = std::atan2(Cross(in, out), in.dot(out));
-    if (turn < best_turn) {
-      best_turn = turn;
-      best = i;
-    }
-  }
-  return best;
+auto SharpestRight(std::span<const Vector2d> points, std::uint32_t before, std::uint32_t at,
+                   const std::vector<std::uint32_t>& next) {
+  const Vector2d in = points[at] - points[before];
+  const auto turn = [&](std::uint32_t i) {
+    const Vector2d out = points[i] - points[at];
+    return std::atan2(Cross(in, out), in.dot(out));
+  };
+  return std::ranges::min_element(next, {}, turn);
 }
 
-std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector2d> points,
+std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Vector2d> points,
                                                    EdgesFrom from) {
   std::vector<std::vector<std::uint32_t>> loops;
   while (!from.empty()) {
@@ -218,11 +177,11 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector
     std::uint32_t at = start;
     do {
       const auto edges = from.find(at);
-      const std::size_t pick =
-          loop.size() == 1 ? 0 : SharpestRight(points, before, at, edges->second);
+      const auto pick = loop.size() == 1 ? edges->second.begin()
+                                         : SharpestRight(points, before, at, edges->second);
       before = at;
-      at = edges->second[pick];
-      edges->second.erase(edges->second.begin() + static_cast<std::ptrdiff_t>(pick));
+      at = *pick;
+      edges->second.erase(pick);
       if (edges->second.empty()) from.erase(edges);
       loop.push_back(at);
     } while (at != start);
@@ -232,7 +191,7 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Eigen::Vector
   return loops;
 }
 
-Delaunay2 Triangulate(std::span<const Eigen::Vector2d> points) {
+Delaunay2 Triangulate(std::span<const Vector2d> points) {
   const auto order = CanonicalOrder(points);
   const auto twin = FirstTwin(points, order);
   std::vector<std::pair<AlphaKernel::Point_2, std::uint32_t>> input;
@@ -243,8 +202,7 @@ Delaunay2 Triangulate(std::span<const Eigen::Vector2d> points) {
   return Delaunay2(input.begin(), input.end());
 }
 
-AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Eigen::Vector2d> points,
-                    double alpha_m) {
+AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Vector2d> points, double alpha_m) {
   AlphaShape2 shape;
   const double squared_alpha = alpha_m * alpha_m;
   for (const auto& face : delaunay.finite_face_handles()) {
@@ -253,17 +211,15 @@ AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Eigen::Vector2d> 
     const auto& c = face->vertex(2);
     if (CGAL::squared_radius(a->point(), b->point(), c->point()) > squared_alpha) continue;
     Triangle triangle{a->info(), b->info(), c->info()};
-    std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
-                triangle.end());
+    std::ranges::rotate(triangle, std::ranges::min_element(triangle));
     shape.triangles.push_back(triangle);
     shape.area_m2 += 0.5 * Cross(points[triangle[1]] - points[triangle[0]],
                                  points[triangle[2]] - points[triangle[0]]);
   }
-  std::sort(shape.triangles.begin(), shape.triangles.end());
+  std::ranges::sort(shape.triangles);
   shape.loops = ChainLoops(points, BoundaryEdges(shape.triangles));
-  std::stable_sort(shape.loops.begin(), shape.loops.end(), [points](const auto& a, const auto& b) {
-    return LoopLength(points, a) > LoopLength(points, b);
-  });
+  std::ranges::stable_sort(shape.loops, std::ranges::greater(),
+                           [&](const auto& loop) { return LoopLength(points, loop); });
   return shape;
 }
 
@@ -279,7 +235,7 @@ AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m) {
   const double squared_alpha = alpha_m * alpha_m;
   if (delaunay.dimension() == 3) CollectTriangles3(delaunay, squared_alpha, complex);
   if (delaunay.dimension() == 2) CollectTriangles2(delaunay, squared_alpha, complex);
-  std::sort(complex.triangles.begin(), complex.triangles.end());
+  std::ranges::sort(complex.triangles);
 
   UnionFind sets(points.size());
   std::vector<bool> used(points.size(), false);
@@ -297,11 +253,11 @@ AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m) {
   return complex;
 }
 
-AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alpha_m) {
+AlphaShape2 BuildAlphaShape2(std::span<const Vector2d> points, double alpha_m) {
   return std::move(BuildAlphaShapes2(points, {&alpha_m, 1}).front());
 }
 
-std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> points,
+std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Vector2d> points,
                                            std::span<const double> alphas_m) {
   std::vector<AlphaShape2> shapes(alphas_m.size());
   if (points.size() < 3) return shapes;
@@ -329,11 +285,10 @@ namespace {
 
 /// 21 bits a coordinate of a cube: cubes 2^21 apart share a number, which costs time, no more.
 constexpr std::uint64_t kCubeMask = 0x1fffffu;
-/// Neighbors among which fact 1 is applied: on an even surface they reach two steps far. The result
-/// does not depend on it: fewer leave more to the triangulation, more cost every point.
+/// Among which fact 1 is applied; of no influence on the result. Fewer leave more to the
+/// triangulation, more cost every point.
 constexpr std::size_t kNeighbors = 12;
-/// Above this share of points between sets the triangulation of all points is cheaper, since that
-/// of a part takes in all within 2 alpha of it. The result does not depend on it.
+/// Above this share of points between sets the triangulation of all is cheaper; same result.
 constexpr double kMaxUndecided = 0.3;
 /// Widens 2 alpha, since the tree leaves points at exactly the radius out; far more than rounding.
 constexpr double kBeyond = 1.0 + 1e-9;
@@ -386,7 +341,7 @@ class Finder {
 
   /// No point inside the ball on the diameter pq; such a point would be nearer to p than q is.
   bool IsGabriel(std::uint32_t p, const KdTree::Neighbor& q) const {
-    const Eigen::Vector3d middle = 0.5 * (points_[p] + points_[q.index]);
+    const Vector3d middle = 0.5 * (points_[p] + points_[q.index]);
     const double inside = 0.25 * q.squared_distance * kInside;
     for (const KdTree::Neighbor& s : list_) {
       if (s.squared_distance >= q.squared_distance) return true;
@@ -398,11 +353,11 @@ class Finder {
   }
 
   void JoinBest(std::uint32_t p, const KdTree::Neighbor& q, double squared_reach) {
-    const Eigen::Vector3d pq = points_[q.index] - points_[p];
+    const Vector3d pq = points_[q.index] - points_[p];
     double best = kNoAlpha;  // squared radius
     std::uint32_t best_r = 0;
     for (const KdTree::Neighbor& r : list_) {
-      const Eigen::Vector3d pr = points_[r.index] - points_[p];
+      const Vector3d pr = points_[r.index] - points_[p];
       const double area = pq.cross(pr).squaredNorm();
       const double sides = q.squared_distance * r.squared_distance *
                            (points_[r.index] - points_[q.index]).squaredNorm();
@@ -413,8 +368,10 @@ class Finder {
     if (best <= alpha_ * alpha_ && 4.0 * best <= squared_reach) Use(p, q.index, best_r);
   }
 
+  using CubeSets = std::unordered_map<std::uint64_t, std::int32_t>;
+
   /// A number of 3 x 21 bits for the cube of side 2 alpha that p is in, moved by (x, y, z) cubes.
-  std::uint64_t Cube(const Eigen::Vector3d& p, int x, int y, int z) const {
+  std::uint64_t Cube(const Vector3d& p, int x, int y, int z) const {
     const auto part = [this](double value, int shift) {
       return static_cast<std::uint64_t>(
                  static_cast<std::int64_t>(std::floor(value / (2.0 * alpha_))) + shift) &
@@ -425,53 +382,30 @@ class Finder {
 
   /// The points within 2 alpha of a point of another set, ascending.
   Indices Undecided() {
-    const auto rank = RankSets();
-    std::unordered_map<std::uint64_t, std::uint32_t> highest;  // rank in each cube
+    std::vector<std::int32_t> set;  // of each point, 0 the largest
+    LabelBySize(sets_, std::vector<bool>(points_.size(), true), set);
+    CubeSets largest;
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      auto& entry = highest[Cube(points_[i], 0, 0, 0)];
-      entry = std::max(entry, rank[sets_.Find(i)]);
+      auto& entry = largest.try_emplace(Cube(points_[i], 0, 0, 0), set[i]).first->second;
+      entry = std::min(entry, set[i]);
     }
-    std::unordered_map<std::uint64_t, std::uint32_t> around;  // the same with the cubes round it
+    CubeSets around;  // the same with the cubes round it
     std::vector<bool> undecided(points_.size(), false);
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      const auto [entry, is_new] = around.try_emplace(Cube(points_[i], 0, 0, 0), 0u);
-      if (is_new) entry->second = HighestAround(points_[i], highest);
-      // Of two sets the lower one looks for the other.
-      if (rank[sets_.Find(i)] < entry->second) MarkOthers(i, undecided);
+      const auto [entry, is_new] = around.try_emplace(Cube(points_[i], 0, 0, 0), set[i]);
+      if (is_new) entry->second = LargestAround(points_[i], set[i], largest);
+      // Of two sets the smaller one looks for the other.
+      if (entry->second < set[i]) MarkOthers(i, undecided);
     }
-    Indices list;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (undecided[i]) list.push_back(i);
-    }
-    return list;
+    return PositionsOf(undecided);
   }
 
-  /// Sets by ascending size.
-  std::vector<std::uint32_t> RankSets() {
-    std::vector<std::uint32_t> size(points_.size(), 0);
-    for (std::uint32_t i = 0; i < points_.size(); ++i) ++size[sets_.Find(i)];
-    Indices roots;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (size[i] > 0) roots.push_back(i);
-    }
-    std::stable_sort(roots.begin(), roots.end(),
-                     [&size](std::uint32_t a, std::uint32_t b) { return size[a] < size[b]; });
-    std::vector<std::uint32_t> rank(points_.size(), 0);
-    for (std::uint32_t k = 0; k < roots.size(); ++k) rank[roots[k]] = k;
-    return rank;
-  }
-
-  std::uint32_t HighestAround(
-      const Eigen::Vector3d& p,
-      const std::unordered_map<std::uint64_t, std::uint32_t>& highest) const {
-    std::uint32_t best = 0;
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
-          const auto entry = highest.find(Cube(p, x, y, z));
-          if (entry != highest.end()) best = std::max(best, entry->second);
-        }
-      }
+  /// The largest set in the cubes at and round p, which is of `own`.
+  std::int32_t LargestAround(const Vector3d& p, std::int32_t own, const CubeSets& largest) const {
+    std::int32_t best = own;
+    for (int k = 0; k < 27; ++k) {
+      const auto entry = largest.find(Cube(p, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
+      if (entry != largest.end()) best = std::min(best, entry->second);
     }
     return best;
   }
@@ -489,19 +423,16 @@ class Finder {
   /// Fact 2.
   void JoinUndecided(const Indices& undecided) {
     std::vector<bool> may_join(points_.size(), false);
-    std::vector<bool> needed(points_.size(), false);
     const bool all =
         static_cast<double>(undecided.size()) > kMaxUndecided * static_cast<double>(points_.size());
+    std::vector<bool> needed(points_.size(), all);
     for (const std::uint32_t i : undecided) {
       may_join[i] = true;
       if (all) continue;
       tree_.Within(points_[i], 2.0 * alpha_ * kBeyond, list_);
       for (const KdTree::Neighbor& n : list_) needed[n.index] = true;
     }
-    Indices subset;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (all || needed[i]) subset.push_back(i);
-    }
+    const Indices subset = PositionsOf(needed);
     for (const auto& [a, b, c] : BuildAlphaComplex(Select(points_, subset), alpha_).triangles) {
       if (may_join[subset[a]] && may_join[subset[b]] && may_join[subset[c]]) {
         Use(subset[a], subset[b], subset[c]);

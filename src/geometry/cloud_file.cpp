@@ -30,7 +30,6 @@ struct Header {
   std::string data;
 };
 
-/// Calls read(field, i) for each field and its value, words[i].
 template <class Read>
 void ReadPerField(const LineReader& lines, const WordList& words, Header& header, Read read) {
   if (header.fields.empty()) lines.Fail("{} stands before FIELDS", Quoted(words[0]));
@@ -131,39 +130,34 @@ void Complete(const LineReader& lines, Header& header) {
   if (product >= kEndOfCounts) lines.Fail("POINTS {} is absurd", product);
 }
 
-struct Layout {
-  Coordinate xyz[3];
-  ColorPlace color;
-  std::size_t columns = 0;
-  std::size_t row_bytes = 0;
-};
-
 /// A field that is a packed color; others of its name are no color.
 bool IsColor(const Field& field) {
   return (field.name == "rgb" || field.name == "rgba") && field.size == 4 && field.count == 1;
 }
 
 /// Where x, y, z and the color are: row by row, or, for binary_compressed, field by field.
-Layout FindCoordinates(const LineReader& lines, const Header& header, bool by_field) {
-  Layout layout;
+Layout FindPlaces(const LineReader& lines, const Header& header) {
+  Layout layout{.points = *header.points, .by_field = header.data == "binary_compressed"};
   for (const Field& field : header.fields) {
-    const Coordinate place{.found = true,
-                           .column = layout.columns,
-                           .offset = by_field ? 0 : layout.row_bytes,
-                           .start = by_field ? layout.row_bytes * *header.points : 0,
-                           .size = field.size};
-    for (int axis = 0; axis < 3; ++axis) {
-      if (field.name != std::string(1, static_cast<char>('x' + axis))) continue;
+    Place place{{field.size, 'f'},
+                layout.columns,
+                layout.row_bytes * (layout.by_field ? layout.points : 1)};
+    const auto axis = std::ranges::find(kAxes, field.name) - kAxes.begin();
+    if (axis < 3) {
       if (field.type != 'F' || field.size < 4 || field.count != 1) {
         lines.Fail("field {} is of TYPE {}, SIZE {}, COUNT {}; F, 4 or 8, and 1 are needed",
                    field.name, field.type, field.size, field.count);
       }
-      layout.xyz[axis] = place;
+      layout.xyz[static_cast<std::size_t>(axis)] = place;
     }
     if (IsColor(field)) {
-      layout.color.kind =
-          field.type == 'F' ? ColorPlace::Kind::kPackedAsFloat : ColorPlace::Kind::kPacked;
-      layout.color.at[0] = place;
+      // Words hold the number; the bytes of a float are taken as they are.
+      place.type.kind = field.type == 'F' && header.data == "ascii" ? 'f' : 'u';
+      layout.color = {place};
+    }
+    if (field.name == "label" && field.type != 'F' && field.count == 1) {
+      place.type.kind = field.type == 'U' ? 'u' : 'i';
+      layout.label = place;
     }
     layout.columns += field.count;
     layout.row_bytes += field.count * field.size;
@@ -171,13 +165,9 @@ Layout FindCoordinates(const LineReader& lines, const Header& header, bool by_fi
       lines.Fail("a point of {} bytes is absurd", layout.row_bytes);
     }
   }
-  layout.color.at[0].stride = by_field ? layout.color.at[0].size : layout.row_bytes;
-  for (int axis = 0; axis < 3; ++axis) {
-    Coordinate& c = layout.xyz[axis];
-    c.stride = by_field ? c.size : layout.row_bytes;
-    if (!c.found) {
-      lines.Fail("FIELDS has no {}; x, y and z are needed", static_cast<char>('x' + axis));
-    }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (layout.xyz[axis].type.size > 0) continue;
+    lines.Fail("FIELDS has no {}; x, y and z are needed", kAxes[axis]);
   }
   return layout;
 }
@@ -192,32 +182,31 @@ Layout FindCoordinates(const LineReader& lines, const Header& header, bool by_fi
 std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
   std::string out;
   out.reserve(size);
-  std::size_t at = 0;
-  const auto byte = [&data](std::size_t i) { return static_cast<unsigned char>(data[i]); };
-  while (at < data.size()) {
-    const unsigned control = byte(at++);
+  const auto next = [&data] {
+    const auto byte = static_cast<unsigned char>(data.front());
+    data.remove_prefix(1);
+    return byte;
+  };
+  while (!data.empty()) {
+    const unsigned control = next();
     if (control < 32) {  // a run of control + 1 bytes as they are
       const std::size_t run = control + 1;
-      if (data.size() - at < run || size - out.size() < run) return std::nullopt;
-      out.append(data.substr(at, run));
-      at += run;
+      if (data.size() < run || size - out.size() < run) return std::nullopt;
+      out.append(data.substr(0, run));
+      data.remove_prefix(run);
       continue;
     }
     // A copy of earlier output: 3 bits of length (7: one more byte), 13 bits of distance.
-    std::size_t length = control >> 5;
-    if (length == 7) {
-      if (at >= data.size()) return std::nullopt;
-      length += byte(at++);
-    }
-    length += 2;
-    if (at >= data.size()) return std::nullopt;
-    const std::size_t distance = ((control & 31u) << 8) + byte(at++) + 1;
+    std::size_t length = (control >> 5) + 2;
+    const bool longer = control >> 5 == 7;
+    if (data.size() < (longer ? 2 : 1)) return std::nullopt;
+    if (longer) length += next();
+    const std::size_t distance = ((control & 31u) << 8) + next() + 1;
     if (distance > out.size() || size - out.size() < length) return std::nullopt;
     // It may overlap with what it writes.
     for (std::size_t i = 0; i < length; ++i) out.push_back(out[out.size() - distance]);
   }
-  if (out.size() != size) return std::nullopt;
-  return out;
+  return out.size() == size ? std::optional(std::move(out)) : std::nullopt;
 }
 
 std::string Expand(const LineReader& lines, std::string_view body, std::size_t needed) {
@@ -240,28 +229,26 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
   Header header = ReadHeader(lines);
   Complete(lines, header);
-  const std::size_t points = *header.points;
-  const Layout layout = FindCoordinates(lines, header, header.data == "binary_compressed");
-  const std::size_t needed = points * layout.row_bytes;  // both < 2^31
-  const std::string_view body = bytes.substr(lines.position());
+  const Layout layout = FindPlaces(lines, header);
+  const bool ascii = header.data == "ascii";
+  // A point of an ascii file takes at least two bytes: absurd counts end here, before memory is
+  // asked for. All factors < 2^31.
+  const std::size_t needed = layout.points * (ascii ? 2 : layout.row_bytes);
+  const std::string_view body = lines.Rest();
 
   CloudFile cloud;
   cloud.width = static_cast<int>(*header.width);
   cloud.height = static_cast<int>(*header.height);
   cloud.sensor_origin = header.viewpoint;
-  if (header.data == "ascii") {
-    // Each point takes at least two bytes: absurd counts end here, before memory is asked for.
-    if (body.size() + 1 < 2 * points) FailTruncated(lines, body.size(), 2 * points);
-    cloud.points =
-        DecodeAscii(lines, points, layout.columns, layout.xyz, layout.color, cloud.colors);
-  } else if (header.data == "binary") {
-    if (body.size() < needed) FailTruncated(lines, body.size(), needed);
-    cloud.points = DecodeBinary(body, points, layout.xyz, false);
-    cloud.colors = DecodeBinaryColors(body, points, layout.color, false);
+  if (layout.by_field) {
+    ReadBinaryPoints(Expand(lines, body, needed), layout, false, cloud);
+    return cloud;
+  }
+  if (body.size() + (ascii ? 1 : 0) < needed) FailTruncated(lines, body.size(), needed);
+  if (ascii) {
+    ReadAsciiPoints(lines, layout, cloud);
   } else {
-    const std::string expanded = Expand(lines, body, needed);
-    cloud.points = DecodeBinary(expanded, points, layout.xyz, false);
-    cloud.colors = DecodeBinaryColors(expanded, points, layout.color, false);
+    ReadBinaryPoints(body, layout, false, cloud);
   }
   return cloud;
 }
@@ -293,10 +280,6 @@ void CheckFields(const RangeImage& image, const std::vector<CloudField>& fields)
 
 constexpr char kColor[] = "rgb";
 
-void AppendChannels(std::uint32_t packed, std::string& bytes) {
-  for (const int shift : {16, 8, 0}) bytes.push_back(static_cast<char>(packed >> shift & 0xffu));
-}
-
 std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fields) {
   std::string names, sizes, types, counts;
   for (const CloudField& field : fields) {
@@ -325,18 +308,17 @@ std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fie
   ToCloud(image, &measured);
   std::string bytes = internal::PlyVertexHeader(measured.size());
   for (const CloudField& field : fields) {
-    bytes += field.name == kColor
-                 ? "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                 : "property uint " + field.name + "\n";
+    bytes += field.name == kColor ? internal::kPlyColor : "property uint " + field.name + "\n";
   }
   bytes += "end_header\n";
   for (const std::uint32_t i : measured) {
     internal::AppendPoint(image.points_C[i], bytes);
     for (const CloudField& field : fields) {
+      const std::uint32_t value = field.values[i];
       if (field.name == kColor) {
-        AppendChannels(field.values[i], bytes);
+        for (const int shift : {16, 8, 0}) bytes.push_back(static_cast<char>(value >> shift));
       } else {
-        internal::AppendRaw(field.values[i], bytes);
+        internal::AppendRaw(value, bytes);
       }
     }
   }
@@ -356,9 +338,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
   }
   CloudFile cloud = ply ? internal::ReadPlyCloud(file, bytes) : internal::ReadPcd(file, bytes);
   Normalize(cloud, unit_m);
-  const bool any = std::any_of(cloud.points.begin(), cloud.points.end(),
-                               [](const Eigen::Vector3d& p) { return p.allFinite(); });
-  if (!any) {
+  if (std::ranges::none_of(cloud.points, [](const auto& p) { return p.allFinite(); })) {
     throw base::InputError(
         fmt::format("{}: none of its {} points is finite", file.string(), cloud.points.size()));
   }

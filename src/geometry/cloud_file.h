@@ -20,6 +20,8 @@ struct CloudFile {
   /// One a point, from PCD's rgb or rgba, or PLY's red, green and blue of a byte each; empty where
   /// the file has none.
   std::vector<Rgb> colors;
+  /// One a point, from PCD's whole-number field `label`; empty where the file has none.
+  std::vector<std::uint32_t> labels;
   /// Where the sensor stood [m], from PCD's VIEWPOINT; absent where the file has none.
   std::optional<Eigen::Vector3d> sensor_origin;
 };

@@ -4,6 +4,7 @@
 #include <map>
 #include <queue>
 #include <stdexcept>
+#include <tuple>
 
 namespace rangegrasp::geometry {
 namespace {
@@ -45,8 +46,7 @@ class Contraction {
     std::uint32_t a;
     std::uint32_t b;
     bool operator<(const Candidate& other) const {
-      if (weight != other.weight) return weight < other.weight;
-      return std::pair(a, b) > std::pair(other.a, other.b);
+      return std::tuple(weight, other.a, other.b) < std::tuple(other.weight, a, b);
     }
   };
 

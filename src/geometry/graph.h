@@ -11,8 +11,7 @@
 
 namespace rangegrasp::geometry {
 
-/// Disjoint sets over 0 .. n - 1, by size with path halving (Tarjan 1975): near-constant time an
-/// operation.
+/// Disjoint sets over 0 .. n - 1, by size with path halving (Tarjan 1975): near-constant time.
 class UnionFind {
  public:
   explicit UnionFind(std::size_t n) : parent_(n), size_(n, 1) {
@@ -76,9 +75,8 @@ struct SignedEdge {
 
 /// Partitions a graph of signed edges by greedy additive edge contraction (Keuper et al. 2015,
 /// "Efficient decomposition of image and mesh graphs by lifted multicuts", algorithm 1): the edge
-/// with the largest weight is contracted, edges that become parallel are summed, until none is
-/// positive. The rest of a border outvotes a leak of a few edges, at which connected components
-/// would join two bodies. Ties go to the lower nodes; edges may repeat. O(m log m).
+/// with the largest weight is contracted, parallel edges are summed, until none is positive: a
+/// border outvotes a leak of a few edges. Ties go to the lower nodes; edges may repeat. O(m log m).
 /// @return the parts as sets of nodes 0 .. nodes - 1
 /// @throws std::invalid_argument if an edge names no node or its weight is not finite.
 UnionFind ContractGreedily(std::size_t nodes, std::span<const SignedEdge> edges);
@@ -110,14 +108,10 @@ struct LinkRows {
   std::span<const double> length;  ///< >= 0, parallel to neighbor
 };
 
-/// Dijkstra's algorithm (1959) from any number of sources; keeps its heap between calls.
-///
-/// A distance is the minimum, over all paths from a source, of the lengths added in the path's
-/// order: rounding is monotone, so that neither the order of the sources nor that of the links
-/// changes a bit of it, and sources may come in one call or one after the other.
-///
-/// A binary heap with stale entries left in: on meshes of six neighbors a node that is cheaper than
-/// a heap with positions. O((n + links) log links).
+/// Dijkstra's algorithm (1959) from any number of sources; keeps its heap between calls. Rounding
+/// is monotone: neither the order of the sources nor that of the links changes a bit of a distance,
+/// and sources may come in one call or one after the other. Stale entries stay in the heap: on
+/// meshes cheaper than a heap with positions. O((n + links) log links).
 class ShortestPaths {
  public:
   static constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -180,8 +174,7 @@ class ShortestPaths {
 /// Distances from the nearest of some sources; infinite where no links lead.
 std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links);
 
-/// The node of the largest finite distance; the lower number if two are as far, 0 if none is
-/// finite.
+/// The (lowest) node of the largest finite distance; 0 if none is finite.
 std::uint32_t FarthestReached(std::span<const double> distance);
 
 }  // namespace rangegrasp::geometry

@@ -46,8 +46,7 @@ struct SquaredDistance {
 
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<SquaredDistance, Adaptor, 3, std::uint32_t>;
 
-/// What nanoflann asks of a collector of results: worstDist() is how far the search must look, and
-/// addPoint() is false where it may end.
+/// nanoflann looks as far as worstDist() and may end where addPoint() is false.
 struct WithinSet {
   double squared_radius;
   std::vector<KdTree::Neighbor>& out;
@@ -70,19 +69,6 @@ struct CountSet {
   bool addPoint(double squared_distance, std::uint32_t) {
     if (squared_distance < squared_radius) ++count;
     return count < limit;
-  }
-};
-
-/// The nearest point but for one.
-struct OtherSet {
-  std::uint32_t self;
-  double best = std::numeric_limits<double>::infinity();
-
-  bool full() const { return true; }
-  double worstDist() const { return best; }
-  bool addPoint(double squared_distance, std::uint32_t index) {
-    if (index != self && squared_distance < best) best = squared_distance;
-    return true;
   }
 };
 
@@ -177,27 +163,22 @@ std::size_t KdTree::CountWithin(const Eigen::Vector3d& query, double radius_m,
   return set.count;
 }
 
-double KdTree::DistanceToOther(std::uint32_t index) const {
-  OtherSet set{index};
-  impl_->Search(impl_->adaptor.points[index], set);
-  return std::sqrt(set.worstDist());
-}
-
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree) {
   if (points.size() < 2) {
     throw std::invalid_argument(
         fmt::format("NearestNeighborDistances: needs two points, got {}", points.size()));
   }
   NeighborDistances distances;
-  distances.each_m.resize(points.size());
+  std::vector<KdTree::Neighbor> nearest;
   double sum_m = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    distances.each_m[i] = tree.DistanceToOther(static_cast<std::uint32_t>(i));
-    sum_m += distances.each_m[i];
+  for (const Eigen::Vector3d& p : points) {
+    tree.Nearest(p, 2, nearest);  // itself, and the nearest other point
+    distances.each_m.push_back(std::sqrt(nearest.back().squared_distance));
+    sum_m += distances.each_m.back();
   }
-  const auto [min, max] = std::minmax_element(distances.each_m.begin(), distances.each_m.end());
-  distances.min_m = *min;
-  distances.max_m = *max;
+  const auto [min_m, max_m] = std::ranges::minmax(distances.each_m);
+  distances.min_m = min_m;
+  distances.max_m = max_m;
   distances.mean_m = sum_m / static_cast<double>(points.size());
   return distances;
 }

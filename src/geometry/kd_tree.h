@@ -33,17 +33,13 @@ class KdTree {
   /// How many points have distance < radius [m]; counting stops at `limit`.
   std::size_t CountWithin(const Eigen::Vector3d& query, double radius_m,
                           std::size_t limit = static_cast<std::size_t>(-1)) const;
-  /// The distance [m] from point `index` of the tree to its nearest other point; infinite if there
-  /// is no other.
-  double DistanceToOther(std::uint32_t index) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Distances [m] from every point to its nearest other point (section 5.1.2: d_min, d_max, d_a;
-/// eq. 4.5-4.6).
+/// From every point to its nearest other point (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
 struct NeighborDistances {
   std::vector<double> each_m;
   double min_m = 0.0;

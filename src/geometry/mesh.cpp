@@ -97,8 +97,7 @@ std::vector<std::uint32_t> AddVertices(const SurfaceMesh& hull,
       order.push_back(v);
     }
   }
-  std::sort(order.begin(), order.end(),
-            [&hull](Vertex a, Vertex b) { return hull.point(a) < hull.point(b); });
+  std::ranges::sort(order, [&](Vertex a, Vertex b) { return hull.point(a) < hull.point(b); });
   for (const Vertex v : order) {
     number[v] = static_cast<std::uint32_t>(mesh.vertices.size());
     const Kernel::Point_3& p = hull.point(v);
@@ -116,14 +115,12 @@ TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB) {
 }
 
 void Append(const TriangleMesh& other, TriangleMesh& mesh) {
-  // Sizes are taken first, so that a mesh may be appended to itself.
+  // By positions, so that a mesh may be appended to itself.
   const auto shift = static_cast<std::uint32_t>(mesh.vertices.size());
-  const std::size_t vertices = other.vertices.size();
-  const std::size_t triangles = other.triangles.size();
-  mesh.vertices.reserve(mesh.vertices.size() + vertices);
-  mesh.triangles.reserve(mesh.triangles.size() + triangles);
-  for (std::size_t i = 0; i < vertices; ++i) mesh.vertices.push_back(other.vertices[i]);
-  for (std::size_t i = 0; i < triangles; ++i) {
+  for (std::size_t i = 0, n = other.vertices.size(); i < n; ++i) {
+    mesh.vertices.push_back(other.vertices[i]);
+  }
+  for (std::size_t i = 0, n = other.triangles.size(); i < n; ++i) {
     const auto [a, b, c] = other.triangles[i];
     mesh.triangles.push_back({a + shift, b + shift, c + shift});
   }
@@ -184,15 +181,13 @@ TriangleMesh ConvexHull(PointSpan points) {
   std::vector<std::vector<Vertex>> facets = Facets(hull);
   const std::vector<std::uint32_t> number = AddVertices(hull, facets, mesh);
   for (auto& corners : facets) {
-    std::rotate(corners.begin(),
-                std::min_element(corners.begin(), corners.end(),
-                                 [&number](Vertex a, Vertex b) { return number[a] < number[b]; }),
-                corners.end());
+    std::ranges::rotate(corners,
+                        std::ranges::min_element(corners, {}, [&](Vertex v) { return number[v]; }));
     for (std::size_t i = 2; i < corners.size(); ++i) {
       mesh.triangles.push_back({number[corners[0]], number[corners[i - 1]], number[corners[i]]});
     }
   }
-  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  std::ranges::sort(mesh.triangles);
   return mesh;
 }
 

@@ -23,8 +23,7 @@ TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB);
 /// Appends `other` to `mesh`.
 void Append(const TriangleMesh& other, TriangleMesh& mesh);
 
-/// The enclosed volume [m^3] of a closed mesh (divergence theorem); negative if it is turned inside
-/// out.
+/// The volume [m^3] of a closed mesh (divergence theorem); negative if it is turned inside out.
 double Volume(const TriangleMesh& mesh);
 
 /// The box about points, along the axes of their frame; empty without a point.

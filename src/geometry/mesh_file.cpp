@@ -182,8 +182,8 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
         importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices));
   }
   const bool coordinates =
-      std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
-                  [](const aiMesh* mesh) { return mesh->HasTextureCoords(0); });
+      std::ranges::any_of(std::span(scene->mMeshes, scene->mNumMeshes),
+                          [](const aiMesh* mesh) { return mesh->HasTextureCoords(0); });
   TexturedMesh result;
   Collect(*scene, *scene->mRootNode, base::Pose::Identity(), result);
   if (result.mesh.triangles.empty()) throw base::InputError(file.string() + ": has no triangles");
@@ -241,11 +241,10 @@ void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh
     throw std::invalid_argument(fmt::format("WriteColoredPly: {} colours for {} vertices",
                                             colors.size(), mesh.vertices.size()));
   }
-  std::string bytes = internal::PlyVertexHeader(mesh.vertices.size()) +
-                      fmt::format(
-                          "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                          "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                          mesh.triangles.size());
+  std::string bytes =
+      internal::PlyVertexHeader(mesh.vertices.size()) + internal::kPlyColor +
+      fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                  mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     internal::AppendPoint(mesh.vertices[i], bytes);
     for (const std::uint8_t channel : colors[i]) internal::AppendRaw(channel, bytes);

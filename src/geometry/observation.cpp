@@ -13,11 +13,14 @@
 namespace rangegrasp::geometry {
 namespace {
 
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
 constexpr double kMaxCells = 1e8;  // 100 MB
 
 /// The part of a line, as shares of it, inside a box; false if there is none.
-bool Clip(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& low,
-          const Eigen::Vector3d& high, double& enter, double& leave) {
+bool Clip(const Vector3d& from, const Vector3d& way, const Vector3d& low, const Vector3d& high,
+          double& enter, double& leave) {
   enter = 0.0;
   leave = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -33,8 +36,8 @@ bool Clip(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::
   return enter < leave;
 }
 
-void AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-             const Eigen::Vector3d& d, TriangleMesh& mesh) {
+void AddQuad(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d,
+             TriangleMesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), {a, b, c, d});
   mesh.triangles.push_back({first, first + 1, first + 2});
@@ -43,7 +46,7 @@ void AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Ve
 
 }  // namespace
 
-const Eigen::Vector3d& RangeImage::OriginOf(std::size_t index) const {
+const Vector3d& RangeImage::OriginOf(std::size_t index) const {
   if (origins_C.size() == 1) return origins_C.front();
   if (samples < 1 || origins_C.size() != static_cast<std::size_t>(profiles)) {
     throw std::invalid_argument(
@@ -54,14 +57,10 @@ const Eigen::Vector3d& RangeImage::OriginOf(std::size_t index) const {
 }
 
 PointCloud ToCloud(const RangeImage& image, Indices* source) {
-  PointCloud cloud;
-  cloud.points.reserve(image.points_C.size());
-  if (source != nullptr) source->clear();
-  for (std::size_t i = 0; i < image.points_C.size(); ++i) {
-    if (!image.points_C[i].allFinite()) continue;
-    cloud.points.push_back(image.points_C[i]);
-    if (source != nullptr) source->push_back(static_cast<std::uint32_t>(i));
-  }
+  Indices measured =
+      PositionsWhere(image.points_C, [](const Vector3d& p) { return p.allFinite(); });
+  PointCloud cloud{Select(image.points_C, measured), {}};
+  if (source != nullptr) *source = std::move(measured);
   return cloud;
 }
 
@@ -69,10 +68,10 @@ double MedianSpacing(const RangeImage& image) {
   std::vector<double> distances;
   for (int profile = 0; profile < image.profiles; ++profile) {
     for (int sample = 0; sample < image.samples; ++sample) {
-      const Eigen::Vector3d& point = image.points_C[image.Index(profile, sample)];
+      const Vector3d& point = image.points_C[image.Index(profile, sample)];
       double sum = 0.0;
       int neighbors = 0;
-      const auto take = [&](const Eigen::Vector3d& neighbor) {
+      const auto take = [&](const Vector3d& neighbor) {
         const double distance = (neighbor - point).norm();  // NaN where one was not measured
         if (!(distance >= 0.0)) return;
         sum += distance;
@@ -88,7 +87,7 @@ double MedianSpacing(const RangeImage& image) {
 
 SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m)
     : low_C_(box_C.min()), cell_m_(cell_m) {
-  const Eigen::Vector3d cells = (box_C.sizes() / cell_m).array().floor();
+  const Vector3d cells = (box_C.sizes() / cell_m).array().floor();
   if (!(cell_m > 0.0) || !cells.allFinite() || !(cells.minCoeff() >= 1.0) ||
       !(cells.prod() <= kMaxCells)) {
     throw std::invalid_argument("SeenSpace: the box must hold 1 to 1e8 cells");
@@ -97,7 +96,7 @@ SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m)
   cells_.assign(static_cast<std::size_t>(cells.prod()), Cell::kUnseen);
 }
 
-Eigen::Vector3d SeenSpace::MiddleOf(const Eigen::Vector3i& cell) const {
+Vector3d SeenSpace::MiddleOf(const Vector3i& cell) const {
   return low_C_ + cell_m_ * (cell.cast<double>().array() + 0.5).matrix();
 }
 
@@ -109,16 +108,15 @@ double SeenSpace::UnseenVolume() const {
 /// Visits the cells on the way in turn, with the way [m] from `from_C` to where it leaves each, as
 /// long as visit returns true (Amanatides and Woo 1987).
 template <typename Visit>
-void SeenSpace::Walk(const Eigen::Vector3d& from_C, const Eigen::Vector3d& to_C,
-                     const Visit& visit) const {
-  const Eigen::Vector3d way = to_C - from_C;
+void SeenSpace::Walk(const Vector3d& from_C, const Vector3d& to_C, const Visit& visit) const {
+  const Vector3d way = to_C - from_C;
   double enter, leave;
   if (!Clip(from_C, way, low_C_, low_C_ + cell_m_ * size_.cast<double>(), enter, leave)) return;
   const double length_m = way.norm();
-  const Eigen::Vector3d start = (from_C + enter * way - low_C_) / cell_m_;
-  Eigen::Vector3i cell = start.array().floor().cast<int>();
-  cell = cell.cwiseMax(0).cwiseMin(size_ - Eigen::Vector3i::Ones());
-  Eigen::Vector3d next, each;  // shares of the way at which it crosses the next face
+  const Vector3d start = (from_C + enter * way - low_C_) / cell_m_;
+  Vector3i cell = start.array().floor().cast<int>();
+  cell = cell.cwiseMax(0).cwiseMin(size_ - Vector3i::Ones());
+  Vector3d next, each;  // shares of the way at which it crosses the next face
   for (int axis = 0; axis < 3; ++axis) {
     const double along = way[axis] / cell_m_;
     const double face = cell[axis] + (along > 0.0 ? 1.0 : 0.0);
@@ -138,18 +136,18 @@ void SeenSpace::Walk(const Eigen::Vector3d& from_C, const Eigen::Vector3d& to_C,
 void SeenSpace::Add(const View& view) {
   const RangeImage& image = view.image;
   for (std::size_t i = 0; i < image.points_C.size(); ++i) {
-    const Eigen::Vector3d& p_C = image.points_C[i];
+    const Vector3d& p_C = image.points_C[i];
     if (!p_C.allFinite()) continue;
-    const Eigen::Vector3d& origin_C = image.OriginOf(i);
+    const Vector3d& origin_C = image.OriginOf(i);
     const double free_m = (p_C - origin_C).norm() - cell_m_;
-    Walk(origin_C, p_C, [&](const Eigen::Vector3i& cell, double out_m) {
+    Walk(origin_C, p_C, [&](const Vector3i& cell, double out_m) {
       if (out_m > free_m) return false;
       Cell& state = cells_[Index(cell)];
       if (state == Cell::kUnseen) state = Cell::kFree;
       return true;
     });
-    const Eigen::Vector3d place = (p_C - low_C_) / cell_m_;
-    const Eigen::Vector3i cell = place.array().floor().cast<int>();
+    const Vector3d place = (p_C - low_C_) / cell_m_;
+    const Vector3i cell = place.array().floor().cast<int>();
     if ((cell.array() < 0).any() || (cell.array() >= size_.array()).any()) continue;
     cells_[Index(cell)] = Cell::kSurface;
   }
@@ -157,7 +155,7 @@ void SeenSpace::Add(const View& view) {
 
 double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
                            const Eigen::AlignedBox3d& region_C, double depth_m) const {
-  const Eigen::Vector3d origin_C = X_CS.translation();
+  const Vector3d origin_C = X_CS.translation();
   // Neighboring rays are a cell apart in the middle of the region.
   const double step = cell_m_ / std::max((region_C.center() - origin_C).norm(), cell_m_);
   const double right = std::tan(field.half_right_rad);
@@ -166,9 +164,9 @@ double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
   const double kept = std::exp(-cell_m_ / depth_m);
   for (double y = -down; y <= down; y += step) {
     for (double x = -right; x <= right; x += step) {
-      const Eigen::Vector3d ray_C = X_CS.linear() * Eigen::Vector3d(x, y, 1.0).normalized();
+      const Vector3d ray_C = X_CS.linear() * Vector3d(x, y, 1.0).normalized();
       double chance = 1.0;
-      Walk(origin_C, origin_C + field.far_m * ray_C, [&](const Eigen::Vector3i& cell, double out) {
+      Walk(origin_C, origin_C + field.far_m * ray_C, [&](const Vector3i& cell, double out) {
         const std::size_t i = Index(cell);
         if (cells_[i] == Cell::kSurface) return out < field.near_m;
         if (cells_[i] == Cell::kFree || out < field.near_m) return true;
@@ -183,17 +181,12 @@ double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
   return std::accumulate(chances.begin(), chances.end(), 0.0) * cell_m_ * cell_m_ * cell_m_;
 }
 
-int SeenSpace::TopOf(int x, int y) const {
-  int z = 0;
-  while (z < size_.z() && At({x, y, z}) != Cell::kFree) ++z;
-  return z;
-}
-
 TriangleMesh SeenSpace::Ceiling(double margin_m) const {
   TriangleMesh mesh;
   const auto top = [&](int x, int y) {
     const bool outside = x < 0 || y < 0 || x >= size_.x() || y >= size_.y();
-    const int cells = outside ? 0 : TopOf(x, y);
+    int cells = 0;
+    while (!outside && cells < size_.z() && At({x, y, cells}) != Cell::kFree) ++cells;
     return low_C_.z() + (cells > 0 ? cells * cell_m_ + margin_m : 0.0);
   };
   for (int y = 0; y <= size_.y(); ++y) {

@@ -13,8 +13,7 @@
 
 namespace rangegrasp::geometry {
 
-/// An organised range image: `profiles` rows (one a laser line) of `samples` columns (along the
-/// line).
+/// An organised range image: `profiles` rows (one a laser line) of `samples` columns.
 struct RangeImage {
   int profiles = 0;
   int samples = 0;
@@ -120,7 +119,6 @@ class SeenSpace {
   }
   template <typename Visit>
   void Walk(const Eigen::Vector3d& from_C, const Eigen::Vector3d& to_C, const Visit& visit) const;
-  int TopOf(int x, int y) const;
 
   Eigen::Vector3d low_C_;
   double cell_m_;

@@ -12,35 +12,22 @@
 namespace rangegrasp::geometry {
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
 /// Below this sine of the angle at a corner three points count as collinear: rounding (1e-16 of
 /// coordinates up to 1e3 times the triangle's size) can make no larger one of an exact line.
 constexpr double kCollinear = 1e-9;
 /// The same for the ratio of the two larger eigenvalues, which are squares and carry rounding.
 constexpr double kCollinearSquared = 1e-14;
-/// Points whose thickness is below this share of their extent are in one plane: a nanometre on a
-/// metre, far below any sensor's noise and far above rounding.
+/// Of a plane's thickness to its extent: far below any sensor's noise and far above rounding.
 constexpr double kFlat = 1e-9;
 
-Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean) {
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& p : points) {
-    const Eigen::Vector3d d = p - mean;
-    scatter.noalias() += d * d.transpose();
-  }
-  return scatter;
-}
-
 Indices Inliers(PointSpan points, const Plane& plane, double distance_m) {
-  Indices inliers;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (std::abs(plane.Distance(points[i])) <= distance_m) {
-      inliers.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return inliers;
+  return PositionsWhere(
+      points, [&](const Vector3d& p) { return std::abs(plane.Distance(p)) <= distance_m; });
 }
 
-/// Three different positions below n >= 3.
 std::array<std::size_t, 3> DrawThree(std::size_t n, base::Rng& rng) {
   const std::size_t a = rng.Index(n);
   std::size_t b = rng.Index(n - 1);
@@ -51,26 +38,24 @@ std::array<std::size_t, 3> DrawThree(std::size_t n, base::Rng& rng) {
   return {a, b, c};
 }
 
-/// Points whose spread across is less than this share of that along lie on a line, as far as their
-/// plane goes: three lines of points have 0.4 and more where they are as far apart as long.
+/// A smaller share of spread across is a line: three lines of points as far apart as long have 0.4.
 constexpr double kOnALine = 0.3;
 /// By how much a neighborhood grows at a time: fewer steps overshoot, more cost time.
 constexpr double kWiden = 1.4;
 
-/// How neighbors spread round a point.
 struct Spread {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of least spread; zero if there is none
+  Vector3d normal = Vector3d::Zero();  ///< of least spread; zero if there is none
   double flatness = 0.0;  ///< the middle deviation as a share of the largest; 0: on a line
 };
 
 /// Of the neighbors round p (eq. 4.10-4.12).
-Spread SpreadOf(PointSpan points, const Eigen::Vector3d& p,
+Spread SpreadOf(PointSpan points, const Vector3d& p,
                 const std::vector<KdTree::Neighbor>& neighbors) {
   // Sums relative to p: one pass, and small numbers.
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Vector3d sum = Vector3d::Zero();
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
   for (const KdTree::Neighbor& neighbor : neighbors) {
-    const Eigen::Vector3d d = points[neighbor.index] - p;
+    const Vector3d d = points[neighbor.index] - p;
     sum += d;
     xx += d.x() * d.x();
     xy += d.x() * d.y();
@@ -79,16 +64,16 @@ Spread SpreadOf(PointSpan points, const Eigen::Vector3d& p,
     yz += d.y() * d.z();
     zz += d.z() * d.z();
   }
-  Eigen::Matrix3d scatter;
+  Matrix3d scatter;
   scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   scatter -= sum * sum.transpose() / static_cast<double>(neighbors.size());
   const double scale = scatter.trace();
   if (!(scale > 0.0)) return {};
   // To unit size, for which the closed form is made.
   scatter /= scale;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
   solver.computeDirect(scatter);
-  const Eigen::Vector3d& values = solver.eigenvalues();
+  const Vector3d& values = solver.eigenvalues();
   return {solver.eigenvectors().col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
 }
 
@@ -101,37 +86,39 @@ void Keep(const std::vector<KdTree::Neighbor>& neighbors, std::size_t i, Neighbo
 
 }  // namespace
 
-std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                  const Eigen::Vector3d& c) {
-  const Eigen::Vector3d u = b - a;
-  const Eigen::Vector3d v = c - a;
-  const Eigen::Vector3d normal = u.cross(v);
+std::optional<Plane> PlaneThrough(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d u = b - a;
+  const Vector3d v = c - a;
+  const Vector3d normal = u.cross(v);
   const double length = normal.norm();
   if (!(length > kCollinear * u.norm() * v.norm())) return std::nullopt;
-  Plane plane;
-  plane.normal = normal / length;
-  plane.offset_m = -plane.normal.dot(a);
-  return plane;
+  return PlaneAt(normal / length, a);
 }
 
 std::optional<Plane> FitPlane(PointSpan points) {
   if (points.size() < 3) return std::nullopt;
-  const Eigen::Vector3d mean = Centroid(points);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(Scatter(points, mean));
-  const Eigen::Vector3d values = solver.eigenvalues();
+  const Vector3d mean = Centroid(points);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(Scatter(points, mean));
+  const Vector3d values = solver.eigenvalues();
   // Eigenvalues are squared lengths: points are collinear if their spread across is nothing.
   if (!(values[1] > kCollinearSquared * values[2]) || !(values[2] > 0.0)) return std::nullopt;
-  Plane plane;
-  plane.normal = solver.eigenvectors().col(0).normalized();
-  plane.offset_m = -plane.normal.dot(mean);
-  return plane;
+  return PlaneAt(solver.eigenvectors().col(0).normalized(), mean);
+}
+
+Matrix3d Scatter(PointSpan points, const Vector3d& mean) {
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Vector3d& p : points) {
+    const Vector3d d = p - mean;
+    scatter.noalias() += d * d.transpose();
+  }
+  return scatter;
 }
 
 bool IsFlat(PointSpan points) {
   const auto plane = FitPlane(points);
   if (!plane) return true;
   double thickness = 0.0;
-  for (const Eigen::Vector3d& p : points) {
+  for (const Vector3d& p : points) {
     thickness = std::max(thickness, std::abs(plane->Distance(p)));
   }
   return thickness <= kFlat * BoundsOf(points).sizes().norm();
@@ -150,7 +137,7 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
     const auto [a, b, c] = DrawThree(points.size(), rng);
     const auto plane = PlaneThrough(points[a], points[b], points[c]);
     if (!plane) continue;
-    const std::size_t count = base::CountToBeat(points, best_count, [&](const Eigen::Vector3d& p) {
+    const std::size_t count = base::CountToBeat(points, best_count, [&](const Vector3d& p) {
       return std::abs(plane->Distance(p)) <= options.inlier_distance_m;
     });
     if (count > best_count) {
@@ -160,15 +147,12 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
   }
   if (!best) return std::nullopt;
   const Indices inliers = Inliers(points, *best, options.inlier_distance_m);
-  const auto refitted = FitPlane(Select(points, inliers));
-  PlaneFit fit;
-  fit.plane = refitted.value_or(*best);
-  fit.inliers = Inliers(points, fit.plane, options.inlier_distance_m);
-  return fit;
+  const Plane plane = FitPlane(Select(points, inliers)).value_or(*best);
+  return PlaneFit{plane, Inliers(points, plane, options.inlier_distance_m)};
 }
 
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
-                       const Eigen::Vector3d& origin) {
+                       const Vector3d& origin) {
   return EstimateNormals(points, tree, radius_m, {&origin, 1}, Indices(points.size(), 0));
 }
 
@@ -179,8 +163,8 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
   Points normals(points.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& p = points[i];
-    const Eigen::Vector3d to_origin = places[place_of[i]] - p;
+    const Vector3d& p = points[i];
+    const Vector3d to_origin = places[place_of[i]] - p;
     tree.Within(p, radius_m, neighbors);
     if (kept) Keep(neighbors, i, *kept);
     if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);  // a plane needs three
@@ -190,29 +174,29 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
       tree.Within(p, wider_m, neighbors);
       spread = SpreadOf(points, p, neighbors);
     }
-    Eigen::Vector3d normal = spread.normal;
+    Vector3d normal = spread.normal;
     if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // 0, not 1: nothing to go by
-    if (!(normal.squaredNorm() > 0.0)) normal = Eigen::Vector3d::UnitZ();
+    if (!(normal.squaredNorm() > 0.0)) normal = Vector3d::UnitZ();
     normal.normalize();
-    normals[i] = normal.dot(to_origin) < 0.0 ? Eigen::Vector3d(-normal) : normal;
+    normals[i] = normal.dot(to_origin) < 0.0 ? Vector3d(-normal) : normal;
   }
   return normals;
 }
 
 Points FaceNormals(PointSpan points, std::span<const std::array<std::uint32_t, 3>> triangles,
                    PointSpan places, std::span<const std::uint32_t> place_of) {
-  Points normals(points.size(), Eigen::Vector3d::Zero());
+  Points normals(points.size(), Vector3d::Zero());
   for (const auto& triangle : triangles) {
-    const Eigen::Vector3d& p = points[triangle[0]];
-    const Eigen::Vector3d face =
+    const Vector3d& p = points[triangle[0]];
+    const Vector3d face =
         (points[triangle[1]] - p).cross(points[triangle[2]] - p);  // of twice the area
     for (const std::uint32_t i : triangle) {
-      normals[i] += face.dot(places[place_of[i]] - points[i]) < 0.0 ? Eigen::Vector3d(-face) : face;
+      normals[i] += face.dot(places[place_of[i]] - points[i]) < 0.0 ? Vector3d(-face) : face;
     }
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(normals[i].squaredNorm() > 0.0)) normals[i] = places[place_of[i]] - points[i];
-    if (!(normals[i].squaredNorm() > 0.0)) normals[i] = Eigen::Vector3d::UnitZ();
+    if (!(normals[i].squaredNorm() > 0.0)) normals[i] = Vector3d::UnitZ();
     normals[i].normalize();
   }
   return normals;

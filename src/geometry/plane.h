@@ -19,15 +19,28 @@ struct Plane {
   /// Signed distance of p [m], positive on the side the normal points to (eq. 4.3-4.4).
   double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) + offset_m; }
   Eigen::Vector3d Project(const Eigen::Vector3d& p) const { return p - Distance(p) * normal; }
+  Plane Flipped() const { return {-normal, -offset_m}; }
 };
+
+/// `other` with its normal on the side of the plane's.
+inline Plane TurnedLike(const Plane& plane, const Plane& other) {
+  return other.normal.dot(plane.normal) < 0.0 ? other.Flipped() : other;
+}
+
+/// The plane through p with a unit normal.
+inline Plane PlaneAt(const Eigen::Vector3d& normal, const Eigen::Vector3d& p) {
+  return {normal, -normal.dot(p)};
+}
 
 /// The plane through three points (eq. 2.4); nullopt if they are collinear.
 std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                   const Eigen::Vector3d& c);
 
-/// Least-squares plane of n >= 3 points (smallest eigenvector of the covariance, eq. 4.12); nullopt
-/// if degenerate.
+/// Least-squares plane of n >= 3 points (eq. 4.12); nullopt if degenerate.
 std::optional<Plane> FitPlane(PointSpan points);
+
+/// The sum of d d^T over the points, d from the mean.
+Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean);
 
 /// Whether the points are in one plane: their thickness is below a billionth of their extent. Fewer
 /// than three always are.
@@ -67,8 +80,8 @@ struct NeighborLists {
 /// than three neighbors takes the normal of its nearest three.
 /// @param places  where the sensors stood
 /// @param place_of  one a point: position in places
-/// @param max_radius_m  a neighborhood that lies on a line (of a line scanner, on a face that it
-/// sees at a grazing angle) says nothing across it, and is widened up to this; 0: as published.
+/// @param max_radius_m  a neighborhood on a line (a line scanner's on a grazing face) is widened up
+/// to this; 0: as published.
 /// @param kept  receives the neighbors within radius_m, each point among its own; may be null
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
                        std::span<const std::uint32_t> place_of, double max_radius_m = 0.0,

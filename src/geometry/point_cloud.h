@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -20,6 +22,47 @@ struct PointCloud {
 
   std::size_t size() const { return points.size(); }
 };
+
+/// The positions of the items that fulfil a condition, ascending.
+template <typename Items, typename Holds>
+Indices PositionsWhere(const Items& items, const Holds& holds) {
+  Indices found;
+  std::uint32_t i = 0;
+  for (const auto& item : items) {
+    if (holds(item)) found.push_back(i);
+    ++i;
+  }
+  return found;
+}
+/// The positions of the marks that are set, ascending.
+inline Indices PositionsOf(const std::vector<bool>& marks) {
+  return PositionsWhere(marks, [](bool mark) { return mark; });
+}
+
+/// Positions of the points in lexicographic order of their coordinates, ties by position.
+template <class PointsOf>
+Indices CanonicalOrder(const PointsOf& points) {
+  Indices order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, [&points](std::uint32_t a, std::uint32_t b) {
+    const auto& p = points[a];
+    const auto& q = points[b];
+    if (p == q) return a < b;
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  });
+  return order;
+}
+
+/// For each point the first point with the same coordinates.
+template <class PointsOf>
+Indices FirstTwin(const PointsOf& points, const Indices& order) {
+  Indices twin(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && points[order[i]] == points[order[i - 1]];
+    twin[order[i]] = same ? twin[order[i - 1]] : order[i];
+  }
+  return twin;
+}
 
 /// points[indices[0]], points[indices[1]], ...
 Points Select(PointSpan points, std::span<const std::uint32_t> indices);

@@ -71,8 +71,7 @@ struct Print {
 /// The colors of a mesh's triangles.
 struct MeshColors {
   std::shared_ptr<const Print> print;  ///< null: nothing is printed
-  /// Texture coordinates of each triangle's corners (NaN where nothing is printed); empty without a
-  /// print.
+  /// Of each triangle's corners (NaN where nothing is printed); empty without a print.
   std::vector<std::array<Eigen::Vector2f, 3>> uv;
   std::vector<Rgb> plain;  ///< of each triangle where nothing is printed; empty: not known
 

@@ -15,12 +15,10 @@ using perception::PerceivedObject;
 using perception::Scene;
 
 DetectedObject ObjectFrom(const Scene& scene, const PerceivedObject& object) {
-  DetectedObject out;
-  out.samples = scene.SamplesOf(object);
-  out.surface_C = object.surface_C;
-  out.rotational = object.kind == perception::ObjectKind::kRotational;
-  out.open = object.open;
-  return out;
+  return {.samples = scene.SamplesOf(object),
+          .surface_C = object.surface_C,
+          .rotational = object.kind == perception::ObjectKind::kRotational,
+          .open = object.open};
 }
 
 DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
@@ -99,7 +97,6 @@ class DissertationDetector : public Detector {
   }
 
  private:
-  /// Of the first object.
   std::vector<Grasp> Grasps(const Scene& scene, std::span<const geometry::TriangleMesh> obstacles_C,
                             std::string& why_none) const {
     if (selector_) {
@@ -119,9 +116,7 @@ class DissertationDetector : public Detector {
 
 std::string WhereTaken() {
   std::string text = "where objects are taken: anywhere";
-  for (const std::string& word : GraspSelectorWords()) {
-    if (const GraspSelector* selector = FindGraspSelector(word)) text += ", or " + selector->about;
-  }
+  for (const GraspSelector& selector : Selectors()) text += ", or " + selector.about;
   return text;
 }
 
@@ -140,10 +135,8 @@ Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::
 void AddGraspSelector(const GraspSelector& selector) { Selectors().push_back(selector); }
 
 const GraspSelector* FindGraspSelector(const std::string& word) {
-  for (const GraspSelector& selector : Selectors()) {
-    if (selector.word == word) return &selector;
-  }
-  return nullptr;
+  const auto found = std::ranges::find(Selectors(), word, &GraspSelector::word);
+  return found == Selectors().end() ? nullptr : &*found;
 }
 
 std::vector<std::string> GraspSelectorWords() {

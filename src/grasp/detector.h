@@ -15,8 +15,7 @@ struct DetectedObject {
   geometry::TriangleMesh surface_C;         ///< completed; may be empty
   bool rotational = false;
   bool open = false;  ///< a container
-  /// The samples are meant to be all of it; false: those between the fingers of a grasp, of a
-  /// detector that names no objects.
+  /// False: its samples are those between a grasp's fingers, of a detector that names no objects.
   bool whole = true;
 };
 
@@ -35,9 +34,8 @@ struct DetectedGrasp {
   std::string name;       ///< of a known object's own grasp; else empty
 };
 
-/// What a detector hands over, whether it is the dissertation's method or any other program: plain
-/// values, from which motions are planned and by which detection is scored. Nothing in it is truth.
-/// C is the observation's frame (in a trial W).
+/// What any detector hands over: what motions are planned from and detection is scored by. Nothing
+/// in it is truth. C is the observation's frame (in a trial W).
 struct Detection {
   geometry::Plane table_C;              ///< normal away from the table; z = 0 where none was found
   std::vector<DetectedObject> objects;  ///< in the order in which they should be taken
@@ -128,11 +126,8 @@ struct DetectorOptions {
   perception::PerceptionOptions perception;
   GraspOptions grasp;
   ObstacleOptions obstacles;
-  /// Points further outside the workspace are not perceived: the arm, its pedestal and the table's
-  /// rim stand there.
-  double workspace_margin_m = 0.15;
-  /// Where objects are taken: kAnywhere, or the word of a selector.
-  std::string take = kAnywhere;
+  double workspace_margin_m = 0.15;  ///< further out stand the arm, its pedestal, the table's rim
+  std::string take = kAnywhere;      ///< or the word of a selector
 };
 
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object. The

@@ -14,13 +14,11 @@ using perception::PerceivedObject;
 using perception::Scene;
 using robot::HandModel;
 
-/// Of an object's surface: neighbors about 2 mm apart on objects of the size of a cup, as in a
-/// scan.
+/// Of an object's surface: about 2 mm apart on a cup, as in a scan.
 constexpr std::size_t kSamples = 10000;
 /// Every such sample where extents are enough: neighbors about 4 mm apart.
 constexpr std::size_t kThinned = 5;
-/// Grid of the specks, finer than a wall is thick, that stand for the points of a container that is
-/// gripped at its rim (its surface closes the cavity).
+/// Finer than a wall is thick: of specks for a container's points (its surface closes the cavity).
 constexpr double kWallSpeckCell_m = 0.003;
 
 SurfaceSamples Thinned(const SurfaceSamples& samples) {
@@ -40,17 +38,16 @@ Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, cons
   SurfaceSamples samples = SampleObject(scene, object, kSamples);
   SurfaceSamples coarse = Thinned(samples);
   const Vector3d com = CenterOfMass(object.surface_C, coarse);
-  const Vector3d& up = scene.table.plane.normal;
-  return Task{scene,
-              object,
-              hand,
-              arm_C,
-              up,
-              options,
-              std::move(samples),
-              std::move(coarse),
-              com,
-              internal::HandProfiles(hand)};
+  return {scene,
+          object,
+          hand,
+          arm_C,
+          scene.table.plane.normal,
+          options,
+          std::move(samples),
+          std::move(coarse),
+          com,
+          internal::HandProfiles(hand)};
 }
 
 /// Free grasps by type, in the order of section 5.2, and those that collide.
@@ -100,7 +97,6 @@ void CollectCrowded(Task& task, HandCollider& collider, Collected& out) {
   std::ranges::stable_sort(out.free, std::ranges::greater(), &Grasp::score);
 }
 
-/// In the order of section 5.2.
 void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
   const GraspOptions& options = task.options;
   const bool rotational =

@@ -41,15 +41,12 @@ struct ScoreWeights {
 
 /// How the hand is placed on an object from one direction.
 struct PlacingOptions {
-  /// Half width of the strip that the pads may meet. The middles of the SensorHand's outer pads are
-  /// 16 mm apart, their radius is 8 mm.
+  /// Half width of the strip that the pads may meet: the SensorHand's outer pads, of 8 mm radius,
+  /// are 16 mm apart.
   double contact_band_m = 0.022;
-  /// Half width in which the object's extent across is taken: both fingers and the thumb lie in it.
-  double hand_band_m = 0.018;
-  /// Samples further below the object's top than any finger reaches are no contacts.
-  double max_reach_m = 0.15;
-  /// By this deeper than the hand the object's extent counts: the thumb swings down as it closes.
-  double swing_m = 0.020;
+  double hand_band_m = 0.018;   ///< half width that fingers and thumb lie in: of the extent across
+  double max_reach_m = 0.15;    ///< below the object's top; deeper samples are no contacts
+  double swing_m = 0.020;       ///< deeper than the hand: the thumb swings down as it closes
   double upper_step_m = 0.010;  ///< in which an upper part that fits into the hand is sought
   double opening_m = 0.020;     ///< wider than the object, before closing: seen surfaces are noisy
   double narrow_opening_m = 0.008;  ///< where neighbors leave no more
@@ -60,10 +57,8 @@ struct PlacingOptions {
   /// Tried this much higher where the hand had to stop: the thumb's first segment touches a wide
   /// object's edge before its tip touches the side.
   std::array<double, 3> back_offs_m{0.006, 0.012, 0.018};
-  /// Where the hand grazes the object it goes up by these: the height fields are sampled.
-  std::array<double, 3> lifts_m{0.0, 0.002, 0.004};
-  /// A hand that comes down to contact goes up by these steps until it is free (section 5.2). 60 mm
-  /// are what a hand of a person's size may reach over.
+  std::array<double, 3> lifts_m{0.0, 0.002, 0.004};  ///< where it grazes: fields are sampled
+  /// A hand that comes down to contact goes up by these until it is free (section 5.2): 60 mm.
   double contact_step_m = 0.002;
   int contact_steps = 30;
 };
@@ -85,8 +80,7 @@ struct CylindricalOptions {
   double second_pitch_rad = base::Deg(5.0);  ///< the other pitch tried is this much flatter
   int yaw_steps = 24;                        ///< round the axis, and of the rim: 15 deg apart
   double opening_m = 0.020;                  ///< wider than the diameter, before closing
-  /// An axis that leans more cannot be approached along from above.
-  double max_tilt_rad = base::Deg(45.0);
+  double max_tilt_rad = base::Deg(45.0);     ///< of an axis that is approached along
 };
 
 /// Grasps of the wall of an open object, or across the rim of a closed one (section 5.2).
@@ -105,8 +99,7 @@ struct RimOptions {
   double tip_depth_m = 0.015;     ///< of a tip grasp across a closed top
   double opening_m = 0.026;       ///< wider than the wall, before closing
   double speck_cell_m = 0.004;    ///< grid of the wall's points where the hand comes down
-  /// Of the score: curvature and the side next to the arm weigh alike (section 5.2 wants both).
-  double curvature_weight = 0.5;
+  double curvature_weight = 0.5;  ///< of the score; the side next to the arm weighs alike (5.2)
   double arm_weight = 0.5;
   double outside_bonus = 0.1;   ///< two fingers bear better on the convex side
   double shallow_per_m = 50.0;  ///< off for each metre of grip depth missing: 10 mm cost 0.5
@@ -126,13 +119,12 @@ struct PowerOptions {
   /// Closing directions are also tried turned by these, where none is within distinct_rad yet.
   std::array<double, 3> turns_rad{0.0, base::Deg(15.0), base::Deg(-15.0)};
   double distinct_rad = base::Deg(6.0);
-  /// With crowded: closing directions, and depths from the shallowest to the centre of mass.
-  int crowded_turns = 12;
-  int crowded_depths = 3;
-  /// Approaches that lean by these, from so many sides.
-  std::array<double, 2> crowded_leans_rad{base::Deg(20.0), base::Deg(40.0)};
-  int crowded_sides = 8;
-  std::array<double, 3> crowded_offsets_m{0.0, 0.03, -0.03};  ///< along the object
+  // With crowded.
+  int crowded_turns = 12;  ///< closing directions
+  int crowded_depths = 3;  ///< from the shallowest to the centre of mass
+  std::array<double, 2> crowded_leans_rad{base::Deg(20.0), base::Deg(40.0)};  ///< of approaches
+  int crowded_sides = 8;                                                      ///< they come from
+  std::array<double, 3> crowded_offsets_m{0.0, 0.03, -0.03};                  ///< along the object
   /// A top that leans between these is approached against its normal, too.
   double min_tilt_rad = base::Deg(8.0);
   double max_tilt_rad = base::Deg(45.0);
@@ -140,28 +132,24 @@ struct PowerOptions {
 
 /// Power grasps from the side (section 7.2).
 struct LateralOptions {
-  /// Level, where the wrist has room above the table, and less so, where most arms reach better.
-  std::array<double, 2> downwards_rad{0.0, base::Deg(20.0)};
-  double turn_rad = base::Deg(15.0);  ///< between approaches
-  int turns_each_way = 6;             ///< from the arm's direction: further round it has to reach
+  std::array<double, 2> downwards_rad{0.0, base::Deg(20.0)};  ///< most arms reach better if steep
+  double turn_rad = base::Deg(15.0);                          ///< between approaches
+  int turns_each_way = 6;  ///< from the arm's direction: further round it has to reach
   double height_step_m = 0.015;
-  int heights = 4;  ///< of the pads, from the centre of mass up
-  /// Of the contacts' middle from above the centre of mass: further off it tips about the pads.
-  double max_lever_m = 0.03;
+  int heights = 4;            ///< of the pads, from the centre of mass up
+  double max_lever_m = 0.03;  ///< of the contacts' middle from above the centre of mass: it tips
 };
 
-/// Where the hand comes from: from above; where few such grasps are free, from the sides, too; or
-/// from the sides alone.
+/// Where the hand comes from; kSidesToo: where few grasps from above are free.
 enum class ApproachKind { kAbove, kSidesToo, kSides };
 constexpr std::array<std::string_view, 3> WordsOf(ApproachKind) {
   return {"above", "sides_too", "sides"};
 }
 
-/// What planning grasps does beyond the dissertation; every switch off is the method as published
-/// (base/words.h): the tool centre, which is the centre of the finger tips and moves with the
-/// hand's opening, comes to the top surface's centre or onto the rotation axis, the hand comes down
-/// along the surface's normal until it meets the object, and of both ways round the one that
-/// encloses the object more tightly wins. A grip that is held by friction alone needs more.
+/// What planning grasps does beyond the dissertation (base/words.h). All off, the method as
+/// published: the centre of the finger tips comes to the top surface's centre or onto the rotation
+/// axis, the hand comes down along the surface's normal until it meets the object, and of both ways
+/// round the one that encloses the object more tightly wins.
 struct GraspAdditions {         // with the reason for each
   bool centering = true;        ///< one motor drives both sides and drags what is not between them
   bool pitches = true;          ///< fingers curl, the thumb does not: level tips touch unevenly
@@ -198,14 +186,11 @@ static_assert(base::AllAdditionsListed<GraspAdditions>());
 
 /// The switches of its base are what goes beyond the dissertation.
 struct GraspOptions : GraspAdditions {
-  /// The hand opens a little wider than the object, as in the dissertation's pictures; off: fully.
-  bool preshape = true;
-  double friction_cone_rad = 0.46;  ///< half angle assumed when contacts are scored (mu 0.5)
-  /// Of the hand's lowest point, while it closes. Larger: flat objects cannot be gripped.
-  double table_clearance_m = 0.004;
+  bool preshape = true;               ///< as in the dissertation's pictures
+  double friction_cone_rad = 0.46;    ///< half angle assumed when contacts are scored (mu 0.5)
+  double table_clearance_m = 0.004;   ///< while it closes. Larger: flat objects cannot be gripped
   double object_clearance_m = 0.002;  ///< to other objects, and when coming down: a scan's noise
-  int max_candidates = 24;            ///< returned
-  /// Of rotational objects, too: what the dissertation plans on stereo data (section 5.3.2).
+  int max_candidates = 24;
   bool power_only = false;
   ApproachKind approach = ApproachKind::kAbove;
   ScoreWeights score;

@@ -35,7 +35,7 @@ class PlannedMover : public Mover {
     Move move;
     // A grasp that is expected to hold is worth a bolder motion.
     for (const bool sound : {true, false}) {
-      const std::vector<std::size_t> grasps = Free(detection, sound);
+      const geometry::Indices grasps = Free(detection, sound);
       const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
         if (move.plan || grasps.empty()) return false;
         planner.SetScene(scene);
@@ -57,35 +57,28 @@ class PlannedMover : public Mover {
   }
 
  private:
-  /// Those whose contacts are predicted to lie within the friction cones, or the others.
-  std::vector<std::size_t> Free(const Detection& detection, bool sound) const {
-    std::vector<std::size_t> free;
-    for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
-      const DetectedGrasp& grasp = detection.grasps[i];
-      const bool holds = grasp.contact_angle_rad <= friction_cone_rad_;
-      if (!grasp.collides && holds == sound) free.push_back(i);
-    }
-    return free;
+  geometry::Indices Free(const Detection& detection, bool sound) const {
+    return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
+      return !grasp.collides && (grasp.contact_angle_rad <= friction_cone_rad_) == sound;
+    });
   }
 
-  /// A motion for the first of the grasps that has one.
   Move PlanFirst(planning::Planner& planner, const Detection& detection,
-                 std::span<const std::size_t> grasps, const Eigen::VectorXd& q_start,
+                 std::span<const std::uint32_t> grasps, const Eigen::VectorXd& q_start,
                  bool may_brush, base::Rng& rng) const {
     Move move;
     std::map<std::string, int> failures;
-    for (const std::size_t i : grasps) {
+    for (const auto i : grasps) {
       if (move.tried == options_.max_plans) break;
       ++move.tried;
       const DetectedGrasp& grasp = detection.grasps[i];
-      planning::PickRequest request;
-      request.X_WH = grasp.X_CH;
-      request.approach_W = grasp.approach_C;
-      request.opening_m = grasp.opening_m;
-      request.closed_gap_m = grasp.width_m;
-      request.q_start = q_start;
-      request.may_brush = may_brush;
-      auto planned = planner.Plan(request, rng);
+      auto planned = planner.Plan({.q_start = q_start,
+                                   .X_WH = grasp.X_CH,
+                                   .approach_W = grasp.approach_C,
+                                   .opening_m = grasp.opening_m,
+                                   .closed_gap_m = grasp.width_m,
+                                   .may_brush = may_brush},
+                                  rng);
       if (planned.plan) {
         move.plan = std::move(planned.plan);
         move.grasp = i;

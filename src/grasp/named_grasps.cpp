@@ -75,13 +75,9 @@ std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given
       for (int half = 0; half < (given.either_way ? 2 : 1); ++half) {
         Pose X_leaning = X_OG;
         X_leaning.linear() = Eigen::AngleAxisd(lean, closing_O) * X_OG.linear();
-        Proposal way;
-        way.X_CG = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
-                   Eigen::AngleAxisd(half * base::kPi, Vector3d::UnitZ());
-        way.width_m = width_m;
-        way.approach_C = way.X_CG.linear().col(2);
-        way.score = 1.0;
-        ways.push_back(way);
+        const Pose X_way = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
+                           Eigen::AngleAxisd(half * base::kPi, Vector3d::UnitZ());
+        ways.push_back({X_way, width_m, X_way.linear().col(2), 1.0});
       }
     }
   }
@@ -89,8 +85,7 @@ std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given
 }
 
 std::vector<double> Angles(YamlMap& map, const std::string& key, const std::string& doc) {
-  const auto turns = Numbers<3>(map, key, {0.0, 0.0, 1.0}, doc);
-  const auto [from, to, step] = turns;
+  const auto [from, to, step] = Numbers<3>(map, key, {0.0, 0.0, 1.0}, doc);
   if (step <= 0.0 || to < from || (to - from) / step > kMaxAngles) {
     map.Fail(key, fmt::format("is FROM, TO, STEP with FROM <= TO, STEP > 0 and no more "
                               "than {} steps, e.g. [0, 345, 15]",

@@ -25,23 +25,12 @@ constexpr double kMaxShadow_m = 2.0;
 
 /// Points above the table's clearance that no object holds.
 Points LeftoverPoints(const Scene& scene) {
-  std::vector<char> known(scene.points_C.size(), 0);
-  for (const auto i : scene.table.points) known[i] = 1;
+  std::vector<bool> leftover(scene.points_C.size(), true);
+  for (const auto i : scene.table.points) leftover[i] = false;
   for (const auto& object : scene.objects) {
-    for (const auto i : object.points) known[scene.source[i]] = 1;
+    for (const auto i : object.points) leftover[scene.source[i]] = false;
   }
-  Points leftover;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!known[i]) leftover.push_back(scene.points_C[i]);
-  }
-  return leftover;
-}
-
-Points DirectionsFrom(const Vector3d& place_C, const Points& points) {
-  Points directions;
-  directions.reserve(points.size());
-  for (const Vector3d& p : points) directions.push_back((p - place_C).normalized());
-  return directions;
+  return geometry::Select(scene.points_C, geometry::PositionsOf(leftover));
 }
 
 /// Drops the points that are seen next to an object's.
@@ -52,44 +41,36 @@ void DropMixed(const Scene& scene, const Points& places_C, double width_m, Point
   }
   if (of_objects.empty()) return;
   for (const Vector3d& place_C : places_C) {
-    const Points directions = DirectionsFrom(place_C, of_objects);
+    Points directions = of_objects;
+    for (Vector3d& p : directions) p = (p - place_C).normalized();
     const KdTree tree(directions);
-    std::vector<KdTree::Neighbor> nearest;
     std::erase_if(points, [&](const Vector3d& p) {
       const double distance_m = (p - place_C).norm();
-      tree.Within((p - place_C) / distance_m, width_m / distance_m, nearest);
-      return !nearest.empty();
+      return tree.CountWithin((p - place_C) / distance_m, width_m / distance_m, 1) > 0;
     });
   }
 }
 
-/// Whether a group is so near to the target, and so small, that it is a part of it, for all that
-/// can be seen: a corner that lost points have cut off. It goes with the target.
+/// Whether a group is so near to the target, and so small, that it is a corner that was cut off it.
 bool IsPartOf(const KdTree& target, double target_extent_m, const Points& group, double link_m) {
   if (geometry::BoundsOf(group).diagonal().norm() >= target_extent_m) return false;
-  std::vector<KdTree::Neighbor> near;
-  return std::ranges::any_of(group, [&](const Vector3d& p) {
-    target.Within(p, link_m, near);
-    return !near.empty();
-  });
+  return std::ranges::any_of(
+      group, [&](const Vector3d& p) { return target.CountWithin(p, link_m, 1) > 0; });
 }
 
-/// The points that lie furthest along the 26 directions of a cube's faces, edges and corners. Their
-/// hull misses at most 8 % of the radius of that of all, less than a point spacing in a cell, and
-/// is found several times faster.
+/// The points furthest along a cube's 26 faces, edges and corners. Their hull misses at most 8 % of
+/// the radius, less than a point spacing in a cell, and is found several times faster.
 Points Outermost(const Points& points) {
   std::set<std::size_t> found;
   for (int k = 0; k < 27; ++k) {
     const Vector3d direction(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-    const auto furthest = std::ranges::max_element(
-        points,
-        [&](const Vector3d& p, const Vector3d& q) { return p.dot(direction) < q.dot(direction); });
+    const auto furthest =
+        std::ranges::max_element(points, {}, [&](const Vector3d& p) { return p.dot(direction); });
     found.insert(static_cast<std::size_t>(furthest - points.begin()));
   }
   return geometry::Select(points, geometry::Indices(found.begin(), found.end()));
 }
 
-/// The hull of boxes of an edge about the points.
 TriangleMesh HullAbout(const Points& points, double edge_m) {
   Points corners;
   for (const Vector3d& p : points) {
@@ -101,8 +82,7 @@ TriangleMesh HullAbout(const Points& points, double edge_m) {
   return geometry::ConvexHull(corners);
 }
 
-/// What the points of a thing that need not be convex, as a box that is open, fill: a hull about
-/// those of each cell.
+/// A hull about the points of each cell: a thing need not be convex, as a box that is open.
 TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
   std::map<std::array<long, 3>, Points> cells;
   for (const Vector3d& p : points) cells[GridCell(p, cell_m)].push_back(p);
@@ -132,7 +112,6 @@ void AddIfSolid(TriangleMesh mesh, std::vector<TriangleMesh>& meshes) {
   if (!mesh.triangles.empty()) meshes.push_back(std::move(mesh));
 }
 
-/// A convex body as its faces' planes.
 class Convex {
  public:
   explicit Convex(const TriangleMesh& mesh) {

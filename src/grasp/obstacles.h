@@ -12,9 +12,8 @@ namespace rangegrasp::grasp {
 
 /// What a motion must keep clear of besides the perceived objects.
 struct ObstacleOptions {
-  /// What was measured above the table and belongs to no object: outliers, small segments, needles.
-  bool leftovers = true;
-  int min_points = 3;  ///< what is 10 mm wide gives so many even between coarse profiles
+  bool leftovers = true;  ///< points of no object: outliers, small segments, needles
+  int min_points = 3;     ///< what is 10 mm wide gives so many even between coarse profiles
   /// Within so many gaps between neighboring points they are of one thing; smaller groups that are
   /// so near to the target are its own.
   double link_gaps = 3.0;
@@ -23,8 +22,7 @@ struct ObstacleOptions {
   double cell_m = 0.02;
   /// Points within so many gaps of an object's outline, as seen from the sensor, are mixed points.
   double mixed_gaps = 1.5;
-  /// Space behind the objects but the target that no sensor saw: something may stand there.
-  bool unseen = true;
+  bool unseen = true;  ///< space that no sensor saw behind objects: something may stand there
 };
 
 /// What a motion keeps clear of besides the perceived objects; surfaces in C.
@@ -43,10 +41,9 @@ struct Obstacles {
 Obstacles ObstaclesOf(const perception::Scene& scene, std::size_t target,
                       const geometry::Points& places_C, const ObstacleOptions& options);
 
-/// Of the space that single views did not see, what none of them saw: a motion need not keep clear
-/// of the shadow of one view that another view looked into. Within the bounds of what was measured,
-/// by cells of cell_m (SeenSpace): a cell counts if its middle lies in one of the shadows and no
-/// ray went through it.
+/// Of the shadows of single views, what no view saw. Within the bounds of what was measured, by
+/// cells of cell_m (SeenSpace): a cell counts if its middle lies in one of the shadows and no ray
+/// went through it.
 /// @param shadows_C  convex and closed, of any of the views
 /// @return upright boxes, each closed, as one mesh; none if all of it was seen.
 geometry::TriangleMesh UnseenByAll(const geometry::Observation& observation,

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "base/statistics.h"
+#include "geometry/plane.h"
 #include "grasp/internal/placing.h"
 
 namespace rangegrasp::grasp {
@@ -33,20 +34,13 @@ Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const Pose& X_GH) {
   return box_G;
 }
 
-/// Unit; the direction in which points spread least.
-Vector3d LeastAxis(PointSpan points, const Vector3d& mean) {
-  Matrix3d covariance = Matrix3d::Zero();
-  for (const Vector3d& p : points) covariance += (p - mean) * (p - mean).transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance).eigenvectors().col(0);
-}
-
 std::vector<double> Along(PointSpan points, const Vector3d& direction) {
-  std::vector<double> along;
-  for (const Vector3d& p : points) along.push_back(direction.dot(p));
+  std::vector<double> along(points.size());
+  std::ranges::transform(points, along.begin(),
+                         [&](const Vector3d& p) { return direction.dot(p); });
   return along;
 }
 
-/// What the pads close on.
 struct Bar {
   Vector3d middle_C;
   double width_m;
@@ -56,14 +50,9 @@ struct Bar {
 Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
              const HandleOptions& options) {
   const double end = base::QuantileOf(Along(handle.points_C, out), 0.98);
-  geometry::Points bar;
-  Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& p : handle.points_C) {
-    if (out.dot(p) < end - options.bar_m) continue;
-    bar.push_back(p);
-    mean += p;
-  }
-  mean /= static_cast<double>(bar.size());
+  geometry::Points bar(handle.points_C.begin(), handle.points_C.end());
+  std::erase_if(bar, [&](const Vector3d& p) { return out.dot(p) < end - options.bar_m; });
+  const Vector3d mean = geometry::Centroid(bar);
   const auto along = Along(bar, across);
   const double low = base::QuantileOf(along, 0.05);
   const double high = base::QuantileOf(along, 0.95);
@@ -84,24 +73,19 @@ Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOpti
   const Pose X_HG =
       base::MakePose(hand.X_HG_tip.linear(), 0.5 * (held.thumb_pad_H + held.finger_pad_H));
   const std::size_t open = OpenState(proposal.width_m, options.placing.opening_m, hand, options);
-  Grasp grasp;
-  grasp.X_CG = proposal.X_CG;
-  grasp.X_CH = proposal.X_CG * X_HG.inverse();
-  grasp.opening_m = hand.states[open].gap_m;
-  grasp.width_m = proposal.width_m;
-  grasp.score = proposal.score;
-  grasp.collides = proposal.width_m > hand.MaxGap();
-  return grasp;
+  return {.X_CG = proposal.X_CG,
+          .X_CH = proposal.X_CG * X_HG.inverse(),
+          .opening_m = hand.states[open].gap_m,
+          .width_m = proposal.width_m,
+          .score = proposal.score,
+          .collides = proposal.width_m > hand.MaxGap()};
 }
 
 Indices BetweenFingers(const Grasp& grasp, const HandModel& hand, PointSpan points_C) {
   const Pose X_GC = grasp.X_CG.inverse();
   const auto box_G = FingerBox(hand.AtGap(grasp.opening_m), X_GC * grasp.X_CH);
-  Indices between;
-  for (std::uint32_t i = 0; i < points_C.size(); ++i) {
-    if (box_G.contains(X_GC * points_C[i])) between.push_back(i);
-  }
-  return between;
+  return geometry::PositionsWhere(points_C,
+                                  [&](const Vector3d& p_C) { return box_G.contains(X_GC * p_C); });
 }
 
 void CheckProposals(const perception::Scene& scene, std::size_t object, const HandModel& hand,
@@ -130,10 +114,11 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
 std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& up_C,
                                           const HandleOptions& options) {
   if (handle.points_C.size() < 3) return {};
-  Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& p : handle.points_C) mean += p;
-  mean /= static_cast<double>(handle.points_C.size());
-  const Vector3d across = LeastAxis(handle.points_C, mean);
+  const Vector3d mean = geometry::Centroid(handle.points_C);
+  const Vector3d across =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(geometry::Scatter(handle.points_C, mean))
+          .eigenvectors()
+          .col(0);
   const Vector3d from_body = mean - handle.body_C;
   const Vector3d out = (from_body - across.dot(from_body) * across).normalized();
   const Bar bar = OuterBar(handle, out, across, options);

@@ -6,8 +6,7 @@ namespace rangegrasp::grasp {
 
 /// A grasp that another program proposes.
 struct Proposal {
-  /// Frame G (base/frames.h): its origin is midway between the pads when they have closed on
-  /// width_m.
+  /// Frame G (base/frames.h): its origin is midway between the pads, closed on width_m.
   base::Pose X_CG = base::Pose::Identity();
   double width_m = 0.0;                        ///< what the pads are expected to close on
   Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the hand's way to the grasp
@@ -20,9 +19,8 @@ struct Proposal {
 Grasp PlaceHand(const Proposal& proposal, const robot::HandModel& hand,
                 const GraspOptions& options);
 
-/// The points, as positions in points_C, that lie between the fingers of the hand as it stands
-/// there, open: in the box, along the axes of G, about all that may touch an object (thumb and
-/// fingers). O(n).
+/// Positions of the points between the fingers of the hand as it stands there, open: in the box,
+/// along the axes of G, about thumb and fingers. O(n).
 geometry::Indices BetweenFingers(const Grasp& grasp, const robot::HandModel& hand,
                                  geometry::PointSpan points_C);
 
@@ -43,8 +41,7 @@ struct Handle {
 };
 
 struct HandleOptions {
-  /// Gripped is what lies within this of the handle's outermost place: a bar and what bends away
-  /// from it.
+  /// Gripped is what is within this of the handle's outermost place: a bar and what bends away.
   double bar_m = 0.012;
   /// Points of one side only measure less than the bar; thinner is no handle for a person's hand.
   double min_width_m = 0.008;

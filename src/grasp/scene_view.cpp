@@ -25,8 +25,7 @@ constexpr float kApproach_px = 2.0F;
 constexpr double kApproach_m = 0.1;  // drawn before the tool centre
 constexpr int kSegments = 16;        // of the hand's round shapes
 
-// A scene is seen from this many of its radii away, between the sensor's direction, up and the
-// side.
+// A scene is seen from so many of its radii, between the sensor's direction, up and the side.
 constexpr double kViewDistance = 4.2;
 constexpr double kViewUp = 0.25;
 constexpr double kViewSide = 0.45;
@@ -63,16 +62,12 @@ Canvas DrawScene(PointSpan points_C, const Scene& scene,
   Canvas canvas;
   canvas.dots.push_back({Select(points_C, scene.table.points), kTable, kDot_px});
   canvas.dots.push_back({Select(points_C, scene.outliers), kOutlier, kOutlierDot_px});
-  std::vector<char> used(scene.cloud.size(), 0);
+  std::vector<bool> rest(scene.cloud.size(), true);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     DrawObject(scene, scene.objects[i], PaletteColor(i), canvas);
-    for (const auto p : scene.objects[i].points) used[p] = 1;
+    for (const auto p : scene.objects[i].points) rest[p] = false;
   }
-  geometry::Points rest;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) rest.push_back(scene.cloud.points[i]);
-  }
-  canvas.dots.push_back({std::move(rest), kRest, kDot_px});
+  canvas.dots.push_back({Select(scene.cloud.points, geometry::PositionsOf(rest)), kRest, kDot_px});
   for (const auto& of_object : grasps) {
     const auto best =
         std::ranges::find_if(of_object, [](const grasp::Grasp& g) { return !g.collides; });
@@ -94,12 +89,8 @@ View LookAtPoints(PointSpan points, const Vector3d& up, const Vector3d& sensor_o
   }
   const Vector3d to_sensor = (sensor_origin_C - center).normalized();
   const Vector3d side = up.cross(to_sensor).normalized();
-  View view;
-  view.target = center;
-  view.eye =
-      center + kViewDistance * radius * (to_sensor + kViewUp * up + kViewSide * side).normalized();
-  view.up = up;
-  return view;
+  const Vector3d away = (to_sensor + kViewUp * up + kViewSide * side).normalized();
+  return {.eye = center + kViewDistance * radius * away, .target = center, .up = up};
 }
 
 }  // namespace rangegrasp::draw

@@ -75,17 +75,9 @@ SurfaceSamples SampleObject(const Scene& scene, const PerceivedObject& object, s
 }
 
 Vector3d CenterOfMass(const TriangleMesh& mesh, const SurfaceSamples& samples) {
-  Vector3d mean = Vector3d::Zero();
-  if (samples.points.empty()) return mean;
-  Vector3d lower = samples.points.front();
-  Vector3d upper = lower;
-  for (const Vector3d& p : samples.points) {
-    mean += p;
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  mean /= static_cast<double>(samples.points.size());
-
+  if (samples.points.empty()) return Vector3d::Zero();
+  const Vector3d mean = geometry::Centroid(samples.points);
+  const Eigen::AlignedBox3d box = geometry::BoundsOf(samples.points);
   double six_volumes = 0.0;
   Vector3d moment = Vector3d::Zero();
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -96,12 +88,9 @@ Vector3d CenterOfMass(const TriangleMesh& mesh, const SurfaceSamples& samples) {
     six_volumes += six;
     moment += six * (u + v + w) / 4.0;
   }
-  const double box = (upper - lower).prod();
-  if (std::abs(six_volumes) / 6.0 < kMinFilled * box) return mean;
+  if (std::abs(six_volumes) / 6.0 < kMinFilled * box.volume()) return mean;
   const Vector3d center = mean + moment / six_volumes;
-  const bool inside =
-      (center.array() >= lower.array()).all() && (center.array() <= upper.array()).all();
-  return inside ? center : mean;
+  return box.contains(center) ? center : mean;
 }
 
 std::array<long, 3> GridCell(const Vector3d& p, double cell_m) {

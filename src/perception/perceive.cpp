@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
+#include <iterator>
+#include <ranges>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -24,15 +25,6 @@ using geometry::Select;
 /// Fewer points are no scan of a table; the hull and the fits behind it would only fail later.
 constexpr std::size_t kMinPoints = 100;
 
-Indices AboveTable(PointSpan points, const geometry::Plane& table, double clearance_m) {
-  Indices above;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (table.Distance(points[i]) > clearance_m) above.push_back(static_cast<std::uint32_t>(i));
-  }
-  return above;
-}
-
-/// What there was instead of a table.
 std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
   const auto best =
       geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
@@ -46,15 +38,12 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
     scene.source = above;
     return;
   }
-  std::vector<bool> kept(above.size(), false);
-  const OutlierFilterOptions as_options{options.isolated_outliers, options.repeated_filter,
-                                        options.filter_unit_m, options.filter_keep_m};
-  for (const auto k : CompressionRateFilter(Select(scene.points_C, above), as_options)) {
-    kept[k] = true;
+  for (const auto k : CompressionRateFilter(Select(scene.points_C, above),
+                                            {options.isolated_outliers, options.repeated_filter,
+                                             options.filter_unit_m, options.filter_keep_m})) {
+    scene.source.push_back(above[k]);
   }
-  for (std::size_t k = 0; k < above.size(); ++k) {
-    (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
-  }
+  std::ranges::set_difference(above, scene.source, std::back_inserter(scene.outliers));
 }
 
 /// The table shows noise that neighborhoods do not: what is the same over a neighborhood.
@@ -73,8 +62,7 @@ void AdaptToTable(Scene& scene, PerceptionOptions& options) {
   }
 }
 
-/// From the neighborhood of each point, or of the faces of the mesh that segments are cut from
-/// (section 5.1.3).
+/// From each point's neighborhood, or of the faces of the segments' mesh (section 5.1.3).
 Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan places_C,
                  const Indices& place_of) {
   const geometry::KdTree tree(points);
@@ -89,8 +77,7 @@ Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan p
   return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
 }
 
-/// Fills the scene's segments, and the box that they lie in: without its walls things come apart
-/// that touch its rim.
+/// Fills the scene's segments and the box that they lie in, whose walls would join what touches it.
 void FindSegments(const PerceptionOptions& options, Scene& scene) {
   const ContainerOptions& as_options = options.features.container;
   std::optional<internal::Container> container;
@@ -103,9 +90,8 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
   }
   scene.container = internal::PointsOfWalls(scene.cloud, *container, as_options);
   Indices rest;
-  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-    if (!std::ranges::binary_search(scene.container, i)) rest.push_back(i);
-  }
+  std::ranges::set_difference(std::views::iota(0U, static_cast<std::uint32_t>(scene.cloud.size())),
+                              scene.container, std::back_inserter(rest));
   const geometry::PointCloud inside{Select(scene.cloud.points, rest),
                                     Select(scene.cloud.normals, rest)};
   for (Indices& segment : Segment(inside, options.segment)) {
@@ -180,7 +166,9 @@ Begun Begin(const Observation& observation, const PerceptionOptions& given, base
   if (!table) throw base::InputError(NoTable(scene.points_C, options.preprocess, rng));
   scene.table = std::move(*table);
   if (options.preprocess.adapt_lengths && !options.noise_m) AdaptToTable(scene, options);
-  begun.above = AboveTable(scene.points_C, scene.table.plane, options.preprocess.table_clearance_m);
+  begun.above = geometry::PositionsWhere(scene.points_C, [&](const Eigen::Vector3d& p) {
+    return scene.table.plane.Distance(p) > options.preprocess.table_clearance_m;
+  });
   scene.seconds.emplace_back("table", watch.Restart());
   return begun;
 }

@@ -5,9 +5,8 @@
 
 namespace rangegrasp::perception {
 
-/// The switches of PreprocessOptions, SegmentOptions and FeatureOptions are what perception does
-/// beyond the dissertation; every switch off is the method as published (base/words.h). The
-/// reasons are in docs/results.md.
+/// What perception does beyond the dissertation: these, SegmentAdditions and FeatureAdditions; all
+/// off: the method as published (base/words.h). docs/results.md has the reasons.
 struct PreprocessAdditions {
   bool adapt_lengths = true;
   bool robust_table = true;
@@ -34,24 +33,23 @@ constexpr std::array<base::Addition<PreprocessAdditions>, 5> AdditionsOf(
 }
 static_assert(base::AllAdditionsListed<PreprocessAdditions>());
 
-/// How the table is looked for on the hull (FindTable). Defaults without a source are this
-/// program's own.
+// Defaults that stand in the dissertation name their equation or section. The others are this
+// program's own; their comments say what they trade off. An AdaptiveLength stands for noise or
+// spacing and says how much of it; all other lengths are an object's or a hand's and stay.
+
+/// How the table is looked for on the hull (FindTable).
 struct TableSearchOptions {
-  /// How far the table's normal may be from a given up direction: a hand-held estimate's error.
-  double max_tilt_rad = base::Deg(15.0);
+  double max_tilt_rad = base::Deg(15.0);  ///< of the normal from up_C: a hand-held estimate's error
   /// Two faces of the hull are one plane within this angle and share of the preselection. Larger: a
   /// slope over stray points hides the table's own face; smaller: more candidates to rank.
   double same_plane_rad = base::Deg(1.0);
   double same_plane_share = 0.2;
-  /// Points that the hull is built over, evenly taken. More: slower, and more strays that bend it;
-  /// fewer: a hull that lies a little higher, within what the preselection spans.
+  /// Of the hull, evenly taken. More: slower, more strays bend it; fewer: it lies a little higher.
   std::size_t hull_points = 2000;
-  /// Candidates and hypotheses are ranked on about this many of the points, the best on all.
-  std::size_t ranking_points = 4000;
+  std::size_t ranking_points = 4000;  ///< rank candidates and hypotheses; all points the finalists
   std::size_t finalists = 5;
-  /// A table holds at least this share of the points, and at most that share may lie under it.
-  double min_support = 0.05;
-  double max_below = 0.01;
+  double min_support = 0.05;      ///< share of the points that a table holds
+  double max_below = 0.01;        ///< share that may lie under it
   int peelings = 4;               ///< how often the hull's vertices are removed as outliers
   int dominant_planes = 3;        ///< tried where the hull shows no table
   double dominant_support = 0.2;  ///< share of the points that such a plane holds
@@ -59,14 +57,12 @@ struct TableSearchOptions {
 
 /// Options of section 5.1.1 (and 4.2.1-4.2.2); defaults are the dissertation's for its scanner.
 struct PreprocessOptions : PreprocessAdditions {
-  /// Distance to the deepest hull plane; points nearer are fitted (section 5.1.1). The hull is bent
-  /// by strays, so more than the band of the table's points.
+  /// Distance to the deepest hull plane of what is fitted (5.1.1): strays bend the hull.
   AdaptiveLength preselection_m{0.005, {.noises = 5.0}};
-  int plane_draws = 100;  ///< section 5.1.1
-  /// Inliers of the table plane (section 5.1.1): nearly all of a normal distribution.
-  AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};
-  /// Points lower than this above the table belong to it. A table of 200,000 points leaves a few
-  /// dozen above five deviations where noise grows with distance; less cuts objects.
+  int plane_draws = 100;                                    ///< section 5.1.1
+  AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};  ///< 5.1.1: nearly all of a normal one
+  /// A table of 200,000 points leaves a few dozen above five deviations where noise grows with
+  /// distance; less cuts objects.
   AdaptiveLength table_clearance_m{0.004, {.noises = 5.0}};
   bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
   /// Eq. 4.8 and 4.9 remove a point only where it is isolated, too. No addition, but how the text
@@ -81,25 +77,17 @@ struct PreprocessOptions : PreprocessAdditions {
   bool smooth = true;  ///< the average filter (section 5.1.1)
   /// The eight neighbors of an even scan. Larger rounds edges: it grows with noise alone.
   AdaptiveLength smooth_radius_m{0.003, {.noises = 3.0}};
-  /// Neighborhood of the normals (sections 4.2.2, 5.1.1): ten points of an even scan.
+  /// Of the normals (sections 4.2.2, 5.1.1): ten points of an even scan.
   AdaptiveLength normal_radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};
-  /// With widened_normals, of the radius. Larger: more true normals on grazing faces, rounder
-  /// edges.
-  double max_widening = 4.0;
-  /// The direction away from the table where it is known.
-  std::optional<Eigen::Vector3d> up_C;
+  double max_widening = 4.0;  ///< of the radius, with widened_normals. Larger rounds edges
+  std::optional<Eigen::Vector3d> up_C;  ///< away from the table, where it is known
   TableSearchOptions table;
 };
 
-// Defaults that stand in the dissertation name their equation or section. The others are this
-// program's own; their comments say what they trade off. An AdaptiveLength stands for noise or
-// spacing and says how much of it; all other lengths are an object's or a hand's and stay.
-
 /// Top surfaces (section 5.1.3, eq. 5.5) and their rims.
 struct TopSurfaceOptions {
-  int plane_draws = 100;  ///< eq. 5.5
-  /// Of a plane's points: as of the table's (section 5.1.1).
-  AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};
+  int plane_draws = 100;                                    ///< eq. 5.5
+  AdaptiveLength plane_distance_m{0.002, {.noises = 2.5}};  ///< as of the table (section 5.1.1)
   /// Between a top's normals and the table's, 45 deg: their main component is along it (5.1.3).
   double normal_angle_rad = 0.785;
   int min_plane_points = 12;       ///< three rows of four. Larger: small lids are lost
@@ -108,32 +96,26 @@ struct TopSurfaceOptions {
   double plane_separation = 2.0;  ///< of different planes, in plane distances
   /// Depth of the highest points that stand in for a plane: what a plane's inliers span.
   AdaptiveLength slab_m{0.004, {.noises = 5.0, .spacings = 1.35}};
-  /// A slab this many times as long as wide is a fold; less is the lip of something.
-  double fold_elongation = 4.0;
-  /// alpha of the rim's 2-D shape. Smaller: holes between points; larger: the mouth of a cup
-  /// closes.
+  double fold_elongation = 4.0;  ///< a longer slab is a fold; less is the lip of something
+  /// Of the rim's 2-D shape. Smaller: holes between points; larger: the mouth of a cup closes.
   AdaptiveLength rim_alpha_m{0.006, {.noises = 3.0, .gaps = 1.3}};
-  /// The second try of a rim whose ring has gaps (lost points) of up to twice this.
-  AdaptiveLength bridged_rim_alpha_m{0.030, {.gaps = 6.5}};
+  AdaptiveLength bridged_rim_alpha_m{0.030, {.gaps = 6.5}};  ///< bridges gaps up to twice as wide
 };
 
 /// How a ridge is distinguished from a plane, the lip of a cup and a shoulder.
 struct RidgeOptions {
-  /// Of the normals about the table's: both sides of a roof of 60 deg, without walls.
-  double window_rad = 1.15;
-  double max_along_axis = 0.35;   ///< of normals square to the axis (20 deg); others are of ends
-  double min_square_share = 0.8;  ///< of the upward points; less is no body about one axis
-  /// Mean square of the normals' share along the axis: square within about 12 deg in the mean.
-  double max_mean_square = 0.045;
-  double max_axis_slope = 0.5;  ///< of the axis, sine (30 deg): a steeper body stands
+  double window_rad = 1.15;        ///< about up: both sides of a roof of 60 deg, without walls
+  double max_along_axis = 0.35;    ///< of normals square to the axis (20 deg); others are of ends
+  double min_square_share = 0.8;   ///< of the upward points; less is no body about one axis
+  double max_mean_square = 0.045;  ///< of the normals' share along the axis: 12 deg in the mean
+  double max_axis_slope = 0.5;     ///< of the axis, sine (30 deg): a steeper body stands
   /// Of the middle 60 % of the normals: a plane's spread is about 10 deg, a cylinder's from 45 deg.
   double min_spread_rad = 0.44;
   /// Of sine and offset across the axis: the near lip and the far wall of a cup face the same way.
   double min_correlation = 0.7;
   /// Of the ridge's length to the body's: a cap above a shoulder is not the shoulder's ridge.
   double min_length_share = 0.6;
-  /// Points that face further from the ridge's normal (26 deg) say how far the surface comes down.
-  double off_ridge_rad = 0.45;
+  double off_ridge_rad = 0.45;  ///< points that face further off (26 deg) give the descent
   /// Of the descent of a circle with these normals: about 1 for a circle, 0.5 and more for a flat
   /// ellipse, next to nothing for the lip of a cup, with normals to all sides at one height.
   double min_drop_share = 0.35;
@@ -154,50 +136,42 @@ struct CircleFitOptions {
 struct AxisOptions {
   double rim_share = 0.8;   ///< of the rim points on one circle (section 5.1.3)
   double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
-  /// Of the points that agree and whose normals pass the axis, too: a round wall has 0.67 and more
+  /// Of the points that agree and whose normals pass the axis: a round wall has 0.67 and more
   /// (normals at its outline turn towards the sensor), the sides of a square column a third.
   double normal_share = 0.66;
-  /// Thickness of the section planes: two rows of points.
-  AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};
+  AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};  ///< thick: two rows
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
   double min_arc_rad = base::Deg(115.0);
-  /// The same (240 deg) for a rim with bridged gaps, whose straight sides count for few points.
+  /// For a rim with bridged gaps, whose straight sides count for few points (240 deg).
   double min_bridged_arc_rad = 4.2;
   double min_lying_arc_rad = 1.5;  ///< for a lying body (90 deg): half of it is seen at most
   double lying_body_share = 0.88;  ///< replaces body_share for it: ends and handles are not square
   /// A body is not under the table; by so much its circle may be too large.
   AdaptiveLength max_sunk_m{0.006, {.noises = 3.0, .gaps = 1.3}};
-  /// For a body about its rim's axis: a round one's seen side has 110 deg and more, the narrow side
-  /// of a bottle less.
+  /// About its rim's axis: a round body shows 110 deg and more, a bottle's narrow side less.
   double min_body_arc_rad = base::Deg(90.0);
-  int min_body_points = 20;  ///< fewer say nothing about the body
-  /// Normals nearer to the axis than this cosine (45 deg) are of caps, floors and lips.
-  double max_along_axis = 0.7;
-  /// Of normals along the circle, sin(20 deg): room for noise, without the ends of ellipses.
-  double max_tangential = 0.34;
+  int min_body_points = 20;             ///< fewer say nothing about the body
+  double max_along_axis = 0.7;          ///< normals nearer to it (45 deg) are of caps, floors, lips
+  double max_tangential = 0.34;         ///< of normals, sin(20 deg): noise, but no ends of ellipses
   double upright_rad = base::Deg(5.0);  ///< what a small rim leaves uncertain
 
   // Refinement by the body.
-  int refine_rounds = 5;       ///< of Gauss-Newton; each costs one pass over the body
-  double max_shift_m = 0.004;  ///< further off than a rim's grazing side can put its circle
-  /// Least eigenvalue of the normal matrix a point: that of an arc of about 60 deg.
-  double min_conditioning = 0.02;
-  double top_sections_m = 0.012;  ///< the wall under a rounded rim that gives the radius
+  int refine_rounds = 5;           ///< of Gauss-Newton; each costs one pass over the body
+  double max_shift_m = 0.004;      ///< further off than a rim's grazing side can put its circle
+  double min_conditioning = 0.02;  ///< least eigenvalue of the normal matrix a point: of 60 deg
+  double top_sections_m = 0.012;   ///< the wall under a rounded rim that gives the radius
 
   // The axis from the body where the top is a thin ring, or a lid whose own rim gives no circle.
-  /// Of such a ring's wall, in the mean over its sections: eleven bins.
-  double min_ring_arc_rad = base::Deg(105.0);
-  /// Of such a lid's rim: half a disc's goes 180 deg and a bin or two at its corners.
+  double min_ring_arc_rad = base::Deg(105.0);  ///< of the ring's wall, mean over its sections
+  /// Of the lid's rim: half a disc's goes 180 deg and a bin or two at its corners.
   double min_lid_arc_rad = base::Deg(205.0);
   /// Of the lid's rim from the body's circle: it is rounded.
   AdaptiveLength lid_distance_m{0.006, {.noises = 3.0, .gaps = 1.3}};
-  double ring_share = 0.35;   ///< a top is a thin ring if it fills less than this of its circle
-  double max_wall_m = 0.010;  ///< of a cup, with its lip
-  /// Replaces body_share there: a handle in front of the body counts against it.
-  double ring_body_share = 0.6;
-  int min_wall_points = 60;  ///< three sections' worth; half of them have to agree
-  /// Sine of the angle between two normals (12 deg): more nearly parallel ones meet anywhere.
-  double min_normals_sine = 0.2;
+  double ring_share = 0.35;       ///< a top is a thin ring if it fills less than this of its circle
+  double max_wall_m = 0.010;      ///< of a cup, with its lip
+  double ring_body_share = 0.6;   ///< replaces body_share there: a handle may stand in front
+  int min_wall_points = 60;       ///< three sections' worth; half of them have to agree
+  double min_normals_sine = 0.2;  ///< between two (12 deg): more nearly parallel ones meet anywhere
 };
 
 /// Clipped rotational parts (section 5.1.3) and fragments.
@@ -211,11 +185,9 @@ struct MergeOptions {
   double min_own_body = 0.5;
 
   // Fragments (FindKinship).
-  /// The widest gap that is taken for lost points.
-  AdaptiveLength fragment_gap_m{0.012, {.noises = 6.0, .gaps = 2.6}};
-  /// Round a footprint: two and a half point spacings.
-  AdaptiveLength footprint_margin_m{0.005, {.spacings = 1.7}};
-  AdaptiveLength height_margin_m{0.003, {.noises = 3.0}};  ///< of "not above the top"
+  AdaptiveLength fragment_gap_m{0.012, {.noises = 6.0, .gaps = 2.6}};  ///< widest of lost points
+  AdaptiveLength footprint_margin_m{0.005, {.spacings = 1.7}};  ///< two and a half point spacings
+  AdaptiveLength height_margin_m{0.003, {.noises = 3.0}};       ///< of "not above the top"
   double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
   double cap_share = 0.9;     ///< of a cap's points over the cross-section of its host
   /// Between points this near the segmentation has cut: their parts are not joined as kSurface, but
@@ -247,14 +219,11 @@ struct MergeOptions {
 struct ContainerOptions {
   /// From the border of the box: a wall's thickness and noise. Larger: what leans on it is wall.
   AdaptiveLength wall_m{0.008, {.noises = 3.0, .gaps = 2.0}};
-  /// A segment is a piece of wall if this share of it lies within so many wall_m of the border.
-  double piece_share = 0.9;
+  double piece_share = 0.9;  ///< of a piece of wall within so many wall_m of the border
   double piece_walls = 1.5;
-  /// Of a box, both ways: wider than a hand opens. A narrower ring is a vessel to be grasped.
-  double min_side_m = 0.15;
+  double min_side_m = 0.15;  ///< wider than a hand opens; a narrower ring is a vessel to be grasped
   /// Of the border that is seen as high as its rim: things in the box hide up to a fifth (24
-  /// simulated boxes of twelve things). Less: things that stand about, or a round pot (three
-  /// fifths).
+  /// simulated boxes of twelve things). Less: things that stand about, or a round pot (3/5).
   double min_coverage = 0.75;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
   /// Over the rim, for noise; what differs from its height by twice as much is not level.
@@ -274,10 +243,8 @@ struct CompletionOptions {
   /// From a free point to what was measured behind it: directions' cells are 4 mm wide.
   AdaptiveLength free_margin_m{0.006, {.noises = 4.0, .spacings = 2.0}};
   double min_inclination_rad = 0.21;  ///< a top turned further (12 deg) has an upper edge
-  double max_top_share = 0.6;  ///< of the body's rectangle; a smaller top is turned by half about
-
-  /// A top surface this many times as long as wide says which way the object lies.
-  double min_elongation = 1.2;
+  double max_top_share = 0.6;   ///< of the body's rectangle; a smaller top is turned by half about
+  double min_elongation = 1.2;  ///< of a top surface that says which way the object lies
   /// A rectangle's side ends at the outermost point with this share of all points, and at least so
   /// many, within the band below it; further out are mixed points.
   AdaptiveLength end_band_m{0.002, {.spacings = 0.67}};
@@ -287,10 +254,8 @@ struct CompletionOptions {
   double wall_step_m = 0.005;  ///< between the posts of a wall, and between the points on one
   /// Points this near an outline's side say how high its wall is.
   AdaptiveLength wall_outline_m{0.003, {.noises = 2.0, .spacings = 1.0}};
-  /// Of the grid that the fill is counted on: three point spacings.
-  AdaptiveLength cell_m{0.006, {.gaps = 1.3}};
-  /// An outline that is filled less than this is not convex and gets several hulls.
-  double min_fill = 0.75;
+  AdaptiveLength cell_m{0.006, {.gaps = 1.3}};  ///< of the fill's grid: three point spacings
+  double min_fill = 0.75;       ///< an outline that is filled less is not convex: several hulls
   double slice_m = 0.020;       ///< thickness of those hulls
   double slice_overlap = 0.15;  ///< of a slice; so that no gap is left between neighbors
 
@@ -312,12 +277,10 @@ struct CompletionOptions {
   double min_axis_cosine = 0.3;      ///< bounds the length of a leaning body (73 deg)
   /// A handle starts this far outside the circles: past their noise.
   AdaptiveLength attached_m{0.003, {.noises = 4.0, .spacings = 1.0}};
-  /// Points this near are of one attachment: three point spacings.
-  AdaptiveLength link_m{0.006, {.noises = 3.0, .gaps = 1.3}};
-  int min_attached_points = 15;  ///< fewer are stray points
+  AdaptiveLength link_m{0.006, {.noises = 3.0, .gaps = 1.3}};  ///< within one attachment
+  int min_attached_points = 15;                                ///< fewer are stray points
 
-  // What a part stands on.
-  /// Points this low stand on the table: those of the table's clearance are not in the cloud.
+  // What a part stands on: the table, if it comes this low (its clearance is not in the cloud).
   AdaptiveLength on_table_m{0.012, {.noises = 10.0, .spacings = 4.0}};
   int min_support_points = 15;  ///< of other parts under a footprint; fewer are stray points
 };
@@ -336,8 +299,7 @@ struct FeatureAdditions {   // with the reason where the rows below do not say i
   bool lying_axes = true;       ///< their top has no circle
   bool lip_tops = true;         ///< the floor of a bowl holds more points than its lip
   bool merge_fragments = true;  ///< off: only clipped rotational parts are merged
-  /// Into space that the sensor did not see through: without it the far half of a lying cylinder is
-  /// missing, and a hand that closes on the seen half meets the other.
+  /// Without it a hand that closes on the seen half of a lying cylinder meets the other half.
   bool complete_by_symmetry = true;
   bool complete_leaning = true;  ///< what leans has no faces square to the table
   bool trim_strays = true;       ///< mixed points
@@ -394,17 +356,10 @@ struct FeatureOptions : FeatureAdditions {
   ContainerOptions container;
   CompletionOptions completion;
 
-  /// With higher_tops: the highest plane that holds this share of the fullest one's points is the
-  /// top.
   double top_plane_share = 0.3;
-  /// With drop_needles: a part whose footprint is nowhere this long is none.
   double min_footprint_m = 0.015;
-
-  // Open or closed.
   double open_sphere_factor = 2.0 / 3.0;  ///< eq. 5.9
-  /// With open_strays: points inside the sphere that are still taken for none, as a share of the
-  /// top surface's.
-  double open_stray_share = 0.02;
+  double open_stray_share = 0.02;         ///< of the top surface's points
 };
 
 struct PerceptionOptions {
@@ -412,16 +367,13 @@ struct PerceptionOptions {
   SegmentOptions segment;
   FeatureOptions features;
   SamplingOptions sampling;
-  /// The sensor's noise where it is known [m]; else it is measured.
-  std::optional<double> noise_m;
-  /// The noise is the median of what the observation states of its samples, but for those that it
-  /// states none of. For a sensor whose errors are the same over whole neighborhoods, so that they
-  /// do not show there, and that does not measure the table.
+  std::optional<double> noise_m;  ///< the sensor's where it is known [m]; else it is measured
+  /// The noise is the median of what the observation states of its samples. For a sensor whose
+  /// errors are the same over whole neighborhoods, where they do not show.
   bool stated_noise = false;
 };
 
-/// Sets every length that stands for noise or spacing, and was not given, to what the sampling
-/// asks for.
+/// Sets every AdaptiveLength that was not given to what the sampling asks for.
 void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 
 /// Reads the keys of the mapping `perception`, to its end.

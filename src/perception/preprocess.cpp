@@ -15,7 +15,6 @@ using geometry::Points;
 using geometry::PointSpan;
 using geometry::TriangleMesh;
 
-/// A plane of the hull, its normal to the inside.
 struct Candidate {
   Plane plane;
   Vector3d center;
@@ -23,8 +22,7 @@ struct Candidate {
 };
 
 Plane TowardsSensor(const Plane& plane, const Vector3d& sensor_origin) {
-  if (plane.Distance(sensor_origin) >= 0.0) return plane;
-  return {-plane.normal, -plane.offset_m};
+  return plane.Distance(sensor_origin) >= 0.0 ? plane : plane.Flipped();
 }
 
 bool IsUp(const Plane& plane, const PreprocessOptions& options) {
@@ -38,15 +36,13 @@ std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Vector3d& sens
   for (const auto& [a, b, c] : hull.triangles) {
     // Outward faces are counter-clockwise; turned round, the normal points inside.
     const auto plane = geometry::PlaneThrough(hull.vertices[a], hull.vertices[c], hull.vertices[b]);
-    if (!plane || plane->Distance(sensor_origin) <= 0.0) continue;
-    if (!IsUp(*plane, options)) continue;
+    if (!plane || plane->Distance(sensor_origin) <= 0.0 || !IsUp(*plane, options)) continue;
     const Vector3d u = hull.vertices[b] - hull.vertices[a];
     const Vector3d v = hull.vertices[c] - hull.vertices[a];
     faces.push_back({*plane, (hull.vertices[a] + hull.vertices[b] + hull.vertices[c]) / 3.0,
                      0.5 * u.cross(v).norm()});
   }
-  std::ranges::stable_sort(faces,
-                           [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
+  std::ranges::stable_sort(faces, std::ranges::greater(), &Candidate::area);
   const double same_cosine = std::cos(options.table.same_plane_rad);
   const double same_distance_m = options.table.same_plane_share * options.preselection_m;
   std::vector<Candidate> merged;
@@ -77,7 +73,8 @@ std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     ranking.emplace_back(CountNear(points, candidates[i].plane, distance_m, step), i);
   }
-  std::ranges::stable_sort(ranking, [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(ranking, std::ranges::greater(),
+                           &std::pair<std::size_t, std::size_t>::first);
   std::optional<Plane> best;
   std::size_t best_count = 0;
   for (std::size_t k = 0; k < std::min(options.table.finalists, ranking.size()); ++k) {
@@ -91,7 +88,6 @@ std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>
   return best;
 }
 
-/// About `count` of the points, evenly taken.
 Points Thinned(PointSpan points, std::size_t count) {
   const std::size_t step = std::max<std::size_t>(1, points.size() / count);
   Points thinned;
@@ -100,22 +96,13 @@ Points Thinned(PointSpan points, std::size_t count) {
 }
 
 Points Near(PointSpan points, const Plane& plane, double distance_m) {
-  Points near;
-  for (const Vector3d& p : points) {
-    if (std::abs(plane.Distance(p)) <= distance_m) near.push_back(p);
-  }
-  return near;
+  return geometry::Select(points, geometry::PositionsWhere(points, [&](const Vector3d& p) {
+                            return std::abs(plane.Distance(p)) <= distance_m;
+                          }));
 }
 
-/// `other` with its normal on the side of the plane's.
-Plane TurnedLike(const Plane& plane, const Plane& other) {
-  const bool turned = other.normal.dot(plane.normal) < 0.0;
-  return turned ? Plane{-other.normal, -other.offset_m} : other;
-}
-
-/// Preselects, draws hypotheses and refits (section 5.1.1); then refits once to the points near the
-/// fit, since the hull's plane may be tilted so far that its preselection has not all of the table.
-/// The normal keeps its side.
+/// Preselects, draws hypotheses and refits (section 5.1.1); refits again, since the hull's plane
+/// may be tilted so far that its preselection has not all of the table. The normal keeps its side.
 std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
                              base::Rng& rng) {
   const auto fit = geometry::FitPlaneRansac(
@@ -123,7 +110,7 @@ std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const Preproc
       {options.plane_draws, options.plane_distance_m}, rng);
   if (!fit) return std::nullopt;
   const auto refit = geometry::FitPlane(Near(points, fit->plane, options.plane_distance_m));
-  return TurnedLike(plane, refit ? *refit : fit->plane);
+  return geometry::TurnedLike(plane, refit.value_or(fit->plane));
 }
 
 struct Support {
@@ -146,7 +133,6 @@ bool IsTable(const Support& support, std::size_t n, const TableSearchOptions& op
          static_cast<double>(support.below) <= options.max_below * static_cast<double>(n);
 }
 
-/// The points that are no vertex of the hull.
 Points Peel(const Points& points, const TriangleMesh& hull) {
   const auto before = [](const Vector3d& a, const Vector3d& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
@@ -202,15 +188,12 @@ std::optional<Plane> DominantPlane(PointSpan points, const Vector3d& sensor_orig
 }
 
 void Check(const PreprocessOptions& options) {
-  if (!(options.preselection_m > 0.0)) {
-    throw std::invalid_argument("FindTable: preselection_m must be > 0");
-  }
-  if (!(options.table_clearance_m >= 0.0)) {
-    throw std::invalid_argument("FindTable: table_clearance_m must be >= 0");
-  }
-  if (options.up_C && !(options.up_C->norm() > 0.0)) {
-    throw std::invalid_argument("FindTable: up_C must not be zero");
-  }
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) throw std::invalid_argument(std::string("FindTable: ") + what);
+  };
+  require(options.preselection_m > 0.0, "preselection_m must be > 0");
+  require(options.table_clearance_m >= 0.0, "table_clearance_m must be >= 0");
+  require(!options.up_C || options.up_C->norm() > 0.0, "up_C must not be zero");
 }
 
 /// A cloud that is flat has no hull: all of it is the table.
@@ -222,13 +205,11 @@ std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
   const auto plane = geometry::FitPlane(points);
   if (!plane) return std::nullopt;
   const Plane up = TowardsSensor(*plane, sensor_origin);
-  if (!IsUp(up, options)) return std::nullopt;
-  const bool flat = CountSupport(points, up, options).on == points.size();
+  const bool flat = IsUp(up, options) && CountSupport(points, up, options).on == points.size();
   return flat ? std::optional(up) : std::nullopt;
 }
 
-/// Every pass but the last removes a point, and far outliers hide nearer ones in a few layers: a
-/// bound on time, not on what is found.
+/// A bound on time, not on what is found: far outliers hide nearer ones in a few layers.
 constexpr int kMaxPasses = 20;
 
 /// The state of the filter: the points that are left, and how far each is from the nearest of them.
@@ -245,30 +226,21 @@ class Filter {
   bool Pass() {
     if (points_.size() < removed_ + 2) return false;
     const CompressionRate rate = Rate();
-    Indices outliers;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (kept_[i] && Removes(i, rate)) outliers.push_back(i);
-    }
+    Indices outliers = Kept();
+    std::erase_if(outliers, [&](std::uint32_t i) { return !Removes(i, rate); });
     if (outliers.empty()) return false;
     Remove(outliers);
     return true;
   }
 
-  Indices Kept() const {
-    Indices kept;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (kept_[i]) kept.push_back(i);
-    }
-    return kept;
-  }
+  Indices Kept() const { return geometry::PositionsOf(kept_); }
 
  private:
   CompressionRate Rate() const {
     double min_m = std::numeric_limits<double>::infinity();
     double max_m = 0.0;
     double sum_m = 0.0;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (!kept_[i]) continue;
+    for (const auto i : Kept()) {
       min_m = std::min(min_m, nearest_m_[i]);
       max_m = std::max(max_m, nearest_m_[i]);
       sum_m += nearest_m_[i];
@@ -313,8 +285,8 @@ class Filter {
       min_m = std::min(min_m, nearest_m_[i]);
     }
     removed_ += outliers.size();
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (kept_[i] && nearest_m_[i] >= min_m) nearest_m_[i] = DistanceToKept(i);
+    for (const auto i : Kept()) {
+      if (nearest_m_[i] >= min_m) nearest_m_[i] = DistanceToKept(i);
     }
   }
 
@@ -352,21 +324,14 @@ std::optional<Table> FindTable(PointSpan points_C, const Vector3d& sensor_origin
 }
 
 Table TableOn(const Plane& plane, PointSpan points_C, const PreprocessOptions& options) {
-  Table table{plane, {}};
-  for (std::size_t i = 0; i < points_C.size(); ++i) {
-    if (plane.Distance(points_C[i]) <= options.table_clearance_m) {
-      table.points.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return table;
+  return {plane, geometry::PositionsWhere(points_C, [&](const Vector3d& p) {
+            return plane.Distance(p) <= options.table_clearance_m;
+          })};
 }
 
 CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_mean_m) {
-  CompressionRate rate;
-  rate.d_a_m = (d_min_m + d_max_m) / 2.0;
-  rate.d_k_m = d_mean_m;
-  rate.tau = rate.d_k_m / rate.d_a_m;
-  return rate;
+  const double d_a_m = (d_min_m + d_max_m) / 2.0;
+  return {d_a_m, d_mean_m, d_mean_m / d_a_m};
 }
 
 double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m) {
@@ -386,9 +351,7 @@ bool IsIsolated(const CompressionRate& rate, std::size_t n_a, std::size_t n_k) {
 }
 
 Indices CompressionRateFilter(PointSpan points, const OutlierFilterOptions& options) {
-  Indices all(points.size());
-  std::iota(all.begin(), all.end(), 0u);
-  if (points.size() < 2) return all;
+  if (points.size() < 2) return Indices(points.size(), 0);
   const KdTree tree(points);
   Filter filter(points, tree, options);
   const int max_passes = options.repeated ? kMaxPasses : 1;

@@ -8,14 +8,12 @@ namespace rangegrasp::perception {
 /// The deepest plane on the convex hull (eq. 5.1, figure 5.4), preselection, 100 hypotheses, refit
 /// (section 5.1.1). The normal points to the sensor's side.
 ///
-/// Of the hull's planes that have the sensor on their inner side (and, where up_C is given, a
-/// normal near it), the one wins that the most raw points lie near. Stray points under
-/// the table bend the hull; so the preselection is repeated once round the plane that was fitted,
-/// and where a plane with points beneath it or with little support comes out, the hull's vertices
-/// are taken away and the hull is built again, a bounded number of times. A scene with a background
-/// behind and under the table shows no table on its hull: there the dominant plane is taken
-/// (section 4.2.1). Table::points are all points less than table_clearance_m above the plane, and
-/// all below it (eq. 4.3, 4.4). O(n log n).
+/// Of the hull's planes with the sensor on their inner side (and a normal near up_C), the one wins
+/// that the most points lie near. Stray points under the table bend the hull: where a plane with
+/// points beneath it or with little support comes out, the hull's vertices are taken away and the
+/// hull is built again, a bounded number of times. With a background behind and under the table the
+/// dominant plane is taken (section 4.2.1). Table::points are all less than table_clearance_m above
+/// the plane, and all below it (eq. 4.3, 4.4). O(n log n).
 /// @param sensor_origin_C  where the sensor stood, or any other place on its side of the table
 /// @return nullopt if no plane was found.
 /// @throws std::invalid_argument if an option is out of range.
@@ -35,11 +33,9 @@ struct CompressionRate {
 CompressionRate ComputeCompressionRate(double d_min_m, double d_max_m, double d_mean_m);
 
 /// alpha = (d_a / N_a)^tau, eq. 4.8; n_a counts the points within d_a, the point itself among them.
-/// A length to the power of tau has no unit of its own: the value depends on the unit of length,
-/// and the dissertation's is the millimetre, about half of its scanner's spacing.
+/// Its value depends on the unit of length; the dissertation's is the millimetre.
 double OutlierAlpha(const CompressionRate& rate, std::size_t n_a, double unit_m = 0.001);
-/// beta = d_k / N_k, eq. 4.9, in the unit of eq. 4.8; n_k counts the points within d_k, itself
-/// among them.
+/// beta = d_k / N_k, eq. 4.9, in that unit; n_k counts the points within d_k, itself among them.
 double OutlierBeta(const CompressionRate& rate, std::size_t n_k, double unit_m = 0.001);
 
 /// The outlier test: alpha < beta.
@@ -61,11 +57,10 @@ struct OutlierFilterOptions {
 /// Positions of the points that the compression-rate filter keeps, ascending. Removed are the
 /// points for which IsOutlier holds and, with isolated_only, IsIsolated too.
 ///
-/// Why both: alpha falls as N_a grows, so that the printed test alone, in mm, also holds for
-/// points of a dense surface whose nearest neighbor happens to be farther than the mean; where
-/// one far outlier makes d_a large that is about half of all points. The dissertation's filter
-/// took 38 of 22,377 points away, isolated ones. One far outlier also hides the nearer ones (d_max
-/// is its own distance), so with `repeated` the filter repeats on what is left until it removes
+/// Why both: alpha falls as N_a grows, so that the printed test alone also holds for points of a
+/// dense surface whose nearest neighbor is farther than the mean: about half of all points where
+/// one far outlier makes d_a large. The dissertation's filter took 38 of 22,377 points away. One
+/// far outlier also hides the nearer ones, so with `repeated` the filter repeats until it removes
 /// nothing, at most 20 times. O(n log n) in the first pass, O(n) in the others.
 geometry::Indices CompressionRateFilter(geometry::PointSpan points,
                                         const OutlierFilterOptions& options = {});

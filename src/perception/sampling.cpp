@@ -28,8 +28,7 @@ struct Neighborhood {
   double squared_radius = 0.0;           ///< to the first point that is left out
 };
 
-/// A pass over all points a place, without a tree: a few dozen places are looked at, and a tree
-/// costs as much as a hundred.
+/// A pass over all points a place: a tree costs as much as a hundred places.
 class Neighborhoods {
  public:
   Neighborhoods(PointSpan points, std::size_t size) : points_(points), size_(size) {}
@@ -127,12 +126,11 @@ Sampling MeasureSampling(PointSpan points, const SamplingOptions& options) {
     if (one > 0.0) nearest.push_back(one);
   }
   if (noises.empty() || nearest.empty()) return {};
-  Sampling sampling;
   const double area_m2 = base::MedianOf(std::move(areas));
-  sampling.noise_m = base::MedianOf(std::move(noises));
-  sampling.spacing_m = std::sqrt(area_m2);
-  sampling.gap_m = std::max(sampling.spacing_m, area_m2 / base::MedianOf(std::move(nearest)));
-  return sampling;
+  const double spacing_m = std::sqrt(area_m2);
+  return {.noise_m = base::MedianOf(std::move(noises)),
+          .spacing_m = spacing_m,
+          .gap_m = std::max(spacing_m, area_m2 / base::MedianOf(std::move(nearest)))};
 }
 
 NoisyPlane FitNoisy(const Plane& table, PointSpan points, double band_m,
@@ -148,8 +146,7 @@ NoisyPlane FitNoisy(const Plane& table, PointSpan points, double band_m,
     }
     const auto plane = geometry::FitPlane(near);
     if (!plane) break;
-    const bool turned = plane->normal.dot(table.normal) < 0.0;
-    fit.plane = turned ? Plane{-plane->normal, -plane->offset_m} : *plane;
+    fit.plane = geometry::TurnedLike(table, *plane);
     std::vector<double> depths;
     for (const auto& p : near) {
       const double depth_m = -fit.plane.Distance(p);

@@ -21,8 +21,7 @@ struct Sampling {
 struct SamplingOptions {
   /// Places that are looked at; their median counts. More cost a pass over all points each.
   int places = 32;
-  /// Points round a place: over five profiles of a line scanner whose points are three times closer
-  /// along them, and on one face.
+  /// Round a place: over five profiles of a line scanner, points three times closer along them.
   int neighbors = 64;
   /// Of a neighborhood's squared radius: the nearest neighbors of inner points are in it.
   double inner_share = 0.4;
@@ -32,10 +31,9 @@ struct SamplingOptions {
   double settled = 0.02;
 };
 
-/// Noise and spacing of any cloud: from neighborhoods of points evenly spread over it, the
-/// residuals about their planes (white noise: what is the same over a neighborhood does not show),
-/// the area that each point has in its plane, and the nearest neighbors in the plane. Medians, so
-/// that edges and strays do not count. O(places * n).
+/// Medians over neighborhoods evenly spread over a cloud: residuals about their planes (white
+/// noise: what is the same over a neighborhood does not show), the area of a point and the distance
+/// of the nearest neighbor in the plane. O(places * n).
 /// @return zeros if there are not enough points for one neighborhood.
 Sampling MeasureSampling(geometry::PointSpan points, const SamplingOptions& options);
 
@@ -44,11 +42,10 @@ struct NoisyPlane {
   geometry::Plane plane;
   double noise_m = 0.0;  ///< standard deviation of its points
 };
-/// Refits a plane that was found as if there were little noise, and measures the noise: that of the
-/// sensor's slow errors, too, which are the same over a neighborhood and differ over a table. The
-/// band of points round the plane grows from `band_m` until it holds the distribution in it; the
-/// deviation is taken under the plane, where no object's points are. The normal keeps its side.
-/// O(options.table_points) a round.
+/// Refits a plane that was found as if there were little noise, and measures the noise with the
+/// sensor's slow errors, which differ over a table. The band of points round the plane grows from
+/// `band_m` until it holds the distribution in it; the deviation is taken under the plane, where no
+/// object's points are. The normal keeps its side. O(options.table_points) a round.
 NoisyPlane FitNoisy(const geometry::Plane& table, geometry::PointSpan points, double band_m,
                     const SamplingOptions& options);
 

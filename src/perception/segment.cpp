@@ -1,7 +1,5 @@
 #include "perception/segment.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 #include <map>
@@ -34,8 +32,7 @@ struct Patch {
   Matrix3d spread = Matrix3d::Zero();   ///< sum of d d^T, d from the center [m^2]
   Matrix3d turning = Matrix3d::Zero();  ///< sum of (n - normal) d^T [m]
 
-  /// How fast its normals turn along a direction [rad/m], by least squares: > 0 where it is convex
-  /// that way.
+  /// How fast its normals turn along a direction [rad/m], by least squares; > 0: convex that way.
   double TurningAlong(const Vector3d& direction) const {
     const double length = direction.dot(spread * direction);
     return length > 0.0 ? direction.dot(turning * direction) / length : 0.0;
@@ -74,8 +71,7 @@ Vector3d LineOf(const PointCloud& cloud, std::uint32_t point,
   return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
 }
 
-/// The seed's cell: where it is and which way it faces, so that both sides of an edge, or of a thin
-/// wall, have their own.
+/// Where a seed is and which way it faces: both sides of an edge or a thin wall have their own.
 std::array<long, 4> CellOf(const Vector3d& p, const Vector3d& normal, double size_m) {
   Eigen::Index axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -101,10 +97,9 @@ Indices FindSeeds(const PointCloud& cloud, const ConvexityOptions& options) {
   return seeds;
 }
 
-/// Splits a surface into patches of about patch_m that do not bend: grown along the links from
-/// seeds that are spread evenly over the surface and the directions it faces, nearest first, by
-/// distance and normal (simple non-iterative clustering: Achanta and Suesstrunk 2017). Every patch
-/// is connected. O(m log m), m links.
+/// Splits a surface into connected patches of about patch_m that do not bend: grown along the links
+/// from seeds spread evenly over places and directions, nearest first, by distance and normal
+/// (simple non-iterative clustering: Achanta and Suesstrunk 2017). O(m log m), m links.
 class PatchGrowth {
  public:
   PatchGrowth(const PointCloud& cloud, const Links& links, const ConvexityOptions& options)
@@ -143,10 +138,7 @@ class PatchGrowth {
     double distance;
     std::uint32_t point;
     std::uint32_t patch;
-    bool operator<(const Candidate& other) const {
-      if (distance != other.distance) return distance > other.distance;
-      return std::pair(point, patch) > std::pair(other.point, other.patch);
-    }
+    auto operator<=>(const Candidate&) const = default;
   };
 
   void Open(std::uint32_t seed) {
@@ -187,12 +179,11 @@ class PatchGrowth {
   double per_square_m_;
   double per_square_turn_;
   Patches grown_;  ///< centers and normals are sums until the end
-  std::priority_queue<Candidate> queue_;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
   std::vector<double> nearest_;  ///< of each point, to the patches that wait for it
 };
 
-/// Points within link_m; and where a surface is seen at a grazing angle, so that there are few of
-/// them, points further off that lie in each other's tangent planes.
+/// Points within link_m; where a surface is seen at a grazing angle, also further off in its plane.
 Links FindLinks(const PointCloud& cloud, const ConvexityOptions& options) {
   const KdTree tree(cloud.points);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // both ways
@@ -231,8 +222,7 @@ struct Border {
   Vector3d across = Vector3d::Zero();  ///< mean of the links from a to b [m]
 };
 
-/// Bodies that are smaller than the options' specks, or slivers along their borders, join the
-/// neighbor that they share the longest border with, the smallest first.
+/// Specks and slivers join the neighbor with the longest common border, the smallest first.
 class Specks {
  public:
   Specks(const Links& links, const Patches& patches, const ConvexityOptions& options,
@@ -322,7 +312,6 @@ class Specks {
   std::set<std::pair<std::uint32_t, std::uint32_t>> small_;  ///< points and root
 };
 
-/// All borders, by the positions of their patches.
 std::map<std::pair<std::uint32_t, std::uint32_t>, Border> FindBorders(const PointCloud& cloud,
                                                                       const Links& links,
                                                                       const Patches& patches) {
@@ -381,35 +370,33 @@ std::vector<Indices> Collect(geometry::UnionFind& regions, std::size_t points,
   return Collect(label, labels, options);
 }
 
-void Check(const SegmentOptions& options) {
-  if (!(options.alpha_m >= 0.0)) throw std::invalid_argument("Segment: alpha_m must be >= 0");
-  if (!(options.min_alpha_m <= options.max_alpha_m)) {
-    throw std::invalid_argument("Segment: min_alpha_m must be <= max_alpha_m");
-  }
+void Require(bool holds, const std::string& what) {
+  if (!holds) throw std::invalid_argument("Segment: " + what);
 }
 
-void Require(bool holds, const char* what) {
-  if (!holds) throw std::invalid_argument(fmt::format("Segment: convexity: {}", what));
+void Check(const SegmentOptions& options) {
+  Require(options.alpha_m >= 0.0, "alpha_m must be >= 0");
+  Require(options.min_alpha_m <= options.max_alpha_m, "min_alpha_m must be <= max_alpha_m");
 }
 
 void Check(const ConvexityOptions& o) {
   const auto is_share = [](double share) { return share >= 0.0 && share <= 1.0; };
-  Require(o.link_m > 0.0 && std::isfinite(o.link_m), "link_m must be > 0");
-  Require(o.patch_m > 0.0 && std::isfinite(o.patch_m), "patch_m must be > 0");
-  Require(o.step_m >= 0.0, "step_m must be >= 0");
-  Require(o.patch_turn > 0.0, "patch_turn must be > 0");
-  Require(o.on_a_line >= 0.0, "on_a_line must be >= 0");
-  Require(o.grazing_reach >= 1.0, "grazing_reach must be >= 1");
-  Require(o.few_links >= 0, "few_links must be >= 0");
-  Require(is_share(o.max_along_line), "max_along_line must be from 0 to 1");
-  Require(is_share(o.max_link_slope), "max_link_slope must be from 0 to 1");
-  Require(o.min_seed_points >= 1, "min_seed_points must be >= 1");
+  Require(o.link_m > 0.0 && std::isfinite(o.link_m), "convexity: link_m must be > 0");
+  Require(o.patch_m > 0.0 && std::isfinite(o.patch_m), "convexity: patch_m must be > 0");
+  Require(o.step_m >= 0.0, "convexity: step_m must be >= 0");
+  Require(o.patch_turn > 0.0, "convexity: patch_turn must be > 0");
+  Require(o.on_a_line >= 0.0, "convexity: on_a_line must be >= 0");
+  Require(o.grazing_reach >= 1.0, "convexity: grazing_reach must be >= 1");
+  Require(o.few_links >= 0, "convexity: few_links must be >= 0");
+  Require(is_share(o.max_along_line), "convexity: max_along_line must be from 0 to 1");
+  Require(is_share(o.max_link_slope), "convexity: max_link_slope must be from 0 to 1");
+  Require(o.min_seed_points >= 1, "convexity: min_seed_points must be >= 1");
   Require(o.concavity_rad >= 0.0 && o.concavity_rad < o.concave_rad,
-          "concavity_rad must be >= 0 and < concave_rad");
-  Require(o.concave_weight >= 0.0, "concave_weight must be >= 0");
-  Require(o.speck_patches >= 0.0, "speck_patches must be >= 0");
-  Require(is_share(o.sliver_share), "sliver_share must be from 0 to 1");
-  Require(o.sliver_depth >= 0.0, "sliver_depth must be >= 0");
+          "convexity: concavity_rad must be >= 0 and < concave_rad");
+  Require(o.concave_weight >= 0.0, "convexity: concave_weight must be >= 0");
+  Require(o.speck_patches >= 0.0, "convexity: speck_patches must be >= 0");
+  Require(is_share(o.sliver_share), "convexity: sliver_share must be from 0 to 1");
+  Require(o.sliver_depth >= 0.0, "convexity: sliver_depth must be >= 0");
 }
 
 }  // namespace

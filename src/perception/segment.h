@@ -15,17 +15,15 @@ constexpr std::array<std::string_view, 3> WordsOf(SegmentMethod) {
 struct ConvexityOptions {
   /// Points this near are neighbors: the next line of a line scanner and its diagonals.
   AdaptiveLength link_m{0.0035, {.noises = 1.5, .spacings = 2.0, .gaps = 1.5}};
-  /// On a face seen at a grazing angle the neighbors of a point spread less than this share across
-  /// its line. There it looks grazing_reach times as far across it for few_links more: the line's
-  /// share of their direction is at most max_along_line (45 deg), and they lie in each other's
-  /// tangent planes within a sine of max_link_slope (20 deg).
+  /// On a face seen at a grazing angle a point's neighbors spread less than this share across a
+  /// line. There it looks grazing_reach times as far for few_links more, across the line (45 deg),
+  /// that lie in each other's tangent planes (20 deg).
   double on_a_line = 0.3;
   double grazing_reach = 4.0;
   int few_links = 6;
   double max_along_line = 0.7;
   double max_link_slope = 0.35;
-  /// Size of a patch. Larger: small things and narrow faces go with their neighbors; smaller: noise
-  /// bends patches.
+  /// Of a patch. Larger: small things go with their neighbors; smaller: noise bends patches.
   AdaptiveLength patch_m{0.015, {.noises = 20.0, .gaps = 4.0}};
   /// Difference of unit normals (30 deg) that separates points as patch_m does. Smaller: patches of
   /// curved surfaces become narrow; larger: they bend round edges.
@@ -34,8 +32,7 @@ struct ConvexityOptions {
   /// Patches that bend less against each other are of one surface: noise.
   double concavity_rad = base::Deg(14.0);
   double concave_rad = base::Deg(40.0);  ///< from here on a concave border has its full weight
-  /// Of a link over a concave border, to that of one over a convex or smooth border. Larger: fewer
-  /// leaks; smaller: fewer dents that cut.
+  /// Of a link over a concave border, to any other's. Larger: fewer leaks; smaller: dents cut less.
   double concave_weight = 4.0;
   /// Bodies of less than so many mean patches are no bodies and join a neighbor.
   double speck_patches = 5.0;
@@ -43,8 +40,7 @@ struct ConvexityOptions {
   /// patches of the border with another body.
   double sliver_share = 0.6;
   double sliver_depth = 0.35;
-  /// Patches that face the same way, further apart along their normals, are two surfaces: half the
-  /// way to the next line of points.
+  /// Patches that face the same way, further apart along their normals, are two surfaces.
   AdaptiveLength step_m{0.002, {.noises = 2.0, .gaps = 0.5}};
 };
 
@@ -68,8 +64,7 @@ struct SegmentOptions : SegmentAdditions {
   SegmentMethod method = SegmentMethod::kConvexity;
   /// alpha of the mesh; 0: d_max, the largest nearest-neighbor distance (dissertation).
   double alpha_m = 0.0;
-  /// With bounded_alpha, on d_max: 1.5 to 5 point spacings, so that an even scan stays together and
-  /// one straggler cannot join everything.
+  /// With bounded_alpha, on d_max: 1.5 to 5 point spacings.
   AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
   AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
   /// With drop_small_segments: smaller ones are. 18 mm square of the dissertation's scanner.
@@ -90,23 +85,21 @@ std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
                                              const SegmentOptions& options);
 
 /// Algorithm 2 with the normal weight (eq. 5.2-5.4): a neighbor joins where d * (1 - |cos alpha|)
-/// < d_a, the mean nearest-neighbor distance. The neighbors looked at are those within 3 d_a,
-/// else the weight of parallel normals would join points at any distance. Being symmetric, the test
-/// gives the same regions whatever the start points and the order of growth.
+/// < d_a, the mean nearest-neighbor distance; only those within 3 d_a, else the weight of parallel
+/// normals would join points at any distance. Independent of start points and order of growth.
 /// Segments largest first, ties by first point; positions ascending.
 /// @throws std::invalid_argument if there is not one normal a point, or an option is out of range.
 std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points,
                                                       geometry::PointSpan normals,
                                                       const SegmentOptions& options);
 
-/// Cuts along concave edges, where bodies meet that touch (after Stein et al. 2014, "Object
-/// partitioning using local convexity"). Surfaces are split into small flat patches. The border of
-/// two patches speaks for their being of one body where they are convex, or face the same way
-/// without a step; against it where they are concave, by how much they bend more than each by
-/// itself; both by its length. What speaks more against than for is cut
-/// (geometry::ContractGreedily), so that a leak does not join two bodies. Specks and slivers along
-/// the cuts join a neighbor. Segments largest first, ties by first point; positions ascending.
-/// O(m log m), m pairs of neighboring points.
+/// Cuts along concave edges, where bodies touch (after Stein et al. 2014, "Object partitioning
+/// using local convexity"). Surfaces are split into small flat patches. The border of two patches
+/// speaks for one body where they are convex, or face the same way without a step; against it where
+/// they are concave, by how much they bend more than each by itself; both by its length. What
+/// speaks more against than for is cut (geometry::ContractGreedily). Specks and slivers along the
+/// cuts join a neighbor. Segments largest first, ties by first point; positions ascending. O(m log
+/// m), m pairs of neighboring points.
 /// @throws std::invalid_argument if there is not one normal a point, or an option is out of range.
 std::vector<geometry::Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
                                                   const SegmentOptions& options);

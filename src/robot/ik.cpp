@@ -10,18 +10,19 @@
 namespace rangegrasp::robot {
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// The joints' longest step in one iteration (the largest joint). Beyond it the linearisation says
-/// little; larger: wild starts leave the branch they were drawn on, smaller: more iterations.
+/// Longest step of a joint in one iteration: larger, wild starts leave the branch they were drawn
+/// on; smaller, more iterations.
 constexpr double kMaxStep_rad = 0.6;
 /// [m^2] keeps the system solvable where the Jacobian is singular and the error is nearly zero.
 constexpr double kMinDamping_m2 = 1e-8;
-/// A start is given up when over so many iterations ...
+/// A start is given up, as stuck at the limits, when over so many iterations its squared error did
+/// not fall below this share.
 constexpr int kPatience = 8;
-/// ... its squared error did not fall below this share: it is stuck at the limits. Larger: time
-/// goes into starts that end nowhere.
 constexpr double kMinProgress = 0.7;
 
 /// Position and rotation error (the rotation vector of R_target R^T) in W.
@@ -33,10 +34,9 @@ Vector6 PoseError(const base::Pose& X_target, const base::Pose& X) {
 }
 
 /// dq = J^T (J J^T + damping I)^-1 e, and once more without the joints that it would push out.
-Eigen::VectorXd Step(Eigen::MatrixXd& J, const Vector6& error, double damping,
-                     const Eigen::VectorXd& q, const Eigen::VectorXd& lower,
-                     const Eigen::VectorXd& upper) {
-  Eigen::VectorXd dq;
+VectorXd Step(MatrixXd& J, const Vector6& error, double damping, const VectorXd& q,
+              const VectorXd& lower, const VectorXd& upper) {
+  VectorXd dq;
   for (int pass = 0; pass < 2; ++pass) {
     Matrix6 A = damping * Matrix6::Identity();
     A.noalias() += J * J.transpose();
@@ -62,9 +62,9 @@ struct IkTolerance {
 /// Levenberg-Marquardt from q towards X_WH inside [lower, upper]; q holds the result. Damping is
 /// half the squared error (Sugihara 2011); joints at a limit that the step would leave are held.
 /// @return false if the tolerance was not met or the error stalled.
-bool RefineIk(const Robot& robot, const base::Pose& X_WH, const Eigen::VectorXd& lower,
-              const Eigen::VectorXd& upper, const IkTolerance& tolerance, Eigen::VectorXd& q) {
-  Eigen::MatrixXd J;
+bool RefineIk(const Robot& robot, const base::Pose& X_WH, const VectorXd& lower,
+              const VectorXd& upper, const IkTolerance& tolerance, VectorXd& q) {
+  MatrixXd J;
   double checkpoint = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= tolerance.iterations; ++i) {
     Vector6 error = PoseError(X_WH, robot.HandPoseAndJacobian(q, J));
@@ -79,7 +79,7 @@ bool RefineIk(const Robot& robot, const base::Pose& X_WH, const Eigen::VectorXd&
       if (cost > kMinProgress * checkpoint) return false;
       checkpoint = cost;
     }
-    Eigen::VectorXd dq = Step(J, error, 0.5 * cost + kMinDamping_m2, q, lower, upper);
+    VectorXd dq = Step(J, error, 0.5 * cost + kMinDamping_m2, q, lower, upper);
     const double max_step = dq.cwiseAbs().maxCoeff();
     if (max_step > kMaxStep_rad) dq *= kMaxStep_rad / max_step;
     q = (q + dq).cwiseMax(lower).cwiseMin(upper);
@@ -87,22 +87,18 @@ bool RefineIk(const Robot& robot, const base::Pose& X_WH, const Eigen::VectorXd&
   return false;
 }
 
-/// Of the angles that differ by whole turns the one nearest to the seed's, within the limits: of a
-/// joint with more than one turn.
-void Unwind(const Eigen::VectorXd& seed, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
-            Eigen::VectorXd& q) {
+/// Of the angles that differ by whole turns the one nearest to the seed's, within the limits.
+void Unwind(const VectorXd& seed, const VectorXd& lower, const VectorXd& upper, VectorXd& q) {
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const double turned = q[i] + 2.0 * base::kPi * std::round((seed[i] - q[i]) / (2.0 * base::kPi));
     if (turned >= lower[i] && turned <= upper[i]) q[i] = turned;
   }
 }
 
-// How joint paths follow the hand's poses.
-/// A joint moves no further from one pose to the next: one that does has changed its branch, or
-/// passes a singular pose.
+/// A joint that moves further from one pose to the next has changed its branch, or passes a
+/// singular pose.
 constexpr double kMaxJump_rad = 0.2;
-/// Of the step within the null space at a joint's limit. Larger: the arm leaves the limits sooner,
-/// and turns its elbow more on the way.
+/// Step in the null space at a joint's limit. Larger: off the limits sooner, the elbow turns more.
 constexpr double kNullSpaceStep_rad = 0.02;
 /// Few iterations: near the solution, every one about doubles the digits.
 constexpr IkTolerance kFollowTolerance{1e-6, 1e-5, 20};
@@ -112,11 +108,11 @@ constexpr double kRegularisation_m2 = 1e-9;
 /// A step away from the limits that leaves the hand where it is (to first order): the descent of
 /// sum ((q - middle) / half range)^6 within the null space of the Jacobian. It hardly acts in the
 /// middle of the range, so that paths stay short.
-Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q, double step_rad) {
+VectorXd NullSpaceStep(const Robot& robot, const VectorXd& q, double step_rad) {
   const Eigen::ArrayXd half = 0.5 * (robot.upper - robot.lower).array();
   const Eigen::ArrayXd share = (q - 0.5 * (robot.upper + robot.lower)).array() / half;
-  const Eigen::VectorXd descent = -step_rad * share.pow(5);
-  Eigen::MatrixXd J;
+  const VectorXd descent = -step_rad * share.pow(5);
+  MatrixXd J;
   robot.HandPoseAndJacobian(q, J);
   Matrix6 A = kRegularisation_m2 * Matrix6::Identity();
   A.noalias() += J * J.transpose();
@@ -125,41 +121,39 @@ Eigen::VectorXd NullSpaceStep(const Robot& robot, const Eigen::VectorXd& q, doub
 
 }  // namespace
 
-std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
-                                     const Eigen::VectorXd& seed, const IkOptions& options,
-                                     base::Rng& rng) {
-  const Eigen::VectorXd lower = robot.lower.array() + options.limit_margin_rad;
-  const Eigen::VectorXd upper = robot.upper.array() - options.limit_margin_rad;
+std::vector<VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH, const VectorXd& seed,
+                              const IkOptions& options, base::Rng& rng) {
+  const VectorXd lower = robot.lower.array() + options.limit_margin_rad;
+  const VectorXd upper = robot.upper.array() - options.limit_margin_rad;
   const IkTolerance tolerance{options.position_tolerance_m, options.rotation_tolerance_rad,
                               options.iterations};
-  std::vector<Eigen::VectorXd> solutions;
+  std::vector<VectorXd> solutions;
   for (int start = 0; start <= options.starts && solutions.size() < options.max_solutions;
        ++start) {
-    Eigen::VectorXd q = seed.cwiseMax(lower).cwiseMin(upper);
+    VectorXd q = seed.cwiseMax(lower).cwiseMin(upper);
     for (Eigen::Index i = 0; start > 0 && i < q.size(); ++i) q[i] = rng.Uniform(lower[i], upper[i]);
     if (!RefineIk(robot, X_WH, lower, upper, tolerance, q)) continue;
     Unwind(seed, lower, upper, q);
-    const bool known = std::any_of(solutions.begin(), solutions.end(), [&](const auto& other) {
+    const bool known = std::ranges::any_of(solutions, [&](const auto& other) {
       return (other - q).cwiseAbs().maxCoeff() < options.distinct_rad;
     });
     if (!known) solutions.push_back(q);
   }
-  std::stable_sort(solutions.begin(), solutions.end(), [&](const auto& a, const auto& b) {
+  std::ranges::stable_sort(solutions, [&](const auto& a, const auto& b) {
     return (a - seed).squaredNorm() < (b - seed).squaredNorm();
   });
   return solutions;
 }
 
-std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
-                                                        const Eigen::VectorXd& q_start,
-                                                        const std::vector<base::Pose>& poses_WH) {
-  std::vector<Eigen::VectorXd> path;
+std::optional<std::vector<VectorXd>> FollowPoses(const Robot& robot, const VectorXd& q_start,
+                                                 const std::vector<base::Pose>& poses_WH) {
+  std::vector<VectorXd> path;
   path.reserve(poses_WH.size());
-  Eigen::VectorXd q = q_start;
+  VectorXd q = q_start;
   for (const base::Pose& X_WH : poses_WH) {
-    Eigen::VectorXd next = (q + NullSpaceStep(robot, q, kNullSpaceStep_rad))
-                               .cwiseMax(robot.lower)
-                               .cwiseMin(robot.upper);
+    VectorXd next = (q + NullSpaceStep(robot, q, kNullSpaceStep_rad))
+                        .cwiseMax(robot.lower)
+                        .cwiseMin(robot.upper);
     if (!RefineIk(robot, X_WH, robot.lower, robot.upper, kFollowTolerance, next)) return {};
     if ((next - q).cwiseAbs().maxCoeff() > kMaxJump_rad) return {};
     path.push_back(next);
@@ -168,9 +162,8 @@ std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
   return path;
 }
 
-std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
-                                                         const Eigen::VectorXd& q_start,
-                                                         const base::Pose& X_WH, double step_m) {
+std::optional<std::vector<VectorXd>> StraightLine(const Robot& robot, const VectorXd& q_start,
+                                                  const base::Pose& X_WH, double step_m) {
   const base::Pose X_start = robot.HandPose(q_start);
   const Eigen::Quaterniond from(X_start.linear());
   const Eigen::Quaterniond to(X_WH.linear());

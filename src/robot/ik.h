@@ -18,27 +18,23 @@ struct IkOptions {
   std::size_t max_solutions = 8;
 };
 
-/// Damped least squares (Levenberg-Marquardt) with joint limits from a seed and random restarts; a
-/// joint that may turn more than once is turned back to within half a turn of the seed where it
-/// can.
-/// @return all distinct solutions found up to max_solutions, nearest to the seed first; empty if
-/// none.
+/// Damped least squares (Levenberg-Marquardt) with joint limits from a seed and random restarts;
+/// joints of several turns come to within half a turn of the seed where they can.
+/// @return the distinct solutions found, at most max_solutions, nearest to the seed first.
 std::vector<Eigen::VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH,
                                      const Eigen::VectorXd& seed, const IkOptions& options,
                                      base::Rng& rng);
 
-/// Moves the hand through the poses X_WH one after the other from q_start (a pose near the first),
-/// staying on one branch and using the redundancy to keep off the limits: one joint vector a pose,
-/// q_start not among them. nullopt if a pose cannot be met within the joint limits or a joint would
-/// jump.
+/// Moves the hand through the poses X_WH from q_start (near the first), staying on one branch and
+/// using the redundancy to keep off the limits: one joint vector a pose, without q_start. nullopt
+/// if a pose cannot be met within the joint limits or a joint would jump.
 std::optional<std::vector<Eigen::VectorXd>> FollowPoses(const Robot& robot,
                                                         const Eigen::VectorXd& q_start,
                                                         const std::vector<base::Pose>& poses_WH);
 
-/// Moves the hand on a straight line in W (rotation by slerp) from X_WH(q_start) to X_WH, by steps
-/// of at most step_m (or of step_m at kRotationRadius_m where the line is mostly a turn), as
-/// FollowPoses does. The first joint vector is q_start. nullopt if the line leaves the joint limits
-/// or jumps.
+/// FollowPoses on a straight line in W (rotation by slerp) from X_WH(q_start) to X_WH, by steps of
+/// at most step_m (or of step_m at kRotationRadius_m where it is mostly a turn); begins with
+/// q_start.
 std::optional<std::vector<Eigen::VectorXd>> StraightLine(const Robot& robot,
                                                          const Eigen::VectorXd& q_start,
                                                          const base::Pose& X_WH,

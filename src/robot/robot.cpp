@@ -12,28 +12,24 @@
 namespace rangegrasp::robot {
 namespace {
 
+using Eigen::Vector3d;
+using Eigen::VectorXd;
 using internal::Mjcf;
 
-/// The range of a joint without limits to either side of zero, and at least half of it to either
-/// side of home: no motion needs more.
+/// Range of a joint without limits to either side of zero, and half of it to either side of home.
 constexpr double kContinuous_rad = 2.0 * base::kPi;
 
-/// Moves X_WP on to the link: X_WB at joint position angle.
-base::Pose Advance(const base::Pose& X_WP, const Link& link, double angle) {
+/// Moves X_WP on to the link: X_WB at joint positions q.
+base::Pose Advance(const base::Pose& X_WP, const Link& link, const VectorXd& q) {
   base::Pose X_WB = X_WP * link.X_PB;
   if (link.joint < 0) return X_WB;
-  const Eigen::Vector3d anchor_W = X_WB * link.anchor_B;
-  X_WB.linear() = X_WB.linear() * Eigen::AngleAxisd(angle, link.axis_B).toRotationMatrix();
+  const Vector3d anchor_W = X_WB * link.anchor_B;
+  X_WB.linear() = X_WB.linear() * Eigen::AngleAxisd(q[link.joint], link.axis_B).toRotationMatrix();
   X_WB.translation() = anchor_W - X_WB.linear() * link.anchor_B;
   return X_WB;
 }
 
-double JointAngle(const Link& link, const Eigen::VectorXd& q) {
-  return link.joint < 0 ? 0.0 : q[link.joint];
-}
-
-/// Bodies from the base (what the first joint turns on) to the one that carries the hand. The base
-/// is found as the hand's ancestor, whatever it is called; it may be the world itself.
+/// Bodies from the base (what the first joint turns on, maybe the world) to the hand's carrier.
 std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>& arm_joints) {
   const mjModel& m = mjcf.model();
   std::vector<int> chain;
@@ -47,14 +43,14 @@ std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>&
         "no joint between the world and body \"hand\": attach the hand to the arm's last link");
   }
   for (const int joint : arm_joints) {
-    if (std::find(chain.begin(), chain.end(), m.jnt_bodyid[joint]) != chain.end()) continue;
+    if (std::ranges::find(chain, m.jnt_bodyid[joint]) != chain.end()) continue;
     mjcf.Fail(fmt::format("joint \"{}\" of tuple \"arm_joints\" does not move body \"hand\"",
                           mjcf.Name(mjOBJ_JOINT, joint)));
   }
   const int base_body = base < chain.size() ? chain[base] : 0;
   chain.resize(base);
   chain.push_back(base_body);
-  std::reverse(chain.begin(), chain.end());
+  std::ranges::reverse(chain);
   return chain;
 }
 
@@ -63,7 +59,7 @@ int ArmJoint(const Mjcf& mjcf, int body, const std::vector<int>& arm_joints) {
   const mjModel& m = mjcf.model();
   if (m.body_jntnum[body] == 0) return -1;
   const int id = m.body_jntadr[body];
-  const auto found = std::find(arm_joints.begin(), arm_joints.end(), id);
+  const auto found = std::ranges::find(arm_joints, id);
   if (m.body_jntnum[body] > 1 || m.jnt_type[id] != mjJNT_HINGE || found == arm_joints.end()) {
     mjcf.Fail(fmt::format("body \"{}\" should have one hinge joint, listed in \"arm_joints\"",
                           mjcf.Name(mjOBJ_BODY, body)));
@@ -78,13 +74,11 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   link.parent = parent;
   link.X_PB = parent < 0 ? mjcf.BodyPose(body)
                          : internal::FromPosQuat(m.body_pos + 3 * body, m.body_quat + 4 * body);
-  link.axis_B = Eigen::Vector3d::UnitZ();
-  link.anchor_B = Eigen::Vector3d::Zero();
   link.joint = ArmJoint(mjcf, body, arm_joints);
   if (link.joint < 0) return link;
   const int id = m.body_jntadr[body];
-  link.axis_B = Eigen::Map<const Eigen::Vector3d>(m.jnt_axis + 3 * id);
-  link.anchor_B = Eigen::Map<const Eigen::Vector3d>(m.jnt_pos + 3 * id);
+  link.axis_B = mjcf::Vec3(m.jnt_axis + 3 * id);
+  link.anchor_B = mjcf::Vec3(m.jnt_pos + 3 * id);
   // MuJoCo draws the body at the joint's reference angle: turn it back to zero.
   const Eigen::AngleAxisd back(-m.qpos0[m.jnt_qposadr[id]], link.axis_B);
   link.X_PB =
@@ -92,42 +86,21 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   return link;
 }
 
-/// An arm on the world itself has its base's frame where its first link is: what turns about the
-/// arm turns about that.
-void StandAtTheFirstJoint(std::vector<Link>& links) {
-  links[0].X_PB.translation() = links[1].X_PB.translation();
-  links[1].X_PB.translation().setZero();
-}
-
-/// The position in the chain of the body that a body hangs rigidly on or is; nullopt of what is no
-/// part of the arm: another tree, the hand, and (where the world is the base) all that is fixed.
+/// The position in the chain of the body that a body hangs rigidly on or is; nullopt of another
+/// tree, the hand, and (where the world is the base) all that is fixed.
 std::optional<std::size_t> LinkOf(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
                                   int body) {
   if (mjcf.InSubtree(body, hand)) return std::nullopt;
   for (int b = body; b > 0; b = mjcf.model().body_parentid[b]) {
-    const auto found = std::find(chain.begin(), chain.end(), b);
+    const auto found = std::ranges::find(chain, b);
     if (found != chain.end()) return static_cast<std::size_t>(found - chain.begin());
   }
   return std::nullopt;
 }
 
-/// Gives each link the geoms of its body and of what hangs on it (not the hand).
-void AddShapes(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
-               std::vector<Link>& links) {
-  const mjModel& m = mjcf.model();
-  for (int g = 0; g < m.ngeom; ++g) {
-    const auto position = LinkOf(mjcf, chain, hand, m.geom_bodyid[g]);
-    if (!mjcf.Collides(g) || !position) continue;
-    const base::Pose X_BS = mjcf.BodyPose(chain[*position]).inverse() * mjcf.GeomPose(g);
-    links[*position].shapes.push_back(mjcf.ShapeOf(g, X_BS));
-  }
-}
-
 bool Excluded(const mjModel& m, int a, int b) {
-  const int low = std::min(a, b);
-  const int high = std::max(a, b);
   return std::any_of(m.exclude_signature, m.exclude_signature + m.nexclude, [&](int signature) {
-    return signature == (low << 16) + high || signature == (high << 16) + low;
+    return signature == (a << 16) + b || signature == (b << 16) + a;
   });
 }
 
@@ -139,6 +112,11 @@ bool GeomsMeet(const mjModel& m, int g, int h) {
   return types && !Excluded(m, m.geom_bodyid[g], m.geom_bodyid[h]);
 }
 
+/// Whether the engine lets no geom of a link collide with `geom`.
+bool NeverMeets(const mjModel& m, const std::vector<int>& geoms_of_link, int geom) {
+  return std::ranges::none_of(geoms_of_link, [&](int g) { return GeomsMeet(m, g, geom); });
+}
+
 /// Geoms of each link, and last of the hand.
 std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<int>& chain,
                                            int hand) {
@@ -146,17 +124,14 @@ std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<i
   std::vector<std::vector<int>> geoms(chain.size() + 1);
   for (int g = 0; g < m.ngeom; ++g) {
     if (!mjcf.Collides(g)) continue;
-    if (mjcf.InSubtree(m.geom_bodyid[g], hand)) {
-      geoms.back().push_back(g);
-    } else if (const auto link = LinkOf(mjcf, chain, hand, m.geom_bodyid[g])) {
-      geoms[*link].push_back(g);
-    }
+    const bool of_hand = mjcf.InSubtree(m.geom_bodyid[g], hand);
+    const auto link = of_hand ? chain.size() : LinkOf(mjcf, chain, hand, m.geom_bodyid[g]);
+    if (link) geoms[*link].push_back(g);
   }
   return geoms;
 }
 
-/// How many joints lie between the base and each link, and last the hand: what hangs rigidly
-/// together has one number, as in the engine's weld groups.
+/// How many joints lie between the base and each link, and last the hand: weld groups.
 std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
   std::vector<int> groups;
   int joints = 0;
@@ -170,21 +145,18 @@ std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
 
 /// As the engine counts: what is rigidly joined, or neighbors across one joint, never collides. An
 /// exclusion of the hand's root body counts for its fingers, too.
-std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<int>& chain,
-                                          int hand) {
+std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
+                                          const std::vector<std::vector<int>>& geoms) {
   const mjModel& m = mjcf.model();
   std::vector<int> bodies = chain;
   bodies.push_back(hand);
   const std::vector<int> groups = WeldGroups(mjcf, chain);
-  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
   std::vector<std::array<int, 2>> pairs;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       if (groups[j] - groups[i] < 2 || Excluded(m, bodies[i], bodies[j])) continue;
-      const bool meet = std::any_of(geoms[i].begin(), geoms[i].end(), [&](int g) {
-        return std::any_of(geoms[j].begin(), geoms[j].end(),
-                           [&](int h) { return GeomsMeet(m, g, h); });
-      });
+      const bool meet =
+          !std::ranges::all_of(geoms[i], [&](int g) { return NeverMeets(m, geoms[j], g); });
       if (meet) pairs.push_back({static_cast<int>(i), static_cast<int>(j)});
     }
   }
@@ -200,9 +172,9 @@ bool IsTableTop(const Mjcf& mjcf, int geom, const base::Pose& X_WWorkspace) {
   if (m.geom_type[geom] == mjGEOM_PLANE) return true;
   if (m.geom_type[geom] != mjGEOM_BOX) return false;
   const base::Pose X_WS = mjcf.GeomPose(geom);
-  const Eigen::Map<const Eigen::Vector3d> half(m.geom_size + 3 * geom);
+  const auto half = mjcf::Vec3(m.geom_size + 3 * geom);
   const double top = X_WS.translation().z() + X_WS.linear().row(2).cwiseAbs().dot(half);
-  const Eigen::Vector3d p_S = X_WS.inverse() * X_WWorkspace.translation();
+  const Vector3d p_S = X_WS.inverse() * X_WWorkspace.translation();
   return std::abs(top) < kTableTop_m && std::abs(p_S.x()) <= half.x() &&
          std::abs(p_S.y()) <= half.y();
 }
@@ -229,19 +201,13 @@ FixedGeoms FindFixed(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
   return fixed;
 }
 
-/// Whether the engine lets no geom of a link collide with `geom`.
-bool NeverMeets(const mjModel& m, const std::vector<int>& geoms_of_link, int geom) {
-  return std::none_of(geoms_of_link.begin(), geoms_of_link.end(),
-                      [&](int g) { return GeomsMeet(m, g, geom); });
-}
-
 void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& robot) {
   const int dof = static_cast<int>(arm_joints.size());
   robot.lower.resize(dof);
   robot.upper.resize(dof);
   robot.home = mjcf.Numeric("home", dof);
   for (int i = 0; i < dof; ++i) {
-    const int id = arm_joints[static_cast<std::size_t>(i)];
+    const int id = arm_joints[i];
     const bool limited = mjcf.model().jnt_limited[id] != 0;
     const double* range = mjcf.model().jnt_range + 2 * id;
     const double half = 0.5 * kContinuous_rad;
@@ -285,37 +251,36 @@ void CheckStates(const HandModel& hand) {
   }
 }
 
-std::vector<base::Pose> Robot::LinkPoses(const Eigen::VectorXd& q) const {
+std::vector<base::Pose> Robot::LinkPoses(const VectorXd& q) const {
   std::vector<base::Pose> poses_W;
   poses_W.reserve(links_.size());
   for (const Link& link : links_) {
-    const base::Pose X_WP =
-        link.parent < 0 ? base::Pose::Identity() : poses_W[static_cast<std::size_t>(link.parent)];
-    poses_W.push_back(Advance(X_WP, link, JointAngle(link, q)));
+    const base::Pose X_WP = link.parent < 0 ? base::Pose::Identity() : poses_W[link.parent];
+    poses_W.push_back(Advance(X_WP, link, q));
   }
   return poses_W;
 }
 
-base::Pose Robot::HandPose(const Eigen::VectorXd& q) const {
+base::Pose Robot::HandPose(const VectorXd& q) const {
   base::Pose X_WB = base::Pose::Identity();
-  for (const Link& link : links_) X_WB = Advance(X_WB, link, JointAngle(link, q));
+  for (const Link& link : links_) X_WB = Advance(X_WB, link, q);
   return X_WB * X_FH;
 }
 
-base::Pose Robot::HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const {
+base::Pose Robot::HandPoseAndJacobian(const VectorXd& q, Eigen::MatrixXd& J_WH) const {
   J_WH.resize(6, dof());
   base::Pose X_WB = base::Pose::Identity();
   // The upper half holds the anchors until the hand's position is known.
   for (const Link& link : links_) {
-    X_WB = Advance(X_WB, link, JointAngle(link, q));
+    X_WB = Advance(X_WB, link, q);
     if (link.joint < 0) continue;
     J_WH.col(link.joint).head<3>() = X_WB * link.anchor_B;
     J_WH.col(link.joint).tail<3>() = X_WB.linear() * link.axis_B;
   }
   const base::Pose X_WH = X_WB * X_FH;
   for (Eigen::Index i = 0; i < J_WH.cols(); ++i) {
-    const Eigen::Vector3d arm_W = X_WH.translation() - J_WH.col(i).head<3>();
-    const Eigen::Vector3d axis_W = J_WH.col(i).tail<3>();
+    const Vector3d arm_W = X_WH.translation() - J_WH.col(i).head<3>();
+    const Vector3d axis_W = J_WH.col(i).tail<3>();
     J_WH.col(i).head<3>() = axis_W.cross(arm_W);
   }
   return X_WH;
@@ -332,9 +297,19 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   for (std::size_t i = 0; i < chain.size(); ++i) {
     robot.links_.push_back(MakeLink(mjcf, chain[i], static_cast<int>(i) - 1, arm_joints));
   }
-  if (chain.front() == 0) StandAtTheFirstJoint(robot.links_);
-  AddShapes(mjcf, chain, hand, robot.links_);
-  robot.self_pairs_ = SelfPairs(mjcf, chain, hand);
+  if (chain.front() == 0) {
+    // An arm on the world itself has its base's frame where its first link is.
+    robot.links_[0].X_PB.translation() = robot.links_[1].X_PB.translation();
+    robot.links_[1].X_PB.translation().setZero();
+  }
+  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    const base::Pose X_BW = mjcf.BodyPose(chain[i]).inverse();
+    for (const int g : geoms[i]) {
+      robot.links_[i].shapes.push_back(mjcf.ShapeOf(g, X_BW * mjcf.GeomPose(g)));
+    }
+  }
+  robot.self_pairs_ = SelfPairs(mjcf, chain, hand, geoms);
   const mjModel& m = mjcf.model();
   robot.X_FH = internal::FromPosQuat(m.body_pos + 3 * hand, m.body_quat + 4 * hand);
   robot.X_WScanner = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "scanner"));
@@ -344,17 +319,16 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   robot.X_WWorkspace = mjcf.SitePose(workspace);
   robot.workspace_radius_m = m.site_size[3 * workspace];
   const FixedGeoms fixed = FindFixed(mjcf, chain, hand, robot.X_WWorkspace);
-  const auto geoms = GeomsOfLinks(mjcf, chain, hand);
   for (const int g : fixed.others) {
     robot.workcell_.push_back(mjcf.ShapeOf(g, mjcf.GeomPose(g)));
     robot.workcell_.back().name = mjcf.GeomTitle(g);
   }
   for (const std::vector<int>& of_link : geoms) {
+    const auto never_meets = [&](int g) { return NeverMeets(m, of_link, g); };
     std::vector<char>& ignored = robot.ignored_.emplace_back();
-    for (const int g : fixed.others) ignored.push_back(NeverMeets(m, of_link, g) ? 1 : 0);
+    for (const int g : fixed.others) ignored.push_back(never_meets(g));
     robot.ignores_table_.push_back(!fixed.tops.empty() &&
-                                   std::all_of(fixed.tops.begin(), fixed.tops.end(),
-                                               [&](int g) { return NeverMeets(m, of_link, g); }));
+                                   std::ranges::all_of(fixed.tops, never_meets));
   }
   robot.hand_ = internal::SampleHand(mjcf, hand);
   return robot;

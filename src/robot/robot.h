@@ -25,10 +25,8 @@ struct HandModel {
     Eigen::Vector3d thumb_pad_H;   ///< the point of the thumb that meets the fingers when closed
     Eigen::Vector3d finger_pad_H;  ///< the mean of the fingers' points that meet the thumb
     /// The published tool centres: between the tips of thumb and index finger (cylindrical and rim
-    /// grasps); between that of the thumb and the middle of those of index and little finger (power
-    /// grasps). They move as the hand closes.
-    Eigen::Vector3d tip_center_H;
-    Eigen::Vector3d power_center_H;
+    /// grasps), of thumb and the middle of index and little finger (power grasps).
+    Eigen::Vector3d tip_center_H, power_center_H;
   };
   std::vector<State> states;  ///< ascending closing, 24 of them
   /// Tool centre of the cylindrical and the rim grasp, of the open hand, pitch 0.
@@ -55,16 +53,16 @@ struct Link {
   std::string name;
   int parent = -1;  ///< position in Robot::links(), -1: W (of the base, links()[0], alone)
   base::Pose X_PB = base::Pose::Identity();  ///< at joint position 0 (of the base: X_WB)
-  int joint = -1;          ///< the joint that moves this link, -1: fixed to its parent
-  Eigen::Vector3d axis_B;  ///< the joint's axis through anchor_B
-  Eigen::Vector3d anchor_B;
+  int joint = -1;  ///< the joint that moves this link, -1: fixed to its parent
+  Eigen::Vector3d axis_B = Eigen::Vector3d::UnitZ();  ///< the joint's axis through anchor_B
+  Eigen::Vector3d anchor_B = Eigen::Vector3d::Zero();
   std::vector<geometry::Shape> shapes;
 };
 
-/// The kinematics and geometry of the arm and hand in a scene file (hinges, with or without limits;
-/// the base is what the first of them turns on), and the fixed geometry round them that a work
-/// cell's drawing would give (table, pedestal, scanner). No object, no truth: it reads the scene as
-/// written, before objects are put in, without the body of the site "container", an open box.
+/// The kinematics and geometry of the arm and hand in a scene file (hinges; the base is what the
+/// first of them turns on), and the fixed geometry round them that a work cell's drawing would give
+/// (table, pedestal, scanner). No truth: it reads the scene as written, before objects are put in,
+/// without the body of the site "container", an open box.
 class Robot {
  public:
   /// @throws base::InputError naming the file and the missing tuple, joint, site ...
@@ -76,16 +74,14 @@ class Robot {
   /// Fixed collision shapes of the work cell in W, the table's plane not among them (z = 0).
   const std::vector<geometry::Shape>& workcell() const { return workcell_; }
 
-  /// Poses of all links in W at joint positions q [rad].
-  std::vector<base::Pose> LinkPoses(const Eigen::VectorXd& q) const;
-  /// The hand's root body in W.
-  base::Pose HandPose(const Eigen::VectorXd& q) const;
+  std::vector<base::Pose> LinkPoses(const Eigen::VectorXd& q) const;  ///< in W, q in [rad]
+  base::Pose HandPose(const Eigen::VectorXd& q) const;                ///< the hand's root body in W
   /// The same, and 6 x dof: linear [m/rad] then angular velocity of the hand's root body, in W.
   base::Pose HandPoseAndJacobian(const Eigen::VectorXd& q, Eigen::MatrixXd& J_WH) const;
 
-  /// Pairs of links (positions in links(); links().size() stands for the hand) that may hit each
-  /// other: all but what is rigidly joined, neighbours across one joint and the pairs that the MJCF
-  /// excludes or whose geoms never meet by their types. Ascending.
+  /// Pairs of links (positions in links(); links().size(): the hand) that may hit each other: all
+  /// but what is rigidly joined, neighbors across one joint and pairs that the MJCF excludes or
+  /// whose geoms never meet by their types. Ascending.
   const std::vector<std::array<int, 2>>& self_pairs() const { return self_pairs_; }
   /// Whether the MJCF keeps a link (links().size(): the hand) from colliding with a shape of
   /// workcell(), or with the table's top (of an arm on the floor next to the table).
@@ -97,9 +93,7 @@ class Robot {
   Eigen::VectorXd home;                            ///< [rad]
   base::Pose X_FH = base::Pose::Identity();        ///< hand's root body in the last link
   base::Pose X_WScanner = base::Pose::Identity();  ///< site "scanner"
-  /// Site "wrist_scanner", of a sensor that moves with the hand's root body; nullopt if there is
-  /// none.
-  std::optional<base::Pose> X_HWristScanner;
+  std::optional<base::Pose> X_HWristScanner;  ///< site "wrist_scanner", moves with the hand's root
   base::Pose X_WDelivery = base::Pose::Identity();  ///< site "delivery"
   base::Pose X_WWorkspace = base::Pose::Identity();
   double workspace_radius_m = 0.0;

@@ -8,23 +8,16 @@
 namespace rangegrasp::robot {
 namespace {
 
+using Eigen::VectorXd;
+
 constexpr double kMinLength_rad = 1e-9;  ///< waypoints nearer to each other are one; rounding
 constexpr double kStraight_rad = 1e-7;   ///< a corner that turns by less is none; rounding
-/// A corner that turns by more (160 deg) is not rounded: the arc's radius would be nearly nothing,
-/// and a stop costs less.
+/// A corner that turns by more (160 deg) is not rounded: a stop costs less than such a tight arc.
 constexpr double kMaxTurn_rad = 2.8;
 
-PathPiece Straight(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
-  PathPiece piece;
-  piece.length = (to - from).norm();
-  piece.origin = from;
-  piece.along = (to - from) / piece.length;
-  return piece;
-}
-
-std::vector<Eigen::VectorXd> WithoutRepeats(const std::vector<Eigen::VectorXd>& waypoints) {
-  std::vector<Eigen::VectorXd> out{waypoints.front()};
-  for (const Eigen::VectorXd& q : waypoints) {
+std::vector<VectorXd> WithoutRepeats(const std::vector<VectorXd>& waypoints) {
+  std::vector<VectorXd> out{waypoints.front()};
+  for (const VectorXd& q : waypoints) {
     if ((q - out.back()).norm() > kMinLength_rad) out.push_back(q);
   }
   return out;
@@ -36,10 +29,10 @@ struct Corner {
   bool stop = false;  ///< cannot be rounded
 };
 
-Corner RoundCorner(const Eigen::VectorXd& before, const Eigen::VectorXd& at,
-                   const Eigen::VectorXd& after, double corner_rad) {
-  const Eigen::VectorXd in = (at - before).normalized();
-  const Eigen::VectorXd out = (after - at).normalized();
+Corner RoundCorner(const VectorXd& before, const VectorXd& at, const VectorXd& after,
+                   double corner_rad) {
+  const VectorXd in = (at - before).normalized();
+  const VectorXd out = (after - at).normalized();
   const double turn = 2.0 * std::asin(std::min(1.0, 0.5 * (out - in).norm()));
   Corner corner;
   if (turn < kStraight_rad) return corner;
@@ -59,8 +52,7 @@ Corner RoundCorner(const Eigen::VectorXd& before, const Eigen::VectorXd& at,
   return corner;
 }
 
-/// Longest interval along the path. The limits hold at its ends; longer: the profile is coarser and
-/// the motion a little slower, shorter: more time to compute.
+/// Longest interval along the path. Longer: a little slower motion, shorter: more time to compute.
 constexpr double kGrid_rad = 0.01;
 constexpr double kArcGrid_rad = 0.1;  ///< and of the direction within an arc
 constexpr int kMinIntervals = 4;      ///< of a piece, however short: up to speed and down again
@@ -80,7 +72,7 @@ constexpr int kBisections = 40;
 struct Interval {
   const PathPiece* piece = nullptr;
   double s = 0.0, ds = 0.0;
-  Eigen::VectorXd tangent[2], curvature[2];
+  VectorXd tangent[2], curvature[2];
   bool stop_before = false;
 };
 
@@ -117,8 +109,7 @@ struct Range {
 
 /// The accelerations u that are allowed in an interval entered with x and left with at most
 /// x_end_max: |q' u + q'' x| <= a at its start, the same with x + 2 u ds at its end.
-Range AllowedU(const Interval& interval, double x, double x_end_max,
-               const Eigen::VectorXd& acceleration) {
+Range AllowedU(const Interval& interval, double x, double x_end_max, const VectorXd& acceleration) {
   const double ds = interval.ds;
   Range u{-x / (2.0 * ds), (x_end_max - x) / (2.0 * ds)};
   for (Eigen::Index j = 0; j < acceleration.size(); ++j) {
@@ -136,7 +127,7 @@ Range AllowedU(const Interval& interval, double x, double x_end_max,
   return u;
 }
 
-double FastestX(const Eigen::VectorXd& tangent, const Eigen::VectorXd& velocity) {
+double FastestX(const VectorXd& tangent, const VectorXd& velocity) {
   double x = std::numeric_limits<double>::infinity();
   for (Eigen::Index j = 0; j < velocity.size(); ++j) {
     const double speed = std::abs(tangent[j]);
@@ -147,8 +138,8 @@ double FastestX(const Eigen::VectorXd& tangent, const Eigen::VectorXd& velocity)
 
 /// The largest x at each grid point from which the path's end (or next stop) can still be reached
 /// at rest. The feasible x form an interval from 0, so bisection finds its top.
-std::vector<double> Controllable(const std::vector<Interval>& grid, const Eigen::VectorXd& velocity,
-                                 const Eigen::VectorXd& acceleration) {
+std::vector<double> Controllable(const std::vector<Interval>& grid, const VectorXd& velocity,
+                                 const VectorXd& acceleration) {
   std::vector<double> top(grid.size() + 1, 0.0);
   for (std::size_t i = grid.size(); i-- > 0;) {
     const Interval& interval = grid[i];
@@ -161,11 +152,7 @@ std::vector<double> Controllable(const std::vector<Interval>& grid, const Eigen:
     double high = i == 0 || interval.stop_before ? 0.0 : FastestX(interval.tangent[0], velocity);
     for (int k = 0; k < kBisections && high - low > kRelativeSpeed2 * high; ++k) {
       const double middle = k == 0 ? high : 0.5 * (low + high);
-      if (feasible(middle)) {
-        low = middle;
-      } else {
-        high = middle;
-      }
+      (feasible(middle) ? low : high) = middle;
     }
     top[i] = low;
   }
@@ -173,9 +160,8 @@ std::vector<double> Controllable(const std::vector<Interval>& grid, const Eigen:
 }
 
 /// From rest, always as fast as the controllable sets allow.
-std::vector<double> FastestProfile(const std::vector<Interval>& grid,
-                                   const Eigen::VectorXd& velocity,
-                                   const Eigen::VectorXd& acceleration) {
+std::vector<double> FastestProfile(const std::vector<Interval>& grid, const VectorXd& velocity,
+                                   const VectorXd& acceleration) {
   const std::vector<double> top = Controllable(grid, velocity, acceleration);
   std::vector<double> x(grid.size() + 1, 0.0);
   for (std::size_t i = 0; i < grid.size(); ++i) {
@@ -187,9 +173,9 @@ std::vector<double> FastestProfile(const std::vector<Interval>& grid,
 }
 
 /// The path at every dt from start to end.
-std::vector<Eigen::VectorXd> SampleInTime(const std::vector<Interval>& grid,
-                                          const std::vector<double>& x, double dt) {
-  std::vector<Eigen::VectorXd> samples;
+std::vector<VectorXd> SampleInTime(const std::vector<Interval>& grid, const std::vector<double>& x,
+                                   double dt) {
+  std::vector<VectorXd> samples;
   double begin = 0.0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const double v0 = std::sqrt(std::max(x[i], kMinSpeed2));
@@ -208,23 +194,23 @@ std::vector<Eigen::VectorXd> SampleInTime(const std::vector<Interval>& grid,
 
 /// Samples at every `stride`-th fine step of the mean over the last `window` fine samples, resting
 /// at both ends before and after.
-std::vector<Eigen::VectorXd> SlidingMean(const std::vector<Eigen::VectorXd>& fine,
-                                         const Eigen::VectorXd& end, int window, int stride) {
-  const auto at = [&](long i) -> const Eigen::VectorXd& {
+std::vector<VectorXd> SlidingMean(const std::vector<VectorXd>& fine, const VectorXd& end,
+                                  int window, int stride) {
+  const auto at = [&](long i) -> const VectorXd& {
     if (i < 0) return fine.front();
-    return i < static_cast<long>(fine.size()) ? fine[static_cast<std::size_t>(i)] : end;
+    return i < static_cast<long>(fine.size()) ? fine[i] : end;
   };
-  std::vector<Eigen::VectorXd> out;
+  std::vector<VectorXd> out;
   const long last = static_cast<long>(fine.size()) + window - 1;  // from here on all is at rest
   for (long k = 0; k < last + stride; k += stride) {
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(end.size());
+    VectorXd sum = VectorXd::Zero(end.size());
     for (long j = 0; j < window; ++j) sum += at(k - j);
     out.push_back(sum / static_cast<double>(window));
   }
   return out;
 }
 
-void Check(const std::vector<Eigen::VectorXd>& path, const TimingOptions& options) {
+void Check(const std::vector<VectorXd>& path, const TimingOptions& options) {
   const auto share = [](double scale) { return scale > 0.0 && scale <= 1.0; };
   if (path.empty()) throw std::invalid_argument("TimeParameterise: the path is empty");
   if (!share(options.velocity_scale) || !share(options.acceleration_scale)) {
@@ -237,39 +223,40 @@ void Check(const std::vector<Eigen::VectorXd>& path, const TimingOptions& option
 
 }  // namespace
 
-Eigen::VectorXd PathPiece::Position(double s) const {
+VectorXd PathPiece::Position(double s) const {
   if (radius == 0.0) return origin + s * along;
   const double angle = s / radius;
   return origin + radius * (std::cos(angle) * start + std::sin(angle) * along);
 }
 
-Eigen::VectorXd PathPiece::Tangent(double s) const {
+VectorXd PathPiece::Tangent(double s) const {
   if (radius == 0.0) return along;
   const double angle = s / radius;
   return std::cos(angle) * along - std::sin(angle) * start;
 }
 
-Eigen::VectorXd PathPiece::Curvature(double s) const {
-  if (radius == 0.0) return Eigen::VectorXd::Zero(along.size());
+VectorXd PathPiece::Curvature(double s) const {
+  if (radius == 0.0) return VectorXd::Zero(along.size());
   const double angle = s / radius;
   return -(std::cos(angle) * start + std::sin(angle) * along) / radius;
 }
 
-std::vector<PathPiece> RoundCorners(const std::vector<Eigen::VectorXd>& waypoints,
-                                    double corner_rad) {
-  const std::vector<Eigen::VectorXd> q = WithoutRepeats(waypoints);
+std::vector<PathPiece> RoundCorners(const std::vector<VectorXd>& waypoints, double corner_rad) {
+  const std::vector<VectorXd> q = WithoutRepeats(waypoints);
   std::vector<PathPiece> pieces;
-  Eigen::VectorXd from = q.front();
+  VectorXd from = q.front();
   bool stop = false;
   for (std::size_t i = 1; i < q.size(); ++i) {
     const bool last = i + 1 == q.size();
     const Corner corner = last ? Corner() : RoundCorner(q[i - 1], q[i], q[i + 1], corner_rad);
-    const Eigen::VectorXd to =
-        corner.cut > 0.0 ? Eigen::VectorXd(q[i] - corner.cut * (q[i] - q[i - 1]).normalized())
-                         : q[i];
+    const VectorXd to =
+        corner.cut > 0.0 ? VectorXd(q[i] - corner.cut * (q[i] - q[i - 1]).normalized()) : q[i];
     if ((to - from).norm() > kMinLength_rad) {
-      pieces.push_back(Straight(from, to));
-      pieces.back().stop_before = stop;
+      PathPiece& straight = pieces.emplace_back();
+      straight.length = (to - from).norm();
+      straight.origin = from;
+      straight.along = (to - from) / straight.length;
+      straight.stop_before = stop;
     }
     stop = corner.stop;
     if (corner.arc.length > 0.0) pieces.push_back(corner.arc);
@@ -278,24 +265,20 @@ std::vector<PathPiece> RoundCorners(const std::vector<Eigen::VectorXd>& waypoint
   return pieces;
 }
 
-base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
+base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<VectorXd>& path,
                                        const TimingOptions& options) {
   Check(path, options);
-  base::JointTrajectory trajectory;
-  trajectory.period_s = options.period_s;
   const std::vector<PathPiece> pieces = RoundCorners(path, options.corner_rad);
-  if (pieces.empty()) {
-    trajectory.positions = {path.front()};
-    return trajectory;
-  }
+  if (pieces.empty()) return {options.period_s, {path.front()}};
   const std::vector<Interval> grid = MakeGrid(pieces);
-  const Eigen::VectorXd velocity = kReserve * options.velocity_scale * robot.velocity;
-  const Eigen::VectorXd acceleration = kReserve * options.acceleration_scale * robot.acceleration;
+  const VectorXd velocity = kReserve * options.velocity_scale * robot.velocity;
+  const VectorXd acceleration = kReserve * options.acceleration_scale * robot.acceleration;
   const std::vector<double> x = FastestProfile(grid, velocity, acceleration);
   const double dt = options.period_s / kFinePerSample;
   const int window = std::max(1, static_cast<int>(std::lround(options.smoothing_s / dt)));
-  trajectory.positions =
-      SlidingMean(SampleInTime(grid, x, dt), path.back(), window, kFinePerSample);
+  base::JointTrajectory trajectory{
+      options.period_s,
+      SlidingMean(SampleInTime(grid, x, dt), path.back(), window, kFinePerSample)};
   trajectory.positions.front() = path.front();
   trajectory.positions.back() = path.back();
   return trajectory;

@@ -35,11 +35,10 @@ struct TimingOptions {
 };
 
 /// Time-parameterises a joint path under the robot's velocity and acceleration limits, at rest at
-/// both ends. Corners become circular arcs (Kunz and Stilman 2012), the speed along the path is the
-/// fastest allowed (reachability analysis on a grid, Pham and Pham 2018), a sliding mean over
-/// smoothing_s then bounds the jerk; it keeps all bounds since it averages shifted copies. The
-/// first and last samples are the path's ends exactly. Each joint leaves the path by at most
-/// corner_rad + acceleration * smoothing_s^2 / 24.
+/// both ends, whose samples are exact. Corners become circular arcs (Kunz and Stilman 2012), the
+/// speed along the path is the fastest allowed (reachability analysis on a grid, Pham and Pham
+/// 2018), a sliding mean over smoothing_s bounds the jerk and keeps all bounds. Each joint leaves
+/// the path by at most corner_rad + acceleration * smoothing_s^2 / 24.
 /// @param path  at least one joint vector; straight joint lines in between.
 /// @throws std::invalid_argument if the path is empty or an option is out of range.
 base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,

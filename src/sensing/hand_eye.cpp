@@ -22,19 +22,19 @@ constexpr double kQuaternionTolerance = 1e-4;
 
 Pose ReadPose(base::YamlMap& map, const std::string& of) {
   Vector3d position;
-  constexpr std::array<const char*, 3> kPositionKeys = {"x_mm", "y_mm", "z_mm"};
-  for (int i = 0; i < 3; ++i) {
-    const char* key = kPositionKeys[static_cast<std::size_t>(i)];
+  Eigen::Quaterniond rotation;
+  const auto read = [&](const char* key, double& value, double unit, double max,
+                        const std::string& what) {
     map.Require(key);
-    map.ReadScaled(key, position[i], base::kMm, -kMaxDistance_mm, kMaxDistance_mm, "origin " + of);
-  }
-  std::array<double, 4> q{};
-  constexpr std::array<const char*, 4> kRotationKeys = {"qw", "qx", "qy", "qz"};
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    map.Require(kRotationKeys[i]);
-    map.Read(kRotationKeys[i], q[i], -1.0, 1.0, "unit quaternion: the axes " + of);
-  }
-  const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+    map.ReadScaled(key, value, unit, -max, max, what + of);
+  };
+  read("x_mm", position.x(), kMm, kMaxDistance_mm, "origin ");
+  read("y_mm", position.y(), kMm, kMaxDistance_mm, "origin ");
+  read("z_mm", position.z(), kMm, kMaxDistance_mm, "origin ");
+  read("qw", rotation.w(), 1.0, 1.0, "unit quaternion: the axes ");
+  read("qx", rotation.x(), 1.0, 1.0, "unit quaternion: the axes ");
+  read("qy", rotation.y(), 1.0, 1.0, "unit quaternion: the axes ");
+  read("qz", rotation.z(), 1.0, 1.0, "unit quaternion: the axes ");
   if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
     map.Fail("qw",
              fmt::format("the quaternion's length is {:.6g}; 1 would be right", rotation.norm()));

@@ -15,8 +15,7 @@ struct HandEye {
   double turn_error_rad = 0.0;
 };
 
-/// YAML.
-/// @throws base::InputError naming file, line and key; base::RunError if it cannot be written.
+/// YAML. @throws base::InputError naming file, line and key; base::RunError if not written.
 HandEye ReadHandEye(const std::filesystem::path& file);
 void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file);
 

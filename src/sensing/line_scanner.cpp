@@ -35,18 +35,16 @@ struct Spot {
 /// The head at one profile.
 struct ProfilePose {
   Matrix3d R_WP;
-  Vector3d laser_W;
-  Vector3d camera_W;
+  Vector3d laser_W, camera_W;
 };
 
 // Where rays of the laser end: beyond everything that a scene holds.
 constexpr float kFarAway_m = 20.0f;
-// A ray to the camera starts this far from the surface, so that it does not meet where it starts:
-// above the error of single-precision points (0.2 um at 2 m), below the thickness of all things.
+// A ray to the camera starts this far from the surface: above the error of single-precision points
+// (0.2 um at 2 m), below the thickness of all things.
 constexpr float kLiftOff_m = 1e-4f;
 
-// Of the room's light so much comes from lamps above, the rest from everywhere: faces that are seen
-// from aside are half as bright as those that face the lamps.
+// Of the room's light so much comes from lamps above, the rest from everywhere.
 constexpr double kFromAbove = 0.5;
 
 double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {
@@ -60,8 +58,8 @@ Vector3d LightFrom(const sim::VisualMesh& mesh, const Hit& hit) {
   return color ? geometry::LightOf(*color) : Vector3d::Constant(mesh.surface.albedo);
 }
 
-/// What the laser lights on a set of meshes, and what of it the camera sees. Keeps references to
-/// its arguments; one thread at a time.
+/// What the laser lights on meshes, and what of it the camera sees. Keeps references to its
+/// arguments.
 class Illumination {
  public:
   /// @throws std::invalid_argument as RayCaster.
@@ -146,22 +144,20 @@ class Illumination {
   CameraModel camera_;
   RayCaster caster_;
   // Buffers of Light, kept for their memory.
-  std::vector<Ray> rays_W_;
+  std::vector<Ray> rays_W_, camera_rays_W_;
   std::vector<Hit> hits_;
-  std::vector<Ray> camera_rays_W_;
   std::vector<std::size_t> camera_ray_spot_;
   std::vector<std::uint8_t> blocked_;
 };
 
-// Neighboring samples whose points lie further than this from each other's tangent plane have an
-// edge between them: as far as the line is wide. Smaller costs rays on smooth, curved surfaces;
-// larger leaves small steps sharp that a real line blurs.
+// Neighboring samples further than this from each other's tangent plane have an edge between them:
+// the line's width. Smaller costs rays on curved surfaces; larger leaves small steps too sharp.
 constexpr float kEdge_m = 0.001f;
-// Steps of albedo that pull the line's centroid by enough to be resolved: at 0.1 in 0.5 a fifth of
-// half the line's width at most. Smaller ones cost rays on every print.
+// Steps of albedo that pull the line's centroid enough: 0.1 in 0.5 by at most a fifth of half the
+// line's width. Smaller ones cost rays on every print.
 constexpr double kAlbedoStep = 0.1;
-// Below this share of the line's light in view the camera's threshold finds no peak. An estimate:
-// larger widens the shadows' borders, by less than the line's width.
+// Below this share of the line's light in view the camera finds no peak. An estimate: larger widens
+// the shadows' borders, by less than the line's width.
 constexpr double kFaintShare = 0.15;
 
 /// Nodes over the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and one sample's length.
@@ -203,9 +199,14 @@ class Sweep {
   }
 
  private:
-  std::size_t Samples() const { return static_cast<std::size_t>(options_.samples); }
-  std::size_t Profiles() const { return static_cast<std::size_t>(options_.profiles); }
+  std::size_t Samples() const { return options_.samples; }
+  std::size_t Profiles() const { return options_.profiles; }
   double Slope(double sample) const { return first_slope_ + slope_step_ * sample; }
+  std::vector<LaserRay> Rays(double across_m, double along) const {
+    std::vector<LaserRay> rays;
+    for (int i = 0; i < options_.samples; ++i) rays.push_back({across_m, Slope(i) + along});
+    return rays;
+  }
 
   Pose CalibrationError() const {
     base::Rng rng(base::DeriveSeed(noise_seed_, "calibration"));
@@ -214,10 +215,9 @@ class Sweep {
 
   Vector3d PatchShift() const {
     base::Rng rng(base::DeriveSeed(noise_seed_, "patches"));
-    const double x = rng.Uniform();
-    const double y = rng.Uniform();
-    const double z = rng.Uniform();
-    return {x, y, z};
+    Vector3d shift;
+    for (double& coordinate : shift) coordinate = rng.Uniform();
+    return shift;
   }
 
   Scan EmptyScan() const {
@@ -243,7 +243,7 @@ class Sweep {
     for (int profile = 0; profile < options_.profiles; ++profile) {
       const double pan_rad =
           PanAngle(options_, profile) + options_.pan_jitter_rad * jitter.Normal();
-      ProfilePose& pose = poses[static_cast<std::size_t>(profile)];
+      ProfilePose& pose = poses[profile];
       pose.R_WP = X_WS_.linear() * PanRotation(pan_rad);
       pose.laser_W = X_WS_.translation();
       pose.camera_W = pose.laser_W + pose.R_WP * camera_.Center();
@@ -252,10 +252,7 @@ class Sweep {
   }
 
   void CastMainRays(std::span<const ProfilePose> poses) {
-    std::vector<LaserRay> rays(Samples());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      rays[i] = {0.0, Slope(static_cast<double>(i))};
-    }
+    const std::vector<LaserRay> rays = Rays(0.0, 0.0);
     spots_.resize(Profiles() * Samples());
     for (std::size_t profile = 0; profile < Profiles(); ++profile) {
       illumination_.Light(poses[profile], rays,
@@ -264,10 +261,8 @@ class Sweep {
   }
 
   bool IsEdge(const Spot& a, const Spot& b) const {
-    if (a.hit.found() != b.hit.found()) return true;
-    if (!a.hit.found()) return false;
-    if (a.state != b.state) return true;
-    if (std::abs(a.albedo - b.albedo) > kAlbedoStep) return true;
+    if (!a.hit.found() || !b.hit.found()) return a.hit.found() != b.hit.found();
+    if (a.state != b.state || std::abs(a.albedo - b.albedo) > kAlbedoStep) return true;
     const Vector3f step_W = b.point_W - a.point_W;
     return std::abs(a.hit.normal_W.dot(step_W)) > kEdge_m ||
            std::abs(b.hit.normal_W.dot(step_W)) > kEdge_m;
@@ -291,14 +286,13 @@ class Sweep {
   void Refine(const ProfilePose& pose, std::size_t profile) {
     std::vector<LaserRay> rays;
     std::vector<std::size_t> marked;
-    for (std::size_t sample = 0; sample < Samples(); ++sample) {
+    for (int sample = 0; sample < options_.samples; ++sample) {
       const std::size_t i = profile * Samples() + sample;
       if (edge_[i] == 0) continue;
       marked.push_back(i);
       for (const double across : kAcross) {
         for (const double along : kAlong) {
-          rays.push_back(
-              {across * options_.line_width_m, Slope(static_cast<double>(sample) + along)});
+          rays.push_back({across * options_.line_width_m, Slope(sample + along)});
         }
       }
     }
@@ -314,8 +308,7 @@ class Sweep {
   Spot Merge(std::span<const Spot> parts, const Spot& main) const {
     std::array<Glint, kAcross.size() * kAlong.size()> glints;
     std::size_t count = 0;
-    double seen = 0.0;
-    double all = 0.0;
+    double seen = 0.0, all = 0.0;
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const double weight = LineWeight(kAcross[i / kAlong.size()]);
       all += weight;
@@ -345,8 +338,8 @@ class Sweep {
     std::uint64_t patch = base::DeriveSeed(noise_seed_, "patch");
     for (int axis = 0; axis < 3; ++axis) {
       const float place = spot.point_W[axis];
-      // Without patches each place is its own. The patches' grid lies anywhere: with a corner in
-      // the origin, rounding would tear the table's plane in two.
+      // Without patches each place is its own. A grid with a corner in the origin would, by
+      // rounding, tear the table's plane in two.
       const double cell = options_.dropout_patch_m > 0.0
                               ? std::floor(static_cast<double>(place) / options_.dropout_patch_m +
                                            patch_shift_[axis])
@@ -365,14 +358,14 @@ class Sweep {
     const double speckle_sigma_px = SpeckleSigma(options_);
     const double centroid_sigma_px = CentroidSigma(options_);
     double speckle = rng.Normal();  // stationary from the first sample
-    for (std::size_t sample = 0; sample < Samples(); ++sample) {
+    for (int sample = 0; sample < options_.samples; ++sample) {
       speckle = kept * speckle + fresh * rng.Normal();
       const double white = rng.Normal();
       const double dropout_draw = rng.Uniform();
       const std::size_t i = profile * Samples() + sample;
       const Spot& spot = spots_[i];
       if (!spot.hit.found()) continue;
-      const double slope = Slope(static_cast<double>(sample));
+      const double slope = Slope(sample);
       Vector3d& point_W = scan.view.image.points_C[i];
       scan.truth.state[i] =
           MeasureSample(spot, options_.centroid_sigma_px * white + speckle_sigma_px * speckle,
@@ -421,10 +414,7 @@ class Sweep {
     const double along = shift_m / options_.focus_distance_m * rng.Normal();
     Vector3d gain;
     for (double& channel : gain) channel = std::exp(options_.color_gain_sigma * rng.Normal());
-    std::vector<LaserRay> rays(Samples());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      rays[i] = {across_m, Slope(static_cast<double>(i)) + along};
-    }
+    const std::vector<LaserRay> rays = Rays(across_m, along);
     std::vector<Vector3d> light(rays.size());
     view.colors.reserve(spots_.size());
     for (const ProfilePose& pose : poses) {
@@ -448,8 +438,7 @@ class Sweep {
   std::uint64_t noise_seed_;
   Pose X_WS_known_;  // as calibrated
   Vector3d patch_shift_ = PatchShift();
-  double first_slope_;
-  double slope_step_;
+  double first_slope_, slope_step_;
   std::vector<Spot> spots_;  // one a sample
   std::vector<std::uint8_t> edge_;
 };
@@ -487,8 +476,7 @@ std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
   const CameraModel camera(options);
   const RayCaster caster(meshes);
   std::vector<SurfaceState> states(points_W.size(), SurfaceState::kOutOfView);
-  std::vector<Ray> to_laser;
-  std::vector<Ray> to_camera;
+  std::vector<Ray> to_laser, to_camera;
   std::vector<std::size_t> in_sweep;
   const double half_slope = std::tan(0.5 * options.fan_rad);
   for (std::size_t i = 0; i < points_W.size(); ++i) {
@@ -502,8 +490,7 @@ std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
     to_camera.push_back(Segment(points_W[i], camera_W, options.near_m));
     in_sweep.push_back(i);
   }
-  std::vector<std::uint8_t> laser_blocked;
-  std::vector<std::uint8_t> camera_blocked;
+  std::vector<std::uint8_t> laser_blocked, camera_blocked;
   caster.Blocked(to_laser, laser_blocked);
   caster.Blocked(to_camera, camera_blocked);
   for (std::size_t k = 0; k < in_sweep.size(); ++k) {

@@ -11,8 +11,8 @@
 
 namespace rangegrasp::sensing {
 
-/// Why a sample of the range image is what it is. A sample is a laser ray, so that what lies in the
-/// laser's shadow has no sample at all (the image jumps there): see ClassifySurface.
+/// Why a sample of the range image is what it is. A sample is a laser ray: what lies in the laser's
+/// shadow has none (see ClassifySurface).
 enum class SampleState : std::uint8_t {
   kMeasured,
   kCameraShadow,  ///< lit by the laser, within the camera's view, but hidden from the camera
@@ -46,13 +46,12 @@ struct Scan {
 /// to the camera, which decides whether the spot is seen; near edges (of depth, orientation,
 /// visibility or reflectance) further rays over the line's width and the sample's length, whose
 /// images' centroid, weighted by the light that reaches the camera, bends there as the real one's
-/// (Curless and Levoy 1995, "Better optical triangulation through spacetime analysis"); parts of
-/// the image further apart than its own width are two blobs, of which the brighter is taken. The
-/// centroid is disturbed, quantised, and triangulated on the sample's nominal ray.
+/// (Curless and Levoy 1995, "Better optical triangulation through spacetime analysis"); of parts
+/// further apart than the image's own width the brighter counts. The centroid is disturbed,
+/// quantised, and triangulated on the sample's nominal ray.
 ///
-/// Depends only on the arguments and rng's state (one draw of rng; every sample then has its own
-/// draws, so that an object moved elsewhere does not change the noise here). Single-threaded; no
-/// thread outlives the call.
+/// Depends only on the arguments and one draw of rng; every sample has its own draws, so that an
+/// object moved elsewhere does not change the noise here. Single-threaded.
 /// @throws std::invalid_argument naming the option that is out of range, or the mesh and vertex or
 /// triangle that is not finite or out of range.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
@@ -67,10 +66,9 @@ enum class SurfaceState : std::uint8_t {
   kOutOfView  ///< outside the sweep, the fan or the sensor's window
 };
 
-/// Classifies points [m] of a surface (of the table's plane, say), each at the pan angle whose fan
-/// passes through it: is the segment to the laser free, and the one to the camera? Surfaces within
-/// 0.5 mm of a point hide it from nothing, so that it may lie on a mesh itself. Independent of the
-/// sampling, noise and drop-outs; orientation plays no part.
+/// Classifies points [m] of a surface, each at the pan angle whose fan passes through it: is the
+/// segment to the laser free, and the one to the camera? Surfaces within 0.5 mm of a point hide it
+/// from nothing. Independent of sampling, noise, drop-outs and orientation.
 /// @throws std::invalid_argument as ScanScene.
 std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
                                           std::span<const sim::VisualMesh> meshes,

@@ -58,7 +58,7 @@ void ReadKeys(Source& from, Options& o) {
   from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
                   "error of the known position of the head, root mean square");
   from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
-                  "error of its known orientation, likewise");
+                  "error of its known orientation, root mean square");
   from.Read("color", o.color, "each sample's color is seen, too, by the room's light");
   from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "its noise, of 255");
   from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,

@@ -115,10 +115,8 @@ double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_
   return mirror_offset_rad <= options.saturation_angle_rad ? gloss : 0.0;
 }
 
-double ClarityLoss(double clarity) { return clarity; }
-
 double SampleLoss(double albedo, double clarity) {
-  return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - ClarityLoss(clarity));
+  return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - clarity);
 }
 
 double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter) {
@@ -141,9 +139,7 @@ double PrintAlbedo(std::uint8_t red) {
 }
 
 Blob BrightestBlob(std::span<Glint> glints, double width_px) {
-  std::ranges::sort(glints, [](const Glint& a, const Glint& b) {
-    return a.column_px != b.column_px ? a.column_px < b.column_px : a.source < b.source;
-  });
+  std::ranges::sort(glints, {}, [](const Glint& g) { return std::pair(g.column_px, g.source); });
   Blob best;
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= glints.size(); ++i) {

@@ -47,14 +47,9 @@ class CameraModel {
   double SpotWidth(double axial_distance_m) const;
 
  private:
-  double baseline_m_;
-  double sin_;
-  double cos_;
+  double baseline_m_, sin_, cos_;
   double scale_px_;  ///< f / p
-  double half_px_;
-  double half_slope_;
-  double line_width_m_;
-  double blur_px_;
+  double half_px_, half_slope_, line_width_m_, blur_px_;
 };
 
 /// Standard deviation [px] of the centroid by speckle: constant in the image, as a speckle's size
@@ -98,11 +93,10 @@ double AlbedoLoss(double albedo);
 /// The gloss itself within saturation_angle of the mirror direction, else 0: a share of the patches
 /// of a surface is smooth enough to blind the camera.
 double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad);
-/// The clarity itself: that share of the light goes through or is mirrored away inside.
-double ClarityLoss(double clarity);
-/// Loss of a single sample: for darkness and clarity, independent of each other.
+/// Loss of a single sample: for darkness and, independently, for clarity: that share of the light
+/// goes through or is mirrored away inside.
 double SampleLoss(double albedo, double clarity);
-/// Loss of a whole patch of a surface: for grazing light and gloss, likewise.
+/// Loss of a whole patch of a surface: for grazing light and, independently, gloss.
 double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter);
 
 /// Diffuse albedo at 635 nm of a printed color with this red channel (sRGB): linear from the 4 %

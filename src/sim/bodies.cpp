@@ -49,15 +49,17 @@ std::vector<VisualBody> VisualBodies(const World& world) {
   std::vector<VisualBody> bodies;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int body = model->geom_bodyid[geom];
-    const Part part = parts[static_cast<std::size_t>(body)];
+    const Part part = parts[body];
     if (part == Part::kParked || !internal::Visible(model, geom) || !HasEnd(model, geom)) continue;
     const Eigen::Vector4f color = colors.Of(geom);
-    auto drawn = std::find_if(bodies.begin(), bodies.end(), [&](const VisualBody& one) {
-      return one.body == body && one.color == color;
-    });
+    auto drawn = std::ranges::find_if(
+        bodies, [&](const VisualBody& one) { return one.body == body && one.color == color; });
     if (drawn == bodies.end()) {
-      const char* name = mj_id2name(model, mjOBJ_BODY, body);
-      drawn = bodies.insert(drawn, {body, name ? name : "", {}, color, part == Part::kObject});
+      drawn = bodies.insert(drawn, {body,
+                                    std::string(mjcf::NameOf(model, mjOBJ_BODY, body)),
+                                    {},
+                                    color,
+                                    part == Part::kObject});
     }
     geometry::Append(geometry::Transformed(internal::GeomSurface(model, geom, kCapsuleSegments),
                                            InBody(model, geom)),
@@ -82,10 +84,9 @@ std::vector<ContactForce> HandForces(const World& world, double min_N) {
     if (first == of_hand(contact.geom[1])) continue;
     mjtNum force_K[6] = {0};  // in the contact's frame, whose axes are the rows of `frame`
     mj_contactForce(model, data, i, force_K);
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_KW(contact.frame);
     // As the engine has it: from the first geom on the second.
     const Eigen::Vector3d force_W =
-        (first ? 1.0 : -1.0) * (R_KW.transpose() * internal::Vec3(force_K));
+        (first ? 1.0 : -1.0) * (mjcf::Mat3(contact.frame).transpose() * internal::Vec3(force_K));
     if (force_W.norm() > min_N) forces.push_back({internal::Vec3(contact.pos), force_W});
   }
   return forces;

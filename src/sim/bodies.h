@@ -20,9 +20,8 @@ struct VisualBody {
   bool object = false;    ///< one of the world's objects
 };
 
-/// The visible geoms (groups 0 to 2, not transparent) of all bodies, as World::VisualMeshes, but
-/// with the scanner and apart from each other, so that a page can move them. Parked objects and
-/// planes without an end are left out.
+/// The visible geoms of all bodies, as World::VisualMeshes, but with the scanner and one by one, so
+/// that a page can move them. Parked objects and infinite planes are left out.
 std::vector<VisualBody> VisualBodies(const World& world);
 
 base::Pose BodyPose(const World& world, int body);  ///< X_WB as of the last kinematics
@@ -36,8 +35,7 @@ struct ContactForce {
 /// @throws base::InputError if the scene has no body "hand".
 std::vector<ContactForce> HandForces(const World& world, double min_N);
 
-/// What is seen of an object (geoms of groups 0 to 2 that are not transparent) with its colors, in
-/// the frame B of its root body, so that World::ObjectPose is its pose.
+/// What is seen of an object with its colors, in the frame B of its root body: World::ObjectPose.
 /// @throws base::InputError naming the file if it is no object.
 geometry::ColoredMesh ObjectSurface(const ObjectModel& object);
 

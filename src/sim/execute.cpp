@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -19,6 +18,9 @@
 namespace rangegrasp::sim {
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
 using internal::PoseInHand;
 using internal::Vec3;
 
@@ -32,14 +34,12 @@ constexpr double kTurnDamping_Nm_s_rad = 0.03;
 constexpr double kDone = 0.8;
 
 /// A person's hand on an object, as a spring and a damper between the object's centre of mass and a
-/// place that the person moves: it draws along a direction with a force that rises to the stated
-/// one, and carries the object's weight and keeps its orientation as soon as it draws. Nothing acts
-/// on the robot but through the object.
+/// place that moves along a direction: its force rises to the stated one, and it carries the
+/// object's weight and keeps its orientation. It acts on the robot through the object alone.
 class User {
  public:
-  /// Takes hold of the object where it is.
-  /// @param direction_W  unit
-  User(World& world, int object, const Eigen::Vector3d& direction_W, const UserOptions& options)
+  /// Takes hold of the object where it is. @param direction_W  unit
+  User(World& world, int object, const Vector3d& direction_W, const UserOptions& options)
       : world_(world),
         object_(object),
         direction_W_(direction_W),
@@ -52,15 +52,13 @@ class User {
   User& operator=(const User&) = delete;
 
   double pull_N() const { return pull_N_; }  ///< along the direction, as of the last tick
-  /// The object has come nearly all the way.
-  bool Done() const { return Drawn() > kDone * options_.draw_m; }
+  bool Done() const { return Drawn() > kDone * options_.draw_m; }  ///< nearly all the way
 
   /// Once before each step.
   void Tick() {
-    const Eigen::Vector3d& along = direction_W_;
+    const Vector3d& along = direction_W_;
     const double dt = world_.physics().timestep_s;
-    // The force rises at its rate until it is the stated one; then the hand goes where the object
-    // goes.
+    // The force rises at its rate until it is the stated one; then the hand goes with the object.
     const double rate_m_s = options_.force_N / options_.rise_s / kStiffness_N_m;
     const double most_m = Drawn() + options_.force_N / kStiffness_N_m;
     drawn_to_m_ = std::min({drawn_to_m_ + rate_m_s * dt, most_m, options_.draw_m});
@@ -68,21 +66,18 @@ class User {
     double velocity[6];  // turning, then moving, in W
     const int body = world_.object_body(object_);
     mj_objectVelocity(world_.model(), world_.data(), mjOBJ_BODY, body, velocity, 0);
-    const Eigen::Vector3d goal_W = start_W_ + drawn_to_m_ * along;
-    Eigen::Vector3d force_W = kStiffness_N_m * (goal_W - world_.ObjectCenterOfMass(object_)) -
-                              kDamping_N_s_m * Vec3(velocity + 3) -
-                              world_.ObjectMass(object_) * Vec3(world_.model()->opt.gravity);
+    const Vector3d goal_W = start_W_ + drawn_to_m_ * along;
+    Vector3d force_W = kStiffness_N_m * (goal_W - world_.ObjectCenterOfMass(object_)) -
+                       kDamping_N_s_m * Vec3(velocity + 3) -
+                       world_.ObjectMass(object_) * Vec3(world_.model()->opt.gravity);
     pull_N_ = force_W.dot(along);
     if (pull_N_ > options_.force_N) force_W += (options_.force_N - pull_N_) * along;
     pull_N_ = std::min(pull_N_, options_.force_N);
     const Eigen::AngleAxisd turned(R_WO_ * world_.ObjectPose(object_).linear().transpose());
-    const Eigen::Vector3d torque_W = kTurnStiffness_Nm_rad * turned.angle() * turned.axis() -
-                                     kTurnDamping_Nm_s_rad * Vec3(velocity);
-    mjtNum* applied = world_.data()->xfrc_applied + 6 * body;
-    for (int k = 0; k < 3; ++k) {
-      applied[k] = force_W[k];
-      applied[3 + k] = torque_W[k];
-    }
+    const Vector3d torque_W = kTurnStiffness_Nm_rad * turned.angle() * turned.axis() -
+                              kTurnDamping_Nm_s_rad * Vec3(velocity);
+    Eigen::Map<Eigen::Vector<mjtNum, 6>>(world_.data()->xfrc_applied + 6 * body) << force_W,
+        torque_W;
   }
 
  private:
@@ -91,22 +86,20 @@ class User {
 
   World& world_;
   int object_;
-  Eigen::Vector3d direction_W_;
+  Vector3d direction_W_;
   UserOptions options_;
-  Eigen::Vector3d start_W_;  ///< of the object's centre of mass
-  Eigen::Matrix3d R_WO_;     ///< when it was taken hold of
+  Vector3d start_W_;         ///< of the object's centre of mass
+  Matrix3d R_WO_;            ///< when it was taken hold of
   double drawn_to_m_ = 0.0;  ///< where the person's hand is along the direction
   double pull_N_ = 0.0;
 };
 
-// Times of a trial, in simulated seconds. Limits end what does not end by itself: larger ones only
-// cost time.
+// Simulated times. Limits end what does not end by itself: larger ones only cost time.
 constexpr double kPreshapeLimit_s = 2.0;  // the whole range takes 0.35 s at the closing speed
-constexpr double kCloseLimit_s = 2.5;     // likewise, with the rise of the force (0.2 s)
+constexpr double kCloseLimit_s = 2.5;     // the same, with the rise of the force (0.2 s)
 constexpr double kOpenLimit_s = 1.0;
 constexpr double kRestLimit_s = 3.0;  // of what was let go
-// Waits for the arm, which lags behind the end of a motion: shorter ones leave the hand moving when
-// it closes or lets go, and while what it holds is audited.
+// Waits for the arm, which lags behind the end of a motion.
 constexpr double kApproachSettle_s = 0.10;
 constexpr double kClosedHold_s = 0.15;  // the coupled hand drags the object until both sides grip
 constexpr double kLiftSettle_s = 0.30;
@@ -114,29 +107,31 @@ constexpr double kCarrySettle_s = 0.10;
 // What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
 // most. The wrist's drives then push with about 20 N at the hand.
 constexpr double kFelt_rad = 0.005;
-// What fingertips feel on their way down: what lies loose slides, or a joint lags by a third of the
-// above, at less than this.
+// What fingertips feel on their way down: at less, loose things slide or a joint lags by a third of
+// the above.
 constexpr double kMet_N = 2.0;
-// A change of the force on the resting hand, as the drives feel it, that is a pull. A held object
-// that swings changes it by less than 1 N, what is taken from the table weighs 1 to 10 N and has
-// been weighed by then. Larger: a gentle person draws in vain; smaller: real gears stick.
+// A change of the force on the resting hand, as the drives feel it, that is a pull; a swinging
+// object changes it by less than 1 N. Larger: a gentle person draws in vain; smaller: real gears
+// stick.
 constexpr double kPull_N = 5.0;
 // Where the arm is stretched its drives feel nothing of a force along it: a lever of this length is
 // added to all.
 constexpr double kMinLever_m = 0.05;
 // Drawing an object out of the open hand takes 0.6 s.
 constexpr double kDrawLimit_s = 2.0;
-// And where it would feel nothing yet: so far behind it stays while the arm gives way. The weakest
-// drive then has a tenth of its torque left.
+// So far behind an arm that gives way stays: it feels nothing yet, and the weakest drive has a
+// tenth of its torque left.
 constexpr double kGives_rad = 0.004;
-// A joint this far behind where nothing should be in the way ends the grasp: the drives of a real
-// arm would have stopped it. Below the audit's bound, by what a joint moves in a step or two.
+// A joint this far behind where nothing should be in the way ends the grasp, as a real arm's drives
+// would. Below the audit's bound, by what a joint moves in a step or two.
 constexpr double kBlocked_rad = 0.008;
-// In the lift, which may push what lies about the object, drives at their limits give way by this
-// much: 6 deg, 30 mm at the hand for the wrist. Further behind, the object is stuck.
+// In the lift, which may push neighbors, drives at their limits give way by this much: 6 deg, 30 mm
+// at the hand for the wrist. Further behind, the object is stuck.
 constexpr double kStuck_rad = 0.1;
 // Time in which an arm that was stopped so comes back to its planned way.
 constexpr double kRejoin_s = 1.0;
+// The arm lags by 3 mrad at the end of a motion at most, and its servos are critically damped.
+constexpr double kMoveSettle_s = 0.3;
 // The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
 constexpr double kRest_s = 0.40;
 // Without a touch for this long on the way the target is lost; contacts chatter for less.
@@ -160,10 +155,8 @@ class Execution {
         glove_(world, hand_, target),
         slip_sensor_(hand, rng),
         audit_(world, hand_, servo_, target),
-        start_s_(world.time_s()) {
-    command_.position = world.ArmPositions();
-    command_.velocity = Eigen::VectorXd::Zero(command_.position.size());
-  }
+        start_s_(world.time_s()),
+        command_(internal::StayAt(world.ArmPositions())) {}
 
   ExecutionLog Run() {
     Grasp();
@@ -210,7 +203,7 @@ class Execution {
 
   void Approach() {
     if (program_.approach.positions.empty()) return;
-    const Eigen::Vector3d goal_W = HandAt(program_.approach.positions.back());
+    const Vector3d goal_W = HandAt(program_.approach.positions.back());
     const double start_s = world_.time_s();
     const bool came = Follow(program_.approach, Start::kKeepOffset, Motion::kGuarded, [&] {
       if ((HandNow() - goal_W).norm() <= program_.withdraw_m) return false;
@@ -231,14 +224,12 @@ class Execution {
     FollowToTheEnd(back, "withdrawal", Start::kKeepOffset, Motion::kPushing);
   }
 
-  // What the hand took may be another thing than what it was sent for; figures are of what it
-  // holds.
+  // It may be another thing than the hand was sent for; figures are of what it holds.
   void LookWhatIsHeld() {
     double hardest_N = 0.0;
     for (int object = 0; object < world_.objects(); ++object) {
-      if (world_.parked(object)) continue;
       const double pressure_N = internal::PressureOn(world_, hand_, object);
-      if (pressure_N <= hardest_N) continue;
+      if (world_.parked(object) || pressure_N <= hardest_N) continue;
       hardest_N = pressure_N;
       target_ = object;
     }
@@ -294,18 +285,15 @@ class Execution {
     log_.lean_rad = std::max(log_.lean_rad, std::acos(std::clamp(cosine, -1.0, 1.0)));
   }
 
-  Eigen::Vector3d HandNow() {
-    return internal::BodyPose(world_.data(), hand_.body()).translation();
-  }
+  Vector3d HandNow() { return internal::BodyPose(world_.data(), hand_.body()).translation(); }
 
-  // Where the hand's root body is in W when the arm's joints stand so. On a copy, so that the
-  // world's own kinematics stay as they are.
-  Eigen::Vector3d HandAt(const Eigen::VectorXd& q) {
+  // Where the hand's root body is in W at joint positions; the world's own kinematics stay.
+  Vector3d HandAt(const VectorXd& q) {
     const mjModel* model = world_.model();
     const internal::DataPtr copy(mj_makeData(model));
     std::copy_n(world_.data()->qpos, model->nq, copy->qpos);
     for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
-      copy->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[static_cast<Eigen::Index>(i)];
+      copy->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[i];
     }
     mj_kinematics(model, copy.get());
     return internal::BodyPose(copy.get(), hand_.body()).translation();
@@ -334,7 +322,7 @@ class Execution {
     UserOptions options = *program_.user;
     log_.hand_over.emplace();
     HandOverLog& log = *log_.hand_over;
-    const Eigen::VectorXd before = servo_.Torques(world_.model(), world_.data());
+    const VectorXd before = servo_.Torques(world_.model(), world_.data());
     const auto pulls = [&] { return FeltForce(before).norm() > kPull_N; };
     for (double t = 0.0; !lost_ && t < options.wait_s; t += Period()) {
       Tick();
@@ -360,15 +348,14 @@ class Execution {
     user_.reset();
   }
 
-  // The force on the hand that explains best how the drives' torques at rest have changed: with the
-  // Jacobian J of the tools' centre they are changed by -J^T f.
-  Eigen::Vector3d FeltForce(const Eigen::VectorXd& before) const {
-    const Eigen::VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
-    const Eigen::Vector3d tool_W =
+  // The force f on the hand that explains best how the drives' torques at rest have changed: by
+  // -J^T f, with the Jacobian J of the tools' centre.
+  Vector3d FeltForce(const VectorXd& before) const {
+    const VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
+    const Vector3d tool_W =
         internal::SitePose(world_.data(), mjcf::ToolSite(world_.model(), "tcp_tip")).translation();
     const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(), tool_W);
-    const Eigen::Matrix3d levers =
-        J * J.transpose() + kMinLever_m * kMinLever_m * Eigen::Matrix3d::Identity();
+    const Matrix3d levers = J * J.transpose() + kMinLever_m * kMinLever_m * Matrix3d::Identity();
     return -levers.ldlt().solve(J * change);
   }
 
@@ -380,8 +367,8 @@ class Execution {
 
   void Finish() {
     log_.target = target_;
-    const Eigen::Vector3d center = world_.ObjectCenterOfMass(target_);
-    const Eigen::Vector3d place = world_.SitePose("delivery").translation();
+    const Vector3d center = world_.ObjectCenterOfMass(target_);
+    const Vector3d place = world_.SitePose("delivery").translation();
     const internal::Touch touch = TouchNow();
     log_.final_distance_m = (center - place).head<2>().norm();
     log_.at_rest = world_.ObjectSpeed(target_) < kRestSpeed_m_s;
@@ -395,8 +382,8 @@ class Execution {
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
   }
 
-  // From where the arm was stopped it follows lift and retreat by as much beside them: to join them
-  // would push once more against what stopped it. The carry comes back to the planned way.
+  // From where the arm was stopped it follows lift and retreat at that offset: to join them would
+  // push once more against what stopped it. The carry comes back to the planned way.
   enum class Start { kKeepOffset, kRejoin };
 
   enum class Motion {
@@ -404,23 +391,13 @@ class Execution {
     kPushing,  // neighbors may be in the way, and give way
     kGuarded,  // it ends at what it touches
   };
-  static double LimitOf(Motion motion) {
-    switch (motion) {
-      case Motion::kFree:
-        return kBlocked_rad;
-      case Motion::kPushing:
-        return kStuck_rad;
-      case Motion::kGuarded:
-        return kFelt_rad;
-    }
-    return 0.0;
-  }
+  static constexpr double kLimit_rad[] = {kBlocked_rad, kStuck_rad, kFelt_rad};  // by Motion
 
-  // @return false if the drives felt that something is in the way, or it was told to stop.
+  // @return false if the drives felt that something is in the way, or a stop was asked for.
   bool Follow(const base::JointTrajectory& trajectory, Start from, Motion motion,
               const std::function<bool()>& stops = {}) {
     if (trajectory.positions.empty()) return true;
-    const Eigen::VectorXd offset = command_.position - trajectory.positions.front();
+    const VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
     const double duration = trajectory.Duration();
     while (!Ended() && world_.time_s() - start < duration) {
@@ -433,7 +410,7 @@ class Execution {
       moves_freely_ = false;
       const double lag_rad = servo_.TrackingError(world_.model(), world_.data(), command_);
       if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
-      if (lag_rad > LimitOf(motion) || (stops && stops())) {
+      if (lag_rad > kLimit_rad[static_cast<int>(motion)] || (stops && stops())) {
         command_.velocity.setZero();
         return false;
       }
@@ -451,13 +428,12 @@ class Execution {
     command_.position = world_.ArmPositions();  // it pushes no longer
   }
 
-  // A hand that closes on what does not move, such as an object that leans on a wall, pushes the
-  // arm; the arm goes with it.
+  // A hand that closes on what does not move, as what leans on a wall, pushes the arm along.
   template <class Done>
   void GiveWayUntil(const Done& done, double limit_s) {
     for (double t = 0.0; !done() && t < limit_s; t += Period()) {
       Tick();
-      const Eigen::VectorXd q = world_.ArmPositions();
+      const VectorXd q = world_.ArmPositions();
       command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
                               .cwiseMax((q.array() - kGives_rad).matrix());
     }
@@ -539,21 +515,39 @@ class Execution {
   ExecutionLog log_;
   internal::JointCommand command_;
   base::Pose closed_pose_ = base::Pose::Identity();
-  Eigen::Vector3d up_O_ = Eigen::Vector3d::UnitZ();  // of the target, when the hand closed
-  Eigen::Vector3d center_before_ = Eigen::Vector3d::Zero();
-  bool holding_ = false;
-  bool moves_freely_ = false;
-  bool lost_ = false;
-  bool blocked_ = false;
-  bool carrying_ = false;
-  double untouched_s_ = 0.0;
-  double empty_s_ = 0.0;
-  double next_frame_s_ = 0.0;
-  std::string stage_;    ///< for viewers
-  double slip_m_ = 0.0;  ///< likewise
+  Vector3d up_O_ = Vector3d::UnitZ();  // of the target, when the hand closed
+  Vector3d center_before_ = Vector3d::Zero();
+  bool holding_ = false, carrying_ = false, moves_freely_ = false;
+  bool lost_ = false, blocked_ = false;
+  double untouched_s_ = 0.0, empty_s_ = 0.0, next_frame_s_ = 0.0;
+  std::string stage_;    // for viewers
+  double slip_m_ = 0.0;  // for viewers
 };
 
 }  // namespace
+
+MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory) {
+  const internal::ArmServo servo(world.model());
+  const double start_s = world.time_s();
+  MoveLog log;
+  double lag_rad = 0.0;
+  const auto step = [&](const internal::JointCommand& command) {
+    servo.Command(world.model(), world.data(), command);
+    world.Step();
+    lag_rad = servo.TrackingError(world.model(), world.data(), command);
+  };
+  while (lag_rad <= kBlocked_rad && world.time_s() - start_s < trajectory.Duration()) {
+    step(internal::CommandAt(trajectory, world.time_s() - start_s + world.physics().timestep_s));
+    log.lag_rad = std::max(log.lag_rad, lag_rad);
+  }
+  log.arrived = log.lag_rad <= kBlocked_rad;
+  // Where it was stopped it pushes no longer.
+  const auto rest =
+      internal::StayAt(log.arrived ? trajectory.positions.back() : world.ArmPositions());
+  for (const double rest_s = world.time_s(); world.time_s() - rest_s < kMoveSettle_s;) step(rest);
+  log.simulated_s = world.time_s() - start_s;
+  return log;
+}
 
 ExecutionLog Execute(World& world, int target, const GraspProgram& program,
                      const HandControlOptions& hand, const AuditBounds& bounds, base::Rng rng,

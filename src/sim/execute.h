@@ -18,8 +18,7 @@ enum class EndsBy {
   kTruth,     ///< the target is lost: the outcome of a single trial is decided
   kAperture,  ///< the hand has closed on nothing, by its own joints: what a real hand knows
 };
-/// A person who takes what the hand has carried: waits, takes hold of it, and draws until the hand
-/// lets go or the patience ends.
+/// A person who takes what the hand has carried, and draws until it lets go or patience ends.
 struct UserOptions {
   Eigen::Vector3d direction_H{0.0, 0.0, 1.0};  ///< unit; in the hand's root frame
   double wait_s = 1.0;      ///< meanwhile nothing pulls, and the hand has to hold
@@ -37,17 +36,15 @@ struct GraspProgram {
   bool firm = false;       ///< begins with the strongest grip
   EndsBy ends_by = EndsBy::kTruth;
   /// Where a fingertip meets something with more than this left of the approach, the hand goes back
-  /// up and does not close: what stands there was not planned for. Infinite: it closes where it is.
+  /// up: what stands there was not planned for. Infinite: it closes where it is.
   double withdraw_m = std::numeric_limits<double>::infinity();
 };
 
-/// The hand's controller: one motor, not back-drivable, slip-controlled grip. Forces are between
-/// thumb and fingers. The prosthesis grips with 10 to 100 N and moves its tips at up to 300 mm/s,
-/// 135 mm for each rad of its joints (maker's manual).
+/// The hand's controller. Forces are between thumb and fingers. The prosthesis grips with 10 to
+/// 100 N and moves its tips at up to 300 mm/s, 135 mm for each rad of its joints (maker's manual).
 struct HandControlOptions {
-  /// First grip and strongest one; the hand's own (its model's "grip_force") where not given.
-  std::optional<double> initial_force_N;
-  std::optional<double> max_force_N;
+  /// First grip and strongest one; without them the numeric "grip_force" of the hand's model.
+  std::optional<double> initial_force_N, max_force_N;
   double min_force_N = 10.0;
   double closing_speed_rad_s = 2.2;
   bool slip_control = true;
@@ -58,32 +55,29 @@ struct HandControlOptions {
   double slip_noise_m_s = 0.0004;     ///< standard deviation of a reading: a fifth of the threshold
 };
 
-/// Bounds of the audit, in one place, by what a figure would mean in the world, so that they hold
-/// for objects, hands and time steps that nobody has tried.
+/// Bounds of the audit, by what a figure would mean in the world, so that they hold for objects,
+/// hands and time steps that nobody has tried.
 struct AuditBounds {
   /// A glove of PVC gives by 1 to 2 mm: in 95 % of the steps by the lower, at most by the higher.
   double penetration_p95_m = 0.001;
   double penetration_max_m = 0.002;
-  /// Of what is held, as a share of its thickness between the pads: in something thin, such as the
-  /// wall of a cup, less than the glove's is too deep.
+  /// Of the thickness of what is held: in a thin thing, such as a cup's wall, less is too deep.
   double penetration_share = 0.25;
-  /// Of a contact on the held object while the hand rests: a tenth of the speed that counts as
-  /// sliding. The contact's point and its edge, which a spin moves too.
+  /// Of a contact's point and edge (which a spin moves too) on the held object while the hand
+  /// rests: a tenth of the speed that counts as sliding.
   double creep_m_s = 1e-4;
   /// Of joints that are coupled, as a share of their range, of points that are joined, of 0.1 m:
   /// 0.24 deg of 48, or 0.6 mm between the tips: half of the gear's backlash.
   double equality_share = 0.005;
-  /// Of what the pads of the side pressed less feel, as a multiple of the strongest grip: a drive's
-  /// wedge, a cam or a dead point may hold some more than the motor gives, a real hand's gear would
-  /// break.
+  /// What the pads of the side pressed less feel, as a multiple of the strongest grip: a wedge, a
+  /// cam or a dead point may hold some more than the motor gives, a real hand's gear would break.
   double grip_share = 3.0;
   /// Rise of the held object that its energy would pay for, while no motor moves.
   double energy_gain_m = 0.001;
-  /// Time that drives of the arm may spend at their limits: half of what a lift takes. Longer, the
-  /// arm does not do what was planned.
+  /// Time that drives of the arm may spend at their limits: half of what a lift takes.
   double drive_limit_s = 1.0;
-  /// Of an arm's joint behind its command in reach, lift, carry and retreat, where nothing may be
-  /// in the way; a tool at 1 m is then 10 mm off, more than any clearance of the plans.
+  /// Of a joint behind its command where nothing may be in the way; a tool at 1 m is then 10 mm
+  /// off, more than any clearance of the plans.
   double tracking_error_rad = 0.01;
 };
 
@@ -94,16 +88,13 @@ struct AuditBounds {
 /// only if it was held to the end of the carry and no fingertip slid during the rest: an object
 /// that slides out of the fingers obeys Coulomb's law, it does not creep.
 struct Audit {
-  double penetration_p95_m = 0.0;
-  double penetration_max_m = 0.0;
+  double penetration_p95_m = 0.0, penetration_max_m = 0.0;
   double penetration_share = 0.0;  ///< of the thickness between the contacts that hold
   double creep_m_s = 0.0;
   double creep_rad_s = 0.0;  ///< of the held object, relative to the palm; has no bound of its own
   double equality_share = 0.0;
   double grip_share = 0.0;  ///< at the ends of lift and carry
-  double drive_limit_s = 0.0;
-  double tracking_error_rad = 0.0;
-  double energy_gain_J = 0.0;
+  double drive_limit_s = 0.0, tracking_error_rad = 0.0, energy_gain_J = 0.0;
   int warnings = 0;    ///< of the engine; any is out of bounds
   std::string failed;  ///< the first figure out of bounds, with value and bound; empty if valid
 };
@@ -112,8 +103,7 @@ struct Audit {
 struct ApertureLog {
   double lifted_rad = 0.0;   ///< from the closed end, when the lift has ended
   double carried_rad = 0.0;  ///< above the delivery place; 0 where it was not carried
-  bool holds_after_lift = false;
-  bool holds_after_carry = false;
+  bool holds_after_lift = false, holds_after_carry = false;
 };
 
 /// What came of handing over.
@@ -125,8 +115,7 @@ struct HandOverLog {
   bool taken = false;   ///< at the end the person has it, clear of the hand
 };
 
-/// What happened, as truth sees it. What describes a hold is of the moment when the hold ended: the
-/// loss of the target, the end of the lift where it was not lifted, the end of the carry.
+/// What happened, as truth sees it. What describes a hold is of the moment when the hold ended.
 struct ExecutionLog {
   int target = 0;                 ///< the object that all this is of
   double lift_height_m = 0.0;     ///< the target's rise at the end of the lift
@@ -134,12 +123,10 @@ struct ExecutionLog {
   bool held_after_carry = false;  ///< still so above the delivery place
   /// Horizontal, of the target's center of mass from the delivery place at the end.
   double final_distance_m = 0.0;
-  bool at_rest = false;          ///< at the end
-  bool touched_by_hand = false;  ///< at the end
-  bool on_support = false;       ///< at the end it rests on the table, not on the floor
+  bool at_rest = false, touched_by_hand = false;  ///< at the end
+  bool on_support = false;  ///< at the end it rests on the table, not on the floor
   /// Rotation and way of the object relative to the palm since the hand closed.
-  double tilt_in_hand_rad = 0.0;
-  double slip_in_hand_m = 0.0;
+  double tilt_in_hand_rad = 0.0, slip_in_hand_m = 0.0;
   /// The most that it leaned from when the hand closed until the hand let go, the carry included.
   double lean_rad = 0.0;
   double grip_force_N = 0.0;      ///< command
@@ -150,9 +137,7 @@ struct ExecutionLog {
   /// Motions that ended early since the drives felt something in the way: "approach" and "lower",
   /// which may touch, and "reach", "lift" (stuck), "carry", "retreat", which end the grasp.
   std::vector<std::string> stopped_by_contact;
-  /// Where fingertips pressed on something when the hand withdrew from its approach; empty if it
-  /// did not.
-  std::vector<Eigen::Vector3d> met_W;
+  std::vector<Eigen::Vector3d> met_W;  ///< where fingertips pressed when the hand withdrew
   /// Joints of the arm that came within half a degree (5 mm, of slides) of their range's ends, or
   /// whose drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
@@ -173,9 +158,9 @@ struct ExecutionState {
   double slip_m = 0.0;   ///< way of the object in the hand since this has closed; 0 before
 };
 
-/// Called at named moments ("pregrasp", "closed", "lifted", "delivered", "end") and, if
-/// frame_period_s > 0, at that period ("frame"). "delivered" is after lowering, before the hand
-/// opens. A trial whose target is lost ends early: it has no later moments but "end".
+/// Called at named moments ("pregrasp", "closed", "lifted", "delivered": lowered, but still closed,
+/// "end") and, if frame_period_s > 0, at that period ("frame"). A trial whose target is lost has no
+/// later moments but "end".
 struct ExecutionObserver {
   std::function<void(const std::string& moment, World& world)> on_moment;
   /// Called before each on_moment.
@@ -183,18 +168,29 @@ struct ExecutionObserver {
   double frame_period_s = 0.0;
 };
 
+/// What came of a motion of the arm that nothing should be in the way of.
+struct MoveLog {
+  bool arrived = false;      ///< if not, the drives felt something, and the arm stands where it was
+  double lag_rad = 0.0;      ///< largest, of a joint behind its command
+  double simulated_s = 0.0;  ///< with the rest at the end
+};
+
+/// Sends the arm along a trajectory from where it stands by its servos alone, the hand without
+/// force, and waits until it rests. Ends where a joint falls behind as if something is in the way.
+/// @throws base::InputError if the scene has no arm
+MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory);
+
 /// Runs a grasp program by servos and motor alone: no force but contact acts between hand and
 /// object. The hand takes its pre-shape during the reach, closes, rests after the lift (for the
-/// audit), carries, lowers, opens, and retreats; approach and lowering end where the drives feel
-/// that something is in the way (the approach goes back where fingertips met it early, and nothing
-/// else follows), the lift pushes what lies about the object until it is stuck, and the arm gives
-/// way to a hand that closes against something; then the world steps until the target rests (3 s at
-/// most). It ends early where the target is not held after the lift, or is lost on the way, or
-/// another motion meets something: the outcome is decided. A program that ends by the aperture is
-/// about what the hand presses hardest when it has closed (the given target if nothing), goes on
-/// until the hand's joints tell that it holds nothing, whatever it holds, and leaves the hand open.
-/// The arm should stand at the first sample of `reach`. Everything depends on the world's state and
-/// the arguments alone.
+/// audit), carries, lowers, opens, and retreats; then the world steps until the target rests (3 s
+/// at most). Approach and lowering end where the drives feel something in the way (the approach
+/// goes back where fingertips met it early, and nothing else follows), the lift pushes neighbors
+/// until it is stuck, and the arm gives way to a hand that closes against something. It ends early
+/// where the target is not held after the lift, or is lost on the way, or another motion meets
+/// something. A program that ends by the aperture is about what the hand presses hardest when it
+/// has closed (the given target if nothing), goes on until the hand's joints tell that it holds
+/// nothing, and leaves the hand open. The arm should stand at the first sample of `reach`.
+/// Everything depends on the world's state and the arguments alone.
 /// @param rng  of the slip sensors' noise
 /// @throws base::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.

@@ -20,20 +20,26 @@
 namespace rangegrasp::sim {
 namespace {
 
-constexpr int kMaxGeoms = 20000;         // of a picture, overlay and all; what is more is left out
+using Eigen::AlignedBox3d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kMaxGeoms = 20000;         // of a picture; what is more is left out
 constexpr double kMinDistance_m = 1e-3;  // of a free camera from what it looks at
 
-bool ParseFreeView(const std::string& text, Eigen::Vector3d& eye, Eigen::Vector3d& look) {
+bool ParseFreeView(const std::string& text, Vector3d& eye, Vector3d& look) {
   int used = 0;
   const int fields = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", &eye.x(), &eye.y(),
                                  &eye.z(), &look.x(), &look.y(), &look.z(), &used);
   return fields == 6 && static_cast<std::size_t>(used) == text.size();
 }
 
-mjvCamera FreeCamera(const Eigen::Vector3d& eye, const Eigen::Vector3d& look) {
+mjvCamera FreeCamera(const Vector3d& eye, const Vector3d& look) {
   mjvCamera camera;
   mjv_defaultCamera(&camera);
-  const Eigen::Vector3d view = look - eye;
+  const Vector3d view = look - eye;
   camera.type = mjCAMERA_FREE;
   std::copy_n(look.data(), 3, camera.lookat);
   camera.distance = std::max(view.norm(), kMinDistance_m);
@@ -43,7 +49,7 @@ mjvCamera FreeCamera(const Eigen::Vector3d& eye, const Eigen::Vector3d& look) {
 }
 
 mjvCamera CameraOf(const mjModel* model, const std::string& name) {
-  Eigen::Vector3d eye, look;
+  Vector3d eye, look;
   if (ParseFreeView(name, eye, look)) return FreeCamera(eye, look);
   mjvCamera camera;
   mjv_defaultCamera(&camera);
@@ -52,40 +58,16 @@ mjvCamera CameraOf(const mjModel* model, const std::string& name) {
   return camera;
 }
 
-mjvGeom* NextGeom(mjvScene& scene) {
-  return scene.ngeom < scene.maxgeom ? &scene.geoms[scene.ngeom++] : nullptr;
-}
-
-void AddOverlay(const Overlay& overlay, mjvScene& scene) {
-  for (const Overlay::Dot& dot : overlay.dots) {
-    mjvGeom* geom = NextGeom(scene);
-    if (!geom) return;
-    const mjtNum size[3] = {dot.radius_m, dot.radius_m, dot.radius_m};
-    mjv_initGeom(geom, mjGEOM_SPHERE, size, dot.p_W.data(), nullptr, dot.rgba.data());
-    geom->category = mjCAT_DECOR;
-  }
-  for (const Overlay::Segment& segment : overlay.segments) {
-    mjvGeom* geom = NextGeom(scene);
-    if (!geom) return;
-    mjv_initGeom(geom, mjGEOM_CAPSULE, nullptr, nullptr, nullptr, segment.rgba.data());
-    mjv_connector(geom, mjGEOM_CAPSULE, segment.radius_m, segment.a_W.data(), segment.b_W.data());
-    geom->category = mjCAT_DECOR;
-  }
-}
-
 // What a view sees, at the distance of the near plane. Rows count from the top, heights from below.
 mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, int width,
                           int height) {
   mjvGLCamera camera = clipping;
-  const Eigen::Vector3f position = view.X_WC.translation().cast<float>();
-  const Eigen::Vector3f forward = view.X_WC.linear().col(2).cast<float>();
-  const Eigen::Vector3f up = -view.X_WC.linear().col(1).cast<float>();
-  std::copy_n(position.data(), 3, camera.pos);
-  std::copy_n(forward.data(), 3, camera.forward);
-  std::copy_n(up.data(), 3, camera.up);
+  Eigen::Map<Vector3f>(camera.pos) = view.X_WC.translation().cast<float>();
+  Eigen::Map<Vector3f>(camera.forward) = view.X_WC.linear().col(2).cast<float>();
+  Eigen::Map<Vector3f>(camera.up) = -view.X_WC.linear().col(1).cast<float>();
   const double scale = clipping.frustum_near / view.focal_px;
   // The edges of a picture lie half a pixel beyond the middles of its outer pixels.
-  const Eigen::Vector2d center = view.center_px + Eigen::Vector2d::Constant(0.5);
+  const Vector2d center = view.center_px + Vector2d::Constant(0.5);
   camera.frustum_center = static_cast<float>(scale * (0.5 * width - center.x()));
   camera.frustum_width = static_cast<float>(scale * 0.5 * width);
   camera.frustum_top = static_cast<float>(scale * center.y());
@@ -94,20 +76,19 @@ mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, 
   return camera;
 }
 
-internal::TextureSet& PrintedTextures(const World& world,
-                                      std::optional<internal::TextureSet>& textures) {
+internal::TextureSet PrintedTextures(const World& world) {
   std::vector<int> bodies;
   std::vector<std::string> surfaces;
   for (int object = 0; object < world.objects(); ++object) {
     bodies.push_back(world.object_body(object));
     surfaces.push_back(world.object_surface(object));
   }
-  return textures.emplace(world.model(), bodies, surfaces);
+  return {world.model(), bodies, surfaces};
 }
 
-// One context serves all renderers of a thread, and stays: what draws a kind of surface is compiled
-// once for each context, which takes as long as a picture. A process that is forked has it, too.
-// Its own frame buffer is small: the engine draws into one of the wanted size.
+// One context serves all renderers of a thread (and of forked processes): what draws a kind of
+// surface is compiled once for each context, which takes as long as a picture. Its own frame buffer
+// is small: the engine draws into one of the wanted size.
 std::shared_ptr<image::OffscreenContext> ContextOfThread() {
   thread_local const auto context = std::make_shared<image::OffscreenContext>(16, 16);
   context->MakeCurrent();
@@ -126,20 +107,19 @@ struct Bounds {
 };
 
 /// From the arm's right, 23 deg down: the direction of the shipped scenes' camera "close".
-const Eigen::Vector3d kLooksAlong_W(-0.630, 0.669, -0.394);
+const Vector3d kLooksAlong_W(-0.630, 0.669, -0.394);
 
-void AddCorners(const Eigen::AlignedBox3d& box, const base::Pose& X_WB,
-                std::vector<Eigen::Vector3d>& corners_W) {
+void AddCorners(const AlignedBox3d& box, const base::Pose& X_WB, std::vector<Vector3d>& corners_W) {
   for (int i = 0; i < 8; ++i) {
-    corners_W.push_back(X_WB * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i)));
+    corners_W.push_back(X_WB * box.corner(static_cast<AlignedBox3d::CornerType>(i)));
   }
 }
 
 // From the scanner's side, so far away that an object fills half of the picture.
-std::string NearBy(const sim::World& world) {
-  const Eigen::AlignedBox3d box = world.ObjectBounds(0);
-  const Eigen::Vector3d eye =
-      box.center() + 1.8 * box.diagonal().norm() * Eigen::Vector3d(0.55, -0.65, 0.5).normalized();
+std::string NearBy(const World& world) {
+  const AlignedBox3d box = world.ObjectBounds(0);
+  const Vector3d eye =
+      box.center() + 1.8 * box.diagonal().norm() * Vector3d(0.55, -0.65, 0.5).normalized();
   return fmt::format("{},{},{},{},{},{}", eye.x(), eye.y(), eye.z(), box.center().x(),
                      box.center().y(), box.center().z());
 }
@@ -161,13 +141,11 @@ struct Renderer::Impl {
     mjv_defaultScene(&scene);
     mjv_defaultOption(&option);
     mjr_defaultContext(&context);
-    // The engine takes both from the model, of which it only reads: a copy without its arrays'
-    // owner.
-    mjModel drawn = *model;
+    mjModel drawn = *model;  // without owning its arrays: the engine only reads it
     drawn.vis.quality.offsamples = quality.samples.value_or(drawn.vis.quality.offsamples);
     drawn.vis.quality.shadowsize = quality.shadow_px.value_or(drawn.vis.quality.shadowsize);
     std::optional<internal::TextureSet> printed;
-    if (quality.fine_print) PrintedTextures(world, printed).PutInto(drawn);
+    if (quality.fine_print) printed.emplace(PrintedTextures(world)).PutInto(drawn);
     internal::CallEngine(nullptr, [&] {
       mjv_makeScene(model, &scene, kMaxGeoms);
       mjr_makeContext(&drawn, &context, mjFONTSCALE_100);
@@ -211,14 +189,12 @@ Renderer::Renderer(const World& world, int width, int height, const RenderQualit
 
 Renderer::~Renderer() = default;
 
-image::Image Renderer::Render(World& world, const std::string& camera_name,
-                              const Overlay& overlay) {
+image::Image Renderer::Render(World& world, const std::string& camera_name) {
   impl_->gl->MakeCurrent();
   mjvCamera camera = CameraOf(world.model(), camera_name);
   internal::CallEngine(nullptr, [&] {
     mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
                     &impl_->scene);
-    AddOverlay(overlay, impl_->scene);
   });
   return impl_->Draw();
 }
@@ -240,18 +216,18 @@ image::Image Renderer::Render(const World& world, const PinholeView& view) {
   return impl_->Draw();
 }
 
-Eigen::Matrix3d LookingAlong(const Eigen::Vector3d& direction_W) {
-  const Eigen::Vector3d z = direction_W.normalized();
-  const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ());
+Matrix3d LookingAlong(const Vector3d& direction_W) {
+  const Vector3d z = direction_W.normalized();
+  const Vector3d x = z.cross(Vector3d::UnitZ());
   if (!(x.norm() > 1e-6)) throw std::invalid_argument("LookingAlong: must not be vertical");
-  Eigen::Matrix3d R_WC;
+  Matrix3d R_WC;
   R_WC.col(0) = x.normalized();
   R_WC.col(1) = z.cross(R_WC.col(0));
   R_WC.col(2) = z;
   return R_WC;
 }
 
-PinholeView FrameAll(std::span<const Eigen::Vector3d> points_W, const Eigen::Matrix3d& R_WC,
+PinholeView FrameAll(std::span<const Vector3d> points_W, const Matrix3d& R_WC,
                      const FramingOptions& options) {
   if (points_W.empty()) throw std::invalid_argument("FrameAll: needs a point");
   const double half_px = 0.5 * options.height_px;
@@ -261,15 +237,15 @@ PinholeView FrameAll(std::span<const Eigen::Vector3d> points_W, const Eigen::Mat
   const double ky = share * half_px / focal_px;
   Bounds x, y;
   double nearest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& p_W : points_W) {
-    const Eigen::Vector3d q = R_WC.transpose() * p_W;
+  for (const Vector3d& p_W : points_W) {
+    const Vector3d q = R_WC.transpose() * p_W;
     x.Add(q.x(), kx * q.z());
     y.Add(q.y(), ky * q.z());
     nearest = std::min(nearest, q.z());
   }
   const double along = std::min({(x.low - x.high) / (2.0 * kx), (y.low - y.high) / (2.0 * ky),
                                  nearest - options.min_distance_m});
-  const Eigen::Vector3d c(0.5 * (x.low + x.high), 0.5 * (y.low + y.high), along);
+  const Vector3d c(0.5 * (x.low + x.high), 0.5 * (y.low + y.high), along);
   PinholeView view;
   view.X_WC.linear() = R_WC;
   view.X_WC.translation() = R_WC * c;
@@ -278,34 +254,32 @@ PinholeView FrameAll(std::span<const Eigen::Vector3d> points_W, const Eigen::Mat
   return view;
 }
 
-Eigen::Matrix3d ViewAxes(const World& world) {
+Matrix3d ViewAxes(const World& world) {
   const int camera = internal::TryFind(world.model(), mjOBJ_CAMERA, "close");
   if (camera < 0) return LookingAlong(kLooksAlong_W);
-  const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> axes_W(
-      world.data()->cam_xmat + 9 * std::ptrdiff_t{camera});
   // The engine's cameras have y upward and look along -z.
-  return axes_W * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  return mjcf::Mat3(world.data()->cam_xmat + 9 * camera) * Vector3d(1.0, -1.0, -1.0).asDiagonal();
 }
 
-void AddHandCorners(const World& world, std::vector<Eigen::Vector3d>& corners_W) {
+void AddHandCorners(const World& world, std::vector<Vector3d>& corners_W) {
   const mjModel* model = world.model();
   const int hand = internal::TryFind(model, mjOBJ_BODY, "hand");
   if (hand < 0) return;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::InSubtree(model, model->geom_bodyid[geom], hand)) continue;
     const base::Pose X_WG = internal::GeomPose(world.data(), geom);
-    const Eigen::Map<const Eigen::Vector3d> center(model->geom_aabb + 6 * std::ptrdiff_t{geom});
-    const Eigen::Map<const Eigen::Vector3d> half(model->geom_aabb + 6 * std::ptrdiff_t{geom} + 3);
+    const auto center = internal::Vec3(model->geom_aabb + 6 * geom);
+    const auto half = internal::Vec3(model->geom_aabb + 6 * geom + 3);
     AddCorners({center - half, center + half}, X_WG, corners_W);
   }
 }
 
-void AddObjectCorners(const World& world, int object, std::vector<Eigen::Vector3d>& corners_W) {
+void AddObjectCorners(const World& world, int object, std::vector<Vector3d>& corners_W) {
   AddCorners(world.ObjectBounds(object), base::Pose::Identity(), corners_W);
 }
 
-Eigen::Vector2d PixelOf(const PinholeView& view, const Eigen::Vector3d& point_W) {
-  const Eigen::Vector3d q = view.X_WC.inverse() * point_W;
+Vector2d PixelOf(const PinholeView& view, const Vector3d& point_W) {
+  const Vector3d q = view.X_WC.inverse() * point_W;
   return view.center_px + view.focal_px * q.head<2>() / q.z();
 }
 

@@ -13,25 +13,8 @@
 
 namespace rangegrasp::sim {
 
-/// Coloured points and lines drawn into a picture.
-struct Overlay {
-  struct Dot {
-    Eigen::Vector3d p_W;
-    Eigen::Vector4f rgba;
-    double radius_m;
-  };
-  struct Segment {
-    Eigen::Vector3d a_W, b_W;
-    Eigen::Vector4f rgba;
-    double radius_m;
-  };
-  std::vector<Dot> dots;
-  std::vector<Segment> segments;
-};
-
-/// A camera without a lens's errors: where it stands, and where it images what is ahead.
-/// A point (x, y, z) of its frame is seen at (center + focal (x / z, y / z)); pixel (0, 0) is the
-/// middle of the upper left one.
+/// A camera without a lens's errors: a point (x, y, z) of its frame is seen at
+/// center + focal (x / z, y / z); pixel (0, 0) is the middle of the upper left one.
 struct PinholeView {
   base::Pose X_WC;  ///< frame of a camera (base/frames.h)
   double focal_px = 0.0;
@@ -56,9 +39,8 @@ class Renderer {
   /// @param world   the one that the renderer was made for.
   /// @param camera  name after the last '/', or a free view "x,y,z,lookx,looky,lookz" [m].
   /// @throws base::InputError naming the camera and those that exist.
-  image::Image Render(World& world, const std::string& camera, const Overlay& overlay = {});
-  /// The same from a camera that the scene need not have. What is nearer than the scene's clipping
-  /// distance does not show.
+  image::Image Render(World& world, const std::string& camera);
+  /// The same from a camera of its own. What is nearer than the clipping distance does not show.
   image::Image Render(const World& world, const PinholeView& view);
 
  private:
@@ -71,18 +53,16 @@ struct FramingOptions {
   int width_px = 960;
   int height_px = 720;
   double vertical_view_rad = 0.7;  ///< angle of view between the upper and the lower edge
-  /// Of each edge that stays free, as a share of half the picture.
-  double margin = 0.12;
-  double min_distance_m = 0.35;  ///< of the camera from the nearest point: near by, all is hand
+  double margin = 0.12;            ///< free at each edge, as a share of half the picture
+  double min_distance_m = 0.35;    ///< of the camera from the nearest point: near by, all is hand
 };
 
 /// The axes of a camera's frame that looks along a direction, upright: no roll.
 /// @throws std::invalid_argument for a direction along the vertical.
 Eigen::Matrix3d LookingAlong(const Eigen::Vector3d& direction_W);
 
-/// The nearest place of a camera with these axes from which all points are in the picture.
-///
-/// In the camera's axes a point q is in the picture of a camera at c if |q_x - c_x| <= k (q_z -
+/// The nearest place of a camera with these axes from which all points are in the picture. In the
+/// camera's axes a point q is in the picture of a camera at c if |q_x - c_x| <= k (q_z -
 /// c_z) with k the tangent of half the angle of view; so c_x + k c_z <= min(q_x + k q_z) = A and
 /// c_x - k c_z >= max(q_x - k q_z) = B: c_z = (A - B) / (2 k) at most, and then c_x = (A + B) / 2.
 /// The same in y; the smaller c_z holds for both.
@@ -91,21 +71,17 @@ Eigen::Matrix3d LookingAlong(const Eigen::Vector3d& direction_W);
 PinholeView FrameAll(std::span<const Eigen::Vector3d> points_W, const Eigen::Matrix3d& R_WC,
                      const FramingOptions& options);
 
-/// The axes from which a scene is shown: those of its camera "close" where it has one, else from
-/// the arm's right and somewhat above.
+/// The axes of the scene's camera "close", else from the arm's right and somewhat above.
 Eigen::Matrix3d ViewAxes(const World& world);
 
-/// The corners of boxes about all that is drawn of the hand, one a geom; none where the scene has
-/// none.
+/// The corners of boxes about the geoms of the hand (if any), or of the box about an object.
 void AddHandCorners(const World& world, std::vector<Eigen::Vector3d>& corners_W);
-/// Those of the box about an object.
 void AddObjectCorners(const World& world, int object, std::vector<Eigen::Vector3d>& corners_W);
 
-/// Where a view shows a point [px]: x to the right, y down, from the middle of the upper left
-/// pixel.
+/// Where a view shows a point [px].
 Eigen::Vector2d PixelOf(const PinholeView& view, const Eigen::Vector3d& point_W);
 
-/// An object on the shipped table, in the pose that it rests in most likely, seen from near by.
+/// An object on the shipped table, in the pose that it rests in most likely.
 /// @param camera  of the scene or a free view; empty: near by
 /// @throws base::InputError naming the file if it is no object.
 image::Image DrawObject(const sim::ObjectModel& object, const std::string& camera, int width,

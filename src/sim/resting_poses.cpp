@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -16,35 +17,34 @@
 namespace rangegrasp::sim {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Of round primitives: 5.6 deg each, which the classes below join again.
 constexpr int kHullSegments = 64;
-// Triangles of one face of the hull: within what modelled meshes are rounded to. Larger lumps the
-// flanks of rounded edges into the face, smaller splits a face in two.
+// Triangles of one face of the hull: what modelled meshes are rounded to. Larger joins the flanks
+// of rounded edges, smaller splits a face.
 constexpr double kCoplanarAngle_rad = 0.01;
 constexpr double kCoplanar_m = 5e-5;
 // Triangles below this have no direction worth asking for [m^2, twice the area].
 constexpr double kSliver_m2 = 1e-8;
 // The foot of the center of mass may stand this far outside a face, for rounding.
 constexpr double kFootTolerance_m = 1e-5;
-// Directions and steps in which a body is tilted until it falls. They limit how well the margin is
-// known: to half a degree.
+// Steps and directions in which a body is tilted until it falls: the margin is known to half a deg.
 constexpr double kTiltStep_rad = base::Deg(0.5);
 constexpr int kAzimuths = 24;
-// A face of a polygon that stands for a round surface is no valley of its own: rises below this
-// share of the height of the center of mass are ripples (64 segments make 0.12 %, 16 make 2 %).
+// Rises below this share of the height of the center of mass are ripples of a round surface's
+// polygon (64 segments make 0.12 %, 16 make 2 %).
 constexpr double kRipple = 0.02;
-// Of two faces that a turn maps onto each other: by how much the turned hull may miss the hull
-// (what modelled meshes are rounded to, and a ripple of round ones), in so many directions.
+// By how much a hull that a symmetry turns may miss itself (rounded meshes, ripples), in so many
+// directions.
 constexpr double kSymmetric_m = 0.0005;
 constexpr int kSymmetryDirections = 64;
-// Neighboring faces of something that rolls are one pose: the center of mass stands as high, and
-// they are not turned further (11 deg: 32 segments).
+// Faces of something that rolls: the center of mass stands as high, and they are turned by at most
+// this (11 deg: 32 segments).
 constexpr double kSameHeight_m = 0.001;
 constexpr double kRolls_rad = 0.2;
-// A body rests in a pose if its down direction is within this of one of the pose's faces: more than
-// half a segment, less than the narrowest face's neighbor is off.
+// A body rests on a face within this: more than half a segment, less than to the next face.
 constexpr double kRests_rad = base::Deg(5.0);
 
 struct Facet {
@@ -112,7 +112,7 @@ class Hull {
 
  private:
   const Vector3d& Vertex(std::size_t triangle, int corner) const {
-    return mesh_.vertices[mesh_.triangles[triangle][static_cast<std::size_t>(corner % 3)]];
+    return mesh_.vertices[mesh_.triangles[triangle][corner % 3]];
   }
   Vector3d Cross(std::size_t t) const {
     return (Vertex(t, 1) - Vertex(t, 0)).cross(Vertex(t, 2) - Vertex(t, 0));
@@ -122,24 +122,18 @@ class Hull {
   void BuildFacets() {
     std::vector<std::size_t> order(mesh_.triangles.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return Cross(a).norm() > Cross(b).norm();
-    });
+    std::ranges::stable_sort(
+        order, [&](std::size_t a, std::size_t b) { return Cross(a).norm() > Cross(b).norm(); });
     facet_of_.resize(order.size());
     for (const std::size_t t : order) {
-      const auto same =
-          std::find_if(facets_.begin(), facets_.end(), [&](const Facet& f) { return Lies(t, f); });
-      if (same == facets_.end()) {
-        const Vector3d normal = Cross(t).normalized();
-        Facet facet;
-        facet.normal = normal;
-        facet.offset = normal.dot(Vertex(t, 0));
-        facets_.push_back(facet);
-        facet_of_[t] = facets_.size() - 1;
-      } else {
-        facet_of_[t] = static_cast<std::size_t>(same - facets_.begin());
+      auto facet = std::ranges::find_if(facets_, [&](const Facet& f) { return Lies(t, f); });
+      if (facet == facets_.end()) {
+        facet = facets_.emplace(facet);
+        facet->normal = Cross(t).normalized();
+        facet->offset = facet->normal.dot(Vertex(t, 0));
       }
-      facets_[facet_of_[t]].triangles.push_back(t);
+      facet_of_[t] = facet - facets_.begin();
+      facet->triangles.push_back(t);
     }
   }
 
@@ -204,19 +198,13 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::Collides(model, geom)) continue;
     const base::Pose X_WG = internal::GeomPose(data, geom);
-    for (const Vector3d& v : internal::GeomSurface(model, geom, kHullSegments).vertices)
+    for (const Vector3d& v : internal::GeomSurface(model, geom, kHullSegments).vertices) {
       points.push_back(X_WG * v);
+    }
   }
   const base::Pose X_BW = internal::BodyPose(data, root).inverse();
   for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
-}
-
-// In the root body's frame.
-Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
-  const base::Pose X_WB = internal::BodyPose(data, root);
-  const Vector3d center_W = internal::CenterOfMass(model, data, root);
-  return X_WB.linear().transpose() * (center_W - X_WB.translation());
 }
 
 // Directions all round, even (a Fibonacci lattice).
@@ -232,16 +220,16 @@ std::vector<Vector3d> EvenDirections(int count) {
 }
 
 // Whether the hull turned by R is the hull.
-bool MapsOntoItself(const Hull& hull, const Eigen::Matrix3d& R) {
+bool MapsOntoItself(const Hull& hull, const Matrix3d& R) {
   static const std::vector<Vector3d> directions = EvenDirections(kSymmetryDirections);
-  return std::all_of(directions.begin(), directions.end(), [&](const Vector3d& d) {
+  return std::ranges::all_of(directions, [&](const Vector3d& d) {
     return std::abs(hull.Height(d) - hull.Height(R * d)) < kSymmetric_m;
   });
 }
 
 // A frame whose z axis is the face's normal, x one of its edge's.
-Eigen::Matrix3d FrameOf(const Facet& facet, const Vector3d& edge_normal) {
-  Eigen::Matrix3d frame;
+Matrix3d FrameOf(const Facet& facet, const Vector3d& edge_normal) {
+  Matrix3d frame;
   frame << edge_normal, facet.normal.cross(edge_normal), facet.normal;
   return frame;
 }
@@ -249,8 +237,8 @@ Eigen::Matrix3d FrameOf(const Facet& facet, const Vector3d& edge_normal) {
 // Whether a turn of the body about its own symmetry maps one face onto the other.
 bool Symmetric(const Hull& hull, const Facet& a, const Facet& b) {
   if (std::abs(a.offset - b.offset) > kSymmetric_m || a.edge_normals.empty()) return false;
-  const Eigen::Matrix3d A = FrameOf(a, a.edge_normals.front());
-  return std::any_of(b.edge_normals.begin(), b.edge_normals.end(), [&](const Vector3d& edge) {
+  const Matrix3d A = FrameOf(a, a.edge_normals.front());
+  return std::ranges::any_of(b.edge_normals, [&](const Vector3d& edge) {
     return MapsOntoItself(hull, FrameOf(b, edge) * A.transpose());
   });
 }
@@ -276,7 +264,7 @@ std::vector<PoseClass> ClassesOf(const Hull& hull) {
     std::erase_if(classes, [&](const PoseClass& c) {
       const Facet& facet = hull.facets()[f];
       const bool same = Symmetric(hull, hull.facets()[c.lowest], facet) ||
-                        std::any_of(c.facets.begin(), c.facets.end(), [&](std::size_t g) {
+                        std::ranges::any_of(c.facets, [&](std::size_t g) {
                           return RollsOver(hull.facets()[g], facet);
                         });
       if (same) {
@@ -298,13 +286,11 @@ std::vector<PoseClass> WeighedClasses(const Hull& hull) {
   for (std::size_t f = 0; f < hull.facets().size(); ++f) {
     const std::size_t rest = hull.RestsOn(f);
     for (PoseClass& c : classes) {
-      if (std::find(c.facets.begin(), c.facets.end(), rest) == c.facets.end()) continue;
+      if (std::ranges::find(c.facets, rest) == c.facets.end()) continue;
       c.solid_angle += hull.facets()[f].solid_angle;
     }
   }
-  std::stable_sort(classes.begin(), classes.end(), [](const PoseClass& a, const PoseClass& b) {
-    return a.solid_angle > b.solid_angle;
-  });
+  std::ranges::stable_sort(classes, std::greater(), &PoseClass::solid_angle);
   return classes;
 }
 
@@ -315,7 +301,9 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   const mjModel* model = built.model.get();
   const int root = built.objects[0].body;
   const internal::DataPtr data = internal::DataAtZero(model);
-  const Vector3d center_B = CenterOfMass(model, data.get(), root);
+  const base::Pose X_WB = internal::BodyPose(data.get(), root);
+  const Vector3d center_B = X_WB.linear().transpose() *
+                            (internal::CenterOfMass(model, data.get(), root) - X_WB.translation());
   const Hull hull(CollisionHull(model, data.get(), root), center_B);
   const auto face_of = [&](std::size_t f) {
     const Facet& facet = hull.facets()[f];
@@ -341,8 +329,7 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   return poses;
 }
 
-std::optional<AtRest> FaceAtRest(const std::vector<RestingPose>& poses,
-                                 const Eigen::Matrix3d& R_WO) {
+std::optional<AtRest> FaceAtRest(const std::vector<RestingPose>& poses, const Matrix3d& R_WO) {
   const Vector3d down_O = -R_WO.row(2).transpose();
   std::optional<AtRest> nearest;
   double most = std::cos(kRests_rad);

@@ -76,19 +76,18 @@ FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& option
                            std::optional<double> u) {
   if (options.glove_friction) return {*options.glove_friction, *options.glove_friction};
   switch (options.friction) {
-    case FrictionChoice::kDrawn:
-      if (u) return DrawnFriction(range, *u);
-      break;
     case FrictionChoice::kLow:
       return PairOf(range, range.low);
     case FrictionChoice::kHigh:
       return PairOf(range, range.high);
     case FrictionChoice::kKinetic:
       return {range.kinetic, range.kinetic};
+    case FrictionChoice::kDrawn:
     case FrictionChoice::kMiddle:
       break;
   }
-  return PairOf(range, range.middle);
+  const bool drawn = options.friction == FrictionChoice::kDrawn && u;
+  return drawn ? DrawnFriction(range, *u) : PairOf(range, range.middle);
 }
 
 std::filesystem::path ShippedSurfaces() { return base::DataFolder() / "models" / kFileName; }
@@ -98,7 +97,7 @@ std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& obj
   std::vector<std::filesystem::path> files;
   for (const auto& file :
        {folder / kFileName, folder.parent_path() / kFileName, ShippedSurfaces()}) {
-    const bool known = std::find(files.begin(), files.end(), file) != files.end();
+    const bool known = std::ranges::find(files, file) != files.end();
     if (!known && std::filesystem::is_regular_file(file)) files.push_back(file);
   }
   return files;
@@ -117,8 +116,7 @@ std::vector<Surface> SurfacesFor(const std::filesystem::path& object_mjcf) {
   std::vector<Surface> all;
   for (const auto& file : SurfaceFiles(object_mjcf)) {
     for (Surface& surface : ReadSurfaces(file)) {
-      const bool known = std::any_of(all.begin(), all.end(),
-                                     [&](const Surface& s) { return s.name == surface.name; });
+      const bool known = std::ranges::find(all, surface.name, &Surface::name) != all.end();
       if (!known) all.push_back(std::move(surface));
     }
   }
@@ -126,8 +124,7 @@ std::vector<Surface> SurfacesFor(const std::filesystem::path& object_mjcf) {
 }
 
 const Surface& FindSurface(const std::vector<Surface>& surfaces, std::string_view name) {
-  const auto found = std::find_if(surfaces.begin(), surfaces.end(),
-                                  [&](const Surface& surface) { return surface.name == name; });
+  const auto found = std::ranges::find(surfaces, name, &Surface::name);
   if (found != surfaces.end()) return *found;
   std::vector<std::string> known;
   for (const Surface& surface : surfaces) known.push_back(surface.name);

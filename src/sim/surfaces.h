@@ -14,9 +14,7 @@ namespace rangegrasp::sim {
 /// What is known of the glove's friction on a surface: the static coefficient's range, its middle,
 /// and the kinetic coefficient that goes with the middle.
 struct GloveRange {
-  double middle = 0.6;
-  double low = 0.45;
-  double high = 0.8;
+  double middle = 0.6, low = 0.45, high = 0.8;
   double kinetic = 0.5;
 };
 
@@ -32,19 +30,16 @@ FrictionPair DrawnFriction(const GloveRange& range, double u);
 FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options,
                            std::optional<double> u = {});
 
-/// Whether a contact slides, with hysteresis: it starts at 1 mm/s (above what held contacts creep,
-/// 0.016 mm/s, below what a dropped object reaches in one step, 20 mm/s) and sticks again below
-/// half of that. A contact that is lost for a moment (a sliding body chatters) has not stuck.
+/// Whether a contact slides, with hysteresis: from 1 mm/s (held contacts creep at 0.016 mm/s, a
+/// dropped object reaches 20 mm/s in one step) until it is below half of that. A contact that is
+/// lost for a moment (a sliding body chatters) has not stuck.
 struct SlipState {
-  static constexpr double kSlides_m_s = 0.001;
-  static constexpr double kSticks_m_s = 0.0005;
-
   bool sliding = false;
 
   /// @param speed_m_s  tangential speed of the fastest contact; negative if there is none.
   void Update(double speed_m_s) {
-    if (speed_m_s > kSlides_m_s) sliding = true;
-    if (speed_m_s >= 0.0 && speed_m_s < kSticks_m_s) sliding = false;
+    if (speed_m_s > 0.001) sliding = true;
+    if (speed_m_s >= 0.0 && speed_m_s < 0.0005) sliding = false;
   }
   double Coefficient(const FrictionPair& pair) const {
     return sliding ? pair.kinetic_mu : pair.static_mu;
@@ -54,19 +49,17 @@ struct SlipState {
 /// What is known of a kind of surface: an object names one in its custom text "surface".
 struct Surface {
   std::string name;
-  GloveRange glove;              ///< friction of the hand's PVC glove on it
-  FrictionPair on_laminate;      ///< it on the table's laminate
-  OpticalSurface optical;        ///< where an object's file does not say
-  double specular = 0.2;         ///< of pictures, where an object is made of a mesh
-  double shininess = 0.3;        ///< likewise
-  double density_kg_m3 = 900.0;  ///< likewise, where no mass is given
+  GloveRange glove;                        ///< friction of the hand's PVC glove on it
+  FrictionPair on_laminate;                ///< it on the table's laminate
+  OpticalSurface optical;                  ///< where an object's file does not say
+  double specular = 0.2, shininess = 0.3;  ///< of pictures, where an object is made of a mesh
+  double density_kg_m3 = 900.0;            ///< of such an object, where no mass is given
 };
 
-/// The file that comes with the program: models/surfaces.yaml of the data folder.
-std::filesystem::path ShippedSurfaces();
+std::filesystem::path ShippedSurfaces();  ///< models/surfaces.yaml of the data folder
 
-/// The files in which the surface of an object is looked up, in this order: surfaces.yaml in its
-/// own folder, in the folder that that stands in, and the shipped one. Those that exist.
+/// Where the surface of an object is looked up, in this order: surfaces.yaml in its folder, in that
+/// folder's folder, and the shipped one. Those that exist.
 std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& object_mjcf);
 
 /// A file of surfaces: a mapping for each name.

@@ -14,6 +14,7 @@
 #include "base/words.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
+#include "sim/internal/servo.h"
 #include "sim/surfaces.h"
 
 namespace rangegrasp::sim {
@@ -22,15 +23,16 @@ using internal::Vec3;
 
 namespace {
 
-// Parked objects hang here, out of sight and reach (the table is an infinite plane to the engine),
-// weightless and asleep.
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Parked objects hang here, out of sight and reach, weightless and asleep.
 constexpr double kParking_m = 1000.0;
 constexpr double kParkingSpacing_m = 5.0;
-// Of steps in which things fall. Contacts then give way within two steps, 8 ms; a fall of 30 mm
-// takes 80 ms.
+// Contacts of falling things then give way within 8 ms; a fall of 30 mm takes 80 ms.
 constexpr double kCoarseStep_s = 0.004;
-// An object's velocity that changes by more than this in one step was not solved for, whatever the
-// solver says: things fall at 2 m/s and fingers close at 0.3 m/s, and 5 m/s are a blow of 250 g.
+// A velocity that changes by more in one step was not solved for: things fall at 2 m/s, fingers
+// close at 0.3 m/s, and 5 m/s are a blow of 250 g.
 constexpr double kLeap_m_s = 5.0;
 // What fell further below the table than this has left it.
 constexpr double kLost_m = -1.0;
@@ -62,53 +64,16 @@ struct World::Impl {
     std::size_t warnings = 0;
   } before;
 
-  const ObjectEntry& at(int object) const { return objects.at(static_cast<std::size_t>(object)); }
-  ObjectEntry& at(int object) { return objects.at(static_cast<std::size_t>(object)); }
-
-  void LoadArm() {
-    if (internal::TryFind(model.get(), mjOBJ_TUPLE, "arm_joints") < 0) return;
-    arm_joints = internal::TupleOf(model.get(), mjOBJ_JOINT, "arm_joints");
-    arm_actuators = internal::TupleOf(model.get(), mjOBJ_ACTUATOR, "arm_actuators");
-    if (arm_joints.size() != arm_actuators.size()) {
-      throw base::InputError(
-          "tuples \"arm_joints\" and \"arm_actuators\" must be of the same length");
-    }
-  }
-
-  void SetArm(const Eigen::VectorXd& q) {
-    if (q.size() != static_cast<Eigen::Index>(arm_joints.size())) {
-      throw std::invalid_argument(
-          fmt::format("SetArm: {} joint positions for {} joints", q.size(), arm_joints.size()));
-    }
-    for (std::size_t i = 0; i < arm_joints.size(); ++i) {
-      const double position = q[static_cast<Eigen::Index>(i)];
-      data->qpos[model->jnt_qposadr[arm_joints[i]]] = position;
-      data->qvel[model->jnt_dofadr[arm_joints[i]]] = 0.0;
-      data->ctrl[arm_actuators[i]] = position;
-    }
-  }
+  const ObjectEntry& at(int object) const { return objects.at(object); }
+  ObjectEntry& at(int object) { return objects.at(object); }
 
   // A velocity of -0.0 wakes a tree, and with it what it touches, and changes nothing else.
   void SetPose(const ObjectEntry& object, const base::Pose& X_WO) {
     const Eigen::Quaterniond q(X_WO.linear());
-    const double pose[7] = {X_WO.translation().x(),
-                            X_WO.translation().y(),
-                            X_WO.translation().z(),
-                            q.w(),
-                            q.x(),
-                            q.y(),
-                            q.z()};
-    std::copy_n(pose, 7, data->qpos + object.qpos);
+    Eigen::Map<Eigen::Vector<mjtNum, 7>>(data->qpos + object.qpos) << X_WO.translation(), q.w(),
+        q.x(), q.y(), q.z();
     std::fill_n(data->qvel + object.dof, 6, -0.0);
     std::fill_n(data->qacc_warmstart + object.dof, 6, 0.0);
-  }
-
-  void Park(int index) {
-    ObjectEntry& object = at(index);
-    object.parked = true;
-    model->body_gravcomp[object.body] = 1.0;
-    SetPose(object, base::MakePose(Eigen::Matrix3d::Identity(),
-                                   {kParking_m + kParkingSpacing_m * index, 0, kParking_m}));
   }
 
   // What has drives never sleeps otherwise.
@@ -127,7 +92,7 @@ struct World::Impl {
   }
 
   bool IsObject(int body) const {
-    return std::any_of(objects.begin(), objects.end(), [&](const ObjectEntry& object) {
+    return std::ranges::any_of(objects, [&](const ObjectEntry& object) {
       return object.body == model->body_rootid[body];
     });
   }
@@ -170,24 +135,17 @@ struct World::Impl {
     warnings.resize(before.warnings);
   }
 
-  // Whether the solver ended before its iterations did, in every island of the last step, and
-  // nothing leapt: where its line search finds no way down it ends early too.
+  // Whether in every island the solver ended before its iterations did, and nothing leapt: it ends
+  // early also where its line search finds no way down.
   bool Solved() const {
-    const bool leapt = std::any_of(objects.begin(), objects.end(), [&](const ObjectEntry& object) {
+    const auto leapt = [&](const ObjectEntry& object) {
       return (Vec3(data->qvel + object.dof) - Vec3(before.velocity.data() + object.dof)).norm() >
              kLeap_m_s;
-    });
-    if (leapt) return false;
+    };
+    if (std::ranges::any_of(objects, leapt)) return false;
     const int islands = std::clamp(data->nisland, 1, static_cast<int>(mjNISLAND));
     return std::all_of(data->solver_niter, data->solver_niter + islands,
                        [&](int iterations) { return iterations < model->opt.iterations; });
-  }
-
-  void Refresh() {
-    internal::CallEngine(&warnings, [this] {
-      mj_kinematics(model.get(), data.get());
-      mj_comPos(model.get(), data.get());
-    });
   }
 };
 
@@ -199,25 +157,25 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->objects = std::move(built.objects);
   impl_->physics = options;
   impl_->scene_option = impl_->model->opt;
-  mjData* data = nullptr;
-  internal::CallEngine(&impl_->warnings, [&] { data = mj_makeData(impl_->model.get()); });
-  if (!data) throw base::RunError("MuJoCo has no memory for the scene's data");
-  impl_->data.reset(data);
-  impl_->before.state.resize(
-      static_cast<std::size_t>(mj_stateSize(impl_->model.get(), mjSTATE_INTEGRATION)));
-  impl_->LoadArm();
+  impl_->data = internal::MakeData(model());
+  if (!impl_->data) throw base::RunError("MuJoCo has no memory for the scene's data");
+  impl_->before.state.resize(mj_stateSize(model(), mjSTATE_INTEGRATION));
+  if (internal::TryFind(model(), mjOBJ_TUPLE, "arm_joints") >= 0) {
+    const internal::ArmServo servo(model());
+    impl_->arm_joints = servo.joints();
+    impl_->arm_actuators = servo.actuators();
+  }
   const std::vector<double> home = internal::NumericOf(model(), "home");
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {
-    impl_->SetArm(
-        Eigen::Map<const Eigen::VectorXd>(home.data(), static_cast<Eigen::Index>(home.size())));
+    SetArm(Eigen::Map<const VectorXd>(home.data(), std::ssize(home)));
   }
   for (int object = 0; object < this->objects(); ++object) {
-    impl_->Park(object);
+    ParkObject(object);
     impl_->glove_on_object.push_back(GloveFriction(impl_->at(object).surface.glove, options));
   }
   impl_->table = FindSurface(ReadSurfaces(ShippedSurfaces()), kTableSurface).glove;
   impl_->glove_on_scene = GloveFriction(impl_->table, options);
-  impl_->Refresh();
+  Refresh();
 }
 
 World::~World() = default;
@@ -232,16 +190,14 @@ const std::string& World::object_surface(int object) const {
 int World::object_body(int object) const { return impl_->at(object).body; }
 
 const FrictionPair& World::glove_friction(int object) const {
-  return object < 0 ? impl_->glove_on_scene
-                    : impl_->glove_on_object.at(static_cast<std::size_t>(object));
+  return object < 0 ? impl_->glove_on_scene : impl_->glove_on_object.at(object);
 }
 
 void World::DrawFriction(base::Rng& rng) {
   impl_->glove_on_scene = GloveFriction(impl_->table, physics(), rng.Uniform());
   for (int object = 0; object < objects(); ++object) {
-    const double u = rng.Uniform();
-    impl_->glove_on_object.at(static_cast<std::size_t>(object)) =
-        GloveFriction(impl_->at(object).surface.glove, physics(), u);
+    impl_->glove_on_object[object] =
+        GloveFriction(impl_->at(object).surface.glove, physics(), rng.Uniform());
   }
 }
 
@@ -253,7 +209,7 @@ base::Pose World::ObjectPose(int object) const {
                         Vec3(q));
 }
 
-Eigen::Vector3d World::ObjectCenterOfMass(int object) const {
+Vector3d World::ObjectCenterOfMass(int object) const {
   return internal::CenterOfMass(model(), data(), impl_->at(object).body);
 }
 
@@ -261,7 +217,7 @@ double World::ObjectMass(int object) const {
   return model()->body_subtreemass[impl_->at(object).body];
 }
 
-double World::ObjectReach(int object, const Eigen::Vector3d& direction_W) const {
+double World::ObjectReach(int object, const Vector3d& direction_W) const {
   const int root = impl_->at(object).body;
   double reach = -std::numeric_limits<double>::infinity();
   for (int geom = 0; geom < model()->ngeom; ++geom) {
@@ -272,16 +228,14 @@ double World::ObjectReach(int object, const Eigen::Vector3d& direction_W) const 
   return reach;
 }
 
-double World::ObjectTop(int object) const { return ObjectReach(object, Eigen::Vector3d::UnitZ()); }
+double World::ObjectTop(int object) const { return ObjectReach(object, Vector3d::UnitZ()); }
 
-double World::ObjectBottom(int object) const {
-  return -ObjectReach(object, -Eigen::Vector3d::UnitZ());
-}
+double World::ObjectBottom(int object) const { return -ObjectReach(object, -Vector3d::UnitZ()); }
 
 Eigen::AlignedBox3d World::ObjectBounds(int object) const {
   Eigen::AlignedBox3d bounds;
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d direction = Eigen::Vector3d::Unit(axis);
+    const Vector3d direction = Vector3d::Unit(axis);
     bounds.min()[axis] = -ObjectReach(object, -direction);
     bounds.max()[axis] = ObjectReach(object, direction);
   }
@@ -316,13 +270,13 @@ std::optional<Container> World::container() const {
   return Container{internal::SitePose(data(), site), Vec3(model()->site_size + 3 * site)};
 }
 
-bool World::OverTable(const Eigen::Vector3d& point_W) const {
+bool World::OverTable(const Vector3d& point_W) const {
   bool bounded = false;
   for (int geom = 0; geom < model()->ngeom; ++geom) {
     const mjtNum* size = model()->geom_size + 3 * geom;
     if (model()->geom_type[geom] != mjGEOM_PLANE || !internal::Collides(model(), geom)) continue;
     if (size[0] <= 0.0 || size[1] <= 0.0) return true;
-    const Eigen::Vector3d point_G = internal::GeomPose(data(), geom).inverse() * point_W;
+    const Vector3d point_G = internal::GeomPose(data(), geom).inverse() * point_W;
     if (std::abs(point_G.x()) <= size[0] && std::abs(point_G.y()) <= size[1]) return true;
     bounded = true;
   }
@@ -339,12 +293,16 @@ void World::PlaceObject(int object, const base::Pose& X_WO) {
   impl_->at(object).parked = false;
   model()->body_gravcomp[impl_->at(object).body] = 0.0;
   impl_->SetPose(impl_->at(object), X_WO);
-  impl_->Refresh();
+  Refresh();
 }
 
 void World::ParkObject(int object) {
-  impl_->Park(object);
-  impl_->Refresh();
+  ObjectEntry& entry = impl_->at(object);
+  entry.parked = true;
+  model()->body_gravcomp[entry.body] = 1.0;
+  impl_->SetPose(entry, base::MakePose(Eigen::Matrix3d::Identity(),
+                                       {kParking_m + kParkingSpacing_m * object, 0, kParking_m}));
+  Refresh();
 }
 
 std::shared_ptr<const SavedWorld> World::Save() const {
@@ -360,26 +318,41 @@ std::shared_ptr<const SavedWorld> World::Save() const {
 void World::Restore(const SavedWorld& saved) {
   internal::CallEngine(nullptr, [&] { mj_copyData(data(), model(), saved.data.get()); });
   for (int object = 0; object < objects(); ++object) {
-    impl_->at(object).parked = saved.parked.at(static_cast<std::size_t>(object)) != 0;
+    impl_->at(object).parked = saved.parked.at(object) != 0;
     model()->body_gravcomp[object_body(object)] = parked(object) ? 1.0 : 0.0;
   }
 }
 
-void World::SetArm(const Eigen::VectorXd& q) {
-  impl_->SetArm(q);
-  impl_->Refresh();
+void World::SetArm(const VectorXd& q) {
+  const std::vector<int>& joints = impl_->arm_joints;
+  if (q.size() != std::ssize(joints)) {
+    throw std::invalid_argument(
+        fmt::format("SetArm: {} joint positions for {} joints", q.size(), joints.size()));
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    data()->qpos[model()->jnt_qposadr[joints[i]]] = q[i];
+    data()->qvel[model()->jnt_dofadr[joints[i]]] = 0.0;
+    data()->ctrl[impl_->arm_actuators[i]] = q[i];
+  }
+  Refresh();
 }
 
-Eigen::VectorXd World::ArmPositions() const {
-  Eigen::VectorXd q(static_cast<Eigen::Index>(impl_->arm_joints.size()));
-  for (std::size_t i = 0; i < impl_->arm_joints.size(); ++i) {
-    q[static_cast<Eigen::Index>(i)] = data()->qpos[model()->jnt_qposadr[impl_->arm_joints[i]]];
+VectorXd World::ArmPositions() const {
+  const std::vector<int>& joints = impl_->arm_joints;
+  VectorXd q(joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    q[i] = data()->qpos[model()->jnt_qposadr[joints[i]]];
   }
   return q;
 }
 
 double World::time_s() const { return data()->time; }
-void World::Refresh() { impl_->Refresh(); }
+void World::Refresh() {
+  internal::CallEngine(&impl_->warnings, [this] {
+    mj_kinematics(model(), data());
+    mj_comPos(model(), data());
+  });
+}
 
 void World::Step() {
   internal::CallEngine(&impl_->warnings, [this] {
@@ -466,18 +439,9 @@ std::string ObjectTitle(const ObjectModel& object) {
   char error[1000] = "";
   const internal::SpecPtr spec(
       mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));
-  if (!spec) {
-    throw base::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
-  }
+  if (!spec) throw base::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
   mjsElement* title = mjs_findElement(spec.get(), mjOBJ_TEXT, "title");
   return title ? mjs_getString(mjs_asText(title)->data) : object.name;
-}
-
-std::shared_ptr<mjModel_> CompileModel(const std::filesystem::path& mjcf,
-                                       std::vector<std::string>& warnings) {
-  internal::BuiltScene built = internal::BuildScene(mjcf, {}, {});
-  warnings.insert(warnings.end(), built.warnings.begin(), built.warnings.end());
-  return {built.model.release(), internal::ModelDeleter()};
 }
 
 }  // namespace rangegrasp::sim

@@ -26,8 +26,7 @@ struct ObjectModel {
 
 /// Friction of a pair of surfaces: static and kinetic.
 struct FrictionPair {
-  double static_mu = 0.6;
-  double kinetic_mu = 0.5;
+  double static_mu = 0.6, kinetic_mu = 0.5;
 };
 /// Which friction the glove has on a surface, of the range that is known (sim/surfaces.h).
 enum class FrictionChoice { kDrawn, kMiddle, kLow, kHigh, kKinetic };
@@ -41,8 +40,7 @@ struct PhysicsOptions {
   std::optional<double> glove_friction;  ///< both coefficients on everything (for self-tests)
 };
 
-/// An open box of the scene that objects may lie in: the site "container", a box that is its
-/// interior, in the body that is the container.
+/// An open box of the scene: the interior is the box of the site "container" in its body.
 struct Container {
   base::Pose X_WI;         ///< of the interior's middle
   Eigen::Vector3d half_m;  ///< half of its edges
@@ -51,15 +49,13 @@ struct Container {
 /// A state that a world can go back to, with all that the engine keeps of it.
 struct SavedWorld;
 
-/// A compiled scene with objects: model and state of one simulated world. Objects are numbered as
-/// given. Not copyable; one thread at a time. Engine warnings are collected, never printed.
+/// A compiled scene with objects, numbered as given: model and state of one simulated world. One
+/// thread at a time. Engine warnings are collected, never printed.
 class World {
  public:
   /// Joins scene and objects (mjSpec) and compiles. All objects are parked; the arm stands in its
-  /// custom numeric "home", where there is one. An object's sliding friction on the table is set
-  /// from its surface (sim/surfaces.h).
-  /// @throws base::InputError naming the file and the
-  /// engine's message, or why an object is none.
+  /// numeric "home", if any. An object's friction on the table is its surface's (sim/surfaces.h).
+  /// @throws base::InputError with the file and the engine's message, or why an object is none.
   World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectModel>& objects,
         const PhysicsOptions& options);
   ~World();
@@ -69,8 +65,8 @@ class World {
   int objects() const;
   const std::string& object_name(int object) const;
   const std::string& object_surface(int object) const;  ///< its name (sim/surfaces.h)
-  /// The hand's glove on an object; on the scene (the table) where object is -1. Where friction is
-  /// to be drawn, it is the middle of its range until DrawFriction.
+  /// The glove on an object, or on the scene (-1). Where it is to be drawn, the middle of its range
+  /// until DrawFriction.
   const FrictionPair& glove_friction(int object) const;
   /// Draws the pair of each object and of the scene from its range, where the options say so.
   void DrawFriction(base::Rng& rng);
@@ -82,47 +78,41 @@ class World {
   double ObjectTop(int object) const;     ///< highest point of its collision geometry [m]
   double ObjectBottom(int object) const;  ///< and the lowest one
   double ObjectSpeed(int object) const;   ///< |v| + radius |w| [m/s]
-  /// Of its collision geometry, along the axes of W [m].
-  Eigen::AlignedBox3d ObjectBounds(int object) const;
-  /// Least distance between the collision geometries of two objects [m], of an object and the robot
-  /// (what has a kinematic tree and is no object), or of an object and all that is fixed: negative
-  /// where they are inside each other; limit_m where they are further apart than that.
+  Eigen::AlignedBox3d ObjectBounds(int object) const;  ///< of its collision geometry in W [m]
+  /// Least distance of an object's collision geometry [m] to another object, to the robot (what
+  /// moves and is no object), or to all that is fixed: negative where they overlap, limit_m at
+  /// most.
   double ObjectDistance(int object, int other, double limit_m) const;
   double RobotDistance(int object, double limit_m) const;
   double SceneDistance(int object, double limit_m) const;
-  /// nullopt where the scene has none.
   std::optional<Container> container() const;
-  /// Puts an object at rest into a pose.
-  void PlaceObject(int object, const base::Pose& X_WO);
+  void PlaceObject(int object, const base::Pose& X_WO);  ///< at rest
   void ParkObject(int object);  ///< out of sight and reach, as before it was placed
   std::shared_ptr<const SavedWorld> Save() const;
   void Restore(const SavedWorld& saved);  ///< @param saved  of this world
-  /// Whether a point stands over a table of the scene: the engine's planes are infinite whatever
-  /// their size. True in a scene without a bounded plane.
+  /// Whether a point is over a table: the engine's planes are infinite whatever their size. True in
+  /// a scene without a bounded plane.
   bool OverTable(const Eigen::Vector3d& point_W) const;
   void SetArm(const Eigen::VectorXd& q);  ///< joint positions and servo targets
   Eigen::VectorXd ArmPositions() const;
 
   double time_s() const;
   void Refresh();  ///< kinematics of the present positions; nothing moves
-  /// One time step. Where the engine's Newton solver has not converged, which throws things through
-  /// the table at 400 rad/s, it is done again with dense matrices, with which it does.
+  /// One time step; again with dense matrices where the engine's Newton solver has not converged,
+  /// which throws things through the table at 400 rad/s.
   /// @throws base::RunError on an engine error.
   void Step();
-  /// Steps until every unparked object rests (speed below rest_speed for rest_time) or `limit_s`
-  /// passes; true if at rest. One that fell more than a metre below the table ends it: false.
+  /// Steps until all unparked objects rest (slower than rest_speed for rest_time); false after
+  /// limit_s, or once one fell more than a metre below the table.
   bool Settle(double limit_s = 5.0, double rest_speed_m_s = 0.002, double rest_time_s = 0.2);
 
   /// Steps as coarsely as falling things allow, or as the scene and the options have it. Coarsely:
-  /// steps of 4 ms, no iterations against creep (noslip; they are four fifths of the time in which
-  /// twelve objects fall), friction as stiff as contact (impratio 1), and an arm that nothing
-  /// touches may sleep. All of that is there to hold things in a hand. What falls meanwhile obeys
-  /// the same Coulomb friction. Back in the scene's own steps nothing sleeps any more: what rested
-  /// comes to rest again under them.
+  /// steps of 4 ms, no iterations against creep (noslip: four fifths of the time in which twelve
+  /// objects fall), friction as stiff as contact (impratio 1), a robot that nothing touches may
+  /// sleep. Coulomb friction stays. Back in the scene's own steps all wake and come to rest again.
   void StepCoarsely(bool coarsely);
 
-  /// Visual geometry in W: scene with label 0, object i with label i + 1 (parked ones left out), a
-  /// container with its own.
+  /// Visual geometry in W with its labels, parked objects left out.
   std::vector<VisualMesh> VisualMeshes() const;
   base::Pose SitePose(const std::string& site) const;  ///< by its name after the last '/'
 
@@ -130,10 +120,8 @@ class World {
   mjModel_* model();
   mjData_* data();
   const mjData_* data() const;
-  /// The most recent engine warnings by kind, empty if none.
-  std::string Warnings() const;
-  /// How many engine warnings there have been while stepping.
-  int WarningCount() const;
+  std::string Warnings() const;  ///< of the engine, by kind
+  int WarningCount() const;      ///< while stepping
   const PhysicsOptions& physics() const;
 
  private:
@@ -144,24 +132,10 @@ class World {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The physics engine's version, e.g. "4.0.0".
-std::string EngineVersion();
+std::string EngineVersion();  ///< "4.0.0"
 
 /// What an object is called in tables: the custom text "title" of its MJCF, else its name.
 /// @throws base::InputError naming the file if it cannot be parsed.
 std::string ObjectTitle(const ObjectModel& object);
-
-}  // namespace rangegrasp::sim
-
-struct mjModel_;
-
-namespace rangegrasp::sim {
-
-/// An MJCF file as a run compiles it: with the gravity compensation that its arm asks for
-/// (numeric "gravity_compensation"). It may be a scene, an arm, a hand or an object.
-/// @param warnings  receives the compiler's
-/// @throws base::InputError with the file and the engine's message.
-std::shared_ptr<mjModel_> CompileModel(const std::filesystem::path& mjcf,
-                                       std::vector<std::string>& warnings);
 
 }  // namespace rangegrasp::sim

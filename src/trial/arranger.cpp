@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -21,25 +22,24 @@ using internal::RandomRotation;
 using internal::Resting;
 using internal::Shuffle;
 
-// How many other objects something touches.
-int Touching(const sim::World& world, int object, double touch_m) {
+// The positions of a world's objects.
+auto Numbers(const sim::World& world) { return std::views::iota(0, world.objects()); }
+
+// How many other objects the target (object 0) touches.
+int Touching(const sim::World& world, double touch_m) {
   int touching = 0;
-  for (int other = 0; other < world.objects(); ++other) {
-    if (other == object) continue;
+  for (int other = 1; other < world.objects(); ++other) {
     // Strictly: what is further apart has the limit for its distance.
-    if (world.ObjectDistance(object, other, touch_m) < touch_m) ++touching;
+    if (world.ObjectDistance(0, other, touch_m) < touch_m) ++touching;
   }
   return touching;
 }
 
 bool AnyTouchesArm(const sim::World& world, double touch_m) {
-  for (int object = 0; object < world.objects(); ++object) {
-    if (world.RobotDistance(object, touch_m) < touch_m) return true;
-  }
-  return false;
+  return std::ranges::any_of(
+      Numbers(world), [&](int object) { return world.RobotDistance(object, touch_m) < touch_m; });
 }
 
-// What all arrangers share.
 class WorldArranger : public Arranger {
  protected:
   WorldArranger(const Options& options, const robot::Robot& robot,
@@ -118,12 +118,6 @@ constexpr int kMaxPlaces = 100;
 // Drops of something that is to lie and comes to stand.
 constexpr int kMaxDrops = 20;
 
-void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list) {
-  for (const std::string& name : names) {
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-  }
-}
-
 class ScatteredArranger : public WorldArranger {
  public:
   ScatteredArranger(const Options& options, const robot::Robot& robot,
@@ -160,10 +154,8 @@ class ScatteredArranger : public WorldArranger {
   std::vector<std::string> Choice(const std::string& target) const {
     std::vector<std::string> choice;
     AddOnce(clutter_.others.empty() ? options_.objects : clutter_.others, choice);
-    std::erase_if(choice, [&](const std::string& name) {
-      const auto& always = clutter_.always;
-      return name == target || std::find(always.begin(), always.end(), name) != always.end();
-    });
+    std::erase_if(choice,
+                  [&](const std::string& name) { return name == target || IsAlwaysThere(name); });
     return choice;
   }
 
@@ -180,22 +172,22 @@ class ScatteredArranger : public WorldArranger {
   /// @return what is wrong with the arrangement.
   std::optional<Redraw> PutDownAll(base::Rng& rng, Arrangement& trial) const {
     sim::World& world = trial.world;
-    for (int object = 0; object < world.objects(); ++object) world.ParkObject(object);
+    for (const int object : Numbers(world)) world.ParkObject(object);
     std::vector<sim::AtRest> rests;
-    for (int object = 0; object < world.objects(); ++object) {
+    for (const int object : Numbers(world)) {
       const auto rest = PoseFor(world, object, rng);
       if (!rest) return Redraw::kOtherPose;
       rests.push_back(*rest);
     }
     std::vector<base::Pose> poses_W;
-    for (int object = 0; object < world.objects(); ++object) {
+    for (const int object : Numbers(world)) {
       const auto X_WO =
           PlaceBeside(*rests[static_cast<std::size_t>(object)].face, object, rng, world);
       if (!X_WO) return Redraw::kDoesNotFit;
       poses_W.push_back(*X_WO);
     }
     if (!world.Settle(clutter_.settle_limit_s)) return Redraw::kNotAtRest;
-    for (int object = 0; object < world.objects(); ++object) {
+    for (const int object : Numbers(world)) {
       const base::Pose& X_WO = poses_W[static_cast<std::size_t>(object)];
       if (!Resting::IsAsPutDown(X_WO, world, object)) return Redraw::kOtherPose;
       if (world.RobotDistance(object, clutter_.touch_m) < clutter_.touch_m) {
@@ -208,7 +200,7 @@ class ScatteredArranger : public WorldArranger {
       return Redraw::kHidden;
     }
     trial.pose_class = rests.front().pose->label;
-    trial.touching = Touching(world, 0, clutter_.touch_m);
+    trial.touching = Touching(world, clutter_.touch_m);
     return std::nullopt;
   }
 
@@ -227,22 +219,23 @@ class ScatteredArranger : public WorldArranger {
     return std::nullopt;
   }
 
+  bool IsAlwaysThere(const std::string& object) const {
+    return std::ranges::find(clutter_.always, object) != clutter_.always.end();
+  }
+
   bool MayBeTarget(const sim::World& world, int object) const {
-    const auto& always = clutter_.always;
-    return object == 0 ||
-           std::find(always.begin(), always.end(), world.object_name(object)) != always.end();
+    return object == 0 || IsAlwaysThere(world.object_name(object));
   }
 
   /// Where it is inside none of those before it. It may touch them.
   std::optional<base::Pose> PlaceBeside(const sim::RestingFace& face, int object, base::Rng& rng,
                                         sim::World& world) const {
+    const auto is_outside = [&](int other) {
+      return world.ObjectDistance(object, other, 0.0) >= 0.0;
+    };
     for (int place = 0; place < kMaxPlaces; ++place) {
       const base::Pose X_WO = resting_.PutDown(face, RadiusFor(world, object), world, object, rng);
-      bool free = true;
-      for (int other = 0; free && other < object; ++other) {
-        free = world.ObjectDistance(object, other, 0.0) >= 0.0;
-      }
-      if (free) return X_WO;
+      if (std::ranges::all_of(std::views::iota(0, object), is_outside)) return X_WO;
     }
     return std::nullopt;
   }
@@ -277,11 +270,11 @@ class Heap {
 
   // Everything but the target (object 0), one after the other. @return what is wrong with it.
   std::optional<Redraw> DropOthers(base::Rng& rng) {
-    for (int object = 0; object < world_.objects(); ++object) world_.ParkObject(object);
+    for (const int object : Numbers(world_)) world_.ParkObject(object);
     world_.SetArm(robot_.home);
     center_W_ = PlaceInDisc(robot_.X_WWorkspace, CenterRadius(), rng);
-    std::vector<int> order;
-    for (int object = 1; object < world_.objects(); ++object) order.push_back(object);
+    const auto others = Others();
+    std::vector<int> order(others.begin(), others.end());
     Shuffle(order, rng);
     world_.StepCoarsely(true);
     return DropAll(std::move(order), rng);
@@ -296,7 +289,8 @@ class Heap {
     world_.StepCoarsely(false);
     if (const auto wrong = Settle()) return wrong;
     if (world_.ObjectTop(kTarget) <= OthersTop()) return Redraw::kNotHighest;
-    if (Touching(world_, kTarget, clutter_.touch_m) < MinTouching()) return Redraw::kTouchesFew;
+    const int min_touching = options_.arranger == kTouching ? clutter_.min_touching : 1;
+    if (Touching(world_, clutter_.touch_m) < min_touching) return Redraw::kTouchesFew;
     if (!InReach()) return Redraw::kOutOfReach;
     if (AnyTouchesArm(world_, clutter_.touch_m)) return Redraw::kTouchesArm;
     if (Overlaps()) return Redraw::kOverlaps;
@@ -304,11 +298,11 @@ class Heap {
     return std::nullopt;
   }
 
-  int MinTouching() const { return options_.arranger == kTouching ? clutter_.min_touching : 1; }
-
   static constexpr int kTarget = 0;
 
  private:
+  std::ranges::iota_view<int, int> Others() const { return {kTarget + 1, world_.objects()}; }
+
   // The bag and the box stand in the middle, a few objects anywhere that leaves them in reach.
   double CenterRadius() const {
     if (options_.arranger != kTouching) return 0.0;
@@ -353,9 +347,7 @@ class Heap {
   // The target falls onto the middle of what lies there.
   Eigen::Vector3d MiddleOfOthers() const {
     Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
-    for (int other = 1; other < world_.objects(); ++other) {
-      sum_W += world_.ObjectCenterOfMass(other);
-    }
+    for (const int other : Others()) sum_W += world_.ObjectCenterOfMass(other);
     return sum_W / (world_.objects() - 1);
   }
 
@@ -363,7 +355,7 @@ class Heap {
   double TopBelow(int object, const Eigen::AlignedBox3d& bounds) const {
     double top = robot_.X_WWorkspace.translation().z();
     if (container_) top = container_->X_WI.translation().z() - container_->half_m.z();
-    for (int other = 0; other < world_.objects(); ++other) {
+    for (const int other : Numbers(world_)) {
       if (other == object || world_.parked(other)) continue;
       const Eigen::AlignedBox3d other_bounds = world_.ObjectBounds(other);
       const bool below =
@@ -400,9 +392,8 @@ class Heap {
 
   // Parks what has left its place and appends it to the queue.
   void TakeAway(std::vector<int>& queue) {
-    for (int object = 1; object < world_.objects(); ++object) {
-      if (world_.parked(object) || !Lost(object)) continue;
-      PutBack(object, queue);
+    for (const int object : Others()) {
+      if (!world_.parked(object) && Lost(object)) PutBack(object, queue);
     }
   }
 
@@ -436,17 +427,13 @@ class Heap {
   }
 
   bool AnyLost() const {
-    for (int object = 0; object < world_.objects(); ++object) {
-      if (!world_.parked(object) && Lost(object)) return true;
-    }
-    return false;
+    return std::ranges::any_of(Numbers(world_),
+                               [&](int object) { return !world_.parked(object) && Lost(object); });
   }
 
   bool Lost(int object) const {
     const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
-    if (!container_) {
-      return !OverWorkspace(center_W, options_.workspace_margin_m);
-    }
+    if (!container_) return !OverWorkspace(center_W, options_.workspace_margin_m);
     const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
     return (center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any();
   }
@@ -458,9 +445,7 @@ class Heap {
 
   double OthersTop() const {
     double top = 0.0;
-    for (int other = 1; other < world_.objects(); ++other) {
-      top = std::max(top, world_.ObjectTop(other));
-    }
+    for (const int other : Others()) top = std::max(top, world_.ObjectTop(other));
     return top;
   }
 
@@ -470,7 +455,7 @@ class Heap {
   }
 
   bool Overlaps() const {
-    for (int a = 0; a < world_.objects(); ++a) {
+    for (const int a : Numbers(world_)) {
       if (world_.SceneDistance(a, 0.0) < -clutter_.max_penetration_m) return true;
       for (int b = a + 1; b < world_.objects(); ++b) {
         if (world_.ObjectDistance(a, b, 0.0) < -clutter_.max_penetration_m) return true;
@@ -515,9 +500,7 @@ class ClutterArranger : public WorldArranger {
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
       // Other objects, too: among some the target can hardly be the highest.
-      if (draw > 0 && DrawsOthers()) {
-        trial.world = WorldWith(target, rng);
-      }
+      if (draw > 0 && DrawsOthers()) trial.world = WorldWith(target, rng);
       if (const auto wrong = heap.DropOthers(rng)) {
         ++redraws[*wrong];
         continue;
@@ -532,7 +515,7 @@ class ClutterArranger : public WorldArranger {
         const auto rest = sim::FaceAtRest(resting_poses_.at(target),
                                           trial.world.ObjectPose(Heap::kTarget).linear());
         trial.pose_class = rest ? rest->pose->label : "leaning";
-        trial.touching = Touching(trial.world, Heap::kTarget, options_.clutter.touch_m);
+        trial.touching = Touching(trial.world, options_.clutter.touch_m);
         return trial;
       }
     }
@@ -548,22 +531,21 @@ class ClutterArranger : public WorldArranger {
 
   // The target first.
   sim::World WorldWith(const std::string& target, base::Rng& rng) const {
-    std::vector<std::string> names = OthersOf(target, rng);
+    std::vector<std::string> names = options_.objects;
+    std::erase(names, target);
+    if (DrawsOthers()) DrawSome(names, rng);
     names.insert(names.begin(), target);
     return WorldOf(names);
   }
 
-  std::vector<std::string> OthersOf(const std::string& target, base::Rng& rng) const {
-    std::vector<std::string> others;
-    for (const std::string& object : options_.objects) {
-      if (object != target) others.push_back(object);
-    }
-    if (DrawsOthers()) DrawSome(others, rng);
-    return others;
-  }
-
   std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
 };
+
+template <typename Own>
+std::unique_ptr<Arranger> MakeOf(const Options& options, const robot::Robot& robot,
+                                 const sensing::LineScannerOptions& scanner) {
+  return std::make_unique<Own>(options, robot, scanner);
+}
 
 }  // namespace
 
@@ -581,19 +563,19 @@ std::string Text(const Redraws& redraws) {
   return text;
 }
 
-std::unique_ptr<Arranger> MakeSingleArranger(const Options& options, const robot::Robot& robot,
-                                             const sensing::LineScannerOptions& scanner) {
-  return std::make_unique<SingleArranger>(options, robot, scanner);
+std::vector<ArrangerKind>& ArrangerKinds() {
+  static std::vector<ArrangerKind> kinds = {{kSingle, MakeOf<SingleArranger>},
+                                            {kScattered, MakeOf<ScatteredArranger>},
+                                            {kTouching, MakeOf<ClutterArranger>},
+                                            {kBox, MakeOf<ClutterArranger>},
+                                            {kPile, MakeOf<ClutterArranger>}};
+  return kinds;
 }
 
-std::unique_ptr<Arranger> MakeScatteredArranger(const Options& options, const robot::Robot& robot,
-                                                const sensing::LineScannerOptions& scanner) {
-  return std::make_unique<ScatteredArranger>(options, robot, scanner);
-}
-
-std::unique_ptr<Arranger> MakeClutterArranger(const Options& options, const robot::Robot& robot,
-                                              const sensing::LineScannerOptions& scanner) {
-  return std::make_unique<ClutterArranger>(options, robot, scanner);
+std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
+                                       const sensing::LineScannerOptions& scanner) {
+  return std::ranges::find(ArrangerKinds(), options.arranger, &ArrangerKind::word)
+      ->make(options, robot, scanner);
 }
 
 }  // namespace rangegrasp::trial

@@ -59,20 +59,15 @@ class Arranger {
                                              Redraws& redraws) const = 0;
 };
 
-// The words of the key `arrangement` that the core knows (docs/architecture.md, definitions).
-//
-// single: alone on the table. The resting pose is the one that a simulated drop from 50 mm, turned
-// at random, ends in; place in the workspace disc and yaw are drawn, and all of it again until the
-// object rests in the scanner's view.
+// The words of the key `arrangement` (docs/architecture.md, definitions).
 //
 // scattered: the target, what is always there and a drawn number of others, each in a pose like
 // those of single, anywhere in the workspace where it is inside no other; they may touch.
 //
 // touching, box, pile: objects are let go one after the other, turned at random, from a small
-// height above what lies below them, and fall: over a small place on the table (touching), through
-// the mouth of a bag that is emptied (pile), into an open box (box). When they rest, the target
-// follows. Drawn again, the target alone at first and then all, until everything rests in view,
-// nothing overlaps, and the target is the highest (and touches others, for touching).
+// height above what lies below them: over a small place on the table (touching), through the mouth
+// of a bag (pile), into an open box (box). When they rest, the target follows. Drawn again, the
+// target alone at first and then all, until everything rests in view and nothing overlaps.
 
 inline constexpr const char* kSingle = "single";
 inline constexpr const char* kScattered = "scattered";
@@ -80,15 +75,19 @@ inline constexpr const char* kTouching = "touching";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
 
-/// The arrangers of these words: one for single, one for scattered, one for the other three. The
-/// arguments must outlive them.
+/// Lays objects out: a word of the key `arrangement`.
+struct ArrangerKind {
+  std::string word;
+  std::unique_ptr<Arranger> (*make)(const Options& options, const robot::Robot& robot,
+                                    const sensing::LineScannerOptions& scanner) = nullptr;
+};
+/// All that there are; a system adds its own.
+std::vector<ArrangerKind>& ArrangerKinds();
+
+/// The arranger that the options name. The arguments must outlive it.
 /// @throws base::InputError if an object has no resting pose, there are too few, or the scene has
 /// no box.
-std::unique_ptr<Arranger> MakeSingleArranger(const Options& options, const robot::Robot& robot,
-                                             const sensing::LineScannerOptions& scanner);
-std::unique_ptr<Arranger> MakeScatteredArranger(const Options& options, const robot::Robot& robot,
-                                                const sensing::LineScannerOptions& scanner);
-std::unique_ptr<Arranger> MakeClutterArranger(const Options& options, const robot::Robot& robot,
-                                              const sensing::LineScannerOptions& scanner);
+std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
+                                       const sensing::LineScannerOptions& scanner);
 
 }  // namespace rangegrasp::trial

@@ -31,30 +31,25 @@ class Sensor {
  public:
   virtual ~Sensor() = default;
   virtual Sensed Sense(const sim::World& world, base::Rng& rng) const = 0;
-  /// Looks, and writes the cloud with all that lies between the world and it.
-  /// @return what was written where, for a person; empty: there is nothing between
+  /// Looks, and writes the cloud with what the sensor makes it from.
+  /// @return what was written where, for a person; empty: there is nothing to write
   virtual std::string WriteLook(const sim::World& /*world*/, base::Rng& /*rng*/,
                                 const std::filesystem::path& /*cloud*/) const {
     return "";
   }
-  /// What it does once before it looks, and does at its first look if it was not asked to.
+  /// What it does once before its first look.
   virtual void Prepare() const {}
-  /// Looks at a world for nothing but that later looks at such things are faster, those of
-  /// processes that are forked from this one, too.
+  /// Looks at a world so that later looks are faster, those of forked processes too.
   virtual void Rehearse(const sim::World&) const {}
-  /// Whether that is of any use.
-  virtual bool Rehearses() const { return false; }
+  virtual bool Rehearses() const { return false; }  ///< whether that is of any use
 };
 
-/// The line scanner at its site.
-
-/// @param options  must outlive it
+/// The line scanner at its site. The options must outlive it.
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const base::Pose& X_WScanner);
 
-/// What all trials of an experiment share: its options, what they name, and the four parts that can
-/// be replaced. Made once, before processes are forked; stays where it was made, since the parts
-/// refer to it.
+/// What all trials of an experiment share: its options, what they name, and four parts. Made once,
+/// before processes are forked; stays where it was made, since the parts refer to it.
 struct Cell {
   /// @throws base::InputError for a scene, sensor or object that is not what it should be.
   explicit Cell(Options options);
@@ -75,8 +70,7 @@ struct Cell {
   std::unique_ptr<Mover> mover;
 };
 
-/// Fields of a written cloud's points: truth ("label", "state"), and colors where the sensor sees
-/// them.
+/// Fields of a written cloud's points: "label", "state", and colors where the sensor sees them.
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,
                                               const sensing::ScanTruth& truth);
 

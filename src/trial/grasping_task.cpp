@@ -11,28 +11,10 @@
 namespace rangegrasp::trial {
 namespace {
 
-experiment::Result ViewTrial(const Cell& cell, const TrialSpec& spec, experiment::View& view) {
-  ViewRecorder recorder(cell);
-  Attempt attempt;
-  const auto result = RunTrial(cell, spec, &recorder.detector(), recorder.Observer(), &attempt);
-  view = recorder.Finish(attempt);
-  return result;
-}
-
-/// Runs a trial again; leaves pictures of every stage (`<id>_perceived.png`, `<id>_lifted.png`,
-/// ...) in the folder and a film of the execution, where they are asked for; or the view, where
-/// that is.
-/// @throws base::InputError if there is no such camera, or no ffmpeg for the film.
-experiment::Result ReplayTrial(const Cell& cell, const TrialSpec& spec,
-                               const experiment::ReplayOptions& options) {
-  if (options.view) return ViewTrial(cell, spec, *options.view);
-  const auto recorder = MakeRecorder(cell, TrialId(spec), options);
-  const auto result = RunTrial(cell, spec, &recorder->detector(), recorder->Observer());
-  recorder->Finish();
-  return result;
-}
-
 using experiment::Case;
+using experiment::ReplayOptions;
+using experiment::Result;
+using experiment::Stamp;
 
 // All objects of the experiment in the middle of the workspace: to be drawn, not to be moved.
 sim::World WorldOfAll(const Cell& cell) {
@@ -63,28 +45,37 @@ class Grasping : public experiment::Task {
 
   void Prepare() const override {
     cell_.sensor->Prepare();
-    if (cell_.sensor->Rehearses()) {
-      cell_.sensor->Rehearse(WorldOfAll(cell_));
-    }
+    if (cell_.sensor->Rehearses()) cell_.sensor->Rehearse(WorldOfAll(cell_));
   }
 
   void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
 
-  experiment::Result Run(const Case& which) const override {
-    return RunTrial(cell_, SpecOf(which));
+  Result Run(const Case& which) const override { return RunTrial(cell_, SpecOf(which)); }
+
+  // Leaves pictures of every stage (`<id>_perceived.png`, `<id>_lifted.png`, ...) and a film of the
+  // execution, or the view.
+  // @throws base::InputError also if there is no such camera, or no ffmpeg for the film.
+  Result Replay(const Case& which, const ReplayOptions& options) const override {
+    const TrialSpec spec = SpecOf(which);
+    if (options.view) {
+      ViewRecorder recorder(cell_);
+      Attempt attempt;
+      auto result = RunTrial(cell_, spec, &recorder.detector(), recorder.Observer(), &attempt);
+      *options.view = recorder.Finish(attempt);
+      return result;
+    }
+    const auto recorder = MakeRecorder(cell_, which.id, options);
+    auto result = RunTrial(cell_, spec, &recorder->detector(), recorder->Observer());
+    recorder->Finish();
+    return result;
   }
 
-  experiment::Result Replay(const Case& which,
-                            const experiment::ReplayOptions& options) const override {
-    return ReplayTrial(cell_, SpecOf(which), options);
-  }
-
-  void AddTo(experiment::Stamp& stamp) const override {
+  void AddTo(Stamp& stamp) const override {
     const Options& o = cell_.options;
     AddModelsTo(o, stamp);
-    AddDetectorTo(o, stamp);
+    FindDetector(o.detector)->add_to(o, stamp);
     AddTitles(o, stamp);
-    if (!o.reference.empty()) stamp.data[kReference] = base::ReadFile(o.reference);
+    if (!o.reference.empty()) stamp.data[experiment::kReferenceKey] = base::ReadFile(o.reference);
   }
 
   const Cell& cell() const { return cell_; }
@@ -97,7 +88,7 @@ class Grasping : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map);
   if (!ModelsPass(map, options, common)) return nullptr;
-  CheckDetector(map, options, common.case_limit_s);
+  FindDetector(options.detector)->check(map, options, common.case_limit_s);
   options.seed = common.seed;
   return std::make_unique<Grasping>(std::move(options), common);
 }

@@ -1,7 +1,6 @@
 #include "trial/judge.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace rangegrasp::trial {
 namespace {
@@ -35,10 +34,9 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
   DetectionVerdict verdict;
   if (detection.objects.empty()) return verdict;
   const auto& samples = detection.objects.front().samples;
-  const auto hits =
-      std::count_if(samples.begin(), samples.end(), [&](const geometry::SampleId& id) {
-        return sensed.truth[id.view].label[id.sample] == target.label;
-      });
+  const auto hits = std::ranges::count_if(samples, [&](const geometry::SampleId& id) {
+    return sensed.truth[id.view].label[id.sample] == target.label;
+  });
   const std::ptrdiff_t visible = VisibleSamples(sensed, target);
   if (samples.empty() || visible == 0) return verdict;
   verdict.share_of_object = static_cast<double>(hits) / static_cast<double>(samples.size());
@@ -75,15 +73,13 @@ std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sens
       best = object;
   }
   if (best) return best;
-  double nearest_m = std::numeric_limits<double>::infinity();
+  std::vector<int> there;
   for (int object = 0; object < world.objects(); ++object) {
-    if (world.parked(object)) continue;
-    const double distance_m = (world.ObjectCenterOfMass(object) - center_W).norm();
-    if (distance_m >= nearest_m) continue;
-    nearest_m = distance_m;
-    best = object;
+    if (!world.parked(object)) there.push_back(object);
   }
-  return best;
+  const auto nearest = std::ranges::min_element(
+      there, {}, [&](int object) { return (world.ObjectCenterOfMass(object) - center_W).norm(); });
+  return nearest == there.end() ? std::nullopt : std::optional(*nearest);
 }
 
 bool IsAtDelivery(const sim::World& world, int object) {

@@ -37,9 +37,8 @@ constexpr std::array<std::string_view, 11> WordsOf(Outcome) {
 
 /// What the judge makes of a detection, from the labels that it alone knows.
 struct DetectionVerdict {
-  /// The first object holds more than half of the target's samples that a detector could use:
-  /// those of the raw observation that lie clear of the table. What a filter eats counts against
-  /// the detection. Of an object that is not meant whole one is enough.
+  /// The first object holds more than half of the target's samples in the raw observation that lie
+  /// clear of the table; of an object that is not meant whole one sample is enough.
   bool segmented = false;
   bool right_target = false;  ///< more than half of the first object's samples are the target's
   double share_of_object = 0.0;
@@ -47,10 +46,9 @@ struct DetectionVerdict {
 };
 /// What the judge knows of a trial.
 struct TargetTruth {
-  std::uint32_t label = 0;  ///< of the target, in the truth of each view
-  geometry::Plane table_W;  ///< normal up
-  /// Samples lower above the table do not count: the preselection's distance.
-  double clearance_m = 0.0;
+  std::uint32_t label = 0;   ///< of the target, in the truth of each view
+  geometry::Plane table_W;   ///< normal up
+  double clearance_m = 0.0;  ///< lower samples do not count: the preselection's distance
 };
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
@@ -59,17 +57,16 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
 std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
                                const Sensed& sensed);
 
-/// The object that a detection's first one mostly is: of the labels above 0 of its samples the most
-/// frequent one; of those that bear none (what was taken for an object is a part of the scene) the
-/// one in the world that is nearest to it. nullopt if the world holds no object.
+/// The object that most samples of a detection's first one show; where they show none (a part of
+/// the scene was taken for an object) the nearest one. nullopt if the world holds no object.
 std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
                            const sim::World& world);
 
 /// Whether an object rests at the delivery place, as Delivered asks for.
 bool IsAtDelivery(const sim::World& world, int object);
 
-/// What an execution is worth (docs/architecture.md, definitions): delivered, not_lifted, dropped,
-/// misplaced or invalid_physics.
+/// delivered, not_lifted, dropped, misplaced or invalid_physics (docs/architecture.md,
+/// definitions).
 Outcome JudgeExecution(const sim::ExecutionLog& log);
 
 /// What became of the other objects.
@@ -77,7 +74,7 @@ struct OthersVerdict {
   int moved = 0;       ///< further than 5 mm, from before the grasp to its end
   int left_table = 0;  ///< no longer over the table
 };
-/// Centers of mass of all objects, which JudgeOthers compares with later ones.
+/// Centers of mass of all objects.
 std::vector<Eigen::Vector3d> CentersOf(const sim::World& world);
 OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const sim::World& world,
                           int target);

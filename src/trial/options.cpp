@@ -12,101 +12,100 @@
 #include "perception/perception_options.h"
 #include "sim/check/check.h"
 #include "sim/surfaces.h"
+#include "trial/arranger.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::trial {
 namespace {
 
+namespace fs = std::filesystem;
 using base::kDeg;
 using base::kMm;
 using base::YamlMap;
 
 // ---- keys of the experiment file ----
 
-void ReadPhysicsOptions(YamlMap map, sim::PhysicsOptions& options) {
-  map.ReadScaled("timestep_ms", options.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
+void ReadPhysicsOptions(YamlMap map, sim::PhysicsOptions& o) {
+  map.ReadScaled("timestep_ms", o.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
   map.Read(
-      "friction", options.friction,
+      "friction", o.friction,
       "of the glove on each object: drawn from its range in each trial; the middle, the low or "
       "the high end; or the kinetic coefficient in place of the static one");
-  map.Read("glove_friction", options.glove_friction, 0.0, 2.0,
+  map.Read("glove_friction", o.glove_friction, 0.0, 2.0,
            "one coefficient for the glove on everything, in place of the table of pairs");
   map.Finish();
 }
 
-void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions& options) {
-  map.Read("initial_force_n", options.initial_force_N, 5.0, 100.0,
+void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions& o) {
+  map.Read("initial_force_n", o.initial_force_N, 5.0, 100.0,
            "first grip at the finger tips; without it the hand's own");
-  map.Read("max_force_n", options.max_force_N, 5.0, 100.0, "strongest grip; likewise");
+  map.Read("max_force_n", o.max_force_N, 5.0, 100.0, "strongest grip; without it the hand's own");
   map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
                  "faces that lean by more than this are gripped with the strongest force at once");
-  map.Read("slip_control", options.slip_control, "grips harder while the load slips");
-  map.ReadScaled("slip_threshold_mm_s", options.slip_threshold_m_s, kMm, 0.1, 1000.0,
+  map.Read("slip_control", o.slip_control, "grips harder while the load slips");
+  map.ReadScaled("slip_threshold_mm_s", o.slip_threshold_m_s, kMm, 0.1, 1000.0,
                  "slower sliding along the distal pads is not heard");
-  map.ReadScaled("slip_delay_ms", options.slip_delay_s, 1e-3, 0.0, 1000.0,
+  map.ReadScaled("slip_delay_ms", o.slip_delay_s, 1e-3, 0.0, 1000.0,
                  "from a slide to the controller");
-  map.ReadScaled("slip_noise_mm_s", options.slip_noise_m_s, kMm, 0.0, 1000.0,
+  map.ReadScaled("slip_noise_mm_s", o.slip_noise_m_s, kMm, 0.0, 1000.0,
                  "standard deviation of what is heard");
-  if (options.initial_force_N && options.max_force_N &&
-      *options.initial_force_N > *options.max_force_N) {
+  if (o.initial_force_N && o.max_force_N && *o.initial_force_N > *o.max_force_N) {
     map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
              fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
-                         *options.initial_force_N, *options.max_force_N));
+                         *o.initial_force_N, *o.max_force_N));
   }
   map.Finish();
 }
 
-void ReadClutterOptions(YamlMap map, ClutterOptions& options) {
-  map.Read("always", options.always, "scattered: objects that lie there in every trial");
-  map.Read("others", options.others,
+void ReadClutterOptions(YamlMap map, ClutterOptions& o) {
+  map.Read("always", o.always, "scattered: objects that lie there in every trial");
+  map.Read("others", o.others,
            "scattered: objects that others are drawn from; those of `objects` where it is empty");
-  map.Read("standing_share", options.standing_share, 0.0, 1.0,
+  map.Read("standing_share", o.standing_share, 0.0, 1.0,
            "scattered: the target and what is always there stand so often; without it as often as "
            "a drop ends so");
-  map.Read("min_seen_share", options.min_seen_share, 0.0, 1.0,
+  map.Read("min_seen_share", o.min_seen_share, 0.0, 1.0,
            "scattered: of what would be seen of the target alone, so much is seen at least");
-  map.ReadScaled("scatter_radius_mm", options.scatter_radius_m, kMm, 10.0, 1000.0,
+  map.ReadScaled("scatter_radius_mm", o.scatter_radius_m, kMm, 10.0, 1000.0,
                  "scattered: others lie no further from the middle of the workspace");
-  map.Read("min_others", options.min_others, 1, 30,
-           "scattered, touching: objects beside the target, the number is drawn from here ...");
-  map.Read("max_others", options.max_others, 1, 30, "... to here");
-  map.Read("draw_others", options.draw_others,
+  map.Read("min_others", o.min_others, 1, 30,
+           "scattered, touching: objects next to the target, the number is drawn from here ...");
+  map.Read("max_others", o.max_others, 1, 30, "... to here");
+  map.Read("draw_others", o.draw_others,
            "box, pile: so many are drawn there, too; off: all others");
-  map.Read("min_touching", options.min_touching, 0, 30,
+  map.Read("min_touching", o.min_touching, 0, 30,
            "touching: so many of them the target touches at least");
-  map.ReadScaled("touch_mm", options.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
-  map.ReadScaled("drop_height_mm", options.drop_height_m, kMm, 1.0, 300.0,
+  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
+  map.ReadScaled("drop_height_mm", o.drop_height_m, kMm, 1.0, 300.0,
                  "objects are let go this high above what lies below");
-  map.ReadScaled("touching_radius_mm", options.touching_radius_m, kMm, 0.0, 300.0,
+  map.ReadScaled("touching_radius_mm", o.touching_radius_m, kMm, 0.0, 300.0,
                  "touching: radius of the disc over which objects are let go");
-  map.ReadScaled("mouth_radius_mm", options.mouth_radius_m, kMm, 0.0, 300.0,
+  map.ReadScaled("mouth_radius_mm", o.mouth_radius_m, kMm, 0.0, 300.0,
                  "pile: radius of the bag's mouth");
-  map.Read("interval_s", options.interval_s, 0.01, 5.0, "from one object to the next");
-  map.Read("max_put_back", options.max_put_back, 0, 1000,
+  map.Read("interval_s", o.interval_s, 0.01, 5.0, "from one object to the next");
+  map.Read("max_put_back", o.max_put_back, 0, 1000,
            "objects that roll off their place are put back, so often at most in one heap");
-  map.Read("target_drops", options.target_drops, 1, 100,
+  map.Read("target_drops", o.target_drops, 1, 100,
            "the target is dropped so often at most onto the same heap");
-  map.Read("max_draws", options.max_draws, 1, 1000,
-           "heaps that are drawn before the trial is given up");
-  map.Read("settle_limit_s", options.settle_limit_s, 0.5, 60.0,
+  map.Read("max_draws", o.max_draws, 1, 1000, "heaps that are drawn before the trial is given up");
+  map.Read("settle_limit_s", o.settle_limit_s, 0.5, 60.0,
            "an arrangement that moves for longer is drawn again");
-  map.ReadScaled("rest_speed_mm_s", options.rest_speed_m_s, kMm, 0.01, 100.0,
-                 "slower objects rest");
-  map.Read("rest_time_s", options.rest_time_s, 0.05, 5.0, "for as long");
-  map.ReadScaled("max_penetration_mm", options.max_penetration_m, kMm, 0.01, 10.0,
+  map.ReadScaled("rest_speed_mm_s", o.rest_speed_m_s, kMm, 0.01, 100.0, "slower objects rest");
+  map.Read("rest_time_s", o.rest_time_s, 0.05, 5.0, "for as long");
+  map.ReadScaled("max_penetration_mm", o.max_penetration_m, kMm, 0.01, 10.0,
                  "deepest overlap of two things at rest");
-  if (options.min_others > options.max_others) {
-    map.Fail(map.Has("max_others") ? "max_others" : "min_others",
-             fmt::format("from {} to {}: the first must not be larger", options.min_others,
-                         options.max_others));
+  if (o.min_others > o.max_others) {
+    map.Fail(
+        map.Has("max_others") ? "max_others" : "min_others",
+        fmt::format("from {} to {}: the first must not be larger", o.min_others, o.max_others));
   }
   map.Finish();
 }
 
 template <typename Switches>
-void AddKeys(const std::string& prefix, std::vector<AdditionKey>& keys) {
+void AddKeys(const std::string& prefix, std::vector<std::pair<std::string, std::string>>& keys) {
   for (const auto& row : base::AdditionsTable<Switches>()) {
-    keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
+    keys.emplace_back(prefix + std::string(row.key), row.doc);
   }
 }
 
@@ -131,44 +130,49 @@ void ReadDetector(YamlMap& map, Options& o) {
 // ---- files of objects ----
 
 // Adds an MJCF file and, by its file="..." attributes, what it refers to.
-void CollectModelFiles(const std::filesystem::path& file, std::set<std::filesystem::path>& files) {
+void CollectModelFiles(const fs::path& file, std::set<fs::path>& files) {
   const auto path = file.lexically_normal();
-  if (!std::filesystem::is_regular_file(path) || !files.insert(path).second) return;
+  if (!fs::is_regular_file(path) || !files.insert(path).second) return;
   if (path.extension() != ".xml") return;
   const std::string text = base::ReadFile(path);
   static const std::regex kFile("file=\"([^\"]+)\"");
-  for (auto it = std::sregex_iterator(text.begin(), text.end(), kFile);
-       it != std::sregex_iterator(); ++it) {
+  for (std::sregex_iterator it(text.begin(), text.end(), kFile), end; it != end; ++it) {
     CollectModelFiles(path.parent_path() / (*it)[1].str(), files);
   }
 }
 
-// Of objects that come with the program: beside the experiments, or else in the data folder.
-std::filesystem::path ShippedObjects(const YamlMap& map) {
-  const auto beside = (map.file().parent_path() / "../models/objects").lexically_normal();
-  if (std::filesystem::is_directory(beside)) return beside;
+// Of objects that come with the program: next to the experiments, or else in the data folder.
+fs::path ShippedObjects(const fs::path& next_to) {
+  if (fs::is_directory(next_to)) return next_to;
   try {
     return base::DataFolder() / "models/objects";
   } catch (const base::InputError&) {
-    return beside;
+    return next_to;
   }
+}
+
+std::set<fs::path> AsSet(const std::vector<fs::path>& files) {
+  return {files.begin(), files.end()};
 }
 
 // Of all folders, sorted.
 std::vector<std::string> KnownObjects(const Options& options) {
   std::set<std::string> known;
   for (const auto& folder : options.object_folders) {
-    if (!std::filesystem::is_directory(folder)) continue;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (!fs::is_directory(folder)) continue;
+    for (const auto& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      if (std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) known.insert(name);
+      if (fs::is_regular_file(entry.path() / (name + ".xml"))) known.insert(name);
     }
   }
   return {known.begin(), known.end()};
 }
 
-std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
-  std::filesystem::path only = (map.file().parent_path() / "../models/objects").lexically_normal();
+std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
+  const auto resolved = [&](const std::string& path) {
+    return (map.file().parent_path() / path).lexically_normal();
+  };
+  fs::path only = resolved("../models/objects");
   map.ReadPath("object_folder", only, "holds NAME/NAME.xml for every object");
   std::vector<std::string> names;
   map.Read("object_folders", names,
@@ -178,28 +182,26 @@ std::vector<std::filesystem::path> ReadObjectFolders(YamlMap& map) {
   if (map.Has("object_folder")) {
     map.Fail("object_folders", "goes in place of object_folder: put that folder into the list");
   }
-  std::vector<std::filesystem::path> folders;
+  std::vector<fs::path> folders;
   for (const std::string& name : names) {
-    folders.push_back((map.file().parent_path() / name).lexically_normal());
-    if (std::filesystem::is_directory(folders.back())) continue;
+    folders.push_back(resolved(name));
+    if (fs::is_directory(folders.back())) continue;
     map.Fail("object_folders", fmt::format("no folder '{}' (looked for {}; paths are relative to "
                                            "the YAML file)",
                                            name, folders.back().string()));
   }
-  folders.push_back(ShippedObjects(map));
+  folders.push_back(ShippedObjects(resolved("../models/objects")));
   return folders;
 }
 
 // What is wrong with the scene and the objects that there are; CheckObjects names the others.
 std::vector<base::Finding> FindingsOf(const Options& options) {
   auto findings = check::CheckModel(options.scene, check::Kind::kScene);
-  check::ObjectBounds bounds;
-  bounds.min_tipping_rad = options.min_tipping_rad;
   for (const std::string& object : AllObjects(options)) {
     const sim::ObjectModel model = ObjectModelOf(options, object);
-    if (!std::filesystem::is_regular_file(model.mjcf)) continue;
-    const auto found = check::CheckObject(model, bounds);
-    findings.insert(findings.end(), found.begin(), found.end());
+    if (!fs::is_regular_file(model.mjcf)) continue;
+    std::ranges::move(check::CheckObject(model, options.min_tipping_rad),
+                      std::back_inserter(findings));
   }
   return findings;
 }
@@ -219,8 +221,8 @@ void SetMethod(MethodKind method, Options& options) {
   options.method = method;
 }
 
-std::vector<AdditionKey> AdditionKeys() {
-  std::vector<AdditionKey> keys;
+std::vector<std::pair<std::string, std::string>> AdditionKeys() {
+  std::vector<std::pair<std::string, std::string>> keys;
   AddKeys<perception::PreprocessAdditions>("perception.", keys);
   AddKeys<perception::SegmentAdditions>("perception.", keys);
   AddKeys<perception::FeatureAdditions>("perception.", keys);
@@ -232,15 +234,17 @@ Options ReadOptions(YamlMap& map) {
   Options o;
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
   map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
-  o.arranger = "single";
-  map.Read("arrangement", o.arranger, ArrangerWords(), "how the objects of a trial lie");
+  o.arranger = kSingle;
+  std::vector<std::string> arrangements;
+  for (const auto& kind : ArrangerKinds()) arrangements.push_back(kind.word);
+  map.Read("arrangement", o.arranger, arrangements, "how the objects of a trial lie");
   map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner, a stereo camera, or both");
   o.sensor_type = ReadSensorType(o.sensor);
   ReadDetector(map, o);
   map.Read("method", o.method,
            "all switches below that go beyond the dissertation at once: on or off");
   SetMethod(o.method, o);
-  map.ReadPath("reference", o.reference, "published table, printed beside the own one");
+  map.ReadPath("reference", o.reference, "published table, printed next to the own rates");
   o.object_folders = ReadObjectFolders(map);
   map.Read("objects", o.objects, "one row of the table each");
   map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
@@ -280,29 +284,30 @@ Options ReadOptions(YamlMap& map) {
   return o;
 }
 
+void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list) {
+  for (const std::string& name : names) {
+    if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+  }
+}
+
 std::vector<std::string> AllObjects(const Options& options) {
   std::vector<std::string> all = options.objects;
-  for (const auto* names : {&options.clutter.always, &options.clutter.others}) {
-    for (const std::string& name : *names) {
-      if (std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
-    }
-  }
+  AddOnce(options.clutter.always, all);
+  AddOnce(options.clutter.others, all);
   return all;
 }
 
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object) {
-  const auto in = [&](const std::filesystem::path& folder) {
-    return folder / object / (object + ".xml");
-  };
+  const auto in = [&](const fs::path& folder) { return folder / object / (object + ".xml"); };
   for (const auto& folder : options.object_folders) {
-    if (std::filesystem::is_regular_file(in(folder))) return {object, in(folder)};
+    if (fs::is_regular_file(in(folder))) return {object, in(folder)};
   }
   return {object, in(options.object_folders.front())};
 }
 
 void CheckObjects(const YamlMap& map, const Options& options) {
   const auto& folders = options.object_folders;
-  if (folders.size() == 1 && !std::filesystem::is_directory(folders.front())) {
+  if (folders.size() == 1 && !fs::is_directory(folders.front())) {
     map.Fail("object_folder", "no folder " + folders.front().string() +
                                   " (it must hold NAME/NAME.xml for every object)");
   }
@@ -312,7 +317,7 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   }
   for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
-    if (std::filesystem::is_regular_file(mjcf)) continue;
+    if (fs::is_regular_file(mjcf)) continue;
     map.Fail("objects",
              fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
                          base::NearestWord(object, KnownObjects(options))));
@@ -327,24 +332,19 @@ bool ModelsPass(const base::YamlMap& map, const Options& options,
 }
 
 std::string SceneHash(const Options& options) {
-  std::set<std::filesystem::path> files;
+  std::set<fs::path> files;
   CollectModelFiles(options.scene, files);
   for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     CollectModelFiles(mjcf, files);
-    for (const auto& surfaces : sim::SurfaceFiles(mjcf)) files.insert(surfaces);
+    files.merge(AsSet(sim::SurfaceFiles(mjcf)));
   }
   files.insert(options.sensor);
-  for (const auto& file : FindSensor(options.sensor_type)->files(options.sensor)) {
-    files.insert(file);
-  }
-  for (const auto& files_of : FileLists()) {
-    for (const auto& file : files_of(options)) files.insert(file);
-  }
+  files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
+  for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
   // By name, not by path: the same files in another folder hash alike.
-  std::vector<std::pair<std::string, std::filesystem::path>> sorted;
-  for (const auto& file : files) sorted.emplace_back(file.filename().string(), file);
-  std::sort(sorted.begin(), sorted.end());
+  std::set<std::pair<std::string, fs::path>> sorted;
+  for (const auto& file : files) sorted.emplace(file.filename().string(), file);
   std::uint64_t hash = base::Fnv1a("");
   for (const auto& [name, file] : sorted) hash = base::Fnv1a(name + base::ReadFile(file), hash);
   return base::Hex(hash);

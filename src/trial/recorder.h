@@ -13,28 +13,26 @@ namespace rangegrasp::trial {
 
 /// Leaves what a person wants to see of attempts while they run: a picture of what is perceived and
 /// of each moment of an execution (`<prefix>_perceived.png`, `<prefix>_lifted.png`, ...), all of
-/// them on one sheet, and a film, where they are asked for. Unless a camera is named, the hand and
-/// the object it is about are in each picture whole, and the way of the object since the picture
-/// before.
+/// them on one sheet, and a film, where they are asked for. Unless a camera is named, each picture
+/// shows the hand, its object, and the object's way since the picture before.
 class Recorder {
  public:
   virtual ~Recorder() = default;
   virtual const Detector& detector() const = 0;  ///< the cell's, looked at
-  virtual sim::ExecutionObserver Observer() = 0;
-  virtual void SetPrefix(const std::string& prefix) = 0;  ///< of the pictures that follow
+  virtual sim::ExecutionObserver Observer() { return {}; }
+  virtual void SetPrefix(const std::string& /*prefix*/) {}  ///< of the pictures that follow
   /// A picture of a moment that no execution names.
   /// @throws base::InputError for an unknown camera.
-  virtual void Take(const std::string& moment, sim::World& world) = 0;
+  virtual void Take(const std::string& /*moment*/, sim::World& /*world*/) {}
   /// Which moments of executions become pictures; all unless it is set.
-  virtual void KeepMoments(std::function<bool(const std::string&)> wanted) = 0;
+  virtual void KeepMoments(std::function<bool(const std::string&)> /*wanted*/) {}
   /// Called with where each picture or frame is taken from, unless by a named camera.
   virtual void OnView(std::function<void(const std::string& moment, const sim::World& world,
-                                         const sim::PinholeView& view)>
-                          on_view) = 0;
+                                         const sim::PinholeView& view)> /*on_view*/) {}
   /// Writes the sheet, `<first prefix>_sheet.png`, and closes the film; of what never moved it
   /// shows the start.
   /// @throws base::RunError if ffmpeg failed.
-  virtual void Finish() = 0;
+  virtual void Finish() {}
 };
 
 /// The cell must outlive the recorder. Without pictures and film it only knows the cell's detector.
@@ -43,14 +41,14 @@ class Recorder {
 std::unique_ptr<Recorder> MakeRecorder(const Cell& cell, const std::string& prefix,
                                        const experiment::ReplayOptions& options);
 
+/// What makes those that take pictures; null where there is none.
 using RecorderMaker = std::unique_ptr<Recorder> (*)(const Cell& cell, const std::string& prefix,
                                                     const experiment::ReplayOptions& options);
-/// What makes those that take pictures.
-void SetRecorderMaker(RecorderMaker maker);
+RecorderMaker& PictureMaker();
 
-/// What there is to look at of a trial while it runs: the scan in the colours of the objects that
-/// were perceived, their completed surfaces, the grasps, and what moved. Nothing of the trial
-/// depends on being looked at. The cell must outlive it; it stays where it was made.
+/// What there is to look at of a trial while it runs: the scan in the colors of the perceived
+/// objects, their completed surfaces, the grasps, and what moved. The cell must outlive it; it
+/// stays where it was made.
 class ViewRecorder {
  public:
   explicit ViewRecorder(const Cell& cell);

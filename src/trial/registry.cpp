@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 
@@ -20,7 +21,6 @@ namespace {
 
 struct Registry {
   std::deque<SensorKind> sensors;
-  std::deque<ArrangerKind> arrangers;
   std::deque<DetectorKind> detectors;
   std::vector<KeyReader> key_readers;
   std::vector<FileList> file_lists;
@@ -34,17 +34,8 @@ Registry& All() {
 
 template <typename Kind>
 const Kind* Find(const std::deque<Kind>& kinds, const std::string& word) {
-  for (const Kind& kind : kinds) {
-    if (kind.word == word) return &kind;
-  }
-  return nullptr;
-}
-
-template <typename Kind>
-std::vector<std::string> WordsOfAll(const std::deque<Kind>& kinds) {
-  std::vector<std::string> words;
-  for (const Kind& kind : kinds) words.push_back(kind.word);
-  return words;
+  const auto found = std::ranges::find(kinds, word, &Kind::word);
+  return found == kinds.end() ? nullptr : &*found;
 }
 
 // What `rangegrasp list` lists.
@@ -77,7 +68,7 @@ std::string ListFiles(const char* folder, const char* ending) {
 
 std::string ListAdditions() {
   std::string text;
-  for (const auto& key : AdditionKeys()) text += cli::ListingLine(key.path, key.doc);
+  for (const auto& [path, doc] : AdditionKeys()) text += cli::ListingLine(path, doc);
   return text;
 }
 
@@ -97,11 +88,6 @@ void AddParts() {
        .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
        .make =
            [](const Cell& cell) { return MakeLineScanner(cell.scanner, cell.robot.X_WScanner); }});
-  AddArranger({kSingle, MakeSingleArranger});
-  AddArranger({kScattered, MakeScatteredArranger});
-  for (const char* word : {kTouching, kBox, kPile}) {
-    AddArranger({word, MakeClutterArranger});
-  }
   AddDetector({.word = kDissertation,
                .make = [](const Options& options, const robot::Robot& robot,
                           grasp::SceneObserver observer) {
@@ -118,16 +104,10 @@ std::string ReadSensorType(const std::filesystem::path& sensor_file) {
   std::string type = kLineScanner;
   if (sensor_file.empty()) return type;
   auto map = base::YamlMap::FromFile(sensor_file);
-  map.Read("type", type, WordsOfAll(All().sensors), "what the sensor is");
+  std::vector<std::string> words;
+  for (const SensorKind& kind : All().sensors) words.push_back(kind.word);
+  map.Read("type", type, words, "what the sensor is");
   return type;
-}
-
-void AddArranger(const ArrangerKind& kind) { All().arrangers.push_back(kind); }
-std::vector<std::string> ArrangerWords() { return WordsOfAll(All().arrangers); }
-
-std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
-                                       const sensing::LineScannerOptions& scanner) {
-  return Find(All().arrangers, options.arranger)->make(options, robot, scanner);
 }
 
 void AddDetector(const DetectorKind& kind) { All().detectors.push_back(kind); }
@@ -143,24 +123,9 @@ void RequireOwnDetector(const base::YamlMap& map, const Options& options) {
   map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
 }
 
-void CheckDetector(const base::YamlMap& map, const Options& options, double case_limit_s) {
-  const DetectorKind& kind = *FindDetector(options.detector);
-  if (kind.check) kind.check(map, options, case_limit_s);
-}
-
-void AddDetectorTo(const Options& options, experiment::Stamp& stamp) {
-  const DetectorKind& kind = *FindDetector(options.detector);
-  if (kind.add_to) kind.add_to(options, stamp);
-}
-
-void AddKeyReader(KeyReader reader) { All().key_readers.push_back(reader); }
-const std::vector<KeyReader>& KeyReaders() { return All().key_readers; }
-void AddFileList(FileList files) { All().file_lists.push_back(files); }
-const std::vector<FileList>& FileLists() { return All().file_lists; }
-void SetFurtherLooks(const FurtherLooks& looks) { All().further_looks = looks; }
-const FurtherLooks* GetFurtherLooks() {
-  return All().further_looks ? &*All().further_looks : nullptr;
-}
+std::vector<KeyReader>& KeyReaders() { return All().key_readers; }
+std::vector<FileList>& FileLists() { return All().file_lists; }
+std::optional<FurtherLooks>& FurtherLooking() { return All().further_looks; }
 
 }  // namespace rangegrasp::trial
 

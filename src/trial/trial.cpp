@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "base/stopwatch.h"
 #include "base/words.h"
@@ -17,6 +19,9 @@
 namespace rangegrasp::trial {
 namespace {
 
+using experiment::Case;
+using experiment::Result;
+using experiment::Stamp;
 using nlohmann::ordered_json;
 
 // Stages 1 to 6 up to where they end; `data` receives what the arrangement is.
@@ -30,21 +35,15 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
   data["redraws"] = Total(redraws);
   for (const auto& [reason, count] : redraws) data["redraw_reasons"][base::Word(reason)] = count;
   if (!arranged) {
-    Attempt none;
-    none.stage = "arrange";
-    none.detail = "no arrangement: " + Text(redraws);
-    return none;
+    return {.stage = "arrange", .detail = "no arrangement: " + Text(redraws)};
   }
   data["scene_objects"] = arranged->world.objects();
   data["touching"] = arranged->touching;
   data["pose_class"] = arranged->pose_class;
   data["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
-  AttemptOptions options;
-  options.seed = spec.seed;
-  options.target = arranged->target;
-  options.detector = detector;
-  options.observer = observer;
-  return RunAttempt(cell, arranged->world, options);
+  return RunAttempt(
+      cell, arranged->world,
+      {.seed = spec.seed, .target = arranged->target, .detector = detector, .observer = observer});
 }
 
 /// About a fingertip that met something: as wide as a finger.
@@ -114,16 +113,15 @@ ordered_json JsonOf(const LookRecord& look) {
 }
 
 std::size_t MeasuredSamples(const geometry::Observation& observation) {
-  std::size_t count = 0;
+  std::ptrdiff_t count = 0;
   for (const auto& view : observation.views) {
-    count += static_cast<std::size_t>(
-        std::count_if(view.image.points_C.begin(), view.image.points_C.end(),
-                      [](const Eigen::Vector3d& p) { return p.allFinite(); }));
+    count += std::ranges::count_if(view.image.points_C,
+                                   [](const Eigen::Vector3d& p) { return p.allFinite(); });
   }
-  return count;
+  return static_cast<std::size_t>(count);
 }
 
-/// What the log says of an execution that failed; may be empty.
+// What the log says of an execution that failed; may be empty.
 std::string WhyOf(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty() || log.stopped_by_contact.empty()) return log.audit.failed;
   return "the drives felt something in the way, or fell behind, in: " +
@@ -131,8 +129,7 @@ std::string WhyOf(const sim::ExecutionLog& log) {
 }
 
 std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
-  return std::count_if(detection.grasps.begin(), detection.grasps.end(),
-                       [](const grasp::DetectedGrasp& g) { return !g.collides; });
+  return std::ranges::count(detection.grasps, false, &grasp::DetectedGrasp::collides);
 }
 
 // One attempt while it runs: what a stage leaves for the next.
@@ -194,7 +191,7 @@ class AttemptRun {
   // From as many places as the experiment asks for.
   Sensed LookAround() {
     Sensed first = Look(cell_, world_, options_.seed);
-    const FurtherLooks* further = GetFurtherLooks();
+    const auto& further = FurtherLooking();
     if (!further || !further->wanted(cell_.options)) return first;
     Timed("scan");
     LookedAround around = further->look(cell_, std::move(first), world_, options_.seed);
@@ -239,8 +236,7 @@ class AttemptRun {
     base::Rng rng = Stream("perceive");
     const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
     result_.detected = detector.Detect(observation, rng, options_.turn);
-    const auto& seconds = result_.detected.seconds;
-    result_.seconds.insert(result_.seconds.end(), seconds.begin(), seconds.end());
+    std::ranges::copy(result_.detected.seconds, std::back_inserter(result_.seconds));
     if (options_.prefer) options_.prefer(result_.detected.detection);
   }
 
@@ -315,15 +311,14 @@ class AttemptRun {
 
 }  // namespace
 
-std::string TrialId(const TrialSpec& spec) {
-  return fmt::format("{}-{:04}", spec.object, spec.index);
+Case CaseOf(const TrialSpec& spec) {
+  return {fmt::format("{}-{:04}", spec.object, spec.index),
+          spec.object,
+          spec.seed,
+          {{"object", spec.object}, {"index", spec.index}}};
 }
 
-experiment::Case CaseOf(const TrialSpec& spec) {
-  return {TrialId(spec), spec.object, spec.seed, {{"object", spec.object}, {"index", spec.index}}};
-}
-
-TrialSpec SpecOf(const experiment::Case& which) {
+TrialSpec SpecOf(const Case& which) {
   return {which.params.Text("object"), which.params.Int("index"), which.seed};
 }
 
@@ -333,19 +328,19 @@ std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object
   return base::DeriveSeed(of_object, static_cast<std::uint64_t>(index));
 }
 
-void AddModelsTo(const Options& options, experiment::Stamp& stamp) {
+void AddModelsTo(const Options& options, Stamp& stamp) {
   stamp.identity["scene_hash"] = SceneHash(options);
   stamp.identity["mujoco"] = sim::EngineVersion();
 }
 
-void AddTitles(const Options& options, experiment::Stamp& stamp) {
+void AddTitles(const Options& options, Stamp& stamp) {
   for (const std::string& object : options.objects) {
     stamp.data[experiment::kTitlePrefix + object] =
         sim::ObjectTitle(ObjectModelOf(options, object));
   }
 }
 
-experiment::Result NoArrangement(const Redraws& redraws) {
+Result NoArrangement(const Redraws& redraws) {
   return {experiment::kCrashed, "arrange", "no arrangement: " + Text(redraws), "{}", {}};
 }
 
@@ -364,8 +359,8 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
   return arranged;
 }
 
-experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detector,
-                            const sim::ExecutionObserver& observer, Attempt* seen) {
+Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detector,
+                const sim::ExecutionObserver& observer, Attempt* seen) {
   base::Stopwatch whole;
   ordered_json data = {{"pose_class", ""},   {"friction", nullptr},
                        {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
@@ -379,10 +374,10 @@ experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detec
     attempt.detail = e.what();
   }
   data.update(JsonOf(attempt));
-  experiment::Result result{
+  Result result{
       std::string(base::Word(attempt.outcome)), attempt.stage, attempt.detail, data.dump(), {}};
   result.seconds.emplace_back("arrange", arrange_s);
-  result.seconds.insert(result.seconds.end(), attempt.seconds.begin(), attempt.seconds.end());
+  std::ranges::copy(attempt.seconds, std::back_inserter(result.seconds));
   result.seconds.emplace_back("trial", whole.Seconds());
   if (seen) *seen = std::move(attempt);
   return result;
@@ -432,10 +427,9 @@ double GoHome(const Cell& cell, sim::World& world) {
 }
 
 bool IsFinite(const sim::World& world) {
-  for (int object = 0; object < world.objects(); ++object) {
-    if (!world.ObjectPose(object).matrix().allFinite()) return false;
-  }
-  return world.ArmPositions().allFinite();
+  const auto is_finite = [&](int object) { return world.ObjectPose(object).matrix().allFinite(); };
+  return std::ranges::all_of(std::views::iota(0, world.objects()), is_finite) &&
+         world.ArmPositions().allFinite();
 }
 
 void ReadUser(base::YamlMap map, HandOverOptions& options) {

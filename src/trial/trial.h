@@ -24,14 +24,13 @@ base::Rng StageStream(std::uint64_t seed, std::string_view stage);
 /// Stage 2, at a settled world. Draws from the seed's stream "scan".
 Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed);
 
-/// What one further look, from the wrist, was (Registry: FurtherLooks).
+/// One further look, from the wrist (Registry: FurtherLooks).
 struct LookRecord {
-  double gain_m3 = 0.0;    ///< new space that it was expected to see
-  double unseen_m3 = 0.0;  ///< of all that was not seen
-  double way_s = 0.0;      ///< of the arm
-  bool arrived = false;    ///< and did look
-  /// Its pose was corrected by what it and the views before see alike.
-  bool refined = false;
+  double gain_m3 = 0.0;     ///< new space that it was expected to see
+  double unseen_m3 = 0.0;   ///< of all that was not seen
+  double way_s = 0.0;       ///< of the arm
+  bool arrived = false;     ///< and did look
+  bool refined = false;     ///< its pose was corrected by what it and the views before see alike
   double deviations = 0.0;  ///< size of the correction in deviations of the error
   double sigma_m = 0.0;
   std::size_t pairs = 0;
@@ -44,53 +43,49 @@ struct LookedAround {
   std::vector<LookRecord> looks;  ///< from the wrist
 };
 
-/// How an attempt is made, and who looks on.
+/// How an attempt is made, and who looks on. Functions and pointers may be empty.
 struct AttemptOptions {
   std::uint64_t seed = 0;  ///< each stage draws from its own stream of it
   /// The object that the detector has to take first: another one ends the attempt. Without it the
   /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
-  std::optional<int> target;
+  std::optional<int> target = {};
   const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
-  std::function<void(const Sensed&)> on_sensed;  ///< is shown all that was sensed before the grasp
-  /// Where the arm was left by it; home if not given.
-  std::optional<Eigen::VectorXd> q_start;
-  const Detector* detector = nullptr;  ///< in place of the cell's; may be null
-  Turn turn;                           ///< which object is taken first
-  /// Puts the grasps of the first object into the order in which they are offered to the mover; may
-  /// be empty.
-  std::function<void(grasp::Detection&)> prefer;
-  std::optional<sim::UserOptions> user;  ///< takes what is carried; none: it is put down
-  sim::ExecutionObserver observer;       ///< has the moment "start", too, before the look
+  std::function<void(const Sensed&)> on_sensed = {};  ///< is shown what was sensed
+  std::optional<Eigen::VectorXd> q_start = {};        ///< where the arm stands; absent: home
+  const Detector* detector = nullptr;                 ///< in place of the cell's
+  Turn turn = {};                                     ///< which object is taken first
+  /// Puts the grasps of the first object into the order in which they are offered to the mover.
+  std::function<void(grasp::Detection&)> prefer = {};
+  std::optional<sim::UserOptions> user = {};  ///< takes what is carried; absent: it is put down
+  sim::ExecutionObserver observer = {};       ///< has the moment "start", too, before the look
 };
 
 /// One attempt at the topmost object: how far it came, and what each stage left.
 struct Attempt {
   Outcome outcome = Outcome::kCrashed;
-  std::string stage;  ///< that it ended in
-  std::string detail;
+  std::string stage = {};  ///< that it ended in
+  std::string detail = {};
   std::size_t scan_points = 0;
-  std::vector<LookRecord> looks;  ///< from the wrist
-  Detected detected;
-  std::optional<int> target;                  ///< truth: the object that it was at
-  bool accepted = false;                      ///< detected, with a grasp that is free
-  int plans = 0;                              ///< grasps that were offered to the mover
-  int approaches = 0;                         ///< all but the last met something and went back
-  bool blind = false;                         ///< grasp::Move
-  bool brushes = false;                       ///< grasp::Move
-  std::optional<grasp::DetectedGrasp> grasp;  ///< that was executed
-  /// Positions in the detection's grasps of those that were executed, in turn: all but the last met
-  /// something and went back.
-  std::vector<std::size_t> executed;
-  std::optional<sim::ExecutionLog> log;
-  OthersVerdict others;
-  std::vector<std::pair<std::string, double>> seconds;  ///< by stage
+  std::vector<LookRecord> looks = {};  ///< from the wrist
+  Detected detected = {};
+  std::optional<int> target = {};                  ///< truth: the object that it was at
+  bool accepted = false;                           ///< detected, with a grasp that is free
+  int plans = 0;                                   ///< grasps that were offered to the mover
+  int approaches = 0;                              ///< all but the last met something and went back
+  bool blind = false;                              ///< grasp::Move
+  bool brushes = false;                            ///< grasp::Move
+  std::optional<grasp::DetectedGrasp> grasp = {};  ///< that was executed last
+  std::vector<std::size_t> executed =
+      {};  ///< one for each approach: positions in the detection's grasps
+  std::optional<sim::ExecutionLog> log = {};
+  OthersVerdict others = {};
+  std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage
 };
 
 /// Stages 2 to 6: looks, detects, plans, executes, judges. What it may run into is an outcome.
 Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options);
 
-/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
-/// blind, grasp_type, detected, log (what the simulation measured, with the audit).
+/// The part of a trial's data (RunTrial) from scan_points on.
 nlohmann::ordered_json JsonOf(const Attempt& attempt);
 
 /// One attempt on one object. Each stage draws from its own stream of the trial's seed.
@@ -99,9 +94,7 @@ struct TrialSpec {
   int index = 0;           ///< from 0
   std::uint64_t seed = 0;  ///< TrialSeed
 };
-/// "<object>-<index, 4 digits>".
-std::string TrialId(const TrialSpec& spec);
-/// As the engine knows it; its group is the object.
+/// As the engine knows it: its id is "<object>-<index, 4 digits>", its group the object.
 experiment::Case CaseOf(const TrialSpec& spec);
 /// @throws base::InputError if the case's parameters are no trial's.
 TrialSpec SpecOf(const experiment::Case& which);
@@ -125,17 +118,17 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 /// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
-/// others_moved (by more than 5 mm), others_left_table, scan_points, object_points, segments,
-/// objects, candidates, free_candidates, plans, blind, brushes, grasp_type, detected, log (what the
-/// simulation measured, with the audit).
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
+/// blind, brushes, grasp_type, detected, others_moved (by more than 5 mm), others_left_table, log
+/// (what the simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 /// @param seen  receives what each stage left; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
                             const sim::ExecutionObserver& observer = {}, Attempt* seen = nullptr);
 
-/// Between two attempts the arm stands at home again: its way there is timed, not simulated; then
-/// the world comes to rest.
+/// Puts the arm back at home between two attempts, and lets the world come to rest. The way is
+/// timed, not simulated.
 /// @return seconds that the way takes by the arm's limits
 double GoHome(const Cell& cell, sim::World& world);
 
@@ -154,7 +147,6 @@ struct HandOverOptions {
 };
 
 /// Reads the keys of the mapping `user`.
-
 /// @throws base::InputError
 void ReadUser(base::YamlMap map, HandOverOptions& options);
 

@@ -8,7 +8,7 @@
 
 #include "base/stopwatch.h"
 #include "cylinders/detect.h"
-#include "cylinders/tabletop_scan.h"
+#include "cylinders/task/tabletop_scan.h"
 #include "pcl_bridge/cloud.h"
 #include "pcl_bridge/pcl_segmentation.h"
 

@@ -39,8 +39,8 @@ sim::World PlaceFiveObjects() {
 }  // namespace
 
 const trial::Cell& Cell() {
-  static const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  static const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   return trial::CellOf(*experiment.task);
 }
 

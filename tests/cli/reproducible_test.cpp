@@ -68,7 +68,8 @@ std::vector<std::string> Short(const std::string& name) {
   if (name == "segmentation_times") {
     return {"--objects", "mesh", "--trials", "3", "--set", "repeats=1"};
   }
-  if (name == "cylinder_demo") return {"--trials", "4"};
+  if (name == "survey_clouds") return {"--objects", "learn2,learn6"};
+  if (name == "cylinder_demo" || name == "cylinder_recall") return {"--trials", "4"};
   if (name == "cylinder_resolution" || name == "cylinder_iterations") {
     return {"--objects", "perfect,scanned",
             "--trials",  "2",
@@ -94,8 +95,9 @@ void RemoveColumnsOfSeconds(nlohmann::json& table) {
 class ReproducibleTest : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    if (GetParam().starts_with("parts_") && !std::filesystem::exists(kSource / "../shared/data")) {
-      GTEST_SKIP() << "the benchmark's meshes (../shared/data/psb) are not here";
+    if ((GetParam().starts_with("parts_") || GetParam() == "survey_clouds") &&
+        !std::filesystem::exists(kSource / "../shared/data")) {
+      GTEST_SKIP() << "the benchmark's meshes and clouds (../shared/data) are not here";
     }
     if (GetParam() == "outside_python" &&
         std::system("python3 -c 'import numpy' 2>/dev/null") != 0) {

@@ -126,7 +126,7 @@ TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
   for (const std::string& argument : arguments) command += " " + argument;
   ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);
   const std::string text = base::ReadFile(seen);
-  EXPECT_THAT(text, testing::ContainsRegex("rod.off: taking 60000 triangles apart, [0-9]+ s"));
+  EXPECT_THAT(text, testing::ContainsRegex("rod.off: segmenting 60000 triangles, [0-9]+ s"));
   EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is taken away
 }
 

@@ -59,9 +59,9 @@ SquareOptions ReadSquares(base::YamlMap& map) {
   return options;
 }
 
-std::vector<TaskKind> Kinds(bool uses_seed = true) {
+void AddSquares(const std::string& name, bool uses_seed) {
   TaskKind kind;
-  kind.name = "squares";
+  kind.name = name;
   kind.description = "Squares numbers.";
   kind.trials_key = "cases_each";
   kind.uses_seed = uses_seed;
@@ -79,13 +79,19 @@ std::vector<TaskKind> Kinds(bool uses_seed = true) {
     }
     return report;
   };
-  return {kind};
+  AddKind(kind);
 }
+
+[[maybe_unused]] const bool kAdded = [] {
+  AddSquares("squares", true);
+  AddSquares("seedless", false);
+  return true;
+}();
 
 class ExperimentTest : public testing::Test {
  protected:
   Experiment Open(const std::string& text, const Changes& changes = {}) {
-    return OpenExperiment(folder_.Write("demo.yaml", text), kinds_, changes);
+    return OpenExperiment(folder_.Write("demo.yaml", text), changes);
   }
   static std::vector<std::string> Ids(const Experiment& e) {
     std::vector<std::string> ids;
@@ -94,7 +100,6 @@ class ExperimentTest : public testing::Test {
   }
 
   TempFolder folder_;
-  std::vector<TaskKind> kinds_ = Kinds();
 };
 
 TEST_F(ExperimentTest, NameAndSeedHaveDefaults) {
@@ -145,8 +150,7 @@ TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.trials = 11}); }),
               HasSubstr("--set cases_each"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }), HasSubstr("stands twice"));
-  kinds_ = Kinds(false);
-  EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.seed = 3}); }), HasSubstr("no use for it"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: seedless\n", {.seed = 3}); }), HasSubstr("no use for it"));
 }
 
 TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
@@ -155,10 +159,10 @@ TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
   changes.groups = {"b"};
   const auto e = Open("task: squares\nname: first\n", changes);
   folder_.Write("demo.yaml", "task: squares\nname: second\n");
-  const auto again = OpenAgain(e.stamp, kinds_);
+  const auto again = OpenAgain(e.stamp);
   EXPECT_EQ(Ids(again), Ids(e));
   EXPECT_EQ(again.stamp.identity, e.stamp.identity);
-  EXPECT_THROW(OpenAgain(Stamp{}, kinds_), base::InputError);
+  EXPECT_THROW(OpenAgain(Stamp{}), base::InputError);
 }
 
 TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {
@@ -172,11 +176,11 @@ TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
   Store store = Store::Create(folder_ / "out");
   store.WriteStamp(e.stamp);
   RunCases(ShardOf(e.cases, 1, 2), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
-  const std::string part = Format(ReportOf({store.ReadStamp(), store.ReadAll()}, kinds_),
-                                  store.ReadStamp(), TableFormat::kText);
+  const std::string part =
+      Format(ReportOf({store.ReadStamp(), store.ReadAll()}), store.ReadStamp(), TableFormat::kText);
   EXPECT_THAT(part, HasSubstr("3 of 6 cases are missing"));
   RunCases(Missing(e.cases, store), [&](const Case& c) { return e.task->Run(c); }, store, {}, {});
-  const Report whole = ReportOf({store.ReadStamp(), store.ReadAll()}, kinds_);
+  const Report whole = ReportOf({store.ReadStamp(), store.ReadAll()});
   EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kText),
               testing::Not(HasSubstr("missing")));
   const auto json = nlohmann::json::parse(Format(whole, store.ReadStamp(), TableFormat::kJson));
@@ -191,7 +195,7 @@ TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
 }
 
 TEST_F(ExperimentTest, TheKeysPageIsMadeFromTheReadingCode) {
-  const std::string page = KeysAsMarkdown(kinds_);
+  const std::string page = KeysAsMarkdown();
   EXPECT_THAT(page, HasSubstr("| `seed` | what every random stream is derived from | `1` |"));
   EXPECT_THAT(page, HasSubstr("## `task: squares`"));
   EXPECT_THAT(page, HasSubstr("| `cases_each` | cases of each word | `3` | 1 to 10 |"));

@@ -9,6 +9,26 @@ namespace {
 
 const Grid kGrid = {{"what", "n"}, {true, false}, {{"a", "1"}, {"long word", "10"}}, true};
 
+TEST(Column, WritesMembersAndFunctionsAndLeavesOutWhatIsAbsent) {
+  struct Fit {
+    std::string name;
+    int points;
+    std::optional<double> error;
+  };
+  const std::vector<Column<Fit>> columns = {
+      {"method", "", &Fit::name, kLeft},
+      {"points", "", &Fit::points},
+      {"error", ".2f", &Fit::error},
+      {"half", ".1f", [](const Fit& fit) { return fit.points / 2.0; }}};
+  const std::vector<Fit> fits = {{"LSF", 3, 0.125}, {"RCF", 4, std::nullopt}};
+  const Grid grid = GridOf(columns, fits);
+  EXPECT_EQ(grid.header, (std::vector<std::string>{"method", "points", "error", "half"}));
+  EXPECT_EQ(grid.left, (std::vector<bool>{true, false, false, false}));
+  EXPECT_EQ(grid.rows, (std::vector<std::vector<std::string>>{{"LSF", "3", "0.12", "1.5"},
+                                                              {"RCF", "4", "-", "2.0"}}));
+  EXPECT_EQ(GridOf(columns, fits, "").rows[1][2], "");
+}
+
 TEST(Grid, TextAlignsWordsLeftAndNumbersRight) {
   EXPECT_EQ(TextOf(kGrid),
             "what        n\n"

@@ -151,6 +151,7 @@ TEST_F(Io, ColorsSurviveAWriteAndARead) {
   WriteCloud(Path("w.pcd"), image, {{"label", Indices(77, 1u)}, ColorField(colors)});
   WriteCloud(Path("w.ply"), image, {ColorField(colors), {"label", Indices(77, 1u)}});
   EXPECT_EQ(ReadCloud(Path("w.pcd")).colors, colors);
+  EXPECT_EQ(ReadCloud(Path("w.pcd")).labels, Indices(77, 1u));
   pcl::PointCloud<pcl::PointXYZRGB> theirs;
   ASSERT_EQ(pcl::io::loadPCDFile(Path("w.pcd").string(), theirs), 0);
   for (std::size_t i = 0; i < 77; ++i) {

@@ -56,7 +56,7 @@ TEST_P(Kinematics, HandJacobianIsThatOfMujoco) {
     Eigen::MatrixXd J;
     robot_.HandPoseAndJacobian(q, J);
     for (int i = 0; i < robot_.dof(); ++i) {
-      const int dof = m->jnt_dofadr[joints[static_cast<std::size_t>(i)]];
+      const int dof = m->jnt_dofadr[joints[i]];
       for (int k = 0; k < 3; ++k) {
         const auto at = static_cast<std::size_t>(k * m->nv + dof);
         ASSERT_NEAR(J(k, i), jacp[at], 1e-12);
@@ -154,8 +154,8 @@ TEST(Load, SelfPairsLeaveOutWhatHangsRigidlyTogetherAsTheEngineDoes) {
   std::set<std::array<int, 2>> expected;
   for (int a = 0; a < static_cast<int>(welds.size()); ++a) {
     for (int b = a + 1; b < static_cast<int>(welds.size()); ++b) {
-      const int low = welds[static_cast<std::size_t>(a)];
-      const int high = welds[static_cast<std::size_t>(b)];
+      const int low = welds[a];
+      const int high = welds[b];
       if (low != high && parent(high) != low) expected.insert({a, b});
     }
   }

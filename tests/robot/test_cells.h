@@ -66,9 +66,7 @@ struct Reference {
   }
   void SetArm(const Eigen::VectorXd& q) {
     const std::vector<int> joints = ArmJoints();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      d->qpos[m->jnt_qposadr[joints[i]]] = q[static_cast<Eigen::Index>(i)];
-    }
+    for (std::size_t i = 0; i < joints.size(); ++i) d->qpos[m->jnt_qposadr[joints[i]]] = q[i];
   }
   base::Pose BodyPose(int body) const {
     base::Pose X = base::Pose::Identity();

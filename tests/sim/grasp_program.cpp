@@ -88,7 +88,7 @@ TestArm::~TestArm() { mj_deleteData(data_); }
 
 base::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    data_->qpos[model_->jnt_qposadr[joints_[i]]] = q[static_cast<Eigen::Index>(i)];
+    data_->qpos[model_->jnt_qposadr[joints_[i]]] = q[i];
   }
   mj_kinematics(model_, data_);
   mj_comPos(model_, data_);
@@ -115,10 +115,10 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
     mj_jacBody(model_, data_, jp.data(), jr.data(), hand_);
     Eigen::MatrixXd J(6, n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const int dof = model_->jnt_dofadr[joints_[static_cast<std::size_t>(i)]];
+      const int dof = model_->jnt_dofadr[joints_[i]];
       for (int k = 0; k < 3; ++k) {
-        J(k, i) = jp[static_cast<std::size_t>(k * model_->nv + dof)];
-        J(k + 3, i) = jr[static_cast<std::size_t>(k * model_->nv + dof)];
+        J(k, i) = jp[k * model_->nv + dof];
+        J(k + 3, i) = jr[k * model_->nv + dof];
       }
     }
     const Eigen::MatrixXd A = J * J.transpose() + 1e-4 * Eigen::MatrixXd::Identity(6, 6);
@@ -126,7 +126,7 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
     const double largest = step.cwiseAbs().maxCoeff();
     if (largest > 0.2) step *= 0.2 / largest;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const mjtNum* range = model_->jnt_range + 2 * joints_[static_cast<std::size_t>(i)];
+      const mjtNum* range = model_->jnt_range + 2 * joints_[i];
       q[i] = std::clamp(q[i] + step[i], range[0] + 0.02, range[1] - 0.02);
     }
   }

@@ -1,5 +1,6 @@
 #include "sim/render.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 
 #include "base/error.h"
 #include "sim/scene_files.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -20,32 +22,40 @@ int Reds(const image::Image& image) {
   return reds;
 }
 
-TEST(Renderer, ShowsTheSceneAndWhatIsDrawnOverIt) {
-  World world(samples::Tabletop(), {samples::RepositoryObject("dextrose")}, {});
+// A red ball.
+ObjectModel Ball(const testing_support::TempFolder& folder, double radius_m) {
+  return {"ball", folder.Write("ball.xml",
+                               fmt::format("<mujoco><worldbody><body name='ball'><freejoint/><geom "
+                                           "type='sphere' size='{}' rgba='1 0 0 1' mass='0.1'/>"
+                                           "</body></worldbody></mujoco>",
+                                           radius_m))};
+}
+
+TEST(Renderer, ShowsTheSceneAndItsObjects) {
+  const testing_support::TempFolder folder;
+  World world(samples::Tabletop(), {Ball(folder, 0.05)}, {});
   Renderer renderer(world, 160, 120);
   const image::Image plain = renderer.Render(world, "overview");
   EXPECT_EQ(plain.rgb.size(), 160u * 120u * 3u);
   EXPECT_GT(std::set<std::uint8_t>(plain.rgb.begin(), plain.rgb.end()).size(), 30u);
   EXPECT_EQ(renderer.Render(world, "overview").rgb, plain.rgb);
 
-  Overlay overlay;
-  overlay.dots.push_back({{0, 0, 0.2}, {1, 0, 0, 1}, 0.05});
-  overlay.segments.push_back({{0.2, -0.2, 0.1}, {0.2, 0.2, 0.1}, {1, 0, 0, 1}, 0.02});
-  EXPECT_GT(Reds(renderer.Render(world, "overview", overlay)), Reds(plain) + 50);
+  world.PlaceObject(0, base::MakePose(Eigen::Matrix3d::Identity(), {0, 0, 0.2}));
+  EXPECT_GT(Reds(renderer.Render(world, "overview")), Reds(plain) + 50);
 }
 
-// A dot straight ahead of a free camera is in the middle of the picture; rows count from the top.
+// A ball straight ahead of a free camera is in the middle of the picture; rows count from the top.
 TEST(Renderer, FreeViewLooksWhereItIsTold) {
-  World world(samples::Tabletop(), {}, {});
+  const testing_support::TempFolder folder;
+  World world(samples::Tabletop(), {Ball(folder, 0.02)}, {});
+  world.PlaceObject(0, base::MakePose(Eigen::Matrix3d::Identity(), {0, 0, 0.15}));
   Renderer renderer(world, 120, 120);
-  Overlay overlay;
-  overlay.dots.push_back({{0, 0, 0.15}, {1, 0, 0, 1}, 0.02});
-  const image::Image picture = renderer.Render(world, "0,-0.8,0.1,0,0,0.1", overlay);
+  const image::Image picture = renderer.Render(world, "0,-0.8,0.1,0,0,0.1");
   double row = 0.0, column = 0.0;
   int n = 0;
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 120; ++x) {
-      const std::uint8_t* p = &picture.rgb[static_cast<std::size_t>(3 * (120 * y + x))];
+      const std::uint8_t* p = &picture.rgb[3 * (120 * y + x)];
       if (p[0] < 120 || p[1] > 60 || p[2] > 60) continue;
       row += y;
       column += x;

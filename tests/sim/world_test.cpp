@@ -264,7 +264,7 @@ TEST(World, WhatFellCoarselyRestsUnderTheScenesOwnSteps) {
   EXPECT_EQ(world.model()->opt.impratio, 10.0);
   EXPECT_EQ(world.model()->opt.noslip_iterations, 10);
   for (const int i : {0, 1}) {
-    const Eigen::Vector3d way = world.ObjectCenterOfMass(i) - before_W[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d way = world.ObjectCenterOfMass(i) - before_W[i];
     EXPECT_LT(way.norm(), 0.001) << i;
   }
 }
@@ -305,7 +305,7 @@ TEST(World, AStepThatDoesNotConvergeIsDoneAgain) {
   world.Step();
   EXPECT_NEAR(world.time_s() - start_s, 0.002, 1e-12);
   for (int i = 0; i < world.objects(); ++i) {
-    EXPECT_LT(world.ObjectSpeed(i), before_m_s[static_cast<std::size_t>(i)] + 0.5) << i;
+    EXPECT_LT(world.ObjectSpeed(i), before_m_s[i] + 0.5) << i;
   }
   EXPECT_EQ(model->opt.solver, mjSOL_NEWTON);
   EXPECT_EQ(world.WarningCount(), 0);

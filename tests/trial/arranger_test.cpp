@@ -17,7 +17,7 @@ namespace {
 
 experiment::Experiment Open(const std::string& name, const std::vector<std::string>& set = {}) {
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_" + name + ".yaml",
-                                    experiment::AllKinds(), {.set = set});
+                                    {.set = set});
 }
 
 TrialSpec SpecFor(const std::string& object, int index) {

@@ -23,8 +23,8 @@ geometry::TriangleMesh BoxAbout(const Eigen::Vector3d& center, double half_m) {
 class MoverTest : public testing::Test {
  protected:
   MoverTest()
-      : experiment_(experiment::OpenExperiment(
-            RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {})),
+      : experiment_(
+            experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {})),
         cell_(CellOf(*experiment_.task)) {
     const TrialSpec spec{"salt_cylinder", 0, TrialSeed(11, "salt_cylinder", 0)};
     const auto arranged = ArrangeTrial(cell_, spec);

@@ -306,7 +306,7 @@ TEST(Additions, AndThreeKeysAreAllThatTheTwoMethodsDiffer) {
   EXPECT_GE(improved.size(), 80u);
   std::set<std::string> differ,
       listed = {"perception.segmentation", "hand.firm_from_deg", "max_approaches"};
-  for (const AdditionKey& key : AdditionKeys()) listed.insert(key.path);
+  for (const auto& [key, doc] : AdditionKeys()) listed.insert(key);
   for (const auto& [path, value] : improved) {
     if (published.at(path) != value) differ.insert(path);
   }
@@ -314,19 +314,19 @@ TEST(Additions, AndThreeKeysAreAllThatTheTwoMethodsDiffer) {
 }
 
 TEST(Additions, AKeyOfItsOwnWinsOverTheMethod) {
-  for (const AdditionKey& key : AdditionKeys()) {
-    const auto on = SwitchesOf(Read("laser_single_as_published.yaml", {key.path + "=true"}));
-    const auto off = SwitchesOf(Read("laser_single.yaml", {key.path + "=false"}));
-    for (const auto& [path, value] : on) EXPECT_EQ(value, path == key.path) << path;
-    for (const auto& [path, value] : off) EXPECT_EQ(value, path != key.path) << path;
+  for (const auto& [key, doc] : AdditionKeys()) {
+    const auto on = SwitchesOf(Read("laser_single_as_published.yaml", {key + "=true"}));
+    const auto off = SwitchesOf(Read("laser_single.yaml", {key + "=false"}));
+    for (const auto& [path, value] : on) EXPECT_EQ(value, path == key) << path;
+    for (const auto& [path, value] : off) EXPECT_EQ(value, path != key) << path;
   }
 }
 
 TEST(Additions, EveryOneHasAKeyThatSaysWhatItDoes) {
   std::set<std::string> paths;
-  for (const AdditionKey& key : AdditionKeys()) {
-    EXPECT_TRUE(paths.insert(key.path).second) << key.path;
-    EXPECT_GT(key.doc.size(), 10u) << key.path;
+  for (const auto& [key, doc] : AdditionKeys()) {
+    EXPECT_TRUE(paths.insert(key).second) << key;
+    EXPECT_GT(doc.size(), 10u) << key;
   }
   EXPECT_EQ(paths.size(), SwitchesOf(Options{}).size());
 }

@@ -22,7 +22,7 @@ class ViewTest : public testing::Test {
   }
 
   const experiment::Experiment experiment_ = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {.seed = 11});
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {.seed = 11});
 };
 
 double Travel(const View::Body& body) {

@@ -46,17 +46,17 @@ class TableTest : public testing::Test {
 TEST_F(TableTest, RatesAreAsDefined) {
   const Table table = BuildTable(stamp_, results_);
   ASSERT_EQ(table.rows.size(), 3u);
-  EXPECT_DOUBLE_EQ(*table.rows[0].detection_rate, 0.75);
-  EXPECT_DOUBLE_EQ(*table.rows[0].grasp_rate, 2.0 / 3.0);
-  EXPECT_DOUBLE_EQ(*table.rows[0].published_detection_rate, 0.9);
-  EXPECT_NEAR(*table.rows[0].published_grasp_rate, 0.7777, 1e-12);
-  EXPECT_FALSE(table.rows[1].published_grasp_rate);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection.rate, 0.75);
+  EXPECT_DOUBLE_EQ(*table.rows[0].grasping.rate, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection.published, 0.9);
+  EXPECT_NEAR(*table.rows[0].grasping.published, 0.7777, 1e-12);
+  EXPECT_FALSE(table.rows[1].grasping.published);
   // Overall is the mean of the rows that have the rate; pooled counts trials.
-  EXPECT_DOUBLE_EQ(*table.overall.detection_rate, (0.75 + 0.5) / 2.0);
-  EXPECT_DOUBLE_EQ(*table.overall.grasp_rate, (2.0 / 3.0 + 1.0) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.overall.detection.rate, (0.75 + 0.5) / 2.0);
+  EXPECT_DOUBLE_EQ(*table.overall.grasping.rate, (2.0 / 3.0 + 1.0) / 2.0);
   EXPECT_DOUBLE_EQ(*table.pooled_detection_rate, 4.0 / 6.0);
   EXPECT_DOUBLE_EQ(*table.pooled_grasp_rate, 3.0 / 4.0);
-  EXPECT_NEAR(*table.overall.published_grasp_rate, 0.8065, 1e-12);
+  EXPECT_NEAR(*table.overall.grasping.published, 0.8065, 1e-12);
 }
 
 TEST_F(TableTest, FiguresAreOfRowsWhosePublishedCountsAreKnown) {
@@ -78,7 +78,7 @@ TEST_F(TableTest, FiguresAreOfRowsWhosePublishedCountsAreKnown) {
 
 TEST_F(TableTest, FailuresStayInTheDenominator) {
   const Table table = BuildTable(stamp_, results_);
-  EXPECT_EQ(table.rows[1].trials, 2);
+  EXPECT_EQ(table.rows[1].detection.count.n, 2);
   EXPECT_EQ(table.rows[1].outcomes.at("timed_out"), 1);
 }
 
@@ -120,9 +120,9 @@ TEST_F(TableTest, ARunOfSomeObjectsIsNotComparedWithTheOverallOfAll) {
   auto some = stamp_;
   some.data["reference"] += "2,Bowl,50,50\n";
   const Table table = BuildTable(some, results_);
-  EXPECT_FALSE(table.overall.published_detection_rate);
-  EXPECT_FALSE(table.overall.published_grasp_rate);
-  EXPECT_TRUE(table.rows[0].published_detection_rate);
+  EXPECT_FALSE(table.overall.detection.published);
+  EXPECT_FALSE(table.overall.grasping.published);
+  EXPECT_TRUE(table.rows[0].detection.published);
 }
 
 TEST_F(TableTest, TheAuditsFiguresAreTheLargestOfAllTrials) {
@@ -171,16 +171,16 @@ TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
   }
   const Table table = BuildTable(stamp, records);
   EXPECT_DOUBLE_EQ(table.p_threshold, 0.025);
-  EXPECT_NEAR(*table.rows[0].grasp_p_below, 252.0 / 15504.0, 1e-12);
-  EXPECT_DOUBLE_EQ(*table.rows[0].detection_p_below, 1.0);
+  EXPECT_NEAR(*table.rows[0].grasping.p_below, 252.0 / 15504.0, 1e-12);
+  EXPECT_DOUBLE_EQ(*table.rows[0].detection.p_below, 1.0);
   EXPECT_TRUE(IsBelowPublished(table, table.rows[0]));
   // 77.77 % of 9 detected are 7.
-  EXPECT_EQ(table.rows[1].published_detected, 9);
-  EXPECT_EQ(table.rows[1].published_delivered, 7);
+  EXPECT_EQ(table.rows[1].detection.published_count.k, 9);
+  EXPECT_EQ(table.rows[1].grasping.published_count.k, 7);
   EXPECT_FALSE(IsBelowPublished(table, table.rows[1]));
   // Overall: the counts of all rows, 15 of 20 against 17 of 19.
   EXPECT_EQ(table.overall.published_trials, 20);
-  EXPECT_DOUBLE_EQ(*table.overall.grasp_p_below, experiment::FisherExactLower(15, 20, 17, 19));
+  EXPECT_DOUBLE_EQ(*table.overall.grasping.p_below, experiment::FisherExactLower(15, 20, 17, 19));
 
   const auto report = ReportOf(stamp, records);
   const auto json = nlohmann::json::parse(report.json);

@@ -16,9 +16,9 @@
 namespace rangegrasp::trial {
 namespace {
 
-TEST(TrialId, IsTheObjectAndFourDigits) {
-  EXPECT_EQ(TrialId({"coffee_cup", 3, 0}), "coffee_cup-0003");
-  EXPECT_EQ(TrialId({"mug", 99999, 0}), "mug-99999");
+TEST(CaseOf, IsTheObjectAndFourDigits) {
+  EXPECT_EQ(CaseOf({"coffee_cup", 3, 0}).id, "coffee_cup-0003");
+  EXPECT_EQ(CaseOf({"mug", 99999, 0}).id, "mug-99999");
 }
 
 TEST(TrialSeed, DiffersForEveryExperimentSeedObjectAndIndex) {
@@ -39,8 +39,8 @@ TEST(TrialSeed, NeverChanges) {
 }
 
 TEST(RunAttempt, ShowsTheStartOfAnAttemptThatEndsBeforeAnythingMoves) {
-  const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   auto arranged = ArrangeTrial(cell, {"dextrose", 0, 1});
   ASSERT_TRUE(arranged);
@@ -58,8 +58,8 @@ TEST(RunAttempt, ShowsTheStartOfAnAttemptThatEndsBeforeAnythingMoves) {
 
 // It is wider than the hand opens: all that can hold it is its rim.
 TEST(Trial, ABowlIsTakenByItsRim) {
-  const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_bowl.yaml", experiment::AllKinds(), {});
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_bowl.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   int rotational = 0;
   int open = 0;

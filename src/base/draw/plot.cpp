@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/words.h"
+
 namespace rangegrasp::draw {
 namespace {
 
@@ -69,37 +71,29 @@ struct Frame {
   double Bottom() const { return top + height; }
 };
 
-/// Six digits of a number.
-std::string Number(double value) { return fmt::format("{:.6g}", value); }
-
-/// A length in pixels, which need no more than two digits after the point.
-std::string Px(double value) { return fmt::format("{:.2f}", value); }
-
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    escaped += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  }
-  return escaped;
-}
+std::string Number(double value) { return fmt::format("{:g}", value); }
 
 std::string Text(double x, double y, const std::string& text, const std::string& anchor = "middle",
                  const std::string& more = "") {
   return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y,
-                     anchor, more, Escape(text));
+                     anchor, more, base::XmlEscaped(text));
 }
 
 std::string LineTo(double x1, double y1, double x2, double y2, const std::string& color,
                    double width = 1.0) {
   return fmt::format(
       "<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" stroke=\"{}\" "
-      "stroke-width=\"{}\"/>\n",
-      x1, y1, x2, y2, color, Number(width));
+      "stroke-width=\"{:g}\"/>\n",
+      x1, y1, x2, y2, color, width);
 }
 
 std::string Rect(double x, double y, double width, double height, const std::string& more = "") {
   return fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"{}/>", x, y,
                      width, height, more);
+}
+
+std::string Rect(const Frame& frame, const std::string& more = "") {
+  return Rect(frame.left, frame.top, frame.width, frame.height, more);
 }
 
 /// The first lines, with a white ground; "</svg>" must follow.
@@ -158,9 +152,7 @@ Frame FrameOf(const Panel& panel, double top, int width_px, int height_px) {
 
 std::string DrawAxes(const Panel& panel, const Frame& frame) {
   const double middle = frame.left + 0.5 * frame.width;
-  std::string svg = Rect(frame.left, frame.top, frame.width, frame.height,
-                         fmt::format(" fill=\"none\" stroke=\"{}\"", kInk)) +
-                    "\n";
+  std::string svg = Rect(frame, fmt::format(" fill=\"none\" stroke=\"{}\"", kInk)) + "\n";
   for (const double tick : Ticks(frame.x.low, frame.x.high)) {
     svg += LineTo(frame.X(tick), frame.Bottom(), frame.X(tick), frame.Bottom() + 4, kInk);
     svg += Text(frame.X(tick), frame.Bottom() + 17, Number(tick));
@@ -176,9 +168,9 @@ std::string DrawSeries(const Series& series, const Frame& frame) {
   std::string points;
   const auto end_line = [&] {
     if (!points.empty()) {
-      svg +=
-          fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" points=\"{}\"/>\n",
-                      series.color, Number(series.width_px), points);
+      svg += fmt::format(
+          "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:g}\" points=\"{}\"/>\n",
+          series.color, series.width_px, points);
     }
     points.clear();
   };
@@ -187,13 +179,12 @@ std::string DrawSeries(const Series& series, const Frame& frame) {
       end_line();
       continue;
     }
-    const std::string x = Px(frame.X(series.x[i]));
-    const std::string y = Px(frame.Y(series.y[i]));
+    const double x = frame.X(series.x[i]), y = frame.Y(series.y[i]);
     if (series.dots) {
-      svg += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>\n", x, y,
-                         Number(series.width_px), series.color);
+      svg += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:g}\" fill=\"{}\"/>\n", x, y,
+                         series.width_px, series.color);
     } else {
-      points += x + "," + y + " ";
+      points += fmt::format("{:.2f},{:.2f} ", x, y);
     }
   }
   end_line();
@@ -227,7 +218,7 @@ std::string DrawMarkers(const Panel& panel, const Frame& frame) {
 std::string DrawPanel(const Panel& panel, const Frame& frame, const std::string& id) {
   std::string svg = DrawAxes(panel, frame);
   svg += fmt::format("<clipPath id=\"{}\">{}</clipPath>\n<g clip-path=\"url(#{})\">\n", id,
-                     Rect(frame.left, frame.top, frame.width, frame.height), id);
+                     Rect(frame), id);
   for (const Series& series : panel.series) svg += DrawSeries(series, frame);
   return svg + "</g>\n" + DrawMarkers(panel, frame) + DrawLegend(panel, frame);
 }

@@ -53,29 +53,44 @@ std::string KindOf(int color_type, int bits) {
 // libpng leaves its functions by longjmp: between setjmp and there nothing with a destructor may
 // live, so each function that calls it holds plain values only.
 
+/// What libpng works on, while a picture is read or written.
 struct State {
-  png_structp png = nullptr;
-  png_infop info = nullptr;
-  std::string_view bytes;          // reading: what is left
-  std::string* written = nullptr;  // writing
-  std::array<char, 160> error{};
-
-  State() = default;
+  explicit State(std::string_view file)
+      : bytes(file), png(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)) {
+    MakeInfo();
+  }
+  explicit State(std::string* out)
+      : written(out),
+        png(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)) {
+    MakeInfo();
+  }
+  ~State() {
+    if (written) {
+      png_destroy_write_struct(&png, &info);
+    } else {
+      png_destroy_read_struct(&png, &info, nullptr);
+    }
+  }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
   void MakeInfo() {
-    info = png != nullptr ? png_create_info_struct(png) : nullptr;
-    if (info == nullptr) throw base::RunError("libpng cannot start");
+    info = png ? png_create_info_struct(png) : nullptr;
+    if (!info) throw base::RunError("libpng cannot start");
   }
-};
+  static void OnError(png_structp png, png_const_charp text) {
+    auto* state = static_cast<State*>(png_get_error_ptr(png));
+    std::snprintf(state->error.data(), state->error.size(), "%s", text);
+    png_longjmp(png, 1);
+  }
+  static void OnWarning(png_structp, png_const_charp) {}
 
-void OnError(png_structp png, png_const_charp text) {
-  auto* state = static_cast<State*>(png_get_error_ptr(png));
-  std::snprintf(state->error.data(), state->error.size(), "%s", text);
-  png_longjmp(png, 1);
-}
-void OnWarning(png_structp, png_const_charp) {}
+  std::string_view bytes;          // reading: what is left
+  std::string* written = nullptr;  // writing
+  std::array<char, 160> error{};
+  png_structp png;
+  png_infop info = nullptr;
+};
 
 void ReadBytes(png_structp png, png_bytep out, std::size_t count) {
   auto* state = static_cast<State*>(png_get_io_ptr(png));
@@ -90,7 +105,7 @@ void WriteBytes(png_structp png, png_bytep bytes, std::size_t count) {
   try {
     state->written->append(reinterpret_cast<const char*>(bytes), count);
   } catch (const std::bad_alloc&) {
-    out_of_memory = true;
+    out_of_memory = true;  // png_error must not leave a handler
   }
   if (out_of_memory) png_error(png, "out of memory");
 }
@@ -126,30 +141,9 @@ bool WriteRows(State& state, png_uint_32 width, png_uint_32 height, int bits, in
   return true;
 }
 
-class Reader : public State {
- public:
-  explicit Reader(std::string_view file) {
-    bytes = file;
-    png = png_create_read_struct(PNG_LIBPNG_VER_STRING, static_cast<State*>(this), OnError,
-                                 OnWarning);
-    MakeInfo();
-  }
-  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
-  [[noreturn]] void Fail() const {
-    throw InputError(std::string("is not a whole PNG image: ") + error.data());
-  }
-};
-
-class Writer : public State {
- public:
-  explicit Writer(std::string& out) {
-    written = &out;
-    png = png_create_write_struct(PNG_LIBPNG_VER_STRING, static_cast<State*>(this), OnError,
-                                  OnWarning);
-    MakeInfo();
-  }
-  ~Writer() { png_destroy_write_struct(&png, &info); }
-};
+[[noreturn]] void ThrowDamaged(const State& reader) {
+  throw InputError(std::string("is not a whole PNG image: ") + reader.error.data());
+}
 
 // The first byte of each row. libpng takes rows to write without const, and leaves them alone.
 template <typename Value>
@@ -171,8 +165,8 @@ Picture DecodePng(std::string_view bytes) {
       png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, kSignature) != 0) {
     throw InputError("is not a PNG image");
   }
-  Reader reader(bytes);
-  if (!ReadHeader(reader)) reader.Fail();
+  State reader(bytes);
+  if (!ReadHeader(reader)) ThrowDamaged(reader);
   const int type = png_get_color_type(reader.png, reader.info);
   const int bits = png_get_bit_depth(reader.png, reader.info);
   if (type != Format::kColorType || bits != Format::kBits) {
@@ -189,7 +183,7 @@ Picture DecodePng(std::string_view bytes) {
   auto& values = Format::Values(picture);
   values.resize(width * height * Format::kChannels);
   std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);
-  if (!ReadRows(reader, rows.data())) reader.Fail();
+  if (!ReadRows(reader, rows.data())) ThrowDamaged(reader);
   return picture;
 }
 
@@ -216,7 +210,7 @@ std::string EncodePng(const Picture& picture) {
   }
   std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);
   std::string written;
-  Writer writer(written);
+  State writer(&written);
   if (!WriteRows(writer, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
                  Format::kBits, Format::kColorType, rows.data())) {
     throw base::RunError(std::string("libpng: ") + writer.error.data());

@@ -11,15 +11,19 @@
 
 namespace rangegrasp::image {
 
+/// The position of a pixel among those of a picture, row after row; of (0, height): their number.
+constexpr std::size_t IndexAt(int x, int y, int width) {
+  const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+  return row + static_cast<std::size_t>(x);
+}
+
 /// A colour picture with 8 bits a channel.
 struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgb;  ///< 3 * width * height, rows from the top
 
-  const std::uint8_t* At(int x, int y) const {
-    return rgb.data() + 3 * (static_cast<std::ptrdiff_t>(width) * y + x);
-  }
+  const std::uint8_t* At(int x, int y) const { return rgb.data() + 3 * IndexAt(x, y, width); }
 };
 
 /// A grey picture of brightness, depth, height, ...
@@ -34,8 +38,7 @@ using Grey16 = Grey<std::uint16_t>;
 
 /// The picture in the bytes of a PNG file.
 /// @tparam Picture  Image (8-bit RGB), Grey8 or Grey16: the file must hold exactly that.
-/// @throws base::InputError saying what is wrong (the caller names the file): no PNG, damaged, cut
-/// off, of another kind of pixels.
+/// @throws base::InputError saying what is wrong; the caller names the file.
 template <typename Picture>
 Picture DecodePng(std::string_view bytes);
 

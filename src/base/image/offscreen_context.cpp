@@ -43,7 +43,7 @@ OffscreenContext::OffscreenContext(int width_px, int height_px)
     throw std::invalid_argument("a picture needs a positive size");
   }
   DrawInThisThread();
-  rgba_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * kRgba);
+  rgba_.resize(kRgba * IndexAt(0, height_px, width_px));
   context_.reset(
       OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));
   MakeCurrent();
@@ -62,8 +62,7 @@ void OffscreenContext::MakeCurrent() {
 
 Image OffscreenContext::Picture(int oversampling) const {
   Image image{width_px_ / oversampling, height_px_ / oversampling, {}};
-  image.rgb.reserve(3 * static_cast<std::size_t>(image.width) *
-                    static_cast<std::size_t>(image.height));
+  image.rgb.reserve(3 * IndexAt(0, image.height, image.width));
   const int parts = oversampling * oversampling;
   glFinish();
   for (int y = 0; y < image.height; ++y) {
@@ -73,10 +72,7 @@ Image OffscreenContext::Picture(int oversampling) const {
         for (int part = 0; part < parts; ++part) {
           const int from_y = (image.height - 1 - y) * oversampling + part / oversampling;
           const int from_x = x * oversampling + part % oversampling;
-          const auto pixel =
-              static_cast<std::size_t>(from_y) * static_cast<std::size_t>(width_px_) +
-              static_cast<std::size_t>(from_x);
-          sum += rgba_[kRgba * pixel + channel];
+          sum += rgba_[kRgba * IndexAt(from_x, from_y, width_px_) + channel];
         }
         image.rgb.push_back(static_cast<std::uint8_t>(sum / parts));
       }

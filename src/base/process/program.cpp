@@ -60,25 +60,41 @@ constexpr useconds_t kPoll_us = 200;
   throw base::RunError(std::string(what) + ": " + strerror(errno));
 }
 
+/// An end of a pipe; below 0 once closed.
+class End {
+ public:
+  explicit End(int end = -1) : end_(end) {}
+  ~End() { Close(); }
+  End(End&& other) noexcept : end_(std::exchange(other.end_, -1)) {}
+  End& operator=(End&& other) noexcept {
+    std::swap(end_, other.end_);
+    return *this;
+  }
+
+  operator int() const { return end_; }
+  void Close() {
+    if (end_ >= 0) close(std::exchange(end_, -1));
+  }
+
+ private:
+  int end_;
+};
+
 struct Pipe {
-  std::array<int, 2> ends{-1, -1};
+  End out, in;
   Pipe() {
+    std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) ThrowErrno("pipe");
-  }
-  ~Pipe() {
-    for (const int end : ends) {
-      if (end >= 0) close(end);
-    }
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  // This process's end.
-  int Take(std::size_t which) {
-    const int end = std::exchange(ends[which], -1);
-    fcntl(end, F_SETFL, O_NONBLOCK);
-    return end;
+    out = End(ends[0]);
+    in = End(ends[1]);
   }
 };
+
+/// This process's end.
+End NotBlocking(End end) {
+  fcntl(end, F_SETFL, O_NONBLOCK);
+  return end;
+}
 
 // Whatever is made before the fork: after it nothing may allocate, since other threads of this
 // process (a renderer's) may have held the heap's lock.
@@ -86,12 +102,11 @@ struct Start {
   explicit Start(const Program& p) : program(p), folder(p.folder.string()) {
     for (const std::string& word : p.command) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
-    const auto is_replaced = [&](std::string_view entry) {
-      return std::any_of(p.environment.begin(), p.environment.end(),
-                         [&](const auto& one) { return entry.starts_with(one.first + "="); });
-    };
     for (char** entry = environ; *entry; ++entry) {
-      if (!is_replaced(*entry)) envp.push_back(*entry);
+      const bool is_replaced = std::ranges::any_of(p.environment, [&](const auto& one) {
+        return std::string_view(*entry).starts_with(one.first + "=");
+      });
+      if (!is_replaced) envp.push_back(*entry);
     }
     for (const auto& [name, value] : p.environment) own.push_back(name + "=" + value);
     for (std::string& entry : own) envp.push_back(entry.data());
@@ -186,43 +201,28 @@ int CodeOf(int status) {
 /// program. (A process group does not suffice: programs leave it, as a shell with job control.)
 class Guard {
  public:
+  End in, out, err;  // not blocking
+
   /// @throws base::RunError if no process or pipe can be made.
   explicit Guard(const Program& program) {
     const Start start(program);
-    Pipe in;
-    Pipe out;
-    Pipe err;
+    Pipe to, from, error;
     // A guard's signals wait from its first moment on.
-    sigset_t all;
-    sigset_t before;
+    sigset_t all, before;
     sigfillset(&all);
     const pid_t parent = getpid();
     pthread_sigmask(SIG_SETMASK, &all, &before);
     pid_ = fork();
-    if (pid_ == 0) BecomeGuard(start, parent, in.ends[0], out.ends[1], err.ends[1]);
+    if (pid_ == 0) BecomeGuard(start, parent, to.out, from.in, error.in);
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
     if (pid_ < 0) ThrowErrno("fork");
-    in_ = in.Take(1);
-    out_ = out.Take(0);
-    err_ = err.Take(0);
+    in = NotBlocking(std::move(to.in));
+    out = NotBlocking(std::move(from.out));
+    err = NotBlocking(std::move(error.out));
   }
-
-  ~Guard() {
-    Kill();
-    CloseIn();
-    CloseOut();
-    CloseErr();
-  }
+  ~Guard() { Kill(); }
   Guard(const Guard&) = delete;
   Guard& operator=(const Guard&) = delete;
-
-  // Ends of pipes, not blocking; -1 once closed.
-  int in() const { return in_; }
-  int out() const { return out_; }
-  int err() const { return err_; }
-  void CloseIn() { Close(in_); }
-  void CloseOut() { Close(out_); }
-  void CloseErr() { Close(err_); }
 
   /// How the program ended: its exit code, or 128 and the signal that killed it; -1 if it runs.
   int ExitCode() {
@@ -251,12 +251,7 @@ class Guard {
   }
 
  private:
-  static void Close(int& end) {
-    if (end >= 0) close(std::exchange(end, -1));
-  }
-
   pid_t pid_ = -1;
-  int in_ = -1, out_ = -1, err_ = -1;
   int code_ = -1;
 };
 
@@ -284,8 +279,8 @@ bool ReadFrom(int pipe, std::string& text) {
 
 /// Keeps the end of what the program writes to stderr.
 void ReadErr(Guard& guard, std::string& err) {
-  if (guard.err() < 0) return;
-  if (!ReadFrom(guard.err(), err)) guard.CloseErr();
+  if (guard.err < 0) return;
+  if (!ReadFrom(guard.err, err)) guard.err.Close();
   if (err.size() > kKept_bytes) err.erase(0, err.size() - kKept_bytes);
 }
 
@@ -293,7 +288,7 @@ void ReadErr(Guard& guard, std::string& err) {
 /// are passed over.
 std::array<pollfd, 3> WaitFor(const Guard& guard, double left_s) {
   std::array<pollfd, 3> waits{
-      {{guard.in(), POLLOUT, 0}, {guard.out(), POLLIN, 0}, {guard.err(), POLLIN, 0}}};
+      {{guard.in, POLLOUT, 0}, {guard.out, POLLIN, 0}, {guard.err, POLLIN, 0}}};
   poll(waits.data(), waits.size(), 1 + static_cast<int>(left_s * 1000.0));
   return waits;
 }
@@ -305,18 +300,7 @@ class Conversation {
 
   Reply Hold() {
     const WithoutPipeSignal without;
-    while (!ended_) {
-      const double left_s = program_.limit_s - watch_.Seconds();
-      if (left_s <= 0.0) {
-        Fail(fmt::format("no answer within {:g} s", program_.limit_s));
-        break;
-      }
-      WaitFor(guard_, left_s);
-      Write();
-      ReadOut();
-      ReadErr(guard_, err_);
-      if (!ended_ && guard_.out() < 0) AtEnd();
-    }
+    while (!reply_.line && reply_.failure.empty()) Step();
     guard_.Kill();
     ReadErr(guard_, err_);
     reply_.last_words = LastWords(err_, kShown);
@@ -324,35 +308,38 @@ class Conversation {
   }
 
  private:
-  void Fail(const std::string& why) {
-    reply_.failure = why;
-    ended_ = true;
-  }
-  void Answer(std::size_t length) {
-    out_.resize(length);
-    reply_.line = std::move(out_);
-    ended_ = true;
+  void Step() {
+    const double left_s = program_.limit_s - watch_.Seconds();
+    if (left_s <= 0.0) {
+      reply_.failure = fmt::format("no answer within {:g} s", program_.limit_s);
+      return;
+    }
+    WaitFor(guard_, left_s);
+    Write();
+    if (guard_.out >= 0) ReadOut();
+    ReadErr(guard_, err_);
+    if (guard_.out < 0 && !reply_.line && reply_.failure.empty()) AtEnd();
   }
 
   void Write() {
-    if (guard_.in() < 0) return;
-    const ssize_t n = write(guard_.in(), question_.data() + sent_, question_.size() - sent_);
+    if (guard_.in < 0) return;
+    const ssize_t n = write(guard_.in, question_.data() + sent_, question_.size() - sent_);
     if (n > 0) sent_ += static_cast<std::size_t>(n);
     // A program that does not read the question may still answer.
     const bool broken = n < 0 && errno != EAGAIN && errno != EINTR;
-    if (broken || sent_ == question_.size()) guard_.CloseIn();
+    if (broken || sent_ == question_.size()) guard_.in.Close();
   }
 
   void ReadOut() {
-    if (ended_ || guard_.out() < 0) return;
     const std::size_t before = out_.size();
-    if (!ReadFrom(guard_.out(), out_)) guard_.CloseOut();
+    if (!ReadFrom(guard_.out, out_)) guard_.out.Close();
     const std::size_t end = out_.find('\n', before);
     if (std::min(end, out_.size()) > program_.max_answer_bytes) {
-      return Fail(
-          fmt::format("an answer of more than {} bytes in one line", program_.max_answer_bytes));
+      reply_.failure =
+          fmt::format("an answer of more than {} bytes in one line", program_.max_answer_bytes);
+    } else if (end != std::string::npos) {
+      reply_.line = out_.substr(0, end);
     }
-    if (end != std::string::npos) Answer(end);
   }
 
   // Its output has ended without an end of line.
@@ -360,12 +347,14 @@ class Conversation {
     const base::Stopwatch ending;
     while (guard_.ExitCode() < 0 && ending.Seconds() < kEnding_s) {
       ReadErr(guard_, err_);
-      usleep(200);
+      usleep(kPoll_us);
     }
     const int code = guard_.ExitCode();
-    if (code == 0 && !out_.empty()) return Answer(out_.size());
-    Fail(code < 0 ? std::string("closed its output without an answer")
-                  : HowItEnded(code) + " without an answer");
+    if (code == 0 && !out_.empty()) {
+      reply_.line = out_;
+    } else {
+      reply_.failure = (code < 0 ? "closed its output" : HowItEnded(code)) + " without an answer";
+    }
   }
 
   const Program& program_;
@@ -373,13 +362,12 @@ class Conversation {
   std::size_t sent_ = 0;
   base::Stopwatch watch_;
   Guard guard_;
-  bool ended_ = false;
   std::string out_, err_;
   Reply reply_;
 };
 
 bool IsIn(const fs::path& inner, const fs::path& outer) {
-  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+  return std::ranges::mismatch(outer, inner).in1 == outer.end();
 }
 
 std::vector<fs::path> HiddenBy(const Box& box) {
@@ -394,8 +382,9 @@ std::vector<fs::path> HiddenBy(const Box& box) {
     if (!error && real != "/" && fs::is_directory(real)) hidden.push_back(real);
   }
   // Outer ones first, since what is mounted later lies on top.
-  std::sort(hidden.begin(), hidden.end());
-  hidden.erase(std::unique(hidden.begin(), hidden.end()), hidden.end());
+  std::ranges::sort(hidden);
+  const auto twice = std::ranges::unique(hidden);
+  hidden.erase(twice.begin(), twice.end());
   return hidden;
 }
 
@@ -458,7 +447,7 @@ struct Feed::Impl {
     const auto waits = WaitFor(guard, left_s);
     // What it prints is of no use, and must not block it.
     std::string dropped;
-    if (waits[1].revents != 0 && !ReadFrom(guard.out(), dropped)) guard.CloseOut();
+    if (waits[1].revents != 0 && !ReadFrom(guard.out, dropped)) guard.out.Close();
     if (waits[2].revents != 0) ReadErr(guard, err);
   }
 
@@ -466,7 +455,7 @@ struct Feed::Impl {
   int ExitCode() {
     const base::Stopwatch watch;
     while (guard.ExitCode() < 0) {
-      if (guard.out() < 0 && guard.err() < 0) {
+      if (guard.out < 0 && guard.err < 0) {
         if (watch.Seconds() > program.limit_s) Fail("does not end");
         usleep(1000);
       } else {
@@ -488,14 +477,14 @@ void Feed::Write(std::span<const std::uint8_t> bytes) {
   base::Stopwatch watch;
   std::size_t sent = 0;
   while (sent < bytes.size()) {
-    const ssize_t n = write(impl_->guard.in(), bytes.data() + sent, bytes.size() - sent);
+    const ssize_t n = write(impl_->guard.in, bytes.data() + sent, bytes.size() - sent);
     if (n > 0) {
       sent += static_cast<std::size_t>(n);
       watch.Restart();
     } else if (errno == EAGAIN || errno == EINTR) {
       impl_->Wait(watch, "takes nothing more");
     } else {
-      impl_->guard.CloseIn();
+      impl_->guard.in.Close();
       const int code = impl_->ExitCode();
       impl_->Fail(HowItEnded(code) + " before it had all");
     }
@@ -503,7 +492,7 @@ void Feed::Write(std::span<const std::uint8_t> bytes) {
 }
 
 void Feed::Finish() {
-  impl_->guard.CloseIn();
+  impl_->guard.in.Close();
   const int code = impl_->ExitCode();
   if (code != 0) impl_->Fail(HowItEnded(code));
 }
@@ -533,9 +522,8 @@ std::vector<std::string> InSandbox(const std::vector<std::string>& command, cons
   for (const fs::path& path : hidden) add({"--tmpfs", path.string()});
   for (const fs::path& path : box.shown) {
     const fs::path real = fs::weakly_canonical(path);
-    const bool holds_hidden =
-        std::any_of(hidden.begin(), hidden.end(), [&](const fs::path& h) { return IsIn(h, real); });
-    if (!holds_hidden) add({"--ro-bind-try", real.string(), path.string()});
+    const auto lies_in = [&](const fs::path& other) { return IsIn(other, real); };
+    if (std::ranges::none_of(hidden, lies_in)) add({"--ro-bind-try", real.string(), path.string()});
   }
   add({"--bind", fs::canonical(box.folder).string(), box.folder.string()});
   for (const fs::path& path : hidden) add({"--remount-ro", path.string()});
@@ -549,10 +537,8 @@ std::optional<std::string> WhyNoSandbox() {
     return "bubblewrap (the program bwrap) is not installed: apt-get install bubblewrap";
   }
   const OwnFolder folder;
-  Program trial;
-  trial.command = InSandbox({"/bin/sh", "-c", "echo works"}, {folder.path(), {}, {}});
-  trial.folder = folder.path();
-  const Reply reply = Ask(trial, "");
+  const auto command = InSandbox({"/bin/sh", "-c", "echo works"}, {folder.path(), {}, {}});
+  const Reply reply = Ask({.command = command, .folder = folder.path(), .environment = {}}, "");
   if (reply.line == "works") return std::nullopt;
   return "bubblewrap cannot start (" +
          (reply.last_words.empty() ? reply.failure : reply.last_words) +

@@ -33,26 +33,24 @@ struct Reply {
 };
 
 /// Starts the program, writes the question and an end of line to its stdin, closes it, and waits
-/// for one line on its stdout (or what is there when it ends with code 0). Then the program is
-/// killed, with all processes that it started, also those that left its process group. If this
-/// process is killed, they die too. Whatever else it prints is discarded, so that it cannot block.
+/// for one line on its stdout (or what is there when it ends with code 0). Then all processes that
+/// came from the program are killed, also if this process is killed. What else it prints is
+/// discarded.
 /// @throws base::RunError if no process or pipe can be made.
 Reply Ask(const Program& program, std::string_view question);
 
-/// The file of a program: of a name without '/' the first one in PATH that can be executed; nullopt
-/// if there is none.
+/// Of a name without '/' the first file in PATH that can be executed; nullopt if there is none.
 std::optional<std::filesystem::path> Find(const std::string& name);
 
 /// One line of plain ASCII of at most so many characters, the end of the text: what is not
 /// printable becomes '?', lines are joined by " | ".
 std::string LastWords(std::string_view text, std::size_t max_characters);
 
-/// A program that is given bytes and whose exit code says whether it took them. It is killed if
-/// this is destroyed before Finish, or this process is killed.
+/// A program that is given bytes and whose exit code says whether it took them; killed if this is
+/// destroyed before Finish, or this process is killed.
 class Feed {
  public:
-  /// Starts the program. Program::limit_s is how long it may take no byte, and, after the last one,
-  /// how long it may take to end.
+  /// Program::limit_s is how long it may take no byte, and how long it may take to end after them.
   /// @param name  for messages: what is made
   /// @throws base::RunError if no process or pipe can be made.
   Feed(const Program& program, std::string name);
@@ -96,8 +94,7 @@ struct Box {
 };
 
 /// The command that runs another in a sandbox (bubblewrap): files as the box says, temporary
-/// folders and /run hidden, no network, no other processes visible, no privileges; it ends with its
-/// parent.
+/// folders and /run hidden, no network, other processes or privileges; it ends with its parent.
 std::vector<std::string> InSandbox(const std::vector<std::string>& command, const Box& box);
 
 /// Why no sandbox can be made here, and the cure; nullopt if one can. Starts one to find out.

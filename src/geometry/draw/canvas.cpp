@@ -61,19 +61,10 @@ void SetUp(const View& view, int width, int height) {
   LoadMatrix(GL_MODELVIEW, LookAt(view));
 }
 
-void DrawDots(const Canvas::Dots& dots) {
-  glPointSize(dots.size_px * kOversampling);
-  glColor4fv(dots.color.data());
-  glBegin(GL_POINTS);
-  for (const Eigen::Vector3d& p : dots.points) glVertex3dv(p.data());
-  glEnd();
-}
-
-void DrawLine(const Canvas::Line& line) {
-  glLineWidth(line.width_px * kOversampling);
-  glColor4fv(line.color.data());
-  glBegin(GL_LINE_STRIP);
-  for (const Eigen::Vector3d& p : line.points) glVertex3dv(p.data());
+void DrawPoints(GLenum as, const geometry::Points& points, const Color& color) {
+  glColor4fv(color.data());
+  glBegin(as);
+  for (const Eigen::Vector3d& p : points) glVertex3dv(p.data());
   glEnd();
 }
 
@@ -116,8 +107,14 @@ Color PaletteColor(std::size_t i) {
 image::Image Render(const Canvas& canvas, const View& view, int width, int height) {
   image::OffscreenContext context(width * kOversampling, height * kOversampling);
   SetUp(view, width, height);
-  for (const auto& dots : canvas.dots) DrawDots(dots);
-  for (const auto& line : canvas.lines) DrawLine(line);
+  for (const auto& dots : canvas.dots) {
+    glPointSize(dots.size_px * kOversampling);
+    DrawPoints(GL_POINTS, dots.points, dots.color);
+  }
+  for (const auto& line : canvas.lines) {
+    glLineWidth(line.width_px * kOversampling);
+    DrawPoints(GL_LINE_STRIP, line.points, line.color);
+  }
   for (const auto& surface : canvas.surfaces) DrawSurface(surface, view);
   return context.Picture(kOversampling);
 }

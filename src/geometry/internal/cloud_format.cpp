@@ -1,10 +1,13 @@
 #include "geometry/internal/cloud_format.h"
 
+#include <algorithm>
 #include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <map>
 
 #include "base/error.h"
@@ -19,36 +22,34 @@ double NumberIn(const LineReader& lines, std::string_view word) {
   return *value;
 }
 
-Rgb Unpacked(std::uint32_t packed) {
-  return {static_cast<std::uint8_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8),
-          static_cast<std::uint8_t>(packed)};
+Rgb Unpacked(double packed, const Type& type) {
+  const auto bits = type.kind == 'f' ? std::bit_cast<std::uint32_t>(static_cast<float>(packed))
+                                     : static_cast<std::uint32_t>(static_cast<std::int64_t>(
+                                           std::clamp(packed, -2147483648.0, 4294967295.0)));
+  return {static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 8),
+          static_cast<std::uint8_t>(bits)};
 }
 
-Rgb ColorIn(const LineReader& lines, std::span<const std::string_view> words,
-            const ColorPlace& place) {
-  const double first = NumberIn(lines, words[place.at[0].column]);
-  switch (place.kind) {
-    case ColorPlace::Kind::kPackedAsFloat:
-      return Unpacked(std::bit_cast<std::uint32_t>(static_cast<float>(first)));
-    case ColorPlace::Kind::kPacked:
-      return Unpacked(static_cast<std::uint32_t>(
-          static_cast<std::int64_t>(std::clamp(first, -2147483648.0, 4294967295.0))));
-    default:
-      break;
+/// @param value  value(place) is the point's number there
+template <class Value>
+void AppendPointFrom(const Layout& layout, const Value& value, CloudFile& cloud) {
+  const auto& [x, y, z] = layout.xyz;
+  cloud.points.push_back({value(x), value(y), value(z)});  // braces: in this order
+  if (layout.label) {
+    constexpr double kMax = std::numeric_limits<std::uint32_t>::max();
+    cloud.labels.push_back(static_cast<std::uint32_t>(std::clamp(value(*layout.label), 0.0, kMax)));
   }
-  Rgb color;
-  for (std::size_t k = 0; k < color.size(); ++k) {
-    const double level = NumberIn(lines, words[place.at[k].column]);
-    color[k] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
+  const auto& color = layout.color;
+  if (color.empty()) return;
+  if (color.size() == 1) {
+    cloud.colors.push_back(Unpacked(value(color.front()), color.front().type));
+    return;
   }
-  return color;
+  auto& channels = cloud.colors.emplace_back();
+  std::ranges::transform(color, channels.begin(), [&](const Place& place) {
+    return static_cast<std::uint8_t>(std::clamp(value(place), 0.0, 255.0));
+  });
 }
-
-/// Of a number: its bytes, and 'f' real, 'i' whole, 'u' whole without a sign.
-struct Type {
-  std::size_t size;
-  char kind;
-};
 
 struct Property {
   std::string name;
@@ -64,16 +65,15 @@ struct Element {
 
 struct PlyHeader {
   std::string format;
-  std::size_t points = 0;
   std::size_t faces = 0;
   std::size_t elements = 0;  // of all kinds
   bool has_vertex = false;
   bool in_vertex = false;
-  Coordinate xyz[3];
-  Coordinate rgb[3];  // those of a byte
-  std::size_t columns = 0;
-  std::size_t row_bytes = 0;
+  Layout vertex;
   std::vector<Element> after;  // behind vertex
+
+  bool IsAscii() const { return format == "ascii"; }
+  bool IsSwapped() const { return format == "binary_big_endian"; }
 };
 
 Type TypeOf(const LineReader& lines, std::string_view word) {
@@ -96,7 +96,7 @@ void ReadElement(const LineReader& lines, const WordList& words, PlyHeader& head
   if (words[1] == "face") header.faces = *count;
   if (header.in_vertex) {
     header.has_vertex = true;
-    header.points = *count;
+    header.vertex.points = *count;
   } else if (!header.has_vertex && *count > 0) {
     lines.Fail("element {} stands before vertex; vertex must come first", Quoted(words[1]));
   } else {
@@ -104,65 +104,53 @@ void ReadElement(const LineReader& lines, const WordList& words, PlyHeader& head
   }
 }
 
-void ReadProperty(const LineReader& lines, const WordList& words, PlyHeader& header) {
-  if (!header.in_vertex) {
-    const bool list = words.size() == 5 && words[1] == "list";
-    if (!list && words.size() != 3) {
-      lines.Fail("a property needs a type and a name, or list, two types and a name");
-    }
-    Property property{std::string(words.back()), TypeOf(lines, words[list ? 3 : 1]), {}};
-    if (list) property.count = TypeOf(lines, words[2]);
-    if (!header.after.empty()) header.after.back().properties.push_back(std::move(property));
-    return;
-  }
+void ReadVertexProperty(const LineReader& lines, const WordList& words, PlyHeader& header) {
   if (words.size() != 3) lines.Fail("a property of vertex needs a type and a name, and is no list");
+  Layout& vertex = header.vertex;
   const Type type = TypeOf(lines, words[1]);
-  for (int axis = 0; axis < 3; ++axis) {
-    if (words[2] != std::string(1, static_cast<char>('x' + axis))) continue;
+  const auto axis = std::ranges::find(kAxes, words[2]) - kAxes.begin();
+  if (axis < 3) {
     if (type.kind != 'f') {
       lines.Fail("property {} is of type {}; float or double is needed", Quoted(words[2]),
                  Quoted(words[1]));
     }
-    header.xyz[axis] = {
-        .found = true, .column = header.columns, .offset = header.row_bytes, .size = type.size};
+    vertex.xyz[static_cast<std::size_t>(axis)] = {type, vertex.columns, vertex.row_bytes};
   }
-  static constexpr std::string_view kChannels[] = {"red", "green", "blue"};
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (words[2] != kChannels[k] || type.size != 1) continue;
-    header.rgb[k] = {
-        .found = true, .column = header.columns, .offset = header.row_bytes, .size = 1};
+  static constexpr std::array<std::string_view, 3> kChannels = {"red", "green", "blue"};
+  const auto channel = std::ranges::find(kChannels, words[2]) - kChannels.begin();
+  if (channel < 3 && type.size == 1) {
+    vertex.color.resize(3);
+    vertex.color[static_cast<std::size_t>(channel)] = {{1, 'u'}, vertex.columns, vertex.row_bytes};
   }
-  ++header.columns;
-  header.row_bytes += type.size;
+  ++vertex.columns;
+  vertex.row_bytes += type.size;
 }
 
-/// The color is known where all of its channels are.
-ColorPlace ColorOf(const PlyHeader& header) {
-  ColorPlace place;
-  if (!std::ranges::all_of(header.rgb, &Coordinate::found)) return place;
-  place.kind = ColorPlace::Kind::kChannels;
-  for (std::size_t k = 0; k < 3; ++k) {
-    place.at[k] = header.rgb[k];
-    place.at[k].stride = header.row_bytes;
+void ReadProperty(const LineReader& lines, const WordList& words, PlyHeader& header) {
+  if (header.in_vertex) return ReadVertexProperty(lines, words, header);
+  const bool list = words.size() == 5 && words[1] == "list";
+  if (!list && words.size() != 3) {
+    lines.Fail("a property needs a type and a name, or list, two types and a name");
   }
-  return place;
+  Property property{std::string(words.back()), TypeOf(lines, words[list ? 3 : 1]), {}};
+  if (list) property.count = TypeOf(lines, words[2]);
+  if (!header.after.empty()) header.after.back().properties.push_back(std::move(property));
 }
 
-/// Checks a whole header, and completes its coordinates.
+bool IsMissing(const Place& place) { return place.type.size == 0; }
+
+/// Checks a whole header, and drops a color of which a channel is missing.
 void CheckHeader(const LineReader& lines, PlyHeader& header) {
-  if (header.format != "ascii" && header.format != "binary_little_endian" &&
-      header.format != "binary_big_endian") {
+  if (!header.IsAscii() && !header.IsSwapped() && header.format != "binary_little_endian") {
     lines.Fail("format {} is none of ascii, binary_little_endian, binary_big_endian",
                Quoted(header.format));
   }
-  if (!header.has_vertex || header.points == 0) lines.Fail("the cloud has no points");
-  for (int axis = 0; axis < 3; ++axis) {
-    header.xyz[axis].stride = header.row_bytes;
-    if (!header.xyz[axis].found) {
-      lines.Fail("element vertex has no property {}; x, y and z are needed",
-                 static_cast<char>('x' + axis));
-    }
+  if (header.vertex.points == 0) lines.Fail("the cloud has no points");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!IsMissing(header.vertex.xyz[axis])) continue;
+    lines.Fail("element vertex has no property {}; x, y and z are needed", kAxes[axis]);
   }
+  if (std::ranges::any_of(header.vertex.color, IsMissing)) header.vertex.color.clear();
 }
 
 PlyHeader ReadPlyHeader(LineReader& lines) {
@@ -189,8 +177,13 @@ PlyHeader ReadPlyHeader(LineReader& lines) {
   return header;
 }
 
-std::size_t LeftIn(std::string_view bytes, const LineReader& lines) {
-  return bytes.size() - lines.position();
+/// The number whose bytes stand there, turned round if `swap_bytes`.
+template <class T>
+double LoadAs(const char* bytes, bool swap_bytes) {
+  std::array<char, sizeof(T)> copy;
+  std::memcpy(copy.data(), bytes, sizeof(T));
+  if (swap_bytes) std::ranges::reverse(copy);
+  return static_cast<double>(std::bit_cast<T>(copy));
 }
 
 double Load(const Type& type, const char* at, bool swap) {
@@ -211,24 +204,21 @@ double Load(const Type& type, const char* at, bool swap) {
 /// The numbers behind the vertices, one after the other.
 class Values {
  public:
-  Values(std::string_view bytes, std::string_view format, LineReader& lines, std::size_t begin)
-      : bytes_(bytes),
-        ascii_(format == "ascii"),
-        swap_(format == "binary_big_endian"),
-        lines_(lines),
-        at_(begin) {}
+  Values(std::string_view data, const PlyHeader& header, LineReader& lines)
+      : data_(data), ascii_(header.IsAscii()), swap_(header.IsSwapped()), lines_(lines) {}
 
   double Next(const Type& type) {
     if (ascii_) return NextWord();
-    if (type.size > bytes_.size() - at_) lines_.Fail("the data end within {}", "an element");
-    at_ += type.size;
-    return Load(type, bytes_.data() + at_ - type.size, swap_);
+    if (type.size > data_.size()) FailAtEnd();
+    const double value = Load(type, data_.data(), swap_);
+    data_.remove_prefix(type.size);
+    return value;
   }
   /// The length of a list of numbers of a type, which the file can hold.
   std::size_t NextCount(const Type& count, const Type& type) {
     const double n = Next(count);
     const std::size_t left =
-        ascii_ ? LeftIn(bytes_, lines_) + words_.size() : (bytes_.size() - at_) / type.size;
+        ascii_ ? lines_.Rest().size() + words_.size() : data_.size() / type.size;
     if (n >= 0.0 && n == std::floor(n) && n <= static_cast<double>(left)) {
       return static_cast<std::size_t>(n);
     }
@@ -237,20 +227,21 @@ class Values {
   const LineReader& lines() const { return lines_; }
 
  private:
+  [[noreturn]] void FailAtEnd() const { lines_.Fail("the data end within an element"); }
+
   double NextWord() {
     while (word_ == words_.size()) {
       const auto line = lines_.Next();
-      if (!line) lines_.Fail("the data end within {}", "an element");
+      if (!line) FailAtEnd();
       words_ = Words(*line);
       word_ = 0;
     }
     return NumberIn(lines_, words_[word_++]);
   }
 
-  std::string_view bytes_;
+  std::string_view data_;  // what is left of binary data
   bool ascii_, swap_;
   LineReader& lines_;
-  std::size_t at_;
   WordList words_;
   std::size_t word_ = 0;
 };
@@ -278,36 +269,32 @@ void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
   if (element.name == "face") soup.EndPolygon();
 }
 
-/// @return where the data behind the vertices begin, if they are binary.
-std::size_t ReadVertices(std::string_view bytes, const PlyHeader& header, LineReader& lines,
-                         Points& points, std::vector<Rgb>& colors) {
-  const std::size_t begin = lines.position();
-  const std::string_view body = bytes.substr(begin);
-  const bool ascii = header.format == "ascii";
-  const std::size_t needed = ascii ? 2 * header.points - 1 : header.points * header.row_bytes;
+/// @return the data behind the vertices, if they are binary.
+std::string_view ReadVertices(const PlyHeader& header, LineReader& lines, CloudFile& cloud) {
+  const Layout& vertex = header.vertex;
+  const bool ascii = header.IsAscii();
+  const std::string_view body = lines.Rest();
+  const std::size_t needed = ascii ? 2 * vertex.points - 1 : vertex.points * vertex.row_bytes;
   if (body.size() < needed) {
     lines.Fail(
         "the data are {} bytes; the header says {}{}: the file is truncated, or the count of "
         "vertices is wrong",
         body.size(), needed, ascii ? " or more" : "");
   }
-  const ColorPlace color = ColorOf(header);
   if (ascii) {
-    points = DecodeAscii(lines, header.points, header.columns, header.xyz, color, colors);
+    ReadAsciiPoints(lines, vertex, cloud);
   } else {
-    const bool swap = header.format == "binary_big_endian";
-    points = DecodeBinary(body, header.points, header.xyz, swap);
-    colors = DecodeBinaryColors(body, header.points, color, swap);
+    ReadBinaryPoints(body, vertex, header.IsSwapped(), cloud);
   }
-  return begin + needed;
+  return body.substr(needed);
 }
 
-void CheckElements(std::string_view bytes, const PlyHeader& header, const LineReader& lines) {
-  if (header.elements <= LeftIn(bytes, lines)) return;
+void CheckElements(const PlyHeader& header, const LineReader& lines) {
+  if (header.elements <= lines.Rest().size()) return;
   lines.Fail(
       "the data are {} bytes; the header says {} elements: the file is truncated, or a count is "
       "wrong",
-      LeftIn(bytes, lines), header.elements);
+      lines.Rest().size(), header.elements);
 }
 
 }  // namespace
@@ -365,62 +352,34 @@ std::string Quoted(std::string_view word) {
   return text + (word.size() > kMaxLength ? "...\"" : "\"");
 }
 
-std::vector<Rgb> DecodeBinaryColors(std::string_view data, std::size_t points,
-                                    const ColorPlace& place, bool swap_bytes) {
-  if (place.kind == ColorPlace::Kind::kNone) return {};
-  std::vector<Rgb> colors(points);
-  const auto bytes_at = [&data](const Coordinate& c, std::size_t i) {
-    return data.data() + c.start + c.offset + i * c.stride;
-  };
-  for (std::size_t i = 0; i < points; ++i) {
-    if (place.kind == ColorPlace::Kind::kChannels) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        colors[i][k] = static_cast<std::uint8_t>(*bytes_at(place.at[k], i));
-      }
-    } else {
-      colors[i] = Unpacked(
-          static_cast<std::uint32_t>(LoadAs<std::uint32_t>(bytes_at(place.at[0], i), swap_bytes)));
-    }
-  }
-  return colors;
-}
-
-Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate (&xyz)[3],
-                    bool swap_bytes) {
-  Points decoded(points);
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Coordinate& c = xyz[axis];
-    const char* at = data.data() + c.start + c.offset;
-    for (std::size_t i = 0; i < points; ++i) {
-      const char* value = at + i * c.stride;
-      decoded[i][axis] =
-          c.size == 4 ? LoadAs<float>(value, swap_bytes) : LoadAs<double>(value, swap_bytes);
-    }
-  }
-  return decoded;
-}
-
-Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
-                   const Coordinate (&xyz)[3], const ColorPlace& place, std::vector<Rgb>& colors) {
-  Points decoded;
-  decoded.reserve(points);
-  while (decoded.size() < points) {
+void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud) {
+  cloud.points.reserve(layout.points);
+  while (cloud.points.size() < layout.points) {
     const auto line = lines.Next();
     if (!line) {
-      lines.Fail("the data end after {} points; the header says {}", decoded.size(), points);
+      lines.Fail("the data end after {} points; the header says {}", cloud.points.size(),
+                 layout.points);
     }
     const auto words = Words(*line);
     if (words.empty()) continue;
-    if (words.size() < columns) {
-      lines.Fail("a point has {} values; the header names {}", words.size(), columns);
+    if (words.size() < layout.columns) {
+      lines.Fail("a point has {} values; the header names {}", words.size(), layout.columns);
     }
-    Eigen::Vector3d p;
-    for (Eigen::Index axis = 0; axis < 3; ++axis)
-      p[axis] = NumberIn(lines, words[xyz[axis].column]);
-    decoded.push_back(p);
-    if (place.kind != ColorPlace::Kind::kNone) colors.push_back(ColorIn(lines, words, place));
+    AppendPointFrom(
+        layout, [&](const Place& place) { return NumberIn(lines, words[place.column]); }, cloud);
   }
-  return decoded;
+}
+
+void ReadBinaryPoints(std::string_view data, const Layout& layout, bool swap_bytes,
+                      CloudFile& cloud) {
+  cloud.points.reserve(layout.points);
+  for (std::size_t i = 0; i < layout.points; ++i) {
+    const auto value = [&](const Place& place) {
+      const std::size_t stride = layout.by_field ? place.type.size : layout.row_bytes;
+      return Load(place.type, data.data() + place.start + i * stride, swap_bytes);
+    };
+    AppendPointFrom(layout, value, cloud);
+  }
 }
 
 void AppendPoint(const Eigen::Vector3d& p, std::string& bytes) {
@@ -441,18 +400,19 @@ std::string PlyVertexHeader(std::size_t vertices) {
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
   const PlyHeader header = ReadPlyHeader(lines);
-  CheckElements(bytes, header, lines);
+  CheckElements(header, lines);
   return header.faces;
 }
 
 PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes) {
   LineReader lines(bytes, file);
   const PlyHeader header = ReadPlyHeader(lines);
-  CheckElements(bytes, header, lines);
+  CheckElements(header, lines);
+  CloudFile cloud;
+  const std::string_view behind = ReadVertices(header, lines, cloud);
   PolygonSoup soup;
-  std::vector<Rgb> colors;
-  const std::size_t begin = ReadVertices(bytes, header, lines, soup.points, colors);
-  Values values(bytes, header.format, lines, begin);
+  soup.points = std::move(cloud.points);
+  Values values(behind, header, lines);
   for (const Element& element : header.after) {
     for (std::size_t i = 0; i < element.count; ++i) ReadRow(element, values, soup);
     if (element.name == "face") break;  // nothing behind it counts
@@ -464,8 +424,8 @@ CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes
   LineReader lines(bytes, file);
   const PlyHeader header = ReadPlyHeader(lines);
   CloudFile cloud;
-  cloud.width = static_cast<int>(header.points);
-  ReadVertices(bytes, header, lines, cloud.points, cloud.colors);
+  cloud.width = static_cast<int>(header.vertex.points);
+  ReadVertices(header, lines, cloud);
   return cloud;
 }
 

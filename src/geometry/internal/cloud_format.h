@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
 #include <cstddef>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -15,7 +14,6 @@
 
 #include "geometry/cloud_file.h"
 #include "geometry/internal/polygon_soup.h"
-#include "geometry/point_cloud.h"
 
 /// What the readers and writers of PCD and PLY share.
 
@@ -34,8 +32,7 @@ class LineReader {
 
   /// The next line without its end; nullopt at the end of the text.
   std::optional<std::string_view> Next();
-  /// Bytes consumed so far.
-  std::size_t position() const { return position_; }
+  std::string_view Rest() const { return text_.substr(position_); }
   /// @throws base::InputError "file:line: message", the message formatted as fmt::format does.
   template <class... Args>
   [[noreturn]] void Fail(fmt::format_string<Args...> message, Args&&... args) const {
@@ -62,59 +59,51 @@ Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_v
 /// A word for a message: shortened, without unprintable bytes, in quotes.
 std::string Quoted(std::string_view word);
 
-/// Where one coordinate of a point stands.
-struct Coordinate {
-  bool found = false;
-  std::size_t column = 0;  ///< in an ascii row
-  std::size_t offset = 0;  ///< [bytes] from the row's start in binary data
-  std::size_t stride = 0;  ///< [bytes] from one point to the next
-  std::size_t start = 0;   ///< [bytes] of the first point's row
-  std::size_t size = 4;    ///< [bytes]: 4 float, 8 double
+/// Of a number: its bytes, and 'f' real, 'i' whole, 'u' whole without a sign.
+struct Type {
+  std::size_t size = 0;
+  char kind = 'f';
 };
 
-/// Where a point's color stands.
-struct ColorPlace {
-  enum class Kind {
-    kNone,
-    kPacked,         ///< a whole number of 4 bytes: blue, green, red from the lowest on
-    kPackedAsFloat,  ///< the same bytes as a float's: what PCL writes
-    kChannels        ///< red, green and blue, of a byte each
-  };
-  Kind kind = Kind::kNone;
-  Coordinate at[3];  ///< the first one alone where they are packed
+/// Where one value of each point stands.
+struct Place {
+  Type type;               ///< of size 0: the file has no such value
+  std::size_t column = 0;  ///< in a row of words
+  std::size_t start = 0;   ///< [bytes] of the first point's in binary data
 };
 
-/// Binary colors; `data` must hold them all. None where the file has none.
-std::vector<Rgb> DecodeBinaryColors(std::string_view data, std::size_t points,
-                                    const ColorPlace& place, bool swap_bytes);
-/// Binary points; `data` must hold them all.
-Points DecodeBinary(std::string_view data, std::size_t points, const Coordinate (&xyz)[3],
-                    bool swap_bytes);
-/// One row of words a point. @param colors  receives their colors, if the file has any
-Points DecodeAscii(LineReader& lines, std::size_t points, std::size_t columns,
-                   const Coordinate (&xyz)[3], const ColorPlace& place, std::vector<Rgb>& colors);
+constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+
+/// How the points of a file stand one after the other.
+struct Layout {
+  std::size_t points = 0;
+  std::array<Place, 3> xyz{};
+  /// One that packs blue, green and red from its lowest byte on (whole, or as the same bytes of a
+  /// float: what PCL writes), or red, green and blue of a byte each; none without colors.
+  std::vector<Place> color{};
+  std::optional<Place> label{};
+  std::size_t columns = 0;    ///< of a row of words
+  std::size_t row_bytes = 0;  ///< of a point in binary data
+  bool by_field = false;      ///< the values of one field stand together, not those of one point
+};
+
+/// Reads rows of words, one a point, into a cloud's points and colors.
+void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud);
+/// The same of binary data, which must hold them all.
+void ReadBinaryPoints(std::string_view data, const Layout& layout, bool swap_bytes,
+                      CloudFile& cloud);
 
 /// Appends the bytes of a number as they are in memory.
 template <class T>
 void AppendRaw(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
-/// The number whose bytes stand there, turned round if `swap_bytes`.
-template <class T>
-double LoadAs(const char* bytes, bool swap_bytes) {
-  char copy[sizeof(T)];
-  std::memcpy(copy, bytes, sizeof(T));
-  if (swap_bytes) std::reverse(copy, copy + sizeof(T));
-  T value;
-  std::memcpy(&value, copy, sizeof(T));
-  return static_cast<double>(value);
-}
 /// Appends x, y and z in single precision.
 void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);
 
-/// Whether the bytes start as a PLY file does.
 bool IsPly(std::string_view bytes);
 
+constexpr const char* kPlyColor = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 /// The header of a binary little-endian PLY up to its vertices' x, y and z (float); further
 /// properties and end_header are the caller's.
 std::string PlyVertexHeader(std::size_t vertices);

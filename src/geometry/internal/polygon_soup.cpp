@@ -8,8 +8,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
-#include <tuple>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -18,27 +16,11 @@
 namespace rangegrasp::geometry::internal {
 namespace {
 
-// The first vertex at the place of each.
-std::vector<std::uint32_t> FirstAtPlace(const Points& points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto key = [&points](std::uint32_t i) {
-    return std::tie(points[i].x(), points[i].y(), points[i].z());
-  };
-  std::sort(order.begin(), order.end(), [&key](std::uint32_t a, std::uint32_t b) {
-    return std::tuple_cat(key(a), std::tie(a)) < std::tuple_cat(key(b), std::tie(b));
-  });
-  std::vector<std::uint32_t> first(points.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool same = k > 0 && key(order[k]) == key(order[k - 1]);
-    first[order[k]] = same ? first[order[k - 1]] : order[k];
-  }
-  return first;
-}
+using Eigen::Vector3d;
 
 // Joins equal vertices and leaves those out that no triangle has; the order stays.
 void CleanVertices(TriangleMesh& mesh) {
-  const auto first = FirstAtPlace(mesh.vertices);
+  const auto first = FirstTwin(mesh.vertices, CanonicalOrder(mesh.vertices));
   std::vector<std::uint32_t> place(mesh.vertices.size(), 0);
   for (auto& triangle : mesh.triangles) {
     for (std::uint32_t& v : triangle) place[v = first[v]] = 1;
@@ -68,9 +50,9 @@ using Corners = std::span<const std::uint32_t>;
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 // Newell: its length is twice the area.
-Eigen::Vector3d NormalOf(const Points& points, Corners corners) {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d& origin = points[corners[0]];
+Vector3d NormalOf(const Points& points, Corners corners) {
+  Vector3d normal = Vector3d::Zero();
+  const Vector3d& origin = points[corners[0]];
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
     normal += (points[corners[k]] - origin).cross(points[corners[k + 1]] - origin);
   }
@@ -85,11 +67,11 @@ void AppendFan(Corners corners, std::size_t from, Triangles& triangles) {
 }
 
 // The corner at which the polygon turns the other way; 0 if there is none.
-std::size_t HollowCorner(const Points& points, Corners corners, const Eigen::Vector3d& normal) {
+std::size_t HollowCorner(const Points& points, Corners corners, const Vector3d& normal) {
   const std::size_t n = corners.size();
   for (std::size_t k = 0; k < n; ++k) {
-    const Eigen::Vector3d& p = points[corners[k]];
-    const Eigen::Vector3d before = p - points[corners[(k + n - 1) % n]];
+    const Vector3d& p = points[corners[k]];
+    const Vector3d before = p - points[corners[(k + n - 1) % n]];
     if (before.cross(points[corners[(k + 1) % n]] - p).dot(normal) < 0.0) return k;
   }
   return 0;
@@ -109,13 +91,13 @@ void TellInside(Plane& plane) {
   }
 }
 
-Plane Triangulated(const Points& points, Corners corners, const Eigen::Vector3d& normal) {
-  const Eigen::Vector3d x = normal.unitOrthogonal();
-  const Eigen::Vector3d y = normal.cross(x);
+Plane Triangulated(const Points& points, Corners corners, const Vector3d& normal) {
+  const Vector3d x = normal.unitOrthogonal();
+  const Vector3d y = normal.cross(x);
   Plane plane;
   std::vector<Plane::Vertex_handle> handles;
   for (const std::uint32_t c : corners) {
-    const Eigen::Vector3d p = points[c] - points[corners[0]];
+    const Vector3d p = points[c] - points[corners[0]];
     const Plane::Face_handle near = handles.empty() ? Plane::Face_handle() : handles.back()->face();
     handles.push_back(plane.insert(Kernel::Point_2(p.dot(x), p.dot(y)), near));
     handles.back()->info() = c;
@@ -129,7 +111,7 @@ Plane Triangulated(const Points& points, Corners corners, const Eigen::Vector3d&
 }
 
 // @return whether the polygon is simple, so that it was cut.
-bool AppendDelaunay(const Points& points, Corners corners, const Eigen::Vector3d& normal,
+bool AppendDelaunay(const Points& points, Corners corners, const Vector3d& normal,
                     Triangles& triangles) {
   const std::size_t before = triangles.size();
   try {
@@ -155,7 +137,7 @@ bool AppendDelaunay(const Points& points, Corners corners, const Eigen::Vector3d
 /// @param corners  positions in `points`, finite; of less than three nothing is made.
 void AppendTriangles(const Points& points, Corners corners, Triangles& triangles) {
   if (corners.size() <= 3) return AppendFan(corners, 0, triangles);
-  const Eigen::Vector3d normal = NormalOf(points, corners);
+  const Vector3d normal = NormalOf(points, corners);
   if (!(normal.norm() > 0.0) || !normal.allFinite()) return AppendFan(corners, 0, triangles);
   const std::size_t hollow = HollowCorner(points, corners, normal);
   if (corners.size() == 4) return AppendFan(corners, hollow, triangles);

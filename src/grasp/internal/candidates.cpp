@@ -2,16 +2,15 @@
 
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
+#include <ranges>
 
 namespace rangegrasp::grasp::internal {
 namespace {
 
-using Eigen::Matrix3d;
 using geometry::KdTree;
 using geometry::Points;
 using geometry::PointSpan;
 
-/// A quadric has six coefficients.
 constexpr Eigen::Index kMinNeighbors = 6;
 /// [m^2] points on a line have no second principal axis: less than this in it is rounding.
 constexpr double kMinSpread_m2 = 1e-12;
@@ -22,18 +21,14 @@ double WrappedAngle(double a) { return std::remainder(a, 2.0 * base::kPi); }
 struct Polar {
   double angle_rad, radius_m, height_m;
 };
+struct Cylindrical {
+  Vector3d center, axis, zero;
 
-class Cylindrical {
- public:
-  Cylindrical(const perception::RotationAxis& axis, const Vector3d& axis_C, const Vector3d& zero_C)
-      : center_(axis.center_C), axis_(axis_C), u_(zero_C), v_(axis_C.cross(zero_C)) {}
   Polar operator()(const Vector3d& p) const {
-    const Vector3d d = p - center_;
-    return {std::atan2(d.dot(v_), d.dot(u_)), (d - d.dot(axis_) * axis_).norm(), d.dot(axis_)};
+    const Vector3d d = p - center;
+    return {std::atan2(d.dot(axis.cross(zero)), d.dot(zero)), (d - d.dot(axis) * axis).norm(),
+            d.dot(axis)};
   }
-
- private:
-  Vector3d center_, axis_, u_, v_;
 };
 
 /// |K| at the rim's points, by sector: the mean of those that fall into it.
@@ -161,20 +156,18 @@ constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// Cosine between approaches that are one: 2.6 deg.
 constexpr double kSameApproach = 0.999;
 
-/// An approach and a closing direction from above.
 struct Direction {
   Vector3d approach;
   Vector3d closing;
 };
 
-/// The top surface's normal, away from the table.
 Vector3d UpNormal(const Task& task) {
   const Vector3d& normal = task.object.top->plane.normal;
   return normal.dot(task.up_C) < 0.0 ? Vector3d(-normal) : normal;
 }
 
-/// The hand wide open over the top surface's centre, against its normal, both ways round, moved
-/// down to contact: where nothing else is left, e.g. for what is wider than the hand.
+/// Wide open over the top surface's centre, against its normal, both ways round, down to contact:
+/// where nothing else is left, e.g. for what is wider than the hand.
 std::vector<Candidate> OverTheTop(Task& task) {
   std::vector<Candidate> candidates;
   if (!task.object.top) return candidates;
@@ -197,8 +190,7 @@ std::vector<Candidate> OverTheTop(Task& task) {
   return candidates;
 }
 
-/// The direction normal to the approach along which the object is narrowest, from `first` in equal
-/// steps of half a turn.
+/// Along which the object is narrowest, across the approach, in equal steps from `first`.
 Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& first) {
   const PowerOptions& options = task.options.power;
   Vector3d best = first;
@@ -206,13 +198,8 @@ Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& f
   for (int k = 0; k < options.narrow_steps; ++k) {
     const double turn = base::Deg(180.0 * k / options.narrow_steps);
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
-    double low = kUnbounded;
-    double high = -kUnbounded;
-    for (const Vector3d& p : task.coarse.points) {
-      const double at = x.dot(p);
-      low = std::min(low, at);
-      high = std::max(high, at);
-    }
+    const auto [low, high] = std::ranges::minmax(
+        task.coarse.points | std::views::transform([&](const Vector3d& p) { return x.dot(p); }));
     // Ties, as between all directions of a cylinder, go to the first.
     if (high - low < min_width - options.same_width_m) {
       min_width = high - low;
@@ -235,8 +222,7 @@ Vector3d MinSpread(const Task& task, const Vector3d& approach) {
   return axes.eigenvectors()(0, 0) * u + axes.eigenvectors()(1, 0) * v;
 }
 
-/// Adds a closing direction and its neighbors on both sides, both ways round, where no direction is
-/// near yet.
+/// Adds a closing direction and those next to it, both ways round, where none is near yet.
 void AddClosing(const PowerOptions& options, const Vector3d& approach, const Vector3d& closing,
                 std::vector<Direction>& list) {
   for (const double turn : options.turns_rad) {
@@ -270,7 +256,6 @@ std::vector<Vector3d> Approaches(const Task& task) {
   return approaches;
 }
 
-/// Leaning by an angle, from all round.
 std::vector<Vector3d> LeaningApproaches(const Task& task, double lean_rad) {
   const int sides = task.options.power.crowded_sides;
   const Vector3d to_arm = NormalPart(task.arm_C - task.com_C, task.up_C);
@@ -288,8 +273,7 @@ Vector3d Across(const Task& task, const Vector3d& approach) {
                          : MinSpread(task, approach);
 }
 
-/// The approaches; closing across the narrowest
-/// side, the principal axis and the axis normal to it.
+/// The approaches; closing across the narrowest side, the principal axis and the axis normal to it.
 std::vector<Direction> Directions(const Task& task) {
   const PowerOptions& options = task.options.power;
   if (!task.options.directions) return PublishedDirections(task);
@@ -327,37 +311,34 @@ double MainPitch(const Task& task) {
 
 /// The best candidate's pitch, or the measured best one where there is none.
 double BestPitch(const std::vector<Candidate>& candidates, double main_pitch_rad) {
-  const auto best = std::ranges::max_element(
-      candidates,
-      [](const Candidate& a, const Candidate& b) { return a.grasp.score < b.grasp.score; });
+  const auto best = std::ranges::max_element(candidates, {}, ScoreOf);
   return best == candidates.end() ? main_pitch_rad : best->grasp.pitch_rad;
 }
 
-/// Where the hand stands along the closed fingers' row: at the centre of mass, or, without
-/// centering, at the top surface's centre, which the view then has as its origin.
+/// Along the fingers' row: the centre of mass, or the top's, which is then the view's origin.
 double MiddleOf(const Task& task, const View& view) {
   return task.options.centering || !task.object.top ? view.com.y() : 0.0;
 }
 
-/// One direction searched finely: pitches through the centre of mass, then offsets along the object
-/// at the best of them.
+/// Pitches through the centre of mass, then offsets along the object at the best of them.
 void Search(Task& task, const View& view, int group, std::vector<Candidate>& candidates) {
   const PowerOptions& options = task.options.power;
-  std::vector<Candidate> found;
   const double main = MainPitch(task);
   const double y0 = MiddleOf(task, view);
+  const std::size_t before = candidates.size();
   if (task.options.pitches) {
     const Band middle = MakeBand(task, view, y0);
     for (const double pitch : options.pitches_rad) {
       PlaceAtDepths(task, view, middle, {pitch, main}, Depths(task, view), GraspType::kPower, group,
-                    found);
+                    candidates);
     }
   }
-  candidates.insert(candidates.end(), found.begin(), found.end());
-  for (const Candidate& c : candidates) {
-    if (c.group == group) found.push_back(c);
-  }
   if (!task.options.offsets) return;
+  // New ones first: ties of the score go to them.
+  std::vector<Candidate> found(candidates.begin() + static_cast<std::ptrdiff_t>(before),
+                               candidates.end());
+  std::ranges::copy_if(candidates, std::back_inserter(found),
+                       [&](const Candidate& c) { return c.group == group; });
   const double pitch = BestPitch(found, main);
   for (const double offset : options.offsets_m) {
     const double y = y0 + offset;
@@ -384,8 +365,8 @@ std::vector<Candidate> SearchedCandidates(Task& task) {
                   {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
                   static_cast<int>(k), candidates);
     double best = -kUnbounded;
-    for (std::size_t i = before; i < candidates.size(); ++i) {
-      best = std::max(best, candidates[i].grasp.score);
+    for (const Candidate& c : std::span(candidates).subspan(before)) {
+      best = std::max(best, c.grasp.score);
     }
     order.emplace_back(-best, static_cast<int>(k));
   }
@@ -417,8 +398,7 @@ std::vector<SideApproach> SideApproaches(const Task& task) {
   return approaches;
 }
 
-/// Along y, which is upright, or nearly so, with a level closing direction: from the centre of
-/// mass up. Where the hand would be in the table it finds no place.
+/// Along y, which is nearly upright with a level closing direction: from the centre of mass up.
 std::vector<double> Heights(const Task& task, const View& view) {
   const LateralOptions& options = task.options.lateral;
   const double sign = view.up.y() > 0.0 ? 1.0 : -1.0;
@@ -438,9 +418,7 @@ std::optional<double> GaussianCurvature(PointSpan neighbors, const Vector3d& cen
   if (n < kMinNeighbors) return std::nullopt;
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : neighbors) mean += p / static_cast<double>(n);
-  Matrix3d covariance = Matrix3d::Zero();
-  for (const Vector3d& p : neighbors) covariance += (p - mean) * (p - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(geometry::Scatter(neighbors, mean));
   if (axes.eigenvalues()[1] < kMinSpread_m2) return std::nullopt;
   Eigen::MatrixXd A(n, 6);
   Eigen::VectorXd h(n);
@@ -481,7 +459,7 @@ std::vector<double> SmoothAround(std::span<const double> angles_rad, std::span<c
 std::vector<RimSector> DescribeRim(const Scene& scene, const PerceivedObject& object,
                                    const Vector3d& axis_C, const Vector3d& zero_C, int sectors,
                                    const RimOptions& options) {
-  const Cylindrical polar(*object.axis, axis_C, zero_C);
+  const Cylindrical polar{object.axis->center_C, axis_C, zero_C};
   const auto n = static_cast<std::size_t>(sectors);
   const auto wall = WallPoints(object.completed_C, polar, object.axis->radius_m, options);
   std::vector<RimSector> rim(n);
@@ -517,16 +495,14 @@ std::vector<Candidate> CylindricalCandidates(Task& task) {
     const Band band = MakeBand(task, view, 0.0);
     const std::array middle{0.5 * (view.top_m + view.bottom_m)};
     for (const double pitch : pitches) {
-      Aim aim;
-      aim.pitch_rad = pitch;
-      aim.best_pitch_rad = best;
+      Aim aim{pitch, best};
       // The tool centre on the axis, in the middle of the height; the width is the diameter.
       if (!task.options.centering) aim.width_m = diameter_m;
       const std::size_t before = candidates.size();
       PlaceAtDepths(task, view, band, aim, middle, GraspType::kCylindrical, k, candidates);
       if (task.options.contact_ranking) continue;
-      for (std::size_t i = before; i < candidates.size(); ++i) {
-        candidates[i].grasp.score = view.thumb_to_arm;  // next to the arm (section 5.2)
+      for (Candidate& candidate : std::span(candidates).subspan(before)) {
+        candidate.grasp.score = view.thumb_to_arm;  // next to the arm (section 5.2)
       }
     }
   }
@@ -577,7 +553,7 @@ std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round) {
 }
 
 std::vector<Candidate> LateralCandidates(Task& task) {
-  const double pitch = task.options.pitches ? task.options.power.pitch_rad : 0.0;
+  const double pitch = MainPitch(task);
   std::vector<Candidate> candidates;
   int group = 0;
   for (const auto& [approach, ahead] : SideApproaches(task)) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <ranges>
 
 namespace rangegrasp::grasp::internal {
 namespace {
@@ -18,8 +19,7 @@ constexpr double kInnerCell_m = 0.0015;
 constexpr double kLowerCell_m = 0.002;
 /// [m^2] twice the area of a facet seen edge on, that covers no cell: rounding.
 constexpr double kMinArea_m2 = 1e-14;
-/// Share of a facet's edge by which a cell's middle may lie outside, so that none falls between
-/// two.
+/// Share of a facet's edge by which a cell's middle may lie outside: none falls between two.
 constexpr double kEdge = 1e-9;
 
 /// A height field being drawn: coordinates u, v of the points span the grid, w is kept.
@@ -36,8 +36,7 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
   const Vector2d e(b[canvas.u] - p.x(), b[canvas.v] - p.y());
   const Vector2d f(c[canvas.u] - p.x(), c[canvas.v] - p.y());
   const double area = e.x() * f.y() - e.y() * f.x();
-  // The far side of a shape, whose faces are counter-clockwise from outside, is hidden by the near
-  // one.
+  // The near side hides the far one of a shape, whose faces are counter-clockwise from outside.
   if ((canvas.keep_max ? area : -area) < kMinArea_m2) return;
   const auto cell = [&](double x, double x0) {
     return static_cast<int>(std::floor((x - x0) / g.cell_m - 0.5));
@@ -67,15 +66,11 @@ void Draw(const Points& vertices, const TriangleMesh& mesh, Canvas& canvas) {
   for (const auto& [a, b, c] : mesh.triangles) Draw(vertices[a], vertices[b], vertices[c], canvas);
 }
 
-/// A grid that just holds the given ranges.
 Grid GridOver(const Vector2d& lower, const Vector2d& upper, double cell_m) {
-  Grid grid;
-  grid.cell_m = cell_m;
-  grid.u0_m = lower.x();
-  grid.v0_m = lower.y();
-  grid.nu = std::max(0, static_cast<int>(std::ceil((upper.x() - lower.x()) / cell_m)));
-  grid.nv = std::max(0, static_cast<int>(std::ceil((upper.y() - lower.y()) / cell_m)));
-  return grid;
+  const auto cells = [&](double extent_m) {
+    return std::max(0, static_cast<int>(std::ceil(extent_m / cell_m)));
+  };
+  return {lower.x(), lower.y(), cell_m, cells(upper.x() - lower.x()), cells(upper.y() - lower.y())};
 }
 
 /// Samples this near to a pad at the contact belong to it: the glove's 1.5 mm yields, and samples
@@ -125,9 +120,8 @@ Limits LimitsOf(const HandProfiles::Inner& inner, const std::vector<Sample>& sam
   return limits;
 }
 
-/// The contact of one side: the mean of the samples within the glove's softness of it, weighted by
-/// the square of how far they stand in. `side` is -1 for the fingers, at smaller x, +1 for the
-/// thumb.
+/// The contact of one side: the mean of the samples within the glove's softness, weighted by the
+/// square of how far they stand in. `side`: -1 the fingers, at smaller x, +1 the thumb.
 struct Patch {
   Vector3d point = Vector3d::Zero();
   Vector3d out = Vector3d::Zero();
@@ -210,13 +204,12 @@ const HandProfiles::Inner& HandProfiles::InnerSide(double pitch_rad, std::size_t
     if (!s.is_finger[i]) continue;
     Draw(Vertices_T(pitch_rad, state, i), meshes_[i], s.is_thumb[i] ? thumb : finger);
   }
-  inner.finger_min_m = kFar;
-  inner.thumb_max_m = -kFar;
-  for (const float x : inner.finger) {
-    if (x != -kNone) inner.finger_min_m = std::min<double>(inner.finger_min_m, x);
+  const auto is_there = [](float x) { return std::isfinite(x); };
+  for (const float x : inner.finger | std::views::filter(is_there)) {
+    inner.finger_min_m = std::min<double>(inner.finger_min_m, x);
   }
-  for (const float x : inner.thumb) {
-    if (x != kNone) inner.thumb_max_m = std::max<double>(inner.thumb_max_m, x);
+  for (const float x : inner.thumb | std::views::filter(is_there)) {
+    inner.thumb_max_m = std::max<double>(inner.thumb_max_m, x);
   }
   return inner_.emplace(key, std::move(inner)).first->second;
 }
@@ -225,17 +218,13 @@ const HandProfiles::Lower& HandProfiles::LowerSide(double pitch_rad, std::size_t
   const Key key{std::lround(pitch_rad * 1e6), state};
   if (const auto found = lower_.find(key); found != lower_.end()) return found->second;
   std::vector<Points> parts;
-  Vector3d low = Vector3d::Constant(kFar);
-  Vector3d high = Vector3d::Constant(-kFar);
+  Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     parts.push_back(Vertices_T(pitch_rad, state, i));
-    for (const Vector3d& p : parts.back()) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+    box.extend(geometry::BoundsOf(parts.back()));
   }
   Lower lower;
-  lower.grid = GridOver(low.head<2>(), high.head<2>(), kLowerCell_m);
+  lower.grid = GridOver(box.min().head<2>(), box.max().head<2>(), kLowerCell_m);
   lower.z.assign(static_cast<std::size_t>(lower.grid.nu * lower.grid.nv), -kNone);
   Canvas canvas{0, 1, 2, lower.grid, true, lower.z};
   for (std::size_t i = 0; i < meshes_.size(); ++i) Draw(parts[i], meshes_[i], canvas);

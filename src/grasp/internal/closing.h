@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -48,8 +49,8 @@ class HandProfiles {
     Grid grid;
     std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity where there is none
     std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity where there is none
-    double finger_min_m = 0.0;  ///< of `finger`
-    double thumb_max_m = 0.0;   ///< of `thumb`
+    double finger_min_m = std::numeric_limits<double>::infinity();  ///< of `finger`
+    double thumb_max_m = -std::numeric_limits<double>::infinity();  ///< of `thumb`
   };
   /// How far down the hand reaches over (x_T, y_T).
   struct Lower {
@@ -99,11 +100,10 @@ struct Closing {
 };
 
 /// Closes the hand model on surface samples, as a caliper whose two sides move together: at every
-/// state the fingers allow the object to lie at x >= a and the thumb at x <= b, where
+/// state the object may lie from a to b along x, where
 ///   a = max(finger(y, z) - x), b = min(thumb(y, z) - x)
-/// over the samples between the open jaws. Both touch where a and b meet (bisection over the
-/// states, then linear between two), and the object has been pushed to there. Samples outside of
-/// the open jaws (the far wall of a cup) do not count.
+/// over the samples between the open jaws (not the far wall of a cup). Both touch where a and b
+/// meet (bisection over the states, then linear between two); the object has been pushed to there.
 /// @param points_A, normals_A  samples in a frame A whose axes are T's
 /// @param origin_A  T's origin in A [m]
 /// @param open_state  before closing

@@ -11,21 +11,20 @@ constexpr double kNoLimit_m = 1e9;
 
 Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Closing& closing,
                   const Vector3d& origin_A, const Slab& slab) {
-  Quality q;
-  q.angles =
-      Antipodal(closing.finger_T, closing.finger_out_T, closing.thumb_T, closing.thumb_out_T);
-  q.pitch_rad = aim.pitch_rad;
-  q.best_pitch_rad = aim.best_pitch_rad;
-  const Vector3d middle = origin_A + 0.5 * (closing.finger_T + closing.thumb_T);
-  q.lever_m = std::abs(view.com.y() - middle.y());
-  q.above_m = (middle - view.com).dot(view.up);
-  q.drag_m = closing.drag_m;
-  q.slope_m = (closing.thumb_T - closing.finger_T).dot(view.up);
-  q.top_margin_m = std::min(closing.finger_T.z(), closing.thumb_T.z()) + origin_A.z() - slab.top_m;
-  q.contact_m2 = closing.contact_m2;
-  q.room_m = task.hand.MaxGap() - closing.gap_m;
-  q.thumb_to_arm = view.thumb_to_arm;
-  return q;
+  const Vector3d& finger = closing.finger_T;
+  const Vector3d& thumb = closing.thumb_T;
+  const Vector3d middle = origin_A + 0.5 * (finger + thumb);
+  return {.angles = Antipodal(finger, closing.finger_out_T, thumb, closing.thumb_out_T),
+          .pitch_rad = aim.pitch_rad,
+          .best_pitch_rad = aim.best_pitch_rad,
+          .lever_m = std::abs(view.com.y() - middle.y()),
+          .above_m = (middle - view.com).dot(view.up),
+          .drag_m = closing.drag_m,
+          .slope_m = (thumb - finger).dot(view.up),
+          .top_margin_m = std::min(finger.z(), thumb.z()) + origin_A.z() - slab.top_m,
+          .contact_m2 = closing.contact_m2,
+          .room_m = task.hand.MaxGap() - closing.gap_m,
+          .thumb_to_arm = view.thumb_to_arm};
 }
 
 double Square(double x) { return x * x; }
@@ -52,8 +51,8 @@ struct Descent {
   Vector3d pads;  ///< middle of the pads, or the tool centre, in T when they hold
 };
 
-/// Closes the hand at the aim's depth, as deep as it may go, and moves it to midway between the
-/// contacts. Every further round stands midway between those that the last one found.
+/// Closes the hand at the aim's depth, as deep as it may go; every further round stands midway
+/// between the contacts that the last one found.
 std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& band, const Aim& aim,
                                      const Descent& descent, Vector3d& origin) {
   const PlacingOptions& options = task.options.placing;
@@ -92,10 +91,9 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
                   band.y_m - descent.pads.y(), 0.0);
   const auto closing = CloseCentered(task, view, band, aim, descent, origin);
   if (!closing && (centering || task.options.contact_ranking)) return std::nullopt;
-  const Vector3d center = centering
-                              ? Vector3d(origin + 0.5 * (closing->finger_T + closing->thumb_T))
-                              : Vector3d(origin + descent.pads);
-  Candidate candidate = MakeCandidate(task, view, origin, center, aim.pitch_rad, type);
+  const Vector3d middle =
+      centering ? Vector3d(0.5 * (closing->finger_T + closing->thumb_T)) : descent.pads;
+  Candidate candidate = MakeCandidate(task, view, origin, origin + middle, aim.pitch_rad, type);
   SetStates(task, open, closing ? closing->state : held, closing ? closing->gap_m : width_m,
             candidate);
   if (task.options.narrow_openings) {
@@ -117,7 +115,6 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
   return candidate;
 }
 
-/// How far up a candidate is tried.
 std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
   const PlacingOptions& options = task.options.placing;
   std::vector<double> lifts(options.lifts_m.begin(), options.lifts_m.end());
@@ -128,8 +125,7 @@ std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
   return lifts;
 }
 
-/// True if the grasp is free, as it is or a little higher (PlacingOptions::lifts_m); then its
-/// opening is set.
+/// Whether it is free, as it is or a little higher (PlacingOptions::lifts_m); sets its opening.
 bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
   const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
@@ -158,19 +154,15 @@ double Score(const Quality& q, double friction_cone_rad, const ScoreWeights& w) 
   const double height_scale = q.above_m > 0.0 ? w.above_scale_m : w.below_scale_m;
   const double missing_margin = std::max(0.0, w.margin_m - q.top_margin_m) / w.margin_m;
   const double missing_room = std::clamp(1.0 - q.room_m / w.room_scale_m, 0.0, 1.0);
-  double score = 1.0;
-  score -= w.antipodal * std::min(Square(angle / friction_cone_rad), w.max_square);
-  score -= w.pitch *
-           std::min(Square((q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad), w.max_square);
-  score -= w.lever * std::min(Square(q.lever_m / w.lever_scale_m), w.max_square);
-  score -= w.height * std::min(Square(q.above_m / height_scale), w.max_multiple);
-  score -= w.drag * std::min(std::abs(q.drag_m) / w.drag_scale_m, w.max_multiple);
-  score -= w.slope * std::min(std::abs(q.slope_m) / w.slope_scale_m, w.max_multiple);
-  score -= w.shallow * std::min(missing_margin, w.max_multiple);
-  score -= w.room * Square(missing_room);
-  score += w.tight * std::min(q.contact_m2 / w.contact_scale_m2, 1.0);
-  score += w.arm * q.thumb_to_arm;
-  return score;
+  const double off_pitch = (q.pitch_rad - q.best_pitch_rad) / w.pitch_scale_rad;
+  return 1.0 - w.antipodal * std::min(Square(angle / friction_cone_rad), w.max_square) -
+         w.pitch * std::min(Square(off_pitch), w.max_square) -
+         w.lever * std::min(Square(q.lever_m / w.lever_scale_m), w.max_square) -
+         w.height * std::min(Square(q.above_m / height_scale), w.max_multiple) -
+         w.drag * std::min(std::abs(q.drag_m) / w.drag_scale_m, w.max_multiple) -
+         w.slope * std::min(std::abs(q.slope_m) / w.slope_scale_m, w.max_multiple) -
+         w.shallow * std::min(missing_margin, w.max_multiple) - w.room * Square(missing_room) +
+         w.tight * std::min(q.contact_m2 / w.contact_scale_m2, 1.0) + w.arm * q.thumb_to_arm;
 }
 
 Vector3d NormalPart(const Vector3d& v, const Vector3d& axis) {
@@ -196,17 +188,16 @@ View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& or
   View view;
   view.X_CA = base::MakePose(R_CA, origin_C);
   const Pose X_AC = view.X_CA.inverse();
+  Eigen::AlignedBox3d box;
   view.coarse.reserve(coarse.points.size());
-  view.top_m = view.y_min_m = kInfinity;
-  view.bottom_m = view.y_max_m = -kInfinity;
   for (const Vector3d& p_C : coarse.points) {
-    const Vector3d p = X_AC * p_C;
-    view.coarse.push_back(p);
-    view.top_m = std::min(view.top_m, p.z());
-    view.bottom_m = std::max(view.bottom_m, p.z());
-    view.y_min_m = std::min(view.y_min_m, p.y());
-    view.y_max_m = std::max(view.y_max_m, p.y());
+    view.coarse.push_back(X_AC * p_C);
+    box.extend(view.coarse.back());
   }
+  view.top_m = box.min().z();
+  view.bottom_m = box.max().z();
+  view.y_min_m = box.min().y();
+  view.y_max_m = box.max().y();
   view.com = X_AC * task.com_C;
   view.up = X_AC.linear() * task.up_C;
   view.table_offset_m = task.scene.table.plane.Distance(origin_C);
@@ -285,14 +276,13 @@ double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower&
 
 Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
                         const Vector3d& center_A, double pitch_rad, GraspType type) {
-  Candidate candidate;
-  Grasp& grasp = candidate.grasp;
-  grasp.type = type;
-  grasp.pitch_rad = pitch_rad;
-  grasp.X_CG = base::MakePose(view.X_CA.linear(), view.X_CA * center_A);
-  grasp.X_CH = base::MakePose(view.X_CA.linear(), view.X_CA * origin_A) *
-               HandProfiles::X_TH(task.hand, pitch_rad);
-  return candidate;
+  const auto pose_at = [&](const Vector3d& p_A) {
+    return base::MakePose(view.X_CA.linear(), view.X_CA * p_A);
+  };
+  return {.grasp = {.type = type,
+                    .X_CG = pose_at(center_A),
+                    .X_CH = pose_at(origin_A) * HandProfiles::X_TH(task.hand, pitch_rad),
+                    .pitch_rad = pitch_rad}};
 }
 
 void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
@@ -318,7 +308,7 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
     candidates.back().group = group;
   };
   const auto slab = PassedSlab(task, view, band, aim);
-  double deepest = -std::numeric_limits<double>::infinity();
+  double deepest = -kInfinity;
   for (const double depth : depths_m) {
     aim.depth_m = depth;
     const auto candidate = PlaceIn(task, view, band, slab, aim, type);
@@ -339,10 +329,9 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
 
 std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose& X_CH,
                                        const Openings& openings) {
-  const bool one = openings.narrow == openings.wide;
   for (const std::size_t s : {openings.wide, openings.narrow}) {
     if (!collider.HitsObstacle(X_CH, s) && !collider.HitsOwn(X_CH, s)) return s;
-    if (one) break;
+    if (openings.narrow == openings.wide) break;
   }
   return std::nullopt;
 }
@@ -358,9 +347,7 @@ bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const
 
 void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
                 const Quota& quota, std::vector<Grasp>& accepted, std::vector<Grasp>& rejected) {
-  std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
-    return a.grasp.score > b.grasp.score;
-  });
+  std::ranges::stable_sort(candidates, std::ranges::greater(), ScoreOf);
   std::map<int, int> of_group;
   std::map<int, int> tried;
   int taken = 0;

@@ -125,6 +125,8 @@ struct Candidate {
   int group = 0;            ///< candidates of one group are alike; see ChooseFree
 };
 
+inline double ScoreOf(const Candidate& candidate) { return candidate.grasp.score; }
+
 /// The candidate for T at origin_A; its states, widths and score are still to be set.
 Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
                         const Vector3d& center_A, double pitch_rad, GraspType type);
@@ -174,8 +176,7 @@ struct Openings {
 /// The wide opening, then the narrow one, that clears obstacles and the object itself.
 std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose& X_CH,
                                        const Openings& openings);
-/// Whether the hand meets the table at an opening from the wide one to the one just beyond the
-/// held.
+/// Whether the hand meets the table at an opening from the wide one to just beyond the held.
 bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const Pose& X_CH,
                       const Openings& openings);
 

@@ -16,8 +16,7 @@ struct Member {
 /// The points of each section, those that face outward before those that face the axis.
 using Members = std::map<std::pair<int, bool>, std::vector<Member>>;
 
-/// The radius about which most members lie within the distance (a window over the sorted
-/// distances), and which they are.
+/// The radius about which most members lie, and which of the sorted members these are.
 struct Agreement {
   double radius_m = 0.0;
   std::size_t first = 0;
@@ -25,9 +24,7 @@ struct Agreement {
 };
 
 Agreement Agree(std::vector<Member>& members, double distance_m) {
-  std::ranges::sort(members, [](const Member& a, const Member& b) {
-    return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.point < b.point;
-  });
+  std::ranges::sort(members, {}, [](const Member& m) { return std::pair(m.distance_m, m.point); });
   Agreement best;
   std::size_t last = 0;
   for (std::size_t first = 0; first < members.size(); ++first) {
@@ -84,7 +81,6 @@ struct OuterPoint {
   Vector2d radial;
 };
 
-/// Two unit vectors square to the axis and to each other.
 struct Basis {
   Vector3d u;
   Vector3d v;
@@ -153,14 +149,12 @@ int SectionOf(double depth_m, const FeatureOptions& options) {
 
 Indices OnCircle(const BodyProfile& body) {
   Indices on_circle;
-  std::merge(body.agreeing.begin(), body.agreeing.end(), body.turned.begin(), body.turned.end(),
-             std::back_inserter(on_circle));
+  std::ranges::merge(body.agreeing, body.turned, std::back_inserter(on_circle));
   return on_circle;
 }
 
 Plane EndPlane(const RotationAxis& axis, const TopSurface& top) {
-  if (!axis.Lies()) return top.plane;
-  return {axis.direction_C, -axis.direction_C.dot(axis.center_C)};
+  return axis.Lies() ? geometry::PlaneAt(axis.direction_C, axis.center_C) : top.plane;
 }
 
 BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Plane& top,
@@ -182,7 +176,7 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Pl
     profile.normal_fraction = static_cast<double>(profile.agreeing.size()) / all;
   }
   for (Indices* some : {&profile.agreeing, &profile.turned, &profile.differing}) {
-    std::sort(some->begin(), some->end());
+    std::ranges::sort(*some);
   }
   return profile;
 }

@@ -1,5 +1,7 @@
 #include "perception/internal/completion.h"
 
+#include <functional>
+
 #include "base/statistics.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/top_surface.h"
@@ -7,43 +9,40 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// What a part is symmetric about.
-struct Symmetry {
-  enum class Kind { kNone, kMirror, kHalfTurn } kind = Kind::kNone;
-  Vector3d through;  ///< a point of the mirror plane, or of the axis
-  Vector3d normal;   ///< of the mirror plane; unit
-};
+using Image = std::function<Vector3d(const Vector3d&)>;
 
-Symmetry FindSymmetry(const ObjectContext& context, const Part& part) {
+Image Mirror(const Vector3d& through, const Vector3d& normal) {
+  return
+      [=](const Vector3d& p) -> Vector3d { return p - 2.0 * ((p - through).dot(normal) * normal); };
+}
+
+Image HalfTurn(const Vector3d& through, const Vector3d& axis) {
+  return [=](const Vector3d& p) -> Vector3d {
+    const Vector3d d = p - through;
+    return p - 2.0 * (d - d.dot(axis) * axis);
+  };
+}
+
+/// Empty where the part is not symmetric.
+Image FindSymmetry(const ObjectContext& context, const Part& part) {
   const CompletionOptions& options = context.options.completion;
   const Vector3d& up = context.table.normal;
   const TopSurface& top = *part.top;
   const Vector3d level = top.plane.normal.cross(up);
   const bool inclined = level.norm() > std::sin(options.min_inclination_rad);
   if (top.ridge || inclined) {
-    const Vector3d along = top.ridge ? top.major_C : level;
-    const PlanarFrame frame = MakePlanarFrame(context.table, top.center_C, along);
-    Vector3d through = top.center_C;
-    if (!top.ridge) {
-      through +=
-          HighestLine(frame, context.table, Select(context.cloud.points, top.points)) * frame.v;
-    }
-    return {Symmetry::Kind::kMirror, through, frame.v};
+    const PlanarFrame frame =
+        MakePlanarFrame(context.table, top.center_C, top.ridge ? top.major_C : level);
+    if (top.ridge) return Mirror(top.center_C, frame.v);
+    const double edge = HighestLine(frame, context.table, Select(context.cloud.points, top.points));
+    return Mirror(top.center_C + edge * frame.v, frame.v);
   }
   const PlanarFrame frame = MakePlanarFrame(context.table, top.center_C);
   const Rectangle body =
       MinAreaRectangle(Flatten(frame, Select(context.cloud.points, part.points)));
-  if (top.major_m * top.minor_m < options.max_top_share * body.length_m * body.width_m) {
-    return {Symmetry::Kind::kHalfTurn, top.center_C, up};
-  }
-  return {};
-}
-
-Vector3d Image(const Symmetry& symmetry, const Vector3d& p) {
-  const Vector3d d = p - symmetry.through;
-  const Vector3d along = d.dot(symmetry.normal) * symmetry.normal;
-  return symmetry.kind == Symmetry::Kind::kMirror ? Vector3d(p - 2.0 * along)
-                                                  : Vector3d(p - 2.0 * (d - along));
+  const bool small =
+      top.major_m * top.minor_m < options.max_top_share * body.length_m * body.width_m;
+  return small ? HalfTurn(top.center_C, up) : Image();
 }
 
 /// A point of a profile: depth below the rim along the axis, distance from the axis.
@@ -82,14 +81,15 @@ std::vector<ProfilePoint> OuterProfile(const BodyProfile& body, double radius_m,
 /// How deep under the rim the floor of a cavity was seen; 0 if it was not.
 double FloorDepth(const ObjectContext& context, const Part& part, double inner_m) {
   const CompletionOptions& options = context.options.completion;
+  const Vector3d& center = part.axis->center_C;
+  const Vector3d& direction = part.axis->direction_C;
   std::vector<double> depths;
   for (const auto i : part.points) {
-    const Vector3d d = context.cloud.points[i] - part.axis->center_C;
-    const double depth = -d.dot(part.axis->direction_C);
+    const Vector3d& p = context.cloud.points[i];
+    const double depth = -(p - center).dot(direction);
     if (depth > options.min_floor_depth_m &&
-        context.cloud.normals[i].dot(part.axis->direction_C) > options.min_floor_cosine &&
-        AxisDistance(context.cloud.points[i], part.axis->center_C, part.axis->direction_C) <
-            inner_m - options.wall_m) {
+        context.cloud.normals[i].dot(direction) > options.min_floor_cosine &&
+        AxisDistance(p, center, direction) < inner_m - options.wall_m) {
       depths.push_back(depth);
     }
   }
@@ -97,15 +97,15 @@ double FloorDepth(const ObjectContext& context, const Part& part, double inner_m
   return base::UpperMedianOf(std::move(depths));
 }
 
-/// The cavity from the axis at its floor up to the rim. Where its floor was not seen, the deepest
-/// seen part of the wall stands for it: a finger goes no further than is known to be empty.
+/// The cavity from its floor up to the rim. Where the floor was not seen, the deepest seen part of
+/// the wall stands for it: a finger goes no further than is known to be empty.
 std::vector<ProfilePoint> InnerProfile(const ObjectContext& context, const Part& part,
                                        const BodyProfile& body, double length_m) {
   const CompletionOptions& options = context.options.completion;
+  const auto min_points = static_cast<std::size_t>(options.min_section_points);
   std::vector<ProfilePoint> wall;
   for (const Section& s : body.sections) {
-    if (s.inner_points >= static_cast<std::size_t>(options.min_section_points) && s.depth_m > 0.0 &&
-        s.inner_m < part.axis->radius_m) {
+    if (s.inner_points >= min_points && s.depth_m > 0.0 && s.inner_m < part.axis->radius_m) {
       wall.push_back({s.depth_m, s.inner_m});
     }
   }
@@ -114,15 +114,14 @@ std::vector<ProfilePoint> InnerProfile(const ObjectContext& context, const Part&
   if (floor == 0.0) floor = wall.empty() ? part.axis->radius_m : wall.back().depth_m;
   floor = std::min(floor, length_m - options.wall_m);
   std::erase_if(wall, [&](const ProfilePoint& p) { return p.depth_m >= floor; });
-  std::vector<ProfilePoint> profile{{floor, 0.0}};
-  profile.push_back({floor, wall.empty() ? rim : wall.back().radius_m});
+  std::vector<ProfilePoint> profile{{floor, 0.0},
+                                    {floor, wall.empty() ? rim : wall.back().radius_m}};
   profile.insert(profile.end(), wall.rbegin(), wall.rend());
   profile.push_back({0.0, rim});
   return profile;
 }
 
-/// The profile turned about the axis; counter-clockwise from outside for profiles that run from the
-/// top's middle outward and down.
+/// Counter-clockwise from outside for profiles that run from the top's middle outward and down.
 TriangleMesh Revolve(const Revolution& r, const std::vector<ProfilePoint>& profile,
                      const Plane& table, int sides) {
   TriangleMesh mesh;
@@ -147,8 +146,7 @@ TriangleMesh Revolve(const Revolution& r, const std::vector<ProfilePoint>& profi
   return mesh;
 }
 
-/// What is attached to the body: groups of points further out than its circles that hang together,
-/// each with enough points.
+/// Groups of points further out than the body's circles, each with enough points.
 std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
                                 const BodyProfile& body) {
   const CompletionOptions& options = context.options.completion;
@@ -160,9 +158,9 @@ std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
     return AxisDistance(p, part.axis->center_C, part.axis->direction_C) > widest + attached_m ||
            (p - part.axis->center_C).dot(part.axis->direction_C) > attached_m;
   });
-  const auto min_points = static_cast<std::size_t>(options.min_attached_points);
   auto groups = geometry::GroupsWithin(Select(context.cloud.points, outside), options.link_m);
-  std::erase_if(groups, [&](const Points& group) { return group.size() < min_points; });
+  std::erase_if(
+      groups, [&](const Points& group) { return std::ssize(group) < options.min_attached_points; });
   return groups;
 }
 
@@ -208,21 +206,19 @@ double LengthOf(const ObjectContext& context, const RotationAxis& axis, double b
 constexpr double kBelowOne = 1.0 - 1e-9;
 
 double EndOf(std::vector<double> values, const CompletionOptions& options) {
-  const auto share =
-      static_cast<std::size_t>(options.end_share * static_cast<double>(values.size()));
-  const auto others = std::max(static_cast<std::size_t>(options.min_end_points), share);
+  const int share = static_cast<int>(options.end_share * static_cast<double>(values.size()));
+  const auto others = static_cast<std::size_t>(std::max(options.min_end_points, share));
   return SupportedEnd(std::move(values), others, options.end_band_m);
 }
 
-/// The points without those that hang off the ends of their rectangle singly: mixed points, which
-/// lie below the edge that they hang from. What the top surface has is kept.
+/// Without mixed points, which hang singly off the rectangle's ends. The top surface's are kept.
 Points WithoutStrays(const ObjectContext& context, const Part& part, const Points& points) {
   const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
   const auto flat = Flatten(frame, points);
   const CompletionOptions& options = context.options.completion;
   const Rectangle box = FootprintBox(frame, flat, part.top, options);
   const Vector2d across(-box.axis.y(), box.axis.x());
-  std::vector<bool> stray(points.size(), false);
+  std::vector<bool> kept(points.size(), true);
   for (const Vector2d& side : {box.axis, across, Vector2d(-box.axis), Vector2d(-across)}) {
     std::vector<double> offsets;
     offsets.reserve(flat.size());
@@ -233,17 +229,12 @@ Points WithoutStrays(const ObjectContext& context, const Part& part, const Point
         end = std::max(end, frame.Flat(context.cloud.points[i]).dot(side));
       }
     }
-    for (std::size_t k = 0; k < offsets.size(); ++k) stray[k] = stray[k] || offsets[k] > end;
+    for (std::size_t k = 0; k < offsets.size(); ++k) kept[k] = kept[k] && !(offsets[k] > end);
   }
-  Points kept;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    if (!stray[k]) kept.push_back(points[k]);
-  }
-  return kept;
+  return Select(points, geometry::PositionsOf(kept));
 }
 
-/// How high the posts along one side of an outline are: the highest points near each; the base
-/// where there is none.
+/// How high the posts along one side of an outline are: the highest points near each, or the base.
 std::vector<double> PostTops(const ObjectContext& context, const Points& points,
                              std::span<const Vector2d> flat, const Vector2d& a,
                              const Vector2d& along, double length_m, double base_m) {
@@ -288,9 +279,8 @@ Points Walls(const ObjectContext& context, const Points& points, double base_m) 
   return walls;
 }
 
-/// The hull of the points and of their projections to the base. Only the corners of the footprint
-/// are projected: the others' projections lie between those, in one plane with them, where the
-/// hull's exact predicates are slow.
+/// The hull of the points and of their projections to the base; of the footprint's corners alone:
+/// the others' lie in one plane with them, where the hull's exact predicates are slow.
 TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double base_m) {
   Points solid = points;
   const auto flat = Flatten(frame, points);
@@ -335,8 +325,7 @@ TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points, do
   return mesh;
 }
 
-/// Whether the top fills its outline, and what lies below it stands square to it: within the
-/// outline, seen along the top's normal.
+/// Whether the top fills its outline, and the rest is within it, seen along the top's normal.
 bool IsSquareTo(std::span<const Vector2d> top, std::span<const Vector2d> all,
                 const CompletionOptions& options) {
   const auto outline = ConvexPolygon::Around(top);
@@ -346,9 +335,8 @@ bool IsSquareTo(std::span<const Vector2d> top, std::span<const Vector2d> all,
   return static_cast<double>(outside) <= options.max_lean_outside * static_cast<double>(all.size());
 }
 
-/// What a leaning object's far corners and walls are, if its top leans and its points below the top
-/// stand square to it: the outline in the top's plane, moved against the top's normal as far down
-/// as points were seen, but not below the base.
+/// If the top leans and the points below stand square to it: the outline in the top's plane, moved
+/// against the top's normal as far down as points were seen, but not below the base.
 std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Part& part,
                                           const Points& points, double base_m) {
   const CompletionOptions& options = context.options.completion;
@@ -396,17 +384,14 @@ std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Pa
 
 Points SymmetricImage(const ObjectContext& context, const Part& part) {
   if (!context.options.complete_by_symmetry || !part.top) return {};
-  const Symmetry symmetry = FindSymmetry(context, part);
-  if (symmetry.kind == Symmetry::Kind::kNone) return {};
-  Points image;
-  image.reserve(part.points.size());
-  for (const auto i : part.points) {
-    const Vector3d p = Image(symmetry, context.cloud.points[i]);
-    if (!context.views.IsFree(p, context.options.completion.free_margin_m) &&
-        context.table.Distance(p) >= 0.0) {
-      image.push_back(p);
-    }
-  }
+  const Image image_of = FindSymmetry(context, part);
+  if (!image_of) return {};
+  Points image = Select(context.cloud.points, part.points);
+  std::ranges::transform(image, image.begin(), image_of);
+  std::erase_if(image, [&](const Vector3d& p) {
+    return context.views.IsFree(p, context.options.completion.free_margin_m) ||
+           !(context.table.Distance(p) >= 0.0);
+  });
   const double share = static_cast<double>(image.size()) / static_cast<double>(part.points.size());
   if (share < context.options.completion.mirror_share) image.clear();
   return image;

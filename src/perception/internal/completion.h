@@ -18,10 +18,9 @@ struct Completion {
   TriangleMesh surface_C;  ///< see the functions
 };
 
-/// Completes a part that is not rotational: symmetric completion where it applies, strays off the
-/// outline left out, then planes square to the table from the outline down to the base. The surface
-/// is the convex hull, or, where the outline is not nearly convex, hulls of slices along the
-/// longest axis.
+/// Completes a part that is not rotational: symmetric completion where it applies, without strays,
+/// then planes square to the table from the outline down to the base. The surface is the convex
+/// hull, or, where the outline is not nearly convex, hulls of slices along the longest axis.
 Completion CompleteOther(const ObjectContext& context, const Part& part, double base_m);
 
 /// The rectangle round a footprint, along the top surface's principal axis where that has a

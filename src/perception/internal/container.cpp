@@ -1,7 +1,6 @@
 #include "perception/internal/container.h"
 
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "base/statistics.h"
@@ -15,8 +14,7 @@ double HeightOver(const PlanarFrame& frame, const Vector3d& p) {
   return (p - frame.origin).dot(frame.n);
 }
 
-/// All that the search reads of a cloud: where its points are from above, how high, and which are
-/// of upright surfaces.
+/// Where a cloud's points are from above, how high, and which are of upright surfaces.
 struct Seen {
   Flat all;
   std::vector<double> height_m;
@@ -38,8 +36,7 @@ Seen SeeFromAbove(const PointCloud& cloud, const PlanarFrame& frame,
   return seen;
 }
 
-/// The directions [rad, up to a quarter turn] that most of the upright points face: the local
-/// maxima of their histogram, the highest first.
+/// Local maxima [rad, up to a quarter turn] of the histogram of upright normals, the highest first.
 std::vector<double> Directions(const Seen& seen, const ContainerOptions& options) {
   constexpr double kQuarter = std::numbers::pi / 2.0;
   const auto bins = static_cast<std::size_t>(std::lround(kQuarter / options.direction_step_rad));
@@ -60,27 +57,24 @@ std::vector<double> Directions(const Seen& seen, const ContainerOptions& options
     }
   }
   std::ranges::sort(peaks);
+  peaks.resize(std::min(peaks.size(), static_cast<std::size_t>(options.max_directions)));
   std::vector<double> directions;
   for (const auto& [negative, k] : peaks) {
-    if (directions.size() == static_cast<std::size_t>(options.max_directions)) break;
     directions.push_back((static_cast<double>(k) + 0.5) / static_cast<double>(bins) * kQuarter);
   }
   return directions;
 }
 
-/// Points turned so that the direction is the x axis.
 Flat Turned(const Flat& points, double by_rad) {
   const Eigen::Matrix2d back = Eigen::Rotation2Dd(-by_rad).toRotationMatrix();
-  Flat turned;
-  turned.reserve(points.size());
-  for (const auto& q : points) turned.push_back(back * q);
+  Flat turned = points;
+  for (auto& q : turned) q = back * q;
   return turned;
 }
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
 
-/// A line across one of the axes: where it crosses that axis, and how high it is at the steps along
-/// it.
+/// A line across one of the axes, and how high it is at the steps along it.
 struct Line {
   double at_m = 0.0;
   std::vector<double> highest_m;    ///< of the points at each step; kNothing where there are none
@@ -88,9 +82,8 @@ struct Line {
 
   /// The height that most of its steps have, within the margin.
   double Level(double margin_m) const {
-    std::vector<double> heights;
-    std::ranges::copy_if(highest_m, std::back_inserter(heights),
-                         [](double h) { return h != kNothing; });
+    std::vector<double> heights = highest_m;
+    std::erase(heights, kNothing);
     std::ranges::sort(heights);
     std::size_t first = 0;
     std::size_t best = 0;
@@ -123,14 +116,10 @@ class Axis {
         upright_(upright),
         at_(axis),
         along_(1 - axis) {
-    double min = 0.0;
-    double max = 0.0;
-    for (const auto& q : all) {
-      min = std::min(min, q[along_]);
-      max = std::max(max, q[along_]);
-    }
-    first_step_ = StepOf(min);
-    steps_ = static_cast<std::size_t>(StepOf(max) - first_step_ + 1);
+    Eigen::AlignedBox2d box(Vector2d::Zero().eval());
+    for (const auto& q : all) box.extend(q);
+    first_step_ = StepOf(box.min()[along_]);
+    steps_ = static_cast<std::size_t>(StepOf(box.max()[along_]) - first_step_ + 1);
   }
 
   /// The sheets: windows as wide as a wall that have more steps with upright points than their
@@ -243,87 +232,38 @@ struct RimBox {
   double coverage = 0.0;  ///< share of it that is so high; 0: there is none
 };
 
-/// Two lines across one axis that may be opposite sides.
-struct LinePair {
-  const Line* low;
-  const Line* high;
-
-  double Apart() const { return high->at_m - low->at_m; }
-};
-
-std::vector<LinePair> PairsWith(const Line& low, const std::vector<Line>& lines,
-                                double min_side_m) {
-  std::vector<LinePair> pairs;
-  for (const Line& high : lines) {
-    const LinePair pair{&low, &high};
-    if (pair.Apart() >= min_side_m) pairs.push_back(pair);
-  }
-  return pairs;
-}
-
-std::vector<LinePair> PairsOf(const std::vector<Line>& lines, double min_side_m) {
-  std::vector<LinePair> pairs;
-  for (const Line& low : lines) {
-    const auto with_low = PairsWith(low, lines, min_side_m);
-    pairs.insert(pairs.end(), with_low.begin(), with_low.end());
-  }
-  return pairs;
-}
-
-/// The search for the rectangle that is level round the most of it, among those with two sides
-/// across one axis, where sheets are, and two across the other.
-class RimSearch {
- public:
-  RimSearch(const Axis& axis, const std::vector<double>& sheets, const Axis& other,
-            const std::vector<double>& others, const ContainerOptions& options)
-      : options_(options),
-        axis_(axis),
-        other_(other),
-        opposite_(axis.LinesAt(sheets)),
-        between_(other.LinesAt(others)) {}
-
-  /// Replaces `best` by the best of them if that is better.
-  void Run(RimBox& best) {
-    const auto ends = PairsOf(between_, options_.min_side_m);
-    for (const Line& low : opposite_) {
-      const double rim_m = FindLevels(low);
-      for (const LinePair& sides : PairsWith(low, opposite_, options_.min_side_m)) {
-        for (const LinePair& between : ends) Try(sides, between, rim_m, best);
+/// Replaces `best` by the rectangle that is level round the most of it, if that is better, among
+/// those with two sides across one axis, where sheets are, and two across the other.
+void SearchRim(const Axis& axis, const std::vector<double>& sheets, const Axis& other,
+               const std::vector<double>& others, const ContainerOptions& options, RimBox& best) {
+  const double margin_m = 2.0 * options.rim_margin_m;
+  std::vector<Line> opposite = axis.LinesAt(sheets);
+  std::vector<Line> between = other.LinesAt(others);
+  const auto try_box = [&](const Line& low, const Line& high, const Line& left, const Line& right,
+                           double rim_m) {
+    const double across = high.at_m - low.at_m;
+    const double along = right.at_m - left.at_m;
+    if (across < options.min_side_m || along < options.min_side_m) return;
+    const double covered =
+        axis.Covered(low, left.at_m, right.at_m) + axis.Covered(high, left.at_m, right.at_m) +
+        other.Covered(left, low.at_m, high.at_m) + other.Covered(right, low.at_m, high.at_m);
+    const double length = 2.0 * (high.at_m - low.at_m + right.at_m - left.at_m);
+    if (covered <= best.coverage * length) return;
+    best = {{axis.Corner(low.at_m, left.at_m), axis.Corner(high.at_m, right.at_m)},
+            rim_m,
+            covered / length};
+  };
+  for (const Line& low : opposite) {
+    const double rim_m = low.Level(margin_m);
+    for (Line& line : opposite) line.FindLevel(rim_m, margin_m);
+    for (Line& line : between) line.FindLevel(rim_m, margin_m);
+    for (const Line& high : opposite) {
+      for (const Line& left : between) {
+        for (const Line& right : between) try_box(low, high, left, right, rim_m);
       }
     }
   }
-
- private:
-  /// Where all lines are as high as the given one, and how high that is.
-  double FindLevels(const Line& low) {
-    const double margin_m = 2.0 * options_.rim_margin_m;
-    const double rim_m = low.Level(margin_m);
-    for (auto* lines : {&opposite_, &between_}) {
-      for (Line& line : *lines) line.FindLevel(rim_m, margin_m);
-    }
-    return rim_m;
-  }
-
-  void Try(const LinePair& sides, const LinePair& ends, double rim_m, RimBox& best) const {
-    const auto& [low, high] = sides;
-    const auto& [left, right] = ends;
-    const double covered = axis_.Covered(*low, left->at_m, right->at_m) +
-                           axis_.Covered(*high, left->at_m, right->at_m) +
-                           other_.Covered(*left, low->at_m, high->at_m) +
-                           other_.Covered(*right, low->at_m, high->at_m);
-    const double length = 2.0 * (high->at_m - low->at_m + right->at_m - left->at_m);
-    if (covered <= best.coverage * length) return;
-    best.coverage = covered / length;
-    best.rim_m = rim_m;
-    best.box = {axis_.Corner(low->at_m, left->at_m), axis_.Corner(high->at_m, right->at_m)};
-  }
-
-  const ContainerOptions& options_;
-  const Axis& axis_;
-  const Axis& other_;
-  std::vector<Line> opposite_;
-  std::vector<Line> between_;
-};
+}
 
 /// The rectangle that two sheets are opposite sides of and that is level round the most of it.
 RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
@@ -338,13 +278,12 @@ RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Fl
   for (std::size_t a = 0; a < 2; ++a) {
     std::vector<double> others = sheets[1 - a];
     others.insert(others.end(), ends[1 - a].begin(), ends[1 - a].end());
-    RimSearch(axes[a], sheets[a], axes[1 - a], others, options).Run(best);
+    SearchRim(axes[a], sheets[a], axes[1 - a], others, options, best);
   }
   return best;
 }
 
-/// By how much [rad] the upright points at the border are turned against it: the slope of one line
-/// through those of all sides.
+/// How far [rad] the upright points at the border are turned: the slope of one line through all.
 double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   double turned = 0.0;
   double spread = 0.0;
@@ -353,8 +292,7 @@ double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
       Vector2d mean = Vector2d::Zero();
       Flat at;
       for (const auto& q : upright) {
-        if (std::abs(q[axis] - side) > wall_m) continue;
-        if (border.box.exteriorDistance(q) > wall_m) continue;
+        if (std::abs(q[axis] - side) > wall_m || border.box.exteriorDistance(q) > wall_m) continue;
         at.push_back(q);
         mean += q;
       }
@@ -440,11 +378,8 @@ std::optional<Container> FindContainer(const PointCloud& cloud, const Plane& tab
 
 Indices PointsOfWalls(const PointCloud& cloud, const Container& container,
                       const ContainerOptions& options) {
-  Indices band;
-  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    if (IsAtWall(container, cloud.points[i], options.wall_m)) band.push_back(i);
-  }
-  return band;
+  return geometry::PositionsWhere(
+      cloud.points, [&](const Vector3d& p) { return IsAtWall(container, p, options.wall_m); });
 }
 
 bool IsPieceOfWall(const PointCloud& cloud, const Container& container,

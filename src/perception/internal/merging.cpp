@@ -10,7 +10,6 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// What the rules about fragments read of a part.
 struct Footprint {
   std::unique_ptr<PartSurface> surface;
   PlanarFrame frame;
@@ -20,14 +19,12 @@ struct Footprint {
 };
 
 Footprint MakeFootprint(const ObjectContext& context, const Part& part) {
-  Footprint footprint;
-  footprint.frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
-  auto points = Select(context.cloud.points, part.points);
-  footprint.hull = ConvexPolygon::Around(Flatten(footprint.frame, points));
-  footprint.surface = std::make_unique<PartSurface>(std::move(points));
-  footprint.top_m = TopHeight(context.cloud, part.points, context.table);
-  footprint.base_m = BaseHeight(context.cloud, part.points, context.table);
-  return footprint;
+  const auto points = Select(context.cloud.points, part.points);
+  const auto frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
+  return {std::make_unique<PartSurface>(points), frame,
+          ConvexPolygon::Around(Flatten(frame, points)),
+          TopHeight(context.cloud, part.points, context.table),
+          BaseHeight(context.cloud, part.points, context.table)};
 }
 
 /// Share of a part's points over a hull in the frame's plane, grown by the margin.
@@ -43,11 +40,12 @@ double ShareOver(const ObjectContext& context, const Part& part, const PlanarFra
   return static_cast<double>(over) / static_cast<double>(part.points.size());
 }
 
+using PointPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
 /// Pairs (fragment point, nearest host point) across at most the gap.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext& context,
-                                                            const Part& fragment, const Part& host,
-                                                            PartSurface& surface, double gap_m) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+PointPairs Across(const ObjectContext& context, const Part& fragment, const Part& host,
+                  PartSurface& surface, double gap_m) {
+  PointPairs pairs;
   for (const auto i : fragment.points) {
     const auto nearest = surface.NearestWithin(context.cloud.points[i], gap_m);
     if (nearest) pairs.emplace_back(i, host.points[*nearest]);
@@ -55,8 +53,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> Across(const ObjectContext&
   return pairs;
 }
 
-/// The two tangent planes continue each other or fold away from the sensor, and the gap does not
-/// run sideways.
+/// The tangent planes continue each other or fold away from the sensor; the gap is not sideways.
 bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_t b) {
   const auto& [cloud, table, views, options] = context;
   const Vector3d gap = cloud.points[b] - cloud.points[a];
@@ -68,8 +65,7 @@ bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_
   return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
 }
 
-/// Whether most of the fragment lies inside of a round host that lies: its far side, through its
-/// mouth.
+/// Whether most of the fragment is inside of a lying host: its far side, through its mouth.
 bool IsInside(const ObjectContext& context, const Part& fragment, const RotationAxis& host) {
   const MergeOptions& options = context.options.merge;
   const double margin_m = options.footprint_margin_m;
@@ -128,8 +124,7 @@ bool IsCap(const ObjectContext& context, const Part& fragment, const Part& host)
 }
 
 /// Whether the segmentation saw the two surfaces meet, and cut between them.
-bool AreCutApart(const ObjectContext& context,
-                 const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+bool AreCutApart(const ObjectContext& context, const PointPairs& pairs) {
   const MergeOptions& options = context.options.merge;
   const auto& points = context.cloud.points;
   const auto touching = std::ranges::count_if(pairs, [&](const auto& pair) {
@@ -138,8 +133,7 @@ bool AreCutApart(const ObjectContext& context,
   return touching >= options.min_pairs;
 }
 
-/// Whether nothing but the host can hold the fragment: it is off the table, the sensor saw through
-/// under most of it, and it does not lie on the host.
+/// Whether nothing but the host can hold the fragment: see kHanging.
 bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f,
            const Part& host) {
   const CompletionOptions& completion = context.options.completion;
@@ -149,13 +143,14 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
     return false;
   }
   const auto& points = context.cloud.points;
-  const auto free = std::ranges::count_if(fragment.points, [&](auto i) {
+  const auto is_free_below = [&](auto i) {
     const double down_m = context.table.Distance(points[i]) - 0.5 * f.base_m;
     return context.views.IsFree(points[i] - down_m * context.table.normal,
                                 completion.free_margin_m);
-  });
-  const auto all = static_cast<double>(fragment.points.size());
-  if (static_cast<double>(free) < context.options.merge.min_free_below * all) return false;
+  };
+  if (!HoldsForShare(context.options.merge.min_free_below, fragment.points, is_free_below)) {
+    return false;
+  }
   const auto under = std::ranges::count_if(host.points, [&](auto i) {
     return context.table.Distance(points[i]) < f.base_m &&
            f.hull.Distance(f.frame.Flat(points[i])) == 0.0;
@@ -171,8 +166,7 @@ bool IsUnderTop(const ObjectContext& context, const Part& fragment, const Footpr
          ShareOver(context, fragment, h.frame, h.hull) >= options.within_share;
 }
 
-/// Whether the fragment lies in a rotational host: a vessel's floor, its far wall. What lies under
-/// a lying thing is over its footprint, too.
+/// Whether the fragment lies in a rotational host. What is under a lying one is over its footprint.
 bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
               const Part& host, const Footprint& h) {
   if (!host.axis) return false;
@@ -193,22 +187,17 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   // So small compared with the host, it is more likely a piece of it than of something under it.
   const bool crumb = static_cast<double>(fragment.points.size()) <=
                      options.max_crumb_share * static_cast<double>(host.points.size());
-  if (!pairs.empty() && crumb && IsUnderTop(context, fragment, f, h)) {
-    return Kinship::kWithin;
-  }
+  if (!pairs.empty() && crumb && IsUnderTop(context, fragment, f, h)) return Kinship::kWithin;
   // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
   const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
   if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
   const auto continuing = std::ranges::count_if(
       pairs, [&](const auto& pair) { return ContinuesAcross(context, pair.first, pair.second); });
-  return static_cast<double>(continuing) >
-                 options.min_continuing * static_cast<double>(pairs.size())
-             ? Kinship::kSurface
-             : Kinship::kNone;
+  const double enough = options.min_continuing * static_cast<double>(pairs.size());
+  return static_cast<double>(continuing) > enough ? Kinship::kSurface : Kinship::kNone;
 }
 
-/// Joins fragments to hosts until nothing changes. What was found of two parts holds until one of
-/// them does.
+/// Joins fragments to hosts. What was found of two parts holds until one of them changes.
 class Joining {
  public:
   Joining(const ObjectContext& context, std::vector<Part>& parts)
@@ -219,14 +208,11 @@ class Joining {
     }
   }
 
-  /// One pass over all ordered pairs, fragments with fewer points first; the first kinship found is
-  /// joined.
+  /// Joins the first pair that is akin, fragments with fewer points first.
   bool JoinOne(base::Rng& rng) {
     std::vector<std::size_t> order(parts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-      return parts_[a].points.size() < parts_[b].points.size();
-    });
+    std::ranges::stable_sort(order, {}, [&](std::size_t a) { return parts_[a].points.size(); });
     for (std::size_t a = 0; a < order.size(); ++a) {
       for (std::size_t b = order.size(); b-- > a + 1;) {
         if (AreStrangers(order[a], order[b])) continue;
@@ -267,7 +253,6 @@ class Joining {
   std::uint32_t next_name_ = 0;
 };
 
-/// The points of `points` that are in the ascending `of`.
 Indices Shared(const Indices& points, const Indices& of) {
   return Where(points, [&](auto i) { return std::ranges::binary_search(of, i); });
 }
@@ -287,38 +272,27 @@ bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
   return height <= options.max_height_difference_m;
 }
 
-/// A rim of a union, and the circle that most of it lies on.
-struct RimCircle {
-  Indices rim;
-  Circle circle;
-};
-
-/// Whether a part of the union lies on the union's rim.
-bool OnRim(const ObjectContext& context, const Part& part, const RimCircle& rim) {
-  const Indices own = Shared(rim.rim, part.points);
-  return !own.empty() &&
-         ShareOnCircle(context.cloud, own, rim.circle, context.options.circle.distance_m) >=
-             context.options.axis.rim_share;
+/// Whether both parts lie on the union's rim, as it is or with its gaps bridged.
+bool OnRim(const ObjectContext& context, const Part& a, const Part& b, const Part& both,
+           base::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
+  bool on_rim = false;
+  for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
+    const auto fit = FitCircle(Select(cloud.points, *rim), options.circle, rng);
+    on_rim = on_rim || (fit && std::ranges::all_of(std::array{&a, &b}, [&](const Part* part) {
+                          return ShareOnCircle(cloud, Shared(*rim, part->points), fit->circle,
+                                               options.circle.distance_m) >= options.axis.rim_share;
+                        }));
+  }
+  return on_rim;
 }
 
-/// Whether a part's share of the union's top lies on the lip of its wall. Where the two sides of a
-/// lip are far apart, the rim goes round one of them alone.
+/// Whether a part's share of the union's top is on its lip: a wide lip's rim is one side alone.
 bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
   const Indices own = Shared(both.top->points, part.points);
   return !own.empty() && IsOnLip(context.cloud, own, *both.axis, context.options);
 }
 
-/// The union's rims: as the alpha shape gives it, and with its gaps bridged.
-std::vector<RimCircle> RimsOf(const ObjectContext& context, const Part& both, base::Rng& rng) {
-  std::vector<RimCircle> rims;
-  for (const Indices* rim : {&both.top->rim, &both.top->bridged_rim}) {
-    const auto fit = FitCircle(Select(context.cloud.points, *rim), context.options.circle, rng);
-    if (fit) rims.push_back({*rim, fit->circle});
-  }
-  return rims;
-}
-
-/// Whether a part of the union agrees with its body.
 bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& body) {
   const auto agreeing = static_cast<double>(Shared(OnCircle(body), part.points).size());
   const auto differing = static_cast<double>(Shared(body.differing, part.points).size());
@@ -327,11 +301,10 @@ bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& b
 
 /// Whether a part lies on the union's body with all of its points but ends, lips and floors.
 bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& body) {
-  return static_cast<double>(Shared(body.agreeing, part.points).size()) >=
-         context.options.merge.min_own_body * static_cast<double>(part.points.size());
+  return HoldsForShare(context.options.merge.min_own_body, part.points,
+                       [&](auto i) { return std::ranges::binary_search(body.agreeing, i); });
 }
 
-/// Whether the two come this near [m] to each other.
 bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double gap_m) {
   PartSurface surface(Select(context.cloud.points, a.points));
   return std::ranges::any_of(b.points, [&](auto i) {
@@ -355,9 +328,7 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
                      AreNear(context, a, b, 2.0 * both.axis->radius_m);
     return one ? std::optional(std::move(both)) : std::nullopt;
   }
-  const auto rims = RimsOf(context, both, rng);
-  const bool on_rim = std::ranges::any_of(
-      rims, [&](const RimCircle& rim) { return OnRim(context, a, rim) && OnRim(context, b, rim); });
+  const bool on_rim = OnRim(context, a, b, both, rng);
   const bool on_lip =
       context.options.lip_tops && OnLip(context, a, both) && OnLip(context, b, both);
   if (!on_rim && !on_lip) return std::nullopt;

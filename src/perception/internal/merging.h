@@ -4,8 +4,8 @@
 
 namespace rangegrasp::perception::internal {
 
-/// The points of a part, to be asked how near other points come. The tree is built for the first
-/// point that comes close: most parts are far from each other.
+/// How near other points come to a part. The tree is built for the first that comes close: most
+/// parts are far from each other.
 class PartSurface {
  public:
   explicit PartSurface(Points points_C);
@@ -25,8 +25,7 @@ class PartSurface {
 /// Why two parts would be one object.
 enum class Kinship {
   kNone,
-  kWithin,   ///< the fragment lies in a rotational host, as a vessel's floor or far wall does, or
-             ///< is a crumb under the host's top
+  kWithin,   ///< in a rotational host (a vessel's floor, far wall), or a crumb under a host's top
   kCap,      ///< a small part at the host's end, in line with it: the cap or neck of a bottle
   kSurface,  ///< the host's surface goes on across a gap in the sensor's direction
   kHanging,  ///< it touches the host and nothing else, in the air: a handle
@@ -37,25 +36,21 @@ constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
 /// lengths are MergeOptions):
-/// - kWithin: 70 % of its points over the footprint of a rotational host that stands (grown by
-///   5 mm), and not above its top; or inside of one that lies. In any host, under its top in the
-///   same way, what has at most 5 % of its points and one of them within the gap.
+/// - kWithin: 70 % of its points over the footprint of a rotational host that stands, and not above
+///   its top; or inside of one that lies. In any host, under its top in the same way, what has at
+///   most 5 % of its points and one of them within the gap.
 /// - kCap: at least eight points within the gap from the host; along the table's normal, or one
 ///   way or the other along the principal axis of the host's top surface, it begins where the host
 ///   ends, is at most 0.4 times as long, 90 % of its points are over the host's cross-section, and
 ///   across the view it is at most 0.7 times as wide and off its middle by at most 0.15 of its
-///   width. Bottles need not be round; what lies on a thing or beside it is in line with it by
-///   chance alone.
+///   width. Bottles need not be round; what lies on a thing is in line with it by chance alone.
 /// - kSurface: at least eight points, and about as many as the fragment is wide (the root of all
 ///   that it has), have their nearest neighbor in the host across the gap, more along the sensor's
 ///   viewing plane than sideways, and neither surface lies in front of the other one's tangent
-///   plane (smooth or convex, as objects in contact are not); unless the segmentation saw the two
-///   meet, and cut between them.
+///   plane (smooth or convex, as objects in contact are not); unless the segmentation cut there.
 /// - kHanging, where the segmentation cuts: at least eight points within the gap from the host,
 ///   which has five times as many points; it is off the table, the sensor saw through under
 ///   a good part of it, and the host does not carry it from below.
-/// Objects beside each other fail all of them: their footprints do not overlap and the gap between
-/// them runs sideways, or the junction is concave.
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host);
 
 /// Joins fragments to hosts by FindKinship, fragments with fewer points first, until nothing

@@ -11,8 +11,7 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// What a part stands on, as a height above the table: the table, unless points of other parts lie
-/// under its footprint: then its own lowest points.
+/// What a part stands on, above the table: its lowest points if other parts lie under it, else 0.
 double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std::size_t which) {
   const CompletionOptions& options = context.options.completion;
   const double lowest = BaseHeight(context.cloud, parts[which].points, context.table);
@@ -64,12 +63,8 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 
 void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
   // Objects of one height to the millimetre are as high: noise must not order them.
-  const auto millimetres = [](double metres) { return std::lround(metres * base::kMmPerM); };
-  std::ranges::stable_sort(objects, [&](const PerceivedObject& a, const PerceivedObject& b) {
-    const long height_a = millimetres(a.height_m);
-    const long height_b = millimetres(b.height_m);
-    if (height_a != height_b) return height_a > height_b;
-    return a.points.size() > b.points.size();
+  std::ranges::stable_sort(objects, std::ranges::greater(), [](const PerceivedObject& object) {
+    return std::pair(std::lround(object.height_m * base::kMmPerM), object.points.size());
   });
 }
 
@@ -92,9 +87,7 @@ Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng) 
 
 Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, base::Rng& rng) {
   Indices both;
-  both.reserve(a.points.size() + b.points.size());
-  std::merge(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
-             std::back_inserter(both));
+  std::ranges::merge(a.points, b.points, std::back_inserter(both));
   return DescribePart(context, std::move(both), rng);
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "base/statistics.h"
@@ -23,8 +22,7 @@ double SegmentDistance(const Vector2d& a, const Vector2d& b, const Vector2d& q) 
   return (q - a - t * ab).norm();
 }
 
-/// Squared sine, and its like for the scatter of points, below which points count as collinear: far
-/// above rounding, far below what noise makes of a line.
+/// Of a squared sine and of a scatter: far above rounding, far below what noise makes of a line.
 constexpr double kCollinearThree = 1e-18;
 constexpr double kCollinearMany = 1e-12;
 /// Bins of an arc, 10 deg each: a rim of 35 mm radius has three points in one. Fewer bins count a
@@ -32,13 +30,8 @@ constexpr double kCollinearMany = 1e-12;
 constexpr int kArcBins = 36;
 
 Indices Inliers(const Circle& circle, PointSpan rim, double distance_m) {
-  Indices inliers;
-  for (std::size_t i = 0; i < rim.size(); ++i) {
-    if (CircleDistance(circle, rim[i]) <= distance_m) {
-      inliers.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return inliers;
+  return geometry::PositionsWhere(
+      rim, [&](const Vector3d& p) { return CircleDistance(circle, p) <= distance_m; });
 }
 
 /// Least squares in the plane of the inliers; nullopt if they do not span one.
@@ -49,8 +42,8 @@ std::optional<Circle> Refit(PointSpan inliers) {
   const PlanarFrame frame{geometry::Centroid(inliers), u, plane->normal.cross(u), plane->normal};
   const auto fit = FitCircle2(Flatten(frame, inliers));
   if (!fit) return std::nullopt;
-  const Vector3d center = frame.origin + fit->center.x() * u + fit->center.y() * frame.v;
-  return Circle{center, plane->normal, fit->radius_m};
+  return Circle{frame.origin + fit->center.x() * u + fit->center.y() * frame.v, plane->normal,
+                fit->radius_m};
 }
 
 }  // namespace
@@ -63,20 +56,13 @@ PlanarFrame MakePlanarFrame(const Plane& plane, const Vector3d& near, const Vect
 }
 
 std::vector<Vector2d> Flatten(const PlanarFrame& frame, PointSpan points) {
-  std::vector<Vector2d> flat;
-  flat.reserve(points.size());
-  for (const Vector3d& p : points) flat.push_back(frame.Flat(p));
+  std::vector<Vector2d> flat(points.size());
+  std::ranges::transform(points, flat.begin(), [&](const Vector3d& p) { return frame.Flat(p); });
   return flat;
 }
 
 std::vector<std::uint32_t> HullPositions(std::span<const Vector2d> points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
-    if (points[a].x() != points[b].x()) return points[a].x() < points[b].x();
-    if (points[a].y() != points[b].y()) return points[a].y() < points[b].y();
-    return a < b;
-  });
+  const Indices order = geometry::CanonicalOrder(points);
   if (order.size() < 3) return order;
   std::vector<std::uint32_t> hull;
   const auto extend = [&](std::uint32_t i, std::size_t floor) {
@@ -108,8 +94,7 @@ Rectangle RectangleAlong(std::span<const Vector2d> points, const Vector2d& axis)
 }
 
 Rectangle MinAreaRectangle(std::span<const Vector2d> points) {
-  std::vector<Vector2d> hull;
-  for (const std::uint32_t i : HullPositions(points)) hull.push_back(points[i]);
+  const std::vector<Vector2d> hull = ConvexPolygon::Around(points).corners;
   Rectangle best = RectangleAlong(hull, Vector2d::UnitX());
   double area = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < hull.size(); ++i) {

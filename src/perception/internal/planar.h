@@ -39,6 +39,13 @@ struct PlanarFrame {
 PlanarFrame MakePlanarFrame(const Plane& plane, const Vector3d& near,
                             const Vector3d& hint = Vector3d::Zero());
 
+/// Of two opposite directions the same one: that whose largest component is positive.
+inline Vector3d WithoutSign(const Vector3d& direction) {
+  Eigen::Index main = 0;
+  direction.cwiseAbs().maxCoeff(&main);
+  return direction[main] < 0.0 ? Vector3d(-direction) : direction;
+}
+
 std::vector<Vector2d> Flatten(const PlanarFrame& frame, PointSpan points);
 
 /// Those of the points that fulfil a condition, in their order.
@@ -100,9 +107,8 @@ Rectangle RectangleAlong(std::span<const Vector2d> points, const Vector2d& axis)
 /// points come back, in order along the line, where they are collinear.
 std::vector<std::uint32_t> HullPositions(std::span<const Vector2d> points);
 
-/// Where, along the frame's v, the highest points over the table are: the median over 5 mm slices
-/// along u of the highest point's v. The line of a fold or an edge that runs along u. Needs a
-/// point.
+/// Where, along v, a fold or an edge along u is: the median over 5 mm slices along u of the v of
+/// the highest point over the table. Needs a point.
 double HighestLine(const PlanarFrame& frame, const Plane& table, PointSpan points);
 
 /// The highest value that has so many others within the band below it, or the highest of all: the

@@ -1,6 +1,7 @@
 #include "perception/internal/rotation_axis.h"
 
 #include <Eigen/Dense>
+#include <functional>
 #include <map>
 
 #include "base/statistics.h"
@@ -15,6 +16,34 @@ namespace {
 constexpr int kDrawsPerCircleDraw = 2;
 /// Refits of the circle: the points that agree change a little with every one.
 constexpr int kWallRefits = 5;
+
+/// A point of a body seen along an axis: where it is, and where its normal points to.
+struct Wall {
+  Vector2d p;
+  Vector2d normal;  ///< unit
+};
+
+/// What was seen of the wall about the frame's normal, in the frame.
+std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
+                         const FeatureOptions& options) {
+  std::vector<Wall> wall;
+  for (const auto i : points) {
+    const Vector3d& normal = cloud.normals[i];
+    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
+    wall.push_back({frame.Flat(cloud.points[i]),
+                    Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
+  }
+  return wall;
+}
+
+/// Whether a point faces away from the center and is on the circle about it.
+bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options) {
+  const Vector2d radial = wall.p - circle.center;
+  const double r = radial.norm();
+  return std::abs(r - circle.radius_m) <= options.circle.distance_m &&
+         wall.normal.dot(radial) > 0.0 &&
+         std::abs(Cross(wall.normal, radial)) <= options.axis.max_tangential * r;
+}
 
 Circle CircleOf(const RotationAxis& axis) {
   return {axis.center_C, axis.direction_C, axis.radius_m};
@@ -58,8 +87,7 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
   return {circle.center + solved.head<2>(), std::sqrt(squared)};
 }
 
-/// Of the circles that `candidate` draws, the one that most wall points are on; nullopt if half of
-/// the least wall are not on it.
+/// The drawn circle that most wall points are on; nullopt if these are less than half a least wall.
 std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
                                   const std::function<std::optional<Circle2>()>& candidate,
                                   const std::function<bool(const Circle2&)>& admissible,
@@ -78,6 +106,31 @@ std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
 
 bool Any(const Circle2&) { return true; }
 
+/// The circle of a body seen along the frame's normal: two wall points with their normals give a
+/// center (as eq. 5.7, with normals in the place of a third point); refitted to all that agree.
+/// @return nullopt if the wall has too few points, or too few that agree.
+std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
+                                    const PlanarFrame& frame,
+                                    const std::function<bool(const Circle2&)>& admissible,
+                                    const FeatureOptions& options, base::Rng& rng) {
+  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
+  const auto draw = [&] {
+    const Wall& a = walls[rng.Index(walls.size())];
+    const Wall& b = walls[rng.Index(walls.size())];
+    return NormalsMeet(a, b, options);
+  };
+  auto circle =
+      DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, admissible, options);
+  if (!circle) return std::nullopt;
+  // Two normals say little of the center; all that agree say more.
+  for (int round = 0; round < kWallRefits; ++round) {
+    const Circle2 refitted = Refit(walls, *circle, options);
+    if (!admissible(refitted)) break;
+    *circle = refitted;
+  }
+  return circle;
+}
+
 /// Rounds in which the direction is taken from the normals that the last one left square to it.
 constexpr int kDirectionRounds = 3;
 /// Rounds of the refit: a turn of a few degrees brings in further points with each.
@@ -88,15 +141,13 @@ constexpr double kRefitBand = 2.0;
 /// 1 + the normal's share upward: points that face down say nothing of a circle on the table.
 constexpr double kMinRise = 0.2;
 
-/// The direction that the normals are most nearly square to.
 Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
   Matrix3d scatter = Matrix3d::Zero();
   for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors().col(0);
 }
 
-/// The body's direction, from its upper side first (its ends face sideways); nullopt where it is
-/// too steep to lie.
+/// From the body's upper side first (its ends face sideways); nullopt where it is too steep to lie.
 std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points,
                                   const Plane& table, const FeatureOptions& options) {
   Indices square = UpwardPoints(cloud, points, table.normal, options.ridge.window_rad);
@@ -109,13 +160,10 @@ std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points
     });
   }
   if (std::abs(direction.dot(table.normal)) > options.ridge.max_axis_slope) return std::nullopt;
-  Eigen::Index main = 0;  // Its sign tells the axis from its opposite.
-  direction.cwiseAbs().maxCoeff(&main);
-  return direction[main] < 0.0 ? Vector3d(-direction) : direction;
+  return WithoutSign(direction);
 }
 
-/// Across the body's direction, its normal along it, v as nearly up as that allows; the origin is
-/// the points' centroid.
+/// Normal to the body's direction, v as nearly up as that allows, at the points' centroid.
 PlanarFrame FrameAcross(const PointCloud& cloud, const Indices& points, const Vector3d& direction,
                         const Vector3d& up) {
   const Vector3d v = (up - up.dot(direction) * direction).normalized();
@@ -131,8 +179,7 @@ std::optional<Circle2> Touching(const Wall& wall, double table_v) {
   return Circle2{wall.p - radius * wall.normal, radius};
 }
 
-/// The circle on the table that the most wall points are on; a body that lies rests on it, which
-/// says more than the arc seen from above. nullopt if too few are on any.
+/// A body that lies rests on the table, which says more than the arc seen from above.
 std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double table_v,
                                      const FeatureOptions& options, base::Rng& rng) {
   const auto draw = [&] { return Touching(walls[rng.Index(walls.size())], table_v); };
@@ -145,10 +192,9 @@ struct Lying {
   double radius_m;
 };
 
-/// One step of Gauss-Newton over the wall points that are on the cylinder: with e the direction
-/// from the axis to a point that is s along it, the distance from the surface changes by e_u, s
-/// e_u, s e_v and e_v + 1 for a shift along u, a turn, a slope, and a radius that lifts the axis
-/// with it.
+/// One step of Gauss-Newton over the wall points on the cylinder: with e the direction from the
+/// axis to a point that is s along it, the distance from the surface changes by e_u, s e_u, s e_v
+/// and e_v + 1 for a shift along u, a turn, a slope, and a radius that lifts the axis with it.
 Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body,
                const FeatureOptions& options) {
   Eigen::Matrix4d left = Eigen::Matrix4d::Zero();
@@ -177,7 +223,6 @@ Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body
   return refitted;
 }
 
-/// The axis of such a body, from end to end.
 RotationAxis AxisOf(const Lying& body, const PointCloud& cloud, const Indices& points) {
   const Plane across{body.frame.n, 0.0};
   const double high = TopHeight(cloud, points, across);
@@ -191,7 +236,7 @@ RotationAxis AxisOf(const Lying& body, const PointCloud& cloud, const Indices& p
 bool Agrees(const PointCloud& cloud, const Indices& points, const FeatureOptions& options,
             RotationAxis& axis) {
   if (!axis.Lies()) return false;
-  const Plane end{axis.direction_C, -axis.direction_C.dot(axis.center_C)};
+  const Plane end = geometry::PlaneAt(axis.direction_C, axis.center_C);
   const auto body = ProfileBody(cloud, points, end, axis.center_C, axis.direction_C, options);
   axis.body_fraction = body.fraction;
   return body.fraction >= options.axis.lying_body_share &&
@@ -206,12 +251,10 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
   const auto fit = FitCircle(Select(cloud.points, rim), options.circle, rng);
   if (!fit) return std::nullopt;
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
+  if (share < options.axis.rim_share) return std::nullopt;
   Indices on_circle;
   for (const auto k : fit->inliers) on_circle.push_back(rim[k]);
-  if (share < options.axis.rim_share ||
-      (options.arc_rule && ArcOf(cloud, on_circle, fit->circle) < min_arc_rad)) {
-    return std::nullopt;
-  }
+  if (options.arc_rule && ArcOf(cloud, on_circle, fit->circle) < min_arc_rad) return std::nullopt;
   return RotationAxis{fit->circle.center, top.plane.normal, fit->circle.radius_m, share, 0.0};
 }
 
@@ -237,8 +280,7 @@ bool Agrees(const BodyProfile& body, double min_share, const FeatureOptions& opt
          (!options.radial_normals || body.normal_fraction >= options.axis.normal_share);
 }
 
-/// How far round the axis the circles are seen: the mean over the points of their section's arc, so
-/// that a round cap does not speak for a flat bottle under it.
+/// The mean over points of their section's arc: a round cap does not speak for a flat bottle.
 double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationAxis& axis,
                const FeatureOptions& options) {
   std::map<int, Indices> sections;
@@ -261,6 +303,17 @@ bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationA
   const auto seen = body.agreeing.size() + body.turned.size();
   return seen < static_cast<std::size_t>(options.axis.min_body_points) ||
          MeanArc(cloud, body, axis, options) >= min_arc_rad;
+}
+
+/// Whether the top is a lid: its rim is within the circle, and goes far enough round on it.
+bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
+           const FeatureOptions& options) {
+  const double distance_m = options.axis.lid_distance_m;
+  const auto within = [&](auto i) { return Inside(cloud, i, axis) >= -distance_m; };
+  if (!HoldsForShare(options.axis.rim_share, top.rim, within)) return false;
+  const Indices on_circle =
+      Where(top.rim, [&](auto i) { return std::abs(Inside(cloud, i, axis)) <= distance_m; });
+  return ArcOf(cloud, on_circle, CircleOf(axis)) >= options.axis.min_lid_arc_rad;
 }
 
 /// The axis of a body whose rim gives no circle: its lip is too thin, or its lid has holes.
@@ -302,48 +355,6 @@ std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices&
 
 }  // namespace
 
-std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
-                         const FeatureOptions& options) {
-  std::vector<Wall> wall;
-  for (const auto i : points) {
-    const Vector3d& normal = cloud.normals[i];
-    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
-    wall.push_back({frame.Flat(cloud.points[i]),
-                    Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
-  }
-  return wall;
-}
-
-bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options) {
-  const Vector2d radial = wall.p - circle.center;
-  const double r = radial.norm();
-  return std::abs(r - circle.radius_m) <= options.circle.distance_m &&
-         wall.normal.dot(radial) > 0.0 &&
-         std::abs(Cross(wall.normal, radial)) <= options.axis.max_tangential * r;
-}
-
-std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
-                                    const PlanarFrame& frame,
-                                    const std::function<bool(const Circle2&)>& admissible,
-                                    const FeatureOptions& options, base::Rng& rng) {
-  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
-  const auto draw = [&] {
-    const Wall& a = walls[rng.Index(walls.size())];
-    const Wall& b = walls[rng.Index(walls.size())];
-    return NormalsMeet(a, b, options);
-  };
-  auto circle =
-      DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, admissible, options);
-  if (!circle) return std::nullopt;
-  // Two normals say little of the center; all that agree say more.
-  for (int round = 0; round < kWallRefits; ++round) {
-    const Circle2 refitted = Refit(walls, *circle, options);
-    if (!admissible(refitted)) break;
-    *circle = refitted;
-  }
-  return circle;
-}
-
 std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const Plane& table,
                                          const FeatureOptions& options, base::Rng& rng) {
@@ -354,16 +365,6 @@ std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices&
   const Vector3d on_table = top.center_C + q.x() * frame.u + q.y() * frame.v;
   const double height = TopHeight(cloud, points, table) - table.Distance(on_table);
   return RotationAxis{on_table + height * table.normal, table.normal, circle->radius_m, 0.0, 0.0};
-}
-
-bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
-           const FeatureOptions& options) {
-  const double distance_m = options.axis.lid_distance_m;
-  const auto within = [&](auto i) { return Inside(cloud, i, axis) >= -distance_m; };
-  if (!HoldsForShare(options.axis.rim_share, top.rim, within)) return false;
-  const Indices on_circle =
-      Where(top.rim, [&](auto i) { return std::abs(Inside(cloud, i, axis)) <= distance_m; });
-  return ArcOf(cloud, on_circle, CircleOf(axis)) >= options.axis.min_lid_arc_rad;
 }
 
 bool IsOnLip(const PointCloud& cloud, const Indices& points, const RotationAxis& axis,

@@ -1,48 +1,18 @@
 #pragma once
 
-#include <functional>
-
 #include "perception/internal/planar.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::perception::internal {
 
-/// A point of a body seen along an axis: where it is, and where its normal points to.
-struct Wall {
-  Vector2d p;
-  Vector2d normal;  ///< unit
-};
-
-/// What was seen of the wall about the frame's normal, in the frame.
-std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
-                         const FeatureOptions& options);
-
-/// Whether a point faces away from the center and is on the circle about it.
-bool IsOn(const Circle2& circle, const Wall& wall, const FeatureOptions& options);
-
-/// The circle of a body seen along the frame's normal: two wall points with their normals give a
-/// center, the one that most wall points agree with wins (as eq. 5.7, with normals in the place of
-/// a third point), refitted to all that agree. O(draws * n).
-/// @param admissible  circles that may be drawn
-/// @return nullopt if the wall has too few points, or too few that agree.
-std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
-                                    const PlanarFrame& frame,
-                                    const std::function<bool(const Circle2&)>& admissible,
-                                    const FeatureOptions& options, base::Rng& rng);
-
-/// An upright axis from the outer wall by CircleAcross; its circle is at the height of the body's
+/// An upright axis from the outer wall (two wall points with their normals give a
+/// circle, as eq. 5.7); its circle is at the height of the body's
 /// top.
 std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const Plane& table,
                                          const FeatureOptions& options, base::Rng& rng);
 
-/// Whether the top is a lid on the axis: the rim share of its rim lies within the circle, and what
-/// of it lies on the circle goes far enough round.
-bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
-           const FeatureOptions& options);
-
-/// Whether the rim share of the points lies on the lip of a wall about the axis: on the circle or
-/// just inside.
+/// Whether the rim share of the points is on a wall's lip: on the axis' circle or just inside.
 bool IsOnLip(const PointCloud& cloud, const Indices& points, const RotationAxis& axis,
              const FeatureOptions& options);
 
@@ -52,7 +22,7 @@ bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAx
 
 /// The axis of a rotational body that lies, from its normals alone: the direction that most
 /// of them are square to, and across it the circle that the body is seen as along that direction
-/// (CircleAcross). Its body has to agree with the sections as an upright one's (eq. 5.8),
+/// (as in AxisFromBody). Its body has to agree with the sections as an upright one's (eq. 5.8),
 /// goes far enough round, and stays above the table, where half a cylinder on its flat side would
 /// be under it.
 /// @return nullopt if there is no such direction or the body is not rotational about it.

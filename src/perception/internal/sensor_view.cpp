@@ -7,10 +7,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Directions further than this (51 deg) from the mean one are not kept, and nothing there counts
-/// as free: a tabletop of 1 m seen from 0.5 m away fits; twice as much would take four times the
-/// memory.
+/// Directions further from the mean one (51 deg) are not kept, and nothing there counts as free: a
+/// tabletop of 1 m seen from 0.5 m away fits; twice as much would take four times the memory.
 constexpr double kHalfField_rad = 0.9;
+/// Of a cell of directions: 4 mm at 1 m, two of the scanner's point distances.
+constexpr double kCell_rad = 0.004;
+constexpr std::ptrdiff_t kHalf = static_cast<std::ptrdiff_t>(kHalfField_rad / kCell_rad);
+constexpr std::ptrdiff_t kSide = 2 * kHalf + 1;  ///< cells
 
 /// Half of SensorView's cell of directions at the scanner's working distance of 1 m. Larger: a
 /// moving sensor's free space blurs; smaller: one more grid of directions for every step it makes.
@@ -26,24 +29,21 @@ std::uint32_t PlaceOf(const Vector3d& origin_C, geometry::Points& places_C) {
 
 }  // namespace
 
-SensorView::SensorView(geometry::PointSpan points_C, const Vector3d& origin_C, double cell_rad)
-    : origin_C_(origin_C), axes_(Eigen::Matrix3d::Identity()), cell_rad_(cell_rad) {
+SensorView::SensorView(geometry::PointSpan points_C, const Vector3d& origin_C)
+    : origin_C_(origin_C), nearest_(kSide * kSide, std::numeric_limits<float>::infinity()) {
   Vector3d forward = Vector3d::Zero();
   for (const Vector3d& p : points_C) forward += (p - origin_C).normalized();
   if (forward.norm() < 1e-9) forward = Vector3d::UnitZ();
   axes_.col(2) = forward.normalized();
   axes_.col(0) = axes_.col(2).unitOrthogonal();
   axes_.col(1) = axes_.col(2).cross(axes_.col(0));
-  half_ = static_cast<std::ptrdiff_t>(kHalfField_rad / cell_rad_);
-  const auto side = static_cast<std::size_t>(2 * half_ + 1);
-  nearest_.assign(side * side, std::numeric_limits<float>::infinity());
   for (const Vector3d& p : points_C) {
     const std::ptrdiff_t cell = Cell(p);
     if (cell < 0) continue;
     const auto range = static_cast<float>((p - origin_C_).norm());
     for (std::ptrdiff_t row = -1; row <= 1; ++row) {
       for (std::ptrdiff_t column = -1; column <= 1; ++column) {
-        const std::ptrdiff_t at = cell + row * (2 * half_ + 1) + column;
+        const std::ptrdiff_t at = cell + row * kSide + column;
         if (at < 0 || at >= static_cast<std::ptrdiff_t>(nearest_.size())) continue;
         float& nearest = nearest_[static_cast<std::size_t>(at)];
         nearest = std::min(nearest, range);
@@ -55,11 +55,10 @@ SensorView::SensorView(geometry::PointSpan points_C, const Vector3d& origin_C, d
 std::ptrdiff_t SensorView::Cell(const Vector3d& p) const {
   const Vector3d q = axes_.transpose() * (p - origin_C_);
   if (q.z() <= 0.0) return -1;
-  const auto column =
-      static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.x(), q.z()) / cell_rad_));
-  const auto row = static_cast<std::ptrdiff_t>(std::lround(std::atan2(q.y(), q.z()) / cell_rad_));
-  if (std::abs(column) > half_ || std::abs(row) > half_) return -1;
-  return (row + half_) * (2 * half_ + 1) + column + half_;
+  const long column = std::lround(std::atan2(q.x(), q.z()) / kCell_rad);
+  const long row = std::lround(std::atan2(q.y(), q.z()) / kCell_rad);
+  if (std::abs(column) > kHalf || std::abs(row) > kHalf) return -1;
+  return (row + kHalf) * kSide + column + kHalf;
 }
 
 bool SensorView::IsFree(const Vector3d& p, double margin_m) const {

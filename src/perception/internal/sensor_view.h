@@ -12,10 +12,7 @@ class SensorView {
  public:
   /// @param points_C  everything measured, the table too. O(n).
   /// @param origin_C  where the sensor stood. Directions are angles about the mean direction.
-  /// @param cell_rad  the size of a cell of directions; the default is 4 mm at 1 m, two of the
-  /// scanner's point distances.
-  SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& origin_C,
-             double cell_rad = 0.004);
+  SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& origin_C);
 
   /// Whether the sensor saw through p: every point of its cell of directions lies more than
   /// margin_m behind it.
@@ -27,9 +24,7 @@ class SensorView {
   std::ptrdiff_t Cell(const Eigen::Vector3d& p) const;
 
   Eigen::Vector3d origin_C_;
-  Eigen::Matrix3d axes_;  ///< columns: right, down, forward
-  double cell_rad_;
-  std::ptrdiff_t half_ = 0;     ///< cells from the middle to the border
+  Eigen::Matrix3d axes_;        ///< columns: right, down, forward
   std::vector<float> nearest_;  ///< [m]; infinity where nothing was measured
 };
 
@@ -41,8 +36,7 @@ struct SensorViews {
 
   /// Whether a sensor saw through p from any place.
   bool IsFree(const Eigen::Vector3d& p, double margin_m) const {
-    return std::any_of(places.begin(), places.end(),
-                       [&](const SensorView& view) { return view.IsFree(p, margin_m); });
+    return std::ranges::any_of(places, [&](const auto& view) { return view.IsFree(p, margin_m); });
   }
   /// Where the sensor stood that measured a point of the cloud.
   const Eigen::Vector3d& OriginOf(std::uint32_t point) const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <ranges>
 #include <tuple>
 
 #include "base/statistics.h"
@@ -16,12 +17,10 @@ std::size_t MinPlanePoints(const FeatureOptions& options) {
   return static_cast<std::size_t>(options.top.min_plane_points);
 }
 
-/// Ends of a length, and the height of a ridge, that a few stray points do not move: shares of the
-/// points that may lie beyond.
+/// Shares of the points that may lie beyond the ends of a length and the height of a ridge: strays.
 constexpr double kEndShare = 0.05;
 constexpr double kWidthEndShare = 0.02;
 constexpr double kHeightShare = 0.8;
-/// The middle 60 % of the normals.
 constexpr double kSpreadFrom = 0.2;
 constexpr double kSpreadTo = 0.8;
 /// A spread of sines below this (variance) is no spread: no slope can be had from it.
@@ -40,7 +39,6 @@ std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices&
   return {eigen.eigenvectors().col(0), eigen.eigenvalues()[0]};
 }
 
-/// Sums over pairs of numbers.
 struct Sums {
   double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
 
@@ -118,7 +116,6 @@ void Measure(const PointCloud& cloud, const Vector3d& up, Body& body) {
   }
 }
 
-/// The points about the ridge, as columns of their own.
 Body Strip(const Body& body, double half_angle_rad) {
   Body strip;
   for (std::size_t k = 0; k < body.points.size(); ++k) {
@@ -131,8 +128,7 @@ Body Strip(const Body& body, double half_angle_rad) {
   return strip;
 }
 
-/// How far points off the ridge have come down, over what the arc that their normals speak of would
-/// give; 1 where none is off it.
+/// Descent of points off the ridge, over that of an arc with their normals; 1 where none is off.
 double DropOverArc(const Body& body, double off_ridge_rad, double height_m, double radius_m) {
   double drop = 0.0;
   double arc = 0.0;
@@ -144,8 +140,8 @@ double DropOverArc(const Body& body, double off_ridge_rad, double height_m, doub
   return arc > 0.0 ? drop / arc : 1.0;
 }
 
-/// The highest point that counts has this many above it, fewer (a tenth) in a small part: a stray
-/// point or two do not make an object higher. More would cut a pointed top.
+/// So many points, a tenth of a small part, may lie above the highest that counts: strays. More
+/// would cut a pointed top.
 constexpr std::size_t kStrays = 4;
 constexpr std::size_t kStrayPart = 10;
 /// A plane and a rim have at least three points.
@@ -182,12 +178,13 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
   const auto refit =
       geometry::FitPlane(Select(cloud.points, Near(cloud, candidates, *best, distance_m)));
   if (is_level(refit) && Near(cloud, candidates, *refit, distance_m).size() >= count) best = refit;
-  return best->normal.dot(up) < 0.0 ? Plane{-best->normal, -best->offset_m} : *best;
+  return geometry::TurnedLike({up, 0.0}, *best);
 }
 
 /// The fullest plane, or one above it that holds the options' share of its points.
 std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates,
                               const Plane& table, const FeatureOptions& options, base::Rng& rng) {
+  const double separation_m = options.top.plane_separation * options.top.plane_distance_m;
   Indices left = candidates;
   std::optional<Plane> top;
   double top_height = 0.0;
@@ -203,15 +200,13 @@ std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates
     double height = 0.0;
     for (const auto i : inliers) height += table.Distance(cloud.points[i]);
     height /= static_cast<double>(inliers.size());
-    if (!top || height > top_height + options.top.plane_separation * options.top.plane_distance_m) {
+    if (!top || height > top_height + separation_m) {
       top = plane;
       top_height = height;
     }
     if (round == 0) fullest = inliers.size();
-    std::erase_if(left, [&](auto i) {
-      return std::abs(plane->Distance(cloud.points[i])) <=
-             options.top.plane_separation * options.top.plane_distance_m;
-    });
+    std::erase_if(
+        left, [&](auto i) { return std::abs(plane->Distance(cloud.points[i])) <= separation_m; });
   }
   return top;
 }
@@ -239,10 +234,7 @@ void Describe(const PointCloud& cloud, const std::optional<Vector3d>& axis,
   const Rectangle box = axis                     ? RectangleAlong(flat, Vector2d::UnitX())
                         : options.rectangle_axes ? MinAreaRectangle(flat)
                                                  : PrincipalRectangle(flat);
-  top.major_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
-  Eigen::Index main = 0;  // its sign tells the axis from its opposite
-  top.major_C.cwiseAbs().maxCoeff(&main);
-  if (top.major_C[main] < 0.0) top.major_C = -top.major_C;
+  top.major_C = WithoutSign(box.axis.x() * frame.u + box.axis.y() * frame.v);
   top.minor_C = top.plane.normal.cross(top.major_C);
   top.major_m = box.length_m;
   top.minor_m = box.width_m;
@@ -265,8 +257,7 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
            std::abs((cloud.points[i] - ridge.point).dot(ridge.normal)) <= options.top.slab_m;
   });
   if (top.points.size() < MinPlanePoints(options)) return std::nullopt;
-  const Vector3d mean = geometry::Centroid(Select(cloud.points, top.points));
-  top.plane = {ridge.normal, -ridge.normal.dot(mean)};
+  top.plane = geometry::PlaneAt(ridge.normal, geometry::Centroid(Select(cloud.points, top.points)));
   Describe(cloud, ridge.axis, options, top);
   if (top.major_m < top.minor_m) return std::nullopt;
   // The scan is denser on the sensor's side; the ridge itself is not.
@@ -283,8 +274,7 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
     return table.Distance(cloud.points[i]) >= height - options.top.slab_m;
   });
   if (top.points.size() < kMinCorners) return std::nullopt;
-  const Vector3d mean = geometry::Centroid(Select(cloud.points, top.points));
-  top.plane = {table.normal, -table.normal.dot(mean)};
+  top.plane = geometry::PlaneAt(table.normal, geometry::Centroid(Select(cloud.points, top.points)));
   Describe(cloud, std::nullopt, options, top);
   if (top.major_m <= 0.0 || top.rim.size() < kMinCorners) return std::nullopt;
   top.ridge = top.major_m > options.top.fold_elongation * top.minor_m;
@@ -331,9 +321,8 @@ std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, 
 double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
                         const FeatureOptions& options) {
   if (top.rim.empty()) return 0.0;
-  double nearest = (cloud.points[top.rim.front()] - top.center_C).norm();
-  for (const auto i : top.rim) nearest = std::min(nearest, (cloud.points[i] - top.center_C).norm());
-  return options.open_sphere_factor * nearest;
+  const auto distance = [&](auto i) { return (cloud.points[i] - top.center_C).norm(); };
+  return options.open_sphere_factor * std::ranges::min(top.rim | std::views::transform(distance));
 }
 
 bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
@@ -352,14 +341,14 @@ double TopHeight(const PointCloud& cloud, const Indices& points, const Plane& ta
   std::vector<double> heights;
   heights.reserve(points.size());
   for (const auto i : points) heights.push_back(table.Distance(cloud.points[i]));
-  const std::size_t k = std::min(kStrays, heights.size() / kStrayPart);
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(k), heights.end(),
-                   std::greater<>());
-  return heights[k];
+  const auto k =
+      heights.begin() + static_cast<std::ptrdiff_t>(std::min(kStrays, heights.size() / kStrayPart));
+  std::ranges::nth_element(heights, k, std::ranges::greater());
+  return *k;
 }
 
 double BaseHeight(const PointCloud& cloud, const Indices& points, const Plane& table) {
-  return -TopHeight(cloud, points, {-table.normal, -table.offset_m});
+  return -TopHeight(cloud, points, table.Flipped());
 }
 
 std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, const Plane& plane,
@@ -388,9 +377,9 @@ std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices&
                                          base::Rng& rng) {
   if (segment.size() < kMinCorners) return std::nullopt;
   if (options.ridge_tops) {
-    if (const auto ridge = FindRidge(cloud, segment, table, options)) {
-      if (auto top = RidgeTop(cloud, segment, *ridge, options)) return top;
-    }
+    const auto ridge = FindRidge(cloud, segment, table, options);
+    auto top = ridge ? RidgeTop(cloud, segment, *ridge, options) : std::nullopt;
+    if (top) return top;
   }
   const Indices candidates =
       UpwardPoints(cloud, segment, table.normal, options.top.normal_angle_rad);

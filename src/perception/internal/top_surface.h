@@ -12,11 +12,10 @@ struct Ridge {
   Vector3d point;   ///< on the ridge
 };
 
-/// Looks at the normals of the segment's upward points. One direction that they are all square to
-/// and a wide spread about it make a ridge, which lies where the normal passes through the vertical
-/// plane of the axis: with u the offset across the axis and theta the normal's turn about it, u is
-/// fitted by a line over sin(theta), and the ridge is at theta = 0. For a circle, an ellipse or a
-/// roof alike that is its highest line.
+/// One direction that the normals of all upward points are square to and a wide spread about it
+/// make a ridge. With u the offset across the axis and theta the normal's turn about it, u is
+/// fitted by a line over sin(theta); the ridge is at theta = 0, for a circle, an ellipse or a roof
+/// alike the highest line.
 /// @return nullopt where the upward points are no ridge (RidgeOptions says what is asked of one).
 std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
                                const FeatureOptions& options);

@@ -62,43 +62,35 @@ std::shared_ptr<fcl::CollisionGeometryd> MakePrimitive(Kind kind, const Vector3d
   }
 }
 
+std::shared_ptr<fcl::CollisionGeometryd> MakeGeometry(const geometry::Shape& shape) {
+  if (IsMesh(shape.kind)) return shape.mesh.triangles.empty() ? nullptr : MakeTree(shape.mesh);
+  auto primitive = MakePrimitive(shape.kind, shape.size);
+  primitive->computeLocalAABB();
+  return primitive;
+}
+
 /// A grasp that was placed exactly at the table's clearance passes in spite of rounding.
 constexpr double kRounding_m = 1e-6;
 
 const base::Pose kWorld = base::Pose::Identity();
 
 bool HitsAny(const PlacedSolid& part, const std::vector<PlacedSolid>& others) {
-  return std::any_of(others.begin(), others.end(),
-                     [&](const PlacedSolid& other) { return Hit(part, other); });
+  return std::ranges::any_of(others, [&](const PlacedSolid& other) { return Hit(part, other); });
 }
 
-void PlaceAll(const std::vector<Solid>& solids, const base::Pose& X_WB,
-              std::vector<PlacedSolid>& placed) {
-  placed.clear();
+std::vector<PlacedSolid> PlaceAll(const std::vector<Solid>& solids, const base::Pose& X_WB) {
+  std::vector<PlacedSolid> placed;
   for (const Solid& solid : solids) placed.push_back(Place(solid, X_WB));
+  return placed;
 }
 
 }  // namespace
-
-struct Solid::Geometry {
-  std::shared_ptr<const fcl::CollisionGeometryd> fcl;
-};
-
-std::shared_ptr<const Solid::Geometry> Solid::MakeGeometry(const geometry::Shape& shape) {
-  if (IsMesh(shape.kind)) {
-    if (shape.mesh.triangles.empty()) return nullptr;
-    return std::make_shared<Geometry>(Geometry{MakeTree(shape.mesh)});
-  }
-  auto primitive = MakePrimitive(shape.kind, shape.size);
-  primitive->computeLocalAABB();
-  return std::make_shared<Geometry>(Geometry{std::move(primitive)});
-}
 
 Solid::Solid(geometry::Shape shape, const SolidOptions& options)
     : shape_(options.sides > 0 ? Faceted(shape, options)
                                : geometry::Grown(std::move(shape), options.margin_m)),
       geometry_(MakeGeometry(shape_)) {
-  for (const Vector3d& p : shape_.mesh.vertices) box_.extend(p);
+  box_ = geometry::BoundsOf(shape_.mesh.vertices);
 }
 
 Solid::Solid(geometry::TriangleMesh mesh)
@@ -124,8 +116,8 @@ bool Solid::Touches(const base::Pose& X_WS, const Solid& other, const base::Pose
   if (IsEmpty() || other.IsEmpty()) return false;
   const fcl::CollisionRequestd first_contact;
   fcl::CollisionResultd result;
-  return fcl::collide(geometry_->fcl.get(), X_WS, other.geometry_->fcl.get(), X_WOther,
-                      first_contact, result) > 0;
+  return fcl::collide(geometry_.get(), X_WS, other.geometry_.get(), X_WOther, first_contact,
+                      result) > 0;
 }
 
 PlacedSolid Place(const Solid& solid, const base::Pose& X_WB) {
@@ -147,17 +139,11 @@ HandSolids::HandSolids(const robot::HandModel& hand, const SolidOptions& options
   }
 }
 
-void HandSolids::PlaceInto(const base::Pose& X_WH, std::size_t state,
-                           std::vector<PlacedSolid>& placed) const {
-  placed.clear();
+std::vector<PlacedSolid> HandSolids::At(const base::Pose& X_WH, std::size_t state) const {
+  std::vector<PlacedSolid> placed;
   for (std::size_t i = 0; i < solids_.size(); ++i) {
     placed.push_back(PlaceAt(solids_[i], X_WH * hand_->states[state].shapes[i].X_BS));
   }
-}
-
-std::vector<PlacedSolid> HandSolids::At(const base::Pose& X_WH, std::size_t state) const {
-  std::vector<PlacedSolid> placed;
-  PlaceInto(X_WH, state, placed);
   return placed;
 }
 
@@ -189,7 +175,7 @@ bool HandCollider::Swallows(const base::Pose& X_CH, std::size_t state,
                             const std::vector<PlacedSolid>& grown,
                             const PlacedSolid& obstacle) const {
   for (std::size_t i = 0; i < grown.size(); ++i) {
-    const Eigen::AlignedBox3d& box = grown[i].box_W;
+    const AlignedBox3d& box = grown[i].box_W;
     if (!box.intersects(obstacle.box_W)) continue;
     geometry::Shape shape =
         geometry::Grown(hand_->states[state].shapes[i], options_.object_clearance_m);
@@ -204,19 +190,14 @@ bool HandCollider::Swallows(const base::Pose& X_CH, std::size_t state,
 bool HandCollider::HitsObstacle(const base::Pose& X_CH, std::size_t state) const {
   if (obstacles_.empty()) return false;
   const std::vector<PlacedSolid> grown = grown_.At(X_CH, state);
-  return std::any_of(obstacles_.begin(), obstacles_.end(), [&](const Solid& solid) {
+  return std::ranges::any_of(obstacles_, [&](const Solid& solid) {
     const PlacedSolid obstacle = PlaceAt(solid, base::Pose::Identity());
-    return std::any_of(grown.begin(), grown.end(),
-                       [&](const PlacedSolid& part) { return Hit(part, obstacle); }) ||
-           Swallows(X_CH, state, grown, obstacle);
+    return HitsAny(obstacle, grown) || Swallows(X_CH, state, grown, obstacle);
   });
 }
 
 bool HandCollider::HitsOwn(const base::Pose& X_CH, std::size_t state) const {
-  const PlacedSolid own = PlaceAt(own_, base::Pose::Identity());
-  const std::vector<PlacedSolid> bare = bare_.At(X_CH, state);
-  return std::any_of(bare.begin(), bare.end(),
-                     [&](const PlacedSolid& part) { return Hit(part, own); });
+  return HitsAny(PlaceAt(own_, base::Pose::Identity()), bare_.At(X_CH, state));
 }
 
 double HandCollider::TableDistance(const base::Pose& X_CH, std::size_t state) const {
@@ -238,11 +219,11 @@ RobotCollider::RobotCollider(const robot::Robot& robot, double margin_m)
     for (const geometry::Shape& shape : link.shapes) {
       solids.emplace_back(shape, SolidOptions{margin_m});
     }
-    const bool parent_fixed = link.parent < 0 || fixed_[static_cast<std::size_t>(link.parent)];
+    const bool parent_fixed = link.parent < 0 || fixed_[link.parent];
     fixed_.push_back(parent_fixed && link.joint < 0);
   }
   for (const geometry::Shape& shape : robot.workcell()) workcell_solids_.emplace_back(shape);
-  PlaceAll(workcell_solids_, kWorld, workcell_);
+  workcell_ = PlaceAll(workcell_solids_, kWorld);
 }
 
 void RobotCollider::SetScene(double table_z_m, std::span<const geometry::TriangleMesh> obstacles_W,
@@ -250,16 +231,16 @@ void RobotCollider::SetScene(double table_z_m, std::span<const geometry::Triangl
   table_z_m_ = table_z_m;
   obstacle_solids_.clear();
   for (const geometry::TriangleMesh& mesh : obstacles_W) obstacle_solids_.emplace_back(mesh);
-  PlaceAll(obstacle_solids_, kWorld, obstacles_);
+  obstacles_ = PlaceAll(obstacle_solids_, kWorld);
   target_ = Solid(target_W);
 }
 
 void RobotCollider::PlaceRobot(const std::vector<base::Pose>& links_W, const base::Pose& X_WH,
                                const Contacts& contacts) {
   placed_.resize(links_.size() + 1);
-  for (std::size_t i = 0; i < links_.size(); ++i) PlaceAll(links_[i], links_W[i], placed_[i]);
+  for (std::size_t i = 0; i < links_.size(); ++i) placed_[i] = PlaceAll(links_[i], links_W[i]);
   const HandSolids& hand = contacts.hand_margin ? grown_hand_ : bare_hand_;
-  hand.PlaceInto(X_WH, contacts.hand_state, placed_.back());
+  placed_.back() = hand.At(X_WH, contacts.hand_state);
 }
 
 bool RobotCollider::IsBelowTable(const PlacedSolid& part) const {
@@ -270,8 +251,8 @@ std::optional<Touch> RobotCollider::TouchOfTable(const Contacts& contacts) const
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     const bool hand = i == fixed_.size();
     if (robot_.IgnoresTable(i) || (hand ? contacts.may_touch_table : fixed_[i])) continue;
-    if (std::any_of(placed_[i].begin(), placed_[i].end(),
-                    [&](const PlacedSolid& part) { return IsBelowTable(part); })) {
+    if (std::ranges::any_of(placed_[i],
+                            [&](const PlacedSolid& part) { return IsBelowTable(part); })) {
       return Touch{i, Touch::Other::kTable};
     }
   }
@@ -279,11 +260,10 @@ std::optional<Touch> RobotCollider::TouchOfTable(const Contacts& contacts) const
 }
 
 std::optional<Touch> RobotCollider::TouchOfItself() const {
-  for (const auto& [a, b] : robot_.self_pairs()) {
-    const auto first = static_cast<std::size_t>(a);
-    const auto second = static_cast<std::size_t>(b);
-    for (const PlacedSolid& part : placed_[first]) {
-      if (HitsAny(part, placed_[second])) return Touch{first, Touch::Other::kRobot, second};
+  for (const std::array<int, 2>& pair : robot_.self_pairs()) {
+    const std::size_t a = pair[0], b = pair[1];
+    for (const PlacedSolid& part : placed_[a]) {
+      if (HitsAny(part, placed_[b])) return Touch{a, Touch::Other::kRobot, b};
     }
   }
   return std::nullopt;

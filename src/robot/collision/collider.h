@@ -14,6 +14,11 @@
 #include "geometry/shape.h"
 #include "robot/robot.h"
 
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}
+
 namespace rangegrasp::collision {
 
 /// How a shape becomes a solid.
@@ -31,28 +36,22 @@ struct SolidOptions {
 class Solid {
  public:
   explicit Solid(geometry::Shape shape, const SolidOptions& options = {});
-  /// A surface in its own frame S; one without triangles is hit by nothing.
+  /// In its own frame S; one without triangles is hit by nothing.
   explicit Solid(geometry::TriangleMesh mesh);
 
   bool IsEmpty() const { return geometry_ == nullptr; }
-  /// In the frame B of the body that carries it.
-  const base::Pose& X_BS() const { return shape_.X_BS; }
-  /// Of a surface or of facets, in S.
-  const geometry::Points& Vertices() const { return shape_.mesh.vertices; }
+  const base::Pose& X_BS() const { return shape_.X_BS; }  ///< in the body that carries it
+  const geometry::Points& Vertices() const { return shape_.mesh.vertices; }  ///< of meshes, in S
   /// The axis-aligned box about it; of meshes, the one about their own turned box.
   Eigen::AlignedBox3d BoxAt(const base::Pose& X_WS) const;
-  /// The z of its lowest point; exact.
-  double LowestAt(const base::Pose& X_WS) const;
+  double LowestAt(const base::Pose& X_WS) const;  ///< z, exact
   /// Whether the two touch: the narrow phase, without a look at the boxes.
   bool Touches(const base::Pose& X_WS, const Solid& other, const base::Pose& X_WOther) const;
 
  private:
-  struct Geometry;
-  static std::shared_ptr<const Geometry> MakeGeometry(const geometry::Shape& shape);
-
   geometry::Shape shape_;    // grown; a mesh where it is facets
   Eigen::AlignedBox3d box_;  // of a mesh, in S
-  std::shared_ptr<const Geometry> geometry_;
+  std::shared_ptr<const fcl::CollisionGeometry<double>> geometry_;
 };
 
 /// A solid in its place. Keeps a pointer to it.
@@ -69,8 +68,8 @@ PlacedSolid PlaceAt(const Solid& solid, const base::Pose& X_WS);
 /// Whether two solids touch: their boxes first.
 bool Hit(const PlacedSolid& a, const PlacedSolid& b);
 
-/// The shapes of a hand as solids. They are made once: from one state of the hand to the next they
-/// only move. Keeps a reference to the hand.
+/// The shapes of a hand as solids, which only move from one of its states to the next. Keeps a
+/// reference to the hand.
 class HandSolids {
  public:
   /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
@@ -78,10 +77,7 @@ class HandSolids {
 
   /// All of them with the hand's root body at X_WH, in one of its states.
   std::vector<PlacedSolid> At(const base::Pose& X_WH, std::size_t state) const;
-  /// The same into `placed`, whose memory is used again.
-  void PlaceInto(const base::Pose& X_WH, std::size_t state, std::vector<PlacedSolid>& placed) const;
-  /// The z of the hand's lowest point.
-  double LowestAt(const base::Pose& X_WH, std::size_t state) const;
+  double LowestAt(const base::Pose& X_WH, std::size_t state) const;  ///< z
 
  private:
   const robot::HandModel* hand_;
@@ -95,10 +91,9 @@ struct HandColliderOptions {
   int sides = 12;
 };
 
-/// The hand in any of its states against surfaces and the table, for hundreds of grasps: trees are
-/// built once, the hand's shapes only move. C is any one frame.
-/// An obstacle wholly inside a shape of the hand is found; a shape of the hand wholly inside an
-/// obstacle is not, but the adjacent shapes that lead out of the obstacle are.
+/// The hand in any of its states against surfaces and the table, for hundreds of grasps. C is any
+/// one frame. An obstacle wholly inside a shape of the hand is found; a shape of the hand wholly
+/// inside an obstacle is not, but the adjacent shapes that lead out of the obstacle are.
 class HandCollider {
  public:
   /// Keeps a reference to the hand.
@@ -166,8 +161,7 @@ class RobotCollider {
   RobotCollider(const RobotCollider&) = delete;
   RobotCollider& operator=(const RobotCollider&) = delete;
 
-  /// Takes a scene in W: the table is the plane z = table_z_m; surfaces without triangles are hit
-  /// by nothing.
+  /// Takes a scene in W: the table is the plane z = table_z_m.
   void SetScene(double table_z_m, std::span<const geometry::TriangleMesh> obstacles_W,
                 const geometry::TriangleMesh& target_W);
 
@@ -176,15 +170,14 @@ class RobotCollider {
   bool Hits(const std::vector<base::Pose>& links_W, const Contacts& contacts) {
     return FirstTouch(links_W, contacts).has_value();
   }
-  /// Likewise, and what touches what: the first that is found.
+  /// What touches what: the first that is found.
   std::optional<Touch> FirstTouch(const std::vector<base::Pose>& links_W, const Contacts& contacts);
   /// The same for people: "arm/link6 and hand", "hand and the table", by the names of the MJCF.
   std::string TextOf(const Touch& touch) const;
 
   /// One an obstacle: does the held target touch it with the hand at X_WH?
   std::vector<char> TouchedByTarget(const base::Pose& X_WH, const base::Pose& X_HT) const;
-  /// The z of the hand's lowest point, without margin.
-  double LowestOfHand(const base::Pose& X_WH, std::size_t state) const;
+  double LowestOfHand(const base::Pose& X_WH, std::size_t state) const;  ///< z, without margin
 
  private:
   void PlaceRobot(const std::vector<base::Pose>& links_W, const base::Pose& X_WH,

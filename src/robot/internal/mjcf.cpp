@@ -3,20 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <optional>
 
 #include "base/error.h"
-#include "robot/mjcf/hand.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
 
-// While one lives, the engine neither prints warnings nor leaves a log file: who compiles a scene
-// to simulate it reports them.
+using Eigen::Vector3d;
+
+// While one lives, the engine neither prints nor logs warnings: who simulates a scene reports them.
 class QuietEngine {
  public:
   QuietEngine() : before_(mju_setLogHandler([](const mjLogMessage*) {})) {}
@@ -27,50 +25,6 @@ class QuietEngine {
  private:
   mjfLogHandler before_;
 };
-
-geometry::Shape::Kind KindOf(int type) {
-  using Kind = geometry::Shape::Kind;
-  constexpr std::pair<int, Kind> kinds[] = {{mjGEOM_SPHERE, Kind::kSphere},
-                                            {mjGEOM_CAPSULE, Kind::kCapsule},
-                                            {mjGEOM_CYLINDER, Kind::kCylinder},
-                                            {mjGEOM_BOX, Kind::kBox},
-                                            {mjGEOM_ELLIPSOID, Kind::kEllipsoid}};
-  for (const auto& [geom_type, kind] : kinds) {
-    if (geom_type == type) return kind;
-  }
-  return Kind::kConvex;
-}
-
-/// The convex hull that MuJoCo collides for a mesh. Layout of mesh_graph: numvert, numface,
-/// vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface],
-/// face_globalid[3 numface].
-geometry::TriangleMesh HullOf(const mjModel& m, int mesh) {
-  geometry::TriangleMesh out;
-  const float* vertices = m.mesh_vert + 3 * m.mesh_vertadr[mesh];
-  for (int i = 0; i < m.mesh_vertnum[mesh]; ++i) {
-    out.vertices.emplace_back(vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]);
-  }
-  const int* faces = m.mesh_face + 3 * m.mesh_faceadr[mesh];
-  int count = m.mesh_facenum[mesh];
-  if (m.mesh_graphadr[mesh] >= 0) {
-    const int* graph = m.mesh_graph + m.mesh_graphadr[mesh];
-    count = graph[1];
-    faces = graph + 2 + 3 * graph[0] + 3 * graph[1];
-  }
-  for (int i = 0; i < count; ++i) {
-    out.triangles.push_back({static_cast<std::uint32_t>(faces[3 * i]),
-                             static_cast<std::uint32_t>(faces[3 * i + 1]),
-                             static_cast<std::uint32_t>(faces[3 * i + 2])});
-  }
-  return out;
-}
-
-/// A pose from MuJoCo's position and rotation matrix (row-major).
-base::Pose FromPosMat(const mjtNum* pos, const mjtNum* mat) {
-  Eigen::Matrix3d R;
-  R << mat[0], mat[1], mat[2], mat[3], mat[4], mat[5], mat[6], mat[7], mat[8];
-  return base::MakePose(R, {pos[0], pos[1], pos[2]});
-}
 
 /// From open to closed: the gap of a hand that opens 100 mm changes by 4 to 5 mm from one to the
 /// next. More: grasps are checked at more openings, and height fields take more time.
@@ -94,6 +48,8 @@ struct Parts {
   std::vector<int> tip_sites, power_sites;
 };
 
+bool Holds(const std::vector<int>& ids, int id) { return std::ranges::find(ids, id) != ids.end(); }
+
 Parts FindParts(const Mjcf& mjcf, int hand_body) {
   const mjModel& m = mjcf.model();
   Parts parts;
@@ -108,9 +64,9 @@ Parts FindParts(const Mjcf& mjcf, int hand_body) {
   parts.tip_sites = mjcf.TupleIfAny("tip_grasp_tips", mjOBJ_SITE);
   parts.power_sites = mjcf.TupleIfAny("power_grasp_tips", mjOBJ_SITE);
   for (int j = 0; j < m.njnt; ++j) {
-    const bool driven =
-        std::find(parts.driven.begin(), parts.driven.end(), j) != parts.driven.end();
-    if (!driven && mjcf.InSubtree(m.jnt_bodyid[j], hand_body)) parts.passive.push_back(j);
+    if (!Holds(parts.driven, j) && mjcf.InSubtree(m.jnt_bodyid[j], hand_body)) {
+      parts.passive.push_back(j);
+    }
   }
   for (int g = 0; g < m.ngeom; ++g) {
     if (mjcf.Collides(g) && mjcf.InSubtree(m.geom_bodyid[g], hand_body)) parts.geoms.push_back(g);
@@ -142,8 +98,8 @@ double SpringForce(const mjModel& m, mjData& d, int joint) {
   return d.qfrc_spring[m.jnt_dofadr[joint]];
 }
 
-/// A passive joint without load: where its springs' force is zero (linear springs: one Newton
-/// step), within its range; the same share of its range where it has no spring.
+/// A passive joint without load: where its linear springs' force is zero (one Newton step), within
+/// its range; at the same share of its range where it has no spring.
 void RelaxPassive(const mjModel& m, mjData& d, int joint, double fraction) {
   mjtNum& q = d.qpos[m.jnt_qposadr[joint]];
   const double lower = m.jnt_range[2 * joint];
@@ -177,26 +133,26 @@ double Gap(const Mjcf& mjcf, const Parts& parts) {
   return mjcf::GapOf(&mjcf.model(), &mjcf.data(), parts.tips);
 }
 
-/// Points of the hand's surface that move with their geoms.
+/// Points of the hand's surface that move with their geoms: geom, point in its frame.
+using PadPoints = std::vector<std::pair<int, Vector3d>>;
 struct Pads {
-  std::vector<std::pair<int, Eigen::Vector3d>> thumb, fingers;  // geom, point in its frame
-
-  static Eigen::Vector3d Mean_W(const Mjcf& mjcf,
-                                const std::vector<std::pair<int, Eigen::Vector3d>>& points) {
-    Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
-    for (const auto& [geom, p_S] : points) sum_W += mjcf.GeomPose(geom) * p_S;
-    return sum_W / static_cast<double>(points.size());
-  }
+  PadPoints thumb, fingers;
 };
 
+Vector3d Mean_W(const Mjcf& mjcf, const PadPoints& points) {
+  Vector3d sum_W = Vector3d::Zero();
+  for (const auto& [geom, p_S] : points) sum_W += mjcf.GeomPose(geom) * p_S;
+  return sum_W / static_cast<double>(points.size());
+}
+
 /// The furthest a geom reaches along the unit vector n_W.
-double Reach(const Mjcf& mjcf, int geom, const Eigen::Vector3d& n_W) {
+double Reach(const Mjcf& mjcf, int geom, const Vector3d& n_W) {
   return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), base::Pose::Identity(), n_W);
 }
 
-/// The middle of a geom's side in a direction. Of two flat pads the engine names any of the points
-/// that are nearest to each other.
-Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d& direction_W) {
+/// The middle of a geom's side in a direction: of two flat pads the engine names any nearest
+/// points.
+Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Vector3d& direction_W) {
   const base::Pose X_WS = mjcf.GeomPose(geom);
   const double half_m = Reach(mjcf, geom, direction_W) - direction_W.dot(X_WS.translation());
   return X_WS.linear().transpose() * (half_m * direction_W);
@@ -204,7 +160,7 @@ Eigen::Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Eigen::Vector3d
 
 /// Where the last segments are nearest to each other, at the present closing; of a hand that says
 /// how it closes, the middles of the sides that they turn to each other.
-Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Eigen::Vector3d& x_W) {
+Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Vector3d& x_W) {
   Pads pads;
   if (parts.closing) {
     for (const int g : parts.tips.thumb) pads.thumb.emplace_back(g, MiddleOfSide_S(mjcf, g, -x_W));
@@ -217,10 +173,8 @@ Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Eigen::Vector3d& x
     for (int thumb : parts.tips.thumb) {
       mjtNum line[6];
       mj_geomDistance(&mjcf.model(), &mjcf.data(), thumb, finger, mjcf::kFarApart_m, line);
-      const Eigen::Vector3d thumb_W(line[0], line[1], line[2]);
-      const Eigen::Vector3d finger_W(line[3], line[4], line[5]);
-      pads.thumb.emplace_back(thumb, mjcf.GeomPose(thumb).inverse() * thumb_W);
-      pads.fingers.emplace_back(finger, mjcf.GeomPose(finger).inverse() * finger_W);
+      pads.thumb.emplace_back(thumb, mjcf.GeomPose(thumb).inverse() * mjcf::Vec3(line));
+      pads.fingers.emplace_back(finger, mjcf.GeomPose(finger).inverse() * mjcf::Vec3(line + 3));
     }
   }
   return pads;
@@ -243,13 +197,10 @@ double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
 }
 
 /// Midway between the thumb's tip and the middle of the others. The dissertation's center of
-/// gravity of three tips would lie a sixth of the opening nearer to the fingers, and what is to be
-/// held would not be in the middle of the hand.
-Eigen::Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
-  const auto at = [&mjcf](int site) {
-    return Eigen::Vector3d(mjcf.data().site_xpos + 3 * static_cast<std::ptrdiff_t>(site));
-  };
-  Eigen::Vector3d fingers = Eigen::Vector3d::Zero();
+/// gravity of three tips would lie a sixth of the opening nearer to the fingers.
+Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
+  const auto at = [&](int site) { return mjcf::Vec3(mjcf.data().site_xpos + 3 * site); };
+  Vector3d fingers = Vector3d::Zero();
   for (std::size_t i = 1; i < sites.size(); ++i) fingers += at(sites[i]);
   return 0.5 * (at(sites.front()) + fingers / static_cast<double>(sites.size() - 1));
 }
@@ -261,18 +212,15 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
   state.closing = closing;
   for (int g : parts.geoms) {
     state.shapes.push_back(mjcf.ShapeOf(g, X_HW * mjcf.GeomPose(g)));
-    state.is_finger.push_back(std::find(parts.fingertips.begin(), parts.fingertips.end(), g) !=
-                              parts.fingertips.end());
+    state.is_finger.push_back(Holds(parts.fingertips, g));
     state.is_thumb.push_back(mjcf.InSubtree(m.geom_bodyid[g], parts.thumb_root));
   }
   state.gap_m = std::max(0.0, Gap(mjcf, parts));
-  state.thumb_pad_H = X_HW * Pads::Mean_W(mjcf, pads.thumb);
-  state.finger_pad_H = X_HW * Pads::Mean_W(mjcf, pads.fingers);
+  state.thumb_pad_H = X_HW * Mean_W(mjcf, pads.thumb);
+  state.finger_pad_H = X_HW * Mean_W(mjcf, pads.fingers);
   // Without sites at its tips a hand's tool centres move as the middle of its pads does.
   state.tip_center_H = state.power_center_H = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
-  if (parts.tip_sites.size() > 1) {
-    state.tip_center_H = X_HW * TipCenter_W(mjcf, parts.tip_sites);
-  }
+  if (parts.tip_sites.size() > 1) state.tip_center_H = X_HW * TipCenter_W(mjcf, parts.tip_sites);
   if (parts.power_sites.size() > 1) {
     state.power_center_H = X_HW * TipCenter_W(mjcf, parts.power_sites);
   }
@@ -281,7 +229,7 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
 
 /// From the front of what is fixed to the hand's root to the tool centre, along the approach.
 double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
-  const Eigen::Vector3d approach_W = X_WG.linear().col(2);
+  const Vector3d approach_W = X_WG.linear().col(2);
   double front = -std::numeric_limits<double>::infinity();
   for (int g : parts.geoms) {
     const mjModel& m = mjcf.model();
@@ -304,27 +252,21 @@ base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
   return base::MakePose(q.normalized().toRotationMatrix(), {pos[0], pos[1], pos[2]});
 }
 
-Mjcf::Mjcf(const std::filesystem::path& file)
-    : file_(file), model_(nullptr, mj_deleteModel), data_(nullptr, mj_deleteData) {
-  std::array<char, 1000> text{};
+Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
+  char text[1000] = "";
   // Of a relative path the engine loses what an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
   {
     const QuietEngine quiet;
-    model_.reset(mj_loadXML(path.c_str(), nullptr, text.data(), static_cast<int>(text.size())));
+    model_.reset(mj_loadXML(path.c_str(), nullptr, text, sizeof(text)));
   }
-  if (!model_) throw base::InputError(file.string() + ": " + text.data());
+  if (!model_) Fail(text);
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
 }
 
 void Mjcf::Fail(const std::string& what) const {
   throw base::InputError(file_.string() + ": " + what);
-}
-
-std::string Mjcf::Name(mjtObj type, int id) const {
-  const char* name = mj_id2name(model_.get(), type, id);
-  return name ? name : "";
 }
 
 std::string Mjcf::GeomTitle(int geom) const {
@@ -346,10 +288,6 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
   }
   if (found < 0) Fail(fmt::format("no {} (with any prefix)", what));
   return found;
-}
-
-int Mjcf::FindIfAny(mjtObj type, std::string_view name) const {
-  return mjcf::TryFind(model_.get(), type, name);
 }
 
 std::vector<int> Mjcf::TupleIfAny(std::string_view name, mjtObj type) const {
@@ -375,35 +313,19 @@ Eigen::VectorXd Mjcf::Numeric(std::string_view name, int size) const {
   return Eigen::Map<const Eigen::VectorXd>(model_->numeric_data + model_->numeric_adr[id], size);
 }
 
-bool Mjcf::InSubtree(int body, int root) const { return mjcf::InSubtree(model_.get(), body, root); }
-
-bool Mjcf::Collides(int geom) const {
-  return model_->geom_contype[geom] != 0 || model_->geom_conaffinity[geom] != 0;
-}
-
 geometry::Shape Mjcf::ShapeOf(int geom, const base::Pose& X_BS) const {
   const mjModel& m = *model_;
   geometry::Shape shape;
-  shape.kind = KindOf(m.geom_type[geom]);
+  shape.kind = mjcf::KindOf(m.geom_type[geom]).value_or(geometry::Shape::Kind::kConvex);
   shape.X_BS = X_BS;
-  shape.size = Eigen::Map<const Eigen::Vector3d>(m.geom_size + 3 * geom);
+  shape.size = mjcf::Vec3(m.geom_size + 3 * geom);
   shape.name = Name(mjOBJ_GEOM, geom);
   if (shape.kind == geometry::Shape::Kind::kConvex) {
     if (m.geom_type[geom] != mjGEOM_MESH)
       Fail(fmt::format("geom \"{}\": unsupported type", shape.name));
-    shape.mesh = HullOf(m, m.geom_dataid[geom]);
+    shape.mesh = mjcf::HullOf(&m, m.geom_dataid[geom]);
   }
   return shape;
-}
-
-base::Pose Mjcf::BodyPose(int body) const {
-  return FromPosMat(data_->xpos + 3 * body, data_->xmat + 9 * body);
-}
-base::Pose Mjcf::GeomPose(int geom) const {
-  return FromPosMat(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom);
-}
-base::Pose Mjcf::SitePose(int site) const {
-  return FromPosMat(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
 }
 
 HandModel SampleHand(const Mjcf& mjcf, int hand_body) {

@@ -3,19 +3,18 @@
 #include <mujoco/mujoco.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/frames.h"
 #include "geometry/shape.h"
+#include "robot/mjcf/hand.h"
 #include "robot/robot.h"
 
 namespace rangegrasp::robot::internal {
 
-/// A compiled MJCF file and its kinematic state. Names are found by what follows their last '/',
-/// so that models attached with any prefix are found.
+/// A compiled MJCF file and its kinematic state. Names go by what follows their last '/'.
 class Mjcf {
  public:
   /// @throws base::InputError with the file and MuJoCo's own message.
@@ -27,7 +26,9 @@ class Mjcf {
   /// The element's id. @throws base::InputError if there is none, or more than one.
   int Require(mjtObj type, std::string_view name) const;
   /// The first such element; -1 if there is none.
-  int FindIfAny(mjtObj type, std::string_view name) const;
+  int FindIfAny(mjtObj type, std::string_view name) const {
+    return mjcf::TryFind(&model(), type, name);
+  }
   /// Ids of the elements of a tuple. @throws base::InputError if missing, empty or of another type.
   std::vector<int> Tuple(std::string_view name, mjtObj type) const;
   /// The same; empty if there is no such tuple.
@@ -35,32 +36,33 @@ class Mjcf {
   /// A custom numeric. @throws base::InputError if it is missing or of another size.
   Eigen::VectorXd Numeric(std::string_view name, int size) const;
 
-  std::string Name(mjtObj type, int id) const;
+  std::string Name(mjtObj type, int id) const {
+    return std::string(mjcf::NameOf(&model(), type, id));
+  }
   std::string GeomTitle(int geom) const;  ///< its name, or else whose geom it is
-  bool InSubtree(int body, int root) const;
-  bool Collides(int geom) const;
+  bool InSubtree(int body, int root) const { return mjcf::InSubtree(&model(), body, root); }
+  bool Collides(int geom) const { return mjcf::Collides(&model(), geom); }
   /// The geom as a shape in frame B, with its pose X_BS given.
   geometry::Shape ShapeOf(int geom, const base::Pose& X_BS) const;
 
   /// Poses in W at the present joint positions.
-  base::Pose BodyPose(int body) const;
-  base::Pose GeomPose(int geom) const;
-  base::Pose SitePose(int site) const;
+  base::Pose BodyPose(int body) const { return mjcf::BodyPose(&data(), body); }
+  base::Pose GeomPose(int geom) const { return mjcf::GeomPose(&data(), geom); }
+  base::Pose SitePose(int site) const { return mjcf::SitePose(&data(), site); }
 
   [[noreturn]] void Fail(const std::string& what) const;
 
  private:
   std::filesystem::path file_;
-  std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
-  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+  mjcf::ModelPtr model_;
+  mjcf::DataPtr data_;
 };
 
 /// A pose from MuJoCo's position and quaternion.
 base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
 
-/// Closes the hand below `hand_body` step by step and records what the caliper looks like. Driven
-/// joints keep the MJCF's joint equalities; passive ones stand where their springs pull them when
-/// nothing touches them. Changes mjcf's joint positions.
+/// Closes the hand below `hand_body` step by step and records what the caliper looks like. Joint
+/// equalities hold; passive joints stand where their springs pull them. Changes mjcf's positions.
 HandModel SampleHand(const Mjcf& mjcf, int hand_body);
 
 }  // namespace rangegrasp::robot::internal

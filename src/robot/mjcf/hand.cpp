@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -14,9 +13,21 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-std::string_view NameOf(const mjModel* model, mjtObj type, int id) {
-  const char* name = mj_id2name(model, type, id);
-  return name ? std::string_view(name) : std::string_view();
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+geometry::TriangleMesh MeshWithFaces(const mjModel* model, int mesh, const int* faces, int count) {
+  geometry::TriangleMesh result;
+  const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+  for (int v = 0; v < model->mesh_vertnum[mesh]; ++v, vertices += 3) {
+    result.vertices.emplace_back(vertices[0], vertices[1], vertices[2]);
+  }
+  for (int f = 0; f < count; ++f, faces += 3) {
+    result.triangles.push_back(
+        {std::uint32_t(faces[0]), std::uint32_t(faces[1]), std::uint32_t(faces[2])});
+  }
+  return result;
 }
 
 /// The topmost body with a joint on the way from a body up to the hand's root.
@@ -79,11 +90,6 @@ std::vector<int> HandJoints(const mjModel* model) {
   return joints;
 }
 
-struct Deleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-
 constexpr int kPoints = 97;           // 1 mm of gap each of a hand that opens 100 mm
 constexpr int kFirstSteps = 600;      // 1.2 s: from where the model is drawn to the open hand
 constexpr int kStepsAPoint = 15;      // 30 ms: servos come within a hundredth of the step
@@ -106,10 +112,9 @@ class Rehearsal {
     m->opt.enableflags &= ~mjENBL_SLEEP;
     m->opt.integrator = mjINT_IMPLICITFAST;
     m->opt.timestep = kStep_s;
-    std::vector<char> of_hand(static_cast<std::size_t>(m->nv), 0);
-    for (const int j : joints_) of_hand[static_cast<std::size_t>(m->jnt_dofadr[j])] = 1;
     for (int dof = 0; dof < m->nv; ++dof) {
-      if (!of_hand[static_cast<std::size_t>(dof)]) m->dof_armature[dof] += kArmature;
+      const bool of_hand = std::ranges::find(joints_, m->dof_jntid[dof]) != joints_.end();
+      if (!of_hand) m->dof_armature[dof] += kArmature;
     }
     data_.reset(mj_makeData(m));
     MakeServos();
@@ -124,7 +129,9 @@ class Rehearsal {
         data_->ctrl[model_->actuator_ctrladr[motor.actuator]] = motor.open + share * motor.Travel();
       }
       Step(i == 0 ? kFirstSteps : kStepsAPoint);
-      closing.points.push_back({share, GapOf(model_.get(), data_.get(), tips_), Positions()});
+      auto& point = closing.points.emplace_back();
+      point = {share, GapOf(model_.get(), data_.get(), tips_), {}};
+      for (const int j : joints_) point.positions.push_back(data_->qpos[model_->jnt_qposadr[j]]);
       NoteEqualities(closing);
     }
     NoteDrives(closing);
@@ -158,11 +165,11 @@ class Rehearsal {
     const mjModel* m = model_.get();
     const mjData* d = data_.get();
     const int out = m->actuator_outadr[actuator];
-    std::vector<mjtNum> arm(static_cast<std::size_t>(m->nv), 0.0);
-    std::vector<mjtNum> response(arm.size());
+    std::vector<mjtNum> arm(m->nv, 0.0);
+    std::vector<mjtNum> response(m->nv);
     for (int k = 0; k < d->moment_rownnz[out]; ++k) {
       const int at = d->moment_rowadr[out] + k;
-      arm[static_cast<std::size_t>(d->moment_colind[at])] = d->actuator_moment[at];
+      arm[d->moment_colind[at]] = d->actuator_moment[at];
     }
     mj_solveM(m, data_.get(), response.data(), arm.data(), 1);
     const double mobility = mju_dot(arm.data(), response.data(), static_cast<int>(m->nv));
@@ -184,12 +191,6 @@ class Rehearsal {
           "the hand does not stay finite while its drives close it on nothing: its equalities, "
           "masses or \"hand_open\" and \"hand_closed\" contradict each other");
     }
-  }
-
-  std::vector<double> Positions() const {
-    std::vector<double> positions;
-    for (const int j : joints_) positions.push_back(data_->qpos[model_->jnt_qposadr[j]]);
-    return positions;
   }
 
   void NoteEqualities(HandClosing& closing) const {
@@ -215,8 +216,8 @@ class Rehearsal {
   std::vector<HandMotor> motors_;
   LastSegments tips_;
   std::vector<int> joints_;
-  std::unique_ptr<mjModel, Deleter> model_;
-  std::unique_ptr<mjData, Deleter> data_;
+  ModelPtr model_;
+  DataPtr data_;
 };
 
 // Where a share lies: the point below it, and how far on to the next.
@@ -226,14 +227,12 @@ std::pair<std::size_t, double> Place(const std::vector<HandClosing::Point>& poin
   return {from, at - static_cast<double>(from)};
 }
 
-/// Column k: what one unit of force of the k-th drive, then of the k-th equality, does to the
-/// hand's joints.
-Eigen::MatrixXd Columns(const mjModel* model, const mjData* data,
-                        const std::vector<HandMotor>& motors) {
-  const auto drives = static_cast<Eigen::Index>(motors.size());
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(model->nv, drives + data->ne);
-  for (Eigen::Index k = 0; k < drives; ++k) {
-    const int out = model->actuator_outadr[motors[static_cast<std::size_t>(k)].actuator];
+/// Column k: what one unit of force of the k-th drive, then equality, does to the joints.
+MatrixXd Columns(const mjModel* model, const mjData* data, const std::vector<HandMotor>& motors) {
+  const std::size_t drives = motors.size();
+  MatrixXd all = MatrixXd::Zero(model->nv, drives + data->ne);
+  for (std::size_t k = 0; k < drives; ++k) {
+    const int out = model->actuator_outadr[motors[k].actuator];
     for (int i = 0; i < data->moment_rownnz[out]; ++i) {
       const int at = data->moment_rowadr[out] + i;
       all(data->moment_colind[at], k) = data->actuator_moment[at];
@@ -255,11 +254,11 @@ Eigen::MatrixXd Columns(const mjModel* model, const mjData* data,
 }
 
 /// What the joints have to give where the last segments press.
-Eigen::VectorXd Wanted(const mjModel* model, const mjData* data, const Eigen::Vector3d& x_W) {
+VectorXd Wanted(const mjModel* model, const mjData* data, const Vector3d& x_W) {
   const LastSegments tips = LastSegmentsOf(model);
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> J(3, model->nv);
-  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(model->nv);
-  const auto press = [&](const std::vector<int>& geoms, const Eigen::Vector3d& direction_W) {
+  VectorXd wanted = VectorXd::Zero(model->nv);
+  const auto press = [&](const std::vector<int>& geoms, const Vector3d& direction_W) {
     for (const int geom : geoms) {
       mj_jacGeom(model, data, J.data(), nullptr, geom);
       wanted += J.transpose() * direction_W / static_cast<double>(geoms.size());
@@ -329,6 +328,46 @@ std::vector<double> NumericOf(const mjModel* model, std::string_view suffix) {
   return {data, data + model->numeric_size[id]};
 }
 
+std::string_view NameOf(const mjModel* model, mjtObj type, int id) {
+  const char* name = mj_id2name(model, type, id);
+  return name ? name : "";
+}
+
+bool Collides(const mjModel* model, int geom) {
+  return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+}
+
+std::optional<geometry::Shape::Kind> KindOf(int geom_type) {
+  using Kind = geometry::Shape::Kind;
+  switch (geom_type) {
+    case mjGEOM_SPHERE:
+      return Kind::kSphere;
+    case mjGEOM_CAPSULE:
+      return Kind::kCapsule;
+    case mjGEOM_CYLINDER:
+      return Kind::kCylinder;
+    case mjGEOM_BOX:
+      return Kind::kBox;
+    case mjGEOM_ELLIPSOID:
+      return Kind::kEllipsoid;
+    default:
+      return std::nullopt;
+  }
+}
+
+geometry::TriangleMesh MeshOf(const mjModel* model, int mesh) {
+  return MeshWithFaces(model, mesh, model->mesh_face + 3 * model->mesh_faceadr[mesh],
+                       model->mesh_facenum[mesh]);
+}
+
+geometry::TriangleMesh HullOf(const mjModel* model, int mesh) {
+  if (model->mesh_graphadr[mesh] < 0) return MeshOf(model, mesh);
+  // Layout of mesh_graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert],
+  // edge_localid[numvert + 3 numface], face_globalid[3 numface].
+  const int* graph = model->mesh_graph + model->mesh_graphadr[mesh];
+  return MeshWithFaces(model, mesh, graph + 2 + 3 * graph[0] + 3 * graph[1], graph[1]);
+}
+
 bool InSubtree(const mjModel* model, int body, int root) {
   while (body > root) body = model->body_parentid[body];  // parents have lower ids
   return body == root;
@@ -345,7 +384,7 @@ std::vector<HandMotor> HandMotors(const mjModel* model) {
     RequireAffine(model, actuators[i]);
     motors.push_back({actuators[i], open[i], closed[i]});
   }
-  if (std::none_of(motors.begin(), motors.end(), [](const HandMotor& m) { return m.Moves(); })) {
+  if (std::ranges::none_of(motors, [](const HandMotor& m) { return m.Moves(); })) {
     throw base::InputError(
         "numerics \"hand_open\" and \"hand_closed\" are the same: nothing closes");
   }
@@ -353,9 +392,7 @@ std::vector<HandMotor> HandMotors(const mjModel* model) {
 }
 
 int ThumbRoot(const mjModel* model) {
-  if (!HasMotors(model)) {
-    return model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
-  }
+  if (!HasMotors(model)) return model->jnt_bodyid[TupleOf(model, mjOBJ_JOINT, "hand_joints").at(0)];
   const int tip = TupleOf(model, mjOBJ_GEOM, "fingertips").at(0);
   return HandBranch(model, model->geom_bodyid[tip], Find(model, mjOBJ_BODY, "hand"));
 }
@@ -366,7 +403,7 @@ LastSegments LastSegmentsOf(const mjModel* model) {
   LastSegments last;
   for (const int geom : tips) {
     const int body = model->geom_bodyid[geom];
-    const bool inner = std::any_of(tips.begin(), tips.end(), [&](int other) {
+    const bool inner = std::ranges::any_of(tips, [&](int other) {
       const int further = model->geom_bodyid[other];
       return further != body && InSubtree(model, further, body);
     });
@@ -423,11 +460,6 @@ AffineDrive AffineOf(const mjModel* model, int actuator) {
   return drive;
 }
 
-double HandClosing::GapAt(double share) const {
-  const auto [i, u] = Place(points, share);
-  return (1.0 - u) * points[i].gap_m + u * points[i + 1].gap_m;
-}
-
 double HandClosing::NarrowingAt(double share) const {
   const auto [i, u] = Place(points, share);
   return (points[i].gap_m - points[i + 1].gap_m) * static_cast<double>(points.size() - 1);
@@ -442,8 +474,6 @@ double HandClosing::ShareAtGap(double gap_m) const {
   return points[i - 1].share + u * (points[i].share - points[i - 1].share);
 }
 
-double HandClosing::Touching() const { return ShareAtGap(0.0); }
-
 void HandClosing::Pose(const mjModel* model, mjData* data, double share) const {
   const auto [i, u] = Place(points, share);
   for (std::size_t k = 0; k < joints.size(); ++k) {
@@ -452,30 +482,22 @@ void HandClosing::Pose(const mjModel* model, mjData* data, double share) const {
   }
 }
 
-HandClosing CloseOnNothing(const mjModel* model) {
-  return CloseOnNothing(model, HandMotors(model));
-}
-
 HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors) {
   return Rehearsal(model, motors).Close();
 }
 
 std::vector<double> GripForces(const mjModel* model, const mjData* data,
                                const std::vector<HandMotor>& motors, const HandClosing& closing,
-                               double share, const Eigen::Vector3d& x_W) {
+                               double share, const Vector3d& x_W) {
   if (motors.size() == 1) return {closing.NarrowingAt(share) / motors.front().Travel()};
-  const Eigen::MatrixXd all = Columns(model, data, motors);
-  const Eigen::VectorXd wanted = Wanted(model, data, x_W);
-  const auto joints = static_cast<Eigen::Index>(closing.joints.size());
-  Eigen::MatrixXd of_hand(joints, all.cols());
-  Eigen::VectorXd of_tips(joints);
-  for (Eigen::Index i = 0; i < joints; ++i) {
-    const int dof = model->jnt_dofadr[closing.joints[static_cast<std::size_t>(i)]];
-    of_hand.row(i) = all.row(dof);
-    of_tips[i] = wanted[dof];
-  }
-  const Eigen::VectorXd forces = of_hand.completeOrthogonalDecomposition().solve(of_tips).head(
-      static_cast<Eigen::Index>(motors.size()));
+  const MatrixXd all = Columns(model, data, motors);
+  const VectorXd wanted = Wanted(model, data, x_W);
+  std::vector<int> dofs;
+  for (const int joint : closing.joints) dofs.push_back(model->jnt_dofadr[joint]);
+  const MatrixXd of_hand = all(dofs, Eigen::all);
+  const VectorXd of_tips = wanted(dofs);
+  const VectorXd forces =
+      of_hand.completeOrthogonalDecomposition().solve(of_tips).head(std::ssize(motors));
   return {forces.data(), forces.data() + forces.size()};
 }
 

@@ -3,13 +3,25 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Core>
+#include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
+
+#include "base/frames.h"
+#include "geometry/shape.h"
 
 namespace rangegrasp::mjcf {
 
 /// What follows the last '/' of a name.
 std::string_view Suffix(std::string_view name);
+
+struct Deleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using ModelPtr = std::unique_ptr<mjModel, Deleter>;
+using DataPtr = std::unique_ptr<mjData, Deleter>;
 
 /// How many elements of a type a model has; 0 of types that have no names here.
 int CountOf(const mjModel* model, mjtObj type);
@@ -24,30 +36,59 @@ std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suf
 /// A custom numeric; empty if there is none.
 std::vector<double> NumericOf(const mjModel* model, std::string_view suffix);
 
+/// "" of what has none.
+std::string_view NameOf(const mjModel* model, mjtObj type, int id);
+
 /// True for `body` and all below it.
 bool InSubtree(const mjModel* model, int body, int root);
+/// Whether a geom takes part in collisions.
+bool Collides(const mjModel* model, int geom);
 
-/// A drive of the hand: its length (of its joint [rad or m] or its tendon, times its gear) in the
-/// open and in the closed hand, in either order; equal lengths: it holds its joint there.
+/// nullopt of what is no convex primitive.
+std::optional<geometry::Shape::Kind> KindOf(int geom_type);
+/// A mesh, or the convex hull that the engine collides for it (the mesh itself if it has none).
+geometry::TriangleMesh MeshOf(const mjModel* model, int mesh);
+geometry::TriangleMesh HullOf(const mjModel* model, int mesh);
+
+/// What the engine's arrays hold, as Eigen sees it.
+inline Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) {
+  return Eigen::Map<const Eigen::Vector3d>(p);
+}
+inline Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> Mat3(const mjtNum* p) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
+}
+
+/// Poses in W as of the last kinematics.
+inline base::Pose BodyPose(const mjData* data, int body) {
+  return base::MakePose(Mat3(data->xmat + 9 * body), Vec3(data->xpos + 3 * body));
+}
+inline base::Pose GeomPose(const mjData* data, int geom) {
+  return base::MakePose(Mat3(data->geom_xmat + 9 * geom), Vec3(data->geom_xpos + 3 * geom));
+}
+inline base::Pose SitePose(const mjData* data, int site) {
+  return base::MakePose(Mat3(data->site_xmat + 9 * site), Vec3(data->site_xpos + 3 * site));
+}
+
+/// A drive of the hand and its length (of its joint [rad or m] or its tendon, times its gear) in
+/// the open and the closed hand; equal lengths: it holds its joint there.
 struct HandMotor {
   int actuator = -1;
-  double open = 0.0;
-  double closed = 0.0;
+  double open = 0.0, closed = 0.0;
   double Travel() const { return closed - open; }
   bool Moves() const { return closed != open; }
 };
 
-/// Whether the file says how the hand closes: tuple "hand_motors". A hand without it is one whose
-/// hinges ("hand_joints", open at their lower limits) are closed by one geared "hand_motor".
+/// Whether the tuple "hand_motors" says how the hand closes. If not, one geared "hand_motor" closes
+/// its hinges ("hand_joints", open at their lower limits).
 bool HasMotors(const mjModel* model);
 
 /// "hand_motors" with the numerics "hand_open" and "hand_closed", one value a drive.
-/// @throws base::InputError naming what is missing, of another size, or a drive that is no motor
-/// and no position servo (its force must be linear in command, length and speed).
+/// @throws base::InputError naming what is missing, of another size, or a drive whose force is not
+/// linear in command, length and speed.
 std::vector<HandMotor> HandMotors(const mjModel* model);
 
-/// The body that the thumb hangs on: that of the first of "hand_joints", or (HasMotors) the topmost
-/// with a joint above the first of "fingertips". The pads below it face all others.
+/// The body that the thumb hangs on: of the first of "hand_joints", or (HasMotors) the topmost with
+/// a joint above the first of "fingertips".
 int ThumbRoot(const mjModel* model);
 
 /// Those of "fingertips" that have no others further out, by side: what closes on an object.
@@ -63,8 +104,8 @@ constexpr double kFarApart_m = 1.0;  ///< no hand opens that far
 /// The site of this name ("tcp_tip", "tcp_power"), or the site "tcp" that stands for both; -1.
 int ToolSite(const mjModel* model, std::string_view name);
 
-/// Where what a drive moves stands, from the joints as they are: the engine's own lengths are those
-/// of the last kinematics. Of tendons round sites and geoms these.
+/// From the joints as they are (the engine's own lengths are of the last kinematics); of tendons
+/// round sites and geoms the engine's.
 double DriveLength(const mjModel* model, const mjData* data, int actuator);
 double DriveSpeed(const mjModel* model, const mjData* data, int actuator);
 
@@ -78,8 +119,7 @@ struct AffineDrive {
 AffineDrive AffineOf(const mjModel* model, int actuator);
 
 /// The hand closing on nothing, all drives together: at share s each is at open + s (closed -
-/// open). What they do not drive (followers, four-bar linkages, springs) is where the model takes
-/// it.
+/// open), what they do not drive (followers, linkages, springs) where the model takes it.
 struct HandClosing {
   struct Point {
     double share = 0.0;  ///< 0 .. 1
@@ -95,11 +135,10 @@ struct HandClosing {
   double behind = 0.0;       ///< share of its travel by which a drive stopped short of its end
   int behind_actuator = -1;  ///< whose
 
-  double GapAt(double share) const;
   /// The way that the gap narrows for a whole travel, at a share [m].
   double NarrowingAt(double share) const;
   /// The share at which the sides first touch; 1 if they never do.
-  double Touching() const;
+  double Touching() const { return ShareAtGap(0.0); }
   /// The largest share up to which the gap is at least gap_m; 0 if it never is.
   double ShareAtGap(double gap_m) const;
   /// Puts the hand's joints there; kinematics are the caller's.
@@ -107,11 +146,13 @@ struct HandClosing {
 };
 
 /// Closes a copy of the hand step by step: no gravity, no contacts, every drive a stiff servo
-/// without limits, the arm and all else as it stands in qpos0. A few thousand steps, 20 to 60 ms.
-/// @throws base::InputError as HandMotors(); if the hand does not stay finite.
-HandClosing CloseOnNothing(const mjModel* model);
-/// The same with other ends of the drives' ways than the file's.
+/// without limits, all else as it stands in qpos0. A few thousand steps, 20 to 60 ms.
+/// @param motors  may have other ends of their ways than the file's HandMotors()
+/// @throws base::InputError if the hand does not stay finite.
 HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors);
+inline HandClosing CloseOnNothing(const mjModel* model) {
+  return CloseOnNothing(model, HandMotors(model));
+}
 
 /// The force [N or Nm] of each drive with which the thumb's last segments press with 1 N against
 /// those of the fingers, in all, along the unit vector x_W (from the fingers to the thumb): the

@@ -5,13 +5,14 @@
 #include <map>
 #include <utility>
 
-#include "base/stopwatch.h"
 #include "robot/ik.h"
 #include "robot/planning/internal/motions.h"
 
 namespace rangegrasp::planning {
 namespace {
 
+using Eigen::Vector3d;
+using Eigen::VectorXd;
 using internal::Branch;
 using internal::BranchBuilder;
 using internal::JointPath;
@@ -20,7 +21,7 @@ using internal::Stage;
 using internal::Task;
 
 /// Steps of the projection to an upright hand, with damping [rad^2] far below the Jacobian's
-/// squared entries of about 1; it ends where the hand leans by less than this, well within
+/// squared entries of about 1, until it leans by less than this, well within
 /// PlanOptions::carry_tilt_rad.
 constexpr int kUprightSteps = 20;
 constexpr double kUprightDamping = 0.01;
@@ -29,37 +30,19 @@ constexpr double kUpright_rad = 0.02;
 /// Corners of a rounded path that touches something are rounded less, and at last not at all.
 constexpr double kCornerShares[] = {1.0, 0.2, 0.0};
 
-/// The time [s] that the slowest joint needs, and what joints near their limits cost.
-double Cost(const robot::Robot& robot, const PlanOptions& options, const Eigen::VectorXd& from,
-            const Eigen::VectorXd& q) {
-  const double travel_s = ((q - from).array().abs() / robot.velocity.array()).maxCoeff();
-  const Eigen::ArrayXd room = (q - robot.lower).cwiseMin(robot.upper - q).array();
-  return travel_s +
-         options.limit_cost_s * (1.0 - room / options.limit_zone_rad).max(0.0).square().sum();
-}
-
-void SortByCost(const robot::Robot& robot, const PlanOptions& options, const Eigen::VectorXd& from,
-                std::vector<Eigen::VectorXd>& solutions) {
-  std::stable_sort(solutions.begin(), solutions.end(), [&](const auto& a, const auto& b) {
-    return Cost(robot, options, from, a) < Cost(robot, options, from, b);
-  });
-}
-
 /// The key that counts most, the first of equals; empty if there is none.
 std::string MostFrequent(const std::map<std::string, int>& counts) {
-  const auto most =
-      std::max_element(counts.begin(), counts.end(),
-                       [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == counts.end() ? "" : most->first;
+  using Count = std::map<std::string, int>::value_type;
+  return counts.empty() ? "" : std::ranges::max_element(counts, {}, &Count::second)->first;
 }
 
 /// Turns the hand upright again (up_H along z_W) by a few steps of its two tilt components.
-void ProjectUpright(const robot::Robot& robot, const Eigen::Vector3d& up_H, Eigen::VectorXd& q) {
+void ProjectUpright(const robot::Robot& robot, const Vector3d& up_H, VectorXd& q) {
   Eigen::MatrixXd J;
   for (int i = 0; i < kUprightSteps; ++i) {
     const base::Pose X_WH = robot.HandPoseAndJacobian(q, J);
-    const Eigen::Vector3d up_W = X_WH.linear() * up_H;
-    const Eigen::Vector2d error = up_W.cross(Eigen::Vector3d::UnitZ()).head<2>();
+    const Vector3d up_W = X_WH.linear() * up_H;
+    const Eigen::Vector2d error = up_W.cross(Vector3d::UnitZ()).head<2>();
     if (up_W.z() > 0.0 && error.norm() < kUpright_rad) return;
     const auto J_tilt = J.middleRows<2>(3);
     Eigen::Matrix2d A = J_tilt * J_tilt.transpose();
@@ -74,6 +57,16 @@ void ProjectUpright(const robot::Robot& robot, const Eigen::Vector3d& up_H, Eige
 struct Planner::Impl {
   Impl(const robot::Robot& a_robot, PlanOptions some_options)
       : robot(a_robot), options(some_options), check(robot, options.collision_margin_m) {}
+
+  /// By the time [s] that the slowest joint needs, and what joints near their limits cost.
+  void SortByCost(const VectorXd& from, std::vector<VectorXd>& solutions) const {
+    std::ranges::stable_sort(solutions, {}, [&](const VectorXd& q) {
+      const double travel_s = ((q - from).array().abs() / robot.velocity.array()).maxCoeff();
+      const Eigen::ArrayXd room = (q - robot.lower).cwiseMin(robot.upper - q).array();
+      return travel_s +
+             options.limit_cost_s * (1.0 - room / options.limit_zone_rad).max(0.0).square().sum();
+    });
+  }
 
   /// Timed motions of the branch; tighter corners where the rounded path touches something.
   std::optional<base::JointTrajectory> Timed(const JointPath& path,
@@ -94,27 +87,27 @@ struct Planner::Impl {
   /// Samples about half a resolution apart, and the last.
   JointPath Thinned(const JointPath& samples) const {
     JointPath out{samples.front()};
-    for (const Eigen::VectorXd& q : samples) {
+    for (const VectorXd& q : samples) {
       if ((q - out.back()).norm() > 0.5 * options.resolution_rad) out.push_back(q);
     }
     out.push_back(samples.back());
     return out;
   }
 
-  std::optional<base::JointTrajectory> PlanMotion(const Eigen::VectorXd& from,
-                                                  const Eigen::VectorXd& to, const Stage& stage,
+  std::optional<base::JointTrajectory> PlanMotion(const VectorXd& from, const VectorXd& to,
+                                                  const Stage& stage,
                                                   const robot::TimingOptions& timing,
                                                   base::Rng& rng) {
-    internal::JointQuery query;
-    query.start = from;
-    query.goal = to;
-    query.free = [&](const Eigen::VectorXd& q) { return check.Free(q, stage); };
+    internal::JointQuery query{.start = from,
+                               .goal = to,
+                               .free = [&](const auto& q) { return check.Free(q, stage); },
+                               .project = {},
+                               .resolution_rad = options.resolution_rad,
+                               .iterations = options.planning_iterations,
+                               .seconds = options.planning_s};
     if (stage.min_upright > -1.0) {
-      query.project = [&](Eigen::VectorXd& q) { ProjectUpright(robot, stage.up_H, q); };
+      query.project = [&](VectorXd& q) { ProjectUpright(robot, stage.up_H, q); };
     }
-    query.resolution_rad = options.resolution_rad;
-    query.iterations = options.planning_iterations;
-    query.seconds = options.planning_s;
     const auto path = internal::PlanJointPath(robot, query, rng);
     return path ? Timed(*path, timing, &stage) : std::nullopt;
   }
@@ -122,12 +115,12 @@ struct Planner::Impl {
   std::vector<Branch> Branches(const PickRequest& request, base::Rng& rng) {
     robot::IkOptions ik;
     const int drawn = options.ik_per_branch * options.ik_solutions;
-    ik.max_solutions = static_cast<std::size_t>(drawn);
+    ik.max_solutions = drawn;
     ik.starts = 2 * drawn;  // about every second start ends in a solution that is new
-    std::vector<Eigen::VectorXd> solutions = SolveIk(robot, request.X_WH, request.q_start, ik, rng);
-    SortByCost(robot, options, request.q_start, solutions);
+    std::vector<VectorXd> solutions = SolveIk(robot, request.X_WH, request.q_start, ik, rng);
+    SortByCost(request.q_start, solutions);
     std::vector<Branch> branches;
-    for (const Eigen::VectorXd& q : solutions) branches.emplace_back().q_grasp = q;
+    for (const VectorXd& q : solutions) branches.emplace_back().q_grasp = q;
     return branches;
   }
 
@@ -153,15 +146,15 @@ struct Planner::Impl {
                                                  Branch& branch, base::Rng& rng) {
     if (branch.lift.empty()) return {};
     const Stage stage = builder.CarryStage();
-    const Eigen::VectorXd& q_lift = branch.lift.back();
+    const VectorXd& q_lift = branch.lift.back();
     robot::IkOptions ik;
-    ik.max_solutions = static_cast<std::size_t>(options.ik_solutions);
+    ik.max_solutions = options.ik_solutions;
     int goals = 0;
     for (double yaw_rad : internal::DeliveryYaws(task, options.carry_yaws)) {
       const base::Pose X_WEnd = internal::CarryPose(task, yaw_rad, 1.0, task.lift_m);
       auto solutions = SolveIk(robot, X_WEnd, q_lift, ik, rng);
-      SortByCost(robot, options, q_lift, solutions);
-      for (const Eigen::VectorXd& q : solutions) {
+      SortByCost(q_lift, solutions);
+      for (const VectorXd& q : solutions) {
         branch.carry = {q_lift, q};
         if (!check.Free(q, stage) || !builder.LowerAndRetreat(yaw_rad, branch)) continue;
         auto carry = PlanMotion(q_lift, q, stage, options.held_motion, rng);
@@ -172,7 +165,7 @@ struct Planner::Impl {
     return {};
   }
 
-  /// The branch's motions once the reach is known; sets failure where they cannot be had.
+  /// The branch's motions once the reach is known.
   std::optional<PickPlan> Complete(const BranchBuilder& builder, const Task& task, Branch branch,
                                    base::JointTrajectory reach, base::Rng& rng) {
     PickPlan plan;
@@ -190,7 +183,7 @@ struct Planner::Impl {
   }
 
   /// The feasible branches; where none carries on the arc, those of a shorter approach and lift if
-  /// one of them does, or if there are no others.
+  /// one does, or if there are no others.
   std::vector<Branch> FeasibleOrShorter(const BranchBuilder& builder,
                                         const std::vector<Branch>& all, Task& task) {
     const auto carries = [](const std::vector<Branch>& branches) {
@@ -228,18 +221,15 @@ struct Planner::Impl {
   }
 
   PlanResult Plan(const PickRequest& request, base::Rng& rng) {
-    base::Stopwatch watch;
     PlanResult result;
     blocked.clear();
     const std::vector<Branch> all = Branches(request, rng);
-    result.ik_s = watch.Restart();
     result.failure = PlanFailure::kNoIk;
     if (!all.empty()) {
       Task task = internal::MakeTask(robot, scene, request, options, check.collider());
       const BranchBuilder builder(robot, options, check, task);
       CompleteFirst(builder, task, request, FeasibleOrShorter(builder, all, task), rng, result);
     }
-    result.path_s = watch.Seconds();
     return result;
   }
 
@@ -264,11 +254,10 @@ PlanResult Planner::Plan(const PickRequest& request, base::Rng& rng) {
 }
 
 // A stage as it is made: the hand open, everything an obstacle.
-bool Planner::IsFree(const Eigen::VectorXd& q) const { return impl_->check.Free(q, Stage()); }
+bool Planner::IsFree(const VectorXd& q) const { return impl_->check.Free(q, Stage()); }
 
-std::optional<base::JointTrajectory> Planner::PlanMotion(const Eigen::VectorXd& q_start,
-                                                         const Eigen::VectorXd& q_goal,
-                                                         base::Rng& rng) {
+std::optional<base::JointTrajectory> Planner::PlanMotion(const VectorXd& q_start,
+                                                         const VectorXd& q_goal, base::Rng& rng) {
   return impl_->PlanMotion(q_start, q_goal, Stage(), impl_->options.free_motion, rng);
 }
 

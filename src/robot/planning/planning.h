@@ -27,26 +27,25 @@ struct PickRequest {
   Eigen::Vector3d approach_W = -Eigen::Vector3d::UnitZ();
   double opening_m = 0.1;     ///< gap of the pads during the approach
   double closed_gap_m = 0.0;  ///< gap when the object is held
-  /// The object may push what it touches during the lift, if it is clear afterwards: neighbors give
-  /// way, and the completed surface is a guess. Hand and arm may not.
+  /// The object (not hand and arm) may push what it touches during the lift, if it is clear after:
+  /// neighbors give way, and the completed surface is a guess.
   bool may_brush = false;
 };
 
 struct PlanOptions {
   double approach_m = 0.2;  ///< the start above the grasp along the approach axis (section 4.3)
   double lift_m = 0.2;
-  /// The object is let go this far above the height it stood at: table and object may be off by the
-  /// sensor's calibration (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses
-  /// into the table moves the arm.
+  /// The object is let go this far above the height it stood at: the sensor's calibration may be
+  /// off (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses into the table
+  /// moves the arm.
   double lower_clearance_m = 0.010;
-  /// An object seen down to less than this above the table stands on it, and is not lowered
-  /// further: the preselection takes its lowest points for the table's, or grazing light loses
-  /// them.
+  /// An object seen down to less than this above the table stands on it: its lowest points are
+  /// taken for the table's, or lost to grazing light.
   double standing_m = 0.03;
   double retreat_m = 0.15;  ///< back along the approach axis after release
   double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
-  /// What grows about the arm and the hand. The hand alone goes without it where the grasp has
-  /// been checked closer than that: in the approach, the lift, the lowering and the retreat.
+  /// Grows about the arm and the hand; the hand goes without it where the grasp was checked closer:
+  /// in the approach, the lift, the lowering and the retreat.
   double collision_margin_m = 0.003;
   double resolution_rad = 0.04;  ///< of path validity checks (2-norm of the joint step)
   int ik_solutions = 6;          ///< branches tried, best first, whose approach is free
@@ -55,8 +54,7 @@ struct PlanOptions {
   /// travel is worth a joint with room to move on.
   double limit_cost_s = 1.0;
   double limit_zone_rad = 0.35;  ///< 20 deg
-  /// Of approach and lift where the whole length is blocked: high above the table the arm may lack
-  /// the room.
+  /// Of approach and lift where the whole length is blocked: the arm may lack room high up.
   double shortened = 0.6;
   int planning_iterations = 1500;    ///< of RRTConnect, for one query
   double planning_s = 2.0;           ///< bound for one OMPL query, a backstop to the iterations
@@ -65,8 +63,8 @@ struct PlanOptions {
   int carry_goals = 3;               ///< of the carry in joint space, where the arc is blocked
   double step_m = 0.01;              ///< between poses of straight lines and arcs
   robot::TimingOptions free_motion;  ///< published limits
-  /// With the object in the hand: slower, since a tall or heavy one tips and slips when it is
-  /// shaken (an acceleration of half the limits is below 0.1 g at the hand).
+  /// With the object in the hand: slower, or tall and heavy ones tip and slip (an acceleration of
+  /// half the limits is below 0.1 g at the hand).
   robot::TimingOptions held_motion{.velocity_scale = 0.7, .acceleration_scale = 0.5};
 };
 
@@ -95,27 +93,24 @@ constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
 struct PlanResult {
   std::optional<PickPlan> plan;
   PlanFailure failure = PlanFailure::kNone;
-  /// What was in the way, by the names of the MJCF: of the approaches that were blocked the most
-  /// frequent ("arm/link6 and the hand"), or of the start where nothing leads away from it; may be
-  /// empty.
+  /// What was in the way, by the names of the MJCF ("arm/link6 and the hand"): the most frequent of
+  /// the blocked approaches, or at a start that nothing leads away from; may be empty.
   std::string blocked_by;
-  double ik_s = 0.0, path_s = 0.0;  ///< wall seconds
 };
 
-/// Plans with OMPL (RRTConnect in joint space, then shortcuts) and FCL.
+/// Plans with OMPL (RRTConnect in joint space, then shortcuts) and FCL. Inverse kinematics at the
+/// grasp gives branches, those near to q_start and far from the limits first. Each is followed
+/// through approach, lift, carry, lowering and retreat as motions of the hand on lines; the carry
+/// runs on an arc about the arm's base, turned about the vertical alone. The first branch that is
+/// free all the way, and that RRTConnect reaches from q_start, wins. Where the arc is blocked for
+/// all, RRTConnect plans the carry with the tilt bounded.
 ///
-/// Inverse kinematics at the grasp gives branches, those near to q_start and far from the limits
-/// first. Each is followed through approach, lift, carry, lowering and retreat as motions of the
-/// hand on lines; the carry runs on an arc about the arm's base, turned about the vertical alone.
-/// The first branch that is free all the way, and that RRTConnect reaches from q_start, wins. Where
-/// the arc is blocked for all, RRTConnect plans the carry with the tilt bounded.
+/// The object moves with the hand from the lift to the lowering and is released with its lowest
+/// point lower_clearance_m above the table, or as deep as the hand allows. What it touches at the
+/// grasp is no obstacle to its lift until they have parted.
 ///
-/// The object, in its perceived pose, moves with the hand from the lift to the lowering. It is
-/// released with its lowest point lower_clearance_m above the table, or as deep as the hand allows.
-/// What it touches at the grasp is no obstacle to its lift until they have parted.
-///
-/// Samples come from rng alone and iterations bound a query, so that the same scene and arguments
-/// give the same plan (unless the backstop planning_s strikes). Not thread-safe.
+/// The same scene and arguments give the same plan (unless the backstop planning_s strikes). Not
+/// thread-safe.
 class Planner {
  public:
   Planner(const robot::Robot& robot, PlanOptions options);
@@ -123,10 +118,9 @@ class Planner {
   /// What all plans from now on have to keep clear of; an empty scene before.
   void SetScene(PlanningScene scene);
   PlanResult Plan(const PickRequest& request, base::Rng& rng);
-  /// Whether the arm may stand there, its hand empty and open: within its limits, clear of itself
-  /// and of all of the scene.
+  /// Whether the arm, its hand empty and open, may stand there: within limits, clear of all.
   bool IsFree(const Eigen::VectorXd& q) const;
-  /// The same for a motion between two such places; nullopt if none was found.
+  /// A motion between two such places; nullopt if none was found.
   std::optional<base::JointTrajectory> PlanMotion(const Eigen::VectorXd& q_start,
                                                   const Eigen::VectorXd& q_goal, base::Rng& rng);
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "base/words.h"
 #include "geometry/mesh.h"
 #include "sim/check/internal/arm.h"
 #include "sim/check/internal/cell.h"
@@ -16,34 +15,33 @@
 #include "sim/internal/scene_builder.h"
 #include "sim/resting_poses.h"
 
-namespace rangegrasp::check::internal {
+namespace rangegrasp::check {
 namespace {
+
+using base::Finding;
+using Eigen::Vector3d;
+using internal::Model;
 
 // ---- names, tuples and numerics that the program looks for ----
 
 // A block to paste, with the elements that are likely to be meant.
 std::string TupleBlock(const Model& model, const std::string& tuple, mjtObj type,
-                       const std::vector<int>& ids) {
+                       std::vector<int> ids) {
   std::string text = fmt::format("in <custom>:\n<tuple name=\"{}\">\n", tuple);
+  if (ids.empty()) ids = {-1};  // has no name
   for (const int id : ids) {
-    std::string name = model.Name(type, id);
     // Within its own file an element goes without the prefixes of attachments.
-    name = name.substr(name.find_last_of('/') + 1);
+    const std::string name = model.Name(type, id);
     text += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
-                        name.empty() ? "NAME" : name);
-  }
-  if (ids.empty()) {
-    text += fmt::format("  <element objtype=\"{}\" objname=\"NAME\"/>\n", mju_type2Str(type));
+                        name.empty() ? "NAME" : mjcf::Suffix(name));
   }
   return text + "</tuple>";
 }
 
 struct Wanted {
   mjtObj type;
-  const char* name;
-  bool needed;
-  const char* what_for;
-  const char* cure;
+  std::string name, what_for, cure;
+  bool needed = true;
 };
 
 // Whether it is there once; adds what is wrong.
@@ -57,28 +55,27 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
     return false;
   }
   if (!found.empty()) return true;
-  const std::string what = fmt::format("is missing: {}", wanted.what_for);
-  wanted.needed ? model.Error(file, element, what, wanted.cure)
-                : model.Warn(file, element, what, wanted.cure);
+  model.Report(wanted.needed, file, element, fmt::format("is missing: {}", wanted.what_for),
+               wanted.cure);
   return false;
 }
 
 void CheckSceneNames(Model& model) {
   const std::string file = model.file().string();
   for (const Wanted& wanted :
-       {Wanted{mjOBJ_SITE, "workspace", true, "objects are put and looked for there",
+       {Wanted{mjOBJ_SITE, "workspace", "objects are put and looked for there",
                "<site name=\"workspace\" type=\"cylinder\" size=\"0.13 0.0005\" group=\"4\"/> on "
                "the table's top (z = 0); its first size is the radius"},
-        Wanted{mjOBJ_SITE, "delivery", true, "objects are carried there",
+        Wanted{mjOBJ_SITE, "delivery", "objects are carried there",
                "<site name=\"delivery\" type=\"cylinder\" pos=\"-0.08 -0.42 0\" size=\"0.15 "
                "0.0005\" group=\"4\"/> on the table's top"},
-        Wanted{mjOBJ_SITE, "scanner", true, "the sensor looks from there",
+        Wanted{mjOBJ_SITE, "scanner", "the sensor looks from there",
                "<site name=\"scanner\" group=\"4\"/> with x to the right, y down, z to the "
                "workspace, as in scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "overview", false, "`snapshot` draws from it",
-               "copy it from scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "close", false, "`trial --snapshots` looks along it",
-               "copy it from scenes/tabletop.xml"}}) {
+        Wanted{mjOBJ_CAMERA, "overview", "`snapshot` draws from it",
+               "copy it from scenes/tabletop.xml", false},
+        Wanted{mjOBJ_CAMERA, "close", "`trial --snapshots` looks along it",
+               "copy it from scenes/tabletop.xml", false}}) {
     CheckOne(model, wanted, file);
   }
 }
@@ -86,11 +83,11 @@ void CheckSceneNames(Model& model) {
 void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj type,
                 const char* what_for, const std::vector<int>& likely) {
   const std::string cure = TupleBlock(model, name, type, likely);
-  if (!CheckOne(model, {mjOBJ_TUPLE, name, true, what_for, cure.c_str()}, file)) return;
+  if (!CheckOne(model, {mjOBJ_TUPLE, name, what_for, cure}, file)) return;
   if (!model.Tuple(name, type).empty()) return;
-  model.Error(
-      model.Where(mjOBJ_TUPLE, model.Find(mjOBJ_TUPLE, name)), fmt::format("tuple \"{}\"", name),
-      fmt::format("holds something else than elements of type {}", mju_type2Str(type)), cure);
+  model.Error(mjOBJ_TUPLE, name,
+              fmt::format("holds something else than elements of type {}", mju_type2Str(type)),
+              cure);
 }
 
 // A numeric of so many values above 0 (or any).
@@ -98,21 +95,17 @@ void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, s
                   bool positive) {
   if (!CheckOne(model, wanted, file)) return;
   const auto values = model.Numeric(wanted.name);
-  const bool right =
-      values.size() == size &&
-      (!positive || std::all_of(values.begin(), values.end(), [](double v) { return v > 0.0; }));
-  if (right) return;
-  model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, wanted.name)),
-              fmt::format("numeric \"{}\"", wanted.name),
+  const auto above_0 = [](double v) { return v > 0.0; };
+  if (values.size() == size && (!positive || std::ranges::all_of(values, above_0))) return;
+  model.Error(mjOBJ_NUMERIC, wanted.name,
               fmt::format("should hold {} {}, it holds {}", size,
                           positive ? "numbers above 0" : "numbers", values.size()),
               wanted.cure);
 }
 
 std::string NumericBlock(const char* name, std::size_t count, const char* value) {
-  std::vector<std::string> values(count, value);
   return fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
-                     base::Join(values, " "));
+                     fmt::join(std::vector(count, value), " "));
 }
 
 void CheckArmNames(Model& model) {
@@ -125,55 +118,48 @@ void CheckArmNames(Model& model) {
   for (const auto& [name, unit, value] :
        {std::array{"joint_velocity", "limits in rad/s", "1"},
         std::array{"joint_acceleration", "limits in rad/s^2", "2"}}) {
-    const std::string cure =
-        NumericBlock(name, n, value) + ", or what the data sheet says, one a joint";
-    CheckNumeric(model, file, {mjOBJ_NUMERIC, name, true, unit, cure.c_str()}, n, true);
+    CheckNumeric(model, file,
+                 {mjOBJ_NUMERIC, name, unit,
+                  NumericBlock(name, n, value) + ", or what the data sheet says, one a joint"},
+                 n, true);
   }
-  const std::string suggested = SuggestHome(model);
-  const std::string home =
-      suggested.empty()
-          ? NumericBlock("home", n, "0") +
-                ", in the arm's file or the scene's: the check of the scene proposes one"
-          : "in <custom>: " + suggested;
-  CheckNumeric(model, file,
-               {mjOBJ_NUMERIC, "home", model.kind() == Kind::kScene, "where the arm waits [rad]",
-                home.c_str()},
-               n, false);
+  std::string home = SuggestHome(model);
+  home = home.empty()
+             ? NumericBlock("home", n, "0") +
+                   ", in the arm's file or the scene's: the check of the scene proposes one"
+             : "in <custom>: " + home;
+  CheckNumeric(
+      model, file,
+      {mjOBJ_NUMERIC, "home", "where the arm waits [rad]", home, model.kind() == Kind::kScene}, n,
+      false);
 }
 
-// Which of the two kinds of hands it is to be: one geared motor on hinges, or drives that say how
-// they close it.
+// Whether it is to be a hand with one geared motor on hinges, not with drives ("hand_motors").
 bool IsGeared(const Model& model) {
   return model.Find(mjOBJ_TUPLE, "hand_motors") < 0 &&
          (model.Find(mjOBJ_TUPLE, "hand_motor") >= 0 ||
           model.Find(mjOBJ_TUPLE, "hand_joints") >= 0);
 }
 
-void CheckGearedNames(Model& model, const std::string& file) {
-  CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
-  CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
-  CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
-}
-
 void CheckMotorNames(Model& model, const std::string& file) {
-  const HandGuess guess = GuessHand(model);
+  const internal::HandGuess guess = GuessHand(model);
   CheckTuple(model, file, "hand_motors", mjOBJ_ACTUATOR, "the drives that close the hand",
              guess.motors);
   CheckTuple(model, file, "fingertips", mjOBJ_GEOM,
              "the geoms that may hold an object, the thumb's first (geoms need names)",
              guess.fingertips);
   const auto ends = [&](const char* name, const char* what, const std::string& values) {
-    const std::string cure = fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
-                                         values.empty() ? "VALUE ..." : values);
     const std::size_t drives = model.Tuple("hand_motors", mjOBJ_ACTUATOR).size();
-    CheckNumeric(model, file, {mjOBJ_NUMERIC, name, true, what, cure.c_str()},
+    CheckNumeric(model, file,
+                 {mjOBJ_NUMERIC, name, what,
+                  NumericBlock(name, 1, values.empty() ? "VALUE ..." : values.c_str())},
                  drives > 0 ? drives : guess.motors.size(), false);
   };
   ends("hand_open", "where each drive's joint or tendon stands in the open hand [rad or m]",
        guess.open);
   ends("hand_closed", "where it stands in the closed hand", guess.closed);
   CheckNumeric(model, file,
-               {mjOBJ_NUMERIC, "grip_force", true,
+               {mjOBJ_NUMERIC, "grip_force",
                 "the first grip and the strongest one between the two sides [N]",
                 "in <custom>: <numeric name=\"grip_force\" data=\"20 40\"/>"},
                2, true);
@@ -184,11 +170,12 @@ void CheckToolSites(Model& model, const std::string& file) {
   const std::string cure =
       own ? "a <site> of this name in the body \"hand\", between the tips of the open hand"
           : SuggestTool(model);
-  const char* what =
-      "the tool's centre: z is the approach, x leads from the fingers' pads to the thumb's";
-  if (!own) CheckOne(model, {mjOBJ_SITE, "tcp", true, what, cure.c_str()}, file);
-  for (const char* site : {"tcp_tip", "tcp_power"}) {
-    if (own) CheckOne(model, {mjOBJ_SITE, site, true, what, cure.c_str()}, file);
+  for (const char* site : own ? std::vector{"tcp_tip", "tcp_power"} : std::vector{"tcp"}) {
+    CheckOne(model,
+             {mjOBJ_SITE, site,
+              "the tool's centre: z is the approach, x leads from the fingers' pads to the thumb's",
+              cure},
+             file);
   }
 }
 
@@ -207,70 +194,80 @@ void CheckHandNames(Model& model) {
       model.kind() == Kind::kHand && model.m().nbody > 1
           ? fmt::format("name=\"hand\" in place of \"{}\"", model.BodyName(1))
           : attach;
-  if (!CheckOne(model, {mjOBJ_BODY, "hand", true, "the hand's root", rename.c_str()},
+  if (!CheckOne(model, {mjOBJ_BODY, "hand", "the hand's root", rename},
                 model.HasArm() ? model.ArmFile() : file)) {
     if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
     model.hand = 1;  // what else it lacks is said at once
   }
-  IsGeared(model) ? CheckGearedNames(model, file) : CheckMotorNames(model, file);
+  if (IsGeared(model)) {
+    CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
+    CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
+    CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
+  } else {
+    CheckMotorNames(model, file);
+  }
   CheckToolSites(model, file);
   CheckOne(model,
-           {mjOBJ_TUPLE, "grip_sensors", false, "the hand feels neither pressure nor slip",
-            "<touch> sensors on the last segments, named in a tuple of this name"},
+           {mjOBJ_TUPLE, "grip_sensors", "the hand feels neither pressure nor slip",
+            "<touch> sensors on the last segments, named in a tuple of this name", false},
            file);
 }
-
-void CheckNames(Model& model) {
-  if (model.kind() == Kind::kScene) CheckSceneNames(model);
-  if (model.HasArm()) CheckArmNames(model);
-  CheckHandNames(model);
-}
-
-}  // namespace
-
-}  // namespace rangegrasp::check::internal
-
-namespace rangegrasp::check {
-namespace {
-
-using base::Finding;
-using Eigen::Vector3d;
 
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
 // What the engine or a loader says, without the file's name, which stands before it.
-Finding FindingOf(const std::filesystem::path& mjcf, std::string what) {
+std::string TextOf(const std::filesystem::path& mjcf, const base::InputError& error) {
+  std::string what = error.what();
   const std::string file = mjcf.string() + ": ";
-  if (what.starts_with(file)) what = what.substr(file.size());
-  while (!what.empty() && what.back() == '\n') what.pop_back();
+  if (what.starts_with(file)) what.erase(0, file.size());
+  return what;
+}
+
+Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& error) {
+  std::string what = TextOf(mjcf, error);
+  while (what.ends_with('\n')) what.pop_back();
   return {true, mjcf.string(), "", what, ""};
 }
 
 // ---- objects ----
 
 constexpr int kSegments = 32;  // of round primitives
+// The longest edge of what collides; larger: its mesh is in millimetres.
+constexpr double kMinSize_m = 0.005;
+constexpr double kMaxSize_m = 1.0;
+// Mass in the convex hull of what collides: foam, and what is heavier than all but gold.
+constexpr double kMinDensity_kg_m3 = 20.0;
+constexpr double kMaxDensity_kg_m3 = 12000.0;
+// Principal moments against those of its hull filled evenly with its mass: a hammer has 0.3 to 2.5,
+// a shell up to 1.7.
+constexpr double kMinInertia = 0.1;
+constexpr double kMaxInertia = 4.0;
+// What is seen and what collides have the same size but for this share of it.
+constexpr double kMaxMismatch = 0.25;
+// A colliding mesh with less than this share of its hull's volume has a hollow that is closed.
+constexpr double kMinConvexity = 0.85;
 
 std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * base::kMmPerM); }
 
 double LongestEdge(const geometry::Points& points) {
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& p : points) box.extend(p);
-  return points.empty() ? 0.0 : box.sizes().maxCoeff();
+  return points.empty() ? 0.0 : geometry::BoundsOf(points).sizes().maxCoeff();
 }
 
 // A compiled object at its zero pose, and what is wrong with it.
 class Checked {
  public:
-  Checked(const sim::ObjectModel& object, const ObjectBounds& bounds)
-      : object_(object), bounds_(bounds), built_(sim::internal::BuildObject(object)) {
+  Checked(const sim::ObjectModel& object, double min_tipping_rad)
+      : object_(object),
+        min_tipping_rad_(min_tipping_rad),
+        built_(sim::internal::BuildObject(object)) {
     data_ = sim::internal::DataAtZero(model());
     seen_ = sim::internal::VisualOfTree(model(), data_.get(), root()).mesh_W.vertices;
     for (int geom = 0; geom < model()->ngeom; ++geom) {
       if (!sim::internal::Collides(model(), geom)) continue;
-      const auto surface = sim::internal::GeomSurface(model(), geom, kSegments);
-      for (const Vector3d& v : surface.vertices) {
-        solid_.push_back(sim::internal::GeomPose(data_.get(), geom) * v);
-      }
+      const auto surface =
+          geometry::Transformed(sim::internal::GeomSurface(model(), geom, kSegments),
+                                sim::internal::GeomPose(data_.get(), geom));
+      solid_.insert(solid_.end(), surface.vertices.begin(), surface.vertices.end());
     }
   }
 
@@ -283,8 +280,7 @@ class Checked {
     }
     CheckConvex();
     CheckSurface();
-    std::stable_sort(found_.begin(), found_.end(),
-                     [](const Finding& a, const Finding& b) { return a.error && !b.error; });
+    std::ranges::stable_partition(found_, &Finding::error);
     return std::move(found_);
   }
 
@@ -302,11 +298,11 @@ class Checked {
 
   void CheckSize() {
     const double size = LongestEdge(solid_);
-    if (size > bounds_.max_size_m) {
+    if (size > kMaxSize_m) {
       Say(true, Body(), fmt::format("what collides is {:.4g} m long: a mesh in millimetres?", size),
           "write scale=\"0.001 0.001 0.001\" in each <mesh>, and correct mass and inertia; "
           "`rangegrasp add-object` does all of it");
-    } else if (size < bounds_.min_size_m) {
+    } else if (size < kMinSize_m) {
       Say(true, Body(), fmt::format("what collides is {} long: too small for a hand", Mm(size)),
           "write a scale in each <mesh>, e.g. scale=\"1000 1000 1000\"");
     }
@@ -319,7 +315,7 @@ class Checked {
       return;
     }
     const double seen = LongestEdge(seen_), solid = LongestEdge(solid_);
-    if (std::abs(seen - solid) <= bounds_.max_mismatch * std::max(seen, solid)) return;
+    if (std::abs(seen - solid) <= kMaxMismatch * std::max(seen, solid)) return;
     Say(true, Body(), fmt::format("what is seen is {} long, what collides {}", Mm(seen), Mm(solid)),
         "give both the same shape and, in <mesh>, the same scale");
   }
@@ -333,33 +329,32 @@ class Checked {
     }
     const double mass = model()->body_subtreemass[root()];
     const double density = mass / filled.volume_m3;
-    if (density < bounds_.min_density_kg_m3 || density > bounds_.max_density_kg_m3) {
+    if (density < kMinDensity_kg_m3 || density > kMaxDensity_kg_m3) {
       Say(true, Body(),
           fmt::format("its mass of {:.4g} kg is out of all proportion: {:.3g} kg/m3 in its hull, "
                       "{:g} to {:g} are possible",
-                      mass, density, bounds_.min_density_kg_m3, bounds_.max_density_kg_m3),
+                      mass, density, kMinDensity_kg_m3, kMaxDensity_kg_m3),
           "state the mass in kg in <inertial> or in a geom's mass=\"...\"");
       return;
     }
-    CheckInertia(mass / filled.volume_m3 * filled.inertia_M, hull);
+    CheckInertia(density * filled.inertia_M, hull);
   }
 
   // Of one rigid body: others' inertia changes with their joints.
   void CheckInertia(const Eigen::Matrix3d& filled, const geometry::TriangleMesh& hull) {
     if (model()->nbody != root() + 1) return;
-    Eigen::Vector3d own = sim::internal::Vec3(model()->body_inertia + 3 * root());
-    std::sort(own.data(), own.data() + 3);
-    const Eigen::Vector3d even =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(filled).eigenvalues();
+    Vector3d own = sim::internal::Vec3(model()->body_inertia + 3 * root());
+    std::sort(own.begin(), own.end());
+    const Vector3d even = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(filled).eigenvalues();
     for (int axis = 0; axis < 3; ++axis) {
       const double share = own[axis] / even[axis];
-      if (share >= bounds_.min_inertia && share <= bounds_.max_inertia) continue;
+      if (share >= kMinInertia && share <= kMaxInertia) continue;
       Say(true, Body(),
           fmt::format(
               "its inertia is out of all proportion: a principal moment of {:.3g} kg m2, "
               "{:.3g} of what its hull has where its mass fills it evenly ({:g} to {:g} are "
               "possible)",
-              own[axis], share, bounds_.min_inertia, bounds_.max_inertia),
+              own[axis], share, kMinInertia, kMaxInertia),
           fmt::format("its hull has diaginertia=\"{:.3g} {:.3g} {:.3g}\"; or leave <inertial> out "
                       "and give the geoms that collide their mass",
                       even[0], even[1], even[2]));
@@ -374,10 +369,10 @@ class Checked {
   }
 
   void CheckResting() {
-    if (!sim::StableRestingPoses(object_, bounds_.min_tipping_rad).empty()) return;
+    if (!sim::StableRestingPoses(object_, min_tipping_rad_).empty()) return;
     Say(true, Body(),
         fmt::format("it rests nowhere: every pose tips over at less than {:.0f} deg",
-                    base::ToDeg(bounds_.min_tipping_rad)),
+                    base::ToDeg(min_tipping_rad_)),
         "give it a flat side, or lower min_tipping_deg in the experiment");
   }
 
@@ -388,7 +383,7 @@ class Checked {
       const auto mesh = sim::internal::GeomSurface(model(), geom, kSegments);
       const double hull = geometry::Volume(geometry::ConvexHull(mesh.vertices));
       const double share = std::abs(geometry::Volume(mesh)) / hull;
-      if (!(share < bounds_.min_convexity)) continue;
+      if (!(share < kMinConvexity)) continue;
       const char* name = mj_id2name(model(), mjOBJ_MESH, model()->geom_dataid[geom]);
       Say(false, fmt::format("mesh \"{}\"", name == nullptr ? "" : name),
           fmt::format("is not convex: it collides as its hull, of which it fills {:.0f} %",
@@ -405,7 +400,7 @@ class Checked {
   }
 
   const sim::ObjectModel& object_;
-  const ObjectBounds& bounds_;
+  double min_tipping_rad_;
   sim::internal::BuiltScene built_;
   sim::internal::DataPtr data_;
   geometry::Points seen_, solid_;
@@ -428,8 +423,10 @@ Kind KindOf(const std::filesystem::path& mjcf) {
 std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
   std::vector<Finding> findings;
   try {
-    internal::Model model(mjcf, kind);
-    internal::CheckNames(model);
+    Model model(mjcf, kind);
+    if (kind == Kind::kScene) CheckSceneNames(model);
+    if (model.HasArm()) CheckArmNames(model);
+    CheckHandNames(model);
     CheckArm(model);
     CheckHand(model);
     CheckBodies(model);
@@ -437,29 +434,25 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
     CheckCell(model);
     try {
       CheckMotion(model);
-    } catch (const base::InputError& error) {
-      const Finding found = FindingOf(mjcf, error.what());
-      model.Error(found.where, found.element, found.what, found.cure);
+      findings = model.findings();
+    } catch (const base::InputError&) {
+      findings = model.findings();
+      throw;
     }
-    findings = model.findings();
   } catch (const base::InputError& error) {
-    findings.push_back(FindingOf(mjcf, error.what()));
+    findings.push_back(FindingOf(mjcf, error));
   }
-  std::stable_partition(findings.begin(), findings.end(),
-                        [](const Finding& finding) { return finding.error; });
+  std::ranges::stable_partition(findings, &Finding::error);
   return findings;
 }
 
 bool IsObjectFile(const std::filesystem::path& mjcf) { return sim::internal::IsObject(mjcf); }
 
-std::vector<Finding> CheckObject(const sim::ObjectModel& object, const ObjectBounds& bounds) {
+std::vector<Finding> CheckObject(const sim::ObjectModel& object, double min_tipping_rad) {
   try {
-    return Checked(object, bounds).Findings();
+    return Checked(object, min_tipping_rad).Findings();
   } catch (const base::InputError& error) {
-    std::string what = error.what();
-    const std::string file = object.mjcf.string() + ": ";
-    if (what.starts_with(file)) what.erase(0, file.size());
-    return {{true, object.mjcf.string(), "object", what,
+    return {{true, object.mjcf.string(), "object", TextOf(object.mjcf, error),
              "docs/bring-your-own.md shows what an object's file holds"}};
   }
 }

@@ -22,14 +22,13 @@ constexpr double kNearEnd_m = 0.005;
 constexpr double kPatch_m = 0.005;
 constexpr double kPercentile = 0.95;  // of penetration_p95_m
 
-// What the errors of each equality are shares of. The ranges are those before a ratchet narrows
-// them.
+// What the errors of each equality are shares of, before a ratchet narrows the ranges.
 std::vector<double> LeversOf(const mjModel* model) {
-  std::vector<double> levers(static_cast<std::size_t>(model->neq), kLever_m);
+  std::vector<double> levers(model->neq, kLever_m);
   for (int i = 0; i < model->neq; ++i) {
     if (model->eq_type[i] != mjEQ_JOINT) continue;
     const mjtNum* range = model->jnt_range + 2 * model->eq_obj1id[i];
-    if (range[1] > range[0]) levers[static_cast<std::size_t>(i)] = range[1] - range[0];
+    if (range[1] > range[0]) levers[i] = range[1] - range[0];
   }
   return levers;
 }
@@ -37,16 +36,9 @@ std::vector<double> LeversOf(const mjModel* model) {
 double EqualityShare(const mjData* data, const std::vector<double>& levers) {
   double share = 0.0;
   for (int row = 0; row < data->ne; ++row) {
-    const auto equality = static_cast<std::size_t>(data->efc_id[row]);
-    share = std::max(share, std::abs(data->efc_pos[row]) / levers[equality]);
+    share = std::max(share, std::abs(data->efc_pos[row]) / levers[data->efc_id[row]]);
   }
   return share;
-}
-
-// Names the first figure that is out of bounds; one that is no number is.
-void Check(const char* figure, double value, double bound, std::string& failed) {
-  if (!failed.empty() || value <= bound) return;
-  failed = fmt::format("{} {:.4g} > {:.4g}", figure, value, bound);
 }
 
 }  // namespace
@@ -164,24 +156,27 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
   Audit audit = audit_;
   if (!penetration_.empty()) {
     audit.penetration_p95_m = base::QuantileOf(penetration_, kPercentile);
-    audit.penetration_max_m = *std::max_element(penetration_.begin(), penetration_.end());
+    audit.penetration_max_m = *std::ranges::max_element(penetration_);
   }
   if (thickness_m_ > 0.0) audit.penetration_share = audit.penetration_max_m / thickness_m_;
   audit.warnings = world_->WarningCount() - warnings_before_;
-  std::string& failed = audit.failed;
-  if (audit.warnings > 0) failed = "engine warnings: " + world_->Warnings();
+  if (audit.warnings > 0) audit.failed = "engine warnings: " + world_->Warnings();
   if (!held_after_lift) return audit;
-  Check("drive_limit_s", audit.drive_limit_s, bounds.drive_limit_s, failed);
-  Check("tracking_error_rad", audit.tracking_error_rad, bounds.tracking_error_rad, failed);
-  Check("penetration_p95_m", audit.penetration_p95_m, bounds.penetration_p95_m, failed);
-  Check("penetration_max_m", audit.penetration_max_m, bounds.penetration_max_m, failed);
-  Check("penetration_share", audit.penetration_share, bounds.penetration_share, failed);
-  Check("equality_share", audit.equality_share, bounds.equality_share, failed);
-  Check("grip_share", audit.grip_share, bounds.grip_share, failed);
+  // The first figure out of bounds; one that is no number is.
+  const auto check = [&](const char* figure, double value, double bound) {
+    if (!audit.failed.empty() || value <= bound) return;
+    audit.failed = fmt::format("{} {:.4g} > {:.4g}", figure, value, bound);
+  };
+  check("drive_limit_s", audit.drive_limit_s, bounds.drive_limit_s);
+  check("tracking_error_rad", audit.tracking_error_rad, bounds.tracking_error_rad);
+  check("penetration_p95_m", audit.penetration_p95_m, bounds.penetration_p95_m);
+  check("penetration_max_m", audit.penetration_max_m, bounds.penetration_max_m);
+  check("penetration_share", audit.penetration_share, bounds.penetration_share);
+  check("equality_share", audit.equality_share, bounds.equality_share);
+  check("grip_share", audit.grip_share, bounds.grip_share);
   const double weight_N = world_->ObjectMass(target_) * base::kGravity;
-  Check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N, failed);
-  if (!held_after_carry || slid_at_rest_) return audit;
-  Check("creep_m_s", audit.creep_m_s, bounds.creep_m_s, failed);
+  check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N);
+  if (held_after_carry && !slid_at_rest_) check("creep_m_s", audit.creep_m_s, bounds.creep_m_s);
   return audit;
 }
 
@@ -189,8 +184,7 @@ std::vector<std::string> AuditRecorder::JointsAtLimits() const {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < at_limit_.size(); ++i) {
     if (!at_limit_[i]) continue;
-    const char* name = mj_id2name(world_->model(), mjOBJ_JOINT, servo_->joints()[i]);
-    names.emplace_back(name ? Suffix(name) : "");
+    names.emplace_back(Suffix(mjcf::NameOf(world_->model(), mjOBJ_JOINT, servo_->joints()[i])));
   }
   return names;
 }

@@ -30,13 +30,10 @@ class AuditRecorder {
   void RestStep(bool slides, bool motor_moves = false);
   void EndRest();
 
-  /// At the end of a hold.
-
-  /// @param felt_N  by the pads of the side pressed less
+  /// At the end of a hold. @param felt_N  by the pads of the side pressed less
   void RecordGrip(double felt_N, double strongest_N);
 
-  /// What was gathered, with the first figure that is out of bounds (struct Audit says which have
-  /// one).
+  /// What was gathered, with the first figure that is out of bounds.
   Audit Finish(const AuditBounds& bounds, bool held_after_lift, bool held_after_carry) const;
   /// Joints of the arm that came near their range's ends, or whose drives were at their limits.
   std::vector<std::string> JointsAtLimits() const;
@@ -44,9 +41,7 @@ class AuditRecorder {
  private:
   /// A contact of the hand with the target when the rest began, in the hand and in the object.
   struct RestingContact {
-    Eigen::Vector3d point_H;
-    Eigen::Vector3d normal_H;
-    Eigen::Vector3d point_O;
+    Eigen::Vector3d point_H, normal_H, point_O;
   };
 
   double Energy() const;  ///< of the target, kinetic and potential [J]
@@ -64,11 +59,8 @@ class AuditRecorder {
   std::vector<char> at_limit_;  // by the arm's joints
   base::Pose rest_pose_ = base::Pose::Identity();
   std::vector<RestingContact> rest_contacts_;
-  double thickness_m_ = 0.0;
-  double rest_start_s_ = 0.0;
-  double rest_energy_ = 0.0;
-  bool slid_at_rest_ = false;
-  bool motor_moved_ = false;
+  double thickness_m_ = 0.0, rest_start_s_ = 0.0, rest_energy_ = 0.0;
+  bool slid_at_rest_ = false, motor_moved_ = false;
 };
 
 }  // namespace rangegrasp::sim::internal

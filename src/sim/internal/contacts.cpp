@@ -54,13 +54,8 @@ double NormalForce(const mjModel* model, const mjData* data, int i) {
 }
 
 HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand")) {
-  const auto n = static_cast<std::size_t>(model->ngeom);
-  hand_.assign(n, 0);
-  tip_.assign(n, 0);
-  thumb_.assign(n, 0);
-  for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips"))
-    tip_[static_cast<std::size_t>(geom)] = 1;
-  pad_.assign(n, 0);
+  for (auto* of : {&hand_, &tip_, &thumb_, &pad_}) of->assign(model->ngeom, 0);
+  for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips")) tip_[geom] = 1;
   if (TryFind(model, mjOBJ_TUPLE, "grip_sensors") >= 0) {
     touch_sensors_ = TupleOf(model, mjOBJ_SENSOR, "grip_sensors");
   }
@@ -79,9 +74,9 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!Collides(model, geom) || !InSubtree(model, model->geom_bodyid[geom], body_)) continue;
     all_.push_back(geom);
-    hand_[static_cast<std::size_t>(geom)] = 1;
-    pad_[static_cast<std::size_t>(geom)] = pad_bodies.contains(model->geom_bodyid[geom]);
-    thumb_[static_cast<std::size_t>(geom)] = IsThumbBody(model->geom_bodyid[geom]);
+    hand_[geom] = 1;
+    pad_[geom] = pad_bodies.contains(model->geom_bodyid[geom]);
+    thumb_[geom] = IsThumbBody(model->geom_bodyid[geom]);
   }
 }
 
@@ -131,29 +126,19 @@ Touch TouchOf(const World& world, const HandGeoms& hand, int object) {
 
 Glove::Glove(const World& world, const HandGeoms& hand, int target)
     : hand_(&hand),
-      object_of_body_(static_cast<std::size_t>(world.model()->nbody), -1),
-      part_of_(static_cast<std::size_t>(world.model()->ngeom), 0),
+      object_of_body_(world.model()->nbody, -1),
+      part_of_(world.model()->ngeom, 0),
       objects_(world.objects() + 1),
-      contacts_(hand.all().size() * static_cast<std::size_t>(objects_)),
+      contacts_(hand.all().size() * objects_),
       touched_(hand.all().size(), target) {
   for (int object = 0; object < world.objects(); ++object) {
-    object_of_body_[static_cast<std::size_t>(world.object_body(object))] = object;
+    object_of_body_[world.object_body(object)] = object;
   }
-  for (std::size_t part = 0; part < hand.all().size(); ++part) {
-    part_of_[static_cast<std::size_t>(hand.all()[part])] = part;
-  }
-}
-
-Glove::Contact& Glove::ContactOf(std::size_t part, int object) {
-  return contacts_[part * static_cast<std::size_t>(objects_) +
-                   static_cast<std::size_t>(object + 1)];
+  for (std::size_t part = 0; part < hand.all().size(); ++part) part_of_[hand.all()[part]] = part;
 }
 
 void Glove::ReadContacts(const World& world) {
-  for (Contact& contact : contacts_) {
-    contact.speed_m_s = -1.0;
-    contact.pressure_N = 0.0;
-  }
+  for (Contact& contact : contacts_) contact = {.state = contact.state};
   const mjModel* model = world.model();
   const mjData* data = world.data();
   for (int i = 0; i < data->ncon; ++i) {
@@ -163,8 +148,7 @@ void Glove::ReadContacts(const World& world) {
       const int other = met.geom[1 - side];
       if (geom < 0 || other < 0 || !hand_->IsHand(geom) || hand_->IsHand(other)) continue;
       const int root = model->body_rootid[model->geom_bodyid[other]];
-      Contact& contact = ContactOf(part_of_[static_cast<std::size_t>(geom)],
-                                   object_of_body_[static_cast<std::size_t>(root)]);
+      Contact& contact = ContactOf(part_of_[geom], object_of_body_[root]);
       contact.speed_m_s = std::max(contact.speed_m_s, SlipSpeed(model, data, met));
       contact.pressure_N += NormalForce(model, data, i);
     }

@@ -21,17 +21,15 @@ double NormalForce(const mjModel* model, const mjData* data, int i);
 class HandGeoms {
  public:
   /// @throws base::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints",
-  /// "fingertips"), or a
-  /// grip sensor that is no touch sensor.
+  /// "fingertips"), or a grip sensor that is no touch sensor.
   explicit HandGeoms(const mjModel* model);
 
-  bool IsHand(int geom) const { return hand_[static_cast<std::size_t>(geom)]; }
-  bool IsTip(int geom) const { return tip_[static_cast<std::size_t>(geom)]; }
-  bool IsThumb(int geom) const { return thumb_[static_cast<std::size_t>(geom)]; }
-  bool IsThumbBody(int body) const { return thumb_body_[static_cast<std::size_t>(body)]; }
-  /// The distal pads: the geoms of the bodies whose touch sensors "grip_sensors" names. A hand
-  /// without them feels nothing.
-  bool IsPad(int geom) const { return pad_[static_cast<std::size_t>(geom)]; }
+  bool IsHand(int geom) const { return hand_[geom]; }
+  bool IsTip(int geom) const { return tip_[geom]; }
+  bool IsThumb(int geom) const { return thumb_[geom]; }
+  bool IsThumbBody(int body) const { return thumb_body_[body]; }
+  /// The distal pads: geoms of bodies with touch sensors of "grip_sensors"; without, no feeling.
+  bool IsPad(int geom) const { return pad_[geom]; }
   const std::vector<int>& touch_sensors() const { return touch_sensors_; }
   const std::vector<int>& all() const { return all_; }
   int body() const { return body_; }  ///< root body of the hand
@@ -41,22 +39,19 @@ class HandGeoms {
 
  private:
   int body_;
-  std::vector<char> hand_, tip_, thumb_, pad_;
-  std::vector<char> thumb_body_;  // by body
-  std::vector<int> touch_sensors_;
-  std::vector<int> all_;
+  std::vector<char> hand_, tip_, thumb_, pad_;  // by geom
+  std::vector<char> thumb_body_;                // by body
+  std::vector<int> touch_sensors_, all_;
 };
 
 /// What touches an object.
 struct Touch {
-  bool hand = false;
-  bool other = false;      ///< anything but the hand
+  bool hand = false, other = false;
   double deepest_m = 0.0;  ///< penetration at the hand's contacts
 };
 /// A contact of the hand with an object: in the middle between the two surfaces.
 struct ContactPoint {
-  Eigen::Vector3d point_W;
-  Eigen::Vector3d normal_W;
+  Eigen::Vector3d point_W, normal_W;
 };
 std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, int object);
 /// Sum of the normal forces of the hand's contacts with an object [N].
@@ -64,9 +59,9 @@ double PressureOn(const World& world, const HandGeoms& hand, int object);
 Touch TouchOf(const World& world, const HandGeoms& hand, int object);
 
 /// The glove's friction: each of the hand's geoms has the static coefficient on what it touches
-/// until a contact with it slides, then the kinetic one until it sticks again. Each object has its
-/// own pair (World::glove_friction). The engine knows one coefficient a geom: where a geom touches
-/// several things it is the one of what it presses hardest.
+/// until a contact with it slides, then the kinetic one until it sticks again, by the object's pair
+/// (World::glove_friction). The engine knows one coefficient a geom: that of what it presses
+/// hardest.
 class Glove {
  public:
   /// @param target  whose pair a geom has that has touched nothing yet
@@ -84,7 +79,9 @@ class Glove {
     double speed_m_s = -1.0;  ///< of the fastest contact; negative if there is none
     double pressure_N = 0.0;
   };
-  Contact& ContactOf(std::size_t part, int object);
+  Contact& ContactOf(std::size_t part, int object) {
+    return contacts_[part * objects_ + object + 1];
+  }
   void ReadContacts(const World& world);
 
   const HandGeoms* hand_;
@@ -97,14 +94,13 @@ class Glove {
   double pad_speed_m_s_ = 0.0;
 };
 
-/// What the distal pads' sensors hear: the speed at which something slides along a pad, read with
-/// noise at a fixed period whatever the time step is, and reported when the delay has passed.
+/// What the distal pads' sensors hear: the speed of what slides along a pad, read with noise at a
+/// fixed period and reported after the delay.
 class SlipSensor {
  public:
   SlipSensor(const HandControlOptions& options, base::Rng rng) : options_(options), rng_(rng) {}
 
   /// Once a time step.
-
   /// @param speed_m_s  of the fastest contact with a pad; 0 where none slides
   /// @return whether the newest reading that has come through tells of a slip.
   bool Tick(double time_s, double speed_m_s);

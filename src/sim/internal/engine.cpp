@@ -5,11 +5,14 @@
 #include <csetjmp>
 #include <cstring>
 #include <limits>
+#include <mutex>
 
 #include "base/error.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
+
+using Eigen::Vector3d;
 
 struct Recovery {
   std::jmp_buf point;
@@ -36,15 +39,6 @@ void Handle(const mjLogMessage* message) {
   }
 }
 
-// Once.
-void InstallHandler() {
-  static const bool installed = [] {
-    previous_handler = mju_setLogHandler(Handle);
-    return true;
-  }();
-  static_cast<void>(installed);
-}
-
 // Alone in its function, so that no automatic object with a destructor stands between setjmp and
 // longjmp.
 bool RunRecoverably(Recovery& here, const std::function<void()>& call) {
@@ -61,21 +55,6 @@ constexpr double kLaminateAlbedo = 0.35;
 constexpr double kLaminateGloss = 0.1;
 constexpr int kMaxVisibleGroup = 2;  // MuJoCo's viewers show groups 0 to 2
 
-geometry::TriangleMesh MeshOf(const mjModel* model, int mesh) {
-  geometry::TriangleMesh result;
-  const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
-  for (int v = 0; v < model->mesh_vertnum[mesh]; ++v) {
-    result.vertices.emplace_back(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]);
-  }
-  const int* faces = model->mesh_face + 3 * model->mesh_faceadr[mesh];
-  for (int f = 0; f < model->mesh_facenum[mesh]; ++f) {
-    result.triangles.push_back({static_cast<std::uint32_t>(faces[3 * f]),
-                                static_cast<std::uint32_t>(faces[3 * f + 1]),
-                                static_cast<std::uint32_t>(faces[3 * f + 2])});
-  }
-  return result;
-}
-
 geometry::TriangleMesh PlaneOf(const mjtNum* size) {
   const double x = size[0] > 0 ? size[0] : kInfinitePlane_m;
   const double y = size[1] > 0 ? size[1] : kInfinitePlane_m;
@@ -85,30 +64,14 @@ geometry::TriangleMesh PlaneOf(const mjtNum* size) {
   return result;
 }
 
-geometry::Shape::Kind KindOf(int type) {
-  switch (type) {
-    case mjGEOM_CAPSULE:
-      return geometry::Shape::Kind::kCapsule;
-    case mjGEOM_CYLINDER:
-      return geometry::Shape::Kind::kCylinder;
-    case mjGEOM_BOX:
-      return geometry::Shape::Kind::kBox;
-    case mjGEOM_ELLIPSOID:
-      return geometry::Shape::Kind::kEllipsoid;
-    default:
-      return geometry::Shape::Kind::kSphere;
-  }
-}
-
 // The mean of what is printed, in 0..1; white for none.
 Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
   const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
   if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
   const int channels = model->tex_nchannel[texture];
-  const auto texels = static_cast<std::ptrdiff_t>(model->tex_width[texture]) *
-                      static_cast<std::ptrdiff_t>(model->tex_height[texture]);
+  const auto texels = std::ptrdiff_t{model->tex_width[texture]} * model->tex_height[texture];
   const mjtByte* texel = model->tex_data + model->tex_adr[texture];
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Vector3d sum = Vector3d::Zero();
   for (std::ptrdiff_t i = 0; i < texels; ++i, texel += channels) {
     for (int c = 0; c < 3; ++c) sum[c] += texel[channels < 3 ? 0 : c];
   }
@@ -143,10 +106,9 @@ std::shared_ptr<const geometry::Print> PrintOf(const mjModel* model, int texture
   auto print = std::make_shared<geometry::Print>();
   print->width = model->tex_width[texture];
   print->height = model->tex_height[texture];
-  const auto channels = static_cast<std::size_t>(model->tex_nchannel[texture]);
+  const int channels = model->tex_nchannel[texture];
   const mjtByte* texel = model->tex_data + model->tex_adr[texture];
-  print->texels.resize(static_cast<std::size_t>(print->width) *
-                       static_cast<std::size_t>(print->height));
+  print->texels.resize(std::size_t(print->width) * print->height);
   for (geometry::Rgb& color : print->texels) {
     color = {texel[0], texel[channels < 3 ? 0 : 1], texel[channels < 3 ? 0 : 2]};
     texel += channels;
@@ -178,14 +140,26 @@ bool IsObject(const mjModel* model, int body) {
 OpticalSurface SurfaceOf(const mjModel* model, const std::string& prefix) {
   const auto albedo = NumericOf(model, prefix + "_albedo");
   const auto gloss = NumericOf(model, prefix + "_gloss");
-  OpticalSurface surface;
-  surface.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0];
-  surface.gloss = gloss.empty() ? kLaminateGloss : gloss[0];
-  return surface;
+  return {.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0],
+          .gloss = gloss.empty() ? kLaminateGloss : gloss[0]};
+}
+
+// Visible geoms of some bodies, with the surface of the custom numerics "<prefix>_...".
+template <typename Predicate>
+VisualMesh VisualOfBodies(const mjModel* model, const mjData* data, const std::string& prefix,
+                          const Predicate& holds) {
+  VisualMesh visual;
+  ColorsOfGeoms colors(model);
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (!Visible(model, geom) || !holds(model->geom_bodyid[geom])) continue;
+    AppendGeom(model, data, geom, colors, visual);
+  }
+  visual.surface = SurfaceOf(model, prefix);
+  return visual;
 }
 
 // Half extent of a convex primitive along the unit direction u, given in the geom's frame.
-double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
+double Support(int type, const mjtNum* size, const Vector3d& u) {
   const double across = std::hypot(u.x(), u.y());
   switch (type) {
     case mjGEOM_CAPSULE:
@@ -195,7 +169,7 @@ double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
     case mjGEOM_BOX:
       return size[0] * std::abs(u.x()) + size[1] * std::abs(u.y()) + size[2] * std::abs(u.z());
     case mjGEOM_ELLIPSOID:
-      return Eigen::Vector3d(size[0] * u.x(), size[1] * u.y(), size[2] * u.z()).norm();
+      return Vector3d(size[0] * u.x(), size[1] * u.y(), size[2] * u.z()).norm();
     default:
       return size[0];
   }
@@ -204,7 +178,8 @@ double Support(int type, const mjtNum* size, const Eigen::Vector3d& u) {
 }  // namespace
 
 void CallEngine(std::vector<std::string>* warnings, const std::function<void()>& call) {
-  InstallHandler();
+  static std::once_flag installed;
+  std::call_once(installed, [] { previous_handler = mju_setLogHandler(Handle); });
   Recovery here;
   here.message[0] = '\0';
   here.warnings = warnings;
@@ -236,8 +211,8 @@ DataPtr DataAtZero(const mjModel* model) {
   return data;
 }
 
-Eigen::Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
+  Vector3d moment = Vector3d::Zero();
   for (int body = root; body < model->nbody && model->body_rootid[body] == root; ++body) {
     moment += model->body_mass[body] * Vec3(data->xipos + 3 * body);
   }
@@ -261,43 +236,38 @@ bool Visible(const mjModel* model, int geom) {
   return model->geom_group[geom] <= kMaxVisibleGroup && alpha > 0.0f;
 }
 
-bool Collides(const mjModel* model, int geom) {
-  return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
-}
-
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments) {
   const int type = model->geom_type[geom];
   const mjtNum* size = model->geom_size + 3 * geom;
-  if (type == mjGEOM_MESH) return MeshOf(model, model->geom_dataid[geom]);
+  if (type == mjGEOM_MESH) return mjcf::MeshOf(model, model->geom_dataid[geom]);
   if (type == mjGEOM_PLANE) return PlaneOf(size);
   geometry::Shape shape;
-  shape.kind = KindOf(type);
-  shape.size = {size[0], size[1], size[2]};
+  shape.kind = mjcf::KindOf(type).value_or(geometry::Shape::Kind::kSphere);
+  shape.size = Vec3(size);
   return geometry::Tessellate(shape, segments);
 }
 
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
-                   const Eigen::Vector3d& direction_W) {
+                   const Vector3d& direction_W) {
   const base::Pose X_WG = GeomPose(data, geom);
-  const Eigen::Vector3d direction_G = X_WG.linear().transpose() * direction_W;
-  double reach = 0.0;
-  if (model->geom_type[geom] == mjGEOM_MESH) {
-    const int mesh = model->geom_dataid[geom];
-    const float* v = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
-    reach = -std::numeric_limits<double>::infinity();
-    for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, v += 3) {
-      reach = std::max(reach, direction_G.dot(Eigen::Vector3d(v[0], v[1], v[2])));
-    }
-  } else {
-    reach = Support(model->geom_type[geom], model->geom_size + 3 * geom, direction_G);
+  const Vector3d direction_G = X_WG.linear().transpose() * direction_W;
+  const double along = direction_W.dot(X_WG.translation());
+  if (model->geom_type[geom] != mjGEOM_MESH) {
+    return along + Support(model->geom_type[geom], model->geom_size + 3 * geom, direction_G);
   }
-  return direction_W.dot(X_WG.translation()) + reach;
+  const int mesh = model->geom_dataid[geom];
+  const float* v = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+  double reach = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, v += 3) {
+    reach = std::max(reach, direction_G.dot(Vector3d(v[0], v[1], v[2])));
+  }
+  return along + reach;
 }
 
 double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m) {
   if (model->geom_type[b] == mjGEOM_PLANE) {
     const base::Pose X_WP = GeomPose(data, b);
-    const Eigen::Vector3d normal_W = X_WP.linear().col(2);
+    const Vector3d normal_W = X_WP.linear().col(2);
     const double lowest = -ReachOfGeom(model, data, a, -normal_W);
     return std::min(limit_m, lowest - normal_W.dot(X_WP.translation()));
   }
@@ -332,33 +302,21 @@ int ContainerBody(const mjModel* model) {
 }
 
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data) {
-  VisualMesh visual;
-  ColorsOfGeoms colors(model);
   const int container = ContainerBody(model);
-  for (int geom = 0; geom < model->ngeom; ++geom) {
-    if (model->geom_bodyid[geom] == container && Visible(model, geom)) {
-      AppendGeom(model, data, geom, colors, visual);
-    }
-  }
-  visual.surface = SurfaceOf(model, "container");
+  VisualMesh visual =
+      VisualOfBodies(model, data, "container", [&](int body) { return body == container; });
   visual.label = kContainerLabel;
   return visual;
 }
 
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
-  VisualMesh visual;
-  ColorsOfGeoms colors(model);
   const int container = ContainerBody(model);
   const int site = TryFind(model, mjOBJ_SITE, "scanner");
-  const int scanner = site >= 0 ? model->site_bodyid[site] : 0;  // never leave out the world itself
-  for (int geom = 0; geom < model->ngeom; ++geom) {
-    const int body = model->geom_bodyid[geom];
-    if (!Visible(model, geom) || IsObject(model, body) || body == container) continue;
-    if (scanner > 0 && body == scanner) continue;
-    AppendGeom(model, data, geom, colors, visual);
-  }
-  visual.surface = SurfaceOf(model, "scene");
-  return visual;
+  const int scanner = site >= 0 ? model->site_bodyid[site] : 0;
+  return VisualOfBodies(model, data, "scene", [&](int body) {
+    // Never leave out the world itself.
+    return !IsObject(model, body) && body != container && (scanner == 0 || body != scanner);
+  });
 }
 
 }  // namespace rangegrasp::sim::internal

@@ -19,53 +19,28 @@ namespace rangegrasp::sim::internal {
 struct SpecDeleter {
   void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
 };
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
 using SpecPtr = std::unique_ptr<mjSpec, SpecDeleter>;
-using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
-using DataPtr = std::unique_ptr<mjData, DataDeleter>;
+using mjcf::DataPtr;
+using mjcf::ModelPtr;
 
-/// Runs engine code with its log going to us: warnings are appended to `warnings` (may be null), an
-/// engine error ends the call and becomes a base::RunError with the engine's text. The engine asks
-/// error handlers to longjmp: `call` must not own anything that needs a destructor while the engine
-/// runs, and after an error the mjData concerned must only be deleted.
+/// Runs engine code: warnings are appended to `warnings` (may be null), an engine error becomes a
+/// base::RunError. It ends the call by longjmp: `call` must not own anything that needs a
+/// destructor while the engine runs, and after an error the mjData concerned must only be deleted.
 void CallEngine(std::vector<std::string>* warnings, const std::function<void()>& call);
-/// The state of a model as its file has it; no kinematics yet.
-/// @throws base::RunError
-DataPtr MakeData(const mjModel* model);
-/// The same with the kinematics and centers of mass.
-DataPtr DataAtZero(const mjModel* model);
+DataPtr MakeData(const mjModel* model);    ///< no kinematics yet. @throws base::RunError
+DataPtr DataAtZero(const mjModel* model);  ///< with kinematics and centers of mass
 
+using mjcf::BodyPose;
+using mjcf::Collides;
 using mjcf::Find;
+using mjcf::GeomPose;
 using mjcf::InSubtree;
 using mjcf::NumericOf;
+using mjcf::SitePose;
 using mjcf::Suffix;
 using mjcf::TryFind;
 using mjcf::TupleOf;
-
-/// What the engine's arrays hold, as Eigen sees it.
-inline Eigen::Map<const Eigen::Vector3d> Vec3(const mjtNum* p) {
-  return Eigen::Map<const Eigen::Vector3d>(p);
-}
-inline base::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
-  return base::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
-                        Vec3(position));
-}
-
-/// Poses in W as of the last kinematics.
-inline base::Pose BodyPose(const mjData* data, int body) {
-  return PoseOf(data->xpos + 3 * body, data->xmat + 9 * body);
-}
-inline base::Pose GeomPose(const mjData* data, int geom) {
-  return PoseOf(data->geom_xpos + 3 * geom, data->geom_xmat + 9 * geom);
-}
-inline base::Pose SitePose(const mjData* data, int site) {
-  return PoseOf(data->site_xpos + 3 * site, data->site_xmat + 9 * site);
-}
+using mjcf::Vec3;
 
 /// Center of mass in W of a root body and all below it.
 Eigen::Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root);
@@ -85,30 +60,25 @@ class ColorsOfGeoms {
 
 /// Whether the engine's viewers show a geom: groups 0 to 2, not transparent.
 bool Visible(const mjModel* model, int geom);
-/// Whether a geom takes part in collisions.
-bool Collides(const mjModel* model, int geom);
-/// The surface of a geom in the geom's frame; a plane is cut at its size, or at 10 m where it is
-/// infinite.
+/// The surface of a geom in its frame; a plane is cut at its size, or at 10 m if infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
 /// Highest point of a geom [m].
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
                    const Eigen::Vector3d& direction_W);
 
-/// Least distance between two geoms, of which b may be a plane [m]; negative where they are inside
-/// each other, limit_m where they are further apart.
+/// Least distance between two geoms, of which b may be a plane [m]; negative where they overlap,
+/// limit_m at most.
 double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m);
 
-/// Visible geoms (groups 0 to 2, not transparent) below a root body, in W, with the first texture
-/// that one of them has; what has another one has no print.
+/// Visible geoms below a root body, in W, with the first texture that one of them has.
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
 /// The body that holds the site "container"; -1 if there is none.
 int ContainerBody(const mjModel* model);
 /// Its visible geoms. Surface: custom numerics "container_albedo" and "container_gloss", else that
-/// of the blue laminate.
+/// of the table's blue laminate.
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data);
-/// Visible geoms of everything that is no object (no tree with a free joint), without the
-/// container and the body that holds the site "scanner". Surface: custom numerics "scene_albedo"
-/// and "scene_gloss", else that of the blue laminate.
+/// Visible geoms of all but objects (trees with a free joint), the container and the body that
+/// holds the site "scanner". Surface: "scene_albedo" and "scene_gloss", else as above.
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
 
 }  // namespace rangegrasp::sim::internal

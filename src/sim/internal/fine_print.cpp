@@ -83,10 +83,8 @@ class Printer {
     for (int y = 0; y < page_.height; ++y) {
       for (int x = 0; x < page_.width; x += cell) {
         // Of four random bytes: near enough a normal number.
-        const std::uint32_t h =
-            Hash(static_cast<std::uint32_t>(x / cell), static_cast<std::uint32_t>(y / cell), seed_);
-        const int sum =
-            static_cast<int>((h & 255u) + (h >> 8 & 255u) + (h >> 16 & 255u) + (h >> 24));
+        const std::uint32_t h = Hash(x / cell, y / cell, seed_);
+        const int sum = (h & 255u) + (h >> 8 & 255u) + (h >> 16 & 255u) + (h >> 24);
         const int shift = static_cast<int>(std::lround(levels * (sum - 510) / 148.0));
         for (int u = x; u < std::min(x + cell, page_.width); ++u) Shift(At(u, y), shift);
       }
@@ -112,13 +110,12 @@ class Printer {
   void Enlarge(const Texture& label) {
     page_.width = label.width * factor_;
     page_.height = label.height * factor_;
-    page_.rgb.resize(static_cast<std::size_t>(page_.width) *
-                     static_cast<std::size_t>(page_.height) * kChannels);
-    // A texel's middle lies on the page at factor * (i + 1/2): two texels of the label mix by
-    // shares of 2 * factor, first along columns, then along rows.
+    page_.rgb.resize(std::size_t(page_.width) * page_.height * kChannels);
+    // A texel's middle lies at factor * (i + 1/2): two texels mix by shares of 2 * factor, first
+    // along columns, then along rows.
     const int whole = 2 * factor_;
     const auto edge = [](int i, int size) { return std::clamp(i, 0, size - 1); };
-    std::vector<int> column(static_cast<std::size_t>(label.width) * kChannels);
+    std::vector<int> column(std::size_t(label.width) * kChannels);
     for (int y = 0; y < page_.height; ++y) {
       const int at_y = 2 * y + 1 + factor_;  // one texel further, so that it is not negative
       const int row = at_y / whole - 1;
@@ -155,9 +152,8 @@ class Printer {
 
   bool IsFree(const Rectangle& block) {
     if (block.width >= page_.width || block.height >= page_.height) return false;
-    for (const Rectangle& other : blocks_) {
-      if (block.Overlaps(other)) return false;
-    }
+    const auto overlaps = [&](const Rectangle& other) { return block.Overlaps(other); };
+    if (std::ranges::any_of(blocks_, overlaps)) return false;
     int low = 255, high = 0;
     for (int y = block.y; y < block.y + block.height; y += factor_) {
       for (int x = block.x; x < block.x + block.width; x += factor_) {
@@ -197,7 +193,7 @@ class Printer {
   void BarCode(const Rectangle& block) {
     const int bar = std::max(1, Texels(0.66 * kBar_mm));
     for (int x = 0; x < block.width; ++x) {
-      const bool dark = Hash(static_cast<std::uint32_t>(x / bar), 7, seed_) & 1u;
+      const bool dark = Hash(x / bar, 7, seed_) & 1u;
       const bool quiet = x < 3 * bar || x >= block.width - 3 * bar;
       for (int y = 0; y < block.height; ++y) {
         std::uint8_t* texel = At(block.x + x, block.y + y);
@@ -210,17 +206,16 @@ class Printer {
   // Smooth random numbers of three sizes of blotches, fading to the picture's edge.
   void Picture(int center_x, int center_y, int radius) {
     const auto salt = static_cast<std::uint32_t>(rng_.Next());
-    for (int y = std::max(0, center_y - radius); y < std::min(page_.height, center_y + radius);
-         ++y) {
-      for (int x = std::max(0, center_x - radius); x < std::min(page_.width, center_x + radius);
-           ++x) {
+    const int top = std::max(0, center_y - radius), left = std::max(0, center_x - radius);
+    const int bottom = std::min(page_.height, center_y + radius);
+    const int right = std::min(page_.width, center_x + radius);
+    for (int y = top; y < bottom; ++y) {
+      for (int x = left; x < right; ++x) {
         const double away = std::hypot(x - center_x, y - center_y) / radius;
         if (away >= 1.0) continue;
         double level = 0.0;
         for (int octave = 0; octave < 3; ++octave) {
-          level += Smooth(x, y, std::max(2, Texels(6.0) >> octave),
-                          salt + static_cast<std::uint32_t>(octave)) *
-                   (50 >> octave);
+          level += Smooth(x, y, std::max(2, Texels(6.0) >> octave), salt + octave) * (50 >> octave);
         }
         Shift(At(x, y), static_cast<int>(level * std::min(1.0, 4.0 * (1.0 - away))));
       }
@@ -230,10 +225,7 @@ class Printer {
   // From -1 to 1, bilinear between the corners of cells.
   static double Smooth(int x, int y, int cell, std::uint32_t salt) {
     const auto corner = [&](int i, int j) {
-      return Hash(static_cast<std::uint32_t>(x / cell + i),
-                  static_cast<std::uint32_t>(y / cell + j), salt) *
-                 0x1.0p-31 -
-             1.0;
+      return Hash(x / cell + i, y / cell + j, salt) * 0x1.0p-31 - 1.0;
     };
     const double u = double(x % cell) / cell, v = double(y % cell) / cell;
     return (corner(0, 0) * (1 - u) + corner(1, 0) * u) * (1 - v) +
@@ -286,16 +278,13 @@ int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
 }
 
 Texture TextureIn(const mjModel* model, int texture) {
-  Texture result;
-  result.width = model->tex_width[texture];
-  result.height = model->tex_height[texture];
+  Texture result{model->tex_width[texture], model->tex_height[texture], {}};
   const mjtByte* first = model->tex_data + model->tex_adr[texture];
   result.rgb.assign(first, first + kChannels * result.width * result.height);
   return result;
 }
 
-// What was printed once in this process, or in the one that it was forked from: a label takes as
-// long as a tenth of a picture.
+// Printed once in this process or the one it was forked from: a tenth of a picture's time.
 const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrint& print) {
   // What is printed on an object is its label's: the same in all scenes.
   const std::uint64_t seed = base::DeriveSeed(
@@ -333,17 +322,16 @@ TextureSet::TextureSet(const mjModel* model, const std::vector<int>& objects,
                        const std::vector<std::string>& surfaces)
     : width_(model->tex_width, model->tex_width + model->ntex),
       height_(model->tex_height, model->tex_height + model->ntex) {
-  std::vector<const Texture*> replaced(static_cast<std::size_t>(model->ntex), nullptr);
+  std::vector<const Texture*> replaced(model->ntex, nullptr);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     double mm_per_texel = 0.0;
     const int texture = LabelOf(model, objects[i], mm_per_texel);
     const FinePrint print = FinePrintOf(surfaces[i]);
     if (texture < 0 || (print.coverage == 0.0 && print.grain_levels == 0.0)) continue;
     const Texture& printed = Printed(TextureIn(model, texture), mm_per_texel, print);
-    const auto at = static_cast<std::size_t>(texture);
-    width_[at] = printed.width;
-    height_[at] = printed.height;
-    replaced[at] = &printed;
+    width_[texture] = printed.width;
+    height_[texture] = printed.height;
+    replaced[texture] = &printed;
   }
   for (std::size_t t = 0; t < replaced.size(); ++t) {
     address_.push_back(static_cast<mjtSize>(data_.size()));
@@ -352,10 +340,8 @@ TextureSet::TextureSet(const mjModel* model, const std::vector<int>& objects,
       continue;
     }
     const mjtByte* first = model->tex_data + model->tex_adr[t];
-    const std::size_t size = static_cast<std::size_t>(width_[t]) *
-                             static_cast<std::size_t>(height_[t]) *
-                             static_cast<std::size_t>(model->tex_nchannel[t]);
-    data_.insert(data_.end(), first, first + size);
+    data_.insert(data_.end(), first,
+                 first + std::ptrdiff_t{width_[t]} * height_[t] * model->tex_nchannel[t]);
   }
 }
 

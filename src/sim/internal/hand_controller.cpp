@@ -10,19 +10,17 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-// Of the pre-shape, in the air, a share of the motor's damping: the hand follows the ramp by 0.09
-// rad, and the passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad. A
-// motor without damping has the least one.
+// Of the pre-shape, a share of the motor's damping: the hand follows the ramp by 0.09 rad, and the
+// passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad.
 constexpr double kPositionRate_1_s = 25.0;
 constexpr double kLeastPositionGain_Nm_rad = 15.0;
 // While the hand moves, the motor's current is limited to this share of the first grip: what it
 // meets is shoved with 10 N, and not with what the motor has.
 constexpr double kMovingShare = 0.25;
-// What a side must press to feel it: a twentieth of the weakest grip, above what the fingers'
-// blow on the air gives, which is none. Larger shoves light objects further before the grip.
+// What a side must press to feel it: a twentieth of the weakest grip. Larger shoves light objects
+// further before the grip.
 constexpr double kFelt_N = 0.5;
-// The motor stalls that turns slowly for this long: long enough for the start, when it turns slowly
-// too.
+// A motor that turns slowly for this long stalls: longer than the start takes.
 constexpr double kStallTime_s = 0.06;
 // The force rises from touch to the first grip of 40 N in 0.12 s. Faster is a blow.
 constexpr double kForceRate_N_s = 250.0;
@@ -31,8 +29,8 @@ constexpr double kFirstGripHold_s = 0.05;
 // One detection of slip in this time at most, so that a force has time to act before the next.
 constexpr double kSlipPeriod_s = 0.04;
 
-// A plain motor is given a servo that presses with the strongest grip when it is so far from where
-// it should be, as a share of its way, and comes there in about so long.
+// A plain motor gets a servo that presses with the strongest grip at this share of its way from its
+// goal, and comes there in about so long.
 constexpr double kFullForceAt = 0.1;
 constexpr double kServo_s = 0.05;
 // Where on the way forces are looked at, from the open to the touching hand.
@@ -41,11 +39,10 @@ constexpr int kSamples = 12;
 // The hand's range is tried in so many steps for a gap: 0.7 deg or 1.7 mm of gap each.
 constexpr int kGapSteps = 60;
 // A joint is where it should be within this: 3 mm of gap, twice what the passive fingers' springs
-// move it by; of a hand with "hand_motors" 2 % of its way.
+// move it by; or 2 % of the way of "hand_motors".
 constexpr double kAtTarget_rad = 0.02;
 // A gap of the tips that a closed hand's joints tell from none: what it closes on is thicker (the
-// bowl's wall: 3 mm, and the glove gives less than that). Closed on nothing the joints stop at up
-// to 1.1 mm, the passive fingers' springs being in between.
+// bowl's wall: 3 mm). On nothing they stop at up to 1.1 mm, by the passive fingers' springs.
 constexpr double kLeastFelt_m = 0.002;
 // Halvings of one of the steps above: 0.03 mm of gap.
 constexpr int kGapHalvings = 6;
@@ -76,13 +73,12 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
     drive.damping_Nm_s = std::max(0.0, -model->actuator_biasprm[MotorOf(model) * mjNBIAS + 2]);
   }
   const auto force = NumericOf(model, "grip_force");
-  if (!force.empty() && force.size() != 2) {
-    throw base::InputError(
-        "numeric \"grip_force\" must hold two values: the first grip and the strongest one [N]");
-  }
-  if (!force.empty()) {
+  if (force.size() == 2) {
     drive.first_force_N = force[0];
     drive.max_force_N = force[1];
+  } else if (!force.empty()) {
+    throw base::InputError(
+        "numeric \"grip_force\" must hold two values: the first grip and the strongest one [N]");
   }
   drive.max_force_N = options.max_force_N.value_or(drive.max_force_N);
   drive.first_force_N =
@@ -211,8 +207,8 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
   }
 }
 
-// A motor has neither stiffness nor damping: its controller gives it both, the damping in the
-// engine's own terms, which are solved implicitly.
+// A motor's controller gives it stiffness and damping, the latter in the engine's own implicit
+// terms.
 void HandMotors::ServePlainMotor(Drive& drive, double strongest_N) {
   const int a = drive.motor.actuator;
   drive.affine = mjcf::AffineOf(model_, a);
@@ -228,9 +224,7 @@ void HandMotors::ServePlainMotor(Drive& drive, double strongest_N) {
 }
 
 double HandMotors::Share(const mjData* data) const {
-  return Along([&](const Drive& drive) {
-    return mjcf::DriveLength(model_, data, drive.motor.actuator) - drive.motor.open;
-  });
+  return Along([&](const Drive& drive) { return At(drive, data) - drive.motor.open; });
 }
 
 double HandMotors::Speed(const mjData* data) const {
@@ -240,7 +234,7 @@ double HandMotors::Speed(const mjData* data) const {
 
 double HandMotors::Wanted(const Drive& drive, const mjData* data, double share) const {
   const double goal = drive.motor.open + share * drive.motor.Travel();
-  return drive.stiffness * (goal - mjcf::DriveLength(model_, data, drive.motor.actuator));
+  return drive.stiffness * (goal - At(drive, data));
 }
 
 void HandMotors::Follow(mjData* data, double share) const {
@@ -273,9 +267,7 @@ void HandMotors::Press(mjData* data, double share, double force_N) const {
 
 void HandMotors::BeginGrip(const mjData* data) {
   held_share_ = Share(data);
-  for (Drive& drive : drives_) {
-    drive.held = mjcf::DriveLength(model_, data, drive.motor.actuator);
-  }
+  for (Drive& drive : drives_) drive.held = At(drive, data);
 }
 
 void HandMotors::Grip(mjData* data, double force_N) const {
@@ -285,17 +277,14 @@ void HandMotors::Grip(mjData* data, double force_N) const {
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const Drive& drive = drives_[k];
     const double shape = drive.held + (share - held_share_) * drive.motor.Travel();
-    const double at = mjcf::DriveLength(model_, data, drive.motor.actuator);
-    Command(data, drive, forces[k] * force_N + drive.stiffness * (shape - at));
+    Command(data, drive, forces[k] * force_N + drive.stiffness * (shape - At(drive, data)));
   }
 }
 
 void HandMotors::Command(mjData* data, const Drive& drive, double force) const {
-  const int a = drive.motor.actuator;
   const mjcf::AffineDrive& affine = drive.affine;
-  const double at = mjcf::DriveLength(model_, data, a);
-  data->ctrl[model_->actuator_ctrladr[a]] =
-      (force - affine.bias[0] - affine.bias[1] * at) / affine.gain;
+  data->ctrl[model_->actuator_ctrladr[drive.motor.actuator]] =
+      (force - affine.bias[0] - affine.bias[1] * At(drive, data)) / affine.gain;
 }
 
 HandController::HandController(World& world, const HandGeoms& hand,
@@ -321,18 +310,20 @@ double HandController::ClosedEnd() const {
   return motors_ ? 1.0 : world_->model()->jnt_range[2 * joints_[0] + 1];
 }
 
-double HandController::Angle() const {
-  if (motors_) return motors_->Share(world_->data());
+double HandController::MeanOf(const mjtNum* values, const int* address) const {
   double sum = 0.0;
-  for (const int joint : joints_) sum += world_->data()->qpos[world_->model()->jnt_qposadr[joint]];
+  for (const int joint : joints_) sum += values[address[joint]];
   return sum / static_cast<double>(joints_.size());
 }
 
+double HandController::Angle() const {
+  const mjData* data = world_->data();
+  return motors_ ? motors_->Share(data) : MeanOf(data->qpos, world_->model()->jnt_qposadr);
+}
+
 double HandController::Speed() const {
-  if (motors_) return motors_->Speed(world_->data());
-  double sum = 0.0;
-  for (const int joint : joints_) sum += world_->data()->qvel[world_->model()->jnt_dofadr[joint]];
-  return sum / static_cast<double>(joints_.size());
+  const mjData* data = world_->data();
+  return motors_ ? motors_->Speed(data) : MeanOf(data->qvel, world_->model()->jnt_dofadr);
 }
 
 // The most closed angle whose gap is at least gap_m, found on a copy of the kinematics.
@@ -341,12 +332,11 @@ double HandController::AngleOfGap(double gap_m, int halvings) const {
   const mjModel* model = world_->model();
   double best = open_limit_[0];
   const double upper = model->jnt_range[2 * joints_[0] + 1];
-  const DataPtr owner = MakeData(model);
-  mjData* scratch = owner.get();
+  const DataPtr scratch = MakeData(model);
   const auto is_open = [&](double angle) {
     for (const int joint : joints_) scratch->qpos[model->jnt_qposadr[joint]] = angle;
-    CallEngine(nullptr, [&] { mj_kinematics(model, scratch); });
-    return hand_->Gap(model, scratch) >= gap_m;
+    CallEngine(nullptr, [&] { mj_kinematics(model, scratch.get()); });
+    return hand_->Gap(model, scratch.get()) >= gap_m;
   };
   for (int i = 0; i <= kGapSteps; ++i) {
     const double angle = open_limit_[0] + (upper - open_limit_[0]) * i / kGapSteps;
@@ -424,8 +414,7 @@ void HandController::Tick(bool slips) {
   if (control_.Ratchets()) RatchetJoints();
 }
 
-// The share that motors are sent to goes at the closing speed, whatever they meet: they press with
-// no more than what a moving hand may shove with, or the grip's force.
+// The share that motors are sent to goes at the closing speed, whatever they meet.
 void HandController::DriveMotors() {
   mjData* data = world_->data();
   const double step = world_->physics().timestep_s * options_.closing_speed_rad_s;

@@ -14,8 +14,8 @@ namespace rangegrasp::sim::internal {
 
 /// The drive of a hand: one motor.
 struct HandDrive {
-  /// First grip and strongest one. Less than 40 N lets a smooth bottle of 0.8 kg slip (8 mm at
-  /// 20 N), more tilts a cup that is held by its rim (7 deg at 20 N, 14 at 40).
+  /// Less than 40 N lets a smooth bottle of 0.8 kg slip (8 mm at 20 N), more tilts a cup that is
+  /// held by its rim (7 deg at 20 N, 14 at 40).
   double first_force_N = 40.0;
   double max_force_N = 100.0;
   double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
@@ -25,33 +25,26 @@ struct HandDrive {
   double stall_speed_rad_s = 0.03;
 };
 
-/// What the real hand feels.
+/// What the real hand feels: of the driven joints, pressure on the pads, whether one hears a slide.
 struct HandReading {
-  double angle_rad = 0.0;    ///< of the driven joints
-  double speed_rad_s = 0.0;  ///< likewise
-  double thumb_N = 0.0;      ///< pressure on the thumb's pad
-  double fingers_N = 0.0;    ///< on the fingers' pads
-  bool slips = false;        ///< a pad hears something slide
+  double angle_rad = 0.0, speed_rad_s = 0.0;
+  double thumb_N = 0.0, fingers_N = 0.0;
+  bool slips = false;
 };
 
 /// What the hand's motor does, from what the hand feels. Positive angles and torques close.
-///
 /// Closing runs at the speed limit, with a limited current, until both sides feel pressure (or the
 /// motor stalls), then the force rises to the first grip; each slip felt after that adds to it, up
-/// to the largest force. The force stays until the hand opens; the next closing begins with the
-/// first grip again.
+/// to the largest force. The force stays until the hand opens.
 class GripControl {
  public:
   GripControl(const HandControlOptions& options, const HandDrive& drive, double timestep_s)
       : options_(options), drive_(drive), timestep_s_(timestep_s) {}
 
-  /// Moves from an angle to another at the closing speed, and holds it.
-  void Preshape(double from_rad, double to_rad);
-  /// @param firm  the first grip is the strongest one
-  void Close(bool firm = false);
+  void Preshape(double from_rad, double to_rad);  ///< at the closing speed, and holds it
+  void Close(bool firm = false);  ///< @param firm  the first grip is the strongest one
   void Open();
-  /// Once a time step.
-  /// @return the motor's torque [Nm].
+  /// Once a time step. @return the motor's torque [Nm].
   double Tick(const HandReading& reading);
 
   enum class Mode { kPreshape, kClosing, kGripping, kOpening };
@@ -60,8 +53,7 @@ class GripControl {
   bool Ratchets() const { return mode_ == Mode::kClosing || mode_ == Mode::kGripping; }
   bool Gripping() const;  ///< the first grip is reached
   double force_N() const { return force_N_; }
-  /// What a moving hand may shove with [N].
-  double moving_force_N() const;
+  double moving_force_N() const;                           ///< what a moving hand may shove with
   double commanded_rad() const { return commanded_rad_; }  ///< of the pre-shape, now
   int slips_heard() const { return slips_heard_; }         ///< each raised the force
 
@@ -75,13 +67,9 @@ class GripControl {
   HandDrive drive_;
   double timestep_s_;
   Mode mode_ = Mode::kPreshape;
-  double target_rad_ = 0.0;
-  double commanded_rad_ = 0.0;
-  double force_N_ = 0.0;
-  double first_force_N_ = 0.0;
-  double stalled_s_ = 0.0;
-  double gripping_s_ = 0.0;
-  double since_slip_s_ = 0.0;
+  double target_rad_ = 0.0, commanded_rad_ = 0.0;
+  double force_N_ = 0.0, first_force_N_ = 0.0;
+  double stalled_s_ = 0.0, gripping_s_ = 0.0, since_slip_s_ = 0.0;
   int slips_heard_ = 0;
 };
 
@@ -90,9 +78,8 @@ class GripControl {
 /// the blow of the closing fingers), and never falls.
 double Ratchet(double lower_rad, double upper_rad, double angle_rad, double backlash_rad);
 
-/// The drives of a hand that says how it closes ("hand_motors"), moved by one number: the share of
-/// closing, 0 .. 1. Each is a servo of its own stiffness whose force is limited, as the controllers
-/// of real grippers are; nothing locks.
+/// The drives of a hand that says how it closes ("hand_motors"), moved by the share of closing,
+/// 0 .. 1. Each is a servo whose force is limited, as of real grippers; nothing locks.
 class HandMotors {
  public:
   /// @param strongest_N  between the two sides: what a plain motor's servo is made stiff for
@@ -106,11 +93,9 @@ class HandMotors {
 
   /// Servos go to a share of closing.
   void Follow(mjData* data, double share) const;
-  /// The same; what they meet is pressed with no more than force_N, but for what their own damping
-  /// takes.
+  /// The same; they press with no more than force_N, but for what their own damping takes.
   void Press(mjData* data, double share, double force_N) const;
-  /// Both sides are to press with a force from now on: the hand's shape, as it is, is kept while
-  /// the share of closing is free.
+  /// Both sides press with a force from now on: the hand keeps its shape, the share is free.
   void BeginGrip(const mjData* data);
   void Grip(mjData* data, double force_N) const;
 
@@ -135,6 +120,9 @@ class HandMotors {
     }
     return along / whole;
   }
+  double At(const Drive& drive, const mjData* data) const {
+    return mjcf::DriveLength(model_, data, drive.motor.actuator);
+  }
   double Wanted(const Drive& drive, const mjData* data, double share) const;
   double Damping(const Drive& drive, const mjData* data) const;
   void Command(mjData* data, const Drive& drive, double force) const;
@@ -147,10 +135,9 @@ class HandMotors {
   double held_share_ = 0.0;
 };
 
-/// GripControl on the hand of a world: reads joints and fingertips, and drives. One geared motor
-/// ("hand_motor") closes the joints of "hand_joints", whose lower limits follow them where the gear
-/// cannot be driven back (Ratchet); of a hand that says how it closes ("hand_motors") angles are
-/// shares of closing.
+/// GripControl on the hand of a world. One geared motor ("hand_motor") closes the joints of
+/// "hand_joints", whose lower limits follow them where the gear cannot be driven back (Ratchet); of
+/// a hand that says how it closes ("hand_motors") angles are shares of closing.
 class HandController {
  public:
   /// @throws base::InputError naming what the scene lacks ("hand_joints", "hand_motor", or what
@@ -166,18 +153,18 @@ class HandController {
   bool Gripping() const { return control_.Gripping(); }
   bool FullyClosed() const;  ///< at the end of its range
   double Aperture() const;   ///< of the driven joints, from that end [rad, or share of closing]
-  /// Whether the joints stand where the tips would meet, or almost: the hand holds nothing. Known
-  /// of a real hand by closing it on nothing once.
+  /// Whether the joints stand where the tips (almost) meet, as known of a real hand by closing it
+  /// on nothing once.
   bool FeelsEmpty();
   bool FullyOpen() const;
   double force_N() const { return control_.force_N(); }  ///< command
   double strongest_N() const { return drive_.max_force_N; }
   double FeltForce() const;  ///< on the pads of the side that is pressed less [N]
-  /// Where the pads are in W that are pressed harder.
-  std::vector<Eigen::Vector3d> PressedPads(double least_N) const;
+  std::vector<Eigen::Vector3d> PressedPads(double least_N) const;  ///< places in W
   int slips_heard() const { return control_.slips_heard(); }
 
  private:
+  double MeanOf(const mjtNum* values, const int* address) const;  // by joint
   double Angle() const;
   double Speed() const;
   double AngleOfGap(double gap_m, int halvings = 0) const;

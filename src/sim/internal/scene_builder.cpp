@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <regex>
 
 #include "base/error.h"
@@ -41,10 +42,9 @@ SpecPtr Parse(const std::filesystem::path& file) {
   return SpecPtr(spec);
 }
 
-ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file,
-                 std::vector<std::string>& warnings) {
+ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file) {
   mjModel* model = nullptr;
-  CallEngine(&warnings, [&] { model = mj_compile(spec, nullptr); });
+  CallEngine(nullptr, [&] { model = mj_compile(spec, nullptr); });
   if (!model) throw Wrong(file, mjs_getError(spec));
   return ModelPtr(model);
 }
@@ -63,14 +63,17 @@ bool ElementCollides(mjsElement* geom) {
   return g->contype != 0 || g->conaffinity != 0;
 }
 
-bool NamedSo(mjsElement* element, std::string_view suffix) {
-  return Suffix(mjs_getString(mjs_getName(element))) == suffix;
-}
-
 mjsElement* FindSo(mjSpec* spec, mjtObj type, std::string_view suffix) {
   mjsElement* e = mjs_firstElement(spec, type);
-  while (e && !NamedSo(e, suffix)) e = mjs_nextElement(spec, e);
+  while (e && Suffix(mjs_getString(mjs_getName(e))) != suffix) e = mjs_nextElement(spec, e);
   return e;
+}
+
+// Of its first number; nullopt if it does not hold one number.
+std::optional<double> NumberOf(mjsElement* numeric) {
+  int size = 0;
+  const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
+  return size == 1 ? std::optional(data[0]) : std::nullopt;
 }
 
 // What says so for itself stays as it is.
@@ -81,9 +84,7 @@ void CompensateGravity(mjsBody* body) {
       mjs_asJoint(joint)->actgravcomp = 1;
     }
   }
-  for (mjsElement* child : Children(body, mjOBJ_BODY, false)) {
-    CompensateGravity(mjs_asBody(child));
-  }
+  for (mjsElement* child : Children(body, mjOBJ_BODY, false)) CompensateGravity(mjs_asBody(child));
 }
 
 // The body that the arm's first joint moves: of the hand's ancestors with a joint the furthest.
@@ -97,16 +98,18 @@ mjsBody* FirstMoving(mjSpec* spec) {
   return first;
 }
 
-// As the controllers of real arms do: their drives carry the arm and the hand, in all bodies from
-// the first joint on, where the numeric "gravity_compensation" is not 0. In MJCF each body would
-// have to say so for itself.
+// Where the numeric "gravity_compensation" is not 0: as those of real arms, the drives carry arm
+// and hand, in all bodies from the first joint on. In MJCF each body would have to say so for
+// itself.
 void CompensateGravityIfAsked(mjSpec* spec) {
   mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
-  if (!numeric) return;
-  int size = 0;
-  const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
-  if (size != 1 || data[0] == 0.0) return;
+  if (!numeric || NumberOf(numeric).value_or(0.0) == 0.0) return;
   if (mjsBody* first = FirstMoving(spec)) CompensateGravity(first);
+}
+
+bool HasFreeJointOnly(const mjsBody* body) {
+  const auto joints = Children(body, mjOBJ_JOINT, false);
+  return joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE;
 }
 
 // The root body of an object's spec, after it has been checked to be an object.
@@ -122,12 +125,11 @@ mjsBody* ObjectRoot(mjSpec* spec, const std::filesystem::path& file) {
                 "an object's geoms belong to its root body, this file has some in the worldbody");
   }
   mjsBody* root = mjs_asBody(roots[0]);
-  const auto joints = Children(root, mjOBJ_JOINT, false);
-  if (joints.size() != 1 || mjs_asJoint(joints[0])->type != mjJNT_FREE) {
+  if (!HasFreeJointOnly(root)) {
     throw Wrong(file, "an object's root body has one <freejoint/> and no other joint");
   }
   const auto geoms = Children(root, mjOBJ_GEOM, true);
-  if (std::none_of(geoms.begin(), geoms.end(), ElementCollides)) {
+  if (std::ranges::none_of(geoms, ElementCollides)) {
     throw Wrong(file,
                 "an object has at least one collision geom (contype or conaffinity other than 0)");
   }
@@ -138,12 +140,9 @@ double Numeric(const mjSpec* spec, const std::filesystem::path& file, const char
                double otherwise) {
   mjsElement* element = mjs_findElement(spec, mjOBJ_NUMERIC, name);
   if (!element) return otherwise;
-  int size = 0;
-  const double* data = mjs_getDouble(mjs_asNumeric(element)->data, &size);
-  if (size != 1 || !(data[0] >= 0.0 && data[0] <= 1.0)) {
-    throw Wrong(file, fmt::format("numeric \"{}\" must be one number from 0 to 1", name));
-  }
-  return data[0];
+  const auto number = NumberOf(element);
+  if (number && *number >= 0.0 && *number <= 1.0) return *number;
+  throw Wrong(file, fmt::format("numeric \"{}\" must be one number from 0 to 1", name));
 }
 
 // What its text "surface" names.
@@ -152,9 +151,8 @@ Surface SurfaceOf(const mjSpec* spec, const std::filesystem::path& file) {
   if (mjsElement* text = mjs_findElement(spec, mjOBJ_TEXT, "surface")) {
     name = mjs_getString(mjs_asText(text)->data);
   }
-  const std::vector<Surface> known = SurfacesFor(file);
   try {
-    return FindSurface(known, name);
+    return FindSurface(SurfacesFor(file), name);
   } catch (const base::InputError& error) {
     throw Wrong(file, error.what());
   }
@@ -192,7 +190,7 @@ void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectE
   }
 }
 
-// Joins an object to the scene; returns its root body's element in the scene.
+// Joins an object to the scene. @return its root body there
 mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& file,
                    const std::string& prefix) {
   // Weightless while parked; counted by the compiler as such, switched by World.
@@ -228,7 +226,7 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
     bodies.emplace_back(mjs_getString(mjs_getName(attached)));
   }
   try {
-    built.model = Compile(scene.get(), scene_mjcf, built.warnings);
+    built.model = Compile(scene.get(), scene_mjcf);
   } catch (const base::InputError&) {
     // Is it an object's fault? Then say which.
     for (const ObjectModel& object : objects) BuildObject(object);
@@ -248,7 +246,7 @@ BuiltScene BuildObject(const ObjectModel& object) {
   ObjectRoot(spec.get(), object.mjcf);
   BuiltScene built;
   built.objects.push_back(ReadEntry(object, spec.get()));
-  built.model = Compile(spec.get(), object.mjcf, built.warnings);
+  built.model = Compile(spec.get(), object.mjcf);
   Locate(built.model.get(), 1, object.mjcf, built.objects[0]);
   return built;
 }
@@ -257,9 +255,8 @@ bool IsObject(const std::filesystem::path& mjcf) {
   const SpecPtr spec = Parse(mjcf);
   const mjsBody* world = mjs_findBody(spec.get(), "world");
   const auto roots = Children(world, mjOBJ_BODY, false);
-  if (roots.size() != 1 || !Children(world, mjOBJ_GEOM, false).empty()) return false;
-  const auto joints = Children(mjs_asBody(roots[0]), mjOBJ_JOINT, false);
-  return joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE;
+  return roots.size() == 1 && Children(world, mjOBJ_GEOM, false).empty() &&
+         HasFreeJointOnly(mjs_asBody(roots[0]));
 }
 
 }  // namespace rangegrasp::sim::internal

@@ -15,19 +15,16 @@ namespace rangegrasp::sim::internal {
 struct ObjectEntry {
   std::string name;
   Surface surface;
-  OpticalSurface optical;  ///< its own, where its file says so, else its surface's
-  int body = -1;           ///< root body
-  int tree = -1;           ///< kinematic tree
-  int qpos = -1;           ///< address of the free joint's 7 coordinates
-  int dof = -1;            ///< address of its 6 velocities
-  double radius_m = 0.0;   ///< of a ball round the body's origin that holds all collision geometry
+  OpticalSurface optical;    ///< its own, where its file says so, else its surface's
+  int body = -1, tree = -1;  ///< root body, kinematic tree
+  int qpos = -1, dof = -1;   ///< addresses of the free joint's 7 coordinates and 6 velocities
+  double radius_m = 0.0;  ///< of a ball round the body's origin that holds all collision geometry
   bool parked = true;
 };
 
 struct BuiltScene {
   ModelPtr model;
   std::vector<ObjectEntry> objects;
-  std::vector<std::string> warnings;  ///< of the compiler
 };
 
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.
@@ -35,14 +32,10 @@ struct BuiltScene {
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options);
 
-/// An object alone, checked to be one.
-
-/// @throws base::InputError likewise.
+/// An object alone. @throws base::InputError also if it is none.
 BuiltScene BuildObject(const ObjectModel& object);
 
-/// Whether a file holds one free body and nothing else.
-
-/// @throws base::InputError if it is no MJCF.
+/// Whether a file holds one free body and nothing else. @throws base::InputError if it is no MJCF.
 bool IsObject(const std::filesystem::path& mjcf);
 
 }  // namespace rangegrasp::sim::internal

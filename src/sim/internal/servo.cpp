@@ -9,11 +9,13 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
+using Eigen::VectorXd;
+
 constexpr double kRounding = 1e-9;
 
-Eigen::VectorXd VelocityAt(const base::JointTrajectory& trajectory, std::size_t sample) {
+VectorXd VelocityAt(const base::JointTrajectory& trajectory, std::size_t sample) {
   const auto& q = trajectory.positions;
-  if (sample == 0 || sample + 1 >= q.size()) return Eigen::VectorXd::Zero(q[0].size());
+  if (sample == 0 || sample + 1 >= q.size()) return VectorXd::Zero(q[0].size());
   return (q[sample + 1] - q[sample - 1]) / (2.0 * trajectory.period_s);
 }
 
@@ -23,11 +25,15 @@ JointCommand CommandAt(const base::JointTrajectory& trajectory, double time_s) {
   const auto& q = trajectory.positions;
   const double place =
       std::clamp(time_s / trajectory.period_s, 0.0, static_cast<double>(q.size() - 1));
-  const std::size_t from = std::min(static_cast<std::size_t>(place), q.size() - 1);
+  const auto from = static_cast<std::size_t>(place);
   const std::size_t to = std::min(from + 1, q.size() - 1);
   const double u = place - static_cast<double>(from);
   return {(1.0 - u) * q[from] + u * q[to],
           (1.0 - u) * VelocityAt(trajectory, from) + u * VelocityAt(trajectory, to)};
+}
+
+JointCommand StayAt(const VectorXd& position) {
+  return {position, VectorXd::Zero(position.size())};
 }
 
 ArmServo::ArmServo(const mjModel* model)
@@ -45,9 +51,8 @@ void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& c
     const double kp = model->actuator_gainprm[actuator * mjNGAIN];
     const double kv = -model->actuator_biasprm[actuator * mjNBIAS + 2];
     const double damping = model->dof_damping[model->jnt_dofadr[joints_[i]]];
-    const auto k = static_cast<Eigen::Index>(i);
-    const double lead = kp > 0.0 ? (kv + damping) / kp * command.velocity[k] : 0.0;
-    data->ctrl[actuator] = command.position[k] + lead;
+    const double lead = kp > 0.0 ? (kv + damping) / kp * command.velocity[i] : 0.0;
+    data->ctrl[actuator] = command.position[i] + lead;
   }
 }
 
@@ -58,10 +63,10 @@ bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) 
   return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
 }
 
-Eigen::VectorXd ArmServo::Torques(const mjModel* model, const mjData* data) const {
-  Eigen::VectorXd torques(static_cast<Eigen::Index>(joints_.size()));
+VectorXd ArmServo::Torques(const mjModel* model, const mjData* data) const {
+  VectorXd torques(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    torques[static_cast<Eigen::Index>(i)] = data->qfrc_actuator[model->jnt_dofadr[joints_[i]]];
+    torques[i] = data->qfrc_actuator[model->jnt_dofadr[joints_[i]]];
   }
   return torques;
 }
@@ -70,28 +75,22 @@ Eigen::Matrix3Xd ArmServo::Jacobian(const mjModel* model, const mjData* data, in
                                     const Eigen::Vector3d& point_W) const {
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> all(3, model->nv);
   mj_jac(model, data, all.data(), nullptr, point_W.data(), body);
-  Eigen::Matrix3Xd J(3, static_cast<Eigen::Index>(joints_.size()));
+  Eigen::Matrix3Xd J(3, joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    J.col(static_cast<Eigen::Index>(i)) = all.col(model->jnt_dofadr[joints_[i]]);
+    J.col(i) = all.col(model->jnt_dofadr[joints_[i]]);
   }
   return J;
 }
 
-Eigen::VectorXd ArmServo::Lags(const mjModel* model, const mjData* data,
-                               const JointCommand& command) const {
-  Eigen::VectorXd lags(static_cast<Eigen::Index>(joints_.size()));
+VectorXd ArmServo::Lags(const mjModel* model, const mjData* data,
+                        const JointCommand& command) const {
+  VectorXd lags(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    const double ahead = command.velocity[k] * model->opt.timestep;
-    const double off = data->qpos[model->jnt_qposadr[joints_[i]]] - command.position[k];
-    lags[k] = std::abs(off - std::clamp(off, std::min(ahead, 0.0), std::max(ahead, 0.0)));
+    const double ahead = command.velocity[i] * model->opt.timestep;
+    const double off = data->qpos[model->jnt_qposadr[joints_[i]]] - command.position[i];
+    lags[i] = std::abs(off - std::clamp(off, std::min(ahead, 0.0), std::max(ahead, 0.0)));
   }
   return lags;
-}
-
-double ArmServo::TrackingError(const mjModel* model, const mjData* data,
-                               const JointCommand& command) const {
-  return Lags(model, data, command).maxCoeff();
 }
 
 }  // namespace rangegrasp::sim::internal

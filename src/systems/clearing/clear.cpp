@@ -8,6 +8,7 @@
 #include "base/stopwatch.h"
 
 namespace rangegrasp::clearing {
+
 double SharedSamples(Samples a, Samples b) {
   std::ranges::sort(a);
   std::ranges::sort(b);
@@ -72,20 +73,20 @@ void TriedObjects::SceneChanged() {
 }
 
 bool TriedObjects::LikeFailed(const Entry& entry, const base::Pose& X_CH) const {
-  return std::any_of(
-      entry.failed_X_CH.begin(), entry.failed_X_CH.end(), [&](const base::Pose& failed) {
-        const base::Pose X_moved = failed.inverse() * X_CH;
-        return X_moved.translation().norm() <= options_->other_grasp_m &&
-               Eigen::AngleAxisd(X_moved.linear()).angle() <= options_->other_grasp_rad;
-      });
+  return std::ranges::any_of(entry.failed_X_CH, [&](const base::Pose& failed) {
+    const base::Pose X_moved = failed.inverse() * X_CH;
+    return X_moved.translation().norm() <= options_->other_grasp_m &&
+           Eigen::AngleAxisd(X_moved.linear()).angle() <= options_->other_grasp_rad;
+  });
 }
 
 void TriedObjects::PutFailedLast(grasp::Detection& detection) const {
   if (detection.objects.empty()) return;
   const Entry* entry = Find(detection.objects.front().samples);
   if (!entry) return;
-  std::stable_partition(detection.grasps.begin(), detection.grasps.end(),
-                        [&](const grasp::DetectedGrasp& g) { return !LikeFailed(*entry, g.X_CH); });
+  std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
+    return !LikeFailed(*entry, grasp.X_CH);
+  });
 }
 
 namespace {
@@ -107,8 +108,8 @@ const Samples& FirstSamples(const Attempt& attempt) {
 // The object whose label most of the samples bear; nullopt for the scene's.
 std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
   const auto votes = trial::ObjectVotes(samples, sensed);
-  const auto most = std::max_element(
-      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
   if (most == votes.end() || most->first < 0 || most->first >= objects) return std::nullopt;
   return most->first;
 }
@@ -172,11 +173,10 @@ class Run {
     }
     result_.steps.push_back(std::move(step));
     if (!trial::IsFinite(world_)) return Stop::kBrokenPhysics;
-    if (result_.Grasps() >= max_grasps_) return Stop::kMaxGrasps;
-    if (static_cast<int>(result_.steps.size()) >= kAttemptsPerGrasp * max_grasps_) {
-      return Stop::kMaxGrasps;
-    }
-    return std::nullopt;
+    const int attempts = static_cast<int>(result_.steps.size());
+    const bool enough =
+        result_.Grasps() >= max_grasps_ || attempts >= kAttemptsPerGrasp * max_grasps_;
+    return enough ? std::optional(Stop::kMaxGrasps) : std::nullopt;
   }
 
   void Scan() {
@@ -188,15 +188,14 @@ class Run {
   }
 
   Attempt Try() {
-    trial::AttemptOptions attempt;
-    attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"),
-                                    static_cast<std::uint64_t>(result_.steps.size()));
-    attempt.sensed = &*sensed_;
-    attempt.detector = observer_.detector;
-    attempt.turn = [this](const Samples& samples) { return tried_.TurnOf(samples); };
-    attempt.prefer = [this](grasp::Detection& detection) { tried_.PutFailedLast(detection); };
-    attempt.observer = observer_.execution;
-    return trial::RunAttempt(cell_, world_, attempt);
+    return trial::RunAttempt(
+        cell_, world_,
+        {.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"), result_.steps.size()),
+         .sensed = &*sensed_,
+         .detector = observer_.detector,
+         .turn = [this](const Samples& samples) { return tried_.TurnOf(samples); },
+         .prefer = [this](grasp::Detection& detection) { tried_.PutFailedLast(detection); },
+         .observer = observer_.execution});
   }
 
   // The scan at hand is used up: a new one, or the end.
@@ -253,22 +252,13 @@ class Run {
       const bool own = object == step.attempt.log->target;
       const bool delivered = own && step.attempt.outcome == Outcome::kDelivered;
       EndOf(object).fate = delivered ? Fate::kDelivered : Fate::kBrought;
-      if (!delivered) {
-        EndOf(object).why =
-            own ? std::string(base::Word(step.attempt.outcome)) : std::string("beside_another");
-      }
+      if (!delivered) EndOf(object).why = own ? base::Word(step.attempt.outcome) : "beside_another";
       world_.ParkObject(object);
       step.taken_away.push_back(object);
     }
   }
 
   void DescribeLeft() {
-    if (result_.stop == Stop::kBrokenPhysics) {
-      for (int object = 0; object < world_.objects(); ++object) {
-        if (!world_.parked(object)) EndOf(object).why = base::Word(result_.stop);
-      }
-      return;
-    }
     std::map<int, Passed> seen;
     if (sensed_) {
       for (const auto& object : last_.objects) {
@@ -277,21 +267,19 @@ class Run {
       }
     }
     for (int object = 0; object < world_.objects(); ++object) {
-      if (world_.parked(object)) continue;
-      const auto found = seen.find(object);
-      EndOf(object).why = !world_.OverTable(world_.ObjectCenterOfMass(object)) ||
-                                  world_.ObjectBottom(object) < kFloor_m
-                              ? "off_table"
-                          : !InWorkspace(object) ? "out_of_workspace"
-                          : !sensed_             ? std::string(base::Word(result_.stop))
-                          : found == seen.end()  ? "not_perceived"
-                                                 : std::string(base::Word(found->second));
+      if (!world_.parked(object)) EndOf(object).why = WhyLeft(object, seen);
     }
   }
 
-  bool InWorkspace(int object) const {
-    return trial::WorkspaceOf(cell_.robot, cell_.options.workspace_margin_m)
-        .Contains(world_.ObjectCenterOfMass(object));
+  std::string_view WhyLeft(int object, const std::map<int, Passed>& seen) const {
+    if (result_.stop == Stop::kBrokenPhysics) return base::Word(result_.stop);
+    const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
+    if (!world_.OverTable(center_W) || world_.ObjectBottom(object) < kFloor_m) return "off_table";
+    const auto workspace = trial::WorkspaceOf(cell_.robot, cell_.options.workspace_margin_m);
+    if (!workspace.Contains(center_W)) return "out_of_workspace";
+    if (!sensed_) return base::Word(result_.stop);
+    const auto found = seen.find(object);
+    return found == seen.end() ? "not_perceived" : base::Word(found->second);
   }
 
   const trial::Cell& cell_;

@@ -31,22 +31,17 @@ enum class Retry {
 };
 constexpr std::array<std::string_view, 2> WordsOf(Retry) { return {"at_once", "after_others"}; }
 
-/// How a program that does not know the truth goes on after a grasp.
+/// How a program that does not know the truth goes on after a grasp (the keys' texts in
+/// task/clearing_task.cpp).
 struct ClearingOptions {
   int runs = 100;
   Rescan rescan = Rescan::kEach;
   Retry retry = Retry::kAfterOthers;
-  int tries_per_object = 3;  ///< failed grasps at one object, then it is passed over
-  /// Of the whole run; 0: tries_per_object for each object of the experiment.
+  int tries_per_object = 3;
   int max_grasps = 0;
-  /// New scans in which nothing could be done, one after the other, before the program gives up:
-  /// noise may have hidden a grasp.
-  int idle_scans = 2;
-  /// An object is the one that a grasp has failed at where the two have at least this share of
-  /// their samples in common (of those that either has): the sensor does not move between scans.
-  double same_object_share = 0.5;
-  /// A grasp is another one than one that has failed where the hand is further away from it than
-  /// this, or turned by more: half of a fingertip's width, and what the hand's own give evens out.
+  int idle_scans = 2;              ///< noise may have hidden a grasp
+  double same_object_share = 0.5;  ///< the sensor does not move between scans
+  /// Half of a fingertip's width, and what the hand's own give evens out.
   double other_grasp_m = 0.010;
   double other_grasp_rad = 15.0 * base::kDeg;
 };
@@ -177,13 +172,12 @@ struct ClearingObserver {
 /// Clears the world (section 5.1, fig. 5.2): scan, take the topmost object, deliver it, and again,
 /// until nothing is perceived or nothing can be done.
 ///
-/// The program knows no truth. It feels by the aperture of the closed hand that a grasp has failed.
-/// Then it tries again, another grasp where there is one, at most tries_per_object times at one
-/// object, which it knows again by its samples. An object without a free grasp, or that the arm
-/// does not reach, is passed over until something else has been taken.
+/// The program knows no truth. It feels by the aperture of the closed hand that a grasp has failed
+/// and tries again, with another grasp where there is one. An object without a free grasp, or that
+/// the arm does not reach, is passed over until something else has been taken.
 ///
-/// Between two attempts an attendant takes away what lies at the delivery place, and the arm stands
-/// at home again: its way there is timed, not simulated. Friction should be drawn before.
+/// Between two attempts what lies at the delivery place is taken away, and the arm is put back at
+/// home (trial::GoHome). Friction should be drawn before.
 /// @param world  settled, the arm at home; what is left stays in it
 /// @param seed  each scan and each attempt draws from its own stream of it
 Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,

@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <numeric>
@@ -19,38 +19,18 @@ using geometry::Indices;
 using geometry::PointCloud;
 using geometry::Points;
 
-/// A point in a cylinder's own coordinates.
-struct About {
-  double along_m = 0.0;   ///< from the axis' point
-  double radial_m = 0.0;  ///< distance from the axis
-  Eigen::Vector3d radial;
-
-  /// Unit, from the axis to the point.
-  Eigen::Vector3d Out() const { return radial / std::max(radial_m, 1e-12); }
-};
-
-About PlaceOf(const Line& axis, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d offset = p - axis.point;
-  About about;
-  about.along_m = offset.dot(axis.direction);
-  about.radial = offset - about.along_m * axis.direction;
-  about.radial_m = about.radial.norm();
-  return about;
-}
-
 Indices Gather(const PointCloud& cloud, std::span<const std::uint32_t> near, const Line& axis,
                double radius_m, double distance_m, double min_cosine) {
   Indices gathered;
   for (const auto i : near) {
-    const About about = PlaceOf(axis, cloud.points[i]);
+    const About about = axis.PlaceOf(cloud.points[i]);
     if (std::abs(about.radial_m - radius_m) > distance_m) continue;
     if (cloud.normals[i].dot(about.Out()) >= min_cosine) gathered.push_back(i);
   }
   return gathered;
 }
 
-/// The normal equations of one Gauss-Newton step: two shifts, two tilts, the radius. Of the
-/// symmetric matrix the lower half alone, which is what its decomposition reads.
+/// The normal equations of one Gauss-Newton step: two shifts, two tilts, the radius.
 struct Step {
   Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
@@ -61,13 +41,9 @@ struct Step {
 /// Lengths along the axis are measured in radii, so that all parameters weigh alike.
 Step StepOf(const PointCloud& cloud, const Indices& points, const Line& axis, const Across& across,
             double radius_m, double distance_m) {
-  // In variables of the function's own, which stay in registers.
-  std::array<double, 15> information{};
-  std::array<double, 5> gradient{};
-  double weighted_squares = 0.0;
-  double weights = 0.0;
+  Step step;
   for (const auto i : points) {
-    const About about = PlaceOf(axis, cloud.points[i]);
+    const About about = axis.PlaceOf(cloud.points[i]);
     const double residual = about.radial_m - radius_m;
     const double share = residual / distance_m;
     if (std::abs(share) >= 1.0) continue;
@@ -76,21 +52,11 @@ Step StepOf(const PointCloud& cloud, const Indices& points, const Line& axis, co
     const double on_u = out.dot(across.u);
     const double on_v = out.dot(across.v);
     const double along = about.along_m / radius_m;
-    const std::array<double, 5> row = {-on_u, -on_v, -along * on_u, -along * on_v, -1.0};
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < 5; ++k) {
-      const double weighted = weight * row[k];
-      for (std::size_t l = 0; l <= k; ++l) information[at++] += weighted * row[l];
-      gradient[k] += weight * residual * row[k];
-    }
-    weighted_squares += weight * residual * residual;
-    weights += weight;
-  }
-  Step step{.weighted_squares = weighted_squares, .weights = weights};
-  std::size_t at = 0;
-  for (int k = 0; k < 5; ++k) {
-    for (int l = 0; l <= k; ++l) step.information(k, l) = information[at++];
-    step.gradient[k] = gradient[static_cast<std::size_t>(k)];
+    const Eigen::Matrix<double, 5, 1> row{-on_u, -on_v, -along * on_u, -along * on_v, -1.0};
+    step.information.noalias() += (weight * row) * row.transpose();
+    step.gradient += weight * residual * row;
+    step.weighted_squares += weight * residual * residual;
+    step.weights += weight;
   }
   return step;
 }
@@ -110,32 +76,29 @@ void Center(const PointCloud& cloud, const Indices& points, Line& axis) {
 
 /// How far round the points go in one run of bins of 10 deg; a bin that is empty alone is no gap.
 double ArcOf(const PointCloud& cloud, const Indices& points, const Line& axis) {
-  constexpr int kBins = 36;
-  constexpr int kTurns = 2;  // a run may go over the first bin
-  std::array<bool, kBins> filled{};
+  constexpr std::size_t kBins = 36;
+  constexpr std::size_t kTurns = 2;  // a run may go over the first bin
+  std::vector<bool> filled(kBins, false);
   const Across across(axis.direction);
   for (const auto i : points) {
     const Eigen::Vector3d offset = cloud.points[i] - axis.point;
     const double angle = std::atan2(offset.dot(across.v), offset.dot(across.u));
-    const int bin = static_cast<int>((angle + base::kPi) / (2.0 * base::kPi) * kBins);
-    filled[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))] = true;
+    const auto bin = static_cast<std::size_t>((angle + base::kPi) / (2.0 * base::kPi) * kBins);
+    filled[std::min(bin, kBins - 1)] = true;
   }
-  int longest = 0;
-  int run = 0;
-  int empty = 0;
-  for (int k = 0; k < kTurns * kBins; ++k) {
-    empty = filled[static_cast<std::size_t>(k % kBins)] ? 0 : empty + 1;
+  int longest = 0, run = 0, empty = 0;
+  for (std::size_t k = 0; k < kTurns * kBins; ++k) {
+    empty = filled[k % kBins] ? 0 : empty + 1;
     run = empty > 1 ? 0 : run + 1;
     longest = std::max(longest, run - empty);
   }
-  return 2.0 * base::kPi / kBins * static_cast<double>(std::min(longest, kBins));
+  return 2.0 * base::kPi / kBins * static_cast<double>(std::min<int>(longest, kBins));
 }
 
 double MedianNormalAngle(const PointCloud& cloud, const Indices& points, const Line& axis) {
   std::vector<double> cosines;
-  cosines.reserve(points.size());
   for (const auto i : points) {
-    cosines.push_back(cloud.normals[i].dot(PlaceOf(axis, cloud.points[i]).Out()));
+    cosines.push_back(cloud.normals[i].dot(axis.PlaceOf(cloud.points[i]).Out()));
   }
   return std::acos(std::clamp(base::MedianOf(std::move(cosines)), -1.0, 1.0));
 }
@@ -177,8 +140,7 @@ void MeasureRadius(const PointCloud& cloud, const Line& fixed_axis, double radiu
   refined.radius_m = radius;
 }
 
-/// The median place along the axis of the points whose normals face along `sign` axis and that are
-/// within the radius and a few millimetres of the end that the barrel shows.
+/// The median place along the axis of the points near an end of the barrel that face along it.
 std::optional<double> FaceAt(const PointCloud& cloud, std::span<const std::uint32_t> near,
                              const Line& axis, double radius_m, double sign, double end_m,
                              const BarrelOptions& options) {
@@ -187,27 +149,12 @@ std::optional<double> FaceAt(const PointCloud& cloud, std::span<const std::uint3
   std::vector<double> places;
   for (const auto i : near) {
     if (sign * cloud.normals[i].dot(axis.direction) < min_cosine) continue;
-    const About about = PlaceOf(axis, cloud.points[i]);
+    const About about = axis.PlaceOf(cloud.points[i]);
     if (about.radial_m > radius_m - options.distance_m) continue;
     if (std::abs(about.along_m - end_m) <= reach_m) places.push_back(about.along_m);
   }
   if (places.size() < static_cast<std::size_t>(options.min_face_points)) return std::nullopt;
   return base::MedianOf(std::move(places));
-}
-
-/// Pieces of the barrel along its axis, with their counts of points.
-struct Pieces {
-  double low_m = 0.0;
-  double length_m = 0.0;
-  std::vector<std::size_t> counts;
-};
-
-Pieces Cut(const std::vector<double>& along, double length_m) {
-  const auto [low, high] = std::ranges::minmax(along);
-  Pieces pieces{low, length_m, {}};
-  pieces.counts.resize(static_cast<std::size_t>((high - low) / length_m) + 1, 0);
-  for (const double a : along) ++pieces.counts[static_cast<std::size_t>((a - low) / length_m)];
-  return pieces;
 }
 
 /// Pieces from first to last that all have enough points.
@@ -217,27 +164,24 @@ struct Run {
   std::size_t count = 0;  ///< of points
 };
 
-std::vector<Run> RunsOf(const Pieces& pieces, double min_share) {
-  std::vector<std::size_t> occupied;
-  for (const auto count : pieces.counts) {
-    if (count > 0) occupied.push_back(count);
-  }
+/// @param counts  of points in the pieces of a barrel along its axis
+std::vector<Run> RunsOf(const std::vector<std::size_t>& counts, double min_share) {
+  std::vector<std::size_t> occupied = counts;
+  std::erase(occupied, 0u);
   const double enough = min_share * static_cast<double>(base::UpperMedianOf(occupied));
   std::vector<Run> runs;
-  for (std::size_t i = 0; i < pieces.counts.size(); ++i) {
-    if (static_cast<double>(pieces.counts[i]) < std::max(1.0, enough)) continue;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (static_cast<double>(counts[i]) < std::max(1.0, enough)) continue;
     if (runs.empty() || runs.back().last + 1 < i) runs.push_back({i, i, 0});
     runs.back().last = i;
-    runs.back().count += pieces.counts[i];
+    runs.back().count += counts[i];
   }
   return runs;
 }
 
-/// The fullest run with those next to it, fuller ones first, that make it no longer than so many
-/// pieces.
+/// The fullest run with others, fuller ones first, that make it no longer than so many pieces.
 Run Joined(std::vector<Run> runs, std::size_t max_pieces) {
-  std::stable_sort(runs.begin(), runs.end(),
-                   [](const Run& a, const Run& b) { return a.count > b.count; });
+  std::ranges::stable_sort(runs, std::greater{}, &Run::count);
   Run joined = runs.front();
   for (const Run& run : runs) {
     const std::size_t first = std::min(joined.first, run.first);
@@ -249,25 +193,16 @@ Run Joined(std::vector<Run> runs, std::size_t max_pieces) {
 }
 
 /// Axis points with the normals that they came from.
-struct Votes {
-  Points places;
-  Points normals;
-};
-
-Votes VotesOf(const PointCloud& cloud, double radius_m, int max_points) {
+PointCloud VotesOf(const PointCloud& cloud, double radius_m, int max_points) {
   const std::size_t step =
       std::max<std::size_t>(1, cloud.size() / static_cast<std::size_t>(max_points));
-  Votes votes;
+  PointCloud votes;
   for (std::size_t i = step / 2; i < cloud.size(); i += step) {
-    votes.places.push_back(AxisPoint(cloud.points[i], cloud.normals[i], radius_m));
+    votes.points.push_back(AxisPoint(cloud.points[i], cloud.normals[i], radius_m));
     votes.normals.push_back(cloud.normals[i]);
   }
   return votes;
 }
-
-/// Votes for standing axes by square cells in the plane of the table: places across, across, and
-/// along its normal [m].
-using Cells = std::map<std::pair<std::int64_t, std::int64_t>, Points>;
 
 /// A place in the plane that many votes are about, at their mean height.
 struct Peak {
@@ -275,14 +210,15 @@ struct Peak {
   std::size_t count = 0;
 };
 
-std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double scatter_m,
+std::vector<Line> Standing(const PointCloud& votes, const Eigen::Vector3d& up, double scatter_m,
                            double radius_m, const BarrelSearchOptions& options) {
   const auto& [u, v] = Across(up);
   const double max_sine = std::sin(options.max_off_square_rad);
-  Cells cells;
-  for (std::size_t i = 0; i < votes.places.size(); ++i) {
+  // By square cells in the plane of the table: places across, across, and along its normal [m].
+  std::map<std::pair<std::int64_t, std::int64_t>, Points> cells;
+  for (std::size_t i = 0; i < votes.points.size(); ++i) {
     if (std::abs(votes.normals[i].dot(up)) > max_sine) continue;
-    const Eigen::Vector3d& p = votes.places[i];
+    const Eigen::Vector3d& p = votes.points[i];
     const Eigen::Vector3d place(p.dot(u), p.dot(v), p.dot(up));
     cells[{static_cast<std::int64_t>(std::floor(place.x() / scatter_m)),
            static_cast<std::int64_t>(std::floor(place.y() / scatter_m))}]
@@ -303,19 +239,16 @@ std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double
     if (count < static_cast<std::size_t>(options.min_support)) continue;
     peaks.push_back({sum / static_cast<double>(count), count});
   }
-  std::stable_sort(peaks.begin(), peaks.end(),
-                   [](const Peak& a, const Peak& b) { return a.count > b.count; });
-  std::vector<Peak> apart;
-  for (const Peak& peak : peaks) {
-    if (apart.size() == static_cast<std::size_t>(options.max_standing)) break;
-    const bool known = std::ranges::any_of(apart, [&](const Peak& other) {
-      return (other.place - peak.place).head<2>().norm() < 0.5 * radius_m;
-    });
-    if (!known) apart.push_back(peak);
-  }
+  std::ranges::stable_sort(peaks, std::greater{}, &Peak::count);
+  Points apart;
   std::vector<Line> lines;
-  lines.reserve(apart.size());
-  for (const auto& [place, count] : apart) {
+  for (const auto& [place, count] : peaks) {
+    if (apart.size() == static_cast<std::size_t>(options.max_standing)) break;
+    const bool known = std::ranges::any_of(apart, [&](const Eigen::Vector3d& other) {
+      return (other - place).head<2>().norm() < 0.5 * radius_m;
+    });
+    if (known) continue;
+    apart.push_back(place);
     lines.push_back({place.x() * u + place.y() * v + place.z() * up, up});
   }
   return lines;
@@ -323,45 +256,33 @@ std::vector<Line> Standing(const Votes& votes, const Eigen::Vector3d& up, double
 
 /// Which votes are about a line, no further along it than a cylinder is high.
 struct Support {
-  const Votes& votes;
+  const PointCloud& votes;
   double scatter_m;
   double height_m;
   double max_sine;
 
   bool Has(std::size_t i, const Line& line) const {
-    const Eigen::Vector3d offset = votes.places[i] - line.point;
+    const Eigen::Vector3d offset = votes.points[i] - line.point;
     const double along = offset.dot(line.direction);
     return std::abs(along) <= height_m &&
            (offset - along * line.direction).squaredNorm() <= scatter_m * scatter_m &&
            std::abs(votes.normals[i].dot(line.direction)) <= max_sine;
   }
 
-  /// How many of them do, or anything below `enough` as soon as so many cannot be reached.
-  std::size_t Count(const std::vector<std::size_t>& of, const Line& line,
-                    std::size_t enough) const {
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < of.size() && count + (of.size() - k) >= enough; ++k) {
-      count += Has(of[k], line) ? 1 : 0;
-    }
-    return count;
-  }
-
   std::vector<std::size_t> Of(const std::vector<std::size_t>& left, const Line& line) const {
-    std::vector<std::size_t> supporters;
-    for (const std::size_t i : left) {
-      if (Has(i, line)) supporters.push_back(i);
-    }
+    std::vector<std::size_t> supporters = left;
+    std::erase_if(supporters, [&](std::size_t i) { return !Has(i, line); });
     return supporters;
   }
 };
 
 /// The horizontal axis that one vote names: square to its normal.
-std::optional<Line> LyingThrough(const Votes& votes, std::size_t i, const Eigen::Vector3d& up,
+std::optional<Line> LyingThrough(const PointCloud& votes, std::size_t i, const Eigen::Vector3d& up,
                                  double min_lean) {
   const Eigen::Vector3d across = up.cross(votes.normals[i]);
   const double sine = across.norm();
   if (sine < min_lean) return std::nullopt;
-  return Line{votes.places[i], across / sine};
+  return Line{votes.points[i], across / sine};
 }
 
 /// Fits the line to the votes that support it; returns these.
@@ -369,13 +290,12 @@ std::vector<std::size_t> FitToSupport(const Support& support, const std::vector<
                                       Line& line) {
   auto supporters = support.Of(of, line);
   Points places;
-  for (const std::size_t i : supporters) places.push_back(support.votes.places[i]);
+  for (const std::size_t i : supporters) places.push_back(support.votes.points[i]);
   if (const auto fit = FitTrimmedLine(places)) line = *fit;
   return supporters;
 }
 
-/// The best supported of the lines that `draw` makes in so many draws, where one is supported
-/// enough.
+/// The best supported of the lines that `draw` makes, where one is supported enough.
 template <typename Draw>
 std::optional<Line> BestDrawn(const Support& support, const std::vector<std::size_t>& of, int draws,
                               int min_support, Draw draw) {
@@ -384,7 +304,8 @@ std::optional<Line> BestDrawn(const Support& support, const std::vector<std::siz
   for (int k = 0; k < draws; ++k) {
     const std::optional<Line> line = draw();
     if (!line) continue;
-    const std::size_t count = support.Count(of, *line, most + 1);
+    const std::size_t count =
+        base::CountToBeat(of, most, [&](std::size_t i) { return support.Has(i, *line); });
     if (count <= most) continue;
     most = count;
     best = line;
@@ -392,14 +313,7 @@ std::optional<Line> BestDrawn(const Support& support, const std::vector<std::siz
   return most < static_cast<std::size_t>(min_support) ? std::nullopt : best;
 }
 
-std::vector<std::size_t> Without(const std::vector<std::size_t>& all,
-                                 const std::vector<std::size_t>& taken) {
-  std::vector<std::size_t> rest;
-  std::ranges::set_difference(all, taken, std::back_inserter(rest));
-  return rest;
-}
-
-std::vector<Line> Lying(const Votes& votes, const Eigen::Vector3d& up, double scatter_m,
+std::vector<Line> Lying(const PointCloud& votes, const Eigen::Vector3d& up, double scatter_m,
                         double height_m, const BarrelSearchOptions& options, base::Rng& rng) {
   const double max_sine = std::sin(options.max_off_square_rad);
   const double max_upright = std::cos(options.max_off_square_rad);
@@ -407,7 +321,7 @@ std::vector<Line> Lying(const Votes& votes, const Eigen::Vector3d& up, double sc
   // What faces sideways only is of standing things; half of what is seen of a lying one leans.
   std::vector<std::size_t> left;
   std::vector<std::size_t> leaning;
-  for (std::size_t i = 0; i < votes.places.size(); ++i) {
+  for (std::size_t i = 0; i < votes.points.size(); ++i) {
     const double rise = votes.normals[i].dot(up);
     if (rise < -max_sine) continue;
     left.push_back(i);
@@ -426,18 +340,16 @@ std::vector<Line> Lying(const Votes& votes, const Eigen::Vector3d& up, double sc
     lines.push_back(*line);
     // Twice the scatter: what is left of the same barrel would be found again.
     const Support wider{votes, 2.0 * scatter_m, 2.0 * height_m, 1.0};
-    auto rest = Without(leaning, wider.Of(leaning, *line));
-    if (rest.size() == leaning.size()) break;
-    leaning = std::move(rest);
+    if (std::erase_if(leaning, [&](std::size_t i) { return wider.Has(i, *line); }) == 0) break;
   }
   return lines;
 }
 
 /// The line through the axis points of two votes, if it is oblique and square to both normals.
-std::optional<Line> LeaningThrough(const Votes& votes, std::size_t i, std::size_t k,
+std::optional<Line> LeaningThrough(const PointCloud& votes, std::size_t i, std::size_t k,
                                    const Eigen::Vector3d& up, double min_length_m,
                                    double max_length_m, const BarrelSearchOptions& options) {
-  const Eigen::Vector3d way = votes.places[k] - votes.places[i];
+  const Eigen::Vector3d way = votes.points[k] - votes.points[i];
   const double length_m = way.norm();
   if (length_m < min_length_m || length_m > max_length_m) return std::nullopt;
   const Eigen::Vector3d direction = way / length_m;
@@ -448,14 +360,14 @@ std::optional<Line> LeaningThrough(const Votes& votes, std::size_t i, std::size_
   if (rise < std::sin(options.min_oblique_rad) || rise > std::cos(options.min_oblique_rad)) {
     return std::nullopt;
   }
-  return Line{votes.places[i], direction};
+  return Line{votes.points[i], direction};
 }
 
-std::vector<Line> Leaning(const Votes& votes, const Eigen::Vector3d& up, double scatter_m,
+std::vector<Line> Leaning(const PointCloud& votes, const Eigen::Vector3d& up, double scatter_m,
                           double radius_m, double height_m, const BarrelSearchOptions& options,
                           base::Rng& rng) {
   const Support support{votes, scatter_m, height_m, std::sin(options.max_off_square_rad)};
-  std::vector<std::size_t> left(votes.places.size());
+  std::vector<std::size_t> left(votes.points.size());
   std::iota(left.begin(), left.end(), std::size_t{0});
   std::vector<Line> lines;
   while (lines.size() < static_cast<std::size_t>(options.max_leaning) && left.size() > 1) {
@@ -467,7 +379,7 @@ std::vector<Line> Leaning(const Votes& votes, const Eigen::Vector3d& up, double 
     if (!line) break;
     const auto taken = FitToSupport(support, left, *line);
     lines.push_back(*line);
-    left = Without(left, taken);
+    std::erase_if(left, [&](std::size_t i) { return std::ranges::binary_search(taken, i); });
   }
   return lines;
 }
@@ -478,7 +390,7 @@ Indices BarrelPoints(geometry::PointSpan points, const Line& axis, double radius
                      double high_m, double distance_m) {
   Indices barrel;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const About about = PlaceOf(axis, points[i]);
+    const About about = axis.PlaceOf(points[i]);
     if (about.along_m < low_m || about.along_m > high_m) continue;
     if (std::abs(about.radial_m - radius_m) <= distance_m) barrel.push_back(i);
   }
@@ -492,14 +404,13 @@ std::optional<RefinedAxis> RefineAxis(const PointCloud& cloud, std::span<const s
   const auto enough = static_cast<std::size_t>(options.min_points);
   RefinedAxis refined{.axis = start, .radius_m = radius_m, .points = {}};
   double distance_m = options.first_distance_m;
-  for (int round = 0; round < options.rounds; ++round) {
+  for (int round = 0;; ++round) {
     refined.points = Gather(cloud, near, refined.axis, radius_m, distance_m, min_cosine);
     if (refined.points.size() < enough) return std::nullopt;
+    if (round == options.rounds) break;
     if (!Improve(cloud, refined.points, radius_m, distance_m, refined.axis)) return std::nullopt;
     distance_m = std::max<double>(options.distance_m, 0.6 * distance_m);
   }
-  refined.points = Gather(cloud, near, refined.axis, radius_m, distance_m, min_cosine);
-  if (refined.points.size() < enough) return std::nullopt;
   MeasureRadius(cloud, refined.axis, radius_m, options.first_distance_m, refined);
   refined.arc_rad = ArcOf(cloud, refined.points, refined.axis);
   refined.normal_angle_rad = MedianNormalAngle(cloud, refined.points, refined.axis);
@@ -511,19 +422,19 @@ std::optional<BarrelEnds> FindEnds(const PointCloud& cloud, std::span<const std:
                                    const BarrelOptions& options) {
   if (refined.points.empty()) return std::nullopt;
   std::vector<double> along;
-  along.reserve(refined.points.size());
   for (const auto i : refined.points) {
     along.push_back((cloud.points[i] - refined.axis.point).dot(refined.axis.direction));
   }
-  const Pieces pieces = Cut(along, options.piece_m);
-  const std::vector<Run> runs = RunsOf(pieces, options.min_piece_share);
+  const auto [low_m, high_m] = std::ranges::minmax(along);
+  const double piece_m = options.piece_m;
+  std::vector<std::size_t> counts(static_cast<std::size_t>((high_m - low_m) / piece_m) + 1, 0);
+  for (const double a : along) ++counts[static_cast<std::size_t>((a - low_m) / piece_m)];
+  const std::vector<Run> runs = RunsOf(counts, options.min_piece_share);
   if (runs.empty()) return std::nullopt;
-  const Run run = Joined(runs, static_cast<std::size_t>(max_length_m / pieces.length_m));
-  BarrelEnds ends;
-  const double from_m = pieces.low_m + static_cast<double>(run.first) * pieces.length_m;
-  const double to_m = pieces.low_m + static_cast<double>(run.last + 1) * pieces.length_m;
-  ends.low_m = to_m;
-  ends.high_m = from_m;
+  const Run run = Joined(runs, static_cast<std::size_t>(max_length_m / piece_m));
+  const double from_m = low_m + static_cast<double>(run.first) * piece_m;
+  const double to_m = low_m + static_cast<double>(run.last + 1) * piece_m;
+  BarrelEnds ends{to_m, from_m};
   for (const double a : along) {
     if (a < from_m || a > to_m) continue;
     ends.low_m = std::min(ends.low_m, a);
@@ -547,13 +458,12 @@ std::vector<Line> FindBarrels(const PointCloud& cloud, const Eigen::Vector3d& up
   }
   const double scatter_m =
       std::max<double>(options.min_scatter_m, options.scatter_of_radius * radius_m);
-  const Votes votes = VotesOf(cloud, radius_m, options.points);
+  const PointCloud votes = VotesOf(cloud, radius_m, options.points);
   std::vector<Line> lines = Standing(votes, up, scatter_m, radius_m, options);
-  const std::vector<Line> lying = Lying(votes, up, scatter_m, height_m, options, rng);
-  lines.insert(lines.end(), lying.begin(), lying.end());
-  const Votes fewer = VotesOf(cloud, radius_m, options.pair_points);
-  const std::vector<Line> leaning = Leaning(fewer, up, scatter_m, radius_m, height_m, options, rng);
-  lines.insert(lines.end(), leaning.begin(), leaning.end());
+  std::ranges::move(Lying(votes, up, scatter_m, height_m, options, rng), std::back_inserter(lines));
+  const PointCloud fewer = VotesOf(cloud, radius_m, options.pair_points);
+  std::ranges::move(Leaning(fewer, up, scatter_m, radius_m, height_m, options, rng),
+                    std::back_inserter(lines));
   return lines;
 }
 

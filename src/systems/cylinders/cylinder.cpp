@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 
 #include "base/statistics.h"
 
@@ -14,26 +16,20 @@ namespace {
 /// A line that meets a plane at less than this sine has no point in it worth naming.
 constexpr double kInPlane = 1e-6;
 
-/// A point further from a line than this many median distances is left out of the next fit. Larger:
-/// more of them count.
+/// A point further from a line than this many median distances is left out of the next fit.
 constexpr double kTrim = 3.0;
 constexpr int kTrimRounds = 5;  // ends where none changes
 
-/// Distance [m] of p from the surface of the closed cylinder.
-double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d offset = p - cylinder.center;
-  const double along = offset.dot(cylinder.axis);
-  const double out = (offset - along * cylinder.axis).norm() - cylinder.radius_m;
-  const double beyond = std::abs(along) - 0.5 * cylinder.height_m;
-  if (out <= 0.0 && beyond <= 0.0) return std::min(-out, -beyond);
-  return std::hypot(std::max(out, 0.0), std::max(beyond, 0.0));
+/// All of the cylinder, grown by so much, is this near to its center.
+double BoundOf(const Cylinder& cylinder, double grown_m) {
+  return std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + grown_m;
 }
 
-bool IsInside(const Cylinder& cylinder, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d offset = p - cylinder.center;
-  const double along = offset.dot(cylinder.axis);
-  return std::abs(along) <= 0.5 * cylinder.height_m &&
-         (offset - along * cylinder.axis).norm() <= cylinder.radius_m;
+/// Whether the line from the origin through p meets the sphere.
+bool Meets(const Eigen::Vector3d& origin, const Eigen::Vector3d& p, const Eigen::Vector3d& center,
+           double radius_m) {
+  const Eigen::Vector3d way = p - origin;
+  return way.cross(center - origin).squaredNorm() <= radius_m * radius_m * way.squaredNorm();
 }
 
 }  // namespace
@@ -44,10 +40,9 @@ geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outw
     throw std::invalid_argument("axis points need one normal a point");
   }
   geometry::Points points;
-  points.reserve(barrel.size());
-  for (std::size_t i = 0; i < barrel.size(); ++i) {
-    points.push_back(AxisPoint(barrel[i], outward_normals[i], radius_m));
-  }
+  std::ranges::transform(
+      barrel, outward_normals, std::back_inserter(points),
+      [&](const auto& p, const auto& normal) { return AxisPoint(p, normal, radius_m); });
   return points;
 }
 
@@ -71,7 +66,6 @@ std::optional<Line> FitTrimmedLine(geometry::PointSpan points) {
   std::size_t before = points.size();
   for (int round = 0; line && round < kTrimRounds; ++round) {
     std::vector<double> distances;
-    distances.reserve(points.size());
     for (const Eigen::Vector3d& p : points) distances.push_back(line->Distance(p));
     const double limit_m = kTrim * base::MedianOf(distances);
     geometry::Points near;
@@ -93,20 +87,16 @@ std::optional<Eigen::Vector3d> CenterOnAxis(const Line& axis, geometry::PointSpa
   return axis.point + along * axis.direction;
 }
 
-std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& target,
+std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& way_to,
                              const Cylinder& cylinder) {
-  const Eigen::Vector3d way = target - origin;
-  const Eigen::Vector3d from = origin - cylinder.center;
-  const double along_way = way.dot(cylinder.axis);
-  const double along_from = from.dot(cylinder.axis);
-  const Eigen::Vector3d across_way = way - along_way * cylinder.axis;
-  const Eigen::Vector3d across_from = from - along_from * cylinder.axis;
+  const About from(cylinder.center, cylinder.axis, origin);
+  const About way(Eigen::Vector3d::Zero(), cylinder.axis, way_to);
   // Where the ray is within the barrel's round, then within its ends.
-  const double a = across_way.squaredNorm();
-  const double b = across_way.dot(across_from);
-  const double c = across_from.squaredNorm() - cylinder.radius_m * cylinder.radius_m;
-  double enters_round = -std::numeric_limits<double>::infinity();
-  double leaves_round = std::numeric_limits<double>::infinity();
+  const double a = way.radial.squaredNorm();
+  const double b = way.radial.dot(from.radial);
+  const double c = from.radial.squaredNorm() - cylinder.radius_m * cylinder.radius_m;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double enters_round = -kInfinity, leaves_round = kInfinity;
   if (a > 0.0) {
     const double discriminant = b * b - a * c;
     if (discriminant <= 0.0) return std::nullopt;
@@ -116,14 +106,11 @@ std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3
     return std::nullopt;
   }
   const double half = 0.5 * cylinder.height_m;
-  double enters_ends = -std::numeric_limits<double>::infinity();
-  double leaves_ends = std::numeric_limits<double>::infinity();
-  if (along_way != 0.0) {
-    const double one = (-half - along_from) / along_way;
-    const double other = (half - along_from) / along_way;
-    enters_ends = std::min(one, other);
-    leaves_ends = std::max(one, other);
-  } else if (std::abs(along_from) > half) {
+  double enters_ends = -kInfinity, leaves_ends = kInfinity;
+  if (way.along_m != 0.0) {
+    std::tie(enters_ends, leaves_ends) =
+        std::minmax({(-half - from.along_m) / way.along_m, (half - from.along_m) / way.along_m});
+  } else if (std::abs(from.along_m) > half) {
     return std::nullopt;
   }
   const double enters = std::max(enters_round, enters_ends);
@@ -131,60 +118,69 @@ std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3
   return Entry{enters, enters_ends > enters_round};
 }
 
-ViewCounts CompareWithView(geometry::PointSpan points, geometry::PointSpan places,
-                           std::span<const std::uint32_t> place_of, const Cylinder& cylinder,
-                           double tolerance_m, const std::vector<bool>& left_out) {
+double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
+  const About about(cylinder.center, cylinder.axis, p);
+  const double out = about.radial_m - cylinder.radius_m;
+  const double beyond = std::abs(about.along_m) - 0.5 * cylinder.height_m;
+  if (out <= 0.0 && beyond <= 0.0) return std::min(-out, -beyond);
+  return std::hypot(std::max(out, 0.0), std::max(beyond, 0.0));
+}
+
+bool IsWithin(const Cylinder& cylinder, double grown_m, const Eigen::Vector3d& p) {
+  const About about(cylinder.center, cylinder.axis, p);
+  return std::abs(about.along_m) <= 0.5 * cylinder.height_m + grown_m &&
+         about.radial_m <= cylinder.radius_m + grown_m;
+}
+
+geometry::Indices PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
+                           double tolerance_m) {
+  const double bound_m = BoundOf(cylinder, tolerance_m);
+  geometry::Indices on;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if ((points[i] - cylinder.center).squaredNorm() > bound_m * bound_m) continue;
+    if (SurfaceDistance(cylinder, points[i]) <= tolerance_m) on.push_back(i);
+  }
+  return on;
+}
+
+ViewCounts CompareWithView(const Rays& rays, const Cylinder& cylinder, double tolerance_m,
+                           const Cylinder* left_out) {
   Cylinder smaller = cylinder;
   smaller.radius_m = std::max(0.0, cylinder.radius_m - tolerance_m);
   smaller.height_m = std::max(0.5 * cylinder.height_m, cylinder.height_m - 2.0 * tolerance_m);
-  const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
+  const double bound_m = BoundOf(cylinder, tolerance_m);
   ViewCounts counts;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!left_out.empty() && left_out[i]) continue;
-    const Eigen::Vector3d& origin = places[place_of[i]];
-    const Eigen::Vector3d way = points[i] - origin;
-    const Eigen::Vector3d to_center = cylinder.center - origin;
-    if (way.cross(to_center).squaredNorm() > bound_m * bound_m * way.squaredNorm()) continue;
-    if (SurfaceDistance(cylinder, points[i]) <= tolerance_m) {
+  for (std::size_t i = 0; i < rays.points.size(); ++i) {
+    const Eigen::Vector3d& p = rays.points[i];
+    const Eigen::Vector3d& origin = rays.places[rays.place_of[i]];
+    if (!Meets(origin, p, cylinder.center, bound_m)) continue;
+    if (left_out && SurfaceDistance(*left_out, p) <= tolerance_m) continue;
+    if (SurfaceDistance(cylinder, p) <= tolerance_m) {
       ++counts.on;
       continue;
     }
-    const auto entry = EntryOf(origin, points[i], smaller);
+    const auto entry = EntryOf(origin, p - origin, smaller);
     if (!entry) continue;
     if (entry->share >= 1.0) {
       ++counts.before;
-    } else if (!entry->by_end || !IsInside(cylinder, points[i])) {
+    } else if (!entry->by_end || !IsWithin(cylinder, 0.0, p)) {
       ++counts.through;
     }
   }
   return counts;
 }
 
-RaysThrough ChooseRays(geometry::PointSpan points, geometry::PointSpan places,
-                       std::span<const std::uint32_t> place_of, const Eigen::Vector3d& center,
-                       double radius_m) {
-  RaysThrough rays{center, radius_m, {}, {}, {}};
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& origin = places[place_of[i]];
-    const Eigen::Vector3d way = points[i] - origin;
-    const Eigen::Vector3d to_center = center - origin;
-    if (way.cross(to_center).squaredNorm() > radius_m * radius_m * way.squaredNorm()) continue;
-    rays.chosen.push_back(i);
-    rays.points.push_back(points[i]);
-    rays.place_of.push_back(place_of[i]);
+RaysThrough::RaysThrough(const Rays& all, const Eigen::Vector3d& center_, double radius_m_)
+    : center(center_), radius_m(radius_m_), places(all.places) {
+  for (std::size_t i = 0; i < all.points.size(); ++i) {
+    if (!Meets(places[all.place_of[i]], all.points[i], center, radius_m)) continue;
+    points.push_back(all.points[i]);
+    place_of.push_back(all.place_of[i]);
   }
-  return rays;
 }
 
-std::vector<bool> PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
-                           double tolerance_m) {
-  const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
-  std::vector<bool> on(points.size(), false);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((points[i] - cylinder.center).squaredNorm() > bound_m * bound_m) continue;
-    on[i] = SurfaceDistance(cylinder, points[i]) <= tolerance_m;
-  }
-  return on;
+bool RaysThrough::AreAllOf(const Cylinder& cylinder, double tolerance_m) const {
+  return (cylinder.center - center).norm() + BoundOf(cylinder, tolerance_m) < radius_m;
 }
 
 }  // namespace rangegrasp::cylinders

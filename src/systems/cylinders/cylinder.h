@@ -1,7 +1,6 @@
 #pragma once
 
-#include <cmath>
-#include <cstddef>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,14 +22,26 @@ struct Cylinder {
   Eigen::Vector3d Top() const { return center + 0.5 * height_m * axis; }
 };
 
+/// A point in the coordinates of an axis.
+struct About {
+  About(const Eigen::Vector3d& on_axis, const Eigen::Vector3d& axis, const Eigen::Vector3d& p)
+      : along_m((p - on_axis).dot(axis)),
+        radial(p - on_axis - along_m * axis),
+        radial_m(radial.norm()) {}
+  /// Unit, from the axis to the point.
+  Eigen::Vector3d Out() const { return radial / std::max(radial_m, 1e-12); }
+
+  double along_m;  ///< from on_axis
+  Eigen::Vector3d radial;
+  double radial_m;  ///< distance from the axis
+};
+
 struct Line {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();       ///< the mean of what it was fitted to [m]
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit; sign arbitrary
 
-  double Distance(const Eigen::Vector3d& p) const {
-    const Eigen::Vector3d offset = p - point;
-    return (offset - offset.dot(direction) * direction).norm();
-  }
+  About PlaceOf(const Eigen::Vector3d& p) const { return {point, direction, p}; }
+  double Distance(const Eigen::Vector3d& p) const { return PlaceOf(p).radial_m; }
 };
 
 /// Two unit vectors square to a direction and to each other: d = u x v.
@@ -54,8 +65,7 @@ geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outw
 /// @return nullopt for fewer than two points, or where they are all one.
 std::optional<Line> FitLine(geometry::PointSpan points);
 
-/// FitLine without the points that are far from the line, of which normals at the outline or of a
-/// neighbor make some. O(n).
+/// FitLine without points far from the line, which normals at the outline or of a neighbor make.
 std::optional<Line> FitTrimmedLine(geometry::PointSpan points);
 
 /// c_m again, on the axis ("calculation of the circle centre c_m again", algorithm 1): where the
@@ -70,16 +80,31 @@ inline Eigen::Vector3d CenterOfGravity(const Eigen::Vector3d& c_m, const Eigen::
   return c_m - 0.5 * height_m * v;
 }
 
+/// Distance [m] of p from the surface of the closed cylinder.
+double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p);
+/// Whether p is inside the cylinder grown by so much all round.
+bool IsWithin(const Cylinder& cylinder, double grown_m, const Eigen::Vector3d& p);
+/// Ascending positions of the points on its surface, to within the tolerance. O(n).
+geometry::Indices PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
+                           double tolerance_m);
+
 // Whether what was seen agrees with a cylinder that would stand there.
 
-/// Where the ray from `origin` to `target` first meets the closed cylinder, as a share of the way
-/// to the target (so above 1 behind it); nullopt if it misses it or starts inside.
+/// Where the ray from `origin` first meets the closed cylinder, as a share of `way` (so above 1
+/// behind its end); nullopt if it misses it or starts inside.
 struct Entry {
   double share = 0.0;
   bool by_end = false;  ///< through an end, not through the barrel
 };
-std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& target,
+std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& way,
                              const Cylinder& cylinder);
+
+/// Rays of a scan by the points where they ended.
+struct Rays {
+  geometry::PointSpan points;
+  geometry::PointSpan places;               ///< where the sensor stood
+  std::span<const std::uint32_t> place_of;  ///< one a point
+};
 
 /// Measured points by what their ray says of a cylinder.
 struct ViewCounts {
@@ -97,36 +122,25 @@ struct ViewCounts {
 
 /// Compares every ray that meets the cylinder with where it should have ended. A ray that enters by
 /// an end and ends inside says nothing: a cup is open. O(n).
-/// @param places  where the sensor stood; place_of: one a point
 /// @param tolerance_m  the ray counts as through only if it meets a cylinder smaller by this all
 /// round (and not lower than half of it)
-/// @param left_out  where not empty, one a point: whether its ray is left out
-ViewCounts CompareWithView(geometry::PointSpan points, geometry::PointSpan places,
-                           std::span<const std::uint32_t> place_of, const Cylinder& cylinder,
-                           double tolerance_m, const std::vector<bool>& left_out = {});
+/// @param left_out  rays that end on its surface do not count; may be null
+ViewCounts CompareWithView(const Rays& rays, const Cylinder& cylinder, double tolerance_m,
+                           const Cylinder* left_out = nullptr);
 
 /// Part of the rays of a scan: all that meet a sphere.
 struct RaysThrough {
-  Eigen::Vector3d center;
-  double radius_m = 0.0;
-  geometry::Indices chosen;  ///< positions in all points
-  geometry::Points points;
-  geometry::Indices place_of;
+  RaysThrough(const Rays& all, const Eigen::Vector3d& center, double radius_m);
 
   /// Whether a ray that meets `cylinder`, or passes it within the tolerance, is among them.
-  bool AreAllOf(const Cylinder& cylinder, double tolerance_m) const {
-    const double bound_m = std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + tolerance_m;
-    return (cylinder.center - center).norm() + bound_m < radius_m;
-  }
+  bool AreAllOf(const Cylinder& cylinder, double tolerance_m) const;
+  Rays Chosen() const { return {points, places, place_of}; }
+
+  Eigen::Vector3d center;
+  double radius_m = 0.0;
+  geometry::PointSpan places;
+  geometry::Points points;
+  geometry::Indices place_of;
 };
-
-RaysThrough ChooseRays(geometry::PointSpan points, geometry::PointSpan places,
-                       std::span<const std::uint32_t> place_of, const Eigen::Vector3d& center,
-                       double radius_m);
-
-/// For each point whether it is on the surface of the closed cylinder, to within the tolerance.
-/// O(n).
-std::vector<bool> PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
-                           double tolerance_m);
 
 }  // namespace rangegrasp::cylinders

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <functional>
 #include <utility>
-#include <vector>
 
 #include "base/error.h"
 #include "base/statistics.h"
 #include "base/stopwatch.h"
-#include "cylinders/barrel.h"
 #include "geometry/kd_tree.h"
 #include "geometry/plane.h"
 #include "perception/preprocess.h"
@@ -27,8 +25,7 @@ using geometry::PointSpan;
 /// What all candidates are compared with.
 struct CandidateContext {
   const CylinderScene& scene;
-  PointSpan places_C;                       ///< where the sensor stood
-  std::span<const std::uint32_t> place_of;  ///< one a point of scene.points_C
+  Rays rays;  ///< of scene.points_C
   const DetectOptions& options;
 };
 
@@ -38,8 +35,7 @@ struct Candidate {
   const Rim* rim = nullptr;  ///< nullptr: found by its barrel
 };
 
-/// Points about the axis that its barrel or its ends could have, with room for what the axis is
-/// off.
+/// Points about the axis that its barrel or its ends could have.
 Indices NearAxis(const Points& points, const Line& axis, double radius_m, double reach_m) {
   Indices near;
   const double square = radius_m * radius_m;
@@ -52,8 +48,18 @@ Indices NearAxis(const Points& points, const Line& axis, double radius_m, double
   return near;
 }
 
-/// A given cylinder at an axis, its pose fitted to what was seen (refine_pose) and compared with it
-/// (check_shape).
+/// Up, away from the table.
+void TurnUp(const Eigen::Vector3d& up, Line& axis) {
+  if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
+}
+
+void AddRim(const Rim& rim, FoundCylinder& found) {
+  found.from_rim = true;
+  found.rim_share = rim.share;
+  found.rim = rim.points;
+}
+
+/// A given cylinder at an axis, fitted to what was seen (refine_pose) and checked (check_shape).
 class Examination {
  public:
   Examination(const CandidateContext& context, const GivenCylinder& given)
@@ -61,8 +67,7 @@ class Examination {
 
   /// nullopt if it is not there.
   std::optional<FoundCylinder> Of(const Candidate& candidate) const {
-    // From a rim the axis goes down by the height, and from a barrel's middle by half of it, or by
-    // all of it where half is hidden.
+    // From a rim the axis goes down by the height, as from a barrel's middle where half is hidden.
     const double reach_m = 1.5 * given_.height_m + accept_.max_height_error_m;
     const double round_m = given_.radius_m + context_.options.barrel.first_distance_m;
     const Indices near = NearAxis(context_.scene.cloud.points, candidate.axis_C, round_m, reach_m);
@@ -78,7 +83,7 @@ class Examination {
   std::optional<FoundCylinder> ByBarrel(const Candidate& candidate, const Indices& near,
                                         RefinedAxis refined) const {
     if (!IsOfTheGivenRadius(refined)) return std::nullopt;
-    Orient(refined.axis);
+    TurnUp(Table().normal, refined.axis);
     // Points are no further out than the ends but for noise; they may end a row before them.
     const double max_length_m = given_.height_m + accept_.max_face_error_m;
     const auto ends = FindEnds(context_.scene.cloud, near, refined, given_.radius_m, max_length_m,
@@ -86,19 +91,17 @@ class Examination {
     if (!ends || ends->Length() > max_length_m) return std::nullopt;
     if (ends->Length() < accept_.min_length_share * given_.height_m) return std::nullopt;
     FoundCylinder found;
-    found.lies = !Stands(refined.axis.direction);
+    const double upright = std::abs(refined.axis.direction.dot(Table().normal));
+    found.lies = upright < std::cos(accept_.max_standing_tilt_rad);
     found.length_seen_m = ends->Length();
     found.cylinder_C = {refined.axis.point, refined.axis.direction, refined.radius_m,
                         given_.height_m};
     const RaysThrough rays = RaysAbout(refined.axis, *ends);
-    const Cylinder shown{
-        refined.axis.point + 0.5 * (ends->low_m + ends->high_m) * refined.axis.direction,
-        refined.axis.direction, given_.radius_m, ends->Length()};
-    const Seen seen{refined, *ends, rays, PointsOn(rays.points, shown, accept_.view_tolerance_m)};
+    const Seen seen{refined, *ends, rays, Part(refined.axis, ends->low_m, ends->high_m)};
     const bool placed = found.lies ? PlaceLying(seen, found) : PlaceStanding(seen, found);
     if (!placed) return std::nullopt;
     found.barrel = std::move(refined.points);
-    AddRim(candidate, found);
+    if (candidate.rim) AddRim(*candidate.rim, found);
     return found;
   }
 
@@ -107,25 +110,21 @@ class Examination {
     const RefinedAxis& refined;
     const BarrelEnds& ends;
     const RaysThrough& rays;  ///< those that any cylinder may meet that the ends are ends of
-    /// Of the rays' points those on it: their rays end before a part that is not seen as they would
-    /// were there none.
-    std::vector<bool> own;
+    Cylinder shown;           ///< what ends on it says nothing of a part that is not seen
   };
+
+  /// The cylinder between two places along its axis.
+  Cylinder Part(const Line& axis, double from_m, double to_m) const {
+    return {axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction, given_.radius_m,
+            to_m - from_m};
+  }
 
   /// The cylinder goes on from one end of what is seen until it is as high as given.
   RaysThrough RaysAbout(const Line& axis, const BarrelEnds& ends) const {
     const double slack_m = 2.0 * accept_.max_height_error_m + accept_.view_tolerance_m;
     const double reach_m = given_.height_m - 0.5 * ends.Length();
     const double sphere_m = std::hypot(given_.radius_m, reach_m) + 2.0 * slack_m;
-    return ChooseRays(context_.scene.points_C, context_.places_C, context_.place_of,
-                      axis.point + 0.5 * (ends.low_m + ends.high_m) * axis.direction, sphere_m);
-  }
-
-  void AddRim(const Candidate& candidate, FoundCylinder& found) const {
-    if (!candidate.rim) return;
-    found.from_rim = true;
-    found.rim_share = candidate.rim->share;
-    found.rim = candidate.rim->points;
+    return {context_.rays, Part(axis, ends.low_m, ends.high_m).center, sphere_m};
   }
 
   bool IsOfTheGivenRadius(const RefinedAxis& refined) const {
@@ -136,34 +135,19 @@ class Examination {
            refined.normal_angle_rad <= accept_.max_normal_angle_rad;
   }
 
-  bool Stands(const Eigen::Vector3d& axis) const {
-    return std::abs(axis.dot(Table().normal)) >= std::cos(accept_.max_standing_tilt_rad);
-  }
-
-  /// Up, away from the table.
-  void Orient(Line& axis) const {
-    if (axis.direction.dot(Table().normal) < 0.0) axis.direction = -axis.direction;
-  }
-
-  /// Where along the axis the table is.
-  double TableAlong(const Line& axis) const {
-    return -Table().Distance(axis.point) / axis.direction.dot(Table().normal);
-  }
-
   /// Its top at the given height above the table, or higher where it shows that it stands on
   /// something; lower only where the top may be hidden.
   bool PlaceStanding(const Seen& seen, FoundCylinder& found) const {
-    const auto& [refined, ends, rays, own] = seen;
+    const auto& [refined, ends, rays, shown] = seen;
     const double half = 0.5 * given_.height_m;
-    const double table = TableAlong(refined.axis);
+    const Line& axis = refined.axis;
+    const double table = -Table().Distance(axis.point) / axis.direction.dot(Table().normal);
     const double top = table + given_.height_m;
     const double error_m = ends.high_face ? accept_.max_face_error_m : accept_.max_height_error_m;
     if (std::abs(ends.high_m - top) <= error_m) {
       return Place(seen, (ends.high_face ? ends.high_m : top) - half, found);
     }
-    if (ends.high_m < top) {
-      return !ends.high_face && Place(seen, top - half, found);
-    }
+    if (ends.high_m < top) return !ends.high_face && Place(seen, top - half, found);
     const double foot =
         table + context_.options.preprocess.table_clearance_m + accept_.max_height_error_m;
     return ends.low_m > foot && IsWhole(ends) && Place(seen, ends.high_m - half, found);
@@ -176,7 +160,7 @@ class Examination {
   }
 
   bool PlaceLying(const Seen& seen, FoundCylinder& found) const {
-    const auto& [refined, ends, rays, own] = seen;
+    const BarrelEnds& ends = seen.ends;
     const double half = 0.5 * given_.height_m;
     double middle = 0.5 * (ends.low_m + ends.high_m);
     if (IsWhole(ends)) {
@@ -184,21 +168,19 @@ class Examination {
       if (ends.low_face && !ends.high_face) middle = ends.low_m + half;
       return Place(seen, middle, found);
     }
-    // What is missing is hidden beyond the one end, the other, or both: the middle of all places
-    // where it may be.
+    // What is missing is hidden beyond one end or both: the middle of all places where it may be.
     const double missing = given_.height_m - ends.Length();
     const double low = ends.low_face ? 0.0 : HiddenLength(seen, ends.low_m, -1.0, missing);
     const double high = ends.high_face ? 0.0 : HiddenLength(seen, ends.high_m, 1.0, missing);
     if (low + high < missing - accept_.max_height_error_m) return false;
     const double most_up = ends.high_m + high - half;
     const double most_down = ends.low_m - low + half;
-    middle = 0.5 * (most_up + most_down);
-    return Place(seen, middle, found);
+    return Place(seen, 0.5 * (most_up + most_down), found);
   }
 
   /// Puts the middle there, and says whether what was seen agrees.
   bool Place(const Seen& seen, double middle_m, FoundCylinder& found) const {
-    const auto& [refined, ends, rays, own] = seen;
+    const auto& [refined, ends, rays, shown] = seen;
     found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
     if (IsSunk(found.cylinder_C)) return false;
     if (!context_.options.check_shape) return true;
@@ -215,8 +197,8 @@ class Examination {
     return Table().Distance(cylinder.center) < lowest - 2.0 * accept_.max_height_error_m;
   }
 
-  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are no thinner
-  /// than a row of points: a slice that no ray meets would be taken for hidden.
+  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are a row of
+  /// points at least: one that no ray meets would be taken for hidden.
   double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
     const int steps =
         std::clamp(static_cast<int>(up_to_m / accept_.max_height_error_m), 1, accept_.hidden_steps);
@@ -229,18 +211,14 @@ class Examination {
     return up_to_m;
   }
 
-  /// Whether the part of the cylinder between two places along its axis, which showed no points,
-  /// can be there.
+  /// Whether a part of the cylinder, along its axis, that showed no points can be there.
   bool MayBeHidden(const Seen& seen, double from_m, double to_m) const {
     return to_m - from_m <= accept_.max_height_error_m || IsHidden(seen, from_m, to_m);
   }
 
   bool IsHidden(const Seen& seen, double from_m, double to_m) const {
-    const Line& axis = seen.refined.axis;
-    const Cylinder part{axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction,
-                        given_.radius_m, to_m - from_m};
-    // Without the rays that end on the part that is seen.
-    const ViewCounts counts = ViewOf(part, &seen.rays, seen.own);
+    const ViewCounts counts =
+        ViewOf(Part(seen.refined.axis, from_m, to_m), &seen.rays, &seen.shown);
     return static_cast<double>(counts.through) <=
            accept_.max_missing_seen * static_cast<double>(counts.through + counts.before);
   }
@@ -249,25 +227,19 @@ class Examination {
   bool Agrees(FoundCylinder& found, const RaysThrough* rays = nullptr) const {
     Cylinder as_given = found.cylinder_C;
     as_given.radius_m = given_.radius_m;
-    found.view = ViewOf(as_given, rays, {});
+    found.view = ViewOf(as_given, rays);
     return found.view.Agreement() >= accept_.min_agreement &&
            static_cast<double>(found.view.on) >=
                accept_.min_seen_share * static_cast<double>(found.view.All());
   }
 
-  /// What the rays say of a cylinder.
-  /// @param left_out  where not empty, one of the chosen rays each: whether it is left out
+  /// @param rays  some of the rays, asked where they are all that say something of the cylinder
   ViewCounts ViewOf(const Cylinder& cylinder, const RaysThrough* rays,
-                    const std::vector<bool>& left_out) const {
+                    const Cylinder* left_out = nullptr) const {
     const double tolerance_m = accept_.view_tolerance_m;
-    if (rays && rays->AreAllOf(cylinder, tolerance_m)) {
-      return CompareWithView(rays->points, context_.places_C, rays->place_of, cylinder, tolerance_m,
-                             left_out);
-    }
-    std::vector<bool> of_all(left_out.empty() ? 0 : context_.scene.points_C.size(), false);
-    for (std::size_t k = 0; k < left_out.size(); ++k) of_all[rays->chosen[k]] = left_out[k];
-    return CompareWithView(context_.scene.points_C, context_.places_C, context_.place_of, cylinder,
-                           tolerance_m, of_all);
+    const bool enough = rays && rays->AreAllOf(cylinder, tolerance_m);
+    return CompareWithView(enough ? rays->Chosen() : context_.rays, cylinder, tolerance_m,
+                           left_out);
   }
 
   /// Only the rim is seen: it stands on the table, below its rim.
@@ -283,7 +255,7 @@ class Examination {
     const Eigen::Vector3d foot = Table().Project(rim.circle_C.center);
     found.cylinder_C = {foot + 0.5 * given_.height_m * up, up, rim.circle_C.radius_m,
                         given_.height_m};
-    AddRim({{}, &rim}, found);
+    AddRim(rim, found);
     if (context_.options.check_shape && !Agrees(found)) return std::nullopt;
     return found;
   }
@@ -294,9 +266,8 @@ class Examination {
 };
 
 /// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis, the line
-/// through their axis points, the centre again on it. The circle's axis is the table's normal: the
-/// normal of one triple's plane is several degrees off and leaves the barrel after a few
-/// centimetres.
+/// through their axis points, the centre again on it. The circle's axis is the table's normal: that
+/// of one triple's plane is several degrees off and leaves the barrel after a few centimetres.
 FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
                             const GivenCylinder& given) {
   const geometry::PointCloud& cloud = context.scene.cloud;
@@ -305,15 +276,13 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
   const double r = rim.circle_C.radius_m;
   const double distance_m = context.options.barrel.distance_m;
   FoundCylinder found;
-  found.from_rim = true;
-  found.rim_share = rim.share;
-  found.rim = rim.points;
+  AddRim(rim, found);
   found.barrel = BarrelPoints(cloud.points, {rim.circle_C.center, up}, r,
                               -given.height_m - distance_m, distance_m, distance_m);
   const auto line = FitLine(AxisPoints(geometry::Select(cloud.points, found.barrel),
                                        geometry::Select(cloud.normals, found.barrel), r));
   Line axis = line.value_or(Line{rim.circle_C.center, up});
-  if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
+  TurnUp(up, axis);
   const Eigen::Vector3d c_m = CenterOnAxis(axis, rim_points, up).value_or(rim.circle_C.center);
   found.cylinder_C = {CenterOfGravity(c_m, axis.direction, given.height_m), axis.direction, r,
                       given.height_m};
@@ -369,10 +338,8 @@ Measured Gather(const geometry::Observation& observation,
 void CheckGiven(std::span<const GivenCylinder> given) {
   if (given.empty()) throw base::InputError("no cylinder is given to look for");
   for (const GivenCylinder& one : given) {
-    if (std::isfinite(one.radius_m) && std::isfinite(one.height_m) && one.radius_m > 0.0 &&
-        one.height_m > 0.0) {
-      continue;
-    }
+    const bool is_finite = std::isfinite(one.radius_m) && std::isfinite(one.height_m);
+    if (is_finite && one.radius_m > 0.0 && one.height_m > 0.0) continue;
     throw base::InputError(
         fmt::format("a cylinder of radius {:g} m and height {:g} m: both must be above 0",
                     one.radius_m, one.height_m));
@@ -425,13 +392,10 @@ void FindTable(const Measured& measured, DetectOptions& options, base::Rng& rng,
   if (options.adapt_lengths && options.robust_table) AdaptToTable(scene, options);
 }
 
-Indices AboveTable(const CylinderScene& scene) {
-  std::vector<bool> above(scene.points_C.size(), true);
-  for (const auto i : scene.table.points) above[i] = false;
-  return PositionsOf(above);
-}
-
-void Filter(const Indices& above, const DetectOptions& options, CylinderScene& scene) {
+void Filter(const DetectOptions& options, CylinderScene& scene) {
+  std::vector<bool> is_above(scene.points_C.size(), true);
+  for (const auto i : scene.table.points) is_above[i] = false;
+  const Indices above = PositionsOf(is_above);
   const perception::OutlierFilterOptions as_options{
       options.preprocess.isolated_outliers, options.repeated_filter,
       options.preprocess.filter_unit_m,
@@ -448,7 +412,6 @@ void Filter(const Indices& above, const DetectOptions& options, CylinderScene& s
 geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree,
                                     const DetectOptions& options, CylinderScene& scene) {
   Indices place_of;
-  place_of.reserve(scene.source.size());
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   const double radius_m = options.preprocess.normal_radius_m;
   const double max_m = options.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
@@ -465,7 +428,6 @@ void FindCurvature(const Measured& measured, const KdTree& tree,
   scene.scan_order = measured.scan_order;
   if (!scene.scan_order) return;
   std::vector<ScanPlace> places;
-  places.reserve(scene.source.size());
   for (const auto i : scene.source) places.push_back(measured.scan[i]);
   scene.edges = PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
 }
@@ -536,8 +498,7 @@ std::vector<Candidate> CandidatesFor(const CylinderScene& scene, const GivenCyli
   return candidates;
 }
 
-/// How well a found cylinder explains what was seen: the points on it, less for what its radius is
-/// off.
+/// The points on a found cylinder, less for what its radius is off.
 double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
                const DetectOptions& options) {
   const double error = std::abs(found.cylinder_C.radius_m - given.radius_m);
@@ -545,19 +506,18 @@ double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
   return on * std::exp(-error / options.accept.max_radius_error_m);
 }
 
-/// Of what shares points the better one stays. A cylinder's points are all on its surface: those
-/// that its axis was fitted to may be a piece of it, and another piece would be found as another.
+/// Of what shares points the better one stays. A cylinder's points are all on its surface: its axis
+/// may be fitted to a piece of it, and another piece would be found as another.
 std::vector<FoundCylinder> WithoutOverlaps(std::vector<FoundCylinder> found,
                                            std::span<const GivenCylinder> given,
                                            const DetectOptions& options, PointSpan points) {
-  std::stable_sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
-    return ScoreOf(a, given[a.given], options) > ScoreOf(b, given[b.given], options);
+  std::ranges::stable_sort(found, std::greater{}, [&](const FoundCylinder& one) {
+    return ScoreOf(one, given[one.given], options);
   });
   std::vector<bool> taken(points.size(), false);
   std::vector<FoundCylinder> kept;
   for (FoundCylinder& one : found) {
-    const Indices own =
-        PositionsOf(PointsOn(points, one.cylinder_C, options.accept.view_tolerance_m));
+    const Indices own = PointsOn(points, one.cylinder_C, options.accept.view_tolerance_m);
     const auto shared = std::ranges::count_if(own, [&](auto i) { return taken[i]; });
     if (static_cast<double>(shared) > options.accept.max_shared * static_cast<double>(own.size())) {
       continue;
@@ -565,8 +525,7 @@ std::vector<FoundCylinder> WithoutOverlaps(std::vector<FoundCylinder> found,
     for (const auto i : own) taken[i] = true;
     kept.push_back(std::move(one));
   }
-  std::stable_sort(kept.begin(), kept.end(),
-                   [](const auto& a, const auto& b) { return a.given < b.given; });
+  std::ranges::stable_sort(kept, {}, &FoundCylinder::given);
   return kept;
 }
 
@@ -622,10 +581,9 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   CylinderScene scene;
   scene.points_C = std::move(measured.points_C);
   FindTable(measured, options, rng, scene);
-  const Indices above = AboveTable(scene);
   scene.seconds.emplace_back("plane", watch.Restart());
 
-  Filter(above, options, scene);
+  Filter(options, scene);
   const KdTree tree(scene.cloud.points);
   scene.seconds.emplace_back("filter", watch.Restart());
 
@@ -639,7 +597,8 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   scene.seconds.emplace_back("segmentation", watch.Restart());
 
   FindRims(options, rng, scene);
-  const CandidateContext context{scene, measured.places_C, measured.place_of, options};
+  const CandidateContext context{
+      scene, {scene.points_C, measured.places_C, measured.place_of}, options};
   if (options.refine_pose) {
     FindGiven(context, given, rng, scene);
   } else {

@@ -46,8 +46,7 @@ constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const Dete
        "normals from further off where all points near lie on one scan line"},
       {"table_gate", &A::table_gate,
        "points of a top are recognized by the table's normal; off: by n_x > n_y, n_z in the "
-       "sensor's "
-       "frame"},
+       "sensor's frame"},
       {"wide_links", &A::wide_links,
        "fragments hold together over several mean distances; off: below d_ca"},
       {"curve_distance", &A::curve_distance,
@@ -63,55 +62,45 @@ constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const Dete
 }
 static_assert(base::AllAdditionsListed<DetectAdditions>());
 
-/// When a circle is a given cylinder's rim (section 4.2.4).
+/// When what was seen is a given cylinder. An adaptive length grows with the noise and the gaps.
 struct AcceptOptions {
   /// Of a rim's points from the circle (eq. 4.26).
   perception::AdaptiveLength rim_distance_m{0.002, {.noises = 2.5, .spacings = 0.67}};
   double min_rim_share = 0.8;  ///< of the rim's points on the circle (section 4.2.4)
-  /// Of the circle's radius from the given one (eq. 4.27 takes the nearest, however far it is). The
-  /// range tolerance of section 4.2.4. Larger: other cylinders are taken for given ones.
+  /// Of the circle's radius from the given one: the range tolerance of section 4.2.4 (eq. 4.27
+  /// takes the nearest, however far it is). Larger: other cylinders are taken for given ones.
   perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
-  /// The same of the barrel's, which has more points: what the given numbers and a scan's radius
-  /// are known to (the line scanner's are off by 0.1 mm, one in twenty by 0.4); and by as much
-  /// again where two deviations of the fit are as much (an arc that is short).
+  /// Of the barrel's radius: the line scanner's is off by 0.1 mm, one in twenty by 0.4. As much
+  /// again where two deviations of the fit are as much (a short arc).
   perception::AdaptiveLength max_radius_error_m{0.0005, {.noises = 1.5}};
   /// Of the height that is seen from the given one: a row of points at each end.
   perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
   /// The same of ends that are seen as faces, of many points each.
   perception::AdaptiveLength max_face_error_m{0.002, {.noises = 4.0}};
-  /// Of the height that a barrel has to show: of a shorter piece nothing says how far it goes on.
+  /// Of the height: of a shorter piece nothing says how far it goes on.
   double min_length_share = 0.2;
-  /// Less of a barrel fits about any curved thing.
-  double min_arc_rad = base::Deg(45.0);
-  /// RefinedAxis::normal_angle_rad. Larger: corners of boxes are barrels; smaller: noisy ones are
-  /// none.
+  double min_arc_rad = base::Deg(45.0);  ///< less of a barrel fits about any curved thing
+  /// Of RefinedAxis. Larger: corners of boxes are barrels; smaller: noisy barrels are none.
   double max_normal_angle_rad = base::Deg(9.0);
-  /// Of the rays that should have ended on the cylinder (CompareWithView): how many did. All of
-  /// them in 1,500 scenes and 20 scans with the line scanner (the tolerance grows with the noise);
-  /// the rest is for mixed points and holes. Smaller: others that are partly hidden are taken for
-  /// it.
+  /// Of the rays that should have ended on the cylinder. All of them did in 1,500 scenes and 20
+  /// scans with the line scanner; the rest is for mixed points and holes. Smaller: others that are
+  /// partly hidden are taken for it.
   double min_agreement = 0.95;
-  /// The same of the rays to a part that no points show: those that went through where it should
-  /// be. The others have to end in front of it.
+  /// Of the rays to a part that no points show: those that went through. The others end before it.
   double max_missing_seen = 0.05;
-  /// Such a part is looked at in so many slices, to see how far the cylinder may go on. More: its
-  /// place is found better, in more time.
+  /// Slices of such a part, to see how far the cylinder may go on. More: better and slower.
   int hidden_steps = 8;
-  /// Of all rays that meet the cylinder: how many have to show it. Smaller: found behind more.
+  /// Of all rays that meet the cylinder: how many show it. Smaller: found behind more.
   double min_seen_share = 0.12;
   /// Of a ray's end from the surface.
   perception::AdaptiveLength view_tolerance_m{0.004, {.noises = 5.0, .gaps = 0.7}};
-  /// An axis within this of the table's normal stands.
-  double max_standing_tilt_rad = base::Deg(30.0);
-  /// Points of one cylinder that another one may have too, of its own.
-  double max_shared = 0.3;
+  double max_standing_tilt_rad = base::Deg(30.0);  ///< of an axis that stands, from the vertical
+  double max_shared = 0.3;  ///< of a cylinder's points: those that another one has, too
 };
 
-/// Defaults with an equation or section are the dissertation's, for its scanner; the others are
-/// this program's own.
+/// Defaults with an equation or section are the dissertation's; the others are this program's own.
 struct DetectOptions : DetectAdditions {
-  /// Table, filter and normals: those of chapter 5, which took them over. Nothing is smoothed: it
-  /// would make barrels thinner.
+  /// Table, filter and normals of chapter 5. Nothing is smoothed: barrels would become thinner.
   perception::PreprocessOptions preprocess;
   perception::SamplingOptions sampling;
   CurvatureOptions curvature;
@@ -129,8 +118,7 @@ struct DetectOptions : DetectAdditions {
 /// Every addition off.
 DetectOptions AsPublished();
 
-/// Sets every length that stands for noise or spacing, and was not given, to what the sampling asks
-/// for.
+/// Adapts every length that was not given to the sampling.
 void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options);
 
 // Detection of given cylinders among other things on a table (section 4.2).
@@ -173,8 +161,7 @@ struct CylinderScene {
   std::vector<geometry::Indices> fragments;  ///< of the top curvature points; positions in cloud
   std::vector<Rim> rims;
   std::vector<FoundCylinder> cylinders;  ///< in the order of the given ones
-  /// Whether the cloud has the order of its scan. Without it there are no line edges.
-  bool scan_order = false;
+  bool scan_order = false;  ///< the cloud has the order of its scan; else there are no line edges
   perception::StageSeconds seconds;
 };
 
@@ -184,10 +171,9 @@ inline bool IsOnSensorSide(const geometry::Plane& plane, const Eigen::Vector3d& 
   return plane.Distance(p) * plane.Distance(sensor_origin) > 0.0;
 }
 
-/// Section 4.2 from what a sensor measured to the poses of given cylinders: table, filter, normals,
-/// curvature points, fragments, circles, axes. An image of more than one profile has the order of
-/// its scan. Cylinders that are not among the given ones are left alone.
-/// @param given  at least one
+/// Section 4.2: table, filter, normals, curvature points, fragments, circles, axes. An image of
+/// more than one profile has the order of its scan.
+/// @param given  at least one; other cylinders are left alone
 /// @throws base::InputError if a given cylinder has no size, if there are fewer than 100 points, or
 /// no table can be found.
 /// @throws std::invalid_argument if a view has neither one origin nor one a profile.

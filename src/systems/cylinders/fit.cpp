@@ -24,8 +24,7 @@ Incidence IncidenceOf(const Barrel& barrel, const Eigen::Vector3d& eye, const Ei
   const Eigen::Vector3d across = ray - ray.dot(d) * d;
   const double length = across.norm();
   if (length == 0.0) return {0.0, 0.0};
-  // The ray's distance from the axis, as a share of the radius: the sine of its incidence in the
-  // section square to the axis.
+  // In the section square to the axis: the ray's distance from it as a share of the radius.
   const double sine = std::min(
       1.0, std::abs((barrel.axis.point - eye).dot(across.cross(d))) / (length * barrel.radius_m));
   return {length * std::sqrt(1.0 - sine * sine), length * sine};
@@ -80,12 +79,9 @@ class Residuals {
 std::optional<Barrel> BarrelOf(const Eigen::VectorXd& x, const Eigen::Vector3d& mean) {
   const Eigen::Vector3d d = x.segment<3>(3);
   if (!x.allFinite() || d.norm() == 0.0 || x[6] <= 0.0) return std::nullopt;
-  Barrel barrel;
-  barrel.axis.direction = d.normalized();
+  const Eigen::Vector3d direction = d.normalized();
   const Eigen::Vector3d c = x.head<3>();
-  barrel.axis.point = c + (mean - c).dot(barrel.axis.direction) * barrel.axis.direction;
-  barrel.radius_m = x[6];
-  return barrel;
+  return Barrel{{c + (mean - c).dot(direction) * direction, direction}, x[6]};
 }
 
 }  // namespace
@@ -108,7 +104,7 @@ double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
   return distance - x[6];
 }
 
-std::optional<BarrelFit> FitLeastSquares(geometry::PointSpan points, int iterations) {
+std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations) {
   if (iterations < 1) throw std::invalid_argument("FitLeastSquares: iterations must be >= 1");
   constexpr int kParameters = BarrelParameters::RowsAtCompileTime;
   const auto line = FitLine(points);
@@ -120,17 +116,12 @@ std::optional<BarrelFit> FitLeastSquares(geometry::PointSpan points, int iterati
   Residuals residuals(points);
   Eigen::LevenbergMarquardt<Residuals> solver(residuals);
   auto status = solver.minimizeInit(x);
-  BarrelFit fit;
-  while (status == Eigen::LevenbergMarquardtSpace::NotStarted ||
-         status == Eigen::LevenbergMarquardtSpace::Running) {
-    if (fit.iterations == iterations) break;
+  using Status = Eigen::LevenbergMarquardtSpace::Status;
+  for (int i = 0; i < iterations; ++i) {
+    if (status != Status::NotStarted && status != Status::Running) break;
     status = solver.minimizeOneStep(x);
-    ++fit.iterations;
   }
-  const auto barrel = BarrelOf(x, line->point);
-  if (!barrel) return std::nullopt;
-  fit.barrel = *barrel;
-  return fit;
+  return BarrelOf(x, line->point);
 }
 
 namespace {
@@ -151,15 +142,9 @@ void Check(const RcfOptions& options) {
   }
 }
 
-/// Points of the wall with their normals.
-struct WallPoints {
-  geometry::Points points;
-  geometry::Points normals;
-};
-
-WallPoints WallOf(const FitInput& input, const RcfPreparation& prepared, const Barrel& barrel,
-                  double tolerance_m) {
-  WallPoints wall;
+geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepared,
+                            const Barrel& barrel, double tolerance_m) {
+  geometry::PointCloud wall;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
     if (prepared.curved[i] || std::abs(barrel.Distance(input.points[i])) > tolerance_m) continue;
     // The seen end lies within the tolerance near its rim; its normals do not point to the axis.
@@ -189,27 +174,22 @@ bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
     return std::abs(tilt - base::Deg(45.0)) <= options.halfway_rad;
   }
   const Eigen::Vector3d y = to_eye.cross(up).stableNormalized();
-  const double n_y = normal.dot(y);
-  const double n_z = normal.dot(up.cross(y));
-  return PassesSensorGate({n_x, n_y, n_z});
+  return PassesSensorGate({n_x, normal.dot(y), normal.dot(up.cross(y))});
 }
 
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
   Check(options);
   const geometry::KdTree tree(input.points);
-  RcfPreparation prepared;
-  const geometry::Points eye{input.eye};
-  const std::vector<std::uint32_t> eye_of(input.points.size(), 0);
   geometry::NeighborLists neighbors;
   geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
-  cloud.normals = geometry::EstimateNormals(input.points, tree, options.neighborhood_m, eye, eye_of,
-                                            0.0, &neighbors);
+  cloud.normals = geometry::EstimateNormals(
+      input.points, tree, options.neighborhood_m, geometry::Points{input.eye},
+      geometry::Indices(input.points.size(), 0), 0.0, &neighbors);
   CurvatureOptions curvature;
   curvature.radius_m = options.neighborhood_m;
   curvature.min_angle_rad = options.curvature_rad;
-  prepared.curved = CurvedPoints(cloud, tree, curvature, neighbors);
-  prepared.normals = std::move(cloud.normals);
-  return prepared;
+  auto curved = CurvedPoints(cloud, tree, curvature, neighbors);
+  return {std::move(cloud.normals), std::move(curved)};
 }
 
 geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
@@ -238,8 +218,7 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
       if (distance == 0.0) continue;
       const double error = distance - circle.radius_m;
       const Eigen::Vector3d row(-offset.x() / distance, -offset.y() / distance, -1.0);
-      // The square over its root: the size. Below the floor squares count, so that no single point
-      // that lies on the circle holds it.
+      // The square over its root is the size. Below the floor squares count: no point holds it.
       const double weight = 1.0 / std::max(std::abs(error), kFloorShare * start.radius_m);
       normal += weight * row * row.transpose();
       right -= weight * error * row;
@@ -254,8 +233,8 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
   return circle;
 }
 
-std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& prepared,
-                                const RcfOptions& options, base::Rng& rng) {
+std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared,
+                             const RcfOptions& options, base::Rng& rng) {
   Check(options);
   const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, options));
   const auto drawn = FitRandomCircle(rim, options.circle, rng);
@@ -263,7 +242,7 @@ std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& pre
   Circle circle = *drawn;
   Barrel barrel{{circle.center, circle.normal}, circle.radius_m};
   for (int round = 0; round < options.barrel_rounds; ++round) {
-    const WallPoints wall = WallOf(input, prepared, barrel, options.tolerance_m);
+    const geometry::PointCloud wall = WallOf(input, prepared, barrel, options.tolerance_m);
     const auto line = FitLine(AxisPoints(wall.points, wall.normals, barrel.radius_m));
     if (!line) return std::nullopt;
     barrel.axis = *line;
@@ -273,7 +252,7 @@ std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& pre
     circle = *again;
     barrel.radius_m = circle.radius_m;
   }
-  return BarrelFit{barrel, options.circle.draws};
+  return barrel;
 }
 
 namespace {
@@ -281,8 +260,7 @@ namespace {
 constexpr std::size_t kMinRefinedPoints = 7;
 /// Standard deviation of normal values from the median of their sizes.
 constexpr double kSigmaOfMedian = 1.4826;
-/// Neither part of the noise is taken to be less than this share of the whole: a weight of a few
-/// points at the outline alone would decide all.
+/// Least share of either noise in the whole: else a few points at the outline would decide all.
 constexpr double kMinNoiseShare = 0.05;
 /// Noise below this [m] is rounding: exact points get equal weights.
 constexpr double kRounding_m = 1e-12;
@@ -293,16 +271,10 @@ using LevenbergStep = Eigen::Matrix<double, 5, 1>;
 
 Barrel Moved(const Barrel& barrel, const LevenbergStep& step) {
   const Across across(barrel.axis.direction);
-  Barrel moved;
-  moved.axis.point = barrel.axis.point + step[0] * across.u + step[1] * across.v;
-  moved.axis.direction =
-      (barrel.axis.direction + step[2] * across.u + step[3] * across.v).normalized();
-  moved.radius_m = barrel.radius_m + step[4];
-  return moved;
-}
-
-double Along(const Barrel& barrel, const Eigen::Vector3d& p) {
-  return (p - barrel.axis.point).dot(barrel.axis.direction);
+  const auto& [point, direction] = barrel.axis;
+  return {{point + step[0] * across.u + step[1] * across.v,
+           (direction + step[2] * across.u + step[3] * across.v).normalized()},
+          barrel.radius_m + step[4]};
 }
 
 double Tukey(double sigmas, double cut) {
@@ -334,7 +306,7 @@ class Refinement {
       : input_(input), options_(options), barrel_(start) {
     // The middle of the points: turns of the axis then leave them where they are.
     const Eigen::Vector3d middle = geometry::Centroid(input.points);
-    barrel_.axis.point += Along(start, middle) * start.axis.direction;
+    barrel_.axis.point += start.axis.PlaceOf(middle).along_m * start.axis.direction;
     for (const auto& p : input.points) reach_m_ = std::max(reach_m_, (p - middle).norm());
   }
 
@@ -370,7 +342,7 @@ class Refinement {
     std::vector<double> on;
     for (const auto& p : input_.points) {
       const bool is_inside = barrel_.Distance(p) < -options_.inner_share * barrel_.radius_m;
-      (is_inside ? inside : on).push_back(Along(barrel_, p));
+      (is_inside ? inside : on).push_back(barrel_.axis.PlaceOf(p).along_m);
     }
     const double enough = options_.end_share * static_cast<double>(input_.points.size());
     if (static_cast<double>(inside.size()) < std::max(enough, 3.0) || on.empty()) return;
@@ -396,7 +368,7 @@ class Refinement {
     terms_.clear();
     for (std::size_t i = 0; i < input_.points.size(); ++i) {
       const Eigen::Vector3d& p = input_.points[i];
-      const double along_m = Along(barrel_, p);
+      const double along_m = barrel_.axis.PlaceOf(p).along_m;
       if (along_m < low_m_ || along_m > high_m_) continue;
       Term term;
       BarrelParameters g;
@@ -412,7 +384,6 @@ class Refinement {
 
   double Sigma() const {
     std::vector<double> sizes;
-    sizes.reserve(terms_.size());
     for (const Term& term : terms_) sizes.push_back(std::abs(term.distance_m));
     return kSigmaOfMedian * base::MedianOf(std::move(sizes));
   }
@@ -429,8 +400,7 @@ class Refinement {
   }
 
   // The squares of the distances as a sum of both noises' squares, each times its part of the
-  // normal: weighted linear least squares with the robust loss's weights, or one point in eleven
-  // that is far off would widen the noise until it counts itself.
+  // normal: linear least squares with the robust weights, or points far off would widen the noise.
   void EstimateNoise(double sigma_m) {
     const double kept = KeptVariance(options_.cut_sigmas);
     double aa = 0.0, ab = 0.0, bb = 0.0, ay = 0.0, by = 0.0;
@@ -470,8 +440,7 @@ class Refinement {
     }
     if (used < kMinRefinedPoints) return std::nullopt;
     const LevenbergStep step = normal.ldlt().solve(right);
-    if (!step.allFinite()) return std::nullopt;
-    return step;
+    return step.allFinite() ? std::optional(step) : std::nullopt;
   }
 
   const FitInput& input_;
@@ -495,17 +464,15 @@ void Check(const RefineOptions& options) {
 
 }  // namespace
 
-std::optional<BarrelFit> FitRefined(const FitInput& input, const Barrel& start,
-                                    const RefineOptions& options) {
+std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start,
+                                 const RefineOptions& options) {
   Check(options);
   if (input.points.size() < kMinRefinedPoints || !(start.radius_m > 0.0)) return std::nullopt;
   Refinement refinement(input, start, options);
-  int round = 0;
-  while (round < options.rounds && !refinement.AtRest()) {
+  for (int round = 0; round < options.rounds && !refinement.AtRest(); ++round) {
     if (!refinement.Advance()) return std::nullopt;
-    ++round;
   }
-  return BarrelFit{refinement.barrel(), round};
+  return refinement.barrel();
 }
 
 }  // namespace rangegrasp::cylinders

@@ -24,11 +24,6 @@ struct Barrel {
   double Distance(const Eigen::Vector3d& p) const { return axis.Distance(p) - radius_m; }
 };
 
-struct BarrelFit {
-  Barrel barrel;
-  int iterations = 0;  ///< that were made: fewer than granted where the fit had come to rest
-};
-
 /// What every fit is given: points of one object, as one sensor sees them.
 struct FitInput {
   geometry::PointSpan points;                     ///< [m], finite
@@ -38,8 +33,6 @@ struct FitInput {
 
 /// Angle between two axes, whatever their signs [rad], 0 to pi / 2.
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
-
-// What the noise of a range sensor does to the distances of points from a barrel.
 
 /// Noise of a range sensor's points: along the ray and square to it [m], standard deviations.
 struct RayNoise {
@@ -69,9 +62,8 @@ DistanceNoise DistanceNoiseOf(const RayNoise& noise, const Incidence& incidence,
 // Least-squares fitting of a cylinder (LSF), the method that the dissertation compares with
 /// (sections 2.5.1 and 4.4).
 
-/// All parameters of a barrel as one vector: a point of the axis c [m], its direction d (any
-/// length), the radius r [m]. Seven numbers for five freedoms, as published: Levenberg-Marquardt's
-/// damping holds those that change nothing.
+/// A point of the axis c [m], its direction d (any length), the radius r [m]. Seven numbers for
+/// five freedoms, as published: Levenberg-Marquardt's damping holds those that change nothing.
 using BarrelParameters = Eigen::Matrix<double, 7, 1>;
 
 /// The residual of a point, |(I - d d^T / d^T d)(p - c)| - r [m], and its derivatives by the
@@ -79,15 +71,14 @@ using BarrelParameters = Eigen::Matrix<double, 7, 1>;
 double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
                       BarrelParameters* gradient = nullptr);
 
-/// The barrel with the least sum of squared distances of all points, by Levenberg-Marquardt
-/// (MINPACK's, in Eigen) from the start as published: the mean, the direction of the largest
-/// variance (PCA), the mean distance from that line. Of one side of a cylinder the mean lies near
-/// the wall: the start is far off. All points count alike: those of the seen end, too. O(iterations
-/// n).
+/// The barrel with the least sum of squared distances of all points, the seen end's too, by
+/// Levenberg-Marquardt (MINPACK's, in Eigen) from the start as published: the mean (of one side it
+/// lies near the wall), the direction of the largest variance (PCA), the mean distance from that
+/// line. O(iterations n).
 /// @return nullopt for fewer than seven points, or where the start or the result is no cylinder.
 /// @param iterations  at most, >= 1; the dissertation's 100 (section 4.4)
 /// @throws std::invalid_argument if iterations < 1.
-std::optional<BarrelFit> FitLeastSquares(geometry::PointSpan points, int iterations = 100);
+std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations = 100);
 
 // Random circle fitting of one cylinder's points (RCF): rim, circle, axis (sections 4.2.2 to
 /// 4.2.4), without the search among other objects.
@@ -101,12 +92,10 @@ enum class RimGate {
 struct RcfOptions {
   double neighborhood_m = 0.005;           ///< > 0; section 4.2.2; table 4.4 takes 3 mm
   double curvature_rad = base::Deg(20.0);  ///< section 4.2.3
-  /// A normal that is estimated across the rim lies between the end's and the wall's, halfway where
-  /// the point is on the rim itself: the circle is then that of the rim and not that of a band
-  /// within it.
+  /// A normal that is estimated across the rim is halfway where the point is on the rim itself: the
+  /// circle is then that of the rim and not that of a band within it.
   RimGate gate = RimGate::kHalfway;
-  /// Half of kHalfway's range about 45 deg. Smaller: nearer to the rim, and fewer points.
-  double halfway_rad = base::Deg(20.0);
+  double halfway_rad = base::Deg(20.0);  ///< half of kHalfway's range about 45 deg
   /// Its draws are the iterations of tables 4.3 and 4.4. A sphere passes through a rim wherever on
   /// the axis its centre is, so that the printed distance leaves the radius open (kSphere).
   RandomCircleOptions circle{100, CircleDistance::kCurve};
@@ -151,19 +140,18 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
 /// the circle, not curved), the axis through p - n r of the wall (algorithm 1), and the circle
 /// again.
 /// @return nullopt if there is no rim, no circle or no wall.
-std::optional<BarrelFit> FitRcf(const FitInput& input, const RcfPreparation& prepared,
-                                const RcfOptions& options, base::Rng& rng);
+std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared,
+                             const RcfOptions& options, base::Rng& rng);
 
 // A barrel refined by orthogonal distances, each weighed by what a range sensor's noise makes of
 /// it. An addition to the dissertation.
 
 struct RefineOptions {
-  /// Whether distances are weighed by their variance at their incidence; false: all alike. With it
-  /// the outline, where noise runs along the surface, says most of the radius.
+  /// Distances are weighed by their variance at their incidence: the outline, where noise runs
+  /// along the surface, says most of the radius. False: all alike.
   bool weigh_incidence = true;
   /// Tukey's biweight: distances beyond so many standard deviations do not count. 4.685 keeps 95 %
-  /// of least squares' efficiency where the noise is normal (Huber 1981); smaller throws out more
-  /// of what is no barrel.
+  /// of least squares' efficiency where the noise is normal (Huber 1981).
   double cut_sigmas = 4.685;
   /// Points nearer to a seen end than this many noises along the ray are left out.
   double end_margin_sigmas = 4.0;
@@ -175,14 +163,13 @@ struct RefineOptions {
   double rest_m = 1e-9;  ///< ends where no point of the barrel moves by more
 };
 
-/// The barrel near `start` with the least robust, weighted sum of squared distances. The noise
-/// along and across the rays is estimated from the points' own distances in each round; the mean of
-/// DistanceNoise is taken off each distance. The seen end and what is about its rim are left out:
-/// the robust loss cannot tell the end's outermost points from the wall. O(rounds n).
+/// The barrel near `start` with the least robust, weighted sum of squared distances. The noise is
+/// estimated from the points' own distances in each round; DistanceNoise's mean is taken off. The
+/// seen end and its rim are left out: the loss cannot tell them from the wall. O(rounds n).
 /// @param start  off by less than about a quarter of the radius.
 /// @return nullopt for fewer than seven points within the cut, or where the result is no cylinder.
 /// @throws std::invalid_argument if an option is out of range.
-std::optional<BarrelFit> FitRefined(const FitInput& input, const Barrel& start,
-                                    const RefineOptions& options = {});
+std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start,
+                                 const RefineOptions& options = {});
 
 }  // namespace rangegrasp::cylinders

@@ -33,19 +33,15 @@ struct CurvatureOptions {
   double min_angle_rad = base::Deg(20.0);        ///< alpha (section 4.2.3)
   double max_edge_angle_rad = base::Deg(110.0);  ///< beta (section 4.2.3)
   /// How far before and after on the scan line the angle of an edge is looked at. 0: the adjacent
-  /// samples, as published, which the dissertation's scanner has 2 mm apart. Where they are closer
-  /// than the noise, every point would be an edge. Larger: rounder edges count.
+  /// samples, as published (2 mm apart there); closer than the noise every point would be an edge.
   perception::AdaptiveLength line_step_m{0.002, {.noises = 8.0}};
-  /// Of a top's normal from the table's (table_gate): the normal's largest component is the
-  /// table's, whichever two others are taken. Larger: more of a rim's outer side.
+  /// Of a top's normal from the table's (table_gate). Larger: more of a rim's outer side.
   double max_tilt_rad = base::Deg(55.0);
 };
 
 /// For each point whether the angle of its normal to its m neighbors' is above min_angle_rad: its
-/// cosine is the mean of the normals' cosines (eq. 4.13). The printed sum has no 1 / m, without
-/// which it is no cosine from the second neighbor on. O(n log n).
-/// @param known  neighbors of the cloud's points as their normals' estimation found them; used if
-/// they are of options.radius_m
+/// cosine is the mean of the normals' cosines (eq. 4.13; the printed sum lacks 1 / m). O(n log n).
+/// @param known  neighbors that the normals' estimation found; used if they are of options.radius_m
 std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
                                const CurvatureOptions& options,
                                const geometry::NeighborLists& known = {});
@@ -72,14 +68,11 @@ double MeanNeighborDistance(geometry::PointSpan points, const geometry::KdTree& 
 
 struct FragmentOptions {
   /// How near a point of a fragment is to another of it, in mean nearest distances (one reading of
-  /// d_ca: "the average distance between all m curvature points, calculated by nearest neighbor
-  /// searching"; with 1 about half of all points would be alone); 0: nearer than d_ca, as published
-  /// (eq. 4.17). Larger: fragments with gaps hold together, and those of touching objects, too.
+  /// d_ca; with 1 about half of all points would be alone); 0: nearer than d_ca, as published (eq.
+  /// 4.17). Larger: fragments with gaps hold together, and those of touching objects, too.
   double link = 3.0;
-  /// The neighborhood of d_ca (section 4.2.3).
-  double neighborhood_m = 0.005;
-  /// A fragment with fewer points says nothing of a circle.
-  int min_points = 12;
+  double neighborhood_m = 0.005;  ///< of d_ca (section 4.2.3)
+  int min_points = 12;            ///< fewer say nothing of a circle
 };
 
 /// Connected sets of points, each less than the link from another of its set (eq. 4.16, 4.17):
@@ -121,7 +114,6 @@ double CircumradiusOf(const TriangleProducts& products);
 std::optional<Circle> CircleThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                     const Eigen::Vector3d& c);
 
-/// What a point's distance from a circle is.
 enum class CircleDistance {
   kSphere,  ///< | ||p - c_m|| - r |, as eq. 4.24 and 4.26 have it: from the sphere round the circle
   kCurve,   ///< from the curve itself: what lies on the sphere but off the circle's plane is off
@@ -143,9 +135,8 @@ struct RandomCircleOptions {
   CircleDistance distance = CircleDistance::kSphere;
 };
 
-/// Draws triples of the points and takes the circle with the least sum of distances of all points
-/// (RCF, eq. 4.24, 4.25, section 4.2.4). O(draws n), and less where a draw's sum exceeds the best
-/// before its end. Depends only on the arguments and the rng's state.
+/// Of drawn triples of the points the circle with the least sum of distances of all points (RCF,
+/// eq. 4.24, 4.25, section 4.2.4). O(draws n). Depends only on the arguments and the rng's state.
 /// @return nullopt if there are fewer than three points or no triple made a circle.
 /// @throws std::invalid_argument if draws < 1.
 std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, const RandomCircleOptions& options,

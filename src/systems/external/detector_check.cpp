@@ -1,5 +1,3 @@
-#include "external/detector_check.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,9 +15,7 @@ namespace {
 using grasp::Detected;
 using grasp::Detector;
 using grasp::DetectorFailed;
-using grasp::WorkspaceOf;
 using trial::Cell;
-using trial::Sensed;
 
 constexpr std::size_t kScenes = 3;
 // Tables are reported on other seeds.
@@ -28,7 +24,7 @@ constexpr std::uint64_t kSeed = 11;
 struct CheckScene {
   std::string object;
   std::uint64_t seed = 0;
-  Sensed sensed;
+  trial::Sensed sensed;
   int target = 0;
 };
 
@@ -70,9 +66,9 @@ std::string TargetText(const Cell& cell, const CheckScene& scene,
 
 std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& detected) {
   const grasp::Detection& detection = detected.detection;
-  const auto workspace = WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
+  const auto workspace = grasp::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
   const auto& grasps = detection.grasps;
-  const auto inside = std::ranges::count_if(grasps, [&](const grasp::DetectedGrasp& g) {
+  const auto inside = std::ranges::count_if(grasps, [&](const auto& g) {
     return workspace.Contains((g.X_CH * cell.robot.hand().X_HG_tip).translation());
   });
   const auto free = std::ranges::count_if(grasps, [](const auto& g) { return !g.collides; });
@@ -118,8 +114,12 @@ std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Det
   }
 }
 
-}  // namespace
-
+/// Asks the cell's detector, which is another program, about the first arrangement of up to three
+/// objects, says what of its answers was understood, and the first thing that is wrong with its
+/// cure; then whether a sandbox can be made here, whether the detector works in it, and whether it
+/// gives the same answer to the same question.
+/// @param text  receives it; ends with an end of line
+/// @return whether the detector can be used
 bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
   const auto scenes = ScenesOf(cell);
@@ -136,14 +136,7 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   return !failed;
 }
 
-}  // namespace rangegrasp::external
-
-namespace rangegrasp {
-namespace {
-
 namespace fs = std::filesystem;
-using external::kExternal;
-using external::OutsideOptions;
 using trial::Options;
 
 void Read(base::YamlMap keys, Options& options) {
@@ -181,23 +174,28 @@ void AddTo(const Options& all, experiment::Stamp& stamp) {
 }
 
 }  // namespace
+}  // namespace rangegrasp::external
+
+namespace rangegrasp {
 
 void RegisterExternal() {
-  trial::AddDetector(
-      {.word = trial::kDetectorWithKeys,
-       .make =
-           [](const Options& options, const robot::Robot& robot, grasp::SceneObserver observer) {
-             return external::MakeOutsideDetector(trial::Of<OutsideOptions>(options, kExternal),
-                                                  options, robot, std::move(observer));
-           },
-       .read = Read,
-       .check = Check,
-       .add_to = AddTo,
-       .hide =
-           [](const fs::path& folder, Options& options) {
-             trial::Of<OutsideOptions>(options, kExternal).hidden.push_back(folder);
-           },
-       .check_answers = external::CheckAnswers});
+  using namespace external;
+  trial::AddDetector({.word = trial::kDetectorWithKeys,
+                      .make =
+                          [](const trial::Options& options, const robot::Robot& robot,
+                             grasp::SceneObserver observer) {
+                            return MakeOutsideDetector(
+                                trial::Of<OutsideOptions>(options, kExternal), options, robot,
+                                std::move(observer));
+                          },
+                      .read = Read,
+                      .check = Check,
+                      .add_to = AddTo,
+                      .hide =
+                          [](const std::filesystem::path& folder, trial::Options& options) {
+                            trial::Of<OutsideOptions>(options, kExternal).hidden.push_back(folder);
+                          },
+                      .check_answers = CheckAnswers});
 }
 
 }  // namespace rangegrasp

@@ -26,10 +26,8 @@ using base::YamlMap;
 using grasp::Detected;
 using grasp::Detector;
 using grasp::DetectorFailed;
-using grasp::ObstaclesOfViews;
 using grasp::SceneObserver;
 using grasp::Turn;
-using grasp::WorkspaceOf;
 using internal::Answer;
 using internal::AnsweredObject;
 using perception::Scene;
@@ -41,7 +39,7 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
     const bool is_name = &word == &command.front() && word.find('/') == std::string::npos;
     const auto beside = (folder / word).lexically_normal();
     std::error_code ignored;  // of words that are no names of files at all
-    if (is_name || word.empty() || !std::filesystem::exists(beside, ignored)) {
+    if (is_name || word.empty() || !fs::exists(beside, ignored)) {
       if (word.ends_with(".py")) map.Fail("command", fmt::format("no file {}", beside.string()));
       continue;
     }
@@ -139,7 +137,7 @@ class CloudPositions {
       const std::int64_t i = positions_[id.view][id.sample];
       if (i >= 0) found.push_back(static_cast<std::uint32_t>(i));
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     return found;
   }
 
@@ -163,10 +161,10 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
   const geometry::KdTree tree(points_C);
   geometry::Indices grown;
   for (const auto& group : geometry::GroupsWithin(points_C, tree, link_m)) {
-    if (std::none_of(group.begin(), group.end(), [&](auto i) { return is_seed[i] != 0; })) continue;
+    if (std::ranges::none_of(group, [&](auto i) { return is_seed[i] != 0; })) continue;
     grown.insert(grown.end(), group.begin(), group.end());
   }
-  std::sort(grown.begin(), grown.end());
+  std::ranges::sort(grown);
   return grown;
 }
 
@@ -184,7 +182,7 @@ class OutsideDetector : public Detector {
     Detected detected;
     base::Stopwatch watch;
     const std::uint64_t seed = rng.Next() >> kSeedShift;
-    const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+    const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
     const process::OwnFolder folder;
@@ -224,7 +222,8 @@ class OutsideDetector : public Detector {
         grasps.push_back(Placed(one.proposal));
         approaches_C.push_back(one.proposal.approach_C);
       }
-      detected.detection.obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
+      detected.detection.obstacles =
+          grasp::ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       grasp::CheckProposals(scene, 0, robot_.hand(), options_.grasp,
                             detected.detection.obstacles.measured_C, grasps);
     }
@@ -244,7 +243,7 @@ class OutsideDetector : public Detector {
   // What is nowhere near the workspace counts as colliding.
   grasp::Grasp Placed(const grasp::Proposal& proposal) const {
     grasp::Grasp placed = grasp::PlaceHand(proposal, robot_.hand(), options_.grasp);
-    const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+    const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     if (!workspace.Contains(proposal.X_CG.translation())) placed.collides = true;
     return placed;
   }

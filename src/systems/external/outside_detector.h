@@ -14,10 +14,10 @@ namespace rangegrasp::external {
 struct OutsideOptions {
   std::vector<std::string> command;          ///< the program's file, and its arguments
   std::vector<std::filesystem::path> files;  ///< those and folders that the command names as such
-  double limit_s = 20.0;                     ///< from its start to its answer
+  double limit_s = 20.0;
   bool sandbox = false;
-  int memory_mb = 4096;  ///< address space of each of its processes; 0: no limit
-  int file_mb = 256;     ///< of each file that it writes; 0: no limit
+  int memory_mb = 4096;
+  int file_mb = 256;
   std::vector<std::filesystem::path> hidden;  ///< from a program in a sandbox: results lie there
 };
 
@@ -30,9 +30,8 @@ inline constexpr const char* kExternal = "external";
 void ReadOutside(base::YamlMap map, OutsideOptions& options);
 
 /// A detector that is another program (docs/bring-your-own-detector.md). Each question starts it in
-/// a new folder of its own and ends it after its answer: nothing of one trial is left for the next,
-/// so that results do not depend on the number of workers, and what breaks costs one trial.
-/// The arguments but `outside` must outlive it.
+/// a new folder and ends it after its answer: results do not depend on the number of workers. The
+/// arguments but `outside` must outlive it.
 /// @param observer  sees the answer as a scene, with the table and what lies above it; may be empty
 std::unique_ptr<grasp::Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                                      const grasp::DetectorOptions& options,

@@ -16,43 +16,12 @@
 #include "geometry/mesh_file.h"
 
 namespace rangegrasp::objects {
-double MetersOf(LengthUnit unit) {
-  switch (unit) {
-    case LengthUnit::kMm:
-      return 0.001;
-    case LengthUnit::kCm:
-      return 0.01;
-    case LengthUnit::kInch:
-      return 0.0254;
-    case LengthUnit::kM:
-      break;
-  }
-  return 1.0;
-}
-
 namespace {
 
-// [m] What a hand may want to grasp: longest edge of the box round it.
-constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
-// Without a unit it is guessed only where the size comes to lie within these: a dice, a bottle.
-constexpr double kLikelyMin_m = 0.02, kLikelyMax_m = 0.4, kTypical_m = 0.1;
+using Eigen::Vector3d;
 
-}  // namespace
-
-std::optional<LengthUnit> GuessUnit(double longest) {
-  std::optional<LengthUnit> best;
-  const auto distance = [&](LengthUnit unit) {
-    return std::abs(std::log(longest * MetersOf(unit) / kTypical_m));
-  };
-  for (const LengthUnit unit : {LengthUnit::kMm, LengthUnit::kCm, LengthUnit::kM}) {
-    const double size_m = longest * MetersOf(unit);
-    if (size_m < kLikelyMin_m || size_m > kLikelyMax_m) continue;
-    if (!best || distance(unit) < distance(*best)) best = unit;
-  }
-  return best;
-}
-
-namespace {
+// [m] Without a unit it is guessed only where the size comes to lie within these: a dice, a bottle.
+constexpr double kLikelyMin_m = 0.02, kLikelyMax_m = 0.4;
 
 // CoACD's plain C interface, as its wheel's Python module declares it; the wheel has no header.
 struct CoacdMesh {
@@ -82,6 +51,14 @@ constexpr int kDepth = 3;                  // of the search: CoACD's default
 constexpr int kMaxHullVertices = 256;      // not used: fewer vertices would cut corners off
 constexpr int kHulls = 0;
 constexpr unsigned kSeed = 0;
+// The search for good cuts: nodes and rounds of its tree, samples of a surface. A third of CoACD's
+// own defaults, and a tenth of their time; six household shapes come out as well within 1 % of
+// their volumes.
+constexpr int kNodes = 10, kRounds = 40, kSamples = 1000;
+// Triangles that are cut: more are simplified before. Time grows with them, the parts do not.
+constexpr std::size_t kMaxTriangles = 2000;
+// A part below this share of the solid's volume is a splinter; the engine refuses such hulls.
+constexpr double kMinPart = 1e-5;
 
 // Loaded when it is needed, and kept: what does not cut meshes does not wait for 13 MB, and runs
 // without it. It is looked for where the program's own libraries stand.
@@ -117,50 +94,6 @@ geometry::TriangleMesh HullOf(const CoacdMesh& part) {
   return geometry::ConvexHull(points);
 }
 
-}  // namespace
-
-bool CanCut() { return Library().there(); }
-
-std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
-                                                const CutOptions& options) {
-  const Coacd& coacd = Library();
-  if (!coacd.there()) {
-    throw base::RunError(
-        "CoACD's library lib_coacd.so is not there: scripts/setup fetches it (PyPI wheel coacd)");
-  }
-  coacd.log("off");
-  const geometry::TriangleMesh input = geometry::Simplified(solid, options.max_triangles);
-  std::vector<double> vertices;
-  for (const Eigen::Vector3d& v : input.vertices) {
-    vertices.insert(vertices.end(), {v.x(), v.y(), v.z()});
-  }
-  std::vector<int> triangles;
-  for (const auto& triangle : input.triangles) {
-    for (const std::uint32_t corner : triangle) triangles.push_back(static_cast<int>(corner));
-  }
-  const CoacdMesh mesh{vertices.data(), input.vertices.size(), triangles.data(),
-                       input.triangles.size()};
-  const CoacdMeshes found = coacd.run(mesh, options.concavity, kAnyNumber, kNoPreprocess,
-                                      kPreprocessResolution, options.samples, options.nodes,
-                                      options.rounds, kDepth, /*pca=*/false, /*merge=*/true,
-                                      /*decimate=*/false, kMaxHullVertices, /*extrude=*/false,
-                                      /*extrude_margin=*/0.01, kHulls, kSeed,
-                                      /*real_metric=*/false);
-  const double min_volume = options.min_part * geometry::Volume(solid);
-  std::vector<geometry::TriangleMesh> parts;
-  for (std::uint64_t i = 0; i < found.count; ++i) {
-    geometry::TriangleMesh hull = HullOf(found.meshes[i]);
-    if (geometry::Volume(hull) > min_volume) parts.push_back(std::move(hull));
-  }
-  coacd.free(found);
-  if (parts.empty()) throw base::RunError("CoACD found no convex part");
-  return parts;
-}
-
-namespace {
-
-using Eigen::Vector3d;
-
 bool IsGltf(const std::filesystem::path& file) {
   const std::string ending = base::EndingOf(file);
   return ending == ".gltf" || ending == ".glb";
@@ -176,15 +109,11 @@ Eigen::AlignedBox3d BoxOf(const geometry::TriangleMesh& mesh) {
 
 // What points up in the file points along z.
 Eigen::Matrix3d Upright(Up up) {
-  switch (up) {
-    case Up::kY:
-      return Eigen::AngleAxisd(base::kPi / 2, Vector3d::UnitX()).toRotationMatrix();
-    case Up::kX:
-      return Eigen::AngleAxisd(-base::kPi / 2, Vector3d::UnitY()).toRotationMatrix();
-    case Up::kZ:
-      break;
-  }
-  return Eigen::Matrix3d::Identity();
+  if (up == Up::kZ) return Eigen::Matrix3d::Identity();
+  const Eigen::AngleAxisd turn = up == Up::kY
+                                     ? Eigen::AngleAxisd(base::kPi / 2, Vector3d::UnitX())
+                                     : Eigen::AngleAxisd(-base::kPi / 2, Vector3d::UnitY());
+  return turn.toRotationMatrix();
 }
 
 std::string Length(double length_m) {
@@ -212,6 +141,9 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
                   base::Word(*guess), longest));
   return MetersOf(*guess);
 }
+
+// What a hand may want to grasp: longest edge of the box round it.
+constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
 
 double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
                const MeshObjectOptions& options, std::vector<std::string>& said) {
@@ -258,92 +190,14 @@ std::vector<std::array<Eigen::Vector2d, 3>> Unrolled(const geometry::TriangleMes
 
 // The coarsest cut that is good enough: where parts stand out too far (thin walls), once more, half
 // as coarsely.
-void Cut(const geometry::TriangleMesh& solid, const MeshObjectOptions& options,
-         MeshObject& object) {
-  const auto coarse = geometry::Simplified(solid, options.cut.max_triangles);
-  CutOptions how = options.cut;
-  for (int cut = 0; cut < 2; ++cut, how.concavity /= 2) {
-    object.hulls_O = ConvexParts(solid, how);
+void Cut(const geometry::TriangleMesh& solid, MeshObject& object) {
+  constexpr double kMaxBeyond = 0.1;  // of the volume
+  const auto coarse = geometry::Simplified(solid, kMaxTriangles);
+  for (const double concavity : {kConcavity, kConcavity / 2}) {
+    object.hulls_O = ConvexParts(solid, concavity);
     object.overlap = geometry::OverlapOf(coarse, object.hulls_O);
-    if (object.overlap.beyond <= options.max_beyond) return;
+    if (object.overlap.beyond <= kMaxBeyond) return;
   }
-}
-
-}  // namespace
-
-MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOptions& options,
-                          bool keep_uv) {
-  MeshObject object;
-  geometry::TexturedMesh given;
-  if (keep_uv) {
-    given = geometry::ReadTexturedMesh(file);
-  } else {
-    given.mesh = geometry::ReadMesh(file);
-  }
-  const Up up = options.up.value_or(IsGltf(file) ? Up::kY : Up::kZ);
-  const Eigen::Matrix3d R = Upright(up);
-  for (Vector3d& v : given.mesh.vertices) v = R * v;
-  const double scale = ScaleOf(file, BoxOf(given.mesh).sizes(), options, object.said);
-  for (Vector3d& v : given.mesh.vertices) v *= scale;
-
-  geometry::Repaired repaired;
-  try {
-    repaired = geometry::RepairMesh(given.mesh, options.repair);
-  } catch (const base::InputError& error) {
-    throw base::InputError(file.string() + ": " + error.what());
-  }
-  for (const std::string& done : repaired.done) object.said.push_back("repaired: " + done);
-  const Eigen::AlignedBox3d box = BoxOf(repaired.mesh);
-  geometry::TriangleMesh& solid = repaired.mesh;
-  for (Vector3d& v : solid.vertices) v -= box.center();
-  object.size_m = box.sizes();
-  const geometry::MassProperties unit = geometry::MassPropertiesOf(solid);
-  object.volume_m3 = unit.volume_m3;
-  object.mass_kg = options.mass_kg.value_or(options.density_kg_m3 * unit.volume_m3);
-  object.center_O = unit.center_M;
-  object.inertia_O = object.mass_kg / unit.volume_m3 * unit.inertia_M;
-
-  if (!given.uv.empty()) {
-    // Coordinates belong to the triangles of the file.
-    object.seen_O = std::move(given.mesh);
-    for (Vector3d& v : object.seen_O.vertices) v -= box.center();
-    object.uv = std::move(given.uv);
-    if (repaired.turned_inside_out) {
-      for (auto& [a, b, c] : object.seen_O.triangles) std::swap(b, c);
-      for (auto& [a, b, c] : object.uv) std::swap(b, c);
-    }
-  } else {
-    object.seen_O = geometry::Simplified(solid, options.max_seen_triangles);
-    if (object.seen_O.triangles.size() < solid.triangles.size()) {
-      object.said.push_back(fmt::format("what is seen has {} of its {} triangles",
-                                        object.seen_O.triangles.size(), solid.triangles.size()));
-    }
-    if (keep_uv) {
-      object.uv = Unrolled(object.seen_O, BoxOf(object.seen_O));
-      object.said.emplace_back(
-          "it has no texture coordinates: the texture goes once round its z axis");
-    }
-  }
-  Cut(solid, options, object);
-  return object;
-}
-
-namespace {
-
-std::string Escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&') {
-      result += "&amp;";
-    } else if (c == '<') {
-      result += "&lt;";
-    } else if (c == '"') {
-      result += "&quot;";
-    } else {
-      result += c;
-    }
-  }
-  return result;
 }
 
 // Of what is shorter than the meshes' own rounding.
@@ -352,35 +206,22 @@ std::string Number(double value) {
   return text == "-0" ? "0" : text;
 }
 
-void AppendVertices(const geometry::TriangleMesh& mesh, std::string& text) {
+/// @param uv  of each triangle's corners; may be empty
+std::string ObjText(const geometry::TriangleMesh& mesh,
+                    const std::vector<std::array<Eigen::Vector2d, 3>>& uv = {}) {
+  std::string text;
   // A tenth of a micrometre: far below what a mesh is good for.
-  for (const Eigen::Vector3d& v : mesh.vertices) {
+  for (const Vector3d& v : mesh.vertices) {
     text += fmt::format("v {:.7f} {:.7f} {:.7f}\n", v.x(), v.y(), v.z());
   }
-}
-
-std::string HullObj(const geometry::TriangleMesh& mesh) {
-  std::string text;
-  AppendVertices(mesh, text);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    text += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
-  }
-  return text;
-}
-
-std::string SeenObj(const MeshObject& object) {
-  if (object.uv.empty()) return HullObj(object.seen_O);
-  std::string text;
-  AppendVertices(object.seen_O, text);
-  for (const auto& corners : object.uv) {
-    for (const Eigen::Vector2d& uv : corners) {
-      text += fmt::format("vt {:.5f} {:.5f}\n", uv.x(), uv.y());
-    }
+  for (const auto& corners : uv) {
+    for (const auto& at : corners) text += fmt::format("vt {:.5f} {:.5f}\n", at.x(), at.y());
   }
   std::size_t corner = 1;
-  for (const auto& [a, b, c] : object.seen_O.triangles) {
-    text +=
-        fmt::format("f {}/{} {}/{} {}/{}\n", a + 1, corner, b + 1, corner + 1, c + 1, corner + 2);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    text += uv.empty() ? fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1)
+                       : fmt::format("f {}/{} {}/{} {}/{}\n", a + 1, corner, b + 1, corner + 1,
+                                     c + 1, corner + 2);
     corner += 3;
   }
   return text;
@@ -404,9 +245,9 @@ std::string Mjcf(const MeshObject& object, const ObjectLook& look) {
   </custom>
 )",
       look.name, object.mass_kg, object.size_m.x() * base::kMmPerM,
-      object.size_m.y() * base::kMmPerM, object.size_m.z() * base::kMmPerM, Escaped(look.title),
-      Escaped(surface.name), Number(optical.albedo), Number(optical.gloss),
-      Number(optical.clarity));
+      object.size_m.y() * base::kMmPerM, object.size_m.z() * base::kMmPerM,
+      base::XmlEscaped(look.title), base::XmlEscaped(surface.name), Number(optical.albedo),
+      Number(optical.gloss), Number(optical.clarity));
   text += fmt::format(
       R"(  <default>
     <default class="visual">
@@ -449,11 +290,116 @@ std::string Mjcf(const MeshObject& object, const ObjectLook& look) {
 
 }  // namespace
 
+double MetersOf(LengthUnit unit) {
+  constexpr std::array kMeters = {0.001, 0.01, 1.0, 0.0254};  // in the order of the units
+  return kMeters.at(static_cast<std::size_t>(unit));
+}
+
+std::optional<LengthUnit> GuessUnit(double longest) {
+  constexpr double kTypical_m = 0.1;
+  std::optional<LengthUnit> best;
+  const auto distance = [&](LengthUnit unit) {
+    return std::abs(std::log(longest * MetersOf(unit) / kTypical_m));
+  };
+  for (const LengthUnit unit : {LengthUnit::kMm, LengthUnit::kCm, LengthUnit::kM}) {
+    const double size_m = longest * MetersOf(unit);
+    if (size_m < kLikelyMin_m || size_m > kLikelyMax_m) continue;
+    if (!best || distance(unit) < distance(*best)) best = unit;
+  }
+  return best;
+}
+
+bool CanCut() { return Library().there(); }
+
+std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
+                                                double concavity) {
+  const Coacd& coacd = Library();
+  if (!coacd.there()) {
+    throw base::RunError(
+        "CoACD's library lib_coacd.so is not there: scripts/setup fetches it (PyPI wheel coacd)");
+  }
+  coacd.log("off");
+  const geometry::TriangleMesh input = geometry::Simplified(solid, kMaxTriangles);
+  std::vector<double> vertices;
+  for (const auto& v : input.vertices) vertices.insert(vertices.end(), v.begin(), v.end());
+  std::vector<int> triangles;
+  for (const auto& t : input.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+  const CoacdMesh mesh{vertices.data(), input.vertices.size(), triangles.data(),
+                       input.triangles.size()};
+  const CoacdMeshes found =
+      coacd.run(mesh, concavity, kAnyNumber, kNoPreprocess, kPreprocessResolution, kSamples, kNodes,
+                kRounds, kDepth, /*pca=*/false, /*merge=*/true,
+                /*decimate=*/false, kMaxHullVertices, /*extrude=*/false,
+                /*extrude_margin=*/0.01, kHulls, kSeed,
+                /*real_metric=*/false);
+  const double min_volume = kMinPart * geometry::Volume(solid);
+  std::vector<geometry::TriangleMesh> parts;
+  for (std::uint64_t i = 0; i < found.count; ++i) {
+    geometry::TriangleMesh hull = HullOf(found.meshes[i]);
+    if (geometry::Volume(hull) > min_volume) parts.push_back(std::move(hull));
+  }
+  coacd.free(found);
+  if (parts.empty()) throw base::RunError("CoACD found no convex part");
+  return parts;
+}
+
+MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOptions& options,
+                          bool keep_uv) {
+  MeshObject object;
+  auto given = keep_uv ? geometry::ReadTexturedMesh(file)
+                       : geometry::TexturedMesh{geometry::ReadMesh(file), {}};
+  const Eigen::Matrix3d R = Upright(options.up.value_or(IsGltf(file) ? Up::kY : Up::kZ));
+  for (Vector3d& v : given.mesh.vertices) v = R * v;
+  const double scale = ScaleOf(file, BoxOf(given.mesh).sizes(), options, object.said);
+  for (Vector3d& v : given.mesh.vertices) v *= scale;
+
+  geometry::Repaired repaired;
+  try {
+    repaired = geometry::RepairMesh(given.mesh, options.repair);
+  } catch (const base::InputError& error) {
+    throw base::InputError(file.string() + ": " + error.what());
+  }
+  for (const std::string& done : repaired.done) object.said.push_back("repaired: " + done);
+  const Eigen::AlignedBox3d box = BoxOf(repaired.mesh);
+  geometry::TriangleMesh& solid = repaired.mesh;
+  for (Vector3d& v : solid.vertices) v -= box.center();
+  object.size_m = box.sizes();
+  const geometry::MassProperties unit = geometry::MassPropertiesOf(solid);
+  object.volume_m3 = unit.volume_m3;
+  object.mass_kg = options.mass_kg.value_or(options.density_kg_m3 * unit.volume_m3);
+  object.center_O = unit.center_M;
+  object.inertia_O = object.mass_kg / unit.volume_m3 * unit.inertia_M;
+
+  if (!given.uv.empty()) {
+    // Coordinates belong to the triangles of the file.
+    object.seen_O = std::move(given.mesh);
+    for (Vector3d& v : object.seen_O.vertices) v -= box.center();
+    object.uv = std::move(given.uv);
+    if (repaired.turned_inside_out) {
+      for (auto& [a, b, c] : object.seen_O.triangles) std::swap(b, c);
+      for (auto& [a, b, c] : object.uv) std::swap(b, c);
+    }
+  } else {
+    constexpr std::size_t kMaxSeen = 40000;  // 0.5 mm each on an object of 100 mm
+    object.seen_O = geometry::Simplified(solid, kMaxSeen);
+    if (object.seen_O.triangles.size() < solid.triangles.size()) {
+      object.said.push_back(fmt::format("what is seen has {} of its {} triangles",
+                                        object.seen_O.triangles.size(), solid.triangles.size()));
+    }
+    if (keep_uv) {
+      object.uv = Unrolled(object.seen_O, BoxOf(object.seen_O));
+      object.said.emplace_back(
+          "it has no texture coordinates: the texture goes once round its z axis");
+    }
+  }
+  Cut(solid, object);
+  return object;
+}
+
 std::string ObjectNameFrom(const std::string& text) {
-  std::string name = text;
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string name;
+  for (const unsigned char c : text) {
+    name += std::isalnum(c) ? static_cast<char>(std::tolower(c)) : '_';
   }
   return name;
 }
@@ -461,9 +407,9 @@ std::string ObjectNameFrom(const std::string& text) {
 std::map<std::string, std::string> ObjectFiles(const MeshObject& object, const ObjectLook& look) {
   std::map<std::string, std::string> files;
   files[look.name + ".xml"] = Mjcf(object, look);
-  files["visual.obj"] = SeenObj(object);
+  files["visual.obj"] = ObjText(object.seen_O, object.uv);
   for (std::size_t i = 0; i < object.hulls_O.size(); ++i) {
-    files[fmt::format("hull{}.obj", i)] = HullObj(object.hulls_O[i]);
+    files[fmt::format("hull{}.obj", i)] = ObjText(object.hulls_O[i]);
   }
   if (!look.texture_png.empty()) files["label.png"] = look.texture_png;
   return files;

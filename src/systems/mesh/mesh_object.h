@@ -22,34 +22,20 @@ constexpr std::array<std::string_view, 4> WordsOf(LengthUnit) { return {"mm", "c
 /// [m]
 double MetersOf(LengthUnit unit);
 
-/// The unit (mm, cm or m) that makes `longest` of a file's numbers the size of a likely object,
-/// from a dice (20 mm) to a bottle (400 mm); of two such units the one whose size is nearer to 100
-/// mm in proportion; nullopt if there is none.
+/// The unit (mm, cm or m) that makes `longest` of a file's numbers a likely size, 20 mm (a dice) to
+/// 400 mm (a bottle); of two the one that is nearer to 100 mm in proportion.
 std::optional<LengthUnit> GuessUnit(double longest);
 
-/// How a solid is cut into convex parts.
-struct CutOptions {
-  /// How far a part's hull may stand off from the solid, as a share of half its longest edge: 2.5
-  /// mm of 100 mm. Smaller: more parts, slower to cut and to simulate.
-  double concavity = 0.05;
-  /// The search for good cuts: nodes and rounds of its tree, samples of a surface. A third of
-  /// CoACD's own defaults, and a tenth of their time; six household shapes come out as well within
-  /// 1 % of their volumes.
-  int nodes = 10;
-  int rounds = 40;
-  int samples = 1000;
-  /// Triangles that are cut: more are simplified before. Time grows with them, the parts do not.
-  std::size_t max_triangles = 2000;
-  /// A part below this share of the solid's volume is a splinter; the engine refuses such hulls.
-  double min_part = 1e-5;
-};
+/// How far a part's hull may stand off from the solid, as a share of half its longest edge: 2.5 mm
+/// of 100 mm. Smaller: more parts, slower to cut and to simulate.
+inline constexpr double kConcavity = 0.05;
 
 /// Approximate convex decomposition (CoACD; Wei et al. 2022): closed hulls, faces outward, in the
 /// solid's frame and unit. The same solid gives the same bytes, on any number of cores.
 /// @param solid  as geometry::RepairMesh makes it.
 /// @throws base::RunError saying how to install CoACD's library where there is none.
 std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
-                                                const CutOptions& options = {});
+                                                double concavity = kConcavity);
 
 /// Whether CoACD's library is there.
 bool CanCut();
@@ -66,11 +52,7 @@ struct MeshObjectOptions {
   std::optional<Up> up;             ///< z where not given; y of glTF, which says so
   std::optional<double> mass_kg;    ///< goes before density
   double density_kg_m3 = 900.0;
-  /// What is seen has at most so many triangles: 0.5 mm each on an object of 100 mm.
-  std::size_t max_seen_triangles = 40000;
   geometry::RepairOptions repair;
-  CutOptions cut;
-  double max_beyond = 0.1;  ///< hulls that stand out by more of the volume are cut again, finer
 };
 
 /// What a mesh became: a solid in the object's frame O, whose origin is the middle of the box round

@@ -29,16 +29,14 @@ struct Repaired {
   bool turned_inside_out = false;  ///< the faces of what was given pointed inward
 };
 
-/// Makes a solid of what a file holds (CGAL's polygon mesh processing and alpha wraps): joins equal
-/// vertices, drops triangles without area, orients them alike, stitches borders, closes small
-/// holes, turns faces outward. The same mesh gives the same bytes.
+/// Joins equal vertices, drops triangles without area, orients them alike, stitches borders, closes
+/// small holes, turns faces outward (CGAL). The same mesh gives the same bytes.
 /// @param mesh  in any unit; all coordinates finite.
 /// @throws base::InputError with the reason where that is not enough: a large hole, no volume.
 Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options = {});
 
-/// A closed surface about a mesh, turned outwards: CGAL's alpha wrap (Portaneri et al. 2022). It
-/// holds the mesh inside of it, crosses gaps and gives what has no thickness one. Inner sides of
-/// what is closed are not wrapped. Faces grow with `gap`, too. The same mesh gives the same bytes.
+/// A closed surface about a mesh: CGAL's alpha wrap (Portaneri et al. 2022). It crosses gaps and
+/// gives what has no thickness one; faces grow with `gap`. The same mesh gives the same bytes.
 /// @param gap     > 0; radius of the balls that do not pass what is bridged
 /// @param offset  > 0; how far it stands off
 TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset);
@@ -57,9 +55,9 @@ struct Overlap {
 Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& parts);
 
 /// The closed surface whose gradient of inside and outside fits oriented points best (Poisson
-/// reconstruction; Kazhdan, Bolitho and Hoppe 2006; CGAL's, by Delaunay refinement). Where there
-/// are no points it closes smoothly. The same points give the same surface, but not the same
-/// triangles: CGAL's refinement takes cells in the order of their addresses.
+/// reconstruction; Kazhdan, Bolitho and Hoppe 2006; CGAL's). The same points give the same surface,
+/// but not the same triangles: CGAL's Delaunay refinement takes cells in the order of their
+/// addresses.
 /// @param cloud      with outward unit normals, evenly spread; 100 points at least.
 /// @param spacing_m  of its points: triangles stand off by 0.25 of it at most.
 /// @return faces outward; nullopt if no surface fits.

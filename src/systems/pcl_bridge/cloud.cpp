@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <mutex>
 
 #include "pcl_bridge/internal/cloud_data.h"
 
@@ -14,16 +15,8 @@ namespace rangegrasp::pcl_bridge {
 namespace {
 
 void Silence() {
-  static const bool once = [] {
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-    return true;
-  }();
-  (void)once;
-}
-
-pcl::PointXYZ ToPcl(const Eigen::Vector3d& p) {
-  const Eigen::Vector3f f = p.cast<float>();
-  return {f.x(), f.y(), f.z()};
+  static std::once_flag once;
+  std::call_once(once, [] { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); });
 }
 
 }  // namespace
@@ -38,7 +31,8 @@ Cloud::Cloud(geometry::PointSpan points, const Eigen::Vector3d& origin) {
   data->source.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].allFinite()) continue;
-    data->finite->push_back(ToPcl(points[i] - origin));
+    const Eigen::Vector3f p = (points[i] - origin).cast<float>();
+    data->finite->push_back({p.x(), p.y(), p.z()});
     data->source.push_back(static_cast<std::uint32_t>(i));
   }
   data_ = std::move(data);
@@ -49,10 +43,8 @@ const Eigen::Vector3d& Cloud::origin() const { return data_->origin; }
 
 Cloud Cloud::Select(std::span<const std::uint32_t> indices) const {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
-  std::vector<std::uint32_t> finite_of(size(), kNone);
-  for (std::size_t k = 0; k < data_->source.size(); ++k) {
-    finite_of[data_->source[k]] = static_cast<std::uint32_t>(k);
-  }
+  geometry::Indices finite_of(size(), kNone);
+  for (std::uint32_t k = 0; k < data_->source.size(); ++k) finite_of[data_->source[k]] = k;
   auto chosen = std::make_shared<Data>();
   chosen->size = indices.size();
   chosen->origin = data_->origin;

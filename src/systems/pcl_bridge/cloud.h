@@ -12,11 +12,10 @@ namespace rangegrasp::pcl_bridge {
 
 /// Points as the Point Cloud Library keeps them, made once and given to any number of calls.
 ///
-/// Making one copies: the library's points are four floats (16 bytes), ours three doubles. They are
-/// stored relative to `origin`, the place that they were seen from: the library turns normals
-/// towards zero, and single precision is finest there (0.06 um at 1 m). Points that are not finite
-/// are left out. Results count as if none of this were so: indices and labels are positions in the
-/// points given, lengths and places are in their frame.
+/// Making one copies, in single precision relative to `origin`, the place that they were seen from:
+/// the library turns normals towards zero, and floats are finest there (0.06 um at 1 m). Points
+/// that are not finite are left out. Results count as if none of this were so: indices and labels
+/// are positions in the points given, lengths and places are in their frame.
 ///
 /// Immutable; a copy shares the points. The first one made in a process silences the library's
 /// messages on the console for good: what they would say is in the results here.

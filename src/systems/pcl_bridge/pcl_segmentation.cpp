@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <ranges>
 #include <set>
 
 #include "geometry/graph.h"
@@ -39,13 +40,6 @@ void Check(const Cloud& cloud, const LocalConvexityOptions& options) {
   if (!options.camera_depth) return;
   Demand(std::ranges::all_of(*cloud.data().finite, [](const auto& p) { return p.z > 0.0F; }),
          "SegmentByLocalConvexity: with camera_depth every point's z must exceed the origin's");
-}
-
-/// The library's labels of the supervoxels in ascending order: their positions are ours.
-std::vector<std::uint32_t> Labels(const Supervoxels& found) {
-  std::vector<std::uint32_t> labels;
-  for (const auto& [label, supervoxel] : found) labels.push_back(label);
-  return labels;
 }
 
 std::int32_t PositionOf(const std::vector<std::uint32_t>& labels, std::uint32_t label) {
@@ -90,8 +84,7 @@ void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small
   for (std::uint32_t i = 0; i < n; ++i) ++size[sets.Find(i)];
   std::vector<std::set<std::uint32_t>> neighbors(n);  // roots
   for (const auto& edge : edges) {
-    const std::uint32_t a = sets.Find(static_cast<std::uint32_t>(edge.a));
-    const std::uint32_t b = sets.Find(static_cast<std::uint32_t>(edge.b));
+    const std::uint32_t a = sets.Find(edge.a), b = sets.Find(edge.b);
     if (a == b) continue;
     neighbors[a].insert(b);
     neighbors[b].insert(a);
@@ -120,30 +113,6 @@ void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small
       neighbors[kept].insert(other);
     }
     consider(kept);
-  }
-}
-
-/// The segment of every supervoxel; returns how many there are.
-int GrowSegments(std::size_t supervoxels, int min_supervoxels, LocalConvexity& result) {
-  geometry::UnionFind sets(supervoxels);
-  for (const auto& edge : result.edges) {
-    if (!edge.connects) continue;
-    sets.Unite(static_cast<std::uint32_t>(edge.a), static_cast<std::uint32_t>(edge.b));
-  }
-  JoinSmall(result.edges, static_cast<std::uint32_t>(min_supervoxels), sets);
-  return geometry::LabelBySize(sets, std::vector<bool>(supervoxels, true),
-                               result.supervoxel_segment);
-}
-
-void LabelPoints(const Cloud& cloud, const Clustering& clustering,
-                 const std::vector<std::uint32_t>& labels, LocalConvexity& result) {
-  const auto labeled = clustering.getLabeledCloud();
-  for (std::size_t k = 0; k < labeled->size(); ++k) {
-    const std::int32_t at = PositionOf(labels, (*labeled)[k].label);
-    if (at < 0) continue;
-    const std::size_t i = cloud.data().source[k];
-    result.supervoxel[i] = at;
-    result.segment[i] = result.supervoxel_segment[static_cast<std::size_t>(at)];
   }
 }
 
@@ -266,10 +235,25 @@ LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityO
   clustering.extract(found);
   std::multimap<std::uint32_t, std::uint32_t> adjacency;
   clustering.getSupervoxelAdjacency(adjacency);
-  const std::vector<std::uint32_t> labels = Labels(found);
+  // The library's labels of the supervoxels in ascending order: their positions are ours.
+  const auto keys = std::views::keys(found);
+  const std::vector<std::uint32_t> labels(keys.begin(), keys.end());
   result.edges = FindEdges(found, adjacency, labels, options);
-  result.segments = GrowSegments(labels.size(), options.min_supervoxels, result);
-  LabelPoints(cloud, clustering, labels, result);
+  geometry::UnionFind sets(labels.size());
+  for (const auto& edge : result.edges) {
+    if (edge.connects) sets.Unite(edge.a, edge.b);
+  }
+  JoinSmall(result.edges, options.min_supervoxels, sets);
+  result.segments = geometry::LabelBySize(sets, std::vector<bool>(labels.size(), true),
+                                          result.supervoxel_segment);
+  const auto labeled = clustering.getLabeledCloud();
+  for (std::size_t k = 0; k < labeled->size(); ++k) {
+    const std::int32_t at = PositionOf(labels, (*labeled)[k].label);
+    if (at < 0) continue;
+    const std::size_t i = cloud.data().source[k];
+    result.supervoxel[i] = at;
+    result.segment[i] = result.supervoxel_segment[at];
+  }
   return result;
 }
 

@@ -48,8 +48,8 @@ struct SupervoxelEdge {
 };
 
 struct LocalConvexity {
-  std::vector<std::int32_t>
-      segment;  ///< one a point: 0 .. segments - 1, or -1 where no supervoxel grew
+  /// One a point: 0 .. segments - 1, or -1 where no supervoxel grew.
+  std::vector<std::int32_t> segment;
   std::vector<std::int32_t> supervoxel;          ///< one a point: a number of a supervoxel, or -1
   std::vector<std::int32_t> supervoxel_segment;  ///< one a supervoxel
   std::vector<SupervoxelEdge> edges;             ///< ascending by (a, b)

@@ -4,7 +4,6 @@
 #include <pcl/search/kdtree.h>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -19,25 +18,20 @@ using PclOriented = pcl::PointCloud<pcl::PointNormal>;
 /// The pairs leave the pose open: the library would go on with NaN, and end the process in an
 /// assertion.
 struct Undetermined {};
-struct Estimation
-    : pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal,
-                                                                 double> {
-  using pcl::registration::TransformationEstimationPointToPlaneLLS<
-      pcl::PointNormal, pcl::PointNormal, double>::estimateRigidTransformation;
+using LeastSquares =
+    pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal,
+                                                               double>;
+struct Estimation : LeastSquares {
+  using LeastSquares::estimateRigidTransformation;
   void estimateRigidTransformation(const PclOriented& source, const PclOriented& target,
                                    const pcl::Correspondences& pairs, Matrix4& X) const override {
-    TransformationEstimationPointToPlaneLLS::estimateRigidTransformation(source, target, pairs, X);
+    LeastSquares::estimateRigidTransformation(source, target, pairs, X);
     if (!X.allFinite()) throw Undetermined();
   }
 };
 
 using PointToPlane =
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>;
-
-/// The library says that it has converged when its iterations are used up.
-struct Counting : PointToPlane {
-  bool ConvergedEarly() const { return converged_ && nr_iterations_ < max_iterations_; }
-};
 
 /// Finds the one nearest point with the project's own tree. The library's opens and closes a team
 /// of threads for each query, which takes as long as the query.
@@ -87,9 +81,9 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
   data_ = std::move(data);
 }
 
-Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
-                                  const Eigen::Isometry3d& X_TS,
-                                  const RegistrationOptions& options) {
+Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
+                                       const Eigen::Isometry3d& X_TS,
+                                       const RegistrationOptions& options) {
   Demand(options.max_pair_distance_m > 0.0, "max_pair_distance_m must be > 0");
   Demand(options.max_iterations >= 1, "max_iterations must be >= 1");
   Demand(options.min_step_m > 0.0 && options.min_step_rad > 0.0, "min steps must be > 0");
@@ -101,7 +95,7 @@ Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target
     p.getVector3fMap() = point.getVector3fMap();
     oriented->push_back(p);
   }
-  Counting method;
+  PointToPlane method;
   method.setInputSource(oriented);
   method.setInputTarget(target.data().points);
   method.setSearchMethodTarget(target.data().tree, true);
@@ -112,21 +106,16 @@ Registration RegisterPointToPlane(const Cloud& source, const PlaneTarget& target
   method.setMaximumIterations(options.max_iterations);
   // The library holds the source relative to its origin.
   const Eigen::Translation3d to_source(source.origin());
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   try {
     PclOriented aligned;
     method.align(aligned, (X_TS * to_source).matrix());
   } catch (const Undetermined&) {
-    return {X_TS, kInfinity, false};
+    return X_TS;
   }
-  Registration result;
-  result.X_TS = Eigen::Isometry3d(method.getFinalTransformation()) * to_source.inverse();
-  result.X_TS.linear() = Eigen::Quaterniond(result.X_TS.linear()).normalized().toRotationMatrix();
-  const double score =
-      method.getFitnessScore(options.max_pair_distance_m * options.max_pair_distance_m);
-  result.rms_m = score < std::numeric_limits<double>::max() ? std::sqrt(score) : kInfinity;
-  result.converged = method.ConvergedEarly();
-  return result;
+  Eigen::Isometry3d found =
+      Eigen::Isometry3d(method.getFinalTransformation()) * to_source.inverse();
+  found.linear() = Eigen::Quaterniond(found.linear()).normalized().toRotationMatrix();
+  return found;
 }
 
 }  // namespace rangegrasp::pcl_bridge

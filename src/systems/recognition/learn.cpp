@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "geometry/kd_tree.h"
-#include "geometry/mesh.h"
 #include "mesh/solid.h"
 #include "recognition/model_shape.h"
 
@@ -24,13 +23,11 @@ constexpr double kFacesUp = 0.5;  // of a normal's z: the foot's upper end is in
 
 /// The table's plane in its own frame: z away from it.
 base::Pose TableFrame(const geometry::Plane& table) {
-  const Eigen::Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), table.normal).toRotationMatrix();
-  return base::MakePose(R, table.Project(Eigen::Vector3d::Zero()));
+  const auto R = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), table.normal);
+  return base::MakePose(R.toRotationMatrix(), table.Project(Eigen::Vector3d::Zero()));
 }
 
-/// All that was perceived as objects, in the table's frame: seen from one side, a thing may be
-/// segmented into several.
+/// All perceived objects, in the table's frame: a thing may be segmented into several.
 PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
   PointCloud thing;
   for (const auto& object : scene.objects) {
@@ -68,8 +65,8 @@ PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
   return thinned;
 }
 
-/// Adds what it stands on: its side below the lowest points that were seen, and the bottom, both of
-/// the hull of its feet: a foot that is hollow from below looks the same from above.
+/// Adds its side below the lowest points that were seen, and the bottom, both of the hull of its
+/// feet: one that is hollow from below looks the same from above.
 void AddFoot(const LearnOptions& options, PointCloud& thing) {
   const double lowest_m = geometry::BoundsOf(thing.points).min().z();
   geometry::Points feet;

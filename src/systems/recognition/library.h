@@ -22,28 +22,19 @@ struct KnownObject {
   Symmetry symmetry;               ///< of its shape, whatever its colors
 };
 
-struct LibraryOptions {
-  double spacing_m = 0.003;      ///< of KnownObject::surface_B
-  double lying_slack_m = 0.004;  ///< LyingDirections
-  /// Of the ways to lie that are tried (10 deg); refining turns by half of it.
-  double yaw_step_rad = 0.1745;
-  double pair_spacing_m = 0.009;  ///< of the points whose pairs are compared with a scene's
-  SymmetryOptions symmetry;
-};
-
 /// Samples a mesh evenly and finds its symmetry.
 /// @param colors  of the mesh's triangles; may be empty
 /// @throws std::invalid_argument naming the object if the mesh is too small to be one (fewer than 4
 /// samples), or the colors are of another one.
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
-                            const LibraryOptions& options = {}, geometry::MeshColors colors = {});
+                            geometry::MeshColors colors = {});
 
 /// Known objects, prepared for recognition. Immutable; a copy shares its content. In a process that
 /// forks it may be made before or after.
 class Library {
  public:
   /// @throws std::invalid_argument if two have one name
-  explicit Library(std::vector<KnownObject> objects, const LibraryOptions& options = {});
+  explicit Library(std::vector<KnownObject> objects);
 
   /// @throws base::InputError naming the known ones.
   const KnownObject& Find(const std::string& name) const;

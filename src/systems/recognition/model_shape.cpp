@@ -38,8 +38,7 @@ constexpr double kSameFace_m = 0.0005;
 /// Faces this near in direction (8 deg) are one way to lie.
 constexpr double kSameDown = 0.9903;
 constexpr int kAxisIterations = 20;
-/// A point that turns off its surface by more than this for each radian is of another part: a
-/// scan's noise for each of the steps that poses are turned in.
+/// A point that turns off its surface by more [m/rad] is of another part: noise a step of turning.
 constexpr double kOff_m = 0.002;
 constexpr double kMinRoundShare = 0.7;
 
@@ -91,7 +90,7 @@ std::vector<HullFace> FacesOf(const geometry::TriangleMesh& hull) {
 
 /// By how much a point in a convex face's plane is outside of it [m]; negative inside.
 double Outside(const HullFace& face, const Vector3d& p) {
-  double outside = -1.0;
+  double outside = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 2 < face.corners_B.size(); i += 3) {
     double of_triangle = -1.0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -100,27 +99,32 @@ double Outside(const HullFace& face, const Vector3d& p) {
       const Vector3d out = (b - a).cross(face.normal_B).normalized();
       of_triangle = std::max(of_triangle, out.dot(p - a));
     }
-    outside = i == 0 ? of_triangle : std::min(outside, of_triangle);
+    outside = std::min(outside, of_triangle);
   }
   return outside;
 }
 
 // Symmetry.
 
+/// Of a turned surface, but for a share of it: a scan with 1 mm of noise and error tells no less.
+constexpr double kTolerance_m = 0.0015;
+constexpr double kStrayShare = 0.02;
+constexpr std::size_t kSamples = 600;  // of the surface that are turned
+constexpr int kMaxFold = 8;            // turns by 360 deg / n up to this n
+
 /// The surface, and how far a turned copy of it is off.
 class TurnedSurface {
  public:
-  TurnedSurface(const geometry::PointCloud& surface_B, const Vector3d& center_B,
-                const SymmetryOptions& options)
-      : surface_(surface_B), tree_(surface_B.points), center_(center_B), options_(options) {}
+  TurnedSurface(const geometry::PointCloud& surface_B, const Vector3d& center_B)
+      : surface_(surface_B), tree_(surface_B.points), center_(center_B) {}
 
   bool LiesOnItself(const Matrix3d& R) const {
     const std::size_t n = surface_.size();
-    const std::size_t step = std::max<std::size_t>(1, n / options_.samples);
-    const auto max_strays = static_cast<double>(n / step) * options_.stray_share;
+    const std::size_t step = std::max<std::size_t>(1, n / kSamples);
+    const auto max_strays = static_cast<double>(n / step) * kStrayShare;
     std::size_t strays = 0;
     for (std::size_t i = 0; i < n; i += step) {
-      strays += Distance(center_ + R * (surface_.points[i] - center_)) > options_.tolerance_m;
+      strays += Distance(center_ + R * (surface_.points[i] - center_)) > kTolerance_m;
       if (static_cast<double>(strays) > max_strays) return false;
     }
     return true;
@@ -142,7 +146,6 @@ class TurnedSurface {
   const geometry::PointCloud& surface_;
   geometry::KdTree tree_;
   Vector3d center_;
-  const SymmetryOptions& options_;
 };
 
 void AddAxis(const Vector3d& direction, std::vector<Vector3d>& axes) {
@@ -269,8 +272,7 @@ geometry::PointCloud SampledSurface(const geometry::TriangleMesh& mesh, double s
   return {geometry::Select(drawn.points, kept), geometry::Select(drawn.normals, kept)};
 }
 
-Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B,
-                    const SymmetryOptions& options) {
+Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B) {
   if (surface_B.size() < 4 || surface_B.normals.size() != surface_B.size()) {
     throw std::invalid_argument("SymmetryOf: needs 4 points or more, and a normal for each");
   }
@@ -279,7 +281,7 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
   symmetry.center_B = moments.center_B;
   const Matrix3d principal =
       Eigen::SelfAdjointEigenSolver<Matrix3d>(moments.scatter_B).eigenvectors();
-  const TurnedSurface turned(surface_B, symmetry.center_B, options);
+  const TurnedSurface turned(surface_B, symmetry.center_B);
   const auto axes = CandidateAxes(mesh_B, principal);
   for (const Vector3d& axis : axes) {
     const bool revolves = std::ranges::all_of(
@@ -291,7 +293,7 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
     return symmetry;
   }
   for (const Vector3d& axis : axes) {
-    for (int n = 2; n <= options.max_fold; ++n) {
+    for (int n = 2; n <= kMaxFold; ++n) {
       const double angle = 2.0 * std::numbers::pi / n;
       if (!turned.LiesOnItself(Turn(angle, axis))) continue;
       for (int k = 1; k < n; ++k) AddTurn(Turn(k * angle, axis), symmetry.rotations);
@@ -303,9 +305,8 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
 
 PoseDifference Difference(const base::Pose& X_CB, const base::Pose& other_CB,
                           const Symmetry& symmetry) {
-  PoseDifference difference;
-  difference.distance_m = (X_CB * symmetry.center_B - other_CB * symmetry.center_B).norm();
-  difference.angle_rad = std::numbers::pi;
+  PoseDifference difference{(X_CB * symmetry.center_B - other_CB * symmetry.center_B).norm(),
+                            std::numbers::pi};
   const Matrix3d between = X_CB.linear().transpose() * other_CB.linear();
   for (const Matrix3d& turn : symmetry.rotations) {
     const Matrix3d left = between * turn;

@@ -25,22 +25,12 @@ struct Symmetry {
   std::vector<Eigen::Matrix3d> rotations = {Eigen::Matrix3d::Identity()};
 };
 
-struct SymmetryOptions {
-  /// A turn counts if nothing of the turned surface is further from the surface than this, but for
-  /// the given share of it: a scan with about 1 mm of noise and calibration error tells no less.
-  double tolerance_m = 0.0015;
-  double stray_share = 0.02;
-  int max_fold = 8;           ///< turns by 360 deg / n up to this n
-  std::size_t samples = 600;  ///< of the surface that are turned
-};
-
 /// Lays the surface on itself: turned about the principal axes of its points, the normals of its
 /// hull's larger faces and the axes between two of these.
 /// @param surface_B  evenly sampled, with normals; distances are taken to the planes of the nearest
-/// samples, so that it need not be finer than options.tolerance_m
+/// samples, so that it need not be finer than a turn may be off (1.5 mm)
 /// @throws std::invalid_argument if there are fewer than 4 points, or not one normal a point
-Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B,
-                    const SymmetryOptions& options = {});
+Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B);
 
 /// How far a pose is from another one, symmetry aside.
 struct PoseDifference {
@@ -56,11 +46,10 @@ struct Axis {
   Eigen::Vector3d direction_B;  ///< unit
 };
 
-/// The axis that most of a surface turns about without leaving itself, such as a cup's, whose
-/// handle does not: nullopt if less than 70 % of the surface does. The lines of the normals of a
-/// surface of revolution meet its axis, a linear complex, which is found by least squares (Pottmann
-/// and Randrup 1998, "Rotational and helical surface approximation for reverse engineering"),
-/// weighted anew by the residuals.
+/// The axis that most of a surface turns about without leaving itself, as a cup's does but for its
+/// handle; nullopt for less than 70 %. The lines of the normals of a surface of revolution meet its
+/// axis, a linear complex, which is found by least squares (Pottmann and Randrup 1998, "Rotational
+/// and helical surface approximation for reverse engineering"), weighted anew by the residuals.
 /// @param surface_B  evenly sampled, with normals
 std::optional<Axis> AxisOfRevolution(const geometry::PointCloud& surface_B);
 

@@ -45,7 +45,7 @@ FoundObject FoundAt(const Match& match, const Posed& posed, const Segment& segme
       internal::Weigh(match.object(), posed.X_CB, segment.rays, query.options.tolerance_m,
                       query.options.color_tolerance, &explained);
   FoundObject found;
-  found.object = match.object().object->name;
+  found.object = match.object().object.name;
   found.X_CB = posed.X_CB;
   found.score = posed.score;
   found.color = evidence.Color();
@@ -62,7 +62,7 @@ struct Candidate {
   std::vector<Posed> posed;
 
   double Score() const { return posed.empty() ? 0.0 : posed.front().score; }
-  const std::string& Name() const { return match.object().object->name; }
+  const std::string& Name() const { return match.object().object.name; }
 };
 
 void Sort(std::vector<Candidate>& candidates) {
@@ -85,7 +85,7 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
   const RecognitionOptions& options = query.options;
   std::vector<Candidate> candidates;
   for (const auto& object : query.library.prepared().ready) {
-    base::Rng rng(base::DeriveSeed(seed, object->object->name));
+    base::Rng rng(base::DeriveSeed(seed, object->object.name));
     const Match match(*object, segment, source, options);
     candidates.push_back({match, match.Guesses(rng)});
   }
@@ -101,17 +101,23 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
   return candidates;
 }
 
-/// The share of a segment that lies close about the model and is not explained by it.
-double Hugging(const FoundObject& found, const KnownObject& object, const geometry::Indices& own,
-               const Query& query) {
-  const perception::Scene& scene = query.scene;
-  const SampleSet explained(found.samples.begin(), found.samples.end());
-  const geometry::KdTree surface(object.surface_B.points);
+/// Of these points of the scene's cloud those that are this near to a found object.
+geometry::Indices PointsAt(const FoundObject& found, geometry::Indices points, const Query& query,
+                           double near_m) {
+  const geometry::KdTree surface(query.library.Find(found.object).surface_B.points);
   const base::Pose X_BC = found.X_CB.inverse();
-  const auto hugging = std::ranges::count_if(own, [&](std::uint32_t point) {
-    return !explained.contains(scene.SampleOf(point)) &&
-           surface.CountWithin(X_BC * scene.cloud.points[point], query.options.hugs_m, 1) > 0;
+  std::erase_if(points, [&](std::uint32_t i) {
+    return surface.CountWithin(X_BC * query.scene.cloud.points[i], near_m, 1) == 0;
   });
+  return points;
+}
+
+/// The share of a segment that lies close about the model and is not explained by it.
+double Hugging(const FoundObject& found, const geometry::Indices& own, const Query& query) {
+  const SampleSet explained(found.samples.begin(), found.samples.end());
+  geometry::Indices rest = own;
+  std::erase_if(rest, [&](auto i) { return explained.contains(query.scene.SampleOf(i)); });
+  const auto hugging = PointsAt(found, std::move(rest), query, query.options.hugs_m).size();
   return static_cast<double>(hugging) / static_cast<double>(own.size());
 }
 
@@ -137,10 +143,10 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
   if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
   if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
-  const KnownObject& known = *best.match.object().object;
+  const KnownObject& known = best.match.object().object;
   FoundObject found = FoundAt(best.match, best.posed.front(), segment, query);
-  std::vector<Posed> others(best.posed);
-  std::ranges::copy(best.match.Moved(best.posed.front()), std::back_inserter(others));
+  std::vector<Posed> others = best.match.Moved(best.posed.front());
+  others.insert(others.begin(), best.posed.begin(), best.posed.end());
   for (const Posed& other : others) {
     const PoseDifference off = Difference(other.X_CB, found.X_CB, known.symmetry);
     const bool differs =
@@ -149,13 +155,12 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
       found.alternatives_CB.push_back(other.X_CB);
     }
   }
-  found.hugging = Hugging(found, known, own, query);
+  found.hugging = Hugging(found, own, query);
   if (candidates.size() > 1) found.runner_up = candidates[1].Score();
   return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
 }
 
-/// An object's points with those of small pieces beside it, which may be a part of it that was
-/// perceived apart, such as a handle; empty if there are none.
+/// An object's points with those of small pieces near it, such as a handle; empty without these.
 geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
                              const RecognitionOptions& options) {
   const geometry::Indices& own = scene.objects[object].points;
@@ -186,8 +191,7 @@ void DropPieces(std::vector<FoundObject>& all) {
   });
 }
 
-/// A find of more views replaces one of fewer at the same place, unless it fits much worse: then
-/// two objects have become one segment.
+/// A find of more views replaces one of fewer unless it fits much worse: it explains two as one.
 /// @return the earlier finds that are left
 std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
                                        std::vector<FoundObject>& now) {
@@ -204,25 +208,12 @@ std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
   return before;
 }
 
-/// The points of the scene's cloud this near to a found object.
-geometry::Indices PointsAt(const FoundObject& found, const KnownObject& object,
-                           const perception::Scene& scene, double near_m) {
-  const geometry::KdTree surface(object.surface_B.points);
-  const base::Pose X_BC = found.X_CB.inverse();
-  geometry::Indices points;
-  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-    if (surface.CountWithin(X_BC * scene.cloud.points[i], near_m, 1) > 0) points.push_back(i);
-  }
-  return points;
-}
-
-/// Whether the new views agree with what was found before them: something is measured there, lies
-/// on its surface, and nothing behind it.
+/// Whether the new views agree with an earlier find: they see its surface, and nothing behind it.
 bool StillFits(const FoundObject& found, const geometry::Indices& own, const Query& query) {
   const RecognitionOptions& options = query.options;
-  const auto& ready = query.library.prepared().ready;
-  const auto prepared = std::ranges::find_if(
-      ready, [&](const auto& object) { return object->object->name == found.object; });
+  const auto prepared =
+      std::ranges::find_if(query.library.prepared().ready,
+                           [&](const auto& object) { return object->object.name == found.object; });
   const auto rays = internal::RaysAbout(query.observation, query.scene, own, options.beside_m);
   const Evidence evidence =
       internal::Weigh(**prepared, found.X_CB, rays, options.tolerance_m, options.color_tolerance);
@@ -236,9 +227,10 @@ bool StillFits(const FoundObject& found, const geometry::Indices& own, const Que
 std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
   const perception::Scene& scene = query.scene;
   std::vector<bool> claimed(scene.cloud.size(), false);
+  geometry::Indices everywhere(scene.cloud.size());
+  std::iota(everywhere.begin(), everywhere.end(), 0u);
   std::erase_if(known, [&](FoundObject& found) {
-    const auto own =
-        PointsAt(found, query.library.Find(found.object), scene, 2.0 * query.options.tolerance_m);
+    const auto own = PointsAt(found, everywhere, query, 2.0 * query.options.tolerance_m);
     if (!StillFits(found, own, query)) return true;
     SampleSet samples(found.samples.begin(), found.samples.end());
     for (const auto point : own) {
@@ -269,8 +261,7 @@ std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::
   return all;
 }
 
-/// Takes the points that are claimed off the perceived objects.
-/// @return those that lost some
+/// Takes the points that are claimed off the perceived objects. @return those that lost some
 std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -316,19 +307,17 @@ std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const geometry::Indices& own = scene.objects[i].points;
+    if (own.size() < options.min_samples) continue;
     const auto known = std::ranges::count_if(
         own, [&](std::uint32_t point) { return sure.contains(scene.SampleOf(point)); });
-    if (own.size() < options.min_samples) continue;
     if (2 * static_cast<std::size_t>(known) < own.size()) open.push_back(i);
   }
   return open;
 }
 
-std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found) {
-  std::vector<FoundObject> sure;
-  std::ranges::copy_if(found, std::back_inserter(sure),
-                       [](const FoundObject& one) { return one.alternatives_CB.empty(); });
-  return sure;
+std::vector<FoundObject> SureOnes(std::vector<FoundObject> found) {
+  std::erase_if(found, [](const FoundObject& one) { return !one.alternatives_CB.empty(); });
+  return found;
 }
 
 std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found) {

@@ -13,60 +13,52 @@
 namespace rangegrasp::recognition {
 
 struct RecognitionOptions {
-  /// A sample this near to a model's surface, across it, is explained: three times what a scan's
-  /// noise and a pose's error are together. More for a noisier sensor.
+  /// Of an explained sample from a model's surface, across it: three times what a scan's noise and
+  /// a pose's error are together.
   double tolerance_m = 0.003;
   double coarse_tolerance_m = 0.010;  ///< the same of poses before they are registered
-  /// Rays round a segment are looked at, too, this far beside it: a model must not stand there.
+  /// Rays this far beside a segment are looked at, too: a model must not stand there.
   double beside_m = 0.12;
   std::size_t coarse_rays = 240;    ///< half of them a segment's own
-  std::size_t fine_rays = 3000;     ///< likewise
+  std::size_t fine_rays = 3000;     ///< half of them a segment's own
   std::size_t source_points = 300;  ///< of a segment, for registration
   int references = 24;              ///< points of a segment whose pairs vote for poses
-  /// Poses of one object and segment that are registered, the best by the coarse score.
-  int registered = 4;
-  /// Objects whose coarse score is this far below the best one's are not registered, nor refined
-  /// where their registered one is so far below.
+  int registered = 4;  ///< poses of one object and segment, the best by the coarse score
+  /// Objects whose score is so far below the best one's are not registered, nor refined.
   double hopeless = 0.25;
-  /// Of a segment's samples that a model leaves unexplained, so much counts: less than 1, for two
-  /// objects may be one segment.
+  /// u of the score: less than 1, for two objects may be one segment.
   double unexplained_weight = 0.6;
-  /// A ray that meets a model's surface and of which nothing came back counts so much as one that
-  /// saw through it, less where it meets it at more than 60 deg: it may have been lost to gloss or
-  /// in a shadow of the sensor's camera.
+  /// l of the score, less where a ray meets the surface at more than 60 deg: it may have been lost
+  /// to gloss or in a shadow of the sensor's camera.
   double lost_weight = 0.3;
-  /// What is found must score so high ...
+
+  // An object is named if all of these hold.
   double min_score = 0.72;
-  /// ... and so much higher than any other object there, over FoundObject::share_seen.
-  double margin = 0.02;
-  /// ... and no more than this share of the model is seen through: of right finds alone 0.005 at
-  /// most was, of a box that is 20 mm shorter 0.027.
+  double margin = 0.02;  ///< of the score above any other object's there, over share_seen
+  /// Of FoundObject::violations: of right finds alone 0.005 at most was, of a box that is 20 mm
+  /// shorter 0.027.
   double max_violations = 0.02;
-  /// ... and what it explains lies so near to its surface (rms, as a share of the tolerance): 0.16
-  /// at most did in right finds alone. A cylinder of another diameter fits more loosely.
+  /// Of rms_m, as a share of the tolerance: 0.16 at most in right finds alone. A cylinder of
+  /// another diameter fits more loosely.
   double max_rms = 0.17;
-  /// ... and of what it leaves unexplained no more than this share of the samples lies so near to
-  /// it: that would be another shape which is a little larger. What reaches away is a neighbor's.
+  /// Of the samples that it leaves unexplained: those this near to it would be of a shape that is a
+  /// little larger. What reaches away is a neighbor's.
   double hugs_m = 0.012;
   double max_hugging = 0.05;
-  /// ... and so much of its side that faces the views is measured: of what is hidden one cannot
-  /// tell its size.
-  double min_share_seen = 0.4;
+  double min_share_seen = 0.4;   ///< of what is hidden one cannot tell its size
   std::size_t min_samples = 60;  ///< that it explains, and of what is compared with the library
+  double min_color = 0.5;        ///< of FoundObject::color
+
   /// A perceived object with up to this share of another one's points, and this near to it, may be
   /// a part of it: the handle of a cup is perceived apart.
   double max_piece = 0.25;
   double piece_gap_m = 0.025;
-  /// Where the samples' colors and the model's are known: colors that agree nowhere take this share
-  /// off the score; 0: colors play no part.
+  /// w of the score; 0: colors play no part.
   double color_weight = 0.5;
   /// Colors that differ by as much agree no more: in the shares of red and blue white and cream
   /// differ by 0.1, orange and yellow by 0.2, red and white by 0.7.
   double color_tolerance = 0.25;
-  /// Of an object that is named the colors agree by so much at least.
-  double min_color = 0.5;
-  /// Deeper than this in the table no object stands.
-  double max_sunk_m = 0.003;
+  double max_sunk_m = 0.003;  ///< deeper in the table no object stands
 };
 
 /// A known object that was found.
@@ -74,22 +66,17 @@ struct FoundObject {
   std::string object;  ///< KnownObject::name
   base::Pose X_CB = base::Pose::Identity();
   double score = 0.0;  ///< 0 to 1; Recognize
-  /// How well the colors of the samples that it explains agree with its own, 0 to 1; 1 where they
-  /// are not known.
-  double color = 1.0;
-  /// Of the rays that meet the model's surface in this pose: measured where it is; the others went
-  /// through it, or something before it stopped them.
+  double color = 1.0;  ///< c of the score; 1 where colors are not known
+  /// Of the rays that meet the model's surface in this pose: measured where it is.
   double share_seen = 0.0;
-  /// Of those that nothing stopped: went through it and met something behind.
+  /// Of those that nothing stopped before it: went through it and met something behind.
   double violations = 0.0;
-  /// Of the perceived object's samples: close about the model, and unexplained.
-  double hugging = 0.0;
+  double hugging = 0.0;    ///< of the perceived object's samples: close about it, and unexplained
   double runner_up = 0.0;  ///< the score of the next best object there
   double rms_m = 0.0;      ///< of the samples' distances to the model, across its surface
   std::vector<geometry::SampleId> samples;  ///< that it explains
-  /// Other poses of the same object that explain the samples about as well (within
-  /// RecognitionOptions::margin): what would tell them apart was not seen, e.g. a handle. Another
-  /// view does.
+  /// Other poses of it that explain the samples as well, within RecognitionOptions::margin: what
+  /// would tell them apart was not seen, e.g. a handle.
   std::vector<base::Pose> alternatives_CB;
 };
 
@@ -111,9 +98,8 @@ struct FoundObject {
 ///
 /// with w = options.color_weight and d the distance of the sample's color from the model's there,
 /// in the shares of red and of blue; brightness counts less, and all samples' mean of it not at
-/// all. What no model explains well enough, or two explain about as well, is not named.
-/// Single-threaded; the same arguments give the same result, and the order of the library plays no
-/// part.
+/// all. What no model explains well enough, or two explain about as well, is not named. The order
+/// of the library plays no part.
 /// @param scene  of this observation
 /// @param known  SureOnes of earlier looks at the same scene. Those that are not found again, since
 /// more points make two objects one segment, stay as long as the new views agree with them; what
@@ -133,7 +119,7 @@ std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
                                      const RecognitionOptions& options);
 
 /// The finds whose pose is not open: what the next look at the same scene need not find again.
-std::vector<FoundObject> SureOnes(const std::vector<FoundObject>& found);
+std::vector<FoundObject> SureOnes(std::vector<FoundObject> found);
 
 /// Finds for another scan from where the first view was taken, of a scene that may have changed
 /// since: what only further views saw of them is left out. What has not moved need not be found

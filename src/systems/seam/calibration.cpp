@@ -56,19 +56,18 @@ void FitHeights(std::span<const HeightSample> samples, Calibration& calibration)
     heights(i) = sample.height_m;
   }
   const Eigen::VectorXd c = powers.colPivHouseholderQr().solve(heights);
-  for (std::size_t k = 0; k < kTerms; ++k) {
-    calibration.height_m[k] = c(static_cast<Eigen::Index>(k));
-  }
+  std::copy(c.begin(), c.end(), calibration.height_m.begin());
 }
 
 void CheckSamples(std::span<const HeightSample> heights, std::span<const LateralSample> laterals) {
-  const bool whole =
-      std::all_of(heights.begin(), heights.end(),
-                  [](const HeightSample& s) { return std::isfinite(s.row_px + s.height_m); }) &&
-      std::all_of(laterals.begin(), laterals.end(), [](const LateralSample& s) {
-        return std::isfinite(s.column + s.height_m + s.x_m);
-      });
-  if (!whole) throw base::InputError("calibration: a sample is not a finite number");
+  const auto whole = [](const auto& samples, const auto& sum) {
+    return std::ranges::all_of(samples, [&](const auto& s) { return std::isfinite(sum(s)); });
+  };
+  if (whole(heights, [](const HeightSample& s) { return s.row_px + s.height_m; }) &&
+      whole(laterals, [](const LateralSample& s) { return s.column + s.height_m + s.x_m; })) {
+    return;
+  }
+  throw base::InputError("calibration: a sample is not a finite number");
 }
 
 void CheckMonotone(const Calibration& calibration) {
@@ -139,9 +138,8 @@ constexpr double kMaxChange = 2.0;
 double MedianRow(const std::vector<float>& rows, int begin, int end) {
   std::vector<double> finite;
   for (int i = std::max(0, begin); i < std::min(static_cast<int>(rows.size()), end); ++i) {
-    if (std::isfinite(rows[static_cast<std::size_t>(i)])) {
-      finite.push_back(static_cast<double>(rows[static_cast<std::size_t>(i)]));
-    }
+    const auto row = static_cast<double>(rows[static_cast<std::size_t>(i)]);
+    if (std::isfinite(row)) finite.push_back(row);
   }
   if (finite.size() < kMinBodyPoints) return std::numeric_limits<double>::quiet_NaN();
   return base::MedianOf(std::move(finite));
@@ -176,7 +174,7 @@ std::vector<int> StrongestChanges(const std::vector<float>& rows, std::size_t co
   }
   std::vector<int> columns;
   while (columns.size() < count) {
-    const auto at = std::max_element(change.begin(), change.end());
+    const auto at = std::ranges::max_element(change);
     if (!(*at > 0.0)) break;
     const auto column = static_cast<int>(at - change.begin());
     columns.push_back(column);
@@ -184,7 +182,7 @@ std::vector<int> StrongestChanges(const std::vector<float>& rows, std::size_t co
     const int end = std::min(m, column + kSeparation + 1);
     std::fill(change.begin() + begin, change.begin() + end, 0.0);
   }
-  std::sort(columns.begin(), columns.end());
+  std::ranges::sort(columns);
   return columns;
 }
 
@@ -242,10 +240,9 @@ std::vector<double> PlateauRows(const std::vector<float>& rows, const std::vecto
 }
 
 // True if all of the values lie within a factor of their middle one, whatever its sign.
-bool AreAlike(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const double middle = values[values.size() / 2];
-  return std::all_of(values.begin(), values.end(), [&](double value) {
+bool AreAlike(const std::vector<double>& values) {
+  const double middle = base::UpperMedianOf(values);
+  return std::ranges::all_of(values, [&](double value) {
     return value / middle > 1.0 / kMaxChange && value / middle < kMaxChange;
   });
 }

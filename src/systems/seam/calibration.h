@@ -37,9 +37,9 @@ struct LateralSample {
 };
 
 /// Fits the function of 4th order and the column width to a look-up table, by least squares.
-/// @throws base::InputError if there are fewer than 32 columns, 5 distinct rows or 3 lateral
-/// samples at 2 heights, if a sample is not finite, if the columns do not ascend with x, or if the
-/// function is not monotone over the rows (which that of no real sensor is).
+/// @throws base::InputError for fewer than 32 columns, 5 distinct rows or 3 lateral samples at 2
+/// heights, a sample that is not finite, columns that do not ascend with x, or a function that is
+/// not monotone over the rows (no real sensor's).
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns);
 
@@ -63,9 +63,9 @@ struct CalibrationScan {
   double base_height_m = 0.0;
 };
 
-/// The look-up table of scans from several distances, and its fit: finds each plateau of the
-/// staircase (its row: a median) and each riser (its column) in every scan. Rows may rise or fall
-/// with height. Steps must be 16 columns wide or more.
+/// The look-up table of scans from several distances, and its fit: each plateau of the staircase
+/// (its row: a median) and each riser (its column) in every scan. Rows may rise or fall with
+/// height. Steps must be 16 columns wide or more.
 /// @throws base::InputError naming the scan in which the staircase is not found, and as
 /// FitCalibration.
 Calibration CalibrateFromBody(const CalibrationBody& body, std::span<const CalibrationScan> scans);

@@ -48,6 +48,12 @@ Support SupportOf(const TimedLine& line, std::span<const TimedColumn> points, do
 
 // ---- the height of a step ----
 
+// Medians of stretches of this length are compared: blocks.
+constexpr double kBlock_m = 0.5e-3;
+// Of the line on each side of a place [blocks]: what shows its step, and what is left out. What
+// frays is, and half of a slant of 2 mm but for what the rest outweighs.
+constexpr int kStepReach = 20;
+constexpr int kStepGap = 1;
 // Blocks on a side, at least: the four terms of the fit rest on ten then.
 constexpr int kMinBlocks = 5;
 // Profiles that are averaged, at least: as many as a period has at 30 Hz (section 3.4).
@@ -237,11 +243,8 @@ double StepHeight(std::span<const float> f, int column, const StepOptions& optio
   return static_cast<double>(high) - static_cast<double>(low);
 }
 
-StepTest::StepTest(const LineGeometry& line, const StepTestOptions& options)
-    : columns_(std::max(1, Whole(options.block_m * line.columns_per_m))),
-      reach_(Whole(options.reach_m / options.block_m)),
-      gap_(Whole(options.gap_m / options.block_m)),
-      period_s_(options.period_s) {}
+StepTest::StepTest(const LineGeometry& line, double period_s)
+    : columns_(std::max(1, Whole(kBlock_m * line.columns_per_m))), period_s_(period_s) {}
 
 void StepTest::Take(const PreparedProfile& profile) {
   while (recent_.size() >= kMinProfiles && recent_.front().time_s < profile.time_s - period_s_) {
@@ -290,8 +293,8 @@ const StepTest::Kernel& StepTest::KernelOf(int left, int right, int gap) {
 
 std::optional<StepTest::Fit> StepTest::FitBefore(int block, int gap) {
   const int count = static_cast<int>(mean_.height_m.size());
-  const int left = std::min(reach_, block) - gap;
-  const int right = std::min(reach_, count - block) - gap;
+  const int left = std::min(kStepReach, block) - gap;
+  const int right = std::min(kStepReach, count - block) - gap;
   if (left < kMinBlocks || right < kMinBlocks) return std::nullopt;
   const Kernel& kernel = KernelOf(left, right, gap);
   const float* weight = kernel.weights.data();
@@ -307,7 +310,7 @@ std::optional<double> StepTest::HeightAt(double column) {
   const int block = Whole(column / columns_) - mean_.first;
   std::optional<double> highest;
   for (int near = block - 1; near <= block + 1; ++near) {
-    const auto fit = FitBefore(near, gap_);
+    const auto fit = FitBefore(near, kStepGap);
     if (fit && (!highest || fit->height_m > *highest)) highest = fit->height_m;
   }
   return highest;

@@ -38,8 +38,8 @@ struct LinePredictionOptions {
   /// > 0; half a millimetre of the base sensor: wider lets in fibres next to the edge, narrower
   /// leaves out votes of a frayed one.
   double inlier_columns = 6.0;
-  /// > 0; steeper lines are not considered. 50 mm/s across at 12 columns a mm; an edge at 45
-  /// degrees moves by 30 mm/s before a head of that speed.
+  /// > 0; 50 mm/s across at 12 columns a mm; an edge at 45 degrees moves by 30 mm/s before a head
+  /// of that speed.
   double max_slope_columns_per_s = 600.0;
 };
 struct LinePrediction {
@@ -82,19 +82,15 @@ constexpr std::array<std::string_view, 2> WordsOf(StepRule) { return {"range", "
 
 struct StepOptions {
   StepRule rule = StepRule::kFit;
-  /// Of kFit: share of min_step_m from which a step is an edge's. A fit is off by a tenth of a
-  /// millimetre at most; a range has noise added to it.
+  /// Of kFit. A fit is off by a tenth of a millimetre at most; a range has noise added to it.
   double fitted = 0.6;
-  /// The same of a step that is not where the last ones were. A noisy surface without an edge has
-  /// some of 0.6 in a tenth of a second's profiles, here and there.
+  /// Of kFit. A noisy surface without an edge has some of 0.6 in a tenth of a second's profiles.
   double fitted_first = 0.8;
-  double period_s = 0.1;  ///< > 0; of kFit: the profiles of so long are averaged, three at least
-  int half_window = 10;   ///< >= 1 [columns] (section 3.5.3)
-  /// >= 0 [columns], of the median filter. One as wide as the window would flatten slanted edges.
-  int median_half_width = 6;
-  /// An edge that goes on where the last ones were needs only this share of min_step_m, so that a
-  /// mat as thin as min_step_m is not lost to noise in every other profile. 1: as published. Of
-  /// kRange.
+  double period_s = 0.1;      ///< > 0, of kFit: three profiles at least
+  int half_window = 10;       ///< >= 1 [columns] (section 3.5.3)
+  int median_half_width = 6;  ///< >= 0 [columns]; one as wide as the window flattens slanted edges
+  /// Of kRange: an edge of a mat as thin as min_step_m is not lost to noise in every other profile.
+  /// 1: as published.
   double continued = 0.7;
   double min_step_m = 0.3e-3;  ///< > 0; the thinnest mat (section 3.5.3)
 };
@@ -102,25 +98,16 @@ struct StepOptions {
 /// median filter; the step is their maximum less their minimum. 0 outside of the profile.
 double StepHeight(std::span<const float> f, int column, const StepOptions& options);
 
-struct StepTestOptions {
-  double block_m = 0.5e-3;  ///< > 0; medians of stretches of this length are compared
-  double reach_m = 10e-3;   ///< of the line, on each side of a place, that tells its step
-  /// Left out on each side: what frays, and half of a slant of 2 mm but for what the rest
-  /// outweighs.
-  double gap_m = 0.5e-3;
-  double period_s = 0.1;  ///< > 0; the profiles of so long are averaged, three at least
-};
-
-/// How high the step at a place of a line is, by all that lies next to it: the least-squares fit of
-/// a parabola and a step there, over the medians of short stretches, averaged over the last
-/// profiles. The fibres and the noise of single columns that decide about the range of heights
-/// within a millimetre hardly move it.
-/// Voting and weights use it where their detectors see a step. The fit of seam/step_track.h, which
-/// looks at all places with windows of four widths, takes some 28 us a profile and this 2, so that
-/// both stay.
+/// How high the step at a place of a line is: the least-squares fit of a parabola and a step there,
+/// over the medians of short stretches next to it, averaged over the last profiles. The fibres and
+/// the noise of single columns that decide about the range of heights within a millimetre hardly
+/// move it. Voting and weights use it where their detectors see a step. The fit of
+/// seam/step_track.h, which looks at all places with windows of four widths, takes some 28 us a
+/// profile and this 2, so that both stay.
 class StepTest {
  public:
-  explicit StepTest(const LineGeometry& line, const StepTestOptions& options = {});
+  /// @param period_s  > 0; the profiles of so long are averaged, three at least.
+  explicit StepTest(const LineGeometry& line, double period_s = StepOptions{}.period_s);
 
   /// Takes the next profile; an unusable one tells nothing, but time goes on.
   void Take(const PreparedProfile& profile);
@@ -151,7 +138,7 @@ class StepTest {
   std::optional<Fit> FitBefore(int block, int gap);
   const Kernel& KernelOf(int left, int right, int gap);
 
-  int columns_, reach_, gap_;  // of a block; [blocks]
+  int columns_;  // of a block
   double period_s_;
   std::vector<float> heights_;  // of the blocks, to sort them
   std::deque<Blocks> recent_;

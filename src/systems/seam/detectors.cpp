@@ -33,7 +33,7 @@ double SumOf(std::span<const float> f) {
 }
 
 bool IsFlat(std::span<const float> f) {
-  return std::all_of(f.begin(), f.end(), [&](float z) { return z == f[0]; });
+  return std::ranges::all_of(f, [&](float z) { return z == f[0]; });
 }
 
 // What a step at column j is judged by.
@@ -116,8 +116,8 @@ void DivideByMaximum(std::vector<float>& values) {
 // Eq. 3.5: the step's height from a few columns on either side.
 double CandidateWeight(std::span<const float> f, int j, int step_columns) {
   const auto m = static_cast<int>(f.size());
-  float high = -std::numeric_limits<float>::infinity();
   float low = std::numeric_limits<float>::infinity();
+  float high = -low;
   for (int k = 1; k <= step_columns; ++k) {
     high = std::max(high, f[static_cast<std::size_t>(std::min(m - 1, j + k))]);
     low = std::min(low, f[static_cast<std::size_t>(std::max(0, j - k))]);
@@ -132,7 +132,7 @@ double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
   const auto window =
       f.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
   const double average = SumOf(window) / (end - begin);
-  // f < average in double is f < above in float, and likewise for below.
+  // f < average in double is f < above in float, and the same holds for below.
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto nearest = static_cast<float>(average);
   const bool under = static_cast<double>(nearest) < average;
@@ -162,7 +162,6 @@ float ReachedBy(std::span<const float> values, std::size_t count) {
   const std::size_t block = values.size() / (2 * count);
   if (block < 2) return 0.0F;
   std::vector<float> maxima;
-  maxima.reserve(values.size() / block + 1);
   for (std::size_t begin = 0; begin < values.size(); begin += block) {
     const auto part = values.subspan(begin, std::min(block, values.size() - begin));
     float max = part[0];
@@ -216,16 +215,15 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
   const auto count = std::min(difference.size(), static_cast<std::size_t>(candidates));
   const float reached = ReachedBy(difference, count);
   std::vector<std::uint64_t> keys;
-  keys.reserve(4 * count);
   for (std::size_t j = 0; j < difference.size(); ++j) {
     if (difference[j] >= reached && difference[j] > 0.0F) {
       keys.push_back(CandidateKey(difference[j], j + 1));
     }
   }
-  std::sort(keys.begin(), keys.end(), std::greater<>());
+  std::ranges::sort(keys, std::greater());
   if (keys.size() > count) keys.resize(count);
   std::vector<int> columns(keys.size());
-  std::transform(keys.begin(), keys.end(), columns.begin(), ColumnOfKey);
+  std::ranges::transform(keys, columns.begin(), ColumnOfKey);
   return columns;
 }
 
@@ -234,8 +232,8 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
     throw std::invalid_argument("local weighted-voting: half_window must be at least 1");
   }
   const std::size_t m = f.size();
-  if (m < kMinEdgeColumns) return Nothing(m);
   DetectorResult result = Nothing(m);
+  if (m < kMinEdgeColumns) return result;
   double best = 0.0;
   for (const int j : EdgeCandidates(f, options.candidates)) {
     const double S =

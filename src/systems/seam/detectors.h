@@ -18,15 +18,14 @@ constexpr std::array<std::string_view, kDetectors> WordsOf(Detector) {
 }
 
 struct DetectorResult {
-  std::optional<int> column;  ///< the edge: the first column of the high side; none if m is too
-                              ///< small or all is flat
+  /// The edge: the first column of the high side; none if m is too small or all is flat.
+  std::optional<int> column;
   std::vector<float> weight;  ///< m values in [0, 1]: eq. 3.13, 3.14 or 3.15
 };
 
 /// What the model's two levels h are (eq. 3.1).
 enum class ModelLevels {
-  kExtremes,  ///< "the minimum and maximum pixel" of the whole profile: one pair of levels for all
-              ///< j
+  kExtremes,         ///< "the minimum and maximum pixel" of the whole profile, for all j
   kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 read to the letter
   kMeans,            ///< their means: the true least-squares step
 };

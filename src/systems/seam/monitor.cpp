@@ -42,8 +42,7 @@ using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
 double At(const Curve& curve, double u) { return curve[0] + u * (curve[1] + u * curve[2]); }
 
 struct SurfacePoint {
-  double u;
-  double z;
+  double u, z;
 };
 
 // Every kStride-th measured point, u and z apart.
@@ -60,10 +59,6 @@ struct SurfacePoints {
   }
 };
 
-bool Supports(double u, double z, const Curve& curve) {
-  return std::abs(z - At(curve, u)) <= kWithin_m;
-}
-
 RANGEGRASP_VECTORISED std::int64_t CountSupport(const double* u, const double* z,
                                                 std::size_t points, double c0, double c1,
                                                 double c2) {
@@ -74,13 +69,17 @@ RANGEGRASP_VECTORISED std::int64_t CountSupport(const double* u, const double* z
   return support;
 }
 
+std::int64_t SupportOf(const SurfacePoints& points, const Curve& c) {
+  return CountSupport(points.u.data(), points.z.data(), points.u.size(), c[0], c[1], c[2]);
+}
+
 // Least squares over the points that support `curve`.
 Curve Refine(const SurfacePoints& points, const Curve& curve) {
   Eigen::Matrix3d normal = kPriorWeight * Eigen::Matrix3d::Identity();
   Eigen::Vector3d right = kPriorWeight * curve;
   for (std::size_t i = 0; i < points.u.size(); ++i) {
     const double u = points.u[i];
-    if (!Supports(u, points.z[i], curve)) continue;
+    if (std::abs(points.z[i] - At(curve, u)) > kWithin_m) continue;
     const Eigen::Vector3d basis(1.0, u, u * u);
     normal += basis * basis.transpose();
     right += points.z[i] * basis;
@@ -99,8 +98,7 @@ std::vector<SurfacePoint> BlockMedians(const SurfacePoints& points) {
     for (std::size_t i = begin; i < end; ++i) block.push_back({points.u[i], points.z[i]});
     if (block.empty()) continue;
     const auto middle = block.begin() + static_cast<std::ptrdiff_t>(block.size() / 2);
-    std::nth_element(block.begin(), middle, block.end(),
-                     [](const auto& p, const auto& q) { return p.z < q.z; });
+    std::ranges::nth_element(block, middle, {}, &SurfacePoint::z);
     medians.push_back(*middle);
   }
   return medians;
@@ -120,17 +118,13 @@ Curve FitSurface(std::span<const float> height) {
   const SurfacePoints points(height);
   const auto squares = FitQuadratic(height);
   Curve best(squares[0], squares[1], squares[2]);
-  const auto support = [&](const Curve& curve) {
-    return CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1],
-                        curve[2]);
-  };
-  auto max_support = support(best);
+  auto max_support = SupportOf(points, best);
   const auto medians = BlockMedians(points);
   for (std::size_t i = 0; i < medians.size(); ++i) {
     for (std::size_t j = i + 1; j < medians.size(); ++j) {
       for (std::size_t k = j + 1; k < medians.size(); ++k) {
         const Curve curve = Through(medians[i], medians[j], medians[k]);
-        const auto count = support(curve);
+        const auto count = SupportOf(points, curve);
         if (count <= max_support) continue;
         max_support = count;
         best = curve;
@@ -142,9 +136,7 @@ Curve FitSurface(std::span<const float> height) {
 }
 
 bool IsBorneOut(std::span<const float> height, const Curve& curve) {
-  const SurfacePoints points(height);
-  const auto support =
-      CountSupport(points.u.data(), points.z.data(), points.u.size(), curve[0], curve[1], curve[2]);
+  const auto support = SupportOf(SurfacePoints(height), curve);
   return static_cast<double>(support * kStride) >=
          kSurfaceShare * static_cast<double>(height.size());
 }
@@ -165,6 +157,30 @@ std::vector<float> Above(std::span<const float> height, const Curve& curve, doub
   Subtract(At(curve, by), curve[1] + 2.0 * by * curve[2], curve[2],
            static_cast<std::int32_t>(above.size()), above.data());
   return above;
+}
+
+// Reads the keys, or checks them (base::RangeCheck).
+template <typename Map>
+void ReadMonitorNumbers(Map& map, MonitorOptions& options) {
+  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
+                 "what rises this far above the surface is an obstacle");
+  map.Read("obstacle_share", options.obstacle_share, 0.1, 1.0,
+           "of that height, as seen from the surface between both mats, is enough");
+  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
+                 "if it is this wide");
+  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
+           "and this many of the last profiles show it in one place");
+  map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
+                 "a lower step is no edge of a mat");
+  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
+           "the mats end where this many of the last usable profiles show no edge");
+  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
+  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
+           "so many unusable profiles one after the other are an outage of the sensor");
+}
+
+bool WindowSuffices(const MonitorOptions& options) {
+  return options.window >= std::max(options.obstacle_profiles, options.mat_end_profiles);
 }
 
 }  // namespace
@@ -197,22 +213,8 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
 }
 
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
-  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
-                 "what rises this far above the surface is an obstacle");
-  map.Read("obstacle_share", options.obstacle_share, 0.1, 1.0,
-           "of that height, as seen from the surface between both mats, is enough");
-  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
-                 "if it is this wide");
-  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
-           "and this many of the last profiles show it in one place");
-  map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
-                 "a lower step is no edge of a mat");
-  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
-           "the mats end where this many of the last usable profiles show no edge");
-  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
-  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
-           "so many unusable profiles one after the other are an outage of the sensor");
-  if (options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
+  ReadMonitorNumbers(map, options);
+  if (!WindowSuffices(options)) {
     map.Fail("window", "must not be shorter than obstacle_profiles or mat_end_profiles");
   }
   map.Finish();
@@ -223,22 +225,11 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
       columns_per_m_(line.columns_per_m),
       options_(options) {
-  if (!(options.obstacle_height_m > 0.0) || !(options.obstacle_width_m > 0.0) ||
-      !(options.obstacle_share > 0.0 && options.obstacle_share <= 1.0) ||
-      options.obstacle_profiles < 1 || options.mat_end_profiles < 1 ||
-      options.outage_profiles < 1 ||
-      options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
-    throw std::invalid_argument(
-        "surface monitor: heights and widths must be above 0, counts at least 1, and the window "
-        "not shorter than either count");
-  }
-}
-
-// The head steers along the line: over a bent mould the columns themselves rise and fall by it.
-std::vector<float> SurfaceMonitor::AboveSurfaceBefore(std::size_t number,
-                                                      std::span<const float> now) const {
-  const auto& [c0, c1, c2] = surfaces_[number];
-  return Above(now, {c0, c1, c2}, (moved_m_.back() - moved_m_[number]) * columns_per_m_);
+  MonitorOptions copy = options;
+  const base::RangeCheck check("surface monitor");
+  ReadMonitorNumbers(check, copy);
+  if (WindowSuffices(options)) return;
+  throw std::invalid_argument("surface monitor: the window must not be shorter than either count");
 }
 
 std::vector<bool> SurfaceMonitor::Rising(std::span<const float> above) const {
@@ -252,29 +243,26 @@ std::vector<bool> SurfaceMonitor::Rising(std::span<const float> above) const {
 bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   const auto& now = profile.original_m;
   if (now.size() < 2 * kStride) return false;
-  moved_m_.push_back((moved_m_.empty() ? 0.0 : moved_m_.back()) + profile.moved_m);
-  const Curve surface = FitSurface(now);
+  const double moved_m = profile.moved_m + (seen_.empty() ? 0.0 : seen_.back().moved_m);
+  Curve surface = FitSurface(now);
   auto rising = Rising(Above(now, surface, 0.0));
-  if (surfaces_.size() >= 2) {
-    const auto first = Rising(AboveSurfaceBefore(0, now));
-    const auto second = Rising(AboveSurfaceBefore(1, now));
+  // The head steers along the line: over a bent mould the columns themselves rise and fall by it.
+  const auto above_earlier = [&](const Seen& earlier) {
+    return Rising(Above(now, earlier.surface, (moved_m - earlier.moved_m) * columns_per_m_));
+  };
+  if (seen_.size() >= 2) {
+    const auto first = above_earlier(seen_[0]);
+    const auto second = above_earlier(seen_[1]);
     for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || (first[i] && second[i]);
   }
-  surfaces_.push_back({surface[0], surface[1], surface[2]});
-  if (!IsBorneOut(now, surface)) surfaces_.back().fill(std::numeric_limits<double>::quiet_NaN());
-  rising_.push_back(std::move(rising));
-  const auto window = static_cast<std::size_t>(options_.window);
-  if (surfaces_.size() > window) {
-    surfaces_.pop_front();
-    moved_m_.pop_front();
-  }
-  if (rising_.size() > window) rising_.pop_front();
-  for (std::size_t i = 0; i < rising_.back().size(); ++i) {
-    if (!rising_.back()[i]) continue;
-    const auto seen = std::count_if(rising_.begin(), rising_.end(), [i](const auto& columns) {
-      return i < columns.size() && columns[i];
-    });
-    if (seen >= options_.obstacle_profiles) return true;
+  if (!IsBorneOut(now, surface)) surface.setConstant(std::numeric_limits<double>::quiet_NaN());
+  seen_.push_back({surface, moved_m, std::move(rising)});
+  if (seen_.size() > static_cast<std::size_t>(options_.window)) seen_.pop_front();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (!seen_.back().rising[i]) continue;
+    const auto times = std::ranges::count_if(
+        seen_, [i](const Seen& s) { return i < s.rising.size() && s.rising[i]; });
+    if (times >= options_.obstacle_profiles) return true;
   }
   return false;
 }
@@ -299,7 +287,7 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   if (edge) usual_step_m_ += kStepGain * (step_m - usual_step_m_);
   no_edge_.push_back(edge_seen_ && !edge);
   if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();
-  if (std::count(no_edge_.begin(), no_edge_.end(), true) >= options_.mat_end_profiles) {
+  if (std::ranges::count(no_edge_, true) >= options_.mat_end_profiles) {
     stop_ = StopReason::kMatEnd;
     ended_ = 0;
   }
@@ -307,19 +295,8 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
 }
 
 bool SurfaceMonitor::SeesEdge() const {
-  return edge_seen_ && 2 * std::count(no_edge_.begin(), no_edge_.end(), false) >
-                           static_cast<std::ptrdiff_t>(no_edge_.size());
-}
-
-void SurfaceMonitor::Reset() {
-  surfaces_.clear();
-  moved_m_.clear();
-  rising_.clear();
-  no_edge_.clear();
-  edge_seen_ = false;
-  usual_step_m_ = 0.0;
-  unusable_ = 0;
-  stop_.reset();
+  return edge_seen_ &&
+         2 * std::ranges::count(no_edge_, false) > static_cast<std::ptrdiff_t>(no_edge_.size());
 }
 
 }  // namespace rangegrasp::seam

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <deque>
 #include <optional>
@@ -23,24 +24,21 @@ constexpr std::array<std::string_view, 3> WordsOf(StopReason) {
   return {"mat_end", "obstacle", "outage"};
 }
 
+/// The texts of the keys (ReadMonitorOptions) say what each is.
 struct MonitorOptions {
-  double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7): rises above the surface
-  /// In (0, 1] of that height is enough: an obstacle on the low mat rises less above the surface
-  /// between both, by half a mat, and its border slopes. Filaments and bundles are 1.4 mm at most.
+  double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7)
+  /// In (0, 1]: an obstacle on the low mat rises less above the surface between both, by half a
+  /// mat, and its border slopes. Filaments and bundles are 1.4 mm at most.
   double obstacle_share = 0.7;
-  /// > 0; of a stretch that is so high. An obstacle of twice this width shows one for certain,
-  /// since its borders slope. Lower for a sensor without outliers.
+  /// > 0. An obstacle of twice this width shows a stretch of it for certain, since its borders
+  /// slope. Lower for a sensor without outliers.
   double obstacle_width_m = 1e-3;
-  /// >= 1 of the last `window` must show it in one place: fewer stop for outliers, more ask for a
-  /// slower head.
-  int obstacle_profiles = 3;
-  double min_step_m = 0.18e-3;  ///< > 0; a lower step is no edge: 0.6 of the thinnest mat's, as in
-                                ///< the tracker
-  /// >= 1 of the last `window` usable ones without an edge of the minimal step: 80 % of it, so that
-  /// chance edges do not hide an end and gaps of a low edge do not make one.
+  int obstacle_profiles = 3;    ///< >= 1: fewer stop for outliers, more ask for a slower head
+  double min_step_m = 0.18e-3;  ///< > 0: 0.6 of the thinnest mat's, as in the tracker
+  /// >= 1: 80 % of the window, so that chance edges do not hide an end and gaps of a low edge do
+  /// not make one.
   int mat_end_profiles = 24;
-  /// >= 1; so many unusable profiles one after the other are an outage.
-  int outage_profiles = 10;
+  int outage_profiles = 10;  ///< >= 1
   /// >= both; at 62 profiles a second and 30 mm/s it spans 15 of the 80 mm that the sensor is
   /// ahead.
   int window = 30;
@@ -70,22 +68,21 @@ class SurfaceMonitor {
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
   /// Whether most of the last usable profiles showed the edge.
   bool SeesEdge() const;
-  void Reset();
 
  private:
   bool SeesObstacle(const PreparedProfile& profile);
 
-  /// How far columns rise above one of surfaces_, at their places on the mats.
-  std::vector<float> AboveSurfaceBefore(std::size_t number, std::span<const float> now) const;
   std::vector<bool> Rising(std::span<const float> above) const;
 
   std::size_t width_;  // columns of the narrowest obstacle
   double columns_per_m_;
   MonitorOptions options_;
-  // Of the last profiles, oldest first.
-  std::deque<std::array<double, 3>> surfaces_;  // parabolas over a line from -1 to 1; NaN: none
-  std::deque<double> moved_m_;  // by how much the line had moved along itself by then
-  std::deque<std::vector<bool>> rising_;
+  struct Seen {
+    Eigen::Vector3d surface;   // a parabola over a line from -1 to 1; NaN: none
+    double moved_m;            // by how much the line had moved along itself by then
+    std::vector<bool> rising;  // columns
+  };
+  std::deque<Seen> seen_;  // of the last profiles, oldest first
   std::deque<bool> no_edge_;
   int ended_ = 0;     // usable profiles since the mat end was reported
   int unusable_ = 0;  // one after the other, up to now

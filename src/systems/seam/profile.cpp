@@ -30,12 +30,13 @@ void CheckFilter(const FilterOptions& options) {
 bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
 
 std::size_t FirstFinite(std::span<const float> z) {
-  return static_cast<std::size_t>(std::find_if(z.begin(), z.end(), IsFinite) - z.begin());
+  return static_cast<std::size_t>(std::ranges::find_if(z, IsFinite) - z.begin());
 }
 // There must be one.
 std::size_t LastFinite(std::span<const float> z) {
-  return z.size() - 1 -
-         static_cast<std::size_t>(std::find_if(z.rbegin(), z.rend(), IsFinite) - z.rbegin());
+  std::size_t last = z.size() - 1;
+  while (!IsFinite(z[last])) --last;
+  return last;
 }
 
 // Sums over finite points z at t: t^0 .. t^4, and z t^0 .. z t^2.

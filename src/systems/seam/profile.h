@@ -41,16 +41,13 @@ struct FilterOptions {
   /// > 0; below the thinnest mat's 0.3 mm, so that the two sides of an edge do not bear each other
   /// out, and above the noise of a row.
   double half_height_m = 0.2e-3;
-  /// >= 0, other points within the window. Prepare asks for fewer where a profile has holes, by its
-  /// share of points.
-  int min_neighbors = 10;
+  int min_neighbors = 10;  ///< >= 0; Prepare scales it by a profile's share of points
 };
 
 struct PreprocessOptions {
   FilterOptions filter;
-  bool normalise = true;  ///< subtract the quadratic fit
-  /// >= 8; a profile with fewer points after the filter is unusable: less than an eighth of 1024.
-  int min_columns = 128;
+  bool normalise = true;
+  int min_columns = 128;  ///< >= 8: an eighth of 1024
 };
 
 /// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbors`

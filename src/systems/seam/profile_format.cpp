@@ -17,10 +17,6 @@ void CheckFormat(bool good, const char* what) {
   if (!good) throw std::invalid_argument(std::string("profile file: ") + what);
 }
 
-void CheckScale(const HeightScale& scale) {
-  CheckFormat(scale.unit_m > 0.0 && std::isfinite(scale.zero), "a height's unit_m must be above 0");
-}
-
 // A list of numbers, which YAML may write as text.
 void ReadNoValues(YamlMap& map, ProfileFileOptions& options) {
   std::vector<std::string> words;
@@ -132,10 +128,11 @@ no_values: [0]
 }  // namespace
 
 void CheckOptions(const ProfileFileOptions& options) {
-  CheckScale(options.text.scale);
-  CheckScale(options.grey);
-  CheckScale(options.signed_grey);
-  CheckScale(options.real);
+  for (const HeightScale* scale :
+       {&options.text.scale, &options.grey, &options.signed_grey, &options.real}) {
+    CheckFormat(scale->unit_m > 0.0 && std::isfinite(scale->zero),
+                "a height's unit_m must be above 0");
+  }
   CheckFormat(options.columns >= 0, "columns must not be negative");
   CheckFormat(options.rate_hz > 0.0, "rate_hz must be above 0");
   CheckFormat(options.time_unit_s > 0.0, "time_unit_s must be above 0");

@@ -21,13 +21,8 @@ constexpr std::array<std::string_view, 4> WordsOf(TextLayout) {
   return {"rows", "pairs", "points", "columns"};
 }
 
-enum class TextSeparator {
-  kAuto,  ///< semicolons if the line has one, else commas, else runs of blanks
-  kComma,
-  kSemicolon,
-  kTab,    ///< one each: nothing between two is no value
-  kBlank,  ///< runs of blanks and tabs
-};
+/// Between two tabs there is a value, if only an empty one; blanks are runs of blanks and tabs.
+enum class TextSeparator { kAuto, kComma, kSemicolon, kTab, kBlank };
 constexpr std::array<std::string_view, 5> WordsOf(TextSeparator) {
   return {"auto", "comma", "semicolon", "tab", "blank"};
 }
@@ -39,24 +34,19 @@ struct HeightScale {
   std::vector<double> no_values;  ///< numbers that mean "nothing measured", besides nan
 };
 
-/// How lines of a text become profiles. A column is given by its number, from 1, or by its name in
-/// the header; empty: there is none.
+/// How lines of a text become profiles; the texts of the keys of `file` say what each option is. A
+/// column is given by its number, from 1, or by its name in the header; empty: there is none.
 struct TextFormat {
   TextLayout layout = TextLayout::kRows;
   TextSeparator separator = TextSeparator::kAuto;
   bool decimal_comma = false;
-  int header_lines = 0;  ///< left out first; the last of them names the columns
-  /// Instead of header_lines: the first field of the line that names the columns.
+  int header_lines = 0;
   std::string header;
-  /// Only what stands between a line that is one of these words and a line "End".
   std::vector<std::string> sections;
-  std::string time_column, encoder_column;
-  std::string axis_column;     ///< rows of "X" hold x of the next row of "Z", others are left out
-  std::string profile_column;  ///< kPoints: a profile ends where its number changes
-  std::string x_column, z_column;  ///< kPoints; none: the first two that are not named above
-  std::string first_column;        ///< of the heights; none: the one after all that are named above
-  bool x_in_header = false;        ///< the header's names of the heights are their x
-  HeightScale scale;               ///< the unit is that of x, too
+  std::string time_column, encoder_column, axis_column, profile_column;
+  std::string x_column, z_column, first_column;
+  bool x_in_header = false;
+  HeightScale scale;  ///< the unit is that of x, too
 };
 
 /// Where profiles come from and what their numbers mean.
@@ -69,12 +59,11 @@ struct ProfileFileOptions {
   int columns = 0;        ///< expected columns; 0: those of most of the first three whole rows
   bool away = false;      ///< heights grow away from the sensor: their sign is turned
   double rate_hz = 62.0;  ///< > 0: profiles a second; gives each row its time if the file does not
-  double time_unit_s = 1.0;     ///< > 0: of the time column
+  double time_unit_s = 1.0;     ///< > 0
   double encoder_m = 1e-3;      ///< not 0: path a count of the encoder
-  double feed_m_per_s = 30e-3;  ///< > 0: an encoder without a time column tells times by it
-  /// More time between two rows is an outage; 0: ten times what is between the first two.
+  double feed_m_per_s = 30e-3;  ///< > 0
   double max_gap_s = 0.0;
-  double min_height_m = -0.2;  ///< heights outside are out of range (before the sign is turned)
+  double min_height_m = -0.2;  ///< of heights before their sign is turned
   double max_height_m = 0.2;
   double columns_per_m = 0.0;  ///< of the even grid that x is brought onto; 0: as the points lie
 };

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <deque>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -23,18 +21,18 @@ namespace {
 
 using base::InputError;
 
+bool IsText(const std::string& ending) { return ending == ".csv" || ending == ".txt"; }
+bool IsImage(const std::string& ending) {
+  return ending == ".png" || ending == ".pgm" || ending == ".tif" || ending == ".tiff";
+}
+
+std::string UnknownEnding(const std::string& ending, const char* known) {
+  return "unknown ending '" + ending + "'; profiles are " + known;
+}
+
 // ---- images: a row is a profile ----
 
-bool IsTiff(const std::string& ending) { return ending == ".tif" || ending == ".tiff"; }
-
-bool IsImageEnding(const std::string& ending) {
-  return ending == ".png" || ending == ".pgm" || IsTiff(ending);
-}
-
-std::string UnknownEnding(const std::string& ending) {
-  return "unknown ending '" + ending + "'; profiles are .csv, .txt, .png, .pgm, .tif or .tiff";
-}
-
+// The first pixel out of range is an error.
 template <typename Pixel>
 std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& scale,
                            const ProfileFileOptions& options) {
@@ -43,23 +41,22 @@ std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& s
     throw InputError(WidthFault(columns, options.columns));
   }
   std::vector<RawRow> rows(static_cast<std::size_t>(image.height));
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    rows[r].row = rows[r].line = r + 1;
-    rows[r].width = columns;
-    rows[r].height_m.reserve(columns);
-    for (std::size_t i = 0; i < columns; ++i) {
-      std::string fault;
-      const auto level = static_cast<double>(image.grey[r * columns + i]);
-      rows[r].height_m.push_back(HeightOf(level, scale, options, fault));
-      if (fault.empty()) continue;
-      throw InputError(
-          fmt::format("row {}, column {}: level {:.7g} {}", r + 1, i + 1, level, fault));
+  for (std::size_t i = 0; i < image.grey.size(); ++i) {
+    const std::size_t number = i / columns + 1;
+    RawRow& row = rows[number - 1];
+    row.row = row.line = number;
+    row.width = columns;
+    const auto level = static_cast<double>(image.grey[i]);
+    try {
+      row.height_m.push_back(HeightOf(level, scale, options));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("row {}, column {}: level {:.7g} {}", number, i % columns + 1,
+                                   level, error.what()));
     }
   }
   return rows;
 }
 
-// The first damaged row is an error.
 std::vector<RawRow> RowsOfImage(const std::string& bytes, const std::string& ending,
                                 const ProfileFileOptions& options) {
   if (ending == ".png")
@@ -76,53 +73,42 @@ std::vector<RawRow> RowsOfImage(const std::string& bytes, const std::string& end
 
 // ---- writing ----
 
-void AppendNumber(std::string& text, double number) {
-  char digits[400];  // of the largest double
-  auto* end =
-      std::to_chars(std::begin(digits), std::end(digits), number, std::chars_format::fixed, 6).ptr;
-  while (end[-1] == '0') --end;
-  if (end[-1] == '.') --end;
-  const std::string_view shown(digits, static_cast<std::size_t>(end - digits));
-  text += shown == "-0" ? "0" : shown;
+// "1.25", "3", "nan".
+std::string NumberText(double number) {
+  if (!std::isfinite(number)) return "nan";
+  std::string text = fmt::format("{:.6f}", number);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
 }
 
 std::string CsvOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
   std::string text;
   for (const Profile& profile : profiles) {
-    for (std::size_t i = 0; i < profile.height_m.size(); ++i) {
-      if (i > 0) text += ',';
-      const auto height = static_cast<double>(profile.height_m[i]);
-      if (std::isfinite(height)) {
-        AppendNumber(text, height / options.text.scale.unit_m);
-      } else {
-        text += "nan";
-      }
+    for (const float height_m : profile.height_m) {
+      text += NumberText(static_cast<double>(height_m) / options.text.scale.unit_m) + ',';
     }
-    text += '\n';
+    text.back() = '\n';
   }
   return text;
 }
 
 // The grey level of a height; 0 is no value, so what would fall on it takes the next one.
-std::uint16_t GreyOf(float height_m, const ProfileFileOptions& options) {
+std::uint16_t GreyOf(float height_m, const HeightScale& scale) {
   if (!std::isfinite(height_m)) return 0;
-  const double grey =
-      std::round(static_cast<double>(height_m) / options.grey.unit_m + options.grey.zero);
-  if (!(grey >= 0.0 && grey <= 65535.0)) {
-    throw InputError(fmt::format("height {:.6g} m does not fit into 16 bits of {:.6g} m", height_m,
-                                 options.grey.unit_m));
-  }
-  return static_cast<std::uint16_t>(std::max(grey, 1.0));
+  const double grey = std::round(static_cast<double>(height_m) / scale.unit_m + scale.zero);
+  if (grey >= 0.0 && grey <= 65535.0) return static_cast<std::uint16_t>(std::max(grey, 1.0));
+  throw InputError(
+      fmt::format("height {:.6g} m does not fit into 16 bits of {:.6g} m", height_m, scale.unit_m));
 }
 
-image::Grey16 ImageOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
+image::Grey16 ImageOf(const std::vector<Profile>& profiles, const HeightScale& scale) {
   const std::size_t columns = profiles[0].height_m.size();
   image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
-  image.grey.reserve(profiles.size() * columns);
   for (std::size_t row = 0; row < profiles.size(); ++row) {
     for (std::size_t i = 0; i < columns; ++i) {
       try {
-        image.grey.push_back(GreyOf(profiles[row].height_m[i], options));
+        image.grey.push_back(GreyOf(profiles[row].height_m[i], scale));
       } catch (const InputError& error) {
         throw InputError(fmt::format("row {}, column {}: {}", row + 1, i + 1, error.what()));
       }
@@ -136,21 +122,20 @@ void CheckShape(const std::vector<Profile>& profiles) {
   const std::size_t columns = profiles[0].height_m.size();
   if (columns == 0) throw InputError("row 1 has no columns");
   for (std::size_t row = 0; row < profiles.size(); ++row) {
-    if (profiles[row].height_m.size() == columns) continue;
+    const std::size_t width = profiles[row].height_m.size();
+    if (width == columns) continue;
     throw InputError(
-        fmt::format("row {} {}", row + 1,
-                    WidthFault(profiles[row].height_m.size(), static_cast<int>(columns))));
+        fmt::format("row {} {}", row + 1, WidthFault(width, static_cast<int>(columns))));
   }
 }
 
 std::string BytesOf(const std::vector<Profile>& profiles, const std::string& ending,
                     const ProfileFileOptions& options) {
   CheckShape(profiles);
-  if (ending == ".csv" || ending == ".txt") return CsvOf(profiles, options);
-  if (ending == ".png") return image::EncodePng(ImageOf(profiles, options));
-  if (ending == ".pgm") return image::EncodePgm(ImageOf(profiles, options));
-  if (IsImageEnding(ending)) return image::EncodeTiff(ImageOf(profiles, options));
-  throw InputError(UnknownEnding(ending));
+  if (IsText(ending)) return CsvOf(profiles, options);
+  if (ending == ".png") return image::EncodePng(ImageOf(profiles, options.grey));
+  if (ending == ".pgm") return image::EncodePgm(ImageOf(profiles, options.grey));
+  throw InputError(UnknownEnding(ending, "written as .csv, .txt, .png or .pgm"));
 }
 
 // ---- the even grid, and times ----
@@ -185,10 +170,11 @@ struct GridPoint {
 std::vector<GridPoint> PointsOf(const RawRow& row) {
   std::vector<GridPoint> points;
   for (std::size_t i = 0; i < row.x_m.size(); ++i) {
-    if (std::isfinite(row.x_m[i]) && std::isfinite(row.height_m[i])) {
-      points.push_back({row.x_m[i], row.height_m[i]});
-    }
+    points.push_back({row.x_m[i], row.height_m[i]});
   }
+  std::erase_if(points, [](const GridPoint& point) {
+    return !std::isfinite(point.x_m) || !std::isfinite(point.height_m);
+  });
   std::ranges::stable_sort(points, {}, &GridPoint::x_m);
   return points;
 }
@@ -276,16 +262,11 @@ class RowFinish {
   }
 
   ProfileRow operator()(RawRow&& row) {
+    const Stamp stamp = StampOf(row);
+    const std::string fault = row.fault.empty() ? FaultOf(row, stamp) : "";
+    if (!fault.empty()) MarkDamaged(row, fault);
     ProfileRow made{row.row, row.line, {}, row.fault, row.position_m, {}};
     if (!made.fault.empty()) return made;
-    const Stamp stamp = StampOf(row);
-    std::string fault = StampFault(stamp);
-    if (fault.empty() && !row.x_m.empty() && !grid_) fault = "has no two points with a height";
-    if (!fault.empty()) {
-      MarkDamaged(row, fault);
-      made.fault = row.fault;
-      return made;
-    }
     if (row.time_s || row.position_m) made.gap_s = GapBefore(stamp);
     last_ = stamp;
     made.profile.time_s = stamp.time_s;
@@ -306,16 +287,17 @@ class RowFinish {
     return stamp;
   }
 
-  std::string StampFault(const Stamp& stamp) const {
-    if (!last_) return {};
-    if (stamp.position_m && last_->position_m && *stamp.position_m < *last_->position_m) {
+  std::string FaultOf(const RawRow& row, const Stamp& stamp) const {
+    if (last_ && stamp.position_m && last_->position_m && *stamp.position_m < *last_->position_m) {
       return fmt::format(
           "is at {:.6g} mm of the path, the row before at {:.6g} mm; the encoder must not go back",
           *stamp.position_m * base::kMmPerM, *last_->position_m * base::kMmPerM);
     }
-    if (!(stamp.time_s < last_->time_s)) return {};
-    return fmt::format("is of {:.9g} s, the row before of {:.9g} s; time must not go back",
-                       stamp.time_s, last_->time_s);
+    if (last_ && stamp.time_s < last_->time_s) {
+      return fmt::format("is of {:.9g} s, the row before of {:.9g} s; time must not go back",
+                         stamp.time_s, last_->time_s);
+    }
+    return row.x_m.empty() || grid_ ? "" : "has no two points with a height";
   }
 
   std::optional<double> GapBefore(const Stamp& stamp) {
@@ -336,22 +318,23 @@ class RowFinish {
 
 // ---- reading ----
 
-// Whole rows with x that tell how far the grid reaches, and how many rows are read for them.
+// Whole rows with x that show how far the grid reaches, and how many rows are read for them.
 constexpr std::size_t kRowsOfGrid = 3;
 constexpr std::size_t kMaxHeld = 16;
 
 std::vector<RawRow> RowsOf(const std::filesystem::path& file, const ProfileFileOptions& options) {
   const std::string ending = base::EndingOf(file);
-  const bool text = ending == ".csv" || ending == ".txt";
-  if (!text && !IsImageEnding(ending)) throw InputError(UnknownEnding(ending));
+  if (!IsText(ending) && !IsImage(ending)) {
+    throw InputError(UnknownEnding(ending, ".csv, .txt, .png, .pgm, .tif or .tiff"));
+  }
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) {
     throw InputError("is a folder, not a file of profiles");
   }
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError("cannot be read");
-  if (!text)
-    return RowsOfImage(std::string{std::istreambuf_iterator<char>(in), {}}, ending, options);
+  if (IsImage(ending))
+    return RowsOfImage({std::istreambuf_iterator<char>(in), {}}, ending, options);
   std::vector<RawRow> rows;
   const RowSource next = RowsOfText(in, options);
   while (auto row = next()) rows.push_back(std::move(*row));
@@ -363,25 +346,23 @@ std::vector<RawRow> RowsOf(const std::filesystem::path& file, const ProfileFileO
 struct ProfileStream::Impl {
   // The first row; where it has x, those that the grid is made of.
   void Hold() {
-    std::vector<RawRow> first;
     std::size_t with_x = 0;
-    while (first.size() < kMaxHeld && with_x < kRowsOfGrid) {
+    while (held.size() < kMaxHeld && with_x < kRowsOfGrid) {
       auto row = next();
       if (!row) break;
-      first.push_back(std::move(*row));
-      const bool whole = first.back().fault.empty();
-      with_x += whole && !first.back().x_m.empty() ? 1 : 0;
+      held.push_back(std::move(*row));
+      const bool whole = held.back().fault.empty();
+      with_x += whole && !held.back().x_m.empty() ? 1 : 0;
       begun = begun || whole;
       if (with_x == 0) break;
     }
-    finish.FixGrid(first);
+    finish.FixGrid(held);
     if (with_x > 0) begun = finish.grid().has_value();
-    std::ranges::move(first, std::back_inserter(held));
   }
 
   RowSource next;
   RowFinish finish;
-  std::deque<RawRow> held = {};  // read while the grid was unknown
+  std::vector<RawRow> held = {};  // read while the grid was unknown
   bool begun = false;
 };
 
@@ -399,10 +380,9 @@ std::optional<ProfileRow> ProfileStream::Next() {
     row = stream.next();
   } else {
     row = std::move(stream.held.front());
-    stream.held.pop_front();
+    stream.held.erase(stream.held.begin());
   }
-  if (!row) return std::nullopt;
-  return stream.finish(std::move(*row));
+  return row ? std::optional(stream.finish(std::move(*row))) : std::nullopt;
 }
 
 std::optional<ProfileGrid> ProfileStream::grid() const { return impl_->finish.grid(); }
@@ -418,8 +398,8 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
     finish.FixGrid(rows);
     ProfileFile read;
     for (RawRow& row : rows) {
-      read.rows.push_back(finish(std::move(row)));
-      if (!read.rows.back().fault.empty()) throw InputError(read.rows.back().fault);
+      const ProfileRow& made = read.rows.emplace_back(finish(std::move(row)));
+      if (!made.fault.empty()) throw InputError(made.fault);
     }
     if (read.rows.empty()) throw InputError("holds no profile");
     read.grid = finish.grid();
@@ -427,15 +407,6 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
-}
-
-std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
-                                  const ProfileFileOptions& options) {
-  std::vector<Profile> profiles;
-  for (ProfileRow& row : ReadProfileFile(file, options).rows) {
-    profiles.push_back(std::move(row.profile));
-  }
-  return profiles;
 }
 
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,

@@ -18,8 +18,8 @@ struct ProfileRow {
   std::size_t line = 0;  ///< of the file: also counts what is left out
   Profile profile;       ///< empty if damaged
   std::string fault;     ///< empty if whole; else names the row, the value and what would be right
-  std::optional<double> position_m;  ///< along the path, of the encoder
-  std::optional<double> gap_s;  ///< nothing was measured so long before it, by the file's own times
+  std::optional<double> position_m;  ///< of the encoder
+  std::optional<double> gap_s;       ///< without a measurement before it, by the file's own times
 };
 
 /// The even grid that profiles with x were brought onto: x is the sensor's own.
@@ -29,18 +29,17 @@ struct ProfileGrid {
 };
 
 /// Reads a text row by row as they arrive, so that a pipe can be followed. No value is nothing,
-/// "nan" or "-"; lines that begin with '#' are left out, and so are empty ones where a line is a
-/// profile. A separator at a line's end is no column, CRLF and a byte order mark do not matter.
-/// Damaged rows take their time too: without a time column, row n is of (n - 1) / rate_hz.
+/// "nan" or "-". Lines that begin with '#' are left out, and empty ones where a line is a profile.
+/// A separator at a line's end is no column; CRLF and a byte order mark do not matter. Damaged rows
+/// take their time too: without a time column, row n is of (n - 1) / rate_hz.
 class ProfileStream {
  public:
   /// @throws std::invalid_argument if an option is out of range.
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
   ~ProfileStream();
-  /// nullopt at the end. A damaged row (ragged, not a number, out of range, before the one before
-  /// it in time or path) is returned with its fault. Where the width is not given, the first row
-  /// waits for the second, for it may have been cut off; where there is x, for two others, which
-  /// say how far the grid reaches.
+  /// nullopt at the end. A damaged row (ragged, not a number, out of range, back in time or path)
+  /// is returned with its fault. Where the width is not given, the first row waits for the second,
+  /// for it may have been cut off; where there is x, for two others, which define the grid.
   /// @throws base::InputError if a column that is asked for is not in the header, or the x of the
   /// first rows are no line.
   std::optional<ProfileRow> Next();
@@ -64,12 +63,8 @@ struct ProfileFile {
 /// an option is out of range.
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options);
 
-/// The profiles of such a file.
-std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
-                                  const ProfileFileOptions& options);
-
 /// Writes CSV (.csv, .txt; numbers in `text.scale.unit_m`, six digits after the point, no value is
-/// "nan") or a 16-bit image (.png, .pgm, .tif, .tiff; 0 is no value). Times are not written.
+/// "nan") or a 16-bit image (.png, .pgm; 0 is no value). Times are not written.
 /// @throws base::InputError for another ending, no profile, profiles of different widths, or a
 /// height that does not fit into an image; base::RunError if it cannot be written whole.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,

@@ -132,15 +132,9 @@ struct Fits {
 RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, double spacing,
                                       Fits& fits) {
   const auto before = [&](std::size_t kind) { return sums.before[kind].data() + sums.pad; };
-  const double* const n = before(0);
-  const double* const x = before(1);
-  const double* const xx = before(2);
-  const double* const xxx = before(3);
-  const double* const xxxx = before(4);
-  const double* const z = before(5);
-  const double* const zx = before(6);
-  const double* const zxx = before(7);
-  const double* const zz = before(8);
+  const double *const n = before(0), *const x = before(1), *const xx = before(2);
+  const double *const xxx = before(3), *const xxxx = before(4), *const z = before(5);
+  const double *const zx = before(6), *const zxx = before(7), *const zz = before(8);
   double* const points = fits.points.data();
   double* const height = fits.height_mm.data();
   double* const variance = fits.variance_mm2.data();
@@ -199,10 +193,8 @@ RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, d
 
 // By how much the t-values of a window's width are greater than those of independent residuals.
 double Inflation(const std::vector<double>& t_squared) {
-  std::vector<double> values;
-  values.reserve(t_squared.size());
-  std::copy_if(t_squared.begin(), t_squared.end(), std::back_inserter(values),
-               [](double t2) { return t2 >= 0.0; });
+  std::vector<double> values = t_squared;
+  std::erase_if(values, [](double t2) { return !(t2 >= 0.0); });
   if (values.empty()) return 1.0;
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(values.size()));
@@ -301,6 +293,8 @@ void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& s
 
 // ---- tracking ----
 
+// After a longer gap nothing is known.
+constexpr double kForget_s = 1.0;
 // Positions off the track by more than it can have moved, and this [columns], are of another one.
 constexpr double kSameTrack_columns = 12.0;
 // A standard deviation of motion is no less than this [places], so that a way may turn.
@@ -338,10 +332,6 @@ constexpr int kElsewhere = 10;
 // young edge is the highest of all places' by chance, so that it is corrected whatever the odds.
 constexpr double kHeightGain = 0.03;
 constexpr int kYoung = 20;
-
-void CheckTrack(bool good, const char* what) {
-  if (!good) throw std::invalid_argument(std::string("step track: ") + what);
-}
 
 }  // namespace
 
@@ -386,16 +376,18 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
 }
 
 StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
-  CheckTrack(options.memory >= 0.0 && options.memory < 1.0,
-             "memory must be at least 0 and below 1");
-  CheckTrack(options.most_evidence > 0.0, "most_evidence must be above 0");
-  CheckTrack(options.uneven > 0.0, "uneven must be above 0");
-  CheckTrack(options.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0");
-  CheckTrack(options.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0");
-  CheckTrack(options.min_step_m >= 0.0, "min_step_m must not be negative");
-  CheckTrack(options.continued >= 0.0 && options.continued <= 1.0, "continued must be from 0 to 1");
-  CheckTrack(options.line_profiles >= 2, "line_profiles must be at least 2");
-  CheckTrack(options.forget_s > 0.0, "forget_s must be above 0");
+  const auto& o = options;
+  for (const auto& [good, what] :
+       {std::pair{o.memory >= 0.0 && o.memory < 1.0, "memory must be at least 0 and below 1"},
+        std::pair{o.most_evidence > 0.0, "most_evidence must be above 0"},
+        std::pair{o.uneven > 0.0, "uneven must be above 0"},
+        std::pair{o.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0"},
+        std::pair{o.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0"},
+        std::pair{o.min_step_m >= 0.0, "min_step_m must not be negative"},
+        std::pair{o.continued >= 0.0 && o.continued <= 1.0, "continued must be from 0 to 1"},
+        std::pair{o.line_profiles >= 2, "line_profiles must be at least 2"}}) {
+    if (!good) throw std::invalid_argument(std::string("step track: ") + what);
+  }
 }
 
 // Each place goes on with the way that leads to it best: what a way has, less what its motion
@@ -554,7 +546,7 @@ void StepTrack::MoveLine(double columns) {
 StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double time_s,
                                       double moved_columns) {
   const std::vector<LocalStep> steps = FitLocalSteps(height_m, options_.steps);
-  if (!last_time_s_ || time_s - *last_time_s_ > options_.forget_s || ways_.size() != steps.size()) {
+  if (!last_time_s_ || time_s - *last_time_s_ > kForget_s || ways_.size() != steps.size()) {
     *this = StepTrack(options_);
     ways_.resize(steps.size());
   }

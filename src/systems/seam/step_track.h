@@ -18,12 +18,10 @@ inline constexpr int kMinHalfWindow = 4;
 /// the measured points of a window, in windows of several widths. Narrow windows are not misled by
 /// a wavy surface, wide ones see through noise and holes.
 struct LocalStepOptions {
-  /// >= kMinHalfWindow, half widths of the windows [columns]: 3, 8, 25 and 43 mm of the base
-  /// sensor.
+  /// >= kMinHalfWindow [columns]: 3, 8, 25 and 43 mm of the base sensor.
   std::array<int, 4> half_windows = {36, 96, 300, 516};
-  int stride = 3;  ///< >= 1 [columns] between two places: a quarter of a millimetre
-  /// > 0; a higher step is an obstacle (section 3.7: 3 mm), no mat's edge.
-  double max_step_m = 2.5e-3;
+  int stride = 3;              ///< >= 1 [columns] between two places: a quarter of a millimetre
+  double max_step_m = 2.5e-3;  ///< > 0; a higher step is an obstacle (section 3.7: 3 mm)
 };
 
 /// @throws std::invalid_argument naming the option that is out of range.
@@ -46,33 +44,30 @@ struct LocalStep {
 /// reflections. Residuals of a real surface are not independent: what likelihoods claim too much is
 /// measured in the profile itself, by the 25 % quantile of the squared t-values of all places
 /// against that of the chi-squared distribution (as a radar keeps its rate of false alarms;
-/// Rohling 1983). Where the evidence leaves doubt and an edge would lie in the windows of many
-/// places, the step that fits best is first taken off there.
+/// Rohling 1983). Where doubt is left and an edge would lie in the windows of many places, the step
+/// that fits best is first taken off there.
 /// @param height_m  heights as measured, NaN where there is none. O(columns).
 /// @throws std::invalid_argument if an option is out of range.
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
                                      const LocalStepOptions& options = {});
 
+/// The texts of the keys of `step_track` say what each is.
 struct StepTrackOptions {
   LocalStepOptions steps;
-  double memory = 0.9;  ///< in [0, 1): share of the evidence that each profile keeps
+  double memory = 0.9;  ///< in [0, 1)
   /// > 0: a profile whose greatest evidence is above this has all of it scaled down to this, so
   /// that an edge that ends is soon forgotten.
   double most_evidence = 15.0;
-  double uneven = 0.2;  ///< > 0: share of its height by which an edge varies (standard deviation)
-  /// > 0, how fast an edge may be expected to move on the line: standard deviation. 20 mm/s at 12
-  /// columns a mm.
-  double speed_columns_per_s = 240.0;
+  double uneven = 0.2;                     ///< > 0
+  double speed_columns_per_s = 240.0;      ///< > 0; 20 mm/s at 12 columns a mm
   double max_speed_columns_per_s = 600.0;  ///< > 0
   double min_step_m = 0.15e-3;             ///< >= 0: half of the thinnest mat
-  /// Evidence a profile that makes an edge: of very many profiles, and what one profile alone must
-  /// have more (of n a n-th of it). Without an edge the best place has 1.7 (99.5 %: 2.8 to 3.6),
-  /// and 5 (99.5 %: 6 to 15).
+  /// Of very many profiles, and what one profile alone must have more. Without an edge the best
+  /// place has 1.7 (99.5 %: 2.8 to 3.6), and 5 (99.5 %: 6 to 15).
   double evidence = 3.6;
   double first_evidence = 9.0;
-  double continued = 0.6;  ///< in [0, 1]: share of them that an edge needs to go on
-  int line_profiles = 10;  ///< >= 2: positions that the edge's line is laid through
-  double forget_s = 1.0;   ///< > 0: after a longer gap nothing is known
+  double continued = 0.6;  ///< in [0, 1]
+  int line_profiles = 10;  ///< >= 2
 };
 
 /// Tracks a step before it is detected: the evidence of each place is added up along the likeliest

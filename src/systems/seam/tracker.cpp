@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -22,15 +23,22 @@ constexpr double kMs = 1e-3;
 
 constexpr double kBaseColumns_1_m = 12'000.0;
 
-void CheckTracker(bool good, const char* what) {
-  if (!good) throw std::invalid_argument(fmt::format("edge tracker: {}", what));
-}
+// Reads nothing: checks options that were made in code against the ranges of their keys.
+class OptionCheck : public base::RangeCheck {
+ public:
+  using RangeCheck::RangeCheck;
+  using RangeCheck::Read;
+  template <base::HasWords Enum>
+  void Read(const std::string&, Enum, const std::string&) const {}
+  OptionCheck Child(const std::string&, const std::string&) const { return *this; }
+  void Finish() const {}
+};
 
 // The line may have too few columns for windows that suit the base sensor's.
 void CheckSteps(const TrackerOptions& options) {
   const LocalStepOptions& steps = options.step_track.steps;
   CheckOptions(steps);
-  const double narrowest = *std::ranges::min_element(steps.half_windows);
+  const double narrowest = std::ranges::min(steps.half_windows);
   const double least_1_m = kBaseColumns_1_m * kMinHalfWindow / narrowest;
   if (options.line.columns_per_m >= least_1_m) return;
   throw std::invalid_argument(fmt::format(
@@ -39,7 +47,8 @@ void CheckSteps(const TrackerOptions& options) {
       least_1_m * kMm, options.line.columns_per_m * kMm));
 }
 
-void ReadFilter(YamlMap map, FilterOptions& options) {
+template <typename Map>
+void ReadFilter(Map map, FilterOptions& options) {
   map.Read("half_width_columns", options.half_width_columns, 1, 512,
            "columns on each side in which a point looks for others");
   map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
@@ -50,7 +59,8 @@ void ReadFilter(YamlMap map, FilterOptions& options) {
   map.Finish();
 }
 
-void ReadDetectors(YamlMap map, DetectorOptions& options) {
+template <typename Map>
+void ReadDetectors(Map map, DetectorOptions& options) {
   map.Read("model_levels", options.model_fitting.levels,
            "which two heights the step of the model fitting has");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
@@ -65,7 +75,8 @@ void ReadDetectors(YamlMap map, DetectorOptions& options) {
   map.Finish();
 }
 
-void ReadStep(YamlMap map, StepOptions& options) {
+template <typename Map>
+void ReadStep(Map map, StepOptions& options) {
   map.Read("rule", options.rule,
            "how its height is measured: fit is by least squares over the millimetres beside it, "
            "range is as published");
@@ -87,7 +98,8 @@ void ReadStep(YamlMap map, StepOptions& options) {
   map.Finish();
 }
 
-void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
+template <typename Map>
+void ReadStepTrack(Map map, StepTrackOptions& options) {
   map.ReadScaled("max_step_mm", options.steps.max_step_m, kMm, 0.001, 100.0,
                  "a higher step is no edge");
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "nor is a lower one");
@@ -113,142 +125,16 @@ void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
   map.Finish();
 }
 
-void ReadLinePrediction(YamlMap& map, LinePredictionOptions& options) {
+template <typename Map>
+void ReadLinePrediction(Map& map, LinePredictionOptions& options) {
   map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
            "distance to the predicting line within which a vote supports it");
   map.Read("line_max_slope_columns_per_s", options.max_slope_columns_per_s, 1.0, 1e6,
            "steeper predicting lines are not considered");
 }
 
-// ---- tracking ----
-
-// Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
-// 3.4). A slower sensor's are older than a period.
-constexpr std::size_t kRecent = 3;
-// Readings in a row that draw an edge that is followed away from its place: two periods at 50 Hz.
-constexpr int kStrays = 10;
-// A sampling time that falls on a period's end by rounding belongs to it.
-constexpr double kTimeSlack_s = 1e-9;
-
-// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
-// half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
-constexpr int kHeightHalf = 6;
-
-// Leaves out what a detector found at the borders; its position becomes the best of the others.
-void IgnoreBorders(std::size_t columns, DetectorResult& result) {
-  auto& weight = result.weight;
-  const std::size_t border = std::min(columns, weight.size() / 2);
-  std::fill_n(weight.begin(), border, 0.0F);
-  std::fill_n(weight.rbegin(), border, 0.0F);
-  if (!result.column) return;
-  const auto column = static_cast<std::size_t>(*result.column);
-  if (column >= border && column + border < weight.size()) return;
-  const auto best = std::max_element(weight.begin(), weight.end());
-  result.column.reset();
-  if (*best > 0.0F) result.column = static_cast<int>(best - weight.begin());
-}
-
-// Runs the detectors on the columns that were measured: what lies outside of the first and the last
-// of them is no part of the profile (a hole within it is filled). Columns and weights are those of
-// the whole line.
-std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
-                                                    const TrackerOptions& options) {
-  const auto first = static_cast<std::size_t>(prepared.first_column);
-  const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
-  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options.detectors);
-  for (DetectorResult& result : results) {
-    IgnoreBorders(static_cast<std::size_t>(options.border_columns), result);
-    if (result.column) *result.column += prepared.first_column;
-    result.weight.insert(result.weight.begin(), first, 0.0F);
-    result.weight.resize(prepared.height_m.size(), 0.0F);
-  }
-  return results;
-}
-
-double HeightAround(std::span<const float> height_m, double column) {
-  std::vector<float> heights;
-  const int middle = static_cast<int>(std::lround(column));
-  const int last = static_cast<int>(height_m.size()) - 1;
-  for (int c = std::max(0, middle - kHeightHalf); c <= std::min(last, middle + kHeightHalf); ++c) {
-    const float height = height_m[static_cast<std::size_t>(c)];
-    if (std::isfinite(height)) heights.push_back(height);
-  }
-  if (heights.empty()) return 0.0;
-  return base::UpperMedianOf(std::move(heights));
-}
-
-int MaximumAt(const std::vector<float>& weight) {
-  return static_cast<int>(std::max_element(weight.begin(), weight.end()) - weight.begin());
-}
-
-}  // namespace
-
-void CheckOptions(const TrackerOptions& options) {
-  CheckTracker(options.line.columns >= kMinColumns, "line.columns must be at least 32");
-  CheckTracker(options.line.columns_per_m > 0.0, "line.columns_per_m must be above 0");
-  CheckTracker(options.border_columns >= 0, "border_columns must not be negative");
-  CheckTracker(options.vote_tolerance_m > 0.0, "vote_tolerance_m must be above 0");
-  CheckTracker(options.packet_period_s > 0.0, "packet_period_s must be above 0");
-  CheckTracker(options.refine_m >= 0.0, "refine_m must not be negative");
-  CheckTracker(options.keep_m >= 0.0, "keep_m must not be negative");
-  CheckTracker(options.line_prediction.inlier_columns > 0.0,
-               "line_prediction.inlier_columns must be above 0");
-  CheckTracker(options.line_prediction.max_slope_columns_per_s > 0.0,
-               "line_prediction.max_slope_columns_per_s must be above 0");
-  CheckTracker(options.history.length >= 1, "history.length must be at least 1");
-  CheckTracker(options.history.sigma_columns > 0.0, "history.sigma_columns must be above 0");
-  CheckTracker(options.accumulation.memory >= 0.0 && options.accumulation.memory < 1.0,
-               "accumulation.memory must be at least 0 and below 1");
-  CheckTracker(options.accumulation.spread_columns > 0.0,
-               "accumulation.spread_columns must be above 0");
-  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
-  CheckTracker(options.step.half_window >= 1, "step.half_window must be at least 1");
-  CheckTracker(options.step.median_half_width >= 0, "step.median_half_width must not be negative");
-  CheckTracker(options.step.continued >= 0.0 && options.step.continued <= 1.0,
-               "step.continued must be from 0 to 1");
-  CheckTracker(options.step.fitted >= 0.0 && options.step.fitted <= 1.0,
-               "step.fitted must be from 0 to 1");
-  CheckTracker(options.step.fitted_first >= 0.0 && options.step.fitted_first <= 1.0,
-               "step.fitted_first must be from 0 to 1");
-  CheckTracker(options.step.period_s > 0.0, "step.period_s must be above 0");
-  CheckTracker(options.step.min_step_m > 0.0, "step.min_step_m must be above 0");
-}
-
-TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
-  TrackerOptions scaled = options;
-  const double scale = options.line.columns_per_m / kBaseColumns_1_m;
-  const auto whole = [scale](int& columns) {
-    columns = static_cast<int>(std::lround(scale * columns));
-  };
-  const auto at_least_one = [&](int& columns) {
-    whole(columns);
-    columns = std::max(columns, 1);
-  };
-  whole(scaled.border_columns);
-  at_least_one(scaled.preprocess.filter.half_width_columns);
-  whole(scaled.preprocess.filter.min_neighbors);
-  at_least_one(scaled.detectors.local_weighted_voting.half_window);
-  at_least_one(scaled.detectors.local_weighted_voting.step_columns);
-  at_least_one(scaled.step.half_window);
-  whole(scaled.step.median_half_width);
-  scaled.line_prediction.inlier_columns *= scale;
-  scaled.line_prediction.max_slope_columns_per_s *= scale;
-  scaled.history.sigma_columns *= scale;
-  scaled.accumulation.spread_columns *= scale;
-  StepTrackOptions& track = scaled.step_track;
-  for (int& half : track.steps.half_windows) whole(half);
-  at_least_one(track.steps.stride);
-  track.speed_columns_per_s *= scale;
-  track.max_speed_columns_per_s *= scale;
-  return scaled;
-}
-
-void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options) {
-  map.Read("method", options.method, "how the position of a profile's edge is decided");
-  map.ReadScaled(
-      "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
-      "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
-      "columns are stated for 12 and scaled to it");
+template <typename Map>
+void ReadOtherKeys(Map& map, TrackerOptions& options) {
   ReadFilter(map.Child("filter", "the geometric filter that drops single points"),
              options.preprocess.filter);
   map.Read("border_columns", options.border_columns, 0, 4096,
@@ -285,12 +171,112 @@ void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options) {
            "whether the edge rises with the column number; false: it falls");
 }
 
+// ---- tracking ----
+
+// Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
+// 3.4). A slower sensor's are older than a period.
+constexpr std::size_t kRecent = 3;
+// Readings in a row that draw an edge that is followed away from its place: two periods at 50 Hz.
+constexpr int kStrays = 10;
+// A sampling time that falls on a period's end by rounding belongs to it.
+constexpr double kTimeSlack_s = 1e-9;
+
+// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
+// half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
+constexpr int kHeightHalf = 6;
+
+// Leaves out what a detector found at the borders; its position becomes the best of the others.
+void IgnoreBorders(std::size_t columns, DetectorResult& result) {
+  auto& weight = result.weight;
+  const std::size_t border = std::min(columns, weight.size() / 2);
+  std::fill_n(weight.begin(), border, 0.0F);
+  std::fill_n(weight.rbegin(), border, 0.0F);
+  if (!result.column) return;
+  const auto column = static_cast<std::size_t>(*result.column);
+  if (column >= border && column + border < weight.size()) return;
+  const auto best = std::ranges::max_element(weight);
+  result.column.reset();
+  if (*best > 0.0F) result.column = static_cast<int>(best - weight.begin());
+}
+
+// Runs the detectors on the columns that were measured: what lies outside of the first and the last
+// of them is no part of the profile (a hole within it is filled). Columns and weights are those of
+// the whole line.
+std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
+                                                    const TrackerOptions& options) {
+  const auto first = static_cast<std::size_t>(prepared.first_column);
+  const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
+  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), options.detectors);
+  for (DetectorResult& result : results) {
+    IgnoreBorders(static_cast<std::size_t>(options.border_columns), result);
+    if (result.column) *result.column += prepared.first_column;
+    result.weight.insert(result.weight.begin(), first, 0.0F);
+    result.weight.resize(prepared.height_m.size(), 0.0F);
+  }
+  return results;
+}
+
+double HeightAround(std::span<const float> height_m, double column) {
+  const long middle = std::lround(column);
+  const long end = std::min<long>(std::ssize(height_m), middle + kHeightHalf + 1);
+  std::vector<float> heights;
+  for (long c = std::max(0L, middle - kHeightHalf); c < end; ++c) {
+    const float height = height_m[static_cast<std::size_t>(c)];
+    if (std::isfinite(height)) heights.push_back(height);
+  }
+  return heights.empty() ? 0.0 : base::UpperMedianOf(std::move(heights));
+}
+
+}  // namespace
+
+void CheckOptions(const TrackerOptions& options) {
+  if (options.line.columns < kMinColumns || !(options.line.columns_per_m > 0.0)) {
+    throw std::invalid_argument(
+        "edge tracker: line.columns must be at least 32, line.columns_per_m above 0");
+  }
+  TrackerOptions copy = options;
+  OptionCheck check("edge tracker");
+  ReadOtherKeys(check, copy);
+  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
+}
+
+TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
+  TrackerOptions scaled = options;
+  StepTrackOptions& track = scaled.step_track;
+  const double scale = options.line.columns_per_m / kBaseColumns_1_m;
+  const auto whole = [scale](int& columns, int least) {
+    columns = std::max(least, static_cast<int>(std::lround(scale * columns)));
+  };
+  whole(scaled.border_columns, 0);
+  whole(scaled.preprocess.filter.half_width_columns, 1);
+  whole(scaled.preprocess.filter.min_neighbors, 0);
+  whole(scaled.detectors.local_weighted_voting.half_window, 1);
+  whole(scaled.detectors.local_weighted_voting.step_columns, 1);
+  whole(scaled.step.half_window, 1);
+  whole(scaled.step.median_half_width, 0);
+  whole(track.steps.stride, 1);
+  for (int& half : track.steps.half_windows) whole(half, 0);
+  for (double* columns :
+       {&scaled.line_prediction.inlier_columns, &scaled.line_prediction.max_slope_columns_per_s,
+        &scaled.history.sigma_columns, &scaled.accumulation.spread_columns,
+        &track.speed_columns_per_s, &track.max_speed_columns_per_s}) {
+    *columns *= scale;
+  }
+  return scaled;
+}
+
+void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
+  map.Read("method", options.method, "how the position of a profile's edge is decided");
+  map.ReadScaled(
+      "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+      "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
+      "columns are stated for 12 and scaled to it");
+  ReadOtherKeys(map, options);
+}
+
 struct EdgeTracker::Impl {
   Impl(const TrackerOptions& o, const std::optional<Calibration>& c)
-      : options(o),
-        calibration(c),
-        step_track(o.step_track),
-        step_test(o.line, {.period_s = o.step.period_s}) {}
+      : options(o), calibration(c), step_track(o.step_track), step_test(o.line, o.step.period_s) {}
 
   TrackerOptions options;
   std::optional<Calibration> calibration;
@@ -312,12 +298,10 @@ struct EdgeTracker::Impl {
   std::vector<float> accumulated;
   std::vector<float> average;
   std::vector<double> history;  // decided positions, oldest first
-  // The period that the next packet tells of.
+  // The period of the next packet, and what it will report, its column that of a prepared profile.
   std::optional<double> period_begin_s;
-  std::optional<TimedColumn> candidate;
-  double candidate_x_m = 0.0;
+  std::optional<EdgePacket> candidate;
   float candidate_weight = 0.0F;
-  std::optional<bool> candidate_sure;
   std::optional<EdgePacket> packet;
 
   void CheckProfile(const Profile& profile) const {
@@ -335,10 +319,10 @@ struct EdgeTracker::Impl {
   // By the rule that the options name; by their range where there is not enough of the line for a
   // fit.
   double StepAt(double column, const std::vector<float>& height_m) {
-    const auto fitted =
-        options.step.rule == StepRule::kFit ? step_test.HeightAt(column) : std::nullopt;
-    if (fitted) return *fitted;
-    return StepHeight(height_m, static_cast<int>(std::lround(column)), options.step);
+    std::optional<double> fitted;
+    if (options.step.rule == StepRule::kFit) fitted = step_test.HeightAt(column);
+    return fitted ? *fitted
+                  : StepHeight(height_m, static_cast<int>(std::lround(column)), options.step);
   }
 
   bool IsStep(double step_m, bool goes_on) const {
@@ -393,7 +377,7 @@ struct EdgeTracker::Impl {
 
   // Section 3.4: two of three, then a line through the votes of a period and what was sent last.
   float DecideByVoting(Reading& reading) {
-    const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+    const double tolerance = ToColumns(options.vote_tolerance_m);
     const auto vote = VoteTwoOfThree(reading.detected, tolerance);
     reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
     // A profile whose step is too small gives no vote; the others of the period still tell where
@@ -438,12 +422,12 @@ struct EdgeTracker::Impl {
 
   // Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
   float DecideByWeights(Reading& reading) {
-    weight = options.method == DecisionMethod::kAccumulated ? Accumulate() : SumOfWeights(results);
-    WeightByHistory(weight, history, options.history.sigma_columns);
-    const int column = MaximumAt(weight);
     const bool averaged = options.method == DecisionMethod::kAccumulated;
+    weight = averaged ? Accumulate() : SumOfWeights(results);
+    WeightByHistory(weight, history, options.history.sigma_columns);
+    const auto column = static_cast<int>(std::ranges::max_element(weight) - weight.begin());
     reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
-    const double tolerance = options.vote_tolerance_m * options.line.columns_per_m;
+    const double tolerance = ToColumns(options.vote_tolerance_m);
     const bool goes_on = std::ranges::any_of(
         recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
     // A step that none of the last profiles bears out is a disturbance.
@@ -469,13 +453,14 @@ struct EdgeTracker::Impl {
         step_track.Update(prepared.original_m, reading.time_s, moved_columns);
     at_once.reset();
     if (points < kMinColumns) return 0.0F;
-    reading.local_step = found.strongest;
-    reading.column = found.column;
     at_once = found.at_once;
     // As of the other methods: a line through several profiles is sharper where it is near enough.
-    const double keep = options.keep_m * options.line.columns_per_m;
-    if (at_once && found.column && std::abs(*at_once - *found.column) <= keep)
+    if (at_once && found.column &&
+        std::abs(*at_once - *found.column) <= ToColumns(options.keep_m)) {
       at_once = found.column;
+    }
+    reading.column = found.column;
+    reading.local_step = found.strongest;
     reading.step_m = found.step_m;
     reading.goes_on = found.goes_on;
     reading.sure = found.sure;
@@ -497,35 +482,25 @@ struct EdgeTracker::Impl {
     return its_weight;
   }
 
+  double ToColumns(double length_m) const { return length_m * options.line.columns_per_m; }
+
+  EdgePacket PacketOf(double time_s, double column, std::optional<bool> sure = {}) const {
+    return {time_s, column, LateralAt(column), sure};
+  }
+
   // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
   void Offer(const Reading& reading, float its_weight) {
     const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
     if (!column || (candidate && its_weight < candidate_weight)) return;
-    candidate = TimedColumn{reading.time_s, *column};
-    candidate_x_m = LateralAt(*column);
+    candidate = PacketOf(reading.time_s, *column, reading.sure);
     candidate_weight = its_weight;
-    candidate_sure = reading.sure;
-  }
-
-  EdgePacket PacketAt(double time_s) const {
-    EdgePacket made;
-    made.time_s = time_s;
-    if (!candidate) return made;
-    made.time_s = candidate->time_s;
-    made.column = OfLine(candidate->column);
-    made.x_m = candidate_x_m;
-    made.sure = candidate_sure;
-    return made;
   }
 
   // What was decided is sent unless a step fits the period's profiles best elsewhere near by.
   void Refine() {
-    const auto column =
-        step_test.Locate(candidate->column, options.refine_m * options.line.columns_per_m);
-    const double apart = column ? std::abs(*column - candidate->column) : 0.0;
-    if (apart <= options.keep_m * options.line.columns_per_m) return;
-    candidate = TimedColumn{step_test.MiddleTime(), *column};
-    candidate_x_m = LateralAt(*column);
+    const auto column = step_test.Locate(*candidate->column, ToColumns(options.refine_m));
+    if (!column || std::abs(*column - *candidate->column) <= ToColumns(options.keep_m)) return;
+    candidate = PacketOf(step_test.MiddleTime(), *column, candidate->sure);
   }
 
   // An edge moves little from one profile to the next: as long as a step fits where it was, it is
@@ -533,7 +508,7 @@ struct EdgeTracker::Impl {
   // right.
   void Follow(Reading& reading) {
     if (options.step.rule != StepRule::kFit) return;
-    const double reach = options.refine_m * options.line.columns_per_m;
+    const double reach = ToColumns(options.refine_m);
     const bool decided = reading.column && IsStep(reading.step_m, true);
     const auto found = place ? step_test.Locate(*place, reach) : std::nullopt;
     const double step_m = found ? step_test.HeightAt(*found).value_or(0.0) : 0.0;
@@ -553,9 +528,7 @@ struct EdgeTracker::Impl {
 
   // Where nothing was decided in a period the place is sent to which the edge was followed in it.
   void OfferFollowed() {
-    if (candidate || !followed) return;
-    candidate = TimedColumn{step_test.MiddleTime(), *place};
-    candidate_x_m = LateralAt(*place);
+    if (!candidate && followed) candidate = PacketOf(step_test.MiddleTime(), *place);
   }
 
   void EndPeriod(double time_s) {
@@ -566,8 +539,11 @@ struct EdgeTracker::Impl {
       if (candidate) Refine();
       OfferFollowed();
     }
-    packet = PacketAt(time_s);
-    if (candidate) sent = candidate;
+    packet = candidate.value_or(EdgePacket{.time_s = time_s});
+    if (candidate) {
+      sent = {candidate->time_s, *candidate->column};
+      packet->column = OfLine(*candidate->column);
+    }
     candidate.reset();
     followed = false;
     candidate_weight = 0.0F;
@@ -590,13 +566,12 @@ Reading EdgeTracker::Update(const Profile& profile) {
   Impl& t = *impl_;
   t.CheckProfile(profile);
   t.last_time_s = profile.time_s;
-  Profile mirrored;
+  Profile mirrored = profile;
   if (!t.options.positive_edge) {
-    mirrored = profile;
-    std::reverse(mirrored.height_m.begin(), mirrored.height_m.end());
+    std::ranges::reverse(mirrored.height_m);
     mirrored.moved_m = -profile.moved_m;
   }
-  t.prepared = Prepare(t.options.positive_edge ? profile : mirrored, t.options.preprocess);
+  t.prepared = Prepare(mirrored, t.options.preprocess);
   t.moved_columns = t.prepared.moved_m * t.options.line.columns_per_m;
   t.weight.clear();
   Reading reading;
@@ -615,9 +590,7 @@ Reading EdgeTracker::Update(const Profile& profile) {
 }
 
 std::optional<EdgePacket> EdgeTracker::TakePacket() {
-  std::optional<EdgePacket> packet;
-  std::swap(packet, impl_->packet);
-  return packet;
+  return std::exchange(impl_->packet, std::nullopt);
 }
 
 const PreparedProfile& EdgeTracker::prepared() const { return impl_->prepared; }
@@ -625,6 +598,5 @@ const std::array<DetectorResult, kDetectors>& EdgeTracker::results() const {
   return impl_->results;
 }
 const std::vector<float>& EdgeTracker::weight() const { return impl_->weight; }
-void EdgeTracker::Reset() { impl_ = std::make_unique<Impl>(impl_->options, impl_->calibration); }
 
 }  // namespace rangegrasp::seam

@@ -30,26 +30,25 @@ constexpr std::array<std::string_view, 4> WordsOf(DecisionMethod) {
 
 /// Of kAccumulated.
 struct AccumulationOptions {
-  double memory = 0.8;          ///< in [0, 1): share of the last sum that each profile keeps
-  double spread_columns = 6.0;  ///< > 0: standard deviation of a candidate's position
+  double memory = 0.8;  ///< in [0, 1)
+  double spread_columns = 6.0;
 };
 
+/// The texts of the keys (ReadTrackerOptions) say what each is.
 struct TrackerOptions {
   LineGeometry line;
-  /// No step is measured this near to where the measured part of the profile ends: the windows of
-  /// the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are cut there.
+  /// The windows of the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are
+  /// cut where the measured part of the profile ends.
   int border_columns = 20;
   PreprocessOptions preprocess;
   DetectorOptions detectors;
   DecisionMethod method = DecisionMethod::kVoting;
-  double vote_tolerance_m = 1e-3;  ///< > 0
-  double packet_period_s = 0.1;    ///< > 0; the robot asks for a position this often
-  /// >= 0; a packet tells where, within this distance of what was decided, a step fits best to all
-  /// profiles of the period, ... 0: what was decided, as published.
-  double refine_m = 2e-3;
-  double keep_m = 0.5e-3;  ///< ... but for what was decided this near to it, which is sharper
-  /// A step counts only if another profile bears it out; false: at once, as published, and as a
-  /// single profile needs it. kSteps asks a single profile for more evidence instead.
+  double vote_tolerance_m = 1e-3;
+  double packet_period_s = 0.1;
+  double refine_m = 2e-3;  ///< 0: as published
+  double keep_m = 0.5e-3;  ///< what was decided this near to the best fit is sharper than that
+  /// false: a step counts at once, as published, and as a single profile needs it. kSteps asks a
+  /// single profile for more evidence instead.
   bool confirm = true;
   LinePredictionOptions line_prediction;
   HistoryOptions history;
@@ -103,9 +102,9 @@ struct Reading {
 /// What is sent to the robot control unit every packet_period_s.
 struct EdgePacket {
   double time_s = 0.0;
-  std::optional<double> column;  ///< none: no valid position in this period
+  std::optional<double> column = {};  ///< none: no valid position in this period
   double x_m = 0.0;
-  std::optional<bool> sure;  ///< Reading::sure
+  std::optional<bool> sure = {};  ///< Reading::sure
 };
 
 /// Finds the edge in a sequence of profiles. Holds the history that prediction needs.
@@ -119,19 +118,17 @@ class EdgeTracker {
   ~EdgeTracker();
   EdgeTracker(EdgeTracker&&) noexcept;
 
-  /// Takes the next profile; times must not fall.
-  /// @throws base::InputError if it has another number of columns than the sensor.
+  /// Takes the next profile.
+  /// @throws base::InputError if it has another number of columns than the sensor, or its time is
+  /// before that of the last one.
   Reading Update(const Profile& profile);
   /// The packet due since the last call, if a period has passed.
   std::optional<EdgePacket> TakePacket();
-  /// The profile and detectors' results of the last Update, for pictures and monitors. Results are
-  /// empty with method steps, which runs none of the three.
+  /// Of the last Update, for pictures and monitors. Results are empty with method steps.
   const PreparedProfile& prepared() const;
   const std::array<DetectorResult, kDetectors>& results() const;
   /// W or W_h of the last Update (eq. 3.16, 3.20); empty with kVoting and kSteps.
   const std::vector<float>& weight() const;
-  /// Forgets the history (a new seam).
-  void Reset();
 
  private:
   struct Impl;

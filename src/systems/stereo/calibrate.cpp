@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/rng.h"
@@ -21,12 +20,6 @@ namespace {
 // Section 5.3.2 has two radial and two tangential parameters.
 constexpr int kLensFlags = cv::CALIB_FIX_K3;
 const cv::TermCriteria kUntilStill(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9);
-
-cv::Mat GreyOf(const image::Image& picture) {
-  cv::Mat grey;
-  cv::cvtColor(internal::View(picture), grey, cv::COLOR_RGB2GRAY);
-  return grey;
-}
 
 cv::Size BoardSize(const ChessboardOptions& options) { return {options.columns, options.rows}; }
 
@@ -45,8 +38,7 @@ int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
   return std::clamp(static_cast<int>(nearest / 5.0), kMinHalf, kMaxHalf);
 }
 
-geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& options,
-                           double& noise_m) {
+geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& options) {
   const auto refuse = [&view] {
     throw base::InputError(fmt::format("{}: the laser measured no plane of the board in {} points",
                                        view.name, view.laser_W.size()));
@@ -72,8 +64,7 @@ geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& optio
     const auto refined = geometry::FitPlane(near);
     if (!refined) refuse();
     plane = *refined;
-    noise_m = std::sqrt(squares / static_cast<double>(near.size()));
-    band_m = 3.0 * noise_m;
+    band_m = 3.0 * std::sqrt(squares / static_cast<double>(near.size()));
   }
   if (plane.Distance(view.laser_origin_W) < 0.0) {
     plane.normal = -plane.normal;
@@ -90,16 +81,11 @@ std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {
   return to;
 }
 
-base::Pose PoseOf(const cv::Matx33d& rotation, const cv::Vec3d& shift) {
-  return base::MakePose(internal::ToEigen(rotation), {shift[0], shift[1], shift[2]});
-}
-
 // The lens and the board's place before the camera at each picture, left ones first.
 struct Lens {
   cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);
   cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
   std::vector<base::Pose> X_CBoard;
-  double residual_px = 0.0;
 };
 
 struct Corners {
@@ -126,19 +112,17 @@ Corners CornersOf(std::span<const BoardSighting> boards, const ChessboardOptions
   return corners;
 }
 
-Lens CalibrateLens(const Corners& corners, const cv::Size& size) {
+Lens CalibrateLens(const Corners& corners, const cv::Size& size, double& residual_px) {
   auto boards = corners.board;
   boards.insert(boards.end(), corners.board.begin(), corners.board.end());
   auto seen = corners.left;
   seen.insert(seen.end(), corners.right.begin(), corners.right.end());
   Lens lens;
   std::vector<cv::Mat> turns, shifts;
-  lens.residual_px = cv::calibrateCamera(boards, seen, size, lens.matrix, lens.distortion, turns,
-                                         shifts, kLensFlags, kUntilStill);
+  residual_px = cv::calibrateCamera(boards, seen, size, lens.matrix, lens.distortion, turns, shifts,
+                                    kLensFlags, kUntilStill);
   for (std::size_t i = 0; i < turns.size(); ++i) {
-    cv::Matx33d rotation;
-    cv::Rodrigues(turns[i], rotation);
-    lens.X_CBoard.push_back(PoseOf(rotation, shifts[i]));
+    lens.X_CBoard.push_back(internal::PoseOfTurn(turns[i], shifts[i]));
   }
   return lens;
 }
@@ -148,14 +132,14 @@ base::Pose CalibrateTurn(const Corners& corners, Lens& lens, const cv::Size& siz
                          double& residual_px) {
   const std::size_t pairs = corners.left.size();
   const base::Pose X_RL = RightInLeft(lens.X_CBoard.front(), lens.X_CBoard[pairs]).inverse();
-  const Eigen::Vector3d& t = X_RL.translation();
-  cv::Mat rotation(internal::FromEigen(X_RL.linear())), shift(cv::Vec3d(t.x(), t.y(), t.z()));
+  cv::Mat rotation(internal::FromEigen(X_RL.linear()));
+  cv::Mat shift(internal::ShiftOf(X_RL));
   cv::Mat essential, fundamental, residuals;
   residual_px = cv::stereoCalibrate(
       corners.board, corners.left, corners.right, lens.matrix, lens.distortion, lens.matrix,
       lens.distortion, size, rotation, shift, essential, fundamental, residuals,
       cv::CALIB_FIX_INTRINSIC | cv::CALIB_USE_EXTRINSIC_GUESS, kUntilStill);
-  return PoseOf(rotation, shift).inverse();
+  return internal::PoseOf(rotation, shift).inverse();
 }
 
 // What registration pairs: a corner in the left camera's frame, and the plane it lies in.
@@ -195,29 +179,37 @@ base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
   return base::MakePose(R_WL, sum.ldlt().solve(right));
 }
 
-// A turn vector and a shift, left of the pose.
-base::Pose Moved(const Eigen::Vector3d& turn, const Eigen::Vector3d& shift, const base::Pose& X) {
-  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-  return base::MakePose(rotation.toRotationMatrix(), shift) * X;
-}
+/// A step of Gauss and Newton to the corners' planes, on a small motion left of the pose (N = 6)
+/// and on the factor of all that the camera sees, too (N = 7).
+template <int N>
+struct PlaneStep {
+  Eigen::Matrix<double, N, N> sum = Eigen::Matrix<double, N, N>::Zero();
+  Eigen::Matrix<double, N, 1> motion;
+  double squares = 0.0;  // of the distances before it
 
-// Gauss and Newton on the six parameters of a small motion, left of the pose.
+  PlaneStep(std::span<const CornerOnPlane> pairs, base::Pose& X_WL, double factor = 1.0) {
+    Eigen::Matrix<double, N, 1> right = Eigen::Matrix<double, N, 1>::Zero();
+    for (const CornerOnPlane& pair : pairs) {
+      const Eigen::Vector3d& n = pair.plane_W.normal;
+      const Eigen::Vector3d p_W = X_WL * (factor * pair.p_L);
+      Eigen::Matrix<double, N, 1> slope;
+      slope.template head<6>() << p_W.cross(n), n;
+      if constexpr (N == 7) slope[6] = n.dot(X_WL.linear() * pair.p_L);
+      const double distance = pair.plane_W.Distance(p_W);
+      sum += slope * slope.transpose();
+      right -= slope * distance;
+      squares += distance * distance;
+    }
+    motion = sum.ldlt().solve(right);
+    X_WL = base::SmallMotion(motion.template head<3>(), motion.template segment<3>(3)) * X_WL;
+  }
+};
+
 base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
   constexpr int kMaxSteps = 30;
   constexpr double kStill = 1e-12;  // [m] and [rad]
   for (int step = 0; step < kMaxSteps; ++step) {
-    Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-    for (const CornerOnPlane& pair : pairs) {
-      const Eigen::Vector3d p_W = X_WL * pair.p_L;
-      Eigen::Matrix<double, 6, 1> slope;
-      slope << p_W.cross(pair.plane_W.normal), pair.plane_W.normal;
-      sum += slope * slope.transpose();
-      right -= slope * pair.plane_W.Distance(p_W);
-    }
-    const Eigen::Matrix<double, 6, 1> motion = sum.ldlt().solve(right);
-    X_WL = Moved(motion.head<3>(), motion.tail<3>(), X_WL);
-    if (motion.norm() < kStill) break;
+    if (PlaneStep<6>(pairs, X_WL).motion.norm() < kStill) break;
   }
   X_WL.linear() = Eigen::Quaterniond(X_WL.linear()).normalized().toRotationMatrix();
   return X_WL;
@@ -227,36 +219,17 @@ base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
 // its standard error. Pictures of a board with larger squares are those of one further off, so that
 // only the laser detects squares of another size; the pose takes up most of what is wrong with them
 // if all boards are about as far off.
-struct Scale {
-  double factor = 1.0;
-  double error = 0.0;
-};
-Scale ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs, std::size_t boards) {
-  constexpr int kRefineSteps = 10;  // of Gauss and Newton, from a pose that is nearly right
-  Eigen::Matrix<double, 7, 7> sum;
-  Scale scale;
-  double squares = 0.0;
+std::pair<double, double> ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs,
+                                  std::size_t boards) {
+  constexpr int kRefineSteps = 10;  // from a pose that is nearly right
+  double scale = 1.0, variance = 0.0;
   for (int step = 0; step < kRefineSteps; ++step) {
-    sum.setZero();
-    squares = 0.0;
-    Eigen::Matrix<double, 7, 1> right = Eigen::Matrix<double, 7, 1>::Zero();
-    for (const CornerOnPlane& pair : pairs) {
-      const Eigen::Vector3d& n = pair.plane_W.normal;
-      const Eigen::Vector3d p_W = X_WL * (scale.factor * pair.p_L);
-      Eigen::Matrix<double, 7, 1> slope;
-      slope << p_W.cross(n), n, n.dot(X_WL.linear() * pair.p_L);
-      const double distance = pair.plane_W.Distance(p_W);
-      sum += slope * slope.transpose();
-      right -= slope * distance;
-      squares += distance * distance;
-    }
-    const Eigen::Matrix<double, 7, 1> motion = sum.ldlt().solve(right);
-    X_WL = Moved(motion.head<3>(), motion.segment<3>(3), X_WL);
-    scale.factor += motion[6];
+    const PlaneStep<7> refined(pairs, X_WL, scale);
+    scale += refined.motion[6];
+    // Corners of one board share its plane's error: a board counts as one measurement.
+    variance = refined.squares / static_cast<double>(boards) * refined.sum.inverse()(6, 6);
   }
-  // Corners of one board share its plane's error: a board counts as one measurement.
-  scale.error = std::sqrt(squares / static_cast<double>(boards) * sum.inverse()(6, 6));
-  return scale;
+  return {scale, std::sqrt(variance)};
 }
 
 // The point nearest to the two rays that see it.
@@ -322,19 +295,9 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
 }
 
 Camera CameraOf(const Lens& lens, int width, int height) {
-  const auto& m = lens.matrix;
+  const cv::Matx33d m = lens.matrix;
   const auto k = [&](int i) { return lens.distortion.at<double>(i); };
-  return {.width = width,
-          .height = height,
-          .fx = m.at<double>(0, 0),
-          .fy = m.at<double>(1, 1),
-          .cx = m.at<double>(0, 2),
-          .cy = m.at<double>(1, 2),
-          .k1 = k(0),
-          .k2 = k(1),
-          .p1 = k(2),
-          .p2 = k(3),
-          .k3 = k(4)};
+  return {width, height, m(0, 0), m(1, 1), m(0, 2), m(1, 2), k(0), k(1), k(2), k(3), k(4)};
 }
 
 // Both pictures' corners of each board, as one camera sees them, on the laser's plane of it.
@@ -371,9 +334,9 @@ std::vector<CornerOnPlane> TriangulatedOnPlanes(std::span<const BoardSighting> b
 std::vector<Eigen::Vector3d> NormalsOf(const Lens& lens, std::size_t boards) {
   std::vector<Eigen::Vector3d> normals_L;
   for (std::size_t i = 0; i < boards; ++i) {
-    const Eigen::Vector3d normal = lens.X_CBoard[i].linear().col(2);
-    normals_L.push_back(normal.dot(lens.X_CBoard[i].translation()) > 0.0 ? Eigen::Vector3d(-normal)
-                                                                         : normal);
+    Eigen::Vector3d normal = lens.X_CBoard[i].linear().col(2);
+    if (normal.dot(lens.X_CBoard[i].translation()) > 0.0) normal = -normal;
+    normals_L.push_back(normal);
   }
   return normals_L;
 }
@@ -392,10 +355,9 @@ std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options) {
 
 std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
                                             const ChessboardOptions& options) {
-  const cv::Mat grey = GreyOf(picture);
+  const cv::Mat grey = internal::GreyOf(picture);
   std::vector<cv::Point2f> corners;
-  // The quick search, with corners where the grey values' slopes agree; the thorough one takes 0.2
-  // s a picture and finds boards that are dimly lit.
+  // Quick; the thorough search takes 0.2 s a picture and finds boards that are dimly lit.
   if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
     const int half = HalfWindow(corners, options.columns);
     cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
@@ -427,8 +389,8 @@ BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options)
   // From the same corner in both: a turn of a few degrees does not exchange the board's ends.
   const Eigen::Vector2d left = sighting.left_px.back() - sighting.left_px.front();
   const Eigen::Vector2d right = sighting.right_px.back() - sighting.right_px.front();
-  if (left.dot(right) < 0.0) std::reverse(sighting.right_px.begin(), sighting.right_px.end());
-  sighting.plane_W = LaserPlane(view, options, sighting.laser_noise_m);
+  if (left.dot(right) < 0.0) std::ranges::reverse(sighting.right_px);
+  sighting.plane_W = LaserPlane(view, options);
   return sighting;
 }
 
@@ -448,24 +410,20 @@ CalibrationResult CalibrateStereo(std::span<const BoardSighting> boards, int wid
   const Corners corners = CornersOf(boards, options);
   const cv::Size size(width, height);
   CalibrationResult result;
-  Lens lens = CalibrateLens(corners, size);
-  result.camera_px = lens.residual_px;
+  Lens lens = CalibrateLens(corners, size, result.camera_px);
   const base::Pose X_LR = CalibrateTurn(corners, lens, size, result.stereo_px);
   const std::vector<CornerOnPlane> pairs = CornersOnPlanes(boards, lens, X_LR, options);
   const base::Pose X_WL = Register(FirstRegistration(NormalsOf(lens, boards.size()), pairs), pairs);
   result.registration_m = RootMeanSquare(pairs, X_WL);
-  const Scale scale = ScaleOf(X_WL, pairs, boards.size());
-  result.scale = scale.factor;
-  result.scale_error = scale.error;
+  std::tie(result.scale, result.scale_error) = ScaleOf(X_WL, pairs, boards.size());
   result.views = static_cast<int>(boards.size());
-  StereoCalibration& calibration = result.calibration;
-  calibration.camera = CameraOf(lens, width, height);
-  calibration.X_WL = X_WL;
-  calibration.X_WR = X_WL * X_LR;
-  calibration.reprojection_px = std::max(result.camera_px, result.stereo_px);
-  calibration.registration_m = result.registration_m;
+  result.calibration = {.camera = CameraOf(lens, width, height),
+                        .X_WL = X_WL,
+                        .X_WR = X_WL * X_LR,
+                        .reprojection_px = std::max(result.camera_px, result.stereo_px),
+                        .registration_m = result.registration_m};
   result.triangulated_m =
-      RootMeanSquare(TriangulatedOnPlanes(boards, calibration.camera, X_LR), X_WL);
+      RootMeanSquare(TriangulatedOnPlanes(boards, result.calibration.camera, X_LR), X_WL);
   CheckResiduals(result, options);
   return result;
 }

@@ -26,17 +26,15 @@ struct ChessboardOptions {
   double laser_band_m = 0.004;  ///< within which the laser's points are the board's plane at first
 };
 
-/// The corners on the board itself, row by row, its z axis to the viewer who sees them in pictures'
-/// order.
+/// The corners on the board itself, row by row; z to the viewer who sees them in pictures' order.
 std::vector<Eigen::Vector3d> CornersOfBoard(const ChessboardOptions& options);
 
-/// One place of the board: both pictures of it, and what the laser measured there. The laser's
-/// points may hold a few that are not the board's (mixed ones at its edge).
+/// One place of the board: both pictures of it, and what the laser measured there.
 struct BoardView {
   std::string name;  ///< what errors call it
   image::Image left;
   image::Image right;
-  geometry::Points laser_W;        ///< in the arm's frame
+  geometry::Points laser_W;        ///< in the arm's frame; a few may be mixed ones at its edge
   Eigen::Vector3d laser_origin_W;  ///< where the laser stood
 };
 
@@ -47,7 +45,6 @@ struct BoardSighting {
   std::vector<Eigen::Vector2d> left_px;
   std::vector<Eigen::Vector2d> right_px;
   geometry::Plane plane_W;
-  double laser_noise_m = 0.0;  ///< root mean square of the laser's points about their plane
 };
 
 /// A board's inner corners in a picture, to a fraction of a pixel: row by row from the same one.
@@ -56,9 +53,8 @@ struct BoardSighting {
 std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
                                             const ChessboardOptions& options);
 
-/// Finds the board's corners (to a fraction of a pixel) and its plane.
-/// @throws base::InputError saying in which picture there is no such board, or that it is blurred,
-/// or that the laser did not measure it.
+/// Finds the board's corners and its plane.
+/// @throws base::InputError as FindChessboard, or if the laser did not measure the board.
 BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options);
 
 /// Equations 5.13 and 5.14: R = R_r R_l^T and T = T_l - R_l R_r^T T_r, where R_l, T_l and R_r, T_r
@@ -68,10 +64,9 @@ base::Pose RightInLeft(const base::Pose& X_LBoard, const base::Pose& X_RBoard);
 
 struct CalibrationResult {
   StereoCalibration calibration;
-  double camera_px = 0.0;  ///< residual of the lens: each picture with a pose of its own
-  double stereo_px = 0.0;  ///< residual with one turn between all pairs
-  double registration_m =
-      0.0;  ///< of the corners, as one camera sees the board, to the laser's planes
+  double camera_px = 0.0;       ///< residual of the lens: each picture with a pose of its own
+  double stereo_px = 0.0;       ///< residual with one turn between all pairs
+  double registration_m = 0.0;  ///< of the corners, as one camera sees them, to the laser's planes
   double triangulated_m = 0.0;  ///< of the corners, as the pair triangulates them, to these planes
   double scale = 1.0;           ///< of all lengths, with which the planes would agree best
   double scale_error = 0.0;     ///< its standard error
@@ -80,11 +75,10 @@ struct CalibrationResult {
 
 /// One lens from all pictures (5.10 to 5.12, without r^6), the turn between left and right from the
 /// pairs (5.13, 5.14, then the least squares of all corners), and the place of both in the arm's
-/// frame from the boards' planes, which the laser measured: the pose that brings the corners that
-/// the camera sees nearest to the planes (Zhang and Pless 2004, "Extrinsic calibration of a camera
-/// and laser range finder"). O(corners) an iteration; the same input gives the same result.
-/// @throws base::InputError saying why the boards do not calibrate: too few, too alike, a residual
-/// too large and what may be wrong.
+/// frame: the pose that brings the corners that the camera sees nearest to the boards' planes,
+/// which the laser measured (Zhang and Pless 2004, "Extrinsic calibration of a camera and laser
+/// range finder"). O(corners) an iteration; the same input gives the same result.
+/// @throws base::InputError if the boards are too few or too alike, or a residual is too large.
 /// @throws std::invalid_argument if a sighting has another number of corners than the options.
 CalibrationResult CalibrateStereo(std::span<const BoardSighting> boards, int width, int height,
                                   const ChessboardOptions& options);

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -40,9 +39,7 @@ base::Pose BoardInCamera(const HandEyeView& view, const Camera& camera,
   cv::Vec3d turn, shift;
   cv::solvePnP(on_board, in_picture, internal::MatrixOf(camera), internal::DistortionOf(camera),
                turn, shift);
-  cv::Matx33d rotation;
-  cv::Rodrigues(turn, rotation);
-  return base::MakePose(internal::ToEigen(rotation), {shift[0], shift[1], shift[2]});
+  return internal::PoseOfTurn(turn, shift);
 }
 
 base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base::Pose>& X_CB) {
@@ -50,8 +47,7 @@ base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base
   const auto add = [](const base::Pose& X, std::vector<cv::Mat>& turns,
                       std::vector<cv::Mat>& shifts) {
     turns.emplace_back(cv::Mat(internal::FromEigen(X.linear())).clone());
-    const Eigen::Vector3d& t = X.translation();
-    shifts.emplace_back(cv::Mat(cv::Vec3d(t.x(), t.y(), t.z())).clone());
+    shifts.emplace_back(cv::Mat(internal::ShiftOf(X)).clone());
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
     add(views[i].X_WH, hand_turns, hand_shifts);
@@ -61,13 +57,7 @@ base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base
   cv::Vec3d shift;
   cv::calibrateHandEye(hand_turns, hand_shifts, board_turns, board_shifts, turn, shift,
                        cv::CALIB_HAND_EYE_PARK);
-  return base::MakePose(internal::ToEigen(turn), {shift[0], shift[1], shift[2]});
-}
-
-base::Pose Stepped(const base::Pose& X, const Eigen::Matrix<double, 6, 1>& twist) {
-  const Eigen::Vector3d turn = twist.tail<3>();
-  const Eigen::AngleAxisd by(turn.norm(), turn.stableNormalized());
-  return X * base::MakePose(by.toRotationMatrix(), twist.head<3>());
+  return internal::PoseOf(turn, shift);
 }
 
 /// How far the corners are from where the two poses see them, view after view [px].
@@ -84,10 +74,11 @@ Eigen::VectorXd Residuals(std::span<const HandEyeView> views, const Camera& came
   return residuals;
 }
 
+/// @param twists  shift and turn of each of both poses
 HandEyeResult At(const HandEyeResult& from, const Vector12& twists) {
   HandEyeResult result = from;
-  result.X_HC = Stepped(from.X_HC, twists.head<6>());
-  result.X_WBoard = Stepped(from.X_WBoard, twists.tail<6>());
+  result.X_HC = from.X_HC * base::SmallMotion(twists.segment<3>(3), twists.head<3>());
+  result.X_WBoard = from.X_WBoard * base::SmallMotion(twists.tail<3>(), twists.segment<3>(6));
   return result;
 }
 
@@ -150,9 +141,7 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
 }
 
 int GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
-  const std::uint8_t* rgb =
-      picture.At(static_cast<int>(std::clamp<long>(std::lround(pixel.x()), 0, picture.width - 1)),
-                 static_cast<int>(std::clamp<long>(std::lround(pixel.y()), 0, picture.height - 1)));
+  const std::uint8_t* rgb = NearestPixel(picture, pixel);
   return rgb[0] + rgb[1] + rgb[2];
 }
 

@@ -25,9 +25,8 @@ struct HandEyeResult {
   base::Pose X_WBoard;  ///< the board, x along its rows
   double rms_px = 0.0;  ///< of the corners about where these two poses see them
   double rms_m = 0.0;   ///< of the board's places in W, by each view alone, about their mean
-  /// Standard errors of X_HC, root mean square, by leaving out one view after the other (the
-  /// jackknife; Efron 1982): what all corners of a view have in common, the arm's error, is in
-  /// them.
+  /// Standard errors of X_HC (the jackknife over views; Efron 1982): what all corners of a view
+  /// have in common, the arm's error, is in them.
   double shift_error_m = 0.0;
   double turn_error_rad = 0.0;
 };
@@ -38,13 +37,12 @@ struct HandEyeResult {
 std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,
                                               const ChessboardOptions& options);
 
-/// Where a camera sits on the hand: each view's own pose of the board (OpenCV's solvePnP) and the
-/// arm's poses give AX = XB, solved by Park and Martin's method (OpenCV's calibrateHandEye); then
-/// the least squares of all corners over both poses, by Gauss and Newton, of which rms_px is what
-/// is left. O(corners) an iteration; the same input gives the same result.
+/// Each view's own pose of the board (OpenCV's solvePnP) and the arm's poses give AX = XB, solved
+/// by Park and Martin's method (OpenCV's calibrateHandEye); then the least squares of all corners
+/// over both poses, by Gauss and Newton. O(corners) an iteration; the same input gives the same
+/// result.
 /// @throws base::InputError if there are fewer than options.min_views views, if the hand turned by
-/// less than 10 deg between all of them (the place along the axis that it turned about stays open),
-/// or if more than options.max_reprojection_px is left: a board that was moved, another camera.
+/// less than 10 deg between all of them, or if more than options.max_reprojection_px is left.
 /// @throws std::invalid_argument if a view has another number of corners than the options.
 HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera& camera,
                                const ChessboardOptions& options);

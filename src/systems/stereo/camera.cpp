@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -17,20 +16,18 @@
 namespace rangegrasp::stereo {
 namespace {
 
-// Far beyond any camera.
+namespace fs = std::filesystem;
+
+// What a file may hold: far beyond any camera, near enough to find a wrong unit.
 constexpr int kMaxSize_px = 16384;
+constexpr double kMaxFocalLength_px = 1e6;
+constexpr double kMaxDistortion = 100.0;
 // Below this the two pictures are one.
 constexpr double kMinBaseline_m = 1e-4;
 
-constexpr char kFrame[] = "of the camera in the arm's frame";
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-Eigen::Vector2d NoPoint() { return {kNaN, kNaN}; }
-
-// What a file may hold: far beyond any camera, near enough to find a wrong unit.
-constexpr double kMaxFocalLength_px = 1e6;
-constexpr double kMaxDistortion = 100.0;
+Eigen::Vector2d NoPoint() {
+  return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
 
 // The derivative of Distort.
 Eigen::Matrix2d DistortionSlope(const Camera& c, const Eigen::Vector2d& p) {
@@ -121,20 +118,25 @@ Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& pixel) {
   return {p.x(), p.y(), 1.0};
 }
 
+const std::uint8_t* NearestPixel(const image::Image& picture, const Eigen::Vector2d& place) {
+  return picture.At(
+      static_cast<int>(std::clamp<long>(std::lround(place.x()), 0, picture.width - 1)),
+      static_cast<int>(std::clamp<long>(std::lround(place.y()), 0, picture.height - 1)));
+}
+
 base::Pose RightInLeft(const StereoCalibration& calibration) {
   return calibration.X_WL.inverse() * calibration.X_WR;
 }
 
-StereoCalibration ReadStereoCalibration(const std::filesystem::path& file) {
+StereoCalibration ReadStereoCalibration(const fs::path& file) {
   auto map = base::YamlMap::FromFile(file);
   StereoCalibration calibration;
-  for (const char* key : {"camera", "left", "right"}) map.Require(key);
+  constexpr char kFrame[] = "of the camera in the arm's frame when it took this picture";
+  map.Require("camera");
   auto camera = map.Child("camera", "pinhole camera with the distortion of equations 5.10 to 5.12");
   ReadCamera(camera, calibration.camera);
-  auto left = map.Child("left", "where it took the left picture");
-  calibration.X_WL = sensing::ReadPose(left, kFrame);
-  auto right = map.Child("right", "where it took the right picture");
-  calibration.X_WR = sensing::ReadPose(right, kFrame);
+  calibration.X_WL = sensing::ReadPoseOf(map, "left", kFrame);
+  calibration.X_WR = sensing::ReadPoseOf(map, "right", kFrame);
   map.Read("reprojection_px", calibration.reprojection_px, 0.0, 1e3,
            "residual of the camera's calibration; 0: not known");
   map.ReadScaled("registration_mm", calibration.registration_m, base::kMm, 0.0, 1e3,
@@ -144,28 +146,29 @@ StereoCalibration ReadStereoCalibration(const std::filesystem::path& file) {
   return calibration;
 }
 
-void WriteStereoCalibration(const StereoCalibration& calibration,
-                            const std::filesystem::path& file) {
-  std::string text =
-      "# One camera that takes two pictures: its model, and where it stands at each in the arm's "
-      "frame.\n# Axes of the camera: x right, y down, z forward.\n";
-  text += CameraText("camera", calibration.camera) + sensing::PoseText("left", calibration.X_WL) +
-          sensing::PoseText("right", calibration.X_WR);
-  text += fmt::format("reprojection_px: {:.17g}\nregistration_mm: {:.17g}\n",
-                      calibration.reprojection_px, calibration.registration_m * base::kMmPerM);
-  base::WriteFile(file, text);
+void WriteStereoCalibration(const StereoCalibration& calibration, const fs::path& file) {
+  base::WriteFile(
+      file,
+      fmt::format("# One camera that takes two pictures: its model, and where it stands at each in "
+                  "the arm's frame.\n# Axes of the camera: x right, y down, z forward.\n"
+                  "{}{}{}reprojection_px: {:.17g}\nregistration_mm: {:.17g}\n",
+                  CameraText("camera", calibration.camera),
+                  sensing::PoseText("left", calibration.X_WL),
+                  sensing::PoseText("right", calibration.X_WR), calibration.reprojection_px,
+                  calibration.registration_m * base::kMmPerM));
 }
 
 void ReadCamera(base::YamlMap& map, Camera& camera) {
-  for (const char* key : {"width_px", "height_px", "fx_px", "fy_px", "cx_px", "cy_px"}) {
+  const auto read = [&](const char* key, auto& value, auto low, auto high, const char* doc) {
     map.Require(key);
-  }
-  map.Read("width_px", camera.width, 1, kMaxSize_px, "of its pictures");
-  map.Read("height_px", camera.height, 1, kMaxSize_px, "of its pictures");
-  map.Read("fx_px", camera.fx, 1.0, kMaxFocalLength_px, "focal length along a row");
-  map.Read("fy_px", camera.fy, 1.0, kMaxFocalLength_px, "focal length along a column");
-  map.Read("cx_px", camera.cx, 0.0, kMaxSize_px, "column of the principal point");
-  map.Read("cy_px", camera.cy, 0.0, kMaxSize_px, "row of the principal point");
+    map.Read(key, value, low, high, doc);
+  };
+  read("width_px", camera.width, 1, kMaxSize_px, "of its pictures");
+  read("height_px", camera.height, 1, kMaxSize_px, "of its pictures");
+  read("fx_px", camera.fx, 1.0, kMaxFocalLength_px, "focal length along a row");
+  read("fy_px", camera.fy, 1.0, kMaxFocalLength_px, "focal length along a column");
+  read("cx_px", camera.cx, 0.0, kMaxSize_px, "column of the principal point");
+  read("cy_px", camera.cy, 0.0, kMaxSize_px, "row of the principal point");
   const auto distortion = [&](const char* key, double& value, const char* doc) {
     map.Read(key, value, -kMaxDistortion, kMaxDistortion, doc);
   };
@@ -187,7 +190,9 @@ std::string CameraText(const std::string& name, const Camera& c) {
 
 struct Rectifier::Maps {
   // Places and their fractions in OpenCV's own packed form, which is twice as fast to apply.
-  cv::Mat left_places, left_fractions, right_places, right_fractions;
+  struct Map {
+    cv::Mat places, fractions;
+  } left, right;
 };
 
 Eigen::Vector3d RectifiedCameras::Triangulate(double x, double y, double disparity) const {
@@ -200,7 +205,6 @@ RectifiedCameras Rectify(const StereoCalibration& calibration) {
   const base::Pose X_LR = RightInLeft(calibration);
   CheckSides(X_LR.translation());
   const base::Pose X_RL = X_LR.inverse();  // equations 5.13 and 5.14
-  const Eigen::Vector3d t = X_RL.translation();
   const Camera& camera = calibration.camera;
   const cv::Matx33d matrix = internal::MatrixOf(camera);
   const cv::Vec<double, 5> distortion = internal::DistortionOf(camera);
@@ -209,20 +213,19 @@ RectifiedCameras Rectify(const StereoCalibration& calibration) {
   cv::Matx34d left_projection, right_projection;
   cv::Matx44d unused;
   cv::stereoRectify(matrix, distortion, matrix, distortion, size,
-                    internal::FromEigen(X_RL.rotation()), cv::Vec3d(t.x(), t.y(), t.z()), to_left,
+                    internal::FromEigen(X_RL.rotation()), internal::ShiftOf(X_RL), to_left,
                     to_right, left_projection, right_projection, unused, cv::CALIB_ZERO_DISPARITY);
-  RectifiedCameras cameras;
-  cameras.width = camera.width;
-  cameras.height = camera.height;
-  cameras.f = left_projection(0, 0);
-  cameras.cx = left_projection(0, 2);
-  cameras.cy = left_projection(1, 2);
-  cameras.baseline_m = X_LR.translation().norm();
-  cameras.R_LS = internal::ToEigen(to_left).transpose();
-  cameras.R_RS = internal::ToEigen(to_right).transpose();
-  cameras.X_WS =
-      base::MakePose(calibration.X_WL.rotation() * cameras.R_LS, calibration.X_WL.translation());
-  return cameras;
+  const Eigen::Matrix3d R_LS = internal::ToEigen(to_left).transpose();
+  return {
+      .width = camera.width,
+      .height = camera.height,
+      .f = left_projection(0, 0),
+      .cx = left_projection(0, 2),
+      .cy = left_projection(1, 2),
+      .baseline_m = X_LR.translation().norm(),
+      .X_WS = base::MakePose(calibration.X_WL.rotation() * R_LS, calibration.X_WL.translation()),
+      .R_LS = R_LS,
+      .R_RS = internal::ToEigen(to_right).transpose()};
 }
 
 Rectifier::Rectifier(const StereoCalibration& calibration)
@@ -232,39 +235,35 @@ Rectifier::Rectifier(const StereoCalibration& calibration)
   const cv::Matx33d projection(cameras_.f, 0.0, cameras_.cx, 0.0, cameras_.f, cameras_.cy, 0.0, 0.0,
                                1.0);
   const cv::Size size(cameras_.width, cameras_.height);
-  const auto fill = [&](const Eigen::Matrix3d& R_camera, cv::Mat& places, cv::Mat& fractions) {
+  const auto fill = [&](const Eigen::Matrix3d& R_camera, Maps::Map& map) {
     cv::initUndistortRectifyMap(internal::MatrixOf(camera_), internal::DistortionOf(camera_),
                                 internal::FromEigen(R_camera.transpose()), projection, size,
-                                CV_16SC2, places, fractions);
+                                CV_16SC2, map.places, map.fractions);
   };
-  fill(cameras_.R_LS, maps->left_places, maps->left_fractions);
-  fill(cameras_.R_RS, maps->right_places, maps->right_fractions);
+  fill(cameras_.R_LS, maps->left);
+  fill(cameras_.R_RS, maps->right);
   maps_ = std::move(maps);
 }
 
 Rectifier::~Rectifier() = default;
 Rectifier::Rectifier(Rectifier&&) noexcept = default;
 
-RectifiedPair Rectifier::Apply(const image::Image& left, const image::Image& right) const {
-  const auto check = [&](const image::Image& picture, const char* name) {
-    if (picture.width == camera_.width && picture.height == camera_.height) return;
-    throw base::InputError(fmt::format(
-        "the {} picture has {} x {} pixels, the camera of the calibration {} x {}: it is another "
-        "camera's",
-        name, picture.width, picture.height, camera_.width, camera_.height));
-  };
-  check(left, "left");
-  check(right, "right");
+PicturePair Rectifier::Apply(const image::Image& left, const image::Image& right) const {
   const internal::SingleThread single;
-  RectifiedPair pair;
-  const auto turn = [&](const image::Image& from, const cv::Mat& places, const cv::Mat& fractions,
-                        image::Image& to) {
+  const auto turned = [&](const image::Image& from, const char* name, const Maps::Map& map) {
+    if (from.width != camera_.width || from.height != camera_.height) {
+      throw base::InputError(fmt::format(
+          "the {} picture has {} x {} pixels, the camera of the calibration {} x {}: it is another "
+          "camera's",
+          name, from.width, from.height, camera_.width, camera_.height));
+    }
+    image::Image to;
     cv::Mat room = internal::Room(cameras_.width, cameras_.height, to);
-    cv::remap(internal::View(from), room, places, fractions, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+    cv::remap(internal::View(from), room, map.places, map.fractions, cv::INTER_LINEAR,
+              cv::BORDER_CONSTANT);
+    return to;
   };
-  turn(left, maps_->left_places, maps_->left_fractions, pair.left);
-  turn(right, maps_->right_places, maps_->right_fractions, pair.right);
-  return pair;
+  return {turned(left, "left", maps_->left), turned(right, "right", maps_->right)};
 }
 
 Eigen::Vector2d Rectifier::LeftSource(double x, double y) const {

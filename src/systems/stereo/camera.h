@@ -43,6 +43,16 @@ Eigen::Vector2d Project(const Camera& camera, const Eigen::Vector3d& p_S);
 /// The direction (z = 1) in which a pixel looks; NaN as Undistort.
 Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& pixel);
 
+/// Two pictures of one scene.
+struct PicturePair {
+  image::Image left, right;
+  bool colour =
+      true;  ///< false: of grey files; each channel holds their brightness, nothing is blue
+};
+
+/// The pixel of a picture nearest to a place, which may lie outside of it: red, green, blue.
+const std::uint8_t* NearestPixel(const image::Image& picture, const Eigen::Vector2d& place);
+
 /// One camera that took two pictures, and where it stood: section 5.3.2's pan of -4 (left) and 0
 /// degrees (right).
 struct StereoCalibration {
@@ -51,7 +61,7 @@ struct StereoCalibration {
   base::Pose X_WR = base::Pose::Identity();  ///< and at the right one
   /// What the calibration left unexplained, for those who read the file; 0: not known.
   double reprojection_px = 0.0;  ///< root mean square over the corners
-  double registration_m = 0.0;   ///< root mean square over the points that arm and camera share
+  double registration_m = 0.0;   ///< the same over the points that arm and camera share
 };
 
 /// The pose of the right camera in the left one's frame, X_LR (equations 5.13 and 5.14: R and T of
@@ -71,8 +81,8 @@ void ReadCamera(base::YamlMap& map, Camera& camera);
 /// A mapping `name:` that it reads, every digit kept.
 std::string CameraText(const std::string& name, const Camera& camera);
 
-/// Two cameras with parallel axes, one pinhole and one row for each point: what the pictures of a
-/// pair are turned into, so that corresponding pixels differ in their column alone (figure 5.19b).
+/// Two cameras with parallel axes, into whose pictures a pair is turned so that corresponding
+/// pixels differ in their column alone (figure 5.19b).
 struct RectifiedCameras {
   int width = 0;                             ///< [px]
   int height = 0;                            ///< [px]
@@ -95,15 +105,9 @@ struct RectifiedCameras {
 
 /// The two cameras of a calibration, both turned by the same amount (OpenCV's stereoRectify, which
 /// is Bouguet's: as in the toolbox that the dissertation calibrates with).
-/// @throws base::InputError if cameras and poses cannot see one scene: a size, focal lengths or a
-/// principal point that do not fit, one place; a right camera that is not to the right of the left
-/// one, but above or before it.
+/// @throws base::InputError if size, focal lengths or principal point do not fit, or the right
+/// camera is not to the right of the left one.
 RectifiedCameras Rectify(const StereoCalibration& calibration);
-
-/// A pair in the layout of the rectified cameras. What neither camera saw is black.
-struct RectifiedPair {
-  image::Image left, right;
-};
 
 /// Undoes distortion (5.10 to 5.12) and turns both pictures, each pixel from one place of the
 /// original by bilinear interpolation. Holds one table of places a picture.
@@ -117,9 +121,9 @@ class Rectifier {
   const RectifiedCameras& cameras() const { return cameras_; }
   const Camera& camera() const { return camera_; }
 
-  /// @throws base::InputError if a picture's size is not the camera's: the calibration is another
-  /// camera's.
-  RectifiedPair Apply(const image::Image& left, const image::Image& right) const;
+  /// In the layout of the rectified cameras; what neither camera saw is black.
+  /// @throws base::InputError if a picture's size is not the camera's.
+  PicturePair Apply(const image::Image& left, const image::Image& right) const;
 
   /// The pixel of the left picture that comes to stand at (x, y). May lie outside of it.
   Eigen::Vector2d LeftSource(double x, double y) const;

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -25,42 +23,17 @@ constexpr int kPrefilterCap = 31;
 constexpr int kHalfKept = 128;  // of 255, the mean of a mask over a shrunk pixel
 
 void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
-  const auto odd = [](int window, int low) { return window >= low && window % 2 == 1; };
-  if (!odd(o.block_window_px, 5)) {
-    throw std::invalid_argument(
-        fmt::format("block_window_px {}: odd and at least 5", o.block_window_px));
-  }
-  if (!odd(o.semi_global_window_px, 1)) {
-    throw std::invalid_argument(
-        fmt::format("semi_global_window_px {}: odd and at least 1", o.semi_global_window_px));
-  }
+  const auto check_odd = [](const char* name, int window, int low) {
+    if (window >= low && window % 2 == 1) return;
+    throw std::invalid_argument(fmt::format("{} {}: odd and at least {}", name, window, low));
+  };
+  check_odd("block_window_px", o.block_window_px, 5);
+  check_odd("semi_global_window_px", o.semi_global_window_px, 1);
   if (o.shrink < 1) throw std::invalid_argument(fmt::format("shrink {}: at least 1", o.shrink));
   if (!(min_px >= 0.0 && max_px > min_px)) {
     throw std::invalid_argument(
         fmt::format("disparities from {:.1f} to {:.1f} px: ascending from 0", min_px, max_px));
   }
-}
-
-cv::Mat View(const image::Grey8& picture) {
-  return cv::Mat(
-      picture.height, picture.width, CV_8UC1,
-      const_cast<std::uint8_t*>(picture.grey.data()));  // NOLINT: OpenCV has no const view
-}
-
-// The rectangle round what is kept; empty if nothing is.
-cv::Rect KeptRectangle(const Mask& mask) {
-  int left = mask.width, right = -1, top = mask.height, bottom = -1;
-  for (int y = 0; y < mask.height; ++y) {
-    const auto* row = mask.grey.data() + static_cast<std::ptrdiff_t>(y) * mask.width;
-    for (int x = 0; x < mask.width; ++x) {
-      if (row[x] == 0) continue;
-      left = std::min(left, x);
-      right = std::max(right, x);
-      top = std::min(top, y);
-      bottom = y;
-    }
-  }
-  return right < 0 ? cv::Rect() : cv::Rect(left, top, right - left + 1, bottom - top + 1);
 }
 
 // Room for windows at the border, and to the left for the right picture's columns.
@@ -110,66 +83,47 @@ cv::Mat Edges(const cv::Mat& picture, double levels) {
   return cv::abs(slope) > kSobelGain * levels;
 }
 
+/// The patch round a pixel in which disparities change by no more than `step` from one to the next;
+/// its pixels are visited then.
+std::vector<cv::Point> PatchFrom(const cv::Point& first, const cv::Mat& sixteenths, int step,
+                                 cv::Mat& visited) {
+  const auto at = [&](const cv::Point& p) { return sixteenths.at<std::int16_t>(p); };
+  const cv::Rect whole(cv::Point(), sixteenths.size());
+  std::vector<cv::Point> patch = {first};
+  visited.at<std::uint8_t>(first) = 1;
+  for (std::size_t next = 0; next < patch.size(); ++next) {
+    const cv::Point p = patch[next];
+    for (const cv::Point& to : {cv::Point(p.x - 1, p.y), cv::Point(p.x + 1, p.y),
+                                cv::Point(p.x, p.y - 1), cv::Point(p.x, p.y + 1)}) {
+      if (!whole.contains(to) || visited.at<std::uint8_t>(to) != 0) continue;
+      if (std::abs(at(to) - at(p)) > step) continue;
+      visited.at<std::uint8_t>(to) = 1;
+      patch.push_back(to);
+    }
+  }
+  return patch;
+}
+
 // Removes patches of disparities that are too small, or that no edges hold.
-class PatchFilter {
- public:
-  PatchFilter(const cv::Mat& edges, int none, const MatchOptions& options, cv::Mat& sixteenths)
-      : edges_(edges),
-        none_(none),
-        step_(options.patch_step_px * static_cast<int>(kSubpixels)),
-        o_(options),
-        sixteenths_(sixteenths),
-        visited_(cv::Mat::zeros(sixteenths.size(), CV_8U)) {}
-
-  void Run() {
-    for (int y = 0; y < sixteenths_.rows; ++y) {
-      for (int x = 0; x < sixteenths_.cols; ++x) {
-        if (visited_.at<std::uint8_t>(y, x) != 0 || At({x, y}) <= none_) continue;
-        Collect({x, y});
-        if (!Stays()) Remove();
+void FilterPatches(const cv::Mat& edges, int none, const MatchOptions& o, cv::Mat& sixteenths) {
+  const int step = o.patch_step_px * static_cast<int>(kSubpixels);
+  cv::Mat visited = sixteenths <= none;
+  for (int y = 0; y < sixteenths.rows; ++y) {
+    for (int x = 0; x < sixteenths.cols; ++x) {
+      if (visited.at<std::uint8_t>(y, x) != 0) continue;
+      const auto patch = PatchFrom({x, y}, sixteenths, step, visited);
+      const auto held = std::ranges::count_if(
+          patch, [&](const cv::Point& p) { return edges.at<std::uint8_t>(p) != 0; });
+      const auto size = static_cast<double>(patch.size());
+      if (size >= o.min_patch_px && static_cast<double>(held) >= o.min_edges * std::sqrt(size)) {
+        continue;
+      }
+      for (const cv::Point& p : patch) {
+        sixteenths.at<std::int16_t>(p) = static_cast<std::int16_t>(none);
       }
     }
   }
-
- private:
-  std::int16_t& At(const cv::Point& p) const { return sixteenths_.at<std::int16_t>(p); }
-
-  void Collect(const cv::Point& first) {
-    patch_.assign(1, first);
-    visited_.at<std::uint8_t>(first) = 1;
-    for (std::size_t next = 0; next < patch_.size(); ++next) {
-      const cv::Point p = patch_[next];
-      for (const cv::Point& to : {cv::Point(p.x - 1, p.y), cv::Point(p.x + 1, p.y),
-                                  cv::Point(p.x, p.y - 1), cv::Point(p.x, p.y + 1)}) {
-        if (to.x < 0 || to.y < 0 || to.x >= sixteenths_.cols || to.y >= sixteenths_.rows) continue;
-        if (visited_.at<std::uint8_t>(to) != 0 || At(to) <= none_) continue;
-        if (std::abs(At(to) - At(p)) > step_) continue;
-        visited_.at<std::uint8_t>(to) = 1;
-        patch_.push_back(to);
-      }
-    }
-  }
-
-  bool Stays() const {
-    if (std::cmp_less(patch_.size(), o_.min_patch_px)) return false;
-    const auto edges = std::ranges::count_if(
-        patch_, [&](const cv::Point& p) { return edges_.at<std::uint8_t>(p) != 0; });
-    return static_cast<double>(edges) >=
-           o_.min_edges * std::sqrt(static_cast<double>(patch_.size()));
-  }
-
-  void Remove() {
-    for (const cv::Point& p : patch_) At(p) = static_cast<std::int16_t>(none_);
-  }
-
-  const cv::Mat& edges_;
-  int none_;
-  int step_;
-  const MatchOptions& o_;
-  cv::Mat& sixteenths_;
-  cv::Mat visited_;
-  std::vector<cv::Point> patch_;
-};
+}
 
 // Removes disparities that the pixels of like colour round them do not share.
 void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::Mat& sixteenths) {
@@ -219,11 +173,11 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   }
   Disparity result{left.width, left.height, {}};
   result.grey.assign(left.grey.size(), std::numeric_limits<float>::quiet_NaN());
-  const cv::Rect kept = KeptRectangle(left_mask);
+  const cv::Rect kept = cv::boundingRect(internal::View(left_mask));
   if (kept.empty()) return result;
 
-  const int first = static_cast<int>(std::floor(min_px / options.shrink));
-  const int range = static_cast<int>(std::ceil(max_px / options.shrink)) - first + 1;
+  const int first = cvFloor(min_px / options.shrink);
+  const int range = cvCeil(max_px / options.shrink) - first + 1;
   const int disparities = (range + kDisparityStep - 1) / kDisparityStep * kDisparityStep;
   const int margin =
       options.shrink * std::max(options.block_window_px, options.semi_global_window_px);
@@ -233,21 +187,21 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
 
   const internal::SingleThread single;
   const auto small = [&](const cv::Mat& picture) { return Shrunk(picture(part), options.shrink); };
-  cv::Mat sixteenths =
-      SixteenthsOf(small(View(left)), small(View(right)), first, disparities, options);
+  cv::Mat sixteenths = SixteenthsOf(small(internal::View(left)), small(internal::View(right)),
+                                    first, disparities, options);
   const int none = (first - 1) * static_cast<int>(kSubpixels);
   // What was removed is one colour, matches anything and would join patches.
-  sixteenths.setTo(none, small(View(left_mask)) < kHalfKept);
+  sixteenths.setTo(none, small(internal::View(left_mask)) < kHalfKept);
   const cv::Mat colours = small(internal::View(whole_left));
   if (options.consensus_share > 0.0) KeepConsensus(colours, none, options, sixteenths);
-  PatchFilter(Edges(colours, options.edge_levels), none, options, sixteenths).Run();
+  FilterPatches(Edges(colours, options.edge_levels), none, options, sixteenths);
   const float pixels = static_cast<float>(options.shrink) / kSubpixels;
   // Pixels beyond the last whole square have none.
   const int height = sixteenths.rows * options.shrink, width = sixteenths.cols * options.shrink;
   for (int y = 0; y < std::min(part.height, height); ++y) {
     const auto* row = sixteenths.ptr<std::int16_t>(y / options.shrink);
     for (int x = 0; x < std::min(part.width, width); ++x) {
-      const std::size_t at = internal::IndexAt(part.x + x, part.y + y, left.width);
+      const std::size_t at = image::IndexAt(part.x + x, part.y + y, left.width);
       const std::int16_t value = row[x / options.shrink];
       if (left_mask.grey[at] == 0 || value <= none) continue;
       result.grey[at] = static_cast<float>(value) * pixels;

@@ -14,44 +14,34 @@ enum class MatchMethod {
 };
 constexpr std::array<std::string_view, 2> WordsOf(MatchMethod) { return {"semi_global", "block"}; }
 
+/// Lengths are in pixels that are shrunk. What each does stands with its key (reconstruct.cpp).
 struct MatchOptions {
   /// The dissertation's is block matching. Semi-global matching closes the gaps in poor texture by
   /// what surrounds them, at about the same cost.
   MatchMethod method = MatchMethod::kSemiGlobal;
-  /// Squares of so many pixels are averaged before anything is matched; all lengths below that are
-  /// in pixels are in such squares. Two: half the noise, and windows and steps reach twice as far,
-  /// which surfaces with little texture need more than others need a whole pixel, in an eighth of
-  /// the time (docs/results.md).
+  /// Two: half the noise, and windows and steps reach twice as far, which surfaces with little
+  /// texture need more than others need a whole pixel, in an eighth of the time (docs/results.md).
   int shrink = 2;
-  /// Side of the window whose absolute differences are summed (SAD); odd. Larger: less noise and
-  /// fewer holes, and edges that are rounder by half of it. The block's was chosen by the share of
-  /// the surface and its error on pictures of the scene (docs/results.md); for semi-global
-  /// matching, which has its neighbors to hold on to, a few pixels are enough.
+  /// Of the sum of absolute differences (SAD). Larger: less noise and fewer holes, and edges that
+  /// are rounder by half of it. The block's was chosen by the share of the surface and its error on
+  /// pictures of the scene (docs/results.md); semi-global matching has its neighbors to hold on to.
   int block_window_px = 15;
   int semi_global_window_px = 5;
-  /// Semi-global: what a change of the disparity by one, and by more, costs, in differences of grey
-  /// a pixel of the window. Larger: smoother, and steps are lost.
+  /// Larger: smoother, and steps are lost.
   double small_step_cost = 8.0;
   double large_step_cost = 32.0;
-  /// The second best match must be worse by this share [%]; and, for blocks, a window needs so much
-  /// texture (sum of slopes, cut off at the prefilter's 31). Less of both: fewer holes, and wrong
-  /// matches in them.
+  /// Less of both: fewer holes, and wrong matches in them. Texture is the sum of slopes, cut off at
+  /// the prefilter's 31.
   int uniqueness_percent = 25;
   int min_texture = 10;
-  /// Left-right check: both pictures' matches agree within this [px]. -1: not checked.
   int max_left_right_px = 1;
-  /// Patches of fewer pixels within which the disparity changes by no more than a step from one to
-  /// the next are mismatches.
   int min_patch_px = 100;
   int patch_step_px = 1;
-  /// So are patches that no edge holds: those with fewer pixels whose grey changes by edge_levels
-  /// along the row than this times their width (the root of their number). A wall without texture,
-  /// matched by its noise, has none; a white cup has its outline. 0: all patches stay.
+  /// Of a patch's width (the root of its number of pixels). A wall without texture, matched by its
+  /// noise, has no edges; a white cup has its outline.
   double min_edges = 1.0;
-  /// A match must be shared by this part of the pixels of like colour round it (each channel within
-  /// consensus_levels, so many pixels away): a plain wall or rail next to an object takes on the
-  /// object's disparity, but only near it. Larger: fewer of these fringes, and holes in surfaces
-  /// that are matched in parts. 0: not asked for.
+  /// A plain wall or rail next to an object takes on the object's disparity, but only near it.
+  /// Larger: fewer of these fringes, and holes in surfaces that are matched in parts.
   double consensus_share = 0.4;
   int consensus_levels = 20;
   int consensus_reach_px = 24;

@@ -23,25 +23,20 @@ constexpr char kGreyKind = 0;
 
 constexpr double kLevelsPerPixel = 256.0;
 
-struct Picture {
-  image::Image image;
-  bool colour = true;
-};
-
 image::Image Coloured(const image::Grey8& grey) {
-  image::Image image{grey.width, grey.height, {}};
-  image.rgb.reserve(3 * grey.grey.size());
-  for (const std::uint8_t level : grey.grey) image.rgb.insert(image.rgb.end(), 3, level);
+  image::Image image;
+  cv::Mat room = internal::Room(grey.width, grey.height, image);
+  cv::cvtColor(internal::View(grey), room, cv::COLOR_GRAY2RGB);
   return image;
 }
 
-Picture ReadPicture(const std::filesystem::path& file) {
+/// @param colour  set to false for a grey file
+image::Image ReadPicture(const std::filesystem::path& file, bool& colour) {
   const std::string bytes = base::ReadNonEmptyFile(file);
+  colour = bytes.size() <= kKindByte || bytes[kKindByte] != kGreyKind;
   try {
-    if (bytes.size() > kKindByte && bytes[kKindByte] == kGreyKind) {
-      return {Coloured(image::DecodePng<image::Grey8>(bytes)), false};
-    }
-    return {image::DecodePng<image::Image>(bytes), true};
+    return colour ? image::DecodePng<image::Image>(bytes)
+                  : Coloured(image::DecodePng<image::Grey8>(bytes));
   } catch (const base::InputError& error) {
     throw base::InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
@@ -55,6 +50,11 @@ constexpr double kCells = 1200.0;
 constexpr std::size_t kMaxWindows = 200;
 // A window that agrees less was not found again (OpenCV's normed correlation).
 constexpr double kMinCorrelation = 0.9;
+// Slope [grey levels / px, rms] in the direction in which the window changes least: along a
+// straight edge a window can be found anywhere. A camera's noise of 2 levels makes a slope of 1.4
+// (half the difference of two pixels), and 3 levels over 21 x 21 px place a window to 2 sqrt(2) /
+// (3 * 21) = 0.05 px.
+constexpr double kMinSlope = 3.0;
 
 struct Window {
   double texture = 0.0;
@@ -62,12 +62,10 @@ struct Window {
 };
 
 bool AllKept(const Mask& kept, const cv::Rect& at) {
-  const int right = at.br().x - 1, low = at.br().y - 1;
-  for (const cv::Point& corner :
-       {at.tl(), cv::Point(right, low), cv::Point(at.x, low), cv::Point(right, at.y)}) {
-    if (kept.grey[internal::IndexAt(corner.x, corner.y, kept.width)] == 0) return false;
-  }
-  return true;
+  return std::ranges::all_of(
+      std::array{at.tl(), at.br() - cv::Point(1, 1), cv::Point(at.br().x - 1, at.y),
+                 cv::Point(at.x, at.br().y - 1)},
+      [&](const cv::Point& p) { return kept.grey[image::IndexAt(p.x, p.y, kept.width)] != 0; });
 }
 
 // The root mean square of the grey values' slope in the direction in which it is least.
@@ -81,23 +79,22 @@ double LeastSlope(const cv::Mat& across, const cv::Mat& down, const cv::Rect& at
 }
 
 std::vector<Window> TexturedWindows(const cv::Mat& left, const Mask& kept, int first_column,
-                                    const RowSearch& search) {
+                                    int within_rows) {
   constexpr double kHalf = 0.5;  // of the difference of both neighbors
   cv::Mat across, down;
   cv::Sobel(left, across, CV_32F, 1, 0, 1, kHalf);
   cv::Sobel(left, down, CV_32F, 0, 1, 1, kHalf);
   const int cell_px = std::max(1, static_cast<int>(std::sqrt(left.cols * left.rows / kCells)));
   std::vector<Window> windows;
-  for (int y = search.rows; y + kWindow_px + search.rows <= left.rows; y += cell_px) {
+  for (int y = within_rows; y + kWindow_px + within_rows <= left.rows; y += cell_px) {
     for (int x = first_column; x + kWindow_px <= left.cols; x += cell_px) {
       const cv::Rect at(x, y, kWindow_px, kWindow_px);
       if (!AllKept(kept, at)) continue;
       const double slope = LeastSlope(across, down, at);
-      if (slope >= search.min_slope) windows.push_back({slope, at});
+      if (slope >= kMinSlope) windows.push_back({slope, at});
     }
   }
-  std::stable_sort(windows.begin(), windows.end(),
-                   [](const Window& a, const Window& b) { return a.texture > b.texture; });
+  std::ranges::stable_sort(windows, std::ranges::greater(), &Window::texture);
   if (windows.size() > kMaxWindows) windows.resize(kMaxWindows);
   return windows;
 }
@@ -147,61 +144,55 @@ image::Image DisparityPicture(const Disparity& disparity) {
 
 /// Both rectified pictures side by side, with a line every so many rows: what stands on a line
 /// on the left stands on it on the right.
-image::Image RectifiedPicture(const RectifiedPair& pair) {
+image::Image RectifiedPicture(const PicturePair& pair) {
   constexpr int kSpacing_px = 60;
-  constexpr std::array<std::uint8_t, 3> kLine = {255, 60, 40};
-  image::Image both{2 * pair.left.width, pair.left.height, {}};
-  both.rgb.reserve(2 * pair.left.rgb.size());
-  for (int y = 0; y < both.height; ++y) {
-    const bool line = y % kSpacing_px == kSpacing_px / 2;
-    for (const image::Image* picture : {&pair.left, &pair.right}) {
-      for (int x = 0; x < picture->width; ++x) {
-        const std::uint8_t* pixel = line ? kLine.data() : picture->At(x, y);
-        both.rgb.insert(both.rgb.end(), pixel, pixel + 3);
-      }
-    }
-  }
+  const cv::Scalar line(255, 60, 40);
+  image::Image both;
+  cv::Mat room = internal::Room(2 * pair.left.width, pair.left.height, both);
+  cv::hconcat(internal::View(pair.left), internal::View(pair.right), room);
+  for (int y = kSpacing_px / 2; y < both.height; y += kSpacing_px) room.row(y).setTo(line);
   return both;
 }
 
 }  // namespace
 
 PicturePair ReadPicturePair(const std::filesystem::path& left, const std::filesystem::path& right) {
-  Picture a = ReadPicture(left), b = ReadPicture(right);
-  if (a.colour != b.colour) {
+  PicturePair pair;
+  bool right_colour = true;
+  pair.left = ReadPicture(left, pair.colour);
+  pair.right = ReadPicture(right, right_colour);
+  if (pair.colour != right_colour) {
     throw base::InputError(fmt::format("{} is {}, {} is {}: both must be of one kind",
-                                       left.string(), a.colour ? "colour" : "grey", right.string(),
-                                       b.colour ? "colour" : "grey"));
+                                       left.string(), pair.colour ? "colour" : "grey",
+                                       right.string(), right_colour ? "colour" : "grey"));
   }
-  if (a.image.width != b.image.width || a.image.height != b.image.height) {
+  if (pair.left.width != pair.right.width || pair.left.height != pair.right.height) {
     throw base::InputError(fmt::format(
         "{} has {} x {} pixels, {} has {} x {}: both must be of one size", left.string(),
-        a.image.width, a.image.height, right.string(), b.image.width, b.image.height));
+        pair.left.width, pair.left.height, right.string(), pair.right.width, pair.right.height));
   }
-  return {std::move(a.image), std::move(b.image), a.colour};
+  return pair;
 }
 
-RowOffset MeasureRowOffset(const RectifiedPair& pair, const Mask& kept, double min_px,
-                           double max_px, const RowSearch& search) {
+RowOffset MeasureRowOffset(const PicturePair& pair, const Mask& kept, double min_px, double max_px,
+                           int within_rows) {
   const internal::SingleThread single;
-  cv::Mat left, right;
-  cv::cvtColor(internal::View(pair.left), left, cv::COLOR_RGB2GRAY);
-  cv::cvtColor(internal::View(pair.right), right, cv::COLOR_RGB2GRAY);
-  const int low = static_cast<int>(std::floor(min_px)), high = static_cast<int>(std::ceil(max_px));
+  const cv::Mat left = internal::GreyOf(pair.left), right = internal::GreyOf(pair.right);
+  const int low = cvFloor(min_px), high = cvCeil(max_px);
   RowOffset result;
   std::vector<double> offsets;
-  for (const Window& window : TexturedWindows(left, kept, high, search)) {
+  for (const Window& window : TexturedWindows(left, kept, high, within_rows)) {
     ++result.textured;
-    const cv::Rect strip(window.at.x - high, window.at.y - search.rows, kWindow_px + high - low,
-                         kWindow_px + 2 * search.rows);
+    const cv::Rect strip(window.at.x - high, window.at.y - within_rows, kWindow_px + high - low,
+                         kWindow_px + 2 * within_rows);
     cv::Mat agreement;
     cv::matchTemplate(right(strip), left(window.at), agreement, cv::TM_CCOEFF_NORMED);
     double best = 0.0;
     cv::Point place;
     cv::minMaxLoc(agreement, nullptr, &best, nullptr, &place);
     if (best < kMinCorrelation) continue;
-    offsets.push_back(place.y - search.rows);
-    result.in_row += std::abs(offsets.back()) <= search.tolerance_px ? 1 : 0;
+    offsets.push_back(place.y - within_rows);
+    result.in_row += std::abs(offsets.back()) <= kRowTolerance_px ? 1 : 0;
   }
   result.found = static_cast<int>(offsets.size());
   if (!offsets.empty()) result.median_px = base::MedianOf(offsets);

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
+#include "base/statistics.h"
 #include "base/units.h"
 #include "stereo/internal/open_cv.h"
 
@@ -57,37 +58,8 @@ void ReadMatch(base::YamlMap& map, MatchOptions& o) {
   }
 }
 
-}  // namespace
-
-void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& o) {
-  ReadMatch(map, o.match);
-  map.Read("remove_blue", o.remove_blue, "blue pixels are the table's: removed before matching");
-  map.Read("blue_share", o.blue_share, 0.0, 1.0,
-           "blue exceeds red and green by this share of itself");
-  map.Read("blue_levels", o.blue_levels, 0, 255, "and by so many of 255 levels");
-  ReadWindow(map, "blue_window_px", o.blue_window_px, 1, 255,
-             "a pixel's colour is what most of this window's pixels have");
-  map.Read("step_px", o.step_px, 1, 64, "one sample for so many pixels in both directions");
-  map.Read("min_share", o.min_share, 0.0, 1.0, "of which this share must agree ...");
-  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0, "... within this");
-  map.Read("min_table_px", o.min_table_px, 0, 1000000,
-           "smaller patches of blue are print, where no table is seen");
-  map.ReadScaled("height_mm", o.volume_height_m, kMm, 10.0, 1e4,
-                 "only what is lower than this above the workspace is reconstructed");
-  map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "nearest depth that is searched");
-  map.ReadScaled("far_mm", o.far_m, kMm, 10.0, 1e5, "furthest depth that is searched");
-  map.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 100.0,
-           "standard deviation of a disparity, which the noise of a sample follows from");
-  if (o.near_m >= o.far_m)
-    map.Fail(map.Has("near_mm") ? "near_mm" : "far_mm", "near_mm must be below far_mm");
-  map.Finish();
-}
-
-namespace {
-
 constexpr double kNoDepth = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint8_t kKept = 255;
 constexpr double kNoiseDeviations = 3.0;
 
 void CheckOptions(const ReconstructOptions& o) {
@@ -101,36 +73,18 @@ void CheckOptions(const ReconstructOptions& o) {
   }
 }
 
-image::Grey8 Brightness(const image::Image& picture) {
-  image::Grey8 grey{picture.width, picture.height, {}};
-  grey.grey.resize(picture.rgb.size() / 3);
-  cv::Mat room(picture.height, picture.width, CV_8UC1, grey.grey.data());
+/// The brightness of what is kept, black elsewhere.
+image::Grey8 BrightnessOf(const image::Image& picture, const Mask& kept) {
+  image::Grey8 grey;
+  cv::Mat room = internal::Room(picture.width, picture.height, grey);
   cv::cvtColor(internal::View(picture), room, cv::COLOR_RGB2GRAY);
+  room.setTo(0, internal::View(kept) == 0);
   return grey;
-}
-
-image::Grey8 Kept(image::Grey8 grey, const Mask& kept) {
-  for (std::size_t i = 0; i < grey.grey.size(); ++i) {
-    if (kept.grey[i] == 0) grey.grey[i] = 0;
-  }
-  return grey;
-}
-
-// Black pixels hold nothing: the camera saw nothing there, or not enough.
-bool SawSomething(const image::Image& picture, std::size_t at) {
-  const std::uint8_t* pixel = picture.rgb.data() + 3 * at;
-  return pixel[0] != 0 || pixel[1] != 0 || pixel[2] != 0;
 }
 
 Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) {
-  if (options.remove_blue) {
-    return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
-  }
-  Mask mask{picture.width, picture.height, std::vector<std::uint8_t>(picture.rgb.size() / 3)};
-  for (std::size_t i = 0; i < mask.grey.size(); ++i) {
-    mask.grey[i] = SawSomething(picture, i) ? kKept : 0;
-  }
-  return mask;
+  if (!options.remove_blue) return WithoutBlue(picture, 1.0, 255, 1);  // nothing is that blue
+  return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
 }
 
 /// Depths between which a ray is of interest [m].
@@ -168,22 +122,20 @@ DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double 
   return {std::max({round.near_m, level.near_m, 0.0}), std::min(round.far_m, level.far_m)};
 }
 
-// Mean of those values that are near their median; nullopt if there are too few. Reorders them.
-std::optional<double> CommonValue(std::vector<float>& values, std::size_t min_count,
+// Mean of those values that are near their median; nullopt if there are too few.
+std::optional<double> CommonValue(const std::vector<float>& values, int min_count,
                                   double max_spread) {
-  if (values.size() < min_count || values.empty()) return std::nullopt;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  const double median = *middle;
+  if (values.empty() || std::cmp_less(values.size(), min_count)) return std::nullopt;
+  const double median = base::UpperMedianOf(values);
   double sum = 0.0;
-  std::size_t count = 0;
+  int count = 0;
   for (const float value : values) {
     if (std::abs(value - median) > max_spread) continue;
     sum += value;
     ++count;
   }
   if (count < min_count) return std::nullopt;
-  return sum / static_cast<double>(count);
+  return sum / count;
 }
 
 /// The disparities that a sample may have; none if max_px is not above min_px.
@@ -218,7 +170,7 @@ class Grid {
   }
 
   double MiddleOf(int sample) const { return sample * step_px + 0.5 * (step_px - 1); }
-  std::size_t IndexOf(int column, int row) const { return internal::IndexAt(column, row, columns); }
+  std::size_t IndexOf(int column, int row) const { return image::IndexAt(column, row, columns); }
   const Search& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
   double MaxDisparity() const {
     double max_px = 0.0;
@@ -227,13 +179,18 @@ class Grid {
     }
     return max_px;
   }
+  cv::Rect PixelsOf(int column, int row) const {
+    return {column * step_px, row * step_px, step_px, step_px};
+  }
   /// The pixels of a mask in whose sample something is searched for.
   Mask Searched(const Mask& mask) const {
-    Mask searched{mask.width, mask.height, std::vector<std::uint8_t>(mask.grey.size(), 0)};
-    for (int y = 0; y < rows * step_px; ++y) {
-      for (int x = 0; x < columns * step_px; ++x) {
-        const std::size_t at = internal::IndexAt(x, y, mask.width);
-        if (SearchOf(x / step_px, y / step_px).Any()) searched.grey[at] = mask.grey[at];
+    Mask searched;
+    cv::Mat room = internal::Room(mask.width, mask.height, searched);
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        if (!SearchOf(column, row).Any()) continue;
+        const cv::Rect pixels = PixelsOf(column, row);
+        internal::View(mask)(pixels).copyTo(room(pixels));
       }
     }
     return searched;
@@ -248,19 +205,15 @@ class Grid {
 };
 
 // The blue pixels in which the table is seen: in large patches.
-Mask TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
-  Mask table{kept.width, kept.height, std::vector<std::uint8_t>(kept.grey.size(), 0)};
-  for (std::size_t i = 0; i < kept.grey.size(); ++i) {
-    if (kept.grey[i] == 0 && SawSomething(picture, i)) table.grey[i] = kKept;
-  }
-  const cv::Mat blue(table.height, table.width, CV_8UC1, table.grey.data());
-  cv::Mat patches, statistics, centers;
-  cv::connectedComponentsWithStats(blue, patches, statistics, centers, /*connectivity=*/4);
-  for (int y = 0; y < table.height; ++y) {
-    const auto* row = patches.ptr<int>(y);
-    for (int x = 0; x < table.width; ++x) {
-      if (statistics.at<int>(row[x], cv::CC_STAT_AREA) >= min_px) continue;
-      table.grey[internal::IndexAt(x, y, table.width)] = 0;
+cv::Mat TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
+  cv::Mat black, patches, statistics, centers;
+  cv::inRange(internal::View(picture), cv::Scalar::all(0), cv::Scalar::all(0), black);
+  cv::Mat table = (internal::View(kept) == 0) & (black == 0);
+  cv::connectedComponentsWithStats(table, patches, statistics, centers, /*connectivity=*/4);
+  for (int y = 0; y < table.rows; ++y) {
+    for (int x = 0; x < table.cols; ++x) {
+      const int area = statistics.at<int>(patches.at<int>(y, x), cv::CC_STAT_AREA);
+      if (area < min_px) table.at<std::uint8_t>(y, x) = 0;
     }
   }
   return table;
@@ -310,21 +263,19 @@ class Sampler {
   std::optional<double> DisparityOf(int column, int row) {
     const Search& search = grid_.SearchOf(column, row);
     if (!search.Any()) return std::nullopt;
-    values_.clear();
-    ForPixels(column, row, [&](std::size_t at) {
-      if (!std::isnan(r_.disparity.grey[at])) values_.push_back(r_.disparity.grey[at]);
-    });
-    const auto value = CommonValue(values_, MinCount(), o_.max_spread_px);
+    std::vector<float> values;
+    for (const float d :
+         cv::Mat_<float>(internal::View(r_.disparity)(grid_.PixelsOf(column, row)))) {
+      if (!std::isnan(d)) values.push_back(d);
+    }
+    const auto value = CommonValue(values, min_count_, o_.max_spread_px);
     if (value && (*value < search.min_px || *value > search.max_px)) return std::nullopt;
     return value;
   }
 
   // Whether most of a sample's pixels show the table by their colour.
   bool IsTable(int column, int row) const {
-    if (table_.grey.empty()) return false;
-    std::size_t blue = 0;
-    ForPixels(column, row, [&](std::size_t at) { blue += table_.grey[at] != 0 ? 1 : 0; });
-    return blue >= MinCount();
+    return !table_.empty() && cv::countNonZero(table_(grid_.PixelsOf(column, row))) >= min_count_;
   }
 
   Eigen::Vector3d OnTable(double x, double y) const {
@@ -335,44 +286,30 @@ class Sampler {
     return origin_W + along * ray_W;
   }
 
-  void ForPixels(int column, int row, const auto& action) const {
-    for (int y = row * o_.step_px; y < (row + 1) * o_.step_px; ++y) {
-      for (int x = column * o_.step_px; x < (column + 1) * o_.step_px; ++x) {
-        action(internal::IndexAt(x, y, cameras_.width));
-      }
-    }
-  }
-
-  std::size_t MinCount() const {
-    return static_cast<std::size_t>(
-        std::max(1.0, std::ceil(o_.min_share * o_.step_px * o_.step_px)));
-  }
-
   const Rectifier& rectifier_;
   const RectifiedCameras& cameras_;
   const Grid& grid_;
   const ReconstructOptions& o_;
   Reconstruction& r_;
-  Mask table_;
-  std::vector<float> values_;
+  const int min_count_ =
+      static_cast<int>(std::max(1.0, std::ceil(o_.min_share* o_.step_px* o_.step_px)));
+  cv::Mat table_;
 };
 
 }  // namespace
 
 Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels, int window_px) {
-  Mask mask{picture.width, picture.height, {}};
-  mask.grey.resize(picture.rgb.size() / 3);
+  Mask mask;
+  const cv::Mat room = internal::Room(picture.width, picture.height, mask);
   for (std::size_t i = 0; i < mask.grey.size(); ++i) {
     const int red = picture.rgb[3 * i], green = picture.rgb[3 * i + 1],
               blue = picture.rgb[3 * i + 2];
     const int other = std::max(red, green);
     const bool dominant = other < (1.0 - blue_share) * blue && other < blue - blue_levels;
-    mask.grey[i] = dominant || !SawSomething(picture, i) ? 0 : kKept;
+    const bool black = other == 0 && blue == 0;  // the camera saw nothing there, or not enough
+    mask.grey[i] = dominant || black ? 0 : 255;
   }
-  if (window_px > 1) {
-    cv::Mat room(mask.height, mask.width, CV_8UC1, mask.grey.data());
-    cv::medianBlur(room, room, window_px);
-  }
+  if (window_px > 1) cv::medianBlur(room, room, window_px);
   return mask;
 }
 
@@ -393,11 +330,35 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
   }
   const Mask right_kept = KeptPixels(result.rectified.right, options);
   result.disparity =
-      Match(Kept(Brightness(result.rectified.left), result.kept),
-            Kept(Brightness(result.rectified.right), right_kept), grid.Searched(result.kept),
+      Match(BrightnessOf(result.rectified.left, result.kept),
+            BrightnessOf(result.rectified.right, right_kept), grid.Searched(result.kept),
             result.rectified.left, cameras.DisparityAt(options.far_m), max_px, options.match);
   Sampler(rectifier, grid, options, result).Run();
   return result;
+}
+
+void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& o) {
+  ReadMatch(map, o.match);
+  map.Read("remove_blue", o.remove_blue, "blue pixels are the table's: removed before matching");
+  map.Read("blue_share", o.blue_share, 0.0, 1.0,
+           "blue exceeds red and green by this share of itself");
+  map.Read("blue_levels", o.blue_levels, 0, 255, "and by so many of 255 levels");
+  ReadWindow(map, "blue_window_px", o.blue_window_px, 1, 255,
+             "a pixel's colour is what most of this window's pixels have");
+  map.Read("step_px", o.step_px, 1, 64, "one sample for so many pixels in both directions");
+  map.Read("min_share", o.min_share, 0.0, 1.0, "of which this share must agree ...");
+  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0, "... within this");
+  map.Read("min_table_px", o.min_table_px, 0, 1000000,
+           "smaller patches of blue are print, where no table is seen");
+  map.ReadScaled("height_mm", o.volume_height_m, kMm, 10.0, 1e4,
+                 "only what is lower than this above the workspace is reconstructed");
+  map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "nearest depth that is searched");
+  map.ReadScaled("far_mm", o.far_m, kMm, 10.0, 1e5, "furthest depth that is searched");
+  map.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 100.0,
+           "standard deviation of a disparity, which the noise of a sample follows from");
+  if (o.near_m >= o.far_m)
+    map.Fail(map.Has("near_mm") ? "near_mm" : "far_mm", "near_mm must be below far_mm");
+  map.Finish();
 }
 
 }  // namespace rangegrasp::stereo

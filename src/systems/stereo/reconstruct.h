@@ -21,43 +21,35 @@ struct Volume {
   double height_m = 0.0;
 };
 
+/// What each does stands with its key (reconstruct.cpp).
 struct ReconstructOptions {
-  /// Removes the pixels whose dominant colour component is blue before anything is matched: the
-  /// table's (section 5.3.2). Blue print on an object goes with them.
-  bool remove_blue = true;
-  /// Blue is dominant if it exceeds red and green by this share of itself: more than noise does in
-  /// a grey pixel. Larger: shadows on the table stay; smaller: grey things are removed.
+  bool remove_blue = true;  ///< section 5.3.2; blue print on an object goes with the table
+  /// More than noise does in a grey pixel. Larger: shadows on the table stay; smaller: grey things
+  /// are removed.
   double blue_share = 0.15;
-  /// And by so many levels of 255: in what is nearly black, noise alone makes shares.
-  int blue_levels = 12;
-  /// Pixels that differ from most of their neighborhood of this side are noise of the colours; odd.
+  int blue_levels = 12;  ///< in what is nearly black, noise alone makes shares
   int blue_window_px = 5;
   MatchOptions match;
-  /// One sample for so many pixels in both directions: the mean of those disparities that are near
-  /// their median. Neighbors share most of their window, so that all of them hold hardly more.
+  /// Neighbors share most of their window, so that all of them hold hardly more.
   int step_px = 4;
-  /// A sample needs this share of its pixels, no further from their median than this [px]. Larger:
-  /// samples that mix two surfaces.
+  /// The mean of those disparities that are near their median. Larger share: fewer samples that mix
+  /// two surfaces.
   double min_share = 0.5;
   double max_spread_px = 1.0;
-  /// The range of depths that is searched [m], from the left camera along the axis. What stands
-  /// behind the volume is matched there, where a search that ended at the volume would find
-  /// something nearer.
+  /// From the left camera along the axis. What stands behind the volume is matched there, where a
+  /// search that ended at the volume would find something nearer.
   double near_m = 0.4;
   double far_m = 10.0;
   /// If given, only pixels are matched whose ray meets it, from its own nearest depth on, and only
   /// points in it become samples: a room's walls and floor have little texture, and what is matched
   /// wrongly there hangs in the air.
   std::optional<Volume> volume;
-  double volume_height_m = 0.25;  ///< of the volume, where it is given: higher than any heap
-  /// Standard deviation of a disparity [px], measured on pictures of the scene (docs/results.md).
-  double disparity_sigma_px = 0.3;
-  /// Where the table is, in the arm's frame, by the registration. If given, removed pixels are
-  /// samples on it: a blue pixel shows the table, whose place is known. Without, they are nothing,
-  /// and the space over the table is not known to be free.
+  double volume_height_m = 0.25;    ///< higher than any heap
+  double disparity_sigma_px = 0.3;  ///< measured on pictures of the scene (docs/results.md)
+  /// In the arm's frame, by the registration. If given, a removed pixel shows the table, and is a
+  /// sample on it. Without, it is nothing, and the space over the table is not known to be free.
   std::optional<geometry::Plane> table_W;
-  /// A blue patch that covers less of the picture is print on an object, and no table is seen in it
-  /// [px]. Larger: gaps between objects, through which the table is seen, are nothing.
+  /// Larger: gaps between objects, through which the table is seen, are nothing.
   int min_table_px = 2500;
 };
 
@@ -67,12 +59,12 @@ void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& options);
 
 /// A pair of pictures as a cloud, and what it was made from.
 struct Reconstruction {
-  RectifiedPair rectified;
+  PicturePair rectified;
   Mask kept;            ///< of the left rectified picture: 0 where a pixel was removed
   Disparity disparity;  ///< of the left rectified picture
-  /// Organised as the left rectified picture with one row a profile and every step_px-th pixel;
-  /// the one origin is the left camera, X_CV the rectified one. noise_m is a disparity's deviation
-  /// as a depth, along the ray; 0 for samples of the table.
+  /// Organised as the left rectified picture, of which it has every step_px-th row and pixel; the
+  /// one origin is the left camera, X_CV the rectified one. noise_m is that of a disparity, along
+  /// the ray; 0 for samples of the table.
   geometry::View view;
   /// Of each sample: the pixel of the left picture, as it was taken, that its middle comes from.
   std::vector<Eigen::Vector2f> left_pixel;

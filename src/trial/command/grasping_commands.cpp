@@ -29,6 +29,7 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using Findings = std::vector<base::Finding>;
 
 struct CheckArguments {
@@ -55,38 +56,32 @@ void CheckDetectorAlone(const CheckArguments& arguments) {
   std::vector<std::string> words = base::Split(arguments.detector, ' ');
   std::erase(words, "");
   for (std::size_t i = 1; i < words.size(); ++i) {
-    if (std::filesystem::exists(words[i])) words[i] = std::filesystem::absolute(words[i]).string();
+    if (fs::exists(words[i])) words[i] = std::filesystem::absolute(words[i]).string();
   }
   if (!words.empty() && words.front().find('/') != std::string::npos) {
     words.front() = std::filesystem::absolute(words.front()).string();
   }
-  experiment::Changes changes;
-  changes.set = arguments.set;
+  experiment::Changes changes{.set = arguments.set};
   changes.set.insert(changes.set.begin(),
                      "detector={command: " + nlohmann::json(words).dump() + "}");
-  CheckDetectorOf(experiment::OpenExperiment(base::FindExperiment("laser_single"),
-                                             experiment::AllKinds(), changes));
+  CheckDetectorOf(experiment::OpenExperiment(base::FindExperiment("laser_single"), changes));
 }
 
-bool IsExperiment(const std::filesystem::path& file) {
+bool IsExperiment(const fs::path& file) {
   return file.extension() == ".yaml" || file.extension() == ".yml";
 }
 
 Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
-  const std::filesystem::path file = arguments.file;
+  const fs::path file = arguments.file;
   if (IsExperiment(file)) {
     kind = "experiment";
-    experiment::Changes changes;
-    changes.set = arguments.set;
     Findings findings;
-    const auto e = experiment::OpenExperiment(file, experiment::AllKinds(), changes,
-                                              [&](const Findings& found) {
-                                                findings = found;
-                                                return !base::HasError(found);
-                                              });
-    if (e.task && e.kind->name == trial::GraspingTask().name) {
-      CheckDetectorOf(e, arguments.json);
-    }
+    const auto e =
+        experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {
+          findings = found;
+          return !base::HasError(found);
+        });
+    if (e.task && e.kind->name == "grasping") CheckDetectorOf(e, arguments.json);
     return findings;
   }
   const check::Kind what = arguments.as.empty() ? check::KindOf(file)
@@ -116,8 +111,7 @@ void Check(const CheckArguments& arguments) {
   if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
   std::string kind;
   const Findings findings = CheckFile(arguments, kind);
-  const auto errors =
-      std::count_if(findings.begin(), findings.end(), [](const auto& f) { return f.error; });
+  const auto errors = std::ranges::count(findings, true, &base::Finding::error);
   const auto warnings = static_cast<std::ptrdiff_t>(findings.size()) - errors;
   if (arguments.json) {
     WriteResult(JsonOf(arguments.file, kind, findings));
@@ -137,13 +131,12 @@ void Check(const CheckArguments& arguments) {
 struct Picked {
   std::unique_ptr<sim::World> world;
   experiment::Experiment experiment;  // empty for a scene
-  trial::TrialSpec spec;
   std::uint64_t seed = 1;
 
   const trial::Cell& cell() const { return trial::CellOf(*experiment.task); }
 };
 
-Picked PickScene(const std::filesystem::path& file, std::optional<std::uint64_t> seed) {
+Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
   Picked picked;
   picked.world =
       std::make_unique<sim::World>(file, std::vector<sim::ObjectModel>{}, sim::PhysicsOptions{});
@@ -154,35 +147,34 @@ Picked PickScene(const std::filesystem::path& file, std::optional<std::uint64_t>
 }
 
 // A sensor's file, or one of the installed ones by its word.
-std::filesystem::path SensorFile(const std::string& sensor) {
+fs::path SensorFile(const std::string& sensor) {
   if (sensor == "laser") return base::DataFolder() / "models/sensors/line_scanner.yaml";
   if (sensor == "stereo") return base::DataFolder() / "models/sensors/stereo_camera.yaml";
-  return std::filesystem::absolute(sensor);
+  return fs::absolute(sensor);
 }
 
-Picked PickTrial(const std::filesystem::path& file, const std::string& trial,
-                 std::optional<std::uint64_t> seed, const std::string& sensor) {
+Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed,
+                 const std::string& sensor) {
   Picked picked;
-  experiment::Changes changes;
-  changes.seed = seed;
+  experiment::Changes changes{.seed = seed};
   if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
-  picked.experiment = experiment::OpenExperiment(file, experiment::AllKinds(), changes);
+  picked.experiment = experiment::OpenExperiment(file, changes);
   const trial::Cell& cell = picked.cell();
   cell.sensor->Prepare();  // before the world is there, whose engine starts threads
-  picked.spec = trial::SpecOf(trial.empty() ? picked.experiment.cases.front()
-                                            : CaseOf(picked.experiment, trial));
-  picked.seed = picked.spec.seed;
-  auto arranged = ArrangeTrial(cell, picked.spec);
+  const experiment::Case& which =
+      trial.empty() ? picked.experiment.cases.front() : CaseOf(picked.experiment, trial);
+  picked.seed = which.seed;
+  auto arranged = ArrangeTrial(cell, trial::SpecOf(which));
   if (!arranged) {
-    throw base::RunError(file.string() + ": no arrangement of " + TrialId(picked.spec) +
+    throw base::RunError(file.string() + ": no arrangement of " + which.id +
                          " came to rest in view");
   }
   picked.world = std::make_unique<sim::World>(std::move(arranged->world));
   return picked;
 }
 
-Picked Pick(const std::filesystem::path& file, const std::string& trial,
-            std::optional<std::uint64_t> seed, const std::string& sensor = "") {
+Picked Pick(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed,
+            const std::string& sensor = "") {
   if (IsExperiment(file)) return PickTrial(file, trial, seed, sensor);
   if (!trial.empty()) {
     throw base::InputError("--trial goes with an experiment file, not with " + file.string());
@@ -215,7 +207,7 @@ void AddSnapshot(CLI::App& app) {
     CheckEnding(arguments->out, {".png"});
     const auto [width, height] = ParseSize(arguments->size);
     if (!IsExperiment(arguments->file) && check::IsObjectFile(arguments->file)) {
-      const std::filesystem::path file = arguments->file;
+      const fs::path file = arguments->file;
       image::WritePng(arguments->out, sim::DrawObject({file.stem().string(), file},
                                                       arguments->camera, width, height));
       return;
@@ -312,14 +304,11 @@ void AddScan(CLI::App& app) {
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
       "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
-      "state (0 measured, 1 camera shadow, 2 "
-      "dropout, "
-      "3 out of view), and rgb with `color: true`.\n--picture draws the shadows that the objects "
-      "throw on the table: laser "
-      "red, "
-      "camera yellow, both dark.\nOf a stereo camera, a folder beside the cloud holds left.png, "
-      "right.png, rectified.png, "
-      "disparity.png, disparity16.png and calibration.yaml, as rangegrasp stereo takes them.");
+      "state (0 measured, 1 camera shadow, 2 dropout, 3 out of view), and rgb with `color: "
+      "true`.\n--picture draws the shadows that the objects throw on the table: laser red, "
+      "camera yellow, both dark.\nOf a stereo camera, a folder next to the cloud holds "
+      "left.png, right.png, rectified.png, disparity.png, disparity16.png and "
+      "calibration.yaml, as rangegrasp stereo takes them.");
   command->callback([arguments] {
     CheckEnding(arguments->out, {".pcd", ".ply"});
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
@@ -344,8 +333,7 @@ void AddScan(CLI::App& app) {
     if (!arguments->picture.empty()) {
       image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
     }
-    const auto measured = std::count(scan.truth.state.begin(), scan.truth.state.end(),
-                                     sensing::SampleState::kMeasured);
+    const auto measured = std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured);
     spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured,
                  scan.view.image.profiles, scan.view.image.samples, seconds * 1e3);
   });

@@ -33,7 +33,10 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::ordered_json;
+
+using GraspLists = std::vector<std::vector<grasp::Grasp>>;  // of each object
 
 double UnitFrom(const std::string& name) {
   if (name == "mm") return 1e-3;
@@ -70,15 +73,15 @@ constexpr double kMinSpacing_m = 2e-5;
 // What makes the result doubtful, in words.
 std::vector<std::string> Warnings(const perception::Scene& scene) {
   std::vector<std::string> warnings;
-  if (scene.sampling.spacing_m > kMaxSpacing_m) {
-    warnings.push_back(
-        fmt::format("the points are {:.1f} m apart: try --unit mm", scene.sampling.spacing_m));
-  }
   const double spacing_m = scene.sampling.spacing_m;
+  if (spacing_m > kMaxSpacing_m) {
+    warnings.push_back(fmt::format("the points are {:.1f} m apart: try --unit mm", spacing_m));
+  }
   if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
     warnings.push_back(
         fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM));
   }
+  const auto points = static_cast<double>(scene.points_C.size());
   if (scene.objects.empty()) {
     warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
                                    scene.cloud.size(), scene.points_C.size()));
@@ -86,19 +89,18 @@ std::vector<std::string> Warnings(const perception::Scene& scene) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const double size_m = object.size_m.maxCoeff();
-    const double share =
-        static_cast<double>(object.points.size()) / static_cast<double>(scene.points_C.size());
+    const double share = static_cast<double>(object.points.size()) / points;
     if (size_m > kMaxObject_m) {
-      warnings.push_back(
-          fmt::format("object {} is {:.2f} m long: larger than what a hand or a "
-                      "table could hold; try --crop or --up",
-                      i + 1, size_m));
+      warnings.push_back(fmt::format(
+          "object {} is {:.2f} m long: larger than what a hand or a table could hold; try --crop "
+          "or --up",
+          i + 1, size_m));
     }
     if (share > kMaxShare) {
-      warnings.push_back(
-          fmt::format("object {} has {:.0f} % of all points: more than an object "
-                      "on a table; try --crop or --up",
-                      i + 1, 100.0 * share));
+      warnings.push_back(fmt::format(
+          "object {} has {:.0f} % of all points: more than an object on a table; try --crop or "
+          "--up",
+          i + 1, 100.0 * share));
     }
   }
   return warnings;
@@ -126,10 +128,8 @@ ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json Json(const grasp::Grasp& grasp) {
   ordered_json rotation = ordered_json::array();
-  for (int row = 0; row < 3; ++row) {
-    rotation.push_back(
-        {grasp.X_CH.linear()(row, 0), grasp.X_CH.linear()(row, 1), grasp.X_CH.linear()(row, 2)});
-  }
+  for (int row = 0; row < 3; ++row)
+    rotation.push_back(Json(grasp.X_CH.linear().row(row).transpose()));
   return {{"type", base::Word(grasp.type)}, {"position_m", Json(grasp.X_CH.translation())},
           {"rotation", rotation},           {"tool_center_m", Json(grasp.X_CG.translation())},
           {"width_m", grasp.width_m},       {"opening_m", grasp.opening_m},
@@ -137,19 +137,19 @@ ordered_json Json(const grasp::Grasp& grasp) {
 }
 
 ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& scene,
-                  const std::vector<std::vector<grasp::Grasp>>& grasps) {
-  ordered_json json;
+                  const GraspLists& grasps) {
   const auto& table = scene.table;
-  json["cloud"] = arguments.cloud;
-  json["unit"] = arguments.unit;
-  json["frame"] = "cloud";  // of all places and directions here, in metres
-  json["noise_m"] = scene.sampling.noise_m;
-  json["spacing_m"] = scene.sampling.spacing_m;
-  json["gap_m"] = scene.sampling.gap_m;
-  json["table"] = {{"normal", Json(table.plane.normal)},
-                   {"offset_m", table.plane.offset_m},
-                   {"points", table.points.size()}};
-  json["objects"] = ordered_json::array();
+  ordered_json json = {{"cloud", arguments.cloud},
+                       {"unit", arguments.unit},
+                       {"frame", "cloud"},  // of all places and directions here, in metres
+                       {"noise_m", scene.sampling.noise_m},
+                       {"spacing_m", scene.sampling.spacing_m},
+                       {"gap_m", scene.sampling.gap_m},
+                       {"table",
+                        {{"normal", Json(table.plane.normal)},
+                         {"offset_m", table.plane.offset_m},
+                         {"points", table.points.size()}}},
+                       {"objects", ordered_json::array()}};
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     ordered_json item = {{"points", object.points.size()},
@@ -168,8 +168,7 @@ ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& s
   return json;
 }
 
-std::string Text(const perception::Scene& scene,
-                 const std::vector<std::vector<grasp::Grasp>>& grasps) {
+std::string Text(const perception::Scene& scene, const GraspLists& grasps) {
   const auto& n = scene.table.plane.normal;
   std::string text =
       fmt::format("noise {:.2f} mm, points {:.2f} mm apart\n",
@@ -178,8 +177,7 @@ std::string Text(const perception::Scene& scene,
                       scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
-    const auto free = std::count_if(grasps[i].begin(), grasps[i].end(),
-                                    [](const auto& g) { return !g.collides; });
+    const auto free = std::ranges::count(grasps[i], false, &grasp::Grasp::collides);
     text += fmt::format(
         "object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free", i + 1,
         object.points.size(), base::Word(object.kind), object.open ? ", open" : "",
@@ -192,8 +190,7 @@ std::string Text(const perception::Scene& scene,
 }
 
 // The measured points of one object as a cloud, all grey.
-void WriteObject(const perception::Scene& scene, std::size_t object,
-                 const std::filesystem::path& file) {
+void WriteObject(const perception::Scene& scene, std::size_t object, const fs::path& file) {
   const auto& points = scene.objects[object].points;
   const geometry::TriangleMesh cloud{geometry::Select(scene.cloud.points, points), {}};
   geometry::WriteColoredPly(
@@ -206,11 +203,11 @@ struct Perceived {
   ordered_json json;
   std::string text;
   std::vector<std::string> warnings;
-  std::string error;  // why there is nothing of the above; empty if there is
+  std::string error = {};  // why there is nothing of the above; empty if there is
 };
 
 // The engine of pictures draws one at a time.
-void Draw(const std::filesystem::path& file, const draw::Canvas& canvas, const draw::View& view) {
+void Draw(const fs::path& file, const draw::Canvas& canvas, const draw::View& view) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   image::WritePng(file, draw::Render(canvas, view, 1280, 960));
@@ -230,15 +227,14 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
     throw base::InputError(arguments.cloud + ": " + e.what() +
                            Advice(points, origin, options, rng));
   }
-  std::vector<std::vector<grasp::Grasp>> grasps;
+  GraspLists grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
                                        grasp::GraspOptions{}));
   }
-  const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene),
-                            ""};
+  const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene)};
   if (arguments.out.empty()) return perceived;
-  const std::filesystem::path folder(arguments.out);
+  const fs::path folder(arguments.out);
   WriteResult(perceived.json.dump(2) + "\n", folder / "perceived.json");
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
@@ -249,8 +245,7 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
 }
 
 robot::HandModel HandOf(const std::string& scene) {
-  const auto file =
-      scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : std::filesystem::path(scene);
+  const auto file = scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : fs::path(scene);
   return robot::Robot::Load(file).hand();
 }
 
@@ -269,18 +264,18 @@ void PerceiveOne(const PerceiveArguments& arguments) {
 std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
   std::vector<std::string> clouds;
   for (const std::string& name : named) {
-    if (!std::filesystem::is_directory(name)) {
+    if (!fs::is_directory(name)) {
       clouds.push_back(name);
       continue;
     }
     std::vector<std::string> inside;
-    for (const auto& entry : std::filesystem::directory_iterator(name)) {
+    for (const auto& entry : fs::directory_iterator(name)) {
       const std::string ending = base::EndingOf(entry.path());
       if (ending == ".pcd" || ending == ".ply") inside.push_back(entry.path().string());
     }
     if (inside.empty()) throw base::InputError(name + ": a folder without a .pcd or .ply file");
-    std::sort(inside.begin(), inside.end());
-    clouds.insert(clouds.end(), inside.begin(), inside.end());
+    std::ranges::sort(inside);
+    std::ranges::move(inside, std::back_inserter(clouds));
   }
   return clouds;
 }
@@ -295,13 +290,13 @@ std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
     each.back().cloud = cloud;
     if (all.out.empty()) continue;
     const std::string stem = std::filesystem::path(cloud).stem().string();
-    each.back().out = (std::filesystem::path(all.out) / stem).string();
+    each.back().out = (fs::path(all.out) / stem).string();
     const auto [other, fresh] = cloud_of.try_emplace(stem, cloud);
     if (fresh) continue;
-    throw base::InputError(
-        fmt::format("{} and {}: have the same name, so that both would be "
-                    "written to {}; perceive them into two folders",
-                    other->second, cloud, each.back().out));
+    throw base::InputError(fmt::format(
+        "{} and {}: have the same name, so that both would be written to {}; perceive them into "
+        "two folders",
+        other->second, cloud, each.back().out));
   }
   return each;
 }
@@ -390,15 +385,13 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
   if (!(low < high).all()) {
     throw base::InputError("--crop: the first three numbers must be below the last three");
   }
-  std::size_t left = 0;
+  bool any = false;
   for (auto& p : file.points) {
-    if ((p.array() >= low).all() && (p.array() <= high).all()) {
-      ++left;
-    } else {
-      p.setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
+    const bool inside = (p.array() >= low).all() && (p.array() <= high).all();
+    if (!inside) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    any = any || inside;
   }
-  if (left == 0) {
+  if (!any) {
     throw base::InputError(fmt::format(
         "--crop: the crop left 0 points of {}; its numbers are metres in the cloud's frame",
         file.points.size()));

@@ -21,12 +21,10 @@ struct CloudArguments {
   std::vector<double> crop;
 };
 
-/// Adds --sensor-origin, --crop, --up and --unit; `arguments` must live as long as the
-/// command.
+/// Adds --sensor-origin, --crop, --up and --unit; `arguments` must outlive the command.
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 
 /// "x,y,z" -> a vector.
-
 /// @throws base::InputError naming the option.
 Eigen::Vector3d ParseVector(const std::string& text, const char* option);
 
@@ -39,7 +37,6 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments);
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
 /// The direction away from the table, unit; nullopt without the option.
-
 /// @throws base::InputError.
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments);
 

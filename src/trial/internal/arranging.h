@@ -28,13 +28,12 @@ void Shuffle(std::vector<T>& items, base::Rng& rng) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
 }
 
-/// The objects of whose visual surfaces not all vertices lie in the scanner's field of view,
-/// ascending.
+/// The objects that do not lie in the scanner's field of view with all vertices, ascending.
 std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
                            const sensing::LineScannerOptions& scanner);
 
-/// Of the surface of an object that the scanner would see if nothing else were there, as it appears
-/// from the laser, the share that it sees.
+/// Of an object's surface that the scanner would see if nothing else were there, as it appears from
+/// the laser, the share that it sees.
 double SeenShare(const sim::World& world, int object, const base::Pose& X_WS,
                  const sensing::LineScannerOptions& scanner);
 
@@ -47,9 +46,7 @@ class Resting {
           const std::vector<std::string>& objects);
 
   /// Drops an object of a world onto the table, turned at random.
-
-  /// @return how it came to rest;
-  /// nullopt for a pose that is left out.
+  /// @return how it came to rest; nullopt for a pose that is left out.
   std::optional<sim::AtRest> Drop(sim::World& world, int object, base::Rng& rng) const;
 
   /// A pose in which the model's axis z is vertical, as often as a body that is set down without a

@@ -256,16 +256,14 @@ TEST_P(Cell, ArmHitsItselfAndTheWorkCellWhereItDoesInMujoco) {
   mjData* d = reference.d.get();
   std::vector<bool> is_link(static_cast<std::size_t>(m->nbody), false);
   for (const robot::Link& link : robot_.links()) {
-    is_link[static_cast<std::size_t>(mj_name2id(m, mjOBJ_BODY, link.name.c_str()))] = true;
+    is_link[mj_name2id(m, mjOBJ_BODY, link.name.c_str())] = true;
   }
-  const auto of_arm = [&](int geom) {
-    return is_link[static_cast<std::size_t>(m->geom_bodyid[geom])];
-  };
+  const auto of_arm = [&](int geom) { return is_link[m->geom_bodyid[geom]]; };
   const auto of_cell = [&](int geom) {
     const char* name = mj_id2name(m, mjOBJ_GEOM, geom);
     const auto& cell = robot_.workcell();
-    return name != nullptr && std::any_of(cell.begin(), cell.end(),
-                                          [&](const auto& shape) { return shape.name == name; });
+    return name != nullptr &&
+           std::ranges::any_of(cell, [&](const auto& shape) { return shape.name == name; });
   };
   base::Rng rng(3);
   int itself = 0;

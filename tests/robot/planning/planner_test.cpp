@@ -251,7 +251,7 @@ INSTANTIATE_TEST_SUITE_P(Cells, OnePlan, ::testing::ValuesIn(Cells()),
 bool IsDetour(const base::JointTrajectory& motion) {
   const Eigen::VectorXd& from = motion.positions.front();
   const Eigen::VectorXd leg = motion.positions.back() - from;
-  return std::any_of(motion.positions.begin(), motion.positions.end(), [&](const auto& q) {
+  return std::ranges::any_of(motion.positions, [&](const auto& q) {
     const double t = (q - from).dot(leg) / leg.squaredNorm();
     return (q - from - t * leg).norm() > 0.1;
   });

@@ -425,10 +425,9 @@ TEST_F(CheckObjectTest, MassAndInertia) {
 
 TEST_F(CheckObjectTest, WhatStandsNowhereAndWhatNamesNoSurface) {
   // A box of 40 x 60 x 100 mm lies the firmest on its largest side: it tips over at atan(60 / 40).
-  ObjectBounds firm;
-  firm.min_tipping_rad = 1.0;
   ASSERT_THAT(Check(kSeen + kSolid), IsEmpty());
-  ExpectOne(true, "rests nowhere", CheckObject({"odd", folder_ / "odd/odd.xml"}, firm));
+  ExpectOne(true, "rests nowhere",
+            CheckObject({"odd", folder_ / "odd/odd.xml"}, /*min_tipping_rad=*/1.0));
   ExpectOne(false, "names no surface", Check(kSeen + kSolid, ""));
 }
 

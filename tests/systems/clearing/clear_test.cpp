@@ -16,9 +16,8 @@ namespace {
 using trial::Outcome;
 
 const trial::Cell& TestCell() {
-  static const auto experiment =
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
-                                 experiment::AllKinds(), {.set = {"physics.friction=middle"}});
+  static const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {.set = {"physics.friction=middle"}});
   return trial::CellOf(*experiment.task);
 }
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "cylinders/tabletop_scan.h"
+#include "cylinders/task/tabletop_scan.h"
 
 namespace rangegrasp::cylinders {
 namespace {

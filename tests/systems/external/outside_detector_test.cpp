@@ -11,11 +11,11 @@
 #include "base/process/program.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
-#include "external/detector_check.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
 #include "temp_folder.h"
 #include "trial/grasping_task.h"
+#include "trial/registry.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::trial {
@@ -26,8 +26,8 @@ using ::testing::HasSubstr;
 
 /// A cell, and a box on its table that was looked at once.
 struct Looked {
-  experiment::Experiment experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  experiment::Experiment experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   TrialSpec spec{"dextrose", 0, TrialSeed(11, "dextrose", 0)};
   Sensed sensed = Look(cell, ArrangeTrial(cell, spec)->world, spec.seed);
@@ -305,8 +305,7 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
     experiment::Changes changes;
     changes.set = {"detector=" + detector};
     return testing_support::MessageOf<base::InputError>([&] {
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
-                                 experiment::AllKinds(), changes);
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
     });
   };
   EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
@@ -326,10 +325,11 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   const auto check = [&](const std::string& script) {
     experiment::Changes changes;
     changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}"};
-    const auto e = experiment::OpenExperiment(
-        RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), changes);
+    const auto e =
+        experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
     Checked checked;
-    checked.failed = !external::CheckAnswers(CellOf(*e.task), checked.text);
+    const auto* kind = trial::FindDetector(trial::kDetectorWithKeys);
+    checked.failed = !kind->check_answers(CellOf(*e.task), checked.text);
     return checked;
   };
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");

@@ -18,7 +18,7 @@
 #include "geometry/synthetic.h"
 #include "labelled_cloud.h"
 #include "noisy_surfaces.h"
-#include "separation_score.h"
+#include "surveys/separation.h"
 
 namespace rangegrasp::pcl_bridge {
 namespace {
@@ -359,11 +359,11 @@ TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
   double sum = 0.0;
   const std::vector<int> numbers = {2, 20, 40};  // boxes, a stack, cylinders
   for (const int number : numbers) {
-    const auto [file, label] = labelled::ReadKinect(number);
+    const auto file = labelled::ReadKinect(number);
     // Spacing and noise of a depth camera: voxels of 7.5 mm at 1 m, seeds of 30 mm.
     const LocalConvexityOptions options{.voxel_m = 0.0075, .seed_m = 0.03, .camera_depth = true};
     const LocalConvexity found = SegmentByLocalConvexity(Cloud(file.points), options);
-    const double overlap = labelled::Compare(label, found.segment).overlap;
+    const double overlap = surveys::Compare(file.labels, found.segment).overlap;
     RecordProperty("weighted_overlap_" + std::to_string(number), std::to_string(overlap));
     EXPECT_GT(overlap, 0.85) << "learn" << number;
     sum += overlap;

@@ -73,25 +73,10 @@ TEST_P(SeededRegistration, PointToPlaneFindsTheKnownPose) {
   const Cloud source(pair.source_S, pair.X_TS.inverse() * pair.sensor_T);
   const auto found =
       RegisterPointToPlane(source, Target(pair.target_T, pair.sensor_T), pair.guess_TS);
-  EXPECT_TRUE(found.converged);
   EXPECT_GT(MaxError(pair, pair.guess_TS), 10.0 * kMaxError_m);
-  EXPECT_LT(MaxError(pair, found.X_TS), kMaxError_m);
-  EXPECT_LT(
-      (found.X_TS.linear().transpose() * found.X_TS.linear() - Eigen::Matrix3d::Identity()).norm(),
-      1e-12);
-  // The nearest of a grid with step 3 mm is 0.38 steps away on average (root mean square 0.41).
-  EXPECT_GT(found.rms_m, 0.3 * 0.003);
-  EXPECT_LT(found.rms_m, 0.6 * 0.003);
-}
-
-TEST(Registration, SaysWhenTheIterationsWereUsedUp) {
-  base::Rng rng(1);
-  const Pair pair(1, rng);
-  RegistrationOptions two;
-  two.max_iterations = 2;
-  EXPECT_FALSE(RegisterPointToPlane(Cloud(pair.source_S), Target(pair.target_T, pair.sensor_T),
-                                    pair.guess_TS, two)
-                   .converged);
+  EXPECT_LT(MaxError(pair, found), kMaxError_m);
+  EXPECT_LT((found.linear().transpose() * found.linear() - Eigen::Matrix3d::Identity()).norm(),
+            1e-12);
 }
 
 TEST(Registration, SameCloudsGiveTheSamePoseTwice) {
@@ -103,8 +88,7 @@ TEST(Registration, SameCloudsGiveTheSamePoseTwice) {
   };
   const auto a = run();
   const auto b = run();
-  EXPECT_EQ(a.X_TS.matrix(), b.X_TS.matrix());
-  EXPECT_EQ(a.rms_m, b.rms_m);
+  EXPECT_EQ(a.matrix(), b.matrix());
 }
 
 // On a plane a cloud slides and turns freely.
@@ -115,19 +99,16 @@ TEST(Registration, APlaneAloneLeavesThePoseOpen) {
   }
   const PlaneTarget target({plane, geometry::Points(plane.size(), -Eigen::Vector3d::UnitZ())});
   const Eigen::Isometry3d X_TS(Eigen::Translation3d(0.001, 0.0, 0.0));
-  const auto found = RegisterPointToPlane(Cloud(plane), target, X_TS);
-  EXPECT_FALSE(found.converged);
-  EXPECT_EQ(found.X_TS.matrix(), X_TS.matrix());
+  EXPECT_EQ(RegisterPointToPlane(Cloud(plane), target, X_TS).matrix(), X_TS.matrix());
 }
 
-TEST(Registration, CloudsOutOfReachDoNotConverge) {
+TEST(Registration, CloudsOutOfReachStayWhereTheyWere) {
   base::Rng rng(3);
   const Pair pair(3, rng);
   const Eigen::Isometry3d far = Eigen::Translation3d(5, 0, 0) * pair.X_TS;
   const auto found =
       RegisterPointToPlane(Cloud(pair.source_S), Target(pair.target_T, pair.sensor_T), far);
-  EXPECT_FALSE(found.converged);
-  EXPECT_TRUE(std::isinf(found.rms_m));
+  EXPECT_LT((found.matrix() - far.matrix()).norm(), 1e-9);
 }
 
 TEST(Registration, TooFewPointsAreRefused) {

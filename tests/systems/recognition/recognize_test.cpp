@@ -273,8 +273,8 @@ void Paint(Looked& looked, const std::function<geometry::Rgb(const Vector3d&)>& 
 TEST(Recognize, ColorsTellTwinsApart) {
   const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
   std::vector<KnownObject> twins;
-  twins.push_back(MakeKnownObject("red", "Red", mesh, {}, Plain(mesh, kRed)));
-  twins.push_back(MakeKnownObject("blue", "Blue", mesh, {}, Plain(mesh, kBlue)));
+  twins.push_back(MakeKnownObject("red", "Red", mesh, Plain(mesh, kRed)));
+  twins.push_back(MakeKnownObject("blue", "Blue", mesh, Plain(mesh, kBlue)));
   const Library library(std::move(twins));
   const base::Pose X_WB = synthetic::Standing(0.4, {0.0, 0.0, 0.0675});
   const auto names = [&](const std::optional<geometry::Rgb>& color, double weight) {
@@ -315,7 +315,7 @@ TEST(Recognize, ThePrintSettlesATurn) {
   for (const char* name : {"mug", "can"}) {
     const TriangleMesh& mesh = Shelf().Find(name).mesh_B;
     std::vector<KnownObject> one;
-    one.push_back(MakeKnownObject(name, name, mesh, {}, striped(mesh)));
+    one.push_back(MakeKnownObject(name, name, mesh, striped(mesh)));
     const Library library(std::move(one));
     const bool mug = std::string(name) == "mug";
     for (const double turn : {2.8, 3.3}) {
@@ -338,7 +338,7 @@ TEST(Recognize, ColorsOfAnotherMeshAreRefused) {
   const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
   geometry::MeshColors colors = Plain(mesh, kRed);
   colors.plain.pop_back();
-  EXPECT_THROW(MakeKnownObject("box", "Box", mesh, {}, colors), std::invalid_argument);
+  EXPECT_THROW(MakeKnownObject("box", "Box", mesh, colors), std::invalid_argument);
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {

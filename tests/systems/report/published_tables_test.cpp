@@ -52,8 +52,8 @@ TEST(PublishedTables, HaveAsManyCasesAsTheirExperiments) {
       experiment::Changes changes;
       if (!table.group.empty()) changes.groups = {table.group};
       if (is_short) changes.trials = table.short_trials;
-      const auto e = experiment::OpenExperiment(kExperiments / (table.experiment + ".yaml"),
-                                                experiment::AllKinds(), changes);
+      const auto e =
+          experiment::OpenExperiment(kExperiments / (table.experiment + ".yaml"), changes);
       EXPECT_EQ(static_cast<int>(e.cases.size()), table.Cases(is_short)) << table.number;
     }
   }

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <stdexcept>
-
 #include "base/error.h"
 #include "base/file.h"
 #include "base/image/random_pictures.h"
@@ -140,24 +138,6 @@ TEST_F(TiffTest, OtherPixelsAreRefused) {
                                "page 2 is 3 columns wide and page 1 2");
   EXPECT_THROW(DecodeTiff(""), InputError);
   EXPECT_THROW(DecodeTiff("P5\n2 2\n65535\n12345678"), InputError);
-}
-
-TEST_F(TiffTest, WhatIsEncodedIsDecodedAndTheSameBytes) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    base::Rng rng(seed);
-    Grey16 picture{1 + static_cast<int>(rng.Index(300)), 1 + static_cast<int>(rng.Index(60)), {}};
-    for (int i = 0; i < picture.width * picture.height; ++i) {
-      picture.grey.push_back(static_cast<std::uint16_t>(rng.Index(65536)));
-    }
-    const std::string bytes = EncodeTiff(picture);
-    EXPECT_EQ(EncodeTiff(picture), bytes);
-    const Tiff read = DecodeTiff(bytes);
-    EXPECT_EQ(read.picture.width, picture.width);
-    EXPECT_EQ(read.picture.height, picture.height);
-    EXPECT_TRUE(std::ranges::equal(read.picture.grey, picture.grey));
-  }
-  EXPECT_THROW(EncodeTiff({}), std::invalid_argument);
-  EXPECT_THROW(EncodeTiff({2, 2, {1, 2, 3}}), std::invalid_argument);
 }
 
 // Whatever bytes a file holds: a picture of its own size, or an error.

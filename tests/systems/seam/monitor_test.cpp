@@ -415,7 +415,6 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   for (int i = 0; i < 2 * options.window; ++i) {
     EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge)));  // no edge was seen yet
   }
-  monitor.Reset();
   EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
   for (int i = 1; i < options.mat_end_profiles; ++i) {
     EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge))) << i;
@@ -423,8 +422,6 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   }
   EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kNoEdge)), StopReason::kMatEnd);
   EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kEdge)), StopReason::kMatEnd);
-  monitor.Reset();
-  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
 }
 
 // A low stretch of an edge looks like its end until the edge comes back; much later there may be

@@ -59,9 +59,16 @@ void ExpectSame(const std::vector<Profile>& a, const std::vector<Profile>& b) {
   }
 }
 
+std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
+                                  const ProfileFileOptions& options) {
+  std::vector<Profile> profiles;
+  for (const ProfileRow& row : ReadProfileFile(file, options).rows) profiles.push_back(row.profile);
+  return profiles;
+}
+
 TEST(ProfileFiles, EveryFormatGivesBackWhatWasWritten) {
   const TempFolder folder;
-  for (const char* name : {"p.csv", "p.txt", "p.png", "p.pgm", "p.tif", "p.TIFF", "P.CSV"}) {
+  for (const char* name : {"p.csv", "p.txt", "p.png", "p.pgm", "p.PGM", "P.CSV"}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const auto profiles = RandomProfiles(seed);
       WriteProfiles(profiles, folder / name, {});

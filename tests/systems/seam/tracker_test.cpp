@@ -203,22 +203,6 @@ TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
   }
 }
 
-// A fresh tracker and one that was reset read the same.
-TEST_P(EveryDecision, ResetForgetsEverything) {
-  Rng rng(5);
-  EdgeTracker used(With(GetParam()));
-  for (int i = 0; i < 30; ++i) used.Update(TrackerScan({.edge = 300.0}, kTrackerPeriod_s * i, rng));
-  used.Reset();
-  EdgeTracker fresh(With(GetParam()));
-  for (int i = 0; i < 30; ++i) {
-    const Profile profile = TrackerScan({.edge = 700.0}, kTrackerPeriod_s * i, rng);
-    const Reading a = used.Update(profile);
-    const Reading b = fresh.Update(profile);
-    EXPECT_EQ(a.status, b.status);
-    EXPECT_EQ(a.column, b.column);
-  }
-}
-
 TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
   Rng rng(6);
   TrackerOptions options = With(DecisionMethod::kVoting);

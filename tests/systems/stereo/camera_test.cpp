@@ -257,7 +257,7 @@ TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeI
       ramp.rgb.insert(ramp.rgb.end(), {level(x - kLeft), level(y - kTop), 200});
     }
   }
-  const RectifiedPair pair = rectifier.Apply(ramp, ramp);
+  const PicturePair pair = rectifier.Apply(ramp, ramp);
   int compared = 0;
   for (int y = 0; y < 300; y += 5) {
     for (int x = 0; x < 400; x += 5) {

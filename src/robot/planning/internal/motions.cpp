@@ -18,21 +18,21 @@
 namespace rangegrasp::planning::internal {
 namespace {
 
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
 namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using JointSpace = ob::RealVectorStateSpace;
 
-/// Longest branch of a tree. Longer: fewer of them are free; shorter: more are needed.
-constexpr double kTreeStep_rad = 0.6;
-/// Shortcuts tried on a path. More: paths get a little shorter, at a check of an edge each.
-constexpr int kShortcuts = 80;
-/// A shortcut must be shorter by a thousandth, or rounding would be cut for ever.
-constexpr double kWorthwhile = 0.999;
+constexpr double kTreeStep_rad = 0.6;  ///< longest branch: longer are less free, of shorter more
+constexpr int kShortcuts = 80;         ///< tried on a path, at a check of an edge each
+constexpr double kWorthwhile = 0.999;  ///< a shortcut's share of the way, or rounding would be cut
 
-Eigen::Map<Eigen::VectorXd> Values(ob::State* state, Eigen::Index dof) {
+Eigen::Map<VectorXd> Values(ob::State* state, Eigen::Index dof) {
   return {state->as<JointSpace::StateType>()->values, dof};
 }
-Eigen::Map<const Eigen::VectorXd> Values(const ob::State* state, Eigen::Index dof) {
+Eigen::Map<const VectorXd> Values(const ob::State* state, Eigen::Index dof) {
   return {state->as<JointSpace::StateType>()->values, dof};
 }
 
@@ -44,25 +44,29 @@ class Sampler : public ob::StateSampler {
       : ob::StateSampler(space), robot_(robot), query_(query), rng_(rng) {}
 
   void sampleUniform(ob::State* state) override {
-    Eigen::VectorXd q(robot_.dof());
+    VectorXd q(robot_.dof());
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       q[i] = rng_.Uniform(robot_.lower[i], robot_.upper[i]);
     }
     if (query_.project) query_.project(q);
-    Values(state, q.size()) = q.cwiseMax(robot_.lower).cwiseMin(robot_.upper);
+    Set(state, q);
   }
   void sampleUniformNear(ob::State* state, const ob::State* near, double distance) override {
-    Eigen::VectorXd q = Values(near, robot_.dof());
-    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += rng_.Uniform(-distance, distance);
-    Values(state, q.size()) = q.cwiseMax(robot_.lower).cwiseMin(robot_.upper);
+    VectorXd q = Values(near, robot_.dof());
+    for (double& value : q) value += rng_.Uniform(-distance, distance);
+    Set(state, q);
   }
   void sampleGaussian(ob::State* state, const ob::State* mean, double deviation) override {
-    Eigen::VectorXd q = Values(mean, robot_.dof());
-    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += deviation * rng_.Normal();
-    Values(state, q.size()) = q.cwiseMax(robot_.lower).cwiseMin(robot_.upper);
+    VectorXd q = Values(mean, robot_.dof());
+    for (double& value : q) value += deviation * rng_.Normal();
+    Set(state, q);
   }
 
  private:
+  void Set(ob::State* state, const VectorXd& q) const {
+    Values(state, q.size()) = q.cwiseMax(robot_.lower).cwiseMin(robot_.upper);
+  }
+
   const robot::Robot& robot_;
   const JointQuery& query_;
   base::Rng& rng_;
@@ -124,19 +128,17 @@ void Shortcut(const JointQuery& query, base::Rng& rng, JointPath& path) {
     double a = rng.Uniform(0.0, last);
     double b = rng.Uniform(0.0, last);
     if (a > b) std::swap(a, b);
-    const auto i = static_cast<std::size_t>(a);
-    const auto j = static_cast<std::size_t>(b);
+    const int i = static_cast<int>(a);
+    const int j = static_cast<int>(b);
     if (i == j) continue;
-    const Eigen::VectorXd from = path[i] + (a - static_cast<double>(i)) * (path[i + 1] - path[i]);
-    const Eigen::VectorXd to = path[j] + (b - static_cast<double>(j)) * (path[j + 1] - path[j]);
+    const VectorXd from = path[i] + (a - i) * (path[i + 1] - path[i]);
+    const VectorXd to = path[j] + (b - j) * (path[j + 1] - path[j]);
     double length = (path[i + 1] - from).norm() + (to - path[j]).norm();
-    for (std::size_t n = i + 1; n < j; ++n) length += (path[n + 1] - path[n]).norm();
-    if ((to - from).norm() > kWorthwhile * length ||
-        !EdgeFree(query.free, from, to, query.resolution_rad))
-      continue;
-    path.erase(path.begin() + static_cast<std::ptrdiff_t>(i) + 1,
-               path.begin() + static_cast<std::ptrdiff_t>(j) + 1);
-    path.insert(path.begin() + static_cast<std::ptrdiff_t>(i) + 1, {from, to});
+    for (int n = i + 1; n < j; ++n) length += (path[n + 1] - path[n]).norm();
+    const bool shorter = !((to - from).norm() > kWorthwhile * length);
+    if (!shorter || !EdgeFree(query.free, from, to, query.resolution_rad)) continue;
+    path.erase(path.begin() + i + 1, path.begin() + j + 1);
+    path.insert(path.begin() + i + 1, {from, to});
   }
 }
 
@@ -149,17 +151,16 @@ constexpr double kArcPerChord = 1.2;
 
 double Wrapped(double angle) { return std::remainder(angle, 2.0 * base::kPi); }
 
-double Azimuth(const Eigen::Vector3d& v) { return std::atan2(v.y(), v.x()); }
+double Azimuth(const Vector3d& v) { return std::atan2(v.y(), v.x()); }
 
-base::Pose TurnedAbout(const Eigen::Vector3d& center_W, double yaw_rad) {
-  return Eigen::Translation3d(center_W) * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
+base::Pose TurnedAbout(const Vector3d& center_W, double yaw_rad) {
+  return Eigen::Translation3d(center_W) * Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) *
          Eigen::Translation3d(-center_W);
 }
 
-base::Pose Shifted(const base::Pose& X, const Eigen::Vector3d& by_W) {
-  base::Pose out = X;
-  out.translation() += by_W;
-  return out;
+base::Pose Shifted(base::Pose X, const Vector3d& by_W) {
+  X.translation() += by_W;
+  return X;
 }
 
 }  // namespace
@@ -174,8 +175,8 @@ std::optional<JointPath> PlanJointPath(const robot::Robot& robot, const JointQue
   return path;
 }
 
-bool EdgeFree(const std::function<bool(const Eigen::VectorXd&)>& free, const Eigen::VectorXd& from,
-              const Eigen::VectorXd& to, double resolution_rad) {
+bool EdgeFree(const std::function<bool(const VectorXd&)>& free, const VectorXd& from,
+              const VectorXd& to, double resolution_rad) {
   const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / resolution_rad)));
   for (int i = 1; i <= steps; ++i) {
     if (!free(from + (to - from) * (static_cast<double>(i) / steps))) return false;
@@ -183,7 +184,7 @@ bool EdgeFree(const std::function<bool(const Eigen::VectorXd&)>& free, const Eig
   return true;
 }
 
-bool MotionCheck::Free(const Eigen::VectorXd& q, const Stage& stage) {
+bool MotionCheck::Free(const VectorXd& q, const Stage& stage) {
   if ((q.array() < robot_.lower.array()).any() || (q.array() > robot_.upper.array()).any()) {
     return false;
   }
@@ -193,7 +194,7 @@ bool MotionCheck::Free(const Eigen::VectorXd& q, const Stage& stage) {
   return !collider_.Hits(links_W, stage.contacts);
 }
 
-std::string MotionCheck::WhyNot(const Eigen::VectorXd& q, const Stage& stage) {
+std::string MotionCheck::WhyNot(const VectorXd& q, const Stage& stage) {
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     if (q[i] < robot_.lower[i] || q[i] > robot_.upper[i]) {
       return "joint " + std::to_string(i + 1) + " is beyond its range";
@@ -206,7 +207,7 @@ std::string MotionCheck::WhyNot(const Eigen::VectorXd& q, const Stage& stage) {
 
 bool MotionCheck::PathFree(const JointPath& path, const Stage& stage, double resolution_rad) {
   if (path.empty() || !Free(path.front(), stage)) return false;
-  const auto free = [&](const Eigen::VectorXd& q) { return Free(q, stage); };
+  const auto free = [&](const VectorXd& q) { return Free(q, stage); };
   for (std::size_t i = 1; i < path.size(); ++i) {
     if (!EdgeFree(free, path[i - 1], path[i], resolution_rad)) return false;
   }
@@ -251,14 +252,14 @@ std::vector<double> DeliveryYaws(const Task& task, int count) {
 }
 
 base::Pose CarryPose(const Task& task, double yaw_rad, double t, double dz_m) {
-  const Eigen::Vector3d from = task.center_W - task.base_W;
-  const Eigen::Vector3d to = task.delivered_W - task.base_W;
+  const Vector3d from = task.center_W - task.base_W;
+  const Vector3d to = task.delivered_W - task.base_W;
   const double angle = Azimuth(from) + t * Wrapped(Azimuth(to) - Azimuth(from));
   const double radius = (1.0 - t) * from.head<2>().norm() + t * to.head<2>().norm();
-  const Eigen::Vector3d center_W(task.base_W.x() + radius * std::cos(angle),
-                                 task.base_W.y() + radius * std::sin(angle), task.center_W.z());
+  const Vector3d center_W(task.base_W.x() + radius * std::cos(angle),
+                          task.base_W.y() + radius * std::sin(angle), task.center_W.z());
   const base::Pose turned = TurnedAbout(task.center_W, t * yaw_rad) * task.X_WH;
-  return Shifted(turned, center_W - task.center_W + dz_m * Eigen::Vector3d::UnitZ());
+  return Shifted(turned, center_W - task.center_W + dz_m * Vector3d::UnitZ());
 }
 
 Stage BranchBuilder::ReachStage() const {
@@ -280,7 +281,7 @@ Stage BranchBuilder::HeldStage() const {
 Stage BranchBuilder::CarryStage() const {
   Stage stage = HeldStage();
   stage.contacts.may_touch_table = false;
-  stage.up_H = task_.X_WH.linear().transpose() * Eigen::Vector3d::UnitZ();
+  stage.up_H = task_.X_WH.linear().transpose() * Vector3d::UnitZ();
   stage.min_upright = std::cos(options_.carry_tilt_rad);
   return stage;
 }
@@ -293,7 +294,7 @@ bool BranchBuilder::Approach(Branch& branch, std::string& why) const {
     return false;
   }
   Stage stage = ReachStage();
-  const auto free = [&](const Eigen::VectorXd& q) {
+  const auto free = [&](const VectorXd& q) {
     if (check_.Free(q, stage)) return true;
     why = check_.WhyNot(q, stage);
     return false;
@@ -311,11 +312,11 @@ bool BranchBuilder::Approach(Branch& branch, std::string& why) const {
 }
 
 bool BranchBuilder::Lift(Branch& branch) const {
-  const base::Pose X_WLifted = Shifted(task_.X_WH, task_.lift_m * Eigen::Vector3d::UnitZ());
+  const base::Pose X_WLifted = Shifted(task_.X_WH, task_.lift_m * Vector3d::UnitZ());
   auto path = robot::StraightLine(robot_, branch.q_grasp, X_WLifted, options_.step_m);
   if (!path) return false;
-  // What leans on the object, or what it stands on, touches it at first; once they have parted it
-  // is in the way like all else. What still touches it at the end of the lift blocks the carry.
+  // What leans on the object, or what it stands on, is in the way once they have parted. What still
+  // touches it at the end of the lift blocks the carry.
   Stage stage = HeldStage();
   if (task_.may_brush) stage.contacts.target = Target::kGone;
   std::vector<char>& ignored = stage.contacts.held_ignores;
@@ -340,8 +341,7 @@ bool BranchBuilder::LowerAndRetreat(double yaw_rad, Branch& branch) const {
       CarryPose(task_, yaw_rad, 1.0, task_.delivered_W.z() - task_.center_W.z());
   auto lower = robot::StraightLine(robot_, branch.carry.back(), X_WRelease, options_.step_m);
   if (!lower || !check_.PathFree(*lower, HeldStage(), options_.resolution_rad)) return false;
-  const Eigen::Vector3d back_W =
-      Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * (-task_.approach_W);
+  const Vector3d back_W = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * (-task_.approach_W);
   auto retreat = robot::StraightLine(
       robot_, lower->back(), Shifted(X_WRelease, options_.retreat_m * back_W), options_.step_m);
   Stage stage = ReachStage();
@@ -355,7 +355,7 @@ bool BranchBuilder::LowerAndRetreat(double yaw_rad, Branch& branch) const {
 
 std::vector<base::Pose> BranchBuilder::ArcPoses(double yaw_rad, const base::Pose& X_WLifted) const {
   const base::Pose X_WEnd = CarryPose(task_, yaw_rad, 1.0, task_.lift_m);
-  const Eigen::Vector3d way = X_WEnd.translation() - X_WLifted.translation();
+  const Vector3d way = X_WEnd.translation() - X_WLifted.translation();
   const double length =
       std::max(kArcPerChord * way.norm(), robot::kRotationRadius_m * std::abs(yaw_rad));
   const int steps = std::max(1, static_cast<int>(std::ceil(length / options_.step_m)));

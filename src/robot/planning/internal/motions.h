@@ -25,9 +25,8 @@ struct JointQuery {
   double seconds = 2.0;  ///< wall time
 };
 
-/// Waypoints from start to goal, start and goal among them: the straight line where it is free,
-/// else RRTConnect (Kuffner and LaValle 2000, from OMPL) with shortcuts. All random draws come from
-/// rng. nullopt if none was found.
+/// Waypoints from start to goal: the straight line where it is free, else RRTConnect (Kuffner and
+/// LaValle 2000, from OMPL) with shortcuts. nullopt if none was found.
 std::optional<JointPath> PlanJointPath(const robot::Robot& robot, const JointQuery& query,
                                        base::Rng& rng);
 
@@ -38,8 +37,7 @@ struct Stage {
   Eigen::Vector3d up_H = Eigen::Vector3d::UnitZ();
 };
 
-/// Whether `free` holds along the straight joint line, at steps of resolution_rad, without its
-/// first end.
+/// Whether `free` holds along the joint line, at steps of resolution_rad, without its first end.
 bool EdgeFree(const std::function<bool(const Eigen::VectorXd&)>& free, const Eigen::VectorXd& from,
               const Eigen::VectorXd& to, double resolution_rad);
 
@@ -80,7 +78,7 @@ Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickR
               const PlanOptions& options, const collision::RobotCollider& collider);
 
 /// The turns about the vertical [rad] that a delivery may have, least turning of the wrist first:
-/// the object turns as it goes round the base, plus k * 2 pi / count.
+/// as the object goes round the base, plus k * 2 pi / count.
 std::vector<double> DeliveryYaws(const Task& task, int count);
 
 /// The hand's pose on the way from the grasp's attitude to the delivery: at share t of the way
@@ -115,7 +113,7 @@ class BranchBuilder {
   Stage CarryStage() const;
 
  private:
-  Stage HeldStage() const;  ///< likewise, but for the table
+  Stage HeldStage() const;  ///< the same, but the table may be touched
   std::vector<base::Pose> ArcPoses(double yaw_rad, const base::Pose& X_WLifted) const;
 
   const robot::Robot& robot_;

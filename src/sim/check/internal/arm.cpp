@@ -10,6 +10,7 @@
 
 #include "base/frames.h"
 #include "base/units.h"
+#include "base/words.h"
 #include "robot/collision/collider.h"
 #include "robot/ik.h"
 #include "robot/mjcf/hand.h"
@@ -22,25 +23,17 @@
 namespace rangegrasp::check::internal {
 namespace {
 
-// With less of it on a joint, what the hand holds sinks into the glove and slips, since the engine
-// sees next to no mass behind a light wrist: an iiwa 14 without armature delivers 7 of 12, with
-// 0.02 kg m^2 and more 12 of 12.
-constexpr double kMinArmature = 0.01;
-constexpr int kMinJoints = 6;  // fewer reach no pose in general
-constexpr int kMaxJoints = 7;  // of more, redundancy is left to chance
-// Of a body whose weight is carried.
-constexpr double kCompensated = 0.999;
-constexpr double kSameGain = 1e-6;  // of stiffness in gain and bias, relative; rounding
-// A command's range may fall short of the joint's by this; rounding of a file's numbers.
-constexpr double kSameRange_rad = 1e-3;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
 
-std::string DefaultJoint(const Model& model, const std::string& attribute) {
-  const std::string place = model.lines().JointDefaultOf(model.ArmFile());
-  if (!place.empty())
-    return fmt::format("{} in the <joint> of the default at {}", attribute, place);
-  return fmt::format("<default> <joint {}/> </default> at the top of {}", attribute,
-                     model.ArmFile());
-}
+// With less of it the engine sees next to no mass behind a light wrist, and what the hand holds
+// slips: an iiwa 14 without armature delivers 7 of 12, from 0.02 kg m^2 on 12 of 12.
+constexpr double kMinArmature = 0.01;
+constexpr int kMinJoints = 6;            // fewer reach no pose in general
+constexpr int kMaxJoints = 7;            // of more, redundancy is left to chance
+constexpr double kCompensated = 0.999;   // of a body whose weight is carried
+constexpr double kSameGain = 1e-6;       // of stiffness in gain and bias, relative; rounding
+constexpr double kSameRange_rad = 1e-3;  // of a command and its joint; rounding of a file's numbers
 
 bool CheckChain(Model& model) {
   const mjModel& m = model.m();
@@ -73,10 +66,7 @@ bool CheckChain(Model& model) {
   for (int body = m.body_parentid[model.hand]; body > 0; body = m.body_parentid[body]) {
     if (m.body_jntnum[body] == 0) continue;
     const int joint = m.body_jntadr[body];
-    if (std::find(model.arm_joints.begin(), model.arm_joints.end(), joint) !=
-        model.arm_joints.end()) {
-      continue;
-    }
+    if (std::ranges::find(model.arm_joints, joint) != model.arm_joints.end()) continue;
     wrong(joint, "lies between the world and the hand, and is not in \"arm_joints\"",
           "list it in \"arm_joints\" and its drive in \"arm_actuators\", or remove the joint");
   }
@@ -86,80 +76,72 @@ bool CheckChain(Model& model) {
 void CheckCount(Model& model) {
   const int n = static_cast<int>(model.arm_joints.size());
   if (n >= kMinJoints && n <= kMaxJoints) return;
-  const std::string what =
-      fmt::format("has {} joints; it needs 6 or 7 to bring the hand to any pose", n);
-  n < kMinJoints
-      ? model.Error(model.ArmFile(), "the arm", what, "list all joints in \"arm_joints\"")
-      : model.Warn(model.ArmFile(), "the arm", what, "remove joints that it can do without");
+  model.Report(n < kMinJoints, model.ArmFile(), "the arm",
+               fmt::format("has {} joints; it needs 6 or 7 to bring the hand to any pose", n),
+               n < kMinJoints ? "list all joints in \"arm_joints\""
+                              : "remove joints that it can do without");
 }
 
 void CheckHome(Model& model) {
   const mjModel& m = model.m();
-  std::string bad;
-  std::string values;
+  std::vector<std::string> bad;
+  std::vector<double> values;
   for (std::size_t i = 0; i < model.home.size(); ++i) {
     const int joint = model.arm_joints[i];
     const mjtNum* range = m.jnt_range + 2 * joint;
     double value = model.home[i];
     if (m.jnt_limited[joint] && !(value >= range[0] && value <= range[1])) {
-      bad += fmt::format("{}{} is {:.4g}, its range {:.4g} to {:.4g}", bad.empty() ? "" : "; ",
-                         model.Name(mjOBJ_JOINT, joint), value, range[0], range[1]);
+      bad.push_back(fmt::format("{} is {:.4g}, its range {:.4g} to {:.4g}",
+                                model.Name(mjOBJ_JOINT, joint), value, range[0], range[1]));
       value = std::clamp(value, 0.9 * range[0] + 0.1 * range[1], 0.1 * range[0] + 0.9 * range[1]);
     }
-    values += fmt::format("{}{:.4g}", values.empty() ? "" : " ", value);
+    values.push_back(value);
   }
   if (bad.empty()) return;
-  const int numeric = model.Find(mjOBJ_NUMERIC, "home");
-  model.Error(model.Where(mjOBJ_NUMERIC, numeric), "numeric \"home\"",
-              "lies outside the joints' ranges [rad]: " + bad,
-              fmt::format("<numeric name=\"home\" data=\"{}\"/>", values));
+  model.Error(mjOBJ_NUMERIC, "home",
+              "lies outside the joints' ranges [rad]: " + base::Join(bad, "; "),
+              fmt::format("<numeric name=\"home\" data=\"{:.4g}\"/>", fmt::join(values, " ")));
 }
 
 std::string ServoBlock(const Model& model, int joint) {
-  std::string name = model.Name(mjOBJ_JOINT, joint);
-  name = name.substr(name.find_last_of('/') + 1);
-  const std::string range = model.m().jnt_limited[joint] ? " inheritrange=\"1\"" : "";
-  return fmt::format("<position joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}/>", name, range);
+  const std::string name = model.Name(mjOBJ_JOINT, joint);
+  const char* range = model.m().jnt_limited[joint] ? " inheritrange=\"1\"" : "";
+  return fmt::format("<position joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}/>", mjcf::Suffix(name),
+                     range);
 }
 
 void CheckDrive(Model& model, int joint, int actuator) {
   const mjModel& m = model.m();
   const mjtNum* gain = m.actuator_gainprm + actuator * mjNGAIN;
   const mjtNum* bias = m.actuator_biasprm + actuator * mjNBIAS;
-  const std::string where = model.Where(mjOBJ_ACTUATOR, actuator);
-  const std::string element = model.Element(mjOBJ_ACTUATOR, actuator);
   const std::string name = model.Name(mjOBJ_JOINT, joint);
+  const auto wrong = [&](const std::string& what, const std::string& cure) {
+    model.Error(mjOBJ_ACTUATOR, actuator, what, cure);
+  };
   if (m.actuator_trntype[actuator] != mjTRN_JOINT || m.actuator_trnid[2 * actuator] != joint) {
-    return model.Error(where, element, fmt::format("does not drive joint \"{}\"", name),
-                       "list \"arm_actuators\" in the order of \"arm_joints\"");
+    return wrong(fmt::format("does not drive joint \"{}\"", name),
+                 "list \"arm_actuators\" in the order of \"arm_joints\"");
   }
   if (m.actuator_biastype[actuator] != mjBIAS_AFFINE || !(gain[0] > 0.0) ||
       std::abs(bias[1] + gain[0]) > kSameGain * gain[0]) {
-    return model.Error(where, element, "is no position servo",
-                       "in its place " + ServoBlock(model, joint));
+    return wrong("is no position servo", "in its place " + ServoBlock(model, joint));
   }
-  if (m.actuator_gear[6 * actuator] != 1.0) {
-    return model.Error(where, element,
-                       fmt::format("has a gear of {:g}, so that its command is no angle",
-                                   m.actuator_gear[6 * actuator]),
-                       "in its place " + ServoBlock(model, joint));
+  if (const double gear = m.actuator_gear[6 * actuator]; gear != 1.0) {
+    return wrong(fmt::format("has a gear of {:g}, so that its command is no angle", gear),
+                 "in its place " + ServoBlock(model, joint));
   }
   if (bias[2] == 0.0 && m.dof_damping[m.jnt_dofadr[joint]] == 0.0) {
-    model.Error(where, element, "swings for ever: neither it nor its joint is damped",
-                "dampratio=\"1\" in a <position>, or the third number of biasprm");
+    wrong("swings for ever: neither it nor its joint is damped",
+          "dampratio=\"1\" in a <position>, or the third number of biasprm");
   }
   const mjtNum* command = m.actuator_ctrlrange + 2 * actuator;
-  const mjtNum* range = m.jnt_range + 2 * joint;
   if (!m.actuator_ctrllimited[actuator]) return;
-  const double low = m.jnt_limited[joint] ? range[0] : -2.0 * mjPI;
-  const double high = m.jnt_limited[joint] ? range[1] : 2.0 * mjPI;
+  const auto [low, high] = model.RangeOf(joint, 2.0 * mjPI);
   if (command[0] <= low + kSameRange_rad && command[1] >= high - kSameRange_rad) return;
-  model.Error(
-      where, element,
-      fmt::format("takes commands from {:.4g} to {:.4g} only, and joint \"{}\" turns from "
-                  "{:.4g} to {:.4g}: motions are cut there",
-                  command[0], command[1], name, low, high),
-      fmt::format("ctrlrange=\"{:.6g} {:.6g}\", or the same range for the joint", low, high));
+  wrong(fmt::format("takes commands from {:.4g} to {:.4g} only, and joint \"{}\" turns from "
+                    "{:.4g} to {:.4g}: motions are cut there",
+                    command[0], command[1], name, low, high),
+        fmt::format("ctrlrange=\"{:.6g} {:.6g}\", or the same range for the joint", low, high));
 }
 
 void CheckArmature(Model& model) {
@@ -169,12 +151,15 @@ void CheckArmature(Model& model) {
     if (m.dof_armature[m.jnt_dofadr[joint]] < kMinArmature) light.push_back(joint);
   }
   if (light.empty()) return;
-  model.Error(model.Where(mjOBJ_JOINT, light.front()),
-              "joints " + model.NamesOf(mjOBJ_JOINT, light),
-              "have no armature (the inertia of motor and gear), or next to none: what the hand "
-              "holds slips and sinks in",
-              DefaultJoint(model, "armature=\"0.1\"") +
-                  " (kg m^2; joints or classes with an armature of their own keep it)");
+  const std::string place = model.lines().JointDefaultOf(model.ArmFile());
+  model.Error(
+      model.Where(mjOBJ_JOINT, light.front()), "joints " + model.NamesOf(mjOBJ_JOINT, light),
+      "have no armature (the inertia of motor and gear), or next to none: what the hand "
+      "holds slips and sinks in",
+      (place.empty()
+           ? "<default> <joint armature=\"0.1\"/> </default> at the top of " + model.ArmFile()
+           : "armature=\"0.1\" in the <joint> of the default at " + place) +
+          " (kg m^2; joints or classes with an armature of their own keep it)");
 }
 
 void CheckGravity(Model& model) {
@@ -198,20 +183,18 @@ void CheckGravity(Model& model) {
 
 // ---- what the arm reaches, whether its drives carry it there, how it holds and follows ----
 
-// A grasp from above at this height over the table, and from so much higher at the start of its
-// approach, with the hand turned in so many ways.
+// A grasp from above at this height, its approach from so much higher, with so many yaws.
 constexpr double kGrasp_m = 0.06;
 constexpr double kApproach_m = 0.2;
 constexpr int kYaws = 8;
 constexpr double kAside = 0.8;             // of the workspace's radius: places beside its middle
-constexpr double kLoad_kg = 1.0;           // that the drives carry beside the hand
+constexpr double kLoad_kg = 1.0;           // that the drives carry in addition to the hand
 constexpr double kMotionMargin_m = 0.003;  // as the planner's
 constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
 // Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
 constexpr double kLag_rad = 0.004;
-// A cure is tried before it is reported: so many rounds, in each of which what falls behind gets so
-// much slower at least, but no slower than this.
+// A cure is tried first: in so many rounds what falls behind gets so much slower, down to this.
 constexpr int kRounds = 10;
 constexpr double kSlower = 0.8;
 constexpr double kSlowest_rad_s2 = 0.05;
@@ -219,43 +202,44 @@ constexpr double kSwing_rad = 0.3;  // of the motion that is tried, from home an
 
 struct Place {
   const char* name;
-  Eigen::Vector3d p_W;
+  Vector3d p_W;
   bool needed;
 };
 
 std::vector<Place> Places(const robot::Robot& robot) {
-  const Eigen::Vector3d middle = robot.X_WWorkspace.translation();
-  const double r = kAside * robot.workspace_radius_m;
+  const Vector3d middle = robot.X_WWorkspace.translation();
+  const Vector3d x = kAside * robot.workspace_radius_m * Vector3d::UnitX();
+  const Vector3d y = kAside * robot.workspace_radius_m * Vector3d::UnitY();
   return {{"the workspace's middle", middle, true},
           {"the delivery place", robot.X_WDelivery.translation(), true},
-          {"the workspace's side at +x", middle + Eigen::Vector3d(r, 0, 0), false},
-          {"the workspace's side at -x", middle + Eigen::Vector3d(-r, 0, 0), false},
-          {"the workspace's side at +y", middle + Eigen::Vector3d(0, r, 0), false},
-          {"the workspace's side at -y", middle + Eigen::Vector3d(0, -r, 0), false}};
+          {"the workspace's side at +x", middle + x, false},
+          {"the workspace's side at -x", middle - x, false},
+          {"the workspace's side at +y", middle + y, false},
+          {"the workspace's side at -y", middle - y, false}};
 }
 
 /// The hand's pose with the tool's centre at p_W, its approach straight down.
-base::Pose FromAbove(const robot::Robot& robot, const Eigen::Vector3d& p_W, double yaw_rad) {
-  Eigen::Matrix3d R = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+base::Pose FromAbove(const robot::Robot& robot, const Vector3d& p_W, double yaw_rad) {
+  Eigen::Matrix3d R = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   R.col(1) *= -1.0;
   R.col(2) *= -1.0;
   return base::MakePose(R, p_W) * robot.hand().X_HG_tip.inverse();
 }
 
 struct Reached {
-  std::optional<Eigen::VectorXd> q;
+  std::optional<VectorXd> q;
   std::map<std::string, int> why;  // not
 };
 
-Reached Reach(const robot::Robot& robot, collision::RobotCollider& collider,
-              const Eigen::Vector3d& p_W, base::Rng& rng) {
+Reached Reach(const robot::Robot& robot, collision::RobotCollider& collider, const Vector3d& p_W,
+              base::Rng& rng) {
   Reached reached;
   for (int i = 0; i < kYaws && !reached.q; ++i) {
     const double yaw_rad = 2.0 * base::kPi * i / kYaws;
-    const Eigen::Vector3d grasp_W = p_W + Eigen::Vector3d(0, 0, kGrasp_m);
+    const Vector3d grasp_W = p_W + Vector3d(0, 0, kGrasp_m);
     const auto low = SolveIk(robot, FromAbove(robot, grasp_W, yaw_rad), robot.home, {}, rng);
-    const Eigen::Vector3d start_W = grasp_W + Eigen::Vector3d(0, 0, kApproach_m);
-    for (const Eigen::VectorXd& q : low) {
+    const Vector3d start_W = grasp_W + Vector3d(0, 0, kApproach_m);
+    for (const VectorXd& q : low) {
       if (const auto touch = collider.FirstTouch(robot.LinkPoses(q), {})) {
         ++reached.why[collider.TextOf(*touch) + " touch"];
         continue;
@@ -273,49 +257,44 @@ Reached Reach(const robot::Robot& robot, collision::RobotCollider& collider,
 
 std::string Reason(const Reached& reached) {
   if (reached.why.empty()) return "it is out of reach";
-  return std::max_element(reached.why.begin(), reached.why.end(),
-                          [](const auto& a, const auto& b) { return a.second < b.second; })
-      ->first;
+  using Count = std::map<std::string, int>::value_type;
+  return std::ranges::max_element(reached.why, {}, &Count::second)->first;
 }
 
 /// Joint positions above the places that are reached.
-std::vector<Eigen::VectorXd> CheckReach(Model& model, const robot::Robot& robot) {
+std::vector<VectorXd> CheckReach(Model& model, const robot::Robot& robot) {
   collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
   base::Rng rng(1);
-  std::vector<Eigen::VectorXd> positions;
+  std::vector<VectorXd> positions;
   for (const Place& place : Places(robot)) {
     const Reached reached = Reach(robot, collider, place.p_W, rng);
     if (reached.q) {
       positions.push_back(*reached.q);
       continue;
     }
-    const std::string what =
-        fmt::format("does not bring the hand from above to {}: {}", place.name, Reason(reached));
-    const std::string cure =
+    model.Report(
+        place.needed, model.file().string(), "the arm",
+        fmt::format("does not bring the hand from above to {}: {}", place.name, Reason(reached)),
         "move the arm's base nearer or turn it, or move the site; 0.4 to 0.6 of its reach from its "
-        "shoulder is good";
-    place.needed ? model.Error(model.file().string(), "the arm", what, cure)
-                 : model.Warn(model.file().string(), "the arm", what, cure);
+        "shoulder is good");
   }
   return positions;
 }
 
 /// The torque [Nm] that each joint needs against the weight of arm, hand and load.
-Eigen::VectorXd Weight(Model& model, const Eigen::VectorXd& q, double load_kg) {
+VectorXd Weight(Model& model, const VectorXd& q, double load_kg) {
   const mjModel& m = model.m();
   mjData& d = model.d();
-  const auto n = static_cast<Eigen::Index>(model.arm_joints.size());
-  for (Eigen::Index i = 0; i < n; ++i) {
-    d.qpos[m.jnt_qposadr[model.arm_joints[static_cast<std::size_t>(i)]]] = q[i];
-  }
+  const std::size_t n = model.arm_joints.size();
+  for (std::size_t i = 0; i < n; ++i) d.qpos[m.jnt_qposadr[model.arm_joints[i]]] = q[i];
   mj_kinematics(&m, &d);
   mj_comPos(&m, &d);
-  Eigen::VectorXd torque = Eigen::VectorXd::Zero(n);
+  VectorXd torque = VectorXd::Zero(n);
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> J(3, m.nv);
   const auto add = [&](double mass_kg) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const int dof = m.jnt_dofadr[model.arm_joints[static_cast<std::size_t>(i)]];
+    for (std::size_t i = 0; i < n; ++i) {
+      const int dof = m.jnt_dofadr[model.arm_joints[i]];
       for (int k = 0; k < 3; ++k) torque[i] -= J(k, dof) * mass_kg * m.opt.gravity[k];
     }
   };
@@ -348,19 +327,18 @@ double StrengthOf(const Model& model, std::size_t i) {
   return strength;
 }
 
-void CheckStrength(Model& model, const std::vector<Eigen::VectorXd>& positions) {
-  Eigen::VectorXd most = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.arm_joints.size()));
-  for (const Eigen::VectorXd& q : positions) most = most.cwiseMax(Weight(model, q, kLoad_kg));
-  const Eigen::Map<const Eigen::VectorXd> home(model.home.data(), most.size());
+void CheckStrength(Model& model, const std::vector<VectorXd>& positions) {
+  VectorXd most = VectorXd::Zero(model.arm_joints.size());
+  for (const VectorXd& q : positions) most = most.cwiseMax(Weight(model, q, kLoad_kg));
+  const Eigen::Map<const VectorXd> home(model.home.data(), most.size());
   most = most.cwiseMax(Weight(model, home, 0.0));
   model.SetHome();
   for (std::size_t i = 0; i < model.arm_joints.size(); ++i) {
-    const double needed = most[static_cast<Eigen::Index>(i)];
+    const double needed = most[i];
     const double strength = StrengthOf(model, i);
     if (needed < strength) continue;
-    const int actuator = model.arm_actuators[i];
     model.Error(
-        mjOBJ_ACTUATOR, actuator,
+        mjOBJ_ACTUATOR, model.arm_actuators[i],
         fmt::format("gives {:.3g} Nm, and joint \"{}\" needs {:.3g} Nm to carry arm, hand and "
                     "{:g} kg where it works",
                     strength, model.Name(mjOBJ_JOINT, model.arm_joints[i]), needed, kLoad_kg),
@@ -370,50 +348,11 @@ void CheckStrength(Model& model, const std::vector<Eigen::VectorXd>& positions) 
   }
 }
 
-std::string StiffnessCure(const Model& model, std::size_t i, double by) {
-  const int actuator = model.arm_actuators[i];
-  const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
-  return fmt::format(
-      "kp=\"{:.2g}\" dampratio=\"1\" in place of {:g} (of a <general>: gainprm, and "
-      "biasprm with the damping as its third number)",
-      kp * by, kp);
-}
-
-/// What an arm does that is to stay where it is.
-struct HoldReport {
-  double drift_m = 0.0;     ///< largest way of the hand's root body from where it began
-  Eigen::VectorXd sag_rad;  ///< largest of each joint from its command
-};
-
-/// Commands the arm to stay at its present positions for a time, its hand without force.
-/// @throws base::InputError if the scene has no arm or no hand
-HoldReport HoldStill(sim::World& world, double duration_s) {
-  const int hand = sim::internal::Find(world.model(), mjOBJ_BODY, "hand");
-  const sim::internal::ArmServo servo(world.model());
-  sim::internal::JointCommand command;
-  command.position = world.ArmPositions();
-  command.velocity = Eigen::VectorXd::Zero(command.position.size());
-  world.Refresh();
-  const Eigen::Vector3d start_W = sim::internal::BodyPose(world.data(), hand).translation();
-  HoldReport report;
-  report.sag_rad = command.velocity;
-  const double end_s = world.time_s() + duration_s;
-  while (world.time_s() < end_s) {
-    servo.Command(world.model(), world.data(), command);
-    world.Step();
-    const Eigen::Vector3d now_W = sim::internal::BodyPose(world.data(), hand).translation();
-    // A drift that is no number is no small one.
-    if (!((now_W - start_W).norm() <= report.drift_m)) report.drift_m = (now_W - start_W).norm();
-    report.sag_rad = report.sag_rad.cwiseMax((world.ArmPositions() - command.position).cwiseAbs());
-  }
-  return report;
-}
-
 /// Sends the arm along a trajectory from where it stands, as a trial does.
 /// @return how far each joint was behind at most [rad] (as a trial counts it)
-Eigen::VectorXd LagBehind(sim::World& world, const base::JointTrajectory& trajectory) {
+VectorXd LagBehind(sim::World& world, const base::JointTrajectory& trajectory) {
   const sim::internal::ArmServo servo(world.model());
-  Eigen::VectorXd lag = Eigen::VectorXd::Zero(world.ArmPositions().size());
+  VectorXd lag = VectorXd::Zero(world.ArmPositions().size());
   const double start_s = world.time_s();
   const double period_s = world.physics().timestep_s;
   while (world.time_s() - start_s < trajectory.Duration()) {
@@ -425,58 +364,74 @@ Eigen::VectorXd LagBehind(sim::World& world, const base::JointTrajectory& trajec
   return lag;
 }
 
+/// Commands the arm to stay where it is for kHold_s, its hand without force.
+/// @throws base::InputError if the scene has no arm or no hand
 bool CheckHold(Model& model, sim::World& world) {
-  const HoldReport report = HoldStill(world, kHold_s);
-  if (report.drift_m <= kHold_m) return true;
+  const int hand = sim::internal::Find(world.model(), mjOBJ_BODY, "hand");
+  const auto place_W = [&] {
+    return Vector3d(sim::internal::BodyPose(world.data(), hand).translation());
+  };
+  const sim::internal::ArmServo servo(world.model());
+  const auto command = sim::internal::StayAt(world.ArmPositions());
+  world.Refresh();
+  const Vector3d start_W = place_W();
+  double drift_m = 0.0;                 // largest way of the hand's root body
+  VectorXd sag_rad = command.velocity;  // largest of each joint from its command
+  for (const double end_s = world.time_s() + kHold_s; world.time_s() < end_s;) {
+    servo.Command(world.model(), world.data(), command);
+    world.Step();
+    const double way_m = (place_W() - start_W).norm();
+    if (!(way_m <= drift_m)) drift_m = way_m;  // a way that is no number is no small one
+    sag_rad = sag_rad.cwiseMax((world.ArmPositions() - command.position).cwiseAbs());
+  }
+  if (drift_m <= kHold_m) return true;
   Eigen::Index worst = 0;
-  report.sag_rad.maxCoeff(&worst);
-  const auto i = static_cast<std::size_t>(worst);
+  sag_rad.maxCoeff(&worst);
+  const int actuator = model.arm_actuators[worst];
+  const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
   model.Error(
-      mjOBJ_ACTUATOR, model.arm_actuators[i],
+      mjOBJ_ACTUATOR, actuator,
       fmt::format("does not hold the arm at home: within {:g} s the hand moves by {:.3g} mm, "
                   "joint \"{}\" by {:.3g} rad",
-                  kHold_s, 1e3 * report.drift_m, model.Name(mjOBJ_JOINT, model.arm_joints[i]),
-                  report.sag_rad[worst]),
-      StiffnessCure(model, i, std::max(2.0, 2.0 * report.drift_m / kHold_m)));
+                  kHold_s, 1e3 * drift_m, model.Name(mjOBJ_JOINT, model.arm_joints[worst]),
+                  sag_rad[worst]),
+      fmt::format("kp=\"{:.2g}\" dampratio=\"1\" in place of {:g} (of a <general>: gainprm, and "
+                  "biasprm with the damping as its third number)",
+                  kp * std::max(2.0, 2.0 * drift_m / kHold_m), kp));
   return false;
 }
 
-/// From home a little to the side of more room, and back; less far, or to the other side, where
-/// something is in the way. Empty where something always is.
+/// From home a little to the side of more room, and back; less far, or to the other side, if that
+/// is not free. Empty if none is.
 base::JointTrajectory Swing(const robot::Robot& robot) {
   collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
   for (const double share : {1.0, -1.0, 0.5, -0.5, 0.25, -0.25}) {
-    Eigen::VectorXd aside = robot.home;
+    VectorXd aside = robot.home;
     for (Eigen::Index i = 0; i < aside.size(); ++i) {
       const bool up = robot.upper[i] - robot.home[i] > robot.home[i] - robot.lower[i];
-      aside[i] = std::clamp(robot.home[i] + share * (up ? kSwing_rad : -kSwing_rad), robot.lower[i],
-                            robot.upper[i]);
+      aside[i] += share * (up ? kSwing_rad : -kSwing_rad);
     }
+    aside = aside.cwiseMax(robot.lower).cwiseMin(robot.upper);
     base::JointTrajectory swing = TimeParameterise(robot, {robot.home, aside, robot.home}, {});
-    const bool free =
-        std::none_of(swing.positions.begin(), swing.positions.end(), [&](const Eigen::VectorXd& q) {
-          return collider.FirstTouch(robot.LinkPoses(q), {}).has_value();
-        });
-    if (free) return swing;
+    const auto hits = [&](const VectorXd& q) { return collider.Hits(robot.LinkPoses(q), {}); };
+    if (std::ranges::none_of(swing.positions, hits)) return swing;
   }
   return {};
 }
 
-/// How far each joint falls behind in a swing at the robot's limits, from home; empty where there
-/// is no room for a swing.
-Eigen::VectorXd LagOf(sim::World& world, const robot::Robot& robot) {
+/// How far each joint falls behind in a swing at the robot's limits; empty where there is no room.
+VectorXd LagOf(sim::World& world, const robot::Robot& robot) {
   const base::JointTrajectory swing = Swing(robot);
   if (swing.positions.empty()) return {};
   const auto before = world.Save();
-  const Eigen::VectorXd lag = LagBehind(world, swing);
+  const VectorXd lag = LagBehind(world, swing);
   world.Restore(*before);
   return lag;
 }
 
-/// Accelerations with which no joint falls behind; of one that falls behind however slow, the last
-/// that was tried.
-std::string SlowEnough(sim::World& world, robot::Robot robot, Eigen::VectorXd lag) {
+/// Accelerations with which no joint falls behind, or the last that were tried.
+std::string SlowEnough(sim::World& world, robot::Robot robot, VectorXd lag) {
   for (int i = 0; i < kRounds && lag.size() > 0 && lag.maxCoeff() > kLag_rad; ++i) {
     for (Eigen::Index k = 0; k < lag.size(); ++k) {
       if (lag[k] <= kLag_rad) continue;
@@ -490,16 +445,16 @@ std::string SlowEnough(sim::World& world, robot::Robot robot, Eigen::VectorXd la
 }
 
 void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) {
-  const Eigen::VectorXd lag = LagOf(world, robot);
+  const VectorXd lag = LagOf(world, robot);
   std::vector<int> slow;
-  std::string stiffer;
+  std::vector<std::string> stiffer;
   for (Eigen::Index i = 0; i < lag.size(); ++i) {
     if (lag[i] <= kLag_rad) continue;
-    const int actuator = model.arm_actuators[static_cast<std::size_t>(i)];
+    const int actuator = model.arm_actuators[i];
     slow.push_back(actuator);
     const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
-    stiffer += fmt::format("{}{:.0f} in place of {:g}", stiffer.empty() ? "" : ", ",
-                           kp * lag[i] / (kSlower * kLag_rad), kp);
+    stiffer.push_back(
+        fmt::format("{:.0f} in place of {:g}", kp * lag[i] / (kSlower * kLag_rad), kp));
   }
   if (slow.empty()) return;
   model.Error(
@@ -509,7 +464,7 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
                   1e3 * lag.maxCoeff()),
       fmt::format("<numeric name=\"joint_acceleration\" data=\"{}\"/>, or stiffer drives: kp "
                   "{}, with their damping",
-                  SlowEnough(world, robot, lag), stiffer));
+                  SlowEnough(world, robot, lag), base::Join(stiffer)));
 }
 
 }  // namespace

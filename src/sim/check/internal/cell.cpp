@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/rng.h"
+#include "base/words.h"
 #include "robot/mjcf/hand.h"
 
 // The engine's options, the table, and what the scanner sees of the arm at home.
@@ -21,16 +22,17 @@ constexpr double kMinImpratio = 10.0;
 constexpr int kMinNoslip = 10;
 void CheckOptions(Model& model) {
   const mjOption& option = model.m().opt;
-  std::string weak;
-  const auto add = [&](const std::string& what) { weak += (weak.empty() ? "" : ", ") + what; };
-  if (option.cone != mjCONE_ELLIPTIC) add("pyramidal friction cones");
-  if (option.impratio < kMinImpratio) add(fmt::format("impratio {:g}", option.impratio));
+  std::vector<std::string> weak;
+  if (option.cone != mjCONE_ELLIPTIC) weak.push_back("pyramidal friction cones");
+  if (option.impratio < kMinImpratio) weak.push_back(fmt::format("impratio {:g}", option.impratio));
   if (option.noslip_iterations < kMinNoslip) {
-    add(fmt::format("noslip_iterations {}", option.noslip_iterations));
+    weak.push_back(fmt::format("noslip_iterations {}", option.noslip_iterations));
   }
-  if (option.integrator != mjINT_IMPLICITFAST) add("an integrator other than implicitfast");
+  if (option.integrator != mjINT_IMPLICITFAST)
+    weak.push_back("an integrator other than implicitfast");
   if (weak.empty()) return;
-  model.Error(model.file().string(), "<option>", "has " + weak + ": what the hand holds creeps out",
+  model.Error(model.file().string(), "<option>",
+              "has " + base::Join(weak) + ": what the hand holds creeps out",
               "<option timestep=\"0.002\" integrator=\"implicitfast\" solver=\"Newton\" "
               "cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"10\"/>");
 }
@@ -54,19 +56,17 @@ void CheckTable(Model& model, int workspace) {
                           m.geom_size + 3 * g, from, down, m.geom_type[g], nullptr);
     if (distance >= 0.0 && (nearest < 0.0 || distance < nearest)) nearest = distance;
   }
-  const std::string where = model.Where(mjOBJ_SITE, workspace);
-  const std::string element = model.Element(mjOBJ_SITE, workspace);
   if (std::abs(place[2]) > kTable_m) {
-    model.Error(where, element,
+    model.Error(mjOBJ_SITE, workspace,
                 fmt::format("lies at z = {:.4g} m; the table's top is the plane z = 0", place[2]),
                 "raise or lower the scene so that the table's top is at z = 0");
   } else if (nearest < 0.0 || std::abs(nearest - kLook_m) > kTable_m) {
-    model.Error(where, element, "there is no table below it whose top is at z = 0",
+    model.Error(mjOBJ_SITE, workspace, "there is no table below it whose top is at z = 0",
                 "<geom type=\"plane\" size=\"0.45 0.62 0.1\" condim=\"6\" friction=\"0.1 0.001 "
                 "0.0001\" group=\"3\"/> at z = 0");
   }
   if (m.site_size[3 * workspace] <= 0.0 || m.site_type[workspace] != mjGEOM_CYLINDER) {
-    model.Error(where, element, "is no cylinder, whose first size is the workspace's radius",
+    model.Error(mjOBJ_SITE, workspace, "is no cylinder, whose first size is the workspace's radius",
                 "type=\"cylinder\" size=\"0.13 0.0005\"");
   }
 }
@@ -83,8 +83,7 @@ void CheckView(Model& model) {
           : fmt::format("then hides {:.0f} % of the workspace from the scanner",
                         100.0 * seen.hidden);
   const auto home = SuggestHome(model);
-  model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home")), "numeric \"home\"",
-              fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
+  model.Error(mjOBJ_NUMERIC, "home", fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
               home.empty() ? "a home further back" : home);
 }
 
@@ -119,10 +118,6 @@ bool IsSeen(const mjModel& m, int geom) {
   return m.geom_group[geom] <= kMaxVisibleGroup && m.geom_rgba[4 * geom + 3] > 0.0F;
 }
 
-double Reach(const mjModel& m, int geom) {
-  return mju_norm3(m.geom_pos + 3 * geom) + m.geom_rbound[geom];
-}
-
 // @return whether meshes are of a size that a robot may have
 bool CheckSizes(Model& model, const std::vector<int>& bodies) {
   const mjModel& m = model.m();
@@ -138,7 +133,7 @@ bool CheckSizes(Model& model, const std::vector<int>& bodies) {
       const std::string what =
           fmt::format("reaches {:.0f} m from its middle: millimetres?", m.geom_rbound[geom]);
       if (is_mesh) {
-        model.Error(model.WhereMesh(mesh), model.Element(mjOBJ_MESH, mesh), what,
+        model.Error(mjOBJ_MESH, mesh, what,
                     fmt::format("<mesh ... scale=\"{0} {0} {0}\"/> (or in <default> <mesh "
                                 "scale=\"{0} {0} {0}\"/> for all)",
                                 kMillimetres));
@@ -156,23 +151,20 @@ void CheckMasses(Model& model, const std::vector<int>& bodies) {
   for (const int body : bodies) {
     total_kg += m.body_mass[body];
     double reach_m = 0.0;
-    for (const int geom : GeomsOf(m, body)) reach_m = std::max(reach_m, Reach(m, geom));
-    const mjtNum* inertia = m.body_inertia + 3 * body;
-    const double most = std::max({inertia[0], inertia[1], inertia[2]});
+    for (const int geom : GeomsOf(m, body)) {
+      reach_m = std::max(reach_m, mju_norm3(m.geom_pos + 3 * geom) + m.geom_rbound[geom]);
+    }
+    const double most = mjcf::Vec3(m.body_inertia + 3 * body).maxCoeff();
     if (m.body_mass[body] <= 0.0 || reach_m < kSmallBody_m) continue;
     const double gyration = std::sqrt(most / m.body_mass[body]) / reach_m;
     if (gyration <= kMaxGyration && gyration >= kMinGyration) continue;
-    const std::string what = fmt::format(
-        "has an inertia as if its {:.3g} kg lay {:.3g} m from their middle, and its geoms reach "
-        "{:.3g} "
-        "m",
-        m.body_mass[body], gyration * reach_m, reach_m);
-    const std::string cure =
+    model.Report(
+        gyration > kMaxGyration, mjOBJ_BODY, body,
+        fmt::format("has an inertia as if its {:.3g} kg lay {:.3g} m from their middle, and "
+                    "its geoms reach {:.3g} m",
+                    m.body_mass[body], gyration * reach_m, reach_m),
         fmt::format("diaginertia=\"{0:.2g} {0:.2g} {0:.2g}\" in its <inertial>",
-                    m.body_mass[body] * 0.16 * reach_m * reach_m);
-    gyration > kMaxGyration
-        ? model.Error(mjOBJ_BODY, body, what, cure)
-        : model.Warn(model.Where(mjOBJ_BODY, body), model.Element(mjOBJ_BODY, body), what, cure);
+                    m.body_mass[body] * 0.16 * reach_m * reach_m));
   }
   if (!model.HasArm() || (total_kg >= kMinArm_kg && total_kg <= kMaxArm_kg)) return;
   model.Error(model.ArmFile(), "the arm", fmt::format("weighs {:.3g} kg with its hand", total_kg),
@@ -183,13 +175,11 @@ void CheckMasses(Model& model, const std::vector<int>& bodies) {
 void CheckGeoms(Model& model, const std::vector<int>& bodies) {
   const mjModel& m = model.m();
   std::vector<int> bare;
-  bool seen = false;
-  bool collides = false;
+  bool seen = false, collides = false;
   for (const int body : bodies) {
     const auto geoms = GeomsOf(m, body);
-    seen = seen || std::any_of(geoms.begin(), geoms.end(), [&](int g) { return IsSeen(m, g); });
-    const bool solid =
-        std::any_of(geoms.begin(), geoms.end(), [&](int g) { return model.Collides(g); });
+    seen = seen || std::ranges::any_of(geoms, [&](int g) { return IsSeen(m, g); });
+    const bool solid = std::ranges::any_of(geoms, [&](int g) { return model.Collides(g); });
     collides = collides || solid;
     if (!geoms.empty() && !solid) bare.push_back(body);
   }
@@ -210,19 +200,17 @@ void CheckGeoms(Model& model, const std::vector<int>& bodies) {
   }
 }
 
-// Poses of the arm that are looked at, drawn from its ranges: what touches in nearly all of them
-// does so by the way it is drawn. A pair that touches in nine of ten poses by chance of the draw
-// would do so in 95 of 100 once in 60 arms.
+// What touches in nearly all of so many poses drawn from the arm's ranges does so by the way it is
+// modelled. A pair that touches in nine of ten poses would do so in 95 of 100 once in 60 arms.
 constexpr int kPoses = 100;
 constexpr double kAlways = 0.95;
 // The planner grows arm and hand by this (PlanOptions::collision_margin_m).
 constexpr double kMargin_m = 0.003;
-constexpr double kTurn_rad = mjPI;  // a continuous joint, to either side
 
 using Pair = std::pair<int, int>;  // bodies, the lower first
 
-// Pairs of bodies, one of them the arm's or the hand's, that are nearer to each other than margin;
-// the least distance of each. Not of the hand with itself: its fingers rest on each other.
+// Pairs of bodies, one of them of the robot, nearer to each other than margin, and how near. Not of
+// the hand with itself: its fingers rest on each other.
 std::map<Pair, double> Touching(Model& model, double margin_m) {
   const mjModel& m = model.m();
   std::map<Pair, double> pairs;
@@ -239,17 +227,6 @@ std::map<Pair, double> Touching(Model& model, double margin_m) {
     if (!is_new) pair->second = std::min(pair->second, contact.dist);
   }
   return pairs;
-}
-
-void Pose(Model& model, base::Rng& rng) {
-  const mjModel& m = model.m();
-  for (const int joint : model.arm_joints) {
-    const mjtNum* range = m.jnt_range + 2 * joint;
-    const double low = m.jnt_limited[joint] ? range[0] : -kTurn_rad;
-    const double high = m.jnt_limited[joint] ? range[1] : kTurn_rad;
-    model.d().qpos[m.jnt_qposadr[joint]] = rng.Uniform(low, high);
-  }
-  mj_kinematics(&model.m(), &model.d());
 }
 
 std::string NameOf(const Model& model, int body) {
@@ -281,26 +258,6 @@ constexpr double kFromLimit_rad = 0.15;        // of joints, from their ranges' 
 constexpr double kBentJoint_m = 0.2;
 constexpr double kHandsWidth_m = 0.12;  // that the hand reaches beyond its tool's centre
 
-void Look(Model& model, const mjtNum* eye, const mjtNum* target, bool to_workspace, double reach_m,
-          const mjtNum* middle, Seen& seen, int& rays, int& hidden) {
-  const mjModel& m = model.m();
-  mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
-  const double length = mju_normalize3(ray);
-  int geom = -1;
-  const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
-  if (to_workspace) ++rays;
-  if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
-  if (to_workspace && distance < length) {
-    ++hidden;
-    if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
-  }
-  const double x = eye[0] + distance * ray[0] - middle[0];
-  const double y = eye[1] + distance * ray[1] - middle[1];
-  if (std::hypot(x, y) >= reach_m) return;
-  seen.in_the_way = true;
-  seen.body = m.geom_bodyid[geom];
-}
-
 struct Draw {
   double cost;
   std::vector<double> q;
@@ -311,6 +268,15 @@ void Pose(Model& model, const std::vector<double>& q) {
     model.d().qpos[model.m().jnt_qposadr[model.arm_joints[i]]] = q[i];
   }
   mj_kinematics(&model.m(), &model.d());
+}
+
+void Pose(Model& model, base::Rng& rng) {
+  std::vector<double> q;
+  for (const int joint : model.arm_joints) {
+    const auto [low, high] = model.RangeOf(joint, mjPI);
+    q.push_back(rng.Uniform(low, high));
+  }
+  Pose(model, q);
 }
 
 // How far the hand is from where it belongs; negative where the pose is none.
@@ -324,11 +290,8 @@ double CostOf(Model& model, const std::vector<double>& q, int tool, int workspac
   if (down < kDown || at[2] < kLow_m || at[2] > kHigh_m || away_m < outside_m) return -1.0;
   double bent = 0.0;
   for (std::size_t i = 0; i < q.size(); ++i) {
-    const mjtNum* range = m.jnt_range + 2 * model.arm_joints[i];
-    const bool limited = m.jnt_limited[model.arm_joints[i]] != 0;
-    const double half = limited ? std::min(0.5 * (range[1] - range[0]), mjPI) : mjPI;
-    const double middle_rad = limited ? 0.5 * (range[0] + range[1]) : 0.0;
-    bent += std::pow((q[i] - middle_rad) / half, 2);
+    const auto [low, high] = model.RangeOf(model.arm_joints[i], mjPI);
+    bent += std::pow((q[i] - 0.5 * (low + high)) / std::min(0.5 * (high - low), mjPI), 2);
   }
   return away_m - outside_m + kBentJoint_m * bent;
 }
@@ -336,12 +299,11 @@ double CostOf(Model& model, const std::vector<double>& q, int tool, int workspac
 std::vector<double> DrawPose(const Model& model, base::Rng& rng) {
   std::vector<double> q;
   for (const int joint : model.arm_joints) {
-    const mjtNum* range = model.m().jnt_range + 2 * joint;
-    const bool limited = model.m().jnt_limited[joint] != 0;
     // Within half a turn to either side of zero where there is more.
-    const double low = std::max(limited ? range[0] + kFromLimit_rad : -mjPI, -mjPI);
-    const double high = std::min(limited ? range[1] - kFromLimit_rad : mjPI, mjPI);
-    q.push_back(low < high ? rng.Uniform(low, high) : 0.5 * (range[0] + range[1]));
+    const auto [first, last] = model.RangeOf(joint, 2.0 * mjPI);
+    const double low = std::max(first + kFromLimit_rad, -mjPI);
+    const double high = std::min(last - kFromLimit_rad, mjPI);
+    q.push_back(low < high ? rng.Uniform(low, high) : 0.5 * (first + last));
   }
   return q;
 }
@@ -358,16 +320,12 @@ void CheckCell(Model& model) {
   if (!model.home.empty()) CheckView(model);
 }
 
-// Masses, inertias and geoms of the arm and the hand.
-
 void CheckBodies(Model& model) {
   const auto bodies = RobotBodies(model);
   if (bodies.empty()) return;
   if (CheckSizes(model, bodies)) CheckMasses(model, bodies);
   CheckGeoms(model, bodies);
 }
-
-// What touches at home, and what touches wherever the arm goes.
 
 void CheckContacts(Model& model) {
   if (model.arm_joints.empty()) return;
@@ -382,7 +340,7 @@ void CheckContacts(Model& model) {
     Pose(model, rng);
     for (const auto& [pair, distance_m] : Touching(model, kMargin_m)) ++counts[pair];
   }
-  std::copy(margins.begin(), margins.end(), m.geom_margin);
+  std::ranges::copy(margins, m.geom_margin);
   for (const auto& [pair, count] : counts) {
     if (count < kAlways * kPoses) continue;
     const int body = std::max(pair.first, pair.second);
@@ -399,7 +357,7 @@ void CheckContacts(Model& model) {
   const std::string home = at_home.empty() ? "" : SuggestHome(model);
   for (const auto& [pair, distance_m] : at_home) {
     if (counts[pair] >= kAlways * kPoses) continue;
-    model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "home")), "numeric \"home\"",
+    model.Error(mjOBJ_NUMERIC, "home",
                 fmt::format("{} are {:.1f} mm inside each other there", Both(model, pair),
                             -1e3 * distance_m),
                 (home.empty() ? "another home" : home) + "; or, if they never meet in reality, " +
@@ -416,8 +374,26 @@ Seen LookAtWorkspace(Model& model) {
   const mjtNum* middle = model.d().site_xpos + 3 * workspace;
   const double radius_m = model.m().site_size[3 * workspace];
   const double reach_m = radius_m + kPerceived_m;
+  const mjModel& m = model.m();
   int rays = 0;
   int hidden = 0;
+  const auto look = [&](const mjtNum* target, bool to_workspace) {
+    mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
+    const double length = mju_normalize3(ray);
+    int geom = -1;
+    const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
+    rays += to_workspace;
+    if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
+    if (to_workspace && distance < length) {
+      ++hidden;
+      if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
+    }
+    const double x = eye[0] + distance * ray[0] - middle[0];
+    const double y = eye[1] + distance * ray[1] - middle[1];
+    if (std::hypot(x, y) >= reach_m) return;
+    seen.in_the_way = true;
+    seen.body = m.geom_bodyid[geom];
+  };
   for (const double height_m : kHeights_m) {
     for (int i = 0; i < kRays * kRays; ++i) {
       const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
@@ -425,7 +401,7 @@ Seen LookAtWorkspace(Model& model) {
       if (std::hypot(x, y) > reach_m) continue;
       const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
       const mjtNum target[3] = {middle[0] + x, middle[1] + y, middle[2] + height_m};
-      Look(model, eye, target, to_workspace, reach_m, middle, seen, rays, hidden);
+      look(target, to_workspace);
     }
   }
   if (rays > 0) seen.hidden = static_cast<double>(hidden) / rays;
@@ -444,8 +420,7 @@ std::string SuggestHome(Model& model) {
     const double cost = CostOf(model, q, tool, workspace);
     if (cost >= 0.0) draws.push_back({cost, q});
   }
-  std::stable_sort(draws.begin(), draws.end(),
-                   [](const Draw& a, const Draw& b) { return a.cost < b.cost; });
+  std::ranges::stable_sort(draws, {}, &Draw::cost);
   std::string found;
   for (std::size_t i = 0; found.empty() && i < draws.size() && i < kClosely; ++i) {
     // What is printed is what is checked.

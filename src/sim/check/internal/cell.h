@@ -8,8 +8,7 @@ namespace rangegrasp::check::internal {
 
 /// What lies further outside the workspace is not perceived (workspace_margin_mm of experiments).
 constexpr double kPerceived_m = 0.15;
-/// Of the workspace, that the arm at home may hide.
-constexpr double kMaxHidden = 0.05;
+constexpr double kMaxHidden = 0.05;  ///< of the workspace, that the arm at home may hide
 
 /// What the scanner sees of the arm, its joints as they are.
 struct Seen {
@@ -21,8 +20,7 @@ struct Seen {
 Seen LookAtWorkspace(Model& model);
 
 /// A home pose to paste: free of contact, out of the scanner's view, the hand near the workspace
-/// and pointing down; drawn from the arm's ranges. Empty if none was found, or the file is no
-/// scene. Leaves the joints at the model's own home.
+/// and pointing down. Empty if none was found. Leaves the joints at the model's own home.
 std::string SuggestHome(Model& model);
 
 void CheckBodies(Model& model);    ///< masses, inertias, meshes, what is seen and what collides

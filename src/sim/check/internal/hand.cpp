@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 
 #include "base/error.h"
@@ -19,15 +18,16 @@ using Eigen::Vector3d;
 using sim::internal::DataPtr;
 using sim::internal::Vec3;
 
+bool BelowAny(const Model& model, int body, const std::set<int>& roots) {
+  return std::ranges::any_of(roots, [&](int root) { return model.InSubtree(body, root); });
+}
+
 // Bodies that move with the driven joints: by a joint itself, or by an equality with one that does.
 std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
   const mjModel& m = model.m();
   std::set<int> roots;
   for (const int joint : joints) roots.insert(m.jnt_bodyid[joint]);
-  const auto driven = [&](int body) {
-    return std::any_of(roots.begin(), roots.end(),
-                       [&](int root) { return model.InSubtree(body, root); });
-  };
+  const auto driven = [&](int body) { return BelowAny(model, body, roots); };
   for (bool grown = true; grown;) {
     grown = false;
     for (int e = 0; e < m.neq; ++e) {
@@ -77,10 +77,7 @@ void CheckGearedHand(Model& model) {
   for (const int geom : tips) {
     const int body = m.geom_bodyid[geom];
     CheckCollides(model, geom);
-    if (std::any_of(roots.begin(), roots.end(),
-                    [&](int root) { return model.InSubtree(body, root); })) {
-      continue;
-    }
+    if (BelowAny(model, body, roots)) continue;
     model.Error(mjOBJ_GEOM, geom,
                 fmt::format("is a fingertip on body \"{}\", which none of \"hand_joints\" moves",
                             model.BodyName(body)),
@@ -94,18 +91,15 @@ constexpr double kMoved_m = 0.002;
 // Pads that stay further apart hold no thin thing; a hand that opens less takes hardly anything.
 constexpr double kMeet_m = 0.003;
 constexpr double kOpens_m = 0.020;
-// Errors of equalities that the audit of a trial would not let pass (AuditBounds::equality_share).
-constexpr double kEquality = 5e-4;
-// Of its way, by which a drive may stop short of its end.
-constexpr double kBehind = 0.02;
-// The site "tcp" may stand so far from the middle of the open hand's pads, and lean so much.
+constexpr double kEquality = 5e-4;  // more fails the audit (AuditBounds::equality_share)
+constexpr double kBehind = 0.02;    // of its way, by which a drive may stop short of its end
+// Of the site "tcp" from the middle of the open hand's pads.
 constexpr double kOff_m = 0.03;
 const double kLean = std::cos(25.0 * mjPI / 180.0);
 // Contacts that are softer sink in too deep, with fewer dimensions things spin in the hand.
 constexpr double kSoft_s = 0.01;
 constexpr int kSpinning = 4;
-// Where on the way to the closed hand a drive's force is looked at.
-constexpr double kGripped = 0.5;
+constexpr double kGripped = 0.5;  // of the way to the closed hand: where forces are looked at
 
 /// The hand at a share of its closing.
 DataPtr At(const Model& model, const mjcf::HandClosing& closing, double share) {
@@ -146,19 +140,22 @@ Tool ToolOf(const Model& model, const mjData* data) {
   return tool;
 }
 
+// To what a person would type, and no -0.
+double Rounded(double v) { return std::round(1e4 * v) / 1e4 + 0.0; }
+
 std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->xmat +
-                                                                         9 * model.hand);
+  const auto R = mjcf::Mat3(data->xmat + 9 * model.hand);
   const Vector3d p = R.transpose() * (tool.position_W - Vec3(data->xpos + 3 * model.hand));
   const Vector3d x = R.transpose() * tool.x_W;
   const Vector3d y = R.transpose() * tool.z_W.cross(tool.x_W);
-  const auto near = [](double v) { return std::round(1e4 * v) / 1e4 + 0.0; };
+  std::vector<double> axes;
+  for (const Vector3d& axis : {x, y}) {
+    for (const double v : axis) axes.push_back(Rounded(v));
+  }
   return fmt::format(
-      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g} {:g} {:g} "
-      "{:g} "
-      "{:g} {:g}\" group=\"4\" size=\"0.004\"/>",
-      near(p.x()), near(p.y()), near(p.z()), near(x.x()), near(x.y()), near(x.z()), near(y.x()),
-      near(y.y()), near(y.z()));
+      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g}\" group=\"4\" "
+      "size=\"0.004\"/>",
+      Rounded(p.x()), Rounded(p.y()), Rounded(p.z()), fmt::join(axes, " "));
 }
 
 void CheckTips(Model& model, const mjcf::HandClosing& closing) {
@@ -166,12 +163,10 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
   const DataPtr open = At(model, closing, 0.0);
   const DataPtr closed = At(model, closing, closing.Touching());
   for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
-    const std::string where = model.Where(mjOBJ_GEOM, geom);
-    const std::string element = model.Element(mjOBJ_GEOM, geom);
     const Vector3d way = Vec3(closed->geom_xpos + 3 * geom) - Vec3(open->geom_xpos + 3 * geom);
     if (!CheckCollides(model, geom)) continue;
     if (way.norm() < kMoved_m) {
-      model.Error(where, element,
+      model.Error(mjOBJ_GEOM, geom,
                   fmt::format("is a fingertip that moves by {:.1f} mm while the hand closes: none "
                               "of \"hand_motors\" moves body \"{}\"",
                               1e3 * way.norm(), model.BodyName(m.geom_bodyid[geom])),
@@ -179,7 +174,7 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
                   "\"fingertips\"");
     } else if (m.geom_condim[geom] < kSpinning || m.geom_solref[2 * geom] > kSoft_s ||
                m.geom_priority[geom] < 1) {
-      model.Warn(where, element,
+      model.Warn(mjOBJ_GEOM, geom,
                  "is a fingertip whose contacts are soft, let things spin, or are those of what it "
                  "touches",
                  "priority=\"1\" condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\"0.005 1\" "
@@ -189,49 +184,46 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
 }
 
 std::string Values(const std::vector<mjcf::HandMotor>& motors, bool open) {
-  std::string text;
-  for (const auto& motor : motors) {
-    const double value = std::round(1e4 * (open ? motor.open : motor.closed)) / 1e4 + 0.0;
-    text += fmt::format("{}{:g}", text.empty() ? "" : " ", value);
-  }
-  return text;
+  std::vector<double> values;
+  for (const auto& motor : motors) values.push_back(Rounded(open ? motor.open : motor.closed));
+  return fmt::format("{:g}", fmt::join(values, " "));
 }
 
 void CheckGap(Model& model, const mjcf::HandClosing& closing,
               const std::vector<mjcf::HandMotor>& motors) {
-  const std::string where = model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "hand_closed"));
   const double open_m = closing.points.front().gap_m;
-  double least_m = open_m;
-  for (const auto& point : closing.points) least_m = std::min(least_m, point.gap_m);
+  const double least_m =
+      std::ranges::min_element(closing.points, {}, &mjcf::HandClosing::Point::gap_m)->gap_m;
   const auto swapped = fmt::format(
       "the other way round: <numeric name=\"hand_open\" data=\"{}\"/> and <numeric "
       "name=\"hand_closed\" data=\"{}\"/>",
       Values(motors, false), Values(motors, true));
   if (closing.points.back().gap_m > open_m) {
-    model.Error(where, "numeric \"hand_closed\"",
+    model.Error(mjOBJ_NUMERIC, "hand_closed",
                 fmt::format("the pads move apart while the hand closes, from {:.1f} to {:.1f} mm",
                             1e3 * open_m, 1e3 * closing.points.back().gap_m),
                 swapped);
   } else if (least_m > kMeet_m) {
-    model.Warn(where, "numeric \"hand_closed\"",
+    model.Warn(mjOBJ_NUMERIC, "hand_closed",
                fmt::format("the pads never meet: they open {:.1f} mm and stay {:.1f} mm apart",
                            1e3 * open_m, 1e3 * least_m),
                "values further on, a wider range of the joints; or let it be: thinner things are "
                "not held then");
   } else if (open_m < kOpens_m) {
-    model.Error(where, "numeric \"hand_open\"",
+    model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "hand_closed")),
+                "numeric \"hand_open\"",
                 fmt::format("the pads are {:.1f} mm apart in the open hand", 1e3 * open_m),
                 "values further to the open end");
   }
 }
 
 void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
-  const mjModel& m = model.m();
   if (closing.equality_m > kEquality) {
-    const char* name = mj_id2name(&m, mjOBJ_EQUALITY, closing.equality);
+    const std::string name = model.Name(mjOBJ_EQUALITY, closing.equality);
     model.Error(
         model.HandFile(),
-        fmt::format("equality {}{}", closing.equality, name ? fmt::format(" \"{}\"", name) : ""),
+        fmt::format("equality {}{}", closing.equality,
+                    name.empty() ? "" : fmt::format(" \"{}\"", name)),
         fmt::format("does not hold while the hand closes on nothing: it is off by {:.3g} rad "
                     "or m",
                     closing.equality_m),
@@ -253,9 +245,9 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
   const DataPtr open = At(model, closing, 0.0);
   const Tool tool = ToolOf(model, open.get());
   const Vector3d off = Vec3(open->site_xpos + 3 * site) - tool.position_W;
-  const mjtNum* R = open->site_xmat + 9 * site;
-  const double x = tool.x_W.dot(Vector3d(R[0], R[3], R[6]));
-  const double z = tool.z_W.dot(Vector3d(R[2], R[5], R[8]));
+  const Eigen::Matrix3d R = mjcf::Mat3(open->site_xmat + 9 * site);
+  const double x = tool.x_W.dot(R.col(0));
+  const double z = tool.z_W.dot(R.col(2));
   const double across_m = std::hypot(off.dot(tool.x_W), off.dot(tool.z_W.cross(tool.x_W)));
   if (x > kLean && z > 0.0 && across_m < kOff_m) return;
   model.Error(
@@ -291,9 +283,8 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
   if (wanted.size() != 2 || site < 0) return;
   const double share = kGripped * closing.Touching();
   const DataPtr half = At(model, closing, share);
-  const mjtNum* R = half->site_xmat + 9 * site;
-  const auto per_newton =
-      mjcf::GripForces(&model.m(), half.get(), motors, closing, share, Vector3d(R[0], R[3], R[6]));
+  const auto per_newton = mjcf::GripForces(&model.m(), half.get(), motors, closing, share,
+                                           mjcf::Mat3(half->site_xmat + 9 * site).col(0));
   double force_N = mjMAXVAL;
   int weakest = -1;
   for (std::size_t k = 0; k < motors.size(); ++k) {
@@ -305,16 +296,14 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
     weakest = motors[k].actuator;
   }
   if (weakest < 0 || force_N >= wanted[1]) return;
-  const std::string what = fmt::format(
-      "gives {:.3g} N between the pads of the half closed hand, \"grip_force\" asks for {:g} N, "
-      "{:g} N at most",
-      force_N, wanted[0], wanted[1]);
   const double most = std::floor(std::max(1.0, force_N));
-  const std::string cure = fmt::format(
-      "a wider forcerange (of a servo a higher kp, or a wider ctrlrange, too), or <numeric "
-      "name=\"grip_force\" data=\"{:g} {:g}\"/>",
-      std::min(wanted[0], most), most);
-  model.Error(mjOBJ_ACTUATOR, weakest, what, cure);
+  model.Error(mjOBJ_ACTUATOR, weakest,
+              fmt::format("gives {:.3g} N between the pads of the half closed hand, \"grip_force\" "
+                          "asks for {:g} N, {:g} N at most",
+                          force_N, wanted[0], wanted[1]),
+              fmt::format("a wider forcerange (of a servo a higher kp, or a wider ctrlrange, too), "
+                          "or <numeric name=\"grip_force\" data=\"{:g} {:g}\"/>",
+                          std::min(wanted[0], most), most));
 }
 
 std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector<int>& actuators) {
@@ -345,15 +334,9 @@ bool MovesHand(const Model& model, int actuator) {
 }
 
 bool IsOutermost(const mjModel& m, int body) {
-  const auto carries = [&](int geom) {
-    const bool collides = m.geom_contype[geom] != 0 || m.geom_conaffinity[geom] != 0;
-    int b = m.geom_bodyid[geom];
-    if (!collides || b == body) return false;
-    while (b > body) b = m.body_parentid[b];
-    return b == body;
-  };
   for (int g = 0; g < m.ngeom; ++g) {
-    if (carries(g)) return false;
+    const int b = m.geom_bodyid[g];
+    if (b != body && mjcf::Collides(&m, g) && mjcf::InSubtree(&m, b, body)) return false;
   }
   return true;
 }
@@ -363,8 +346,7 @@ void CheckClosing(Model& model) {
   if (model.HasErrors() || model.Tuple("fingertips", mjOBJ_GEOM).empty()) return;
   const mjcf::LastSegments tips = mjcf::LastSegmentsOf(&model.m());
   if (tips.thumb.empty() || tips.fingers.empty()) {
-    model.Error(model.Where(mjOBJ_TUPLE, model.Find(mjOBJ_TUPLE, "fingertips")),
-                "tuple \"fingertips\"", "its geoms hang on one finger: there are no two sides",
+    model.Error(mjOBJ_TUPLE, "fingertips", "its geoms hang on one finger: there are no two sides",
                 "list the thumb's geoms first, then those of the fingers that face it");
     return;
   }
@@ -381,9 +363,8 @@ void CheckClosing(Model& model) {
     model.Error(model.HandFile(), "the hand", error.what(), "");
   }
   if (!model.Numeric("gear_backlash").empty()) {
-    model.Warn(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "gear_backlash")),
-               "numeric \"gear_backlash\"", "says nothing of drives of \"hand_motors\": none locks",
-               "remove it");
+    model.Warn(mjOBJ_NUMERIC, "gear_backlash",
+               "says nothing of drives of \"hand_motors\": none locks", "remove it");
   }
 }
 
@@ -393,8 +374,6 @@ void CheckHand(Model& model) {
   if (model.hand < 0) return;
   model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 ? CheckClosing(model) : CheckGearedHand(model);
 }
-
-// A hand that says how it closes, closed on nothing.
 
 HandGuess GuessHand(Model& model) {
   HandGuess guess;

@@ -7,7 +7,7 @@
 
 namespace rangegrasp::check::internal {
 
-/// What a hand's file is likely to mean where it does not say it.
+/// What a hand's file is likely to mean.
 struct HandGuess {
   std::vector<int> motors;      ///< actuators that move a joint of the hand
   std::vector<int> fingertips;  ///< geoms that collide on bodies without others below them
@@ -15,8 +15,7 @@ struct HandGuess {
 };
 HandGuess GuessHand(Model& model);
 
-/// A site "tcp" to paste into the body "hand": between the pads, x across them, z away from the
-/// palm. In words where pads are not known yet.
+/// A site "tcp" to paste into the body "hand"; in words where pads are not known yet.
 std::string SuggestTool(Model& model);
 
 void CheckHand(Model& model);  ///< what the drives move

@@ -8,8 +8,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
-#include "robot/mjcf/hand.h"
-#include "sim/world.h"
+#include "sim/internal/scene_builder.h"
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -23,7 +22,7 @@ std::vector<int> HingesTo(const mjModel& m, int body) {
       if (m.jnt_type[joint] == mjJNT_HINGE) joints.push_back(joint);
     }
   }
-  std::reverse(joints.begin(), joints.end());
+  std::ranges::reverse(joints);
   return joints;
 }
 
@@ -45,10 +44,8 @@ std::string KindOf(const pugi::xml_node& node) {
   if (tag == "tuple" || tag == "numeric" || tag == "mesh") return tag;
   const bool in_world = Below(node, "worldbody");
   if (in_world && tag == "freejoint") return "joint";
-  for (const char* kind : {"body", "joint", "geom", "site", "camera"}) {
-    if (in_world && tag == kind) return kind;
-  }
-  return "";
+  static const std::set<std::string> named = {"body", "joint", "geom", "site", "camera"};
+  return in_world && named.contains(tag) ? tag : "";
 }
 
 std::string NameOf(const pugi::xml_node& node) {
@@ -72,9 +69,8 @@ int JointsAbove(const pugi::xml_node& joint) {
 }  // namespace
 
 Model::Model(const std::filesystem::path& mjcf, Kind kind)
-    : file_(mjcf), kind_(kind), lines_(mjcf), data_(nullptr, mj_deleteData) {
-  std::vector<std::string> warnings;
-  model_ = sim::CompileModel(mjcf, warnings);
+    : file_(mjcf), kind_(kind), lines_(mjcf) {
+  model_ = sim::internal::BuildScene(mjcf, {}, {}).model;
   data_.reset(mj_makeData(model_.get()));
   FindArm();
   SetHome();
@@ -84,7 +80,7 @@ void Model::FindArm() {
   hand = Find(mjOBJ_BODY, "hand");
   if (!HasArm()) return;
   arm_joints = Tuple("arm_joints", mjOBJ_JOINT);
-  guessed_joints = arm_joints.empty();
+  const bool guessed_joints = arm_joints.empty();
   if (guessed_joints && hand >= 0) arm_joints = HingesTo(m(), m().body_parentid[hand]);
   for (int body = 1; guessed_joints && hand < 0 && body < m().nbody; ++body) {
     const auto joints = HingesTo(m(), body);
@@ -106,17 +102,11 @@ void Model::FindArm() {
 
 void Model::SetHome() {
   for (std::size_t i = 0; i < arm_joints.size(); ++i) {
-    const mjtNum* range = m().jnt_range + 2 * arm_joints[i];
-    const double middle = m().jnt_limited[arm_joints[i]] ? 0.5 * (range[0] + range[1]) : 0.0;
-    d().qpos[m().jnt_qposadr[arm_joints[i]]] = home.empty() ? middle : home[i];
+    const auto [low, high] = RangeOf(arm_joints[i], mjPI);
+    d().qpos[m().jnt_qposadr[arm_joints[i]]] = home.empty() ? 0.5 * (low + high) : home[i];
   }
   mj_kinematics(&m(), &d());
   mj_comPos(&m(), &d());
-}
-
-std::string Model::Name(mjtObj type, int id) const {
-  const char* name = mj_id2name(model_.get(), type, id);
-  return name ? name : "";
 }
 
 std::vector<int> Model::FindAll(mjtObj type, std::string_view suffix) const {
@@ -128,8 +118,7 @@ std::vector<int> Model::FindAll(mjtObj type, std::string_view suffix) const {
 }
 
 int Model::Find(mjtObj type, std::string_view suffix) const {
-  const auto ids = FindAll(type, suffix);
-  return ids.empty() ? -1 : ids.front();
+  return mjcf::TryFind(&m(), type, suffix);
 }
 
 std::vector<int> Model::Tuple(std::string_view suffix, mjtObj type) const {
@@ -143,10 +132,7 @@ std::vector<int> Model::Tuple(std::string_view suffix, mjtObj type) const {
 }
 
 std::vector<double> Model::Numeric(std::string_view suffix) const {
-  const int id = Find(mjOBJ_NUMERIC, suffix);
-  if (id < 0) return {};
-  const mjtNum* data = m().numeric_data + m().numeric_adr[id];
-  return {data, data + m().numeric_size[id]};
+  return mjcf::NumericOf(&m(), suffix);
 }
 
 std::string Model::Element(mjtObj type, int id) const {
@@ -163,8 +149,6 @@ std::string Model::Where(mjtObj type, int id) const {
   return lines_.Of(mju_type2Str(type), name);
 }
 
-std::string Model::WhereMesh(int mesh) const { return lines_.Of("mesh", Name(mjOBJ_MESH, mesh)); }
-
 std::string Model::ArmFile() const {
   if (arm_joints.empty()) return file_.string();
   return lines_.FileOf("joint", Name(mjOBJ_JOINT, arm_joints.front()));
@@ -174,24 +158,10 @@ std::string Model::HandFile() const {
   return hand < 0 ? file_.string() : lines_.FileOf("body", Name(mjOBJ_BODY, hand));
 }
 
-void Model::Error(mjtObj type, int id, const std::string& what, const std::string& cure) {
-  Error(Where(type, id), Element(type, id), what, cure);
-}
-
-void Model::Error(const std::string& where, const std::string& element, const std::string& what,
-                  const std::string& cure) {
-  findings_.push_back({true, where, element, what, cure});
-}
-
-void Model::Warn(const std::string& where, const std::string& element, const std::string& what,
-                 const std::string& cure) {
-  findings_.push_back({false, where, element, what, cure});
-}
-
-bool Model::InSubtree(int body, int root) const { return mjcf::InSubtree(&m(), body, root); }
-
-bool Model::Collides(int geom) const {
-  return m().geom_contype[geom] != 0 || m().geom_conaffinity[geom] != 0;
+void Model::Report(bool error, mjtObj type, const std::string& name, const std::string& what,
+                   const std::string& cure) {
+  Report(error, Where(type, Find(type, name)), fmt::format("{} \"{}\"", mju_type2Str(type), name),
+         what, cure);
 }
 
 std::string Model::BodyName(int body) const {
@@ -252,10 +222,8 @@ struct SourceLines::Reader {
              file.own);
       } else if (tag == "attach") {
         const auto model = file.models.find(child.attribute("model").value());
-        if (model != file.models.end()) {
-          Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1,
-               false);
-        }
+        if (model == file.models.end()) continue;
+        Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1, false);
       } else {
         Note(child, file);
         Walk(child, file);

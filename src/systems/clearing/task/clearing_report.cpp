@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <ranges>
 
 #include "base/statistics.h"
 #include "base/words.h"
@@ -15,11 +16,13 @@
 namespace rangegrasp::clearing {
 namespace {
 
+using Counts = std::map<std::string, int>;
+using experiment::Column;
 using experiment::Fixed;
 using experiment::Grid;
-using experiment::IntervalText;
+using experiment::Record;
+using experiment::Stamp;
 using nlohmann::ordered_json;
-using Counts = std::map<std::string, int>;
 
 ordered_json JsonOf(const Clearing& clearing, const Step& step) {
   const auto name = [&](int object) {
@@ -52,108 +55,96 @@ std::vector<std::pair<std::string, double>> SumsOf(const Clearing& clearing) {
   return sums;
 }
 
-// What the tables need of a stored run. Of one without data (crashed, timed out) no object was
-// delivered.
-struct ClearedCase {
-  std::string outcome;
-  bool recorded = false;  // not of one that crashed or timed out
-  int objects = 0, delivered = 0, brought = 0, grasps = 0, scans = 0, attempts = 0;
-  double robot_s = 0.0;  // simulated, with the ways home
-  std::map<std::string, double> seconds;
-  std::vector<ObjectEnd> ends;
-  Counts grasp_outcomes;
-  int felt_wrong = 0;  // grasps in which the hand's feeling and the target's delivery disagree
+struct OfObject {
+  std::string name;
+  int runs = 0, delivered = 0, grasps = 0;
+  Counts why;
 };
-
-ClearedCase ReadCase(const experiment::Record& record) {
-  ClearedCase read;
-  read.outcome = record.result.outcome;
-  for (const auto& [stage, seconds] : record.result.seconds) read.seconds[stage] += seconds;
-  const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
-  if (!data.is_object() || !data.contains("per_object")) {
-    read.objects = record.which.params.Has("objects") ? record.which.params.Int("objects") : 0;
-    return read;
-  }
-  read.recorded = true;
-  read.objects = data.at("objects");
-  read.delivered = data.at("delivered");
-  read.brought = data.at("brought");
-  read.grasps = data.at("grasps");
-  read.scans = data.at("scans");
-  read.robot_s = data.at("simulated_s").get<double>() + data.at("homing_s").get<double>();
-  for (const auto& end : data.at("per_object")) {
-    read.ends.push_back({end.at("object"),
-                         base::FromWord<Fate>(end.at("fate").get<std::string>(), "fate"),
-                         end.at("grasps"), end.at("why")});
-  }
-  for (const auto& attempt : data.at("attempts")) {
-    ++read.attempts;
-    if (attempt.at("log").empty()) continue;
-    const std::string outcome = attempt.at("outcome");
-    ++read.grasp_outcomes[outcome];
-    read.felt_wrong += attempt.at("felt").get<bool>() != (outcome == "delivered") ? 1 : 0;
-  }
-  return read;
-}
 
 // All runs of one arrangement.
 struct Category {
   std::string name;
   int runs = 0, failed = 0;  // failed: crashed or timed out, without a record
-  int objects = 0, delivered = 0, brought = 0, grasps = 0, scans = 0, felt_wrong = 0;
+  int objects = 0, delivered = 0, brought = 0, grasps = 0, scans = 0;
+  int felt_wrong = 0;  // grasps in which the hand's feeling and the target's delivery disagree
   std::vector<experiment::Count> clusters;
-  std::vector<double> robot_s;
-  struct OfObject {
-    int runs = 0, delivered = 0, grasps = 0;
-    Counts why;
-  };
+  std::vector<double> robot_s;  // of each run: simulated, with the ways home
+  /// By stage, of each run the mean of a scan, an attempt, ...
+  std::map<std::string, std::vector<double>> stage_s;
   std::map<std::string, OfObject> by_object;
   Counts outcomes, left, grasp_outcomes;
-  std::vector<ClearedCase> cases;
 };
 
-void Add(const experiment::Record& record, Category& category) {
-  const ClearedCase one = ReadCase(record);
-  ++category.runs;
-  ++category.outcomes[one.outcome];
-  category.cases.push_back(one);
-  category.objects += one.objects;
-  if (!one.recorded) {
-    ++category.failed;
-    if (one.objects > 0) category.clusters.push_back({0, one.objects});
+void AddEnd(const nlohmann::json& end, Category& category) {
+  const std::string name = end.at("object");
+  const std::string fate = end.at("fate");
+  OfObject& object = category.by_object[name];
+  object.name = name;
+  ++object.runs;
+  object.grasps += end.at("grasps").get<int>();
+  if (fate == base::Word(Fate::kDelivered)) {
+    ++object.delivered;
     return;
   }
-  category.delivered += one.delivered;
-  category.brought += one.brought;
-  category.grasps += one.grasps;
-  category.scans += one.scans;
-  category.clusters.push_back({one.delivered, one.objects});
-  category.robot_s.push_back(one.robot_s);
-  category.felt_wrong += one.felt_wrong;
-  for (const auto& [word, count] : one.grasp_outcomes) category.grasp_outcomes[word] += count;
-  for (const ObjectEnd& end : one.ends) {
-    auto& object = category.by_object[end.object];
-    ++object.runs;
-    object.grasps += end.grasps;
-    if (end.fate == Fate::kDelivered) {
-      ++object.delivered;
-      continue;
-    }
-    const std::string why = fmt::format("{}: {}", base::Word(end.fate), end.why);
-    ++object.why[why];
-    ++category.left[why];
+  const std::string why = fate + ": " + end.at("why").get<std::string>();
+  ++object.why[why];
+  ++category.left[why];
+}
+
+// Steps within a stage are left out.
+void AddTimes(const Record& record, int scans, int grasps, int attempts, Category& category) {
+  for (const auto& [stage, seconds] : record.result.seconds) {
+    if (stage.find(':') != std::string::npos) continue;
+    const int parts = stage == "arrange" || stage == "clearing" ? 1
+                      : stage == "scan"                         ? scans
+                      : stage == "execute"                      ? grasps
+                                                                : attempts;
+    if (parts > 0) category.stage_s[stage].push_back(seconds / parts);
   }
 }
 
+// No object was delivered in a run without data (crashed, timed out).
+void Add(const Record& record, Category& category) {
+  ++category.runs;
+  ++category.outcomes[record.result.outcome];
+  const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
+  const auto number = [&](const char* name) { return data.at(name).get<int>(); };
+  if (!data.is_object() || !data.contains("per_object")) {
+    ++category.failed;
+    if (!record.which.params.Has("objects")) return;
+    const int objects = record.which.params.Int("objects");
+    category.objects += objects;
+    if (objects > 0) category.clusters.push_back({0, objects});
+    return;
+  }
+  category.objects += number("objects");
+  category.delivered += number("delivered");
+  category.brought += number("brought");
+  category.grasps += number("grasps");
+  category.scans += number("scans");
+  category.clusters.push_back({number("delivered"), number("objects")});
+  category.robot_s.push_back(data.at("simulated_s").get<double>() +
+                             data.at("homing_s").get<double>());
+  for (const auto& end : data.at("per_object")) AddEnd(end, category);
+  for (const auto& attempt : data.at("attempts")) {
+    if (attempt.at("log").empty()) continue;
+    const std::string outcome = attempt.at("outcome");
+    ++category.grasp_outcomes[outcome];
+    category.felt_wrong += attempt.at("felt").get<bool>() != (outcome == "delivered") ? 1 : 0;
+  }
+  AddTimes(record, number("scans"), number("grasps"), static_cast<int>(data.at("attempts").size()),
+           category);
+}
+
 // In the order in which they first occur.
-std::vector<Category> CategoriesOf(const std::vector<experiment::Record>& records) {
+std::vector<Category> CategoriesOf(const std::vector<Record>& records) {
   std::vector<Category> categories;
   for (const auto& record : records) {
     const std::string& group = record.which.group;
     auto found = std::ranges::find(categories, group, &Category::name);
     if (found == categories.end()) {
-      found = categories.insert(categories.end(), Category{});
-      found->name = group;
+      categories.emplace_back().name = group;
+      found = categories.end() - 1;
     }
     Add(record, *found);
   }
@@ -170,53 +161,41 @@ std::string IntervalOf(const Category& category) {
 }
 
 Grid MainGrid(const std::vector<Category>& categories) {
-  Grid grid;
-  grid.header = {"arrangement", "runs", "objects", "delivered",
-                 "delivered %", "95 %", "grasps",  "grasps / delivered",
-                 "scans / run", "ends"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = grid.left.back() = true;
-  for (const Category& c : categories) {
-    grid.rows.push_back({c.name, fmt::format("{}", c.runs), fmt::format("{}", c.objects),
-                         fmt::format("{}", c.delivered), Percent(c.delivered, c.objects),
-                         IntervalOf(c), fmt::format("{}", c.grasps), Ratio(c.grasps, c.delivered),
-                         Ratio(c.scans, c.runs - c.failed), experiment::CountsText(c.outcomes)});
-  }
-  return grid;
+  const std::vector<Column<Category>> columns = {
+      {"arrangement", "", &Category::name, experiment::kLeft},
+      {"runs", "", &Category::runs},
+      {"objects", "", &Category::objects},
+      {"delivered", "", &Category::delivered},
+      {"delivered %", "", [](const Category& c) { return Percent(c.delivered, c.objects); }},
+      {"95 %", "", IntervalOf},
+      {"grasps", "", &Category::grasps},
+      {"grasps / delivered", "", [](const Category& c) { return Ratio(c.grasps, c.delivered); }},
+      {"scans / run", "", [](const Category& c) { return Ratio(c.scans, c.runs - c.failed); }},
+      {"ends", "", [](const Category& c) { return experiment::CountsText(c.outcomes); },
+       experiment::kLeft}};
+  return experiment::GridOf(columns, categories);
 }
 
-Grid ObjectGrid(const experiment::Stamp& stamp, const Category& category) {
-  Grid grid;
-  grid.header = {"object", "runs", "delivered", "delivered %", "95 %", "grasps / run", "otherwise"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = grid.left.back() = true;
-  for (const auto& [object, of] : category.by_object) {
-    grid.rows.push_back({experiment::TitleOf(stamp, object), fmt::format("{}", of.runs),
-                         fmt::format("{}", of.delivered), Percent(of.delivered, of.runs),
-                         IntervalText(of.delivered, of.runs), Ratio(of.grasps, of.runs),
-                         experiment::CountsText(of.why)});
-  }
-  return grid;
+Grid ObjectGrid(const Stamp& stamp, const Category& category) {
+  const std::vector<Column<OfObject>> columns = {
+      {"object", "", [&](const OfObject& o) { return experiment::TitleOf(stamp, o.name); },
+       experiment::kLeft},
+      {"runs", "", &OfObject::runs},
+      {"delivered", "", &OfObject::delivered},
+      {"delivered %", "", [](const OfObject& o) { return Percent(o.delivered, o.runs); }},
+      {"95 %", "", [](const OfObject& o) { return experiment::IntervalText(o.delivered, o.runs); }},
+      {"grasps / run", "", [](const OfObject& o) { return Ratio(o.grasps, o.runs); }},
+      {"otherwise", "", [](const OfObject& o) { return experiment::CountsText(o.why); },
+       experiment::kLeft}};
+  return experiment::GridOf(columns, std::views::values(category.by_object));
 }
 
-// Of one attempt, by the stages that each has; of a run its arrangement and the whole.
 std::string TimesLine(const Category& category) {
-  std::map<std::string, std::vector<double>> each;
-  for (const ClearedCase& one : category.cases) {
-    for (const auto& [stage, seconds] : one.seconds) {
-      if (stage.find(':') != std::string::npos) continue;
-      const int parts = stage == "arrange" || stage == "clearing" ? 1
-                        : stage == "scan"                         ? one.scans
-                        : stage == "execute"                      ? one.grasps
-                                                                  : one.attempts;
-      if (parts > 0) each[stage].push_back(seconds / parts);
-    }
-  }
   std::string line = category.name + ": seconds of computing, median of the runs' means, of one";
   for (const char* stage :
        {"scan", "perceive", "grasp", "obstacles", "plan", "execute", "arrange", "clearing"}) {
-    const auto found = each.find(stage);
-    if (found == each.end()) continue;
+    const auto found = category.stage_s.find(stage);
+    if (found == category.stage_s.end()) continue;
     line += fmt::format(" {} {:.3f}", stage, base::MedianOf(found->second));
   }
   return line;
@@ -238,16 +217,14 @@ ordered_json JsonOf(const Category& c) {
                        {"delivered", c.delivered},   {"brought", c.brought},
                        {"grasps", c.grasps},         {"scans", c.scans},
                        {"ends", c.outcomes},         {"grasp_outcomes", c.grasp_outcomes},
-                       {"felt_wrong", c.felt_wrong}, {"not_delivered", c.left}};
-  json["delivered_share"] = nullptr;
-  json["delivered_interval"] = nullptr;
-  json["robot_seconds_per_run"] = nullptr;
+                       {"felt_wrong", c.felt_wrong}, {"not_delivered", c.left},
+                       {"delivered_share", nullptr}, {"delivered_interval", nullptr}};
   if (c.objects > 0) {
-    const auto [low, high] = experiment::ClusteredInterval(c.clusters);
     json["delivered_share"] = static_cast<double>(c.delivered) / c.objects;
-    json["delivered_interval"] = {low, high};
-    if (!c.robot_s.empty()) json["robot_seconds_per_run"] = base::MedianOf(c.robot_s);
+    json["delivered_interval"] = experiment::ClusteredInterval(c.clusters);
   }
+  json["robot_seconds_per_run"] = nullptr;
+  if (!c.robot_s.empty()) json["robot_seconds_per_run"] = base::MedianOf(c.robot_s);
   json["by_object"] = ordered_json::array();
   for (const auto& [object, of] : c.by_object) {
     json["by_object"].push_back({{"object", object},
@@ -307,8 +284,7 @@ experiment::Result ResultOf(const Clearing& clearing, const std::string& target)
           data.dump(), SumsOf(clearing)};
 }
 
-experiment::Report ReportOf(const experiment::Stamp& stamp,
-                            const std::vector<experiment::Record>& records) {
+experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const auto categories = CategoriesOf(records);
   experiment::Report report;
   report.sections.push_back({"", MainGrid(categories)});

@@ -15,9 +15,8 @@ inline constexpr const char* kCleared = "cleared";
 /// each stage's sum over the run.
 experiment::Result ResultOf(const Clearing& clearing, const std::string& target);
 
-/// Tables of a clearing run: by arrangement (runs, objects delivered of all with an interval that
-/// knows that objects of one run go together, grasps for each delivered object, stops, times), by
-/// object, what was left and why, outcomes of the grasps.
+/// Tables of a clearing run: by arrangement (intervals are of clustered trials: a run's objects),
+/// by object, what was left and why, outcomes of the grasps.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

@@ -16,6 +16,9 @@ namespace rangegrasp::clearing {
 namespace {
 
 using experiment::Case;
+using experiment::ReplayOptions;
+using experiment::Result;
+using experiment::Stamp;
 
 // A clearing experiment, as its file states it.
 struct Options {
@@ -44,7 +47,7 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.ReadScaled("other_grasp_mm", o.other_grasp_m, base::kMm, 0.0, 1000.0,
                   "a grasp this far from a failed one is another one");
   keys.ReadScaled("other_grasp_deg", o.other_grasp_rad, base::kDeg, 0.0, 180.0,
-                  "likewise one that is turned by so much");
+                  "and so is a grasp that is turned by more than this");
   keys.Finish();
 }
 
@@ -65,9 +68,8 @@ Options ReadOptions(base::YamlMap& map) {
 // Runs a case again under a viewer. With snapshots it leaves of attempt 3 of case pile-0001
 // `pile-0001_03_perceived.png`, `_03_start.png` and `_03_lifted.png`, `pile-0001_end.png`, and
 // `pile-0001_sheet.png`: all of them.
-experiment::Result ReplayClearing(
-    const trial::Cell& cell, const std::string& id, const experiment::ReplayOptions& options,
-    const std::function<experiment::Result(const ClearingObserver&)>& run) {
+Result ReplayClearing(const trial::Cell& cell, const std::string& id, const ReplayOptions& options,
+                      const std::function<Result(const ClearingObserver&)>& run) {
   const auto recorder = trial::MakeRecorder(cell, id, options);
   recorder->KeepMoments([](const std::string& moment) {
     return moment == "start" || moment == "lifted" || moment == "end";
@@ -119,18 +121,17 @@ class ClearingExperiment : public experiment::Task {
 
   void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
 
-  experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
+  Result Run(const Case& which) const override { return RunCase(which, {}); }
 
-  experiment::Result Replay(const Case& which,
-                            const experiment::ReplayOptions& options) const override {
+  Result Replay(const Case& which, const ReplayOptions& options) const override {
     return ReplayClearing(cell_, which.id, options, [&](const ClearingObserver& observer) {
       return RunCase(which, observer);
     });
   }
 
-  void AddTo(experiment::Stamp& stamp) const override {
+  void AddTo(Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
-    trial::AddDetectorTo(cell_.options, stamp);
+    trial::FindDetector(cell_.options.detector)->add_to(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
   }
 
@@ -141,7 +142,7 @@ class ClearingExperiment : public experiment::Task {
     return alone ? 1 : static_cast<int>(cell_.options.objects.size());
   }
 
-  experiment::Result RunCase(const Case& which, const ClearingObserver& observer) const {
+  Result RunCase(const Case& which, const ClearingObserver& observer) const {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
@@ -154,7 +155,7 @@ class ClearingExperiment : public experiment::Task {
             : options_.tries_per_object * static_cast<int>(cell_.options.objects.size());
     const Clearing clearing =
         ClearTable(cell_, options_, max_grasps, arranged->world, which.seed, observer);
-    experiment::Result result = ResultOf(clearing, spec.object);
+    Result result = ResultOf(clearing, spec.object);
     result.seconds.insert(result.seconds.begin(), {"arrange", arrange_s});
     result.seconds.emplace_back("clearing", watch.Seconds());
     return result;
@@ -168,7 +169,7 @@ class ClearingExperiment : public experiment::Task {
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   const Options options = ReadOptions(map);
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
-  trial::CheckDetector(map, options.grasping, common.case_limit_s);
+  trial::FindDetector(options.grasping.detector)->check(map, options.grasping, common.case_limit_s);
   return std::make_unique<ClearingExperiment>(options, common);
 }
 
@@ -181,7 +182,7 @@ void RegisterClearing() {
   experiment::AddKind(
       {.name = "clearing",
        .description =
-           "Tables that are cleared object by object: one case an arrangement. Beside the "
+           "Tables that are cleared object by object: one case an arrangement. In addition to the "
            "keys below it has all of `task: grasping` but `trials_per_object`.",
        .trials_key = "runs",
        .uses_seed = true,

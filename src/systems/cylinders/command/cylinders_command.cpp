@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "base/image/image.h"
 #include "base/units.h"
 #include "cli/commands.h"
 #include "cli/output.h"
@@ -15,7 +14,7 @@
 #include "cylinders/task/cylinders_task.h"
 #include "cylinders/task/demo_task.h"
 #include "experiment/experiment.h"
-#include "grasp/scene_view.h"
+#include "geometry/mesh.h"
 #include "trial/command/perceive_command.h"
 
 namespace rangegrasp::cli {
@@ -52,25 +51,8 @@ std::string Name(const GivenCylinder& given, std::size_t index) {
                      given.radius_m * base::kMmPerM, given.height_m * base::kMmPerM);
 }
 
-geometry::Observation ObservationOf(geometry::CloudFile file, const Eigen::Vector3d& origin) {
-  geometry::RangeImage image{file.height, file.width, std::move(file.points), {origin}};
-  return geometry::ObservationOf(std::move(image));
-}
-
-// The longest way through the measured points' box.
-double Extent(const CylinderScene& scene) {
-  Eigen::Vector3d low = scene.points_C.front();
-  Eigen::Vector3d high = low;
-  for (const auto& p : scene.points_C) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
 bool IsFound(const CylinderScene& scene, std::size_t given) {
-  return std::ranges::any_of(scene.cylinders,
-                             [&](const FoundCylinder& found) { return found.given == given; });
+  return std::ranges::find(scene.cylinders, given, &FoundCylinder::given) != scene.cylinders.end();
 }
 
 std::vector<std::string> Warnings(const CylinderScene& scene,
@@ -79,7 +61,7 @@ std::vector<std::string> Warnings(const CylinderScene& scene,
   if (!scene.scan_order) {
     warnings.push_back("the cloud has no scan order: edges along scan lines are left out");
   }
-  const double extent_m = Extent(scene);
+  const double extent_m = geometry::BoundsOf(scene.points_C).diagonal().norm();
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (std::max(2.0 * given[i].radius_m, given[i].height_m) > extent_m) {
       warnings.push_back(fmt::format("{} is larger than the scene ({:.0f} mm): try --unit",
@@ -114,32 +96,32 @@ ordered_json Json(const FoundCylinder& found) {
 
 ordered_json Json(const CylindersArguments& arguments, const CylinderScene& scene,
                   const std::vector<GivenCylinder>& given) {
-  ordered_json json;
-  json["cloud"] = arguments.cloud;
-  json["unit"] = arguments.unit;
-  json["frame"] = "cloud";  // of all places and directions here, in metres
-  json["points"] = scene.points_C.size();
-  json["noise_m"] = scene.sampling.noise_m;
-  json["spacing_m"] = scene.sampling.spacing_m;
-  json["scan_order"] = scene.scan_order;
-  json["table"] = {{"normal", Json(scene.table.plane.normal)},
-                   {"offset_m", scene.table.plane.offset_m},
-                   {"points", scene.table.points.size()}};
-  json["outliers"] = scene.outliers.size();
-  json["curvature_points"] = scene.curved.size();
-  json["edge_points"] = scene.edges.size();
-  json["fragments"] = scene.fragments.size();
-  json["rims"] = scene.rims.size();
-  json["given"] = ordered_json::array();
+  ordered_json json = {{"cloud", arguments.cloud},
+                       {"unit", arguments.unit},
+                       {"frame", "cloud"},  // of all places and directions here, in metres
+                       {"points", scene.points_C.size()},
+                       {"noise_m", scene.sampling.noise_m},
+                       {"spacing_m", scene.sampling.spacing_m},
+                       {"scan_order", scene.scan_order},
+                       {"table",
+                        {{"normal", Json(scene.table.plane.normal)},
+                         {"offset_m", scene.table.plane.offset_m},
+                         {"points", scene.table.points.size()}}},
+                       {"outliers", scene.outliers.size()},
+                       {"curvature_points", scene.curved.size()},
+                       {"edge_points", scene.edges.size()},
+                       {"fragments", scene.fragments.size()},
+                       {"rims", scene.rims.size()},
+                       {"given", ordered_json::array()},
+                       {"cylinders", ordered_json::array()},
+                       {"warnings", Warnings(scene, given)},
+                       {"seconds", ordered_json::object()}};
   for (std::size_t i = 0; i < given.size(); ++i) {
     json["given"].push_back({{"radius_m", given[i].radius_m},
                              {"height_m", given[i].height_m},
                              {"found", IsFound(scene, i)}});
   }
-  json["cylinders"] = ordered_json::array();
   for (const auto& found : scene.cylinders) json["cylinders"].push_back(Json(found));
-  json["warnings"] = Warnings(scene, given);
-  json["seconds"] = ordered_json::object();
   for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
   return json;
 }
@@ -175,7 +157,9 @@ void Detect(const CylindersArguments& arguments) {
   base::Rng rng(arguments.seed);
   CylinderScene scene;
   try {
-    scene = cylinders::DetectCylinders(ObservationOf(std::move(file), origin), given, options, rng);
+    const auto observation =
+        geometry::ObservationOf({file.height, file.width, std::move(file.points), {origin}});
+    scene = cylinders::DetectCylinders(observation, given, options, rng);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what());
   }
@@ -185,11 +169,7 @@ void Detect(const CylindersArguments& arguments) {
   if (arguments.out.empty()) return;
   const std::filesystem::path folder(arguments.out);
   WriteResult(json, folder / "cylinders.json");
-  image::WritePng(
-      folder / "cylinders.png",
-      draw::Render(draw::DrawCylinders(scene),
-                   draw::LookAtPoints(scene.cloud.points, scene.table.plane.normal, origin), 1280,
-                   960));
+  draw::DrawCylinders(scene, origin, folder / "cylinders.png");
   spdlog::info("picture in {}", folder.string());
 }
 
@@ -226,6 +206,7 @@ namespace rangegrasp {
 void RegisterCylinders() {
   experiment::AddKind(cylinders::CylindersTask());
   experiment::AddKind(cylinders::DemoTask());
+  experiment::AddKind(cylinders::RecallTask());
   cli::AddCommand(cli::AddCylindersCommand);
 }
 

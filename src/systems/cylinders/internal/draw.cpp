@@ -1,9 +1,13 @@
 #include "cylinders/internal/draw.h"
 
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "base/image/image.h"
+#include "geometry/draw/canvas.h"
 #include "geometry/shape.h"
+#include "grasp/scene_view.h"
 
 namespace rangegrasp::draw {
 namespace {
@@ -18,10 +22,6 @@ const Color kBarrel{0.1F, 0.2F, 0.9F, 1.0F};
 const Color kAxis{0.0F, 0.0F, 0.0F, 1.0F};
 constexpr float kOpacity = 0.35F;  // of a cylinder: the points on it are to be seen
 constexpr float kDot_px = 1.5F;
-constexpr float kMarkedDot_px = 2.5F;
-constexpr float kOutlierDot_px = 4.0F;
-constexpr float kAxis_px = 3.0F;
-constexpr int kSegments = 48;
 constexpr double kBeyond = 0.15;  // of its height: how far the axis sticks out
 
 geometry::TriangleMesh MeshOf(const cylinders::Cylinder& cylinder) {
@@ -31,43 +31,43 @@ geometry::TriangleMesh MeshOf(const cylinders::Cylinder& cylinder) {
   shape.X_BS = base::MakePose(
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), cylinder.axis).matrix(),
       cylinder.center);
-  return geometry::Tessellate(shape, kSegments);
+  return geometry::Tessellate(shape, 48);
 }
 
 }  // namespace
 
-Canvas DrawCylinders(const cylinders::CylinderScene& scene) {
+void DrawCylinders(const cylinders::CylinderScene& scene, const Eigen::Vector3d& sensor_origin_C,
+                   const std::filesystem::path& png) {
   Canvas canvas;
   const auto& cloud = scene.cloud.points;
   canvas.dots.push_back({geometry::Select(scene.points_C, scene.table.points), kTable, kDot_px});
-  canvas.dots.push_back(
-      {geometry::Select(scene.points_C, scene.outliers), kOutlier, kOutlierDot_px});
+  canvas.dots.push_back({geometry::Select(scene.points_C, scene.outliers), kOutlier, 4.0F});
   std::vector<bool> marked(cloud.size(), false);
-  const auto mark = [&](const geometry::Indices& positions, const Color& color) {
+  const auto mark = [&](const geometry::Indices& positions, const Color& color,
+                        float size_px = 2.5F) {
     geometry::Points points;
     for (const auto i : positions) {
       if (!marked[i]) points.push_back(cloud[i]);
       marked[i] = true;
     }
-    canvas.dots.push_back({std::move(points), color, kMarkedDot_px});
+    canvas.dots.push_back({std::move(points), color, size_px});
   };
   for (const auto& found : scene.cylinders) mark(found.barrel, kBarrel);
   mark(scene.curved, kCurved);
   mark(scene.edges, kEdge);
-  geometry::Points rest;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (!marked[i]) rest.push_back(cloud[i]);
-  }
-  canvas.dots.push_back({std::move(rest), kRest, kDot_px});
+  geometry::Indices all(cloud.size());
+  std::iota(all.begin(), all.end(), 0u);
+  mark(all, kRest, kDot_px);
   for (const auto& found : scene.cylinders) {
     const cylinders::Cylinder& c = found.cylinder_C;
     const Eigen::Vector3d half = (0.5 + kBeyond) * c.height_m * c.axis;
-    canvas.lines.push_back({{c.center - half, c.center + half}, kAxis, kAxis_px});
+    canvas.lines.push_back({{c.center - half, c.center + half}, kAxis, 3.0F});
     Color color = PaletteColor(found.given);
     color.w() = kOpacity;
     canvas.surfaces.push_back({MeshOf(c), color});
   }
-  return canvas;
+  const View view = LookAtPoints(cloud, scene.table.plane.normal, sensor_origin_C);
+  image::WritePng(png, Render(canvas, view, 1280, 960));
 }
 
 }  // namespace rangegrasp::draw

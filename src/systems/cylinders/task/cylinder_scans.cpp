@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/error.h"
 #include "sensing/line_scanner.h"
@@ -11,28 +10,25 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-/// A grid that gives too few points is made finer by its lack and this much more.
-constexpr double kSpare = 1.01;
-constexpr int kGrids = 12;
-
-double RangeToWall(const CylinderShape& shape, const Eigen::Vector3d& eye,
-                   const Eigen::Vector3d& ray) {
-  const Eigen::Vector2d e = eye.tail<2>();
-  const Eigen::Vector2d u = ray.tail<2>();
-  const double a = u.squaredNorm();
-  const double b = e.dot(u);
-  const double root = b * b - a * (e.squaredNorm() - shape.radius_m * shape.radius_m);
-  if (a == 0.0 || root < 0.0) return -1.0;
-  const double range = (-b - std::sqrt(root)) / a;
-  return std::abs(eye.x() + range * ray.x()) <= 0.5 * shape.height_m ? range : -1.0;
-}
-
-double RangeToEnd(const CylinderShape& shape, const Eigen::Vector3d& eye,
-                  const Eigen::Vector3d& ray, double x) {
-  if (ray.x() == 0.0) return -1.0;
-  const double range = (x - eye.x()) / ray.x();
-  const Eigen::Vector2d p = eye.tail<2>() + range * ray.tail<2>();
-  return p.norm() <= shape.radius_m ? range : -1.0;
+/// Scans until there are the points that are asked for: one that gives too few is made finer by its
+/// lack and 1 % more. Those that are too many are left out evenly.
+/// @param scan  of rays `pitch` apart, at distance 1
+/// @throws base::InputError if so many scans do not suffice.
+template <typename Scan>
+CylinderView ScanUntilEnough(const CylinderShape& shape, const Viewpoint& place, int points,
+                             int scans, const char* failure, Scan scan) {
+  // The outline's area is about its box's.
+  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / place.distance_m;
+  for (int i = 0; i < scans; ++i) {
+    CylinderView view = scan(pitch);
+    if (static_cast<int>(view.points.size()) >= points) {
+      KeepEvenly(points, view);
+      return view;
+    }
+    const double have = std::max(1.0, static_cast<double>(view.points.size()));
+    pitch /= std::sqrt(1.01 * points / have);
+  }
+  throw base::InputError(failure);
 }
 
 // Rays through a square grid on the plane square to the line of sight, `pitch` apart at distance 1.
@@ -44,17 +40,18 @@ CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, 
   const double reach = std::hypot(shape.radius_m, 0.5 * shape.height_m);
   const double half = reach / (eye.norm() - reach);
   const auto last = static_cast<int>(std::ceil(half / pitch));
-  CylinderView view;
-  view.eye = eye;
+  const Cylinder cylinder{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX(), shape.radius_m,
+                          shape.height_m};
+  CylinderView view{.points = {}, .lines = {}, .eye = eye};
   for (int column = -last; column <= last; ++column) {
     for (int row = -last; row <= last; ++row) {
       const Eigen::Vector3d ray =
           (forward + (column + phase.x()) * pitch * right + (row + phase.y()) * pitch * down)
               .normalized();
-      const double range = RangeTo(shape, eye, ray);
-      if (range < 0.0) continue;
+      const auto entry = EntryOf(eye, ray, cylinder);
+      if (!entry) continue;
       const double noise = noise_m * rng.Normal();
-      view.points.push_back(eye + (range + noise) * ray);
+      view.points.push_back(eye + (entry->share + noise) * ray);
       view.lines.push_back(static_cast<std::uint32_t>(column + last));
     }
   }
@@ -67,35 +64,17 @@ Eigen::Vector3d Viewpoint::Eye() const {
   return distance_m * Eigen::Vector3d(std::sin(pitch_rad), 0.0, std::cos(pitch_rad));
 }
 
-double RangeTo(const CylinderShape& shape, const Eigen::Vector3d& eye, const Eigen::Vector3d& ray) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const double range :
-       {RangeToWall(shape, eye, ray), RangeToEnd(shape, eye, ray, 0.5 * shape.height_m),
-        RangeToEnd(shape, eye, ray, -0.5 * shape.height_m)}) {
-    if (range >= 0.0) nearest = std::min(nearest, range);
-  }
-  return std::isfinite(nearest) ? nearest : -1.0;
-}
-
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng) {
   if (points < 3) throw base::InputError("a synthetic cylinder needs three points or more");
   const double phase_x = rng.Uniform();
   const double phase_y = rng.Uniform();
   const base::Rng noise(rng.Next());
-  const Eigen::Vector3d eye = view.Eye();
-  // The outline's area is about its box's.
-  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
-  for (int i = 0; i < kGrids; ++i) {
-    CylinderView found = GridOfRays(shape, eye, pitch, {phase_x, phase_y}, noise_m, noise);
-    if (static_cast<int>(found.points.size()) >= points) {
-      KeepEvenly(points, found);
-      return found;
-    }
-    const double have = std::max(1.0, static_cast<double>(found.points.size()));
-    pitch /= std::sqrt(kSpare * points / have);
-  }
-  throw base::InputError("no grid of rays gives so many points of the synthetic cylinder");
+  return ScanUntilEnough(
+      shape, view, points, 12, "no grid of rays gives so many points of the synthetic cylinder",
+      [&](double pitch) {
+        return GridOfRays(shape, view.Eye(), pitch, {phase_x, phase_y}, noise_m, noise);
+      });
 }
 
 void KeepEvenly(int wanted, CylinderView& view) {
@@ -114,11 +93,7 @@ void KeepEvenly(int wanted, CylinderView& view) {
 
 namespace {
 
-/// As SyntheticScan's.
-constexpr double kScanSpare = 1.01;
-constexpr int kScans = 10;
-/// Edges of the mesh round the axis: their middle lies r (1 - cos(pi / n)) within the circle, half
-/// a micrometre at r = 25 mm.
+/// Their middle lies r (1 - cos(pi / n)) within the circle: half a micrometre at r = 25 mm.
 constexpr std::uint32_t kEdges = 512;
 /// The sweep is wider than the cylinder by this share, so that its outline is within.
 constexpr double kMargin = 1.1;
@@ -169,16 +144,14 @@ base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double tu
 }
 
 CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::Vector3d& eye) {
-  CylinderView view;
-  view.eye = eye;
+  CylinderView view{.points = {}, .lines = {}, .eye = eye};
   const geometry::RangeImage& image = scan.view.image;
-  for (int line = 0; line < image.profiles; ++line) {
-    for (int sample = 0; sample < image.samples; ++sample) {
-      const Eigen::Vector3d& p = image.points_C[image.Index(line, sample)];
-      if (!p.allFinite() || p.x() <= limit_x) continue;
-      view.points.push_back(p);
-      view.lines.push_back(static_cast<std::uint32_t>(line));
-    }
+  const auto samples = static_cast<std::uint32_t>(image.samples);
+  for (std::uint32_t i = 0; i < image.points_C.size(); ++i) {
+    const Eigen::Vector3d& p = image.points_C[i];
+    if (!p.allFinite() || p.x() <= limit_x) continue;
+    view.points.push_back(p);
+    view.lines.push_back(i / samples);
   }
   return view;
 }
@@ -187,6 +160,7 @@ CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::
 
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
                           const ScannedOptions& options, base::Rng& rng) {
+  constexpr const char* kFailure = "the scanner cannot see so many points of the cylinder";
   std::vector<sim::VisualMesh> meshes(2);
   meshes[0].mesh_W = TableOf(-0.5 * shape.height_m, options.table_m);
   meshes[0].label = kTableLabel;
@@ -203,22 +177,16 @@ CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int
   scanner.calibration_sigma_rad = 0.0;
   scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (view.distance_m - reach_m));
   scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (view.distance_m - reach_m));
-  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / view.distance_m;
-  for (int i = 0; i < kScans; ++i) {
+  return ScanUntilEnough(shape, view, points, 10, kFailure, [&](double pitch) {
     scanner.samples = static_cast<int>(std::ceil(scanner.fan_rad / pitch)) + 1;
     scanner.profiles = static_cast<int>(std::ceil(scanner.pan_range_rad / pitch)) + 1;
     base::Rng same = noise;
     const base::Pose X_WS = LookAtMiddle(eye, phase_x * pitch, phase_y * pitch);
     const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, scanner, same);
     CylinderView found = AboveTable(scan, -0.5 * shape.height_m + options.table_clearance_m, eye);
-    if (found.points.empty()) break;
-    if (static_cast<int>(found.points.size()) >= points) {
-      KeepEvenly(points, found);
-      return found;
-    }
-    pitch /= std::sqrt(kScanSpare * points / static_cast<double>(found.points.size()));
-  }
-  throw base::InputError("the scanner cannot see so many points of the cylinder");
+    if (found.points.empty()) throw base::InputError(kFailure);
+    return found;
+  });
 }
 
 }  // namespace rangegrasp::cylinders

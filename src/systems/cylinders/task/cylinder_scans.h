@@ -27,10 +27,6 @@ struct Viewpoint {
   Eigen::Vector3d Eye() const;
 };
 
-/// Distance along the ray from `eye` to the first surface of the cylinder (wall or either end);
-/// `ray` is a unit vector. Negative where the ray misses it.
-double RangeTo(const CylinderShape& shape, const Eigen::Vector3d& eye, const Eigen::Vector3d& ray);
-
 /// What a sensor saw of one cylinder, in the cylinder's frame.
 struct CylinderView {
   geometry::Points points;           ///< [m], in the order of the scan
@@ -40,10 +36,9 @@ struct CylinderView {
   FitInput Input() const { return {points, eye, Eigen::Vector3d::UnitX()}; }
 };
 
-/// A 2.5-D range image of the cylinder alone, as points in the order of the scan: rays in a square
-/// grid of view angles, at a random phase, as far apart as gives the points that are asked for (a
-/// few too many are left out evenly), each moved along its ray by normal noise. Scan lines run
-/// up and down.
+/// A 2.5-D range image of the cylinder alone: rays in a square grid of view angles, at a random
+/// phase, as far apart as gives the points that are asked for (a few too many are left out evenly),
+/// each point moved along its ray by normal noise. Scan lines run up and down.
 /// @throws base::InputError for fewer than three points.
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng);
@@ -58,12 +53,10 @@ struct ScannedOptions {
   double table_m = 0.6;  ///< side of the (square) table that it stands on
 };
 
-/// A scan of the cylinder by the line scanner, standing on a table, in the cylinder's frame: all
-/// that was measured above the table. The scanner's lines are put closer or wider, its fan and its
-/// sweep round the cylinder, until there are the points that are asked for; those that are too many
-/// are left out evenly. Shadows, drop-outs, mixed points at the outline, speckle, jitter of the pan
-/// unit and quantisation are the scanner's. Its calibration is taken to be exact: what is off there
-/// turns every fit's axis alike.
+/// A scan of the cylinder, standing on a table, by the line scanner with all of its errors but the
+/// calibration's, which turns every fit's axis alike; in the cylinder's frame: all that was
+/// measured above the table. The scanner's lines are put closer or wider, its fan and its sweep
+/// round the cylinder, until there are the points that are asked for; a few too many are left out.
 /// @throws base::InputError if the scanner cannot see so many.
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
                           const ScannedOptions& options, base::Rng& rng);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,25 +12,21 @@
 #include "base/draw/plot.h"
 #include "base/file.h"
 #include "cylinders/task/cylinders_task.h"
-#include "experiment/statistics.h"
 
 namespace rangegrasp::cylinders {
 namespace {
 
-using experiment::Fixed;
-using experiment::Grid;
+using experiment::Column;
+using experiment::kLeft;
 using experiment::Mean;
 using experiment::MeanOf;
-using experiment::PercentText;
 using experiment::Record;
 
-/// A fit this near to the truth serves to grasp the cylinder: what detection is held to
-/// (docs/cylinders.md).
+/// A fit this near to the truth serves to grasp the cylinder (docs/cylinders.md).
 constexpr double kGoodRadius_mm = 0.5;
 constexpr double kGoodAxis_deg = 1.0;
 /// The published tables are of so many iterations.
 constexpr int kPublishedIterations = 100;
-constexpr int kDigits = 4;
 
 /// Figures' names and colors, in the order of Method.
 struct MethodStyle {
@@ -43,7 +40,6 @@ constexpr std::array<MethodStyle, 5> kStyles = {{{"LSF", "#d62728"},
                                                  {"refined", "#2ca02c"}}};
 const MethodStyle& StyleOf(Method method) { return kStyles[static_cast<std::size_t>(method)]; }
 
-/// One line of the tables: a source, a row, a method, a number of iterations.
 struct Key {
   Source source;
   std::size_t row;
@@ -56,224 +52,222 @@ struct Fits {
   std::vector<double> radius_mm, radius_error_mm, axis_error_deg, seconds, preparation;
   int failed = 0;
   int good = 0;
-
-  int All() const { return failed + static_cast<int>(radius_mm.size()); }
 };
 
 struct PublishedRow {
-  double radius_mm, radius_error_mm, axis_error_deg, time_s;
-  std::optional<double> preparation_s;
+  double radius_error_mm, axis_error_deg, time_s;
+};
+using PublishedRows = std::map<std::pair<Method, int>, PublishedRow>;  ///< by method and points
+
+/// One line of the tables: a source, a row, a method, a number of iterations.
+struct TableLine : Key {
+  double true_radius_mm, height_mm;
+  int points;
+  int failed, good, all;
+  Mean radius_mm, radius_error_mm, axis_error_deg, seconds, preparation;
+  std::optional<PublishedRow> published;
 };
 
 /// What the stamp says and the records hold.
 struct Collected {
   Shown shown;
-  nlohmann::json rows;
-  std::map<Key, Fits> fits;
-  std::map<std::pair<Source, std::size_t>, int> without_result;  ///< crashed or timed out
-  std::map<std::pair<Method, int>, PublishedRow> published;      ///< by method and points
+  std::vector<int> points;  ///< of each row
+  std::vector<TableLine> lines;
+  PublishedRows published;
+  /// That the tables are of: the published number, or the largest there is.
+  int iterations = 0;
 };
 
-std::optional<Method> MethodOf(const std::string& name) {
-  for (const Method method : base::ValuesOf<Method>()) {
-    if (name == StyleOf(method).name) return method;
-  }
-  return std::nullopt;
-}
-
-void ReadPublished(const experiment::Stamp& stamp, Collected& all) {
+PublishedRows ReadPublished(const experiment::Stamp& stamp) {
+  PublishedRows published;
   const auto text = stamp.data.find(kReference);
-  if (text == stamp.data.end()) return;
+  if (text == stamp.data.end()) return published;
   const auto csv = base::CsvTable::Parse(text->second, "reference table");
   for (std::size_t row = 0; row < csv.rows(); ++row) {
-    const auto method = MethodOf(csv.Cell(row, csv.Column("method")));
-    if (!method) csv.Fail(row, csv.Column("method"), "must be LSF or RCF");
-    all.published[{*method, static_cast<int>(csv.Number(row, csv.Column("points")))}] = {
-        csv.Number(row, csv.Column("radius_mm")), csv.Number(row, csv.Column("radius_error_mm")),
-        csv.Number(row, csv.Column("axis_error_deg")), csv.Number(row, csv.Column("time_s")),
-        csv.OptionalNumber(row, csv.Column("preprocessing_s"))};
+    const auto number = [&](const char* name) { return csv.Number(row, csv.Column(name)); };
+    const std::size_t column = csv.Column("method");
+    const auto style = std::ranges::find(kStyles, csv.Cell(row, column), &MethodStyle::name);
+    if (style == kStyles.end()) csv.Fail(row, column, "must be LSF or RCF");
+    const auto method = static_cast<Method>(style - kStyles.begin());
+    published[{method, static_cast<int>(number("points"))}] = {
+        number("radius_error_mm"), number("axis_error_deg"), number("time_s")};
   }
+  return published;
 }
 
-double SecondsOf(const Record& record, const std::string& name) {
-  for (const auto& [step, seconds] : record.result.seconds) {
-    if (step == name) return seconds;
-  }
-  return 0.0;
-}
-
-void AddRecord(const Record& record, Collected& all) {
-  const auto source = base::FromWord<Source>(record.which.params.Text("source"), "source");
-  const auto row = static_cast<std::size_t>(record.which.params.Int("row"));
-  const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
-  if (!data.is_object() || !data.contains("fits")) {
-    ++all.without_result[{source, row}];
+void AddFit(const nlohmann::json& fit, const Record& record, Fits& fits) {
+  const std::string name =
+      fmt::format("{} {}", fit.at("method").get<std::string>(), fit.at("iterations").get<int>());
+  const auto seconds_of = [&](const std::string& step) {
+    const auto& all = record.result.seconds;
+    const auto found = std::ranges::find(all, step, &std::pair<std::string, double>::first);
+    return found == all.end() ? 0.0 : found->second;
+  };
+  fits.seconds.push_back(seconds_of(name));
+  fits.preparation.push_back(seconds_of(name + kPreparation));
+  if (fit.contains("failed")) {
+    ++fits.failed;
     return;
   }
-  for (const auto& fit : data.at("fits")) {
-    const std::string word = fit.at("method");
-    const int iterations = fit.at("iterations");
-    Fits& fits = all.fits[{source, row, base::FromWord<Method>(word, "method"), iterations}];
-    const std::string name = fmt::format("{} {}", word, iterations);
-    fits.seconds.push_back(SecondsOf(record, name));
-    fits.preparation.push_back(SecondsOf(record, name + kPreparation));
-    if (fit.contains("failed")) {
-      ++fits.failed;
+  fits.radius_mm.push_back(fit.at("radius_mm"));
+  fits.radius_error_mm.push_back(fit.at("radius_error_mm"));
+  fits.axis_error_deg.push_back(fit.at("axis_error_deg"));
+  fits.good +=
+      fits.radius_error_mm.back() <= kGoodRadius_mm && fits.axis_error_deg.back() <= kGoodAxis_deg;
+}
+
+/// A case without a result is a failure of each method that the others' results name.
+std::map<Key, Fits> FitsOf(const std::vector<Record>& records) {
+  std::map<Key, Fits> all;
+  std::map<std::pair<Source, std::size_t>, int> without_result;  // crashed or timed out
+  for (const Record& record : records) {
+    const auto& params = record.which.params;
+    const auto source = base::FromWord<Source>(params.Text("source"), "source");
+    const auto row = static_cast<std::size_t>(params.Int("row"));
+    const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
+    if (!data.is_object() || !data.contains("fits")) {
+      ++without_result[{source, row}];
       continue;
     }
-    fits.radius_mm.push_back(fit.at("radius_mm"));
-    fits.radius_error_mm.push_back(fit.at("radius_error_mm"));
-    fits.axis_error_deg.push_back(fit.at("axis_error_deg"));
-    const bool good = fits.radius_error_mm.back() <= kGoodRadius_mm &&
-                      fits.axis_error_deg.back() <= kGoodAxis_deg;
-    fits.good += good ? 1 : 0;
+    for (const auto& fit : data.at("fits")) {
+      const auto method = base::FromWord<Method>(fit.at("method").get<std::string>(), "method");
+      AddFit(fit, record, all[{source, row, method, fit.at("iterations")}]);
+    }
   }
+  for (auto& [key, fits] : all) fits.failed += without_result[{key.source, key.row}];
+  return all;
+}
+
+TableLine LineOf(const Key& key, const Fits& fits, const nlohmann::json& row,
+                 const PublishedRows& published) {
+  TableLine line{key,
+                 row.at("radius_mm"),
+                 row.at("height_mm"),
+                 row.at("points"),
+                 fits.failed,
+                 fits.good,
+                 fits.failed + static_cast<int>(fits.radius_mm.size()),
+                 MeanOf(fits.radius_mm),
+                 MeanOf(fits.radius_error_mm),
+                 MeanOf(fits.axis_error_deg),
+                 MeanOf(fits.seconds),
+                 MeanOf(fits.preparation),
+                 {}};
+  const auto found = published.find({key.method, line.points});
+  if (found != published.end()) line.published = found->second;
+  return line;
 }
 
 Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& records) {
   Collected all;
   all.shown = base::FromWord<Shown>(experiment::Need(stamp.data, kShown), kShown);
-  all.rows = nlohmann::json::parse(experiment::Need(stamp.data, kRows));
-  ReadPublished(stamp, all);
-  for (const Record& record : records) AddRecord(record, all);
-  // A case without a result is a failure of each method that the others' results name.
-  for (auto& [key, fits] : all.fits) {
-    const auto lost = all.without_result.find({key.source, key.row});
-    if (lost != all.without_result.end()) fits.failed += lost->second;
+  const auto rows = nlohmann::json::parse(experiment::Need(stamp.data, kRows));
+  for (const auto& row : rows) all.points.push_back(row.at("points"));
+  all.published = ReadPublished(stamp);
+  for (const auto& [key, fits] : FitsOf(records)) {
+    all.lines.push_back(LineOf(key, fits, rows.at(key.row), all.published));
+    all.iterations = std::max(all.iterations, key.iterations);
   }
+  const auto is_published = [](const Key& key) { return key.iterations == kPublishedIterations; };
+  if (std::ranges::any_of(all.lines, is_published)) all.iterations = kPublishedIterations;
   return all;
 }
 
-int PointsOf(const Collected& all, std::size_t row) { return all.rows.at(row).at("points"); }
-
-std::string CellOf(const std::optional<double>& value, int digits) {
-  return value ? Fixed(*value, digits) : "-";
+auto MeanIn(Mean TableLine::*mean) {
+  return [mean](const TableLine& line) { return (line.*mean).mean; };
 }
-
-std::vector<std::string> LineOf(const Collected& all, const Key& key, const Fits& fits) {
-  const auto& row = all.rows.at(key.row);
-  const Mean radius = MeanOf(fits.radius_mm);
-  const Mean radius_error = MeanOf(fits.radius_error_mm);
-  const Mean axis = MeanOf(fits.axis_error_deg);
-  std::vector<std::string> line = {fmt::format("{:.6g} x {:.6g}", row.at("radius_mm").get<double>(),
-                                               row.at("height_mm").get<double>()),
-                                   fmt::format("{}", PointsOf(all, key.row)),
-                                   StyleOf(key.method).name,
-                                   CellOf(radius.mean, kDigits),
-                                   CellOf(radius_error.mean, kDigits),
-                                   CellOf(radius_error.standard_error, kDigits),
-                                   "-",
-                                   CellOf(axis.mean, kDigits),
-                                   CellOf(axis.standard_error, kDigits),
-                                   "-",
-                                   CellOf(MeanOf(fits.seconds).mean, kDigits),
-                                   CellOf(MeanOf(fits.preparation).mean, kDigits),
-                                   "-",
-                                   fmt::format("{} of {}", fits.failed, fits.All()),
-                                   PercentText(fits.good, fits.All(), 1)};
-  const auto published = all.published.find({key.method, PointsOf(all, key.row)});
-  if (published != all.published.end()) {
-    line[6] = Fixed(published->second.radius_error_mm, 3);
-    line[9] = Fixed(published->second.axis_error_deg, 4);
-    line[12] = Fixed(published->second.time_s, 2);
-  }
-  return line;
+auto ErrorIn(Mean TableLine::*mean) {
+  return [mean](const TableLine& line) { return (line.*mean).standard_error; };
 }
-
-/// The lines that stand in the tables: of the published number of iterations, or of the largest
-/// there is.
-int TableIterations(const Collected& all) {
-  int most = 0;
-  for (const auto& [key, fits] : all.fits) {
-    if (key.iterations == kPublishedIterations) return kPublishedIterations;
-    most = std::max(most, key.iterations);
-  }
-  return most;
-}
-
-Grid TableOf(const Collected& all, Source source) {
-  Grid grid;
-  grid.header = {"r x h [mm]", "points",        "method",     "r [mm]", "|dr| [mm]",
-                 "SE",         "published",     "|dv| [deg]", "SE",     "published",
-                 "t [s]",      "of it ppt [s]", "published",  "failed", "good [%]"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left[2] = true;
-  const int iterations = TableIterations(all);
-  for (const auto& [key, fits] : all.fits) {
-    if (key.source == source && key.iterations == iterations) {
-      grid.rows.push_back(LineOf(all, key, fits));
-    }
-  }
-  return grid;
-}
-
-// All means, for programs.
-Grid MeansOf(const Collected& all) {
-  Grid grid;
-  grid.header = base::Split(
-      "source,radius_true_mm,height_mm,points,method,iterations,fits,failed,good,radius_mm,"
-      "radius_se_mm,radius_error_mm,radius_error_se_mm,axis_error_deg,axis_error_se_deg,time_s,"
-      "preparation_s",
-      ',');
-  grid.left.assign(grid.header.size(), false);
-  const auto cell = [](const std::optional<double>& value) {
-    return value ? fmt::format("{:.7g}", *value) : std::string();
+auto PublishedIn(double PublishedRow::*figure) {
+  return [figure](const TableLine& line) {
+    return line.published ? std::optional(*line.published.*figure) : std::nullopt;
   };
-  for (const auto& [key, fits] : all.fits) {
-    const auto& row = all.rows.at(key.row);
-    std::vector<std::string> line = {std::string(base::Word(key.source)),
-                                     cell(row.at("radius_mm").get<double>()),
-                                     cell(row.at("height_mm").get<double>()),
-                                     fmt::format("{}", PointsOf(all, key.row)),
-                                     std::string(base::Word(key.method)),
-                                     fmt::format("{}", key.iterations),
-                                     fmt::format("{}", fits.All()),
-                                     fmt::format("{}", fits.failed),
-                                     fmt::format("{}", fits.good)};
-    for (const auto* values : {&fits.radius_mm, &fits.radius_error_mm, &fits.axis_error_deg}) {
-      const Mean mean = MeanOf(*values);
-      line.push_back(cell(mean.mean));
-      line.push_back(cell(mean.standard_error));
-    }
-    line.push_back(cell(MeanOf(fits.seconds).mean));
-    line.push_back(cell(MeanOf(fits.preparation).mean));
-    grid.rows.push_back(std::move(line));
-  }
-  return grid;
+}
+
+experiment::Grid TableOf(const Collected& all, Source source) {
+  using T = TableLine;
+  using P = PublishedRow;
+  static const std::vector<Column<T>> columns = {
+      {"r x h [mm]", "",
+       [](const T& t) { return fmt::format("{:.6g} x {:.6g}", t.true_radius_mm, t.height_mm); }},
+      {"points", "", &T::points},
+      {"method", "", [](const T& t) { return StyleOf(t.method).name; }, kLeft},
+      {"r [mm]", ".4f", MeanIn(&T::radius_mm)},
+      {"|dr| [mm]", ".4f", MeanIn(&T::radius_error_mm)},
+      {"SE", ".4f", ErrorIn(&T::radius_error_mm)},
+      {"published", ".3f", PublishedIn(&P::radius_error_mm)},
+      {"|dv| [deg]", ".4f", MeanIn(&T::axis_error_deg)},
+      {"SE", ".4f", ErrorIn(&T::axis_error_deg)},
+      {"published", ".4f", PublishedIn(&P::axis_error_deg)},
+      {"t [s]", ".4f", MeanIn(&T::seconds)},
+      {"of it ppt [s]", ".4f", MeanIn(&T::preparation)},
+      {"published", ".2f", PublishedIn(&P::time_s)},
+      {"failed", "", [](const T& t) { return fmt::format("{} of {}", t.failed, t.all); }},
+      {"good [%]", "", [](const T& t) { return experiment::PercentText(t.good, t.all, 1); }}};
+  std::vector<T> lines;
+  std::ranges::copy_if(all.lines, std::back_inserter(lines), [&](const T& line) {
+    return line.source == source && line.iterations == all.iterations;
+  });
+  return GridOf(columns, lines);
+}
+
+/// All means, for programs.
+experiment::Grid MeansOf(const std::vector<TableLine>& lines) {
+  using T = TableLine;
+  static const std::vector<Column<T>> columns = {
+      {"source", "", [](const T& t) { return base::Word(t.source); }},
+      {"radius_true_mm", ".7g", &T::true_radius_mm},
+      {"height_mm", ".7g", &T::height_mm},
+      {"points", "", &T::points},
+      {"method", "", [](const T& t) { return base::Word(t.method); }},
+      {"iterations", "", &T::iterations},
+      {"fits", "", &T::all},
+      {"failed", "", &T::failed},
+      {"good", "", &T::good},
+      {"radius_mm", ".7g", MeanIn(&T::radius_mm)},
+      {"radius_se_mm", ".7g", ErrorIn(&T::radius_mm)},
+      {"radius_error_mm", ".7g", MeanIn(&T::radius_error_mm)},
+      {"radius_error_se_mm", ".7g", ErrorIn(&T::radius_error_mm)},
+      {"axis_error_deg", ".7g", MeanIn(&T::axis_error_deg)},
+      {"axis_error_se_deg", ".7g", ErrorIn(&T::axis_error_deg)},
+      {"time_s", ".7g", MeanIn(&T::seconds)},
+      {"preparation_s", ".7g", MeanIn(&T::preparation)}};
+  return GridOf(columns, lines, "");
 }
 
 /// What a figure has along y.
 struct Quantity {
   const char* title;
+  const char* name;
   const char* unit;
-  std::optional<double> (*of)(const Fits& fits);
-  double (*published)(const PublishedRow& row);
+  int digits;
+  Mean TableLine::*own;
+  double PublishedRow::*published;
 };
 constexpr std::array<Quantity, 3> kQuantities = {{
-    {"Radius deviation", "mm", [](const Fits& f) { return MeanOf(f.radius_error_mm).mean; },
-     [](const PublishedRow& p) { return p.radius_error_mm; }},
-    {"Angle deviation", "deg", [](const Fits& f) { return MeanOf(f.axis_error_deg).mean; },
-     [](const PublishedRow& p) { return p.axis_error_deg; }},
-    {"Time", "s", [](const Fits& f) { return MeanOf(f.seconds).mean; },
-     [](const PublishedRow& p) { return p.time_s; }},
+    {"Radius deviation", "radius error", "mm", 3, &TableLine::radius_error_mm,
+     &PublishedRow::radius_error_mm},
+    {"Angle deviation", "axis error", "deg", 4, &TableLine::axis_error_deg,
+     &PublishedRow::axis_error_deg},
+    {"Time", "time", "s", 4, &TableLine::seconds, &PublishedRow::time_s},
 }};
 
-/// A line of a figure: one method, over points or iterations.
+/// A line of a figure: one method, over the iterations of a row, or without one over the points.
 draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method method, Source source,
                       std::optional<std::size_t> row) {
-  draw::Series series;
-  series.label = StyleOf(method).name;
+  draw::Series series{.label = StyleOf(method).name, .x = {}, .y = {}};
   series.color = StyleOf(method).color;
-  for (const auto& [key, fits] : all.fits) {
-    if (key.source != source || key.method != method || (row && key.row != *row)) continue;
-    if (!row && key.iterations != TableIterations(all)) continue;
-    series.x.push_back(row ? key.iterations : PointsOf(all, key.row));
-    series.y.push_back(quantity.of(fits).value_or(std::nan("")));
+  for (const TableLine& line : all.lines) {
+    if (line.source != source || line.method != method) continue;
+    if (row ? line.row != *row : line.iterations != all.iterations) continue;
+    series.x.push_back(row ? line.iterations : line.points);
+    series.y.push_back((line.*quantity.own).mean.value_or(std::nan("")));
   }
   // Rows stand in the order of the file, which may count down.
   if (series.x.size() > 1 && series.x.front() > series.x.back()) {
-    std::reverse(series.x.begin(), series.x.end());
-    std::reverse(series.y.begin(), series.y.end());
+    std::ranges::reverse(series.x);
+    std::ranges::reverse(series.y);
   }
   return series;
 }
@@ -288,16 +282,17 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
   for (const auto& [key, published] : all.published) {
-    if (row && key.second != PointsOf(all, *row)) continue;
+    const auto& [method, points] = key;
+    if (row && points != all.points.at(*row)) continue;
     draw::Series dots;
-    dots.color = StyleOf(key.first).color;
+    dots.color = StyleOf(method).color;
     dots.dots = true;
-    dots.x = {static_cast<double>(row ? kPublishedIterations : key.second)};
-    dots.y = {quantity.published(published)};
+    dots.x = {static_cast<double>(row ? kPublishedIterations : points)};
+    dots.y = {published.*quantity.published};
     // One entry in the legend a method.
-    const bool first = std::none_of(panel.series.begin(), panel.series.end(),
-                                    [&](const auto& s) { return s.dots && s.color == dots.color; });
-    if (first) dots.label = std::string(StyleOf(key.first).name) + ", published";
+    const bool first = std::ranges::none_of(
+        panel.series, [&](const auto& s) { return s.dots && s.color == dots.color; });
+    if (first) dots.label = std::string(StyleOf(method).name) + ", published";
     panel.series.push_back(std::move(dots));
   }
   double high = 0.0;
@@ -311,68 +306,51 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
 // The published images were perfect ones: only these are compared.
 std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
   std::vector<experiment::PublishedFigure> figures;
-  for (const auto& [key, fits] : all.fits) {
-    const auto found = all.published.find({key.method, PointsOf(all, key.row)});
-    if (key.source != Source::kPerfect || key.iterations != TableIterations(all) ||
-        found == all.published.end()) {
+  for (const TableLine& line : all.lines) {
+    if (line.source != Source::kPerfect || line.iterations != all.iterations || !line.published) {
       continue;
     }
-    const PublishedRow& published = found->second;
-    std::string row =
-        fmt::format("{}, {} points, ", StyleOf(key.method).name, PointsOf(all, key.row));
-    if (fits.failed > 0) row += fmt::format("{} of {} failed, ", fits.failed, fits.All());
-    const auto add = [&](const char* what, const char* unit, int digits, double value,
-                         const std::vector<double>& own, bool is_time) {
-      const Mean mean = MeanOf(own);
-      experiment::PublishedFigure figure{.row = row + what,
-                                         .unit = unit,
-                                         .digits = digits,
-                                         .lower_is_better = true,
-                                         .published = value,
-                                         .own = mean.mean,
-                                         .evidence = experiment::MeanEvidence{mean}};
-      if (is_time) figure.evidence = experiment::TimesEvidence{static_cast<int>(mean.count)};
-      figures.push_back(std::move(figure));
-    };
-    add("radius error", "mm", 3, published.radius_error_mm, fits.radius_error_mm, false);
-    add("axis error", "deg", kDigits, published.axis_error_deg, fits.axis_error_deg, false);
-    add("time", "s", kDigits, published.time_s, fits.seconds, true);
+    std::string row = fmt::format("{}, {} points, ", StyleOf(line.method).name, line.points);
+    if (line.failed > 0) row += fmt::format("{} of {} failed, ", line.failed, line.all);
+    for (const Quantity& quantity : kQuantities) {
+      const Mean& own = line.*quantity.own;
+      experiment::Evidence evidence = experiment::MeanEvidence{own};
+      if (quantity.own == &TableLine::seconds) {
+        evidence = experiment::TimesEvidence{static_cast<int>(own.count)};
+      }
+      figures.push_back({.row = row + quantity.name,
+                         .unit = quantity.unit,
+                         .digits = quantity.digits,
+                         .lower_is_better = true,
+                         .published = *line.published.*quantity.published,
+                         .own = own.mean,
+                         .evidence = evidence});
+    }
   }
   return figures;
 }
 
-std::vector<Source> SourcesOf(const Collected& all) {
-  std::vector<Source> sources;  // the fits are in the order of their sources
-  for (const auto& [key, fits] : all.fits) {
-    if (sources.empty() || sources.back() != key.source) sources.push_back(key.source);
-  }
-  return sources;
-}
-
-/// Number of the first of each source's figures, three a row.
-constexpr int kFirstIterationFigure = 14;
-
-void AddFigures(const Collected& all, experiment::Report& report) {
-  for (const Source source : SourcesOf(all)) {
-    const std::string word(base::Word(source));
-    if (all.shown == Shown::kResolution) {
-      std::vector<draw::Panel> panels;
-      for (const Quantity& quantity : kQuantities) {
-        panels.push_back(PanelOf(all, quantity, source, std::nullopt,
-                                 fmt::format("{} ({})", quantity.title, word)));
-      }
-      report.files.emplace_back(fmt::format("figure_4.13_{}.svg", word), draw::PlotSvg(panels));
-      continue;
+/// Figure 4.13, or 4.14 to 4.19, three a row.
+void AddFigures(const Collected& all, Source source, experiment::Report& report) {
+  const std::string_view word = base::Word(source);
+  const auto add = [&](int number, const std::vector<draw::Panel>& panels) {
+    report.files.emplace_back(fmt::format("figure_4.{}_{}.svg", number, word),
+                              draw::PlotSvg(panels));
+  };
+  if (all.shown == Shown::kResolution) {
+    std::vector<draw::Panel> panels;
+    for (const Quantity& quantity : kQuantities) {
+      panels.push_back(PanelOf(all, quantity, source, std::nullopt,
+                               fmt::format("{} ({})", quantity.title, word)));
     }
-    int number = kFirstIterationFigure;
-    for (std::size_t row = 0; row < all.rows.size(); ++row) {
-      for (const Quantity& quantity : kQuantities) {
-        const auto panel = PanelOf(all, quantity, source, row,
-                                   fmt::format("Cylinder {} ({} points, {}): {}", row + 1,
-                                               PointsOf(all, row), word, quantity.title));
-        report.files.emplace_back(fmt::format("figure_4.{}_{}.svg", number++, word),
-                                  draw::PlotSvg({panel}));
-      }
+    return add(13, panels);
+  }
+  int number = 14;
+  for (std::size_t row = 0; row < all.points.size(); ++row) {
+    for (const Quantity& quantity : kQuantities) {
+      add(number++, {PanelOf(all, quantity, source, row,
+                             fmt::format("Cylinder {} ({} points, {}): {}", row + 1,
+                                         all.points[row], word, quantity.title))});
     }
   }
 }
@@ -382,24 +360,22 @@ void AddFigures(const Collected& all, experiment::Report& report) {
 experiment::Report ComparisonReport(const experiment::Stamp& stamp,
                                     const std::vector<Record>& records) {
   const Collected all = Collect(stamp, records);
-  const bool resolution = all.shown == Shown::kResolution;
   experiment::Report report;
-  for (const Source source : SourcesOf(all)) {
-    report.sections.push_back(
-        {fmt::format("Table {}, points: {}, {} iterations", resolution ? "4.3" : "4.4",
-                     base::Word(source), TableIterations(all)),
-         TableOf(all, source)});
+  report.csv = MeansOf(all.lines);
+  report.files.emplace_back("fits.csv", experiment::CsvOf(report.csv));
+  for (const Source source : base::ValuesOf<Source>()) {
+    if (std::ranges::find(all.lines, source, &TableLine::source) == all.lines.end()) continue;
+    report.sections.push_back({fmt::format("Table {}, points: {}, {} iterations",
+                                           all.shown == Shown::kResolution ? "4.3" : "4.4",
+                                           base::Word(source), all.iterations),
+                               TableOf(all, source)});
+    AddFigures(all, source, report);
   }
-  const auto noise = stamp.data.find(kNoise);
-  report.notes.push_back(
+  report.notes = {
       fmt::format("means over the fits that did not fail, with their standard errors; good: radius "
                   "within {} mm and axis within {} deg, of all; noisy: {} mm along the rays",
-                  kGoodRadius_mm, kGoodAxis_deg, noise == stamp.data.end() ? "?" : noise->second));
-  report.notes.push_back(
-      "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature");
-  report.csv = MeansOf(all);
-  report.files.emplace_back("fits.csv", experiment::CsvOf(report.csv));
-  AddFigures(all, report);
+                  kGoodRadius_mm, kGoodAxis_deg, experiment::ValueOr(stamp.data, kNoise, "?")),
+      "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature"};
   report.published = FiguresOf(all);
   return report;
 }

@@ -22,9 +22,8 @@ std::vector<double> NumbersOf(const base::YamlMap& map, const std::string& key,
                               const std::string& text) {
   std::vector<double> numbers;
   for (const std::string& part : base::Split(text, ',')) {
-    const auto first = part.find_first_not_of(' ');
-    const std::string trimmed = first == std::string::npos ? "" : part.substr(first);
-    const auto number = base::NumberFrom<double>(trimmed);
+    const auto number =
+        base::NumberFrom<double>(part.substr(std::min(part.find_first_not_of(' '), part.size())));
     if (!number) map.Fail(key, fmt::format("'{}' in '{}' is no number", part, text));
     numbers.push_back(*number);
   }
@@ -41,8 +40,6 @@ CylinderRow RowOf(const base::YamlMap& map, const std::string& text) {
   }
   return {{numbers[0] * base::kMm, numbers[1] * base::kMm}, static_cast<int>(numbers[2])};
 }
-
-}  // namespace
 
 void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
   map.Read("shown", o.shown, "resolution: table 4.3, fig. 4.13; iterations: 4.4, figs. 4.14-4.19");
@@ -76,6 +73,7 @@ void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
   map.ReadPath("reference", o.reference, "the published table as CSV");
 }
 
+/// To the end of the map.
 ComparisonOptions ReadComparison(base::YamlMap& map) {
   ComparisonOptions options;
   ReadComparisonKeys(map, options);
@@ -88,8 +86,6 @@ ComparisonOptions ReadComparison(base::YamlMap& map) {
   return options;
 }
 
-namespace {
-
 /// One method's fit of one cloud.
 struct ComparedFit {
   Method method = Method::kLsf;
@@ -98,10 +94,6 @@ struct ComparedFit {
   double seconds = 0.0;              ///< in all
   double preparation_seconds = 0.0;  ///< of these: normals and curvature points
 };
-
-std::optional<Barrel> BarrelOf(const std::optional<BarrelFit>& fit) {
-  return fit ? std::optional(fit->barrel) : std::nullopt;
-}
 
 /// RCF's preparation serves all numbers of iterations and the refinement.
 struct Prepared {
@@ -118,13 +110,13 @@ ComparedFit Rcf(const FitInput& input, const Prepared& prepared, double neighbor
       base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
   const base::Stopwatch watch;
   const auto fit = FitRcf(input, prepared.preparation, options, rng);
-  return {method, iterations, BarrelOf(fit), prepared.seconds + watch.Seconds(), prepared.seconds};
+  return {method, iterations, fit, prepared.seconds + watch.Seconds(), prepared.seconds};
 }
 
 ComparedFit Refined(const FitInput& input, const ComparedFit& rcf) {
   const base::Stopwatch watch;
-  const auto fit = rcf.barrel ? FitRefined(input, *rcf.barrel) : std::optional<BarrelFit>{};
-  return {Method::kRefined, rcf.iterations, BarrelOf(fit), rcf.seconds + watch.Seconds(),
+  const auto fit = rcf.barrel ? FitRefined(input, *rcf.barrel) : std::nullopt;
+  return {Method::kRefined, rcf.iterations, fit, rcf.seconds + watch.Seconds(),
           rcf.preparation_seconds};
 }
 
@@ -139,16 +131,14 @@ void AddPcl(const FitInput& input, const ComparisonOptions& options,
     model.max_draws = iterations;
     const base::Stopwatch own;
     const auto fit = pcl_bridge::FitCylinder(cloud, normals, model);
-    std::optional<Barrel> barrel;
-    if (fit) {
-      barrel = Barrel{{fit->cylinder.point, fit->cylinder.axis}, fit->cylinder.radius_m};
-    }
-    fits.push_back({Method::kPcl, iterations, barrel, preparation + own.Seconds(), preparation});
+    fits.push_back({Method::kPcl, iterations, {}, preparation + own.Seconds(), preparation});
+    if (!fit) continue;
+    const auto& [point, axis, radius_m] = fit->cylinder;
+    fits.back().barrel = Barrel{{point, axis}, radius_m};
   }
 }
 
-/// All methods with all numbers of iterations. Random draws depend on the seed, the method and the
-/// iterations alone. `refined` starts from the RCF of as many triples.
+/// Draws depend on seed, method and iterations alone; `refined` starts from RCF of as many triples.
 std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOptions& options,
                                      std::uint64_t seed) {
   std::vector<ComparedFit> fits;
@@ -166,7 +156,7 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOpti
       if (method == Method::kLsf) {
         const base::Stopwatch watch;
         const auto fit = FitLeastSquares(input.points, iterations);
-        fits.push_back({method, iterations, BarrelOf(fit), watch.Seconds(), 0.0});
+        fits.push_back({method, iterations, fit, watch.Seconds(), 0.0});
         continue;
       }
       const Method start = method == Method::kRefined ? Method::kRcf : method;
@@ -292,7 +282,7 @@ class CylindersExperiment : public experiment::Task {
 
 const experiment::TaskKind& CylindersTask() {
   static const experiment::TaskKind kind{
-      .name = "cylinders",
+      .name = "cylinder_fits",
       .description =
           "Fits of single cylinders compared: radius, axis and time of least squares, random "
           "circles, PCL's model and the refined fit (tables 4.3 and 4.4).",

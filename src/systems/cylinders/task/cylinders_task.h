@@ -53,24 +53,22 @@ struct ComparisonOptions {
   std::vector<Source> sources = {Source::kPerfect, Source::kNoisy, Source::kScanned};
   std::vector<Method> methods = {Method::kLsf, Method::kPrinted, Method::kRcf, Method::kPcl,
                                  Method::kRefined};
-  std::vector<int> iterations = {100};  ///< of LSF; triples of RCF; hypotheses of PCL
+  std::vector<int> iterations = {100};
   int repetitions = 50;
-  double neighborhood_m = 0.005;  ///< of normals and curvature
-  /// Of `noisy`; 0: what the scanner's model says at the viewpoint's distance.
+  double neighborhood_m = 0.005;
   double noise_m = 0.0;
   Viewpoint view;
   std::filesystem::path sensor;
   ScannedOptions scanned;
-  std::filesystem::path reference;  ///< published table, or empty
+  std::filesystem::path reference;
 };
 
-/// @throws base::InputError
-void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& options);
-/// All keys, to the end of the map. @throws base::InputError
-ComparisonOptions ReadComparison(base::YamlMap& map);
-
-/// `task: cylinders`: fits of single cylinders compared (tables 4.3 and 4.4). A case is one range
-/// image, which all methods are given; the group is its source.
+/// `task: cylinder_fits`: fits of single cylinders compared (tables 4.3 and 4.4). A case is one
+/// range image, which all methods are given; the group is its source.
 const experiment::TaskKind& CylindersTask();
+
+/// `task: cylinder_recall`: how often given cylinders are detected in clutter, on synthetic rays. A
+/// case is one table.
+const experiment::TaskKind& RecallTask();
 
 }  // namespace rangegrasp::cylinders

@@ -22,20 +22,19 @@ using base::YamlMap;
 /// The published gate asks for the largest x of a top's normal: x of that sensor's frame is up.
 const Eigen::Matrix3d kPublishedAxes = (Eigen::Matrix3d() << 0, 0, -1, 0, 1, 0, 1, 0, 0).finished();
 
-/// "RADIUSxHEIGHT" in mm.
+}  // namespace
+
 GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) {
-  const auto cross = text.find('x');
-  if (cross != std::string::npos) {
-    const auto radius_mm = base::NumberFrom<double>(text.substr(0, cross));
-    const auto height_mm = base::NumberFrom<double>(text.substr(cross + 1));
+  const auto parts = base::Split(text, 'x');
+  if (parts.size() == 2) {
+    const auto radius_mm = base::NumberFrom<double>(parts[0]);
+    const auto height_mm = base::NumberFrom<double>(parts[1]);
     if (radius_mm && height_mm && *radius_mm > 0.0 && *height_mm > 0.0) {
       return {*radius_mm * kMm, *height_mm * kMm};
     }
   }
   map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
 }
-
-}  // namespace
 
 DetectOptions FirstLook(const DemoOptions& options) {
   DetectOptions look = options.detection;
@@ -49,10 +48,9 @@ DetectOptions FirstLook(const DemoOptions& options) {
 
 DetectOptions SecondLook(const DemoOptions& options) {
   DetectOptions look = FirstLook(options);
-  AcceptOptions& accept = look.accept;
-  accept.min_arc_rad = options.second_min_arc_rad;
-  accept.min_length_share = options.second_min_length_share;
-  accept.min_seen_share = options.second_min_seen_share;
+  look.accept.min_arc_rad = options.second_min_arc_rad;
+  look.accept.min_length_share = options.second_min_length_share;
+  look.accept.min_seen_share = options.second_min_seen_share;
   return look;
 }
 
@@ -69,9 +67,7 @@ void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
             "at most");
   keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
                   "what is perceived this near to the cylinder is of it");
-  for (const auto& row : base::AdditionsTable<DemoAdditions>()) {
-    keys.Read(std::string(row.key), o.*row.on, std::string(row.doc));
-  }
+  base::ReadAdditions<DemoAdditions>(keys, o);
   ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
   keys.Finish();
 }
@@ -85,7 +81,7 @@ DemoOptions ReadDemo(YamlMap& map) {
   ReadDemoKeys(map, options);
   options.grasping = trial::ReadOptions(map);
   if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: demo` has no use for it, `task: grasping` has");
+    map.Fail("grasp", "take: `task: cylinder_demo` has no use for it, `task: grasping` has");
   }
   if (options.grasping.method == trial::MethodKind::kPublished) {
     options.detection = AsPublished();
@@ -128,12 +124,6 @@ geometry::Points RingsOn(const Cylinder& c) {
   return points;
 }
 
-bool IsWithin(const Cylinder& c, double grown_m, const Vector3d& p) {
-  const double along = (p - c.center).dot(c.axis);
-  const double off = (p - c.center - along * c.axis).norm();
-  return std::abs(along) <= 0.5 * c.height_m + grown_m && off <= c.radius_m + grown_m;
-}
-
 perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_m,
                                      const perception::Scene& scene) {
   perception::PerceivedObject object;
@@ -151,9 +141,8 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
                                          .length_m = lies ? c.height_m : 0.0};
   object.completed_C = RingsOn(c);
   object.surface_C = geometry::ConvexHull(object.completed_C);
-  const auto [low, high] = std::minmax_element(
-      object.completed_C.begin(), object.completed_C.end(),
-      [&](const Vector3d& p, const Vector3d& q) { return p.dot(up) < q.dot(up); });
+  const auto [low, high] = std::ranges::minmax_element(
+      object.completed_C, {}, [&](const Vector3d& p) { return p.dot(up); });
   object.base_m = std::max(0.0, scene.table.plane.Distance(*low));
   object.height_m = scene.table.plane.Distance(*high);
   object.center_C = c.center;
@@ -164,9 +153,8 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
   return object;
 }
 
-/// Of what a cylinder's points are part of, how much is the cylinder's: 1 where it is alone, a half
-/// where it is one side of something twice as large. Points of another given one that it touches
-/// are left out.
+/// Of the objects that a cylinder's points are part of, how much is the cylinder's: 1 where it is
+/// alone. Points of another given one that it touches are left out.
 double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scene& scene,
                 const std::vector<FoundCylinder>& found) {
   const auto is_anothers = [&](const Vector3d& p) {
@@ -182,8 +170,8 @@ double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scen
     for (const auto i : object.points) {
       const Vector3d& p = scene.cloud.points[i];
       const bool is_own = IsWithin(one.cylinder_C, grown_m, p);
-      within += is_own ? 1.0 : 0.0;
-      all += is_own || !is_anothers(p) ? 1.0 : 0.0;
+      within += is_own;
+      all += is_own || !is_anothers(p);
     }
     own += within;
     pure += within * within / std::max(1.0, all);
@@ -201,9 +189,8 @@ void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
                          std::exp(-error_m / options.detection.accept.max_rim_error_m);
     scored.emplace_back(score, one);
   }
-  std::ranges::stable_sort(scored, [](const auto& a, const auto& b) {
-    return std::pair(a.second.given, -a.first) < std::pair(b.second.given, -b.first);
-  });
+  std::ranges::stable_sort(scored, {},
+                           [](const auto& one) { return std::pair(one.second.given, -one.first); });
   for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::move(scored[i].second);
 }
 
@@ -289,7 +276,7 @@ class DemoDetector : public trial::Detector {
 
 void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene) {
   std::erase_if(scene.objects, [&](const perception::PerceivedObject& object) {
-    const auto within = std::count_if(object.points.begin(), object.points.end(), [&](auto i) {
+    const auto within = std::ranges::count_if(object.points, [&](auto i) {
       return IsWithin(cylinder_C, grown_m, scene.cloud.points[i]);
     });
     return 2 * static_cast<std::size_t>(within) > object.points.size();

@@ -52,12 +52,9 @@ static_assert(base::AllAdditionsListed<DemoAdditions>());
 struct DemoOptions : DemoAdditions {
   trial::Options grasping;
   int runs = 50;
-  /// The shapes that are given to the program, of `objects` in their order.
-  std::vector<GivenCylinder> given;
+  std::vector<GivenCylinder> given;  ///< of `objects` in their order
   Delivery delivery = Delivery::kHandOver;
-  /// A robot whose hand's joints show that it holds nothing, or that found nothing or no way, looks
-  /// and tries again, so often at most; as published 1.
-  int max_tries = 3;
+  int max_tries = 3;  ///< as published 1
   DetectOptions detection;
   /// Of the thorough detection: a barrel that shows a fiftieth of the points is drawn 12 times, and
   /// boxes' faces, which are the first candidates, do not use up all that are examined.
@@ -65,19 +62,19 @@ struct DemoOptions : DemoAdditions {
   int max_lying = 24;
   int max_standing = 24;
   int max_leaning = 6;
-  /// Of the second look: the cylinder is known to be there, so that little of it is enough; what is
-  /// seen has to agree with it as in the first. Smaller: another thing is taken for it.
+  /// Of the second look: little of it is enough. Smaller: another thing is taken for it.
   double second_min_arc_rad = base::Deg(30.0);
   double second_min_length_share = 0.1;
   double second_min_seen_share = 0.05;
-  /// The fit criterion is a cylinder grown by this much: what is perceived within it is the
-  /// cylinder, not an obstacle. A scan's noise and the pose's error.
+  /// What is perceived this near to the cylinder is no obstacle: noise and the pose's error.
   double grown_m = 0.006;
-  /// Between the open hand and others, of a roomy grasp: what completed surfaces were seen to be
-  /// off by. Larger: fewer grasps are roomy.
+  /// Between the open hand and others, of a roomy grasp: what completed surfaces are off by.
   double room_m = 0.010;
   trial::HandOverOptions hand_over;
 };
+
+/// A value of the key `cylinders`: "RADIUSxHEIGHT" in mm. @throws base::InputError
+GivenCylinder GivenFrom(const base::YamlMap& map, const std::string& text);
 
 /// How the cylinders are looked for at first, and again if the wanted one was not found.
 DetectOptions FirstLook(const DemoOptions& options);
@@ -94,20 +91,18 @@ using CylinderObserver = std::function<void(const CylinderScene&, const geometry
 /// Before the name of a step of DetectCylinders in Detected::seconds; second looks count.
 inline constexpr const char* kCylinderStep = "cylinders:";
 
-/// Chapter 4: finds the wanted one of the given cylinders; everything else that chapter 5's
-/// perception finds is an obstacle. Grasps hold it round its barrel at the centre of gravity, from
-/// above along its axis where it stands, turned as it suits the arm. An empty detection: it was not
-/// found. The other given cylinders that were found are obstacles with their known shapes. The
-/// arguments must outlive it.
+/// Chapter 4: finds the wanted one of the given cylinders (an empty detection: it was not found);
+/// everything else that chapter 5's perception finds is an obstacle, other given cylinders with
+/// their known shapes. Grasps hold it round its barrel at the centre of gravity, from above along
+/// its axis where it stands. The arguments must outlive it.
 /// @param wanted  position in options.given
 /// @param observer  may be empty
 std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
                                                   const robot::Robot& robot, std::size_t wanted,
                                                   CylinderObserver observer = {});
 
-/// A cylinder as perception's objects are: its shape is known, so that it is closed, and its points
-/// are those of `scene` that lie within `grown_m` of it. Objects that lie in it mostly are left out
-/// of the scene, it is the first one.
+/// Makes a cylinder the scene's first object: closed, since its shape is known, with the points
+/// within `grown_m` of it. Objects that lie in it mostly are left out.
 void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene);
 
 }  // namespace rangegrasp::cylinders

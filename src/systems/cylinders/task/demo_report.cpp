@@ -4,64 +4,69 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/statistics.h"
 #include "base/words.h"
-#include "experiment/statistics.h"
 #include "trial/table.h"
 
 namespace rangegrasp::cylinders {
 namespace {
 
+using experiment::Column;
+using experiment::Count;
 using experiment::Grid;
 using experiment::IntervalText;
+using experiment::PublishedFigure;
 using nlohmann::ordered_json;
 
-/// The kinds of table 4.1, and what it does not count.
-enum class Problem { kPlanning, kHand, kRecognition, kHandOver, kOther };
+/// A row of table 4.1, or what it does not count, with the published figures of 50 runs.
 constexpr int kPublishedRuns = 50;
 struct ProblemRow {
   const char* name;
-  std::optional<int> events;     // published, in 50 runs
-  std::optional<int> influence;  // those with influence
+  std::optional<int> published_events;
+  std::optional<int> published_influence;  ///< those with influence
+  int events = 0;
+  int influence = 0;
 };
-constexpr std::array<ProblemRow, 5> kProblemRows = {{
-    {"path planning", 11, 11},
-    {"hand prosthesis", 4, 0},
-    {"object recognition", 2, 2},
-    {"handing over", {}, {}},
-    {"simulation", {}, {}},
-}};
-constexpr ProblemRow kSumRow = {"sum", 17, 13};
-
-std::string CountCell(const std::optional<int>& count) {
-  return count ? fmt::format("{}", *count) : "-";
-}
-// In per cent of the runs.
-std::string PercentCell(const std::optional<int>& count) {
-  return count ? fmt::format("{}", 100 * *count / kPublishedRuns) : "-";
-}
-
-bool IsOneOf(const std::string& word, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(), [&](const char* w) { return word == w; });
-}
+enum class Problem { kPlanning, kHand, kRecognition, kHandOver, kOther };  ///< row by row
 
 /// What a run's outcome puts its failure down to; nullopt where it did not fail.
 std::optional<Problem> FailureOf(const std::string& outcome) {
-  if (IsOneOf(outcome, {trial::kHandedOver, "delivered"})) return std::nullopt;
-  if (IsOneOf(outcome, {"no_grasp", "no_path"})) return Problem::kPlanning;
-  if (IsOneOf(outcome, {"not_lifted", "dropped", "misplaced"})) return Problem::kHand;
-  if (IsOneOf(outcome, {"not_segmented", "wrong_target"})) return Problem::kRecognition;
-  if (IsOneOf(outcome, {"felt_early", "not_felt", "not_taken"})) return Problem::kHandOver;
-  return Problem::kOther;
+  static const std::map<std::string, Problem> problems = {
+      {"no_grasp", Problem::kPlanning},        {"no_path", Problem::kPlanning},
+      {"not_lifted", Problem::kHand},          {"dropped", Problem::kHand},
+      {"misplaced", Problem::kHand},           {"not_segmented", Problem::kRecognition},
+      {"wrong_target", Problem::kRecognition}, {"felt_early", Problem::kHandOver},
+      {"not_felt", Problem::kHandOver},        {"not_taken", Problem::kHandOver}};
+  if (outcome == trial::kHandedOver || outcome == "delivered") return std::nullopt;
+  const auto found = problems.find(outcome);
+  return found == problems.end() ? Problem::kOther : found->second;
 }
 
 struct Tally {
   int runs = 0, good = 0, carried = 0, felt = 0;
-  std::array<int, kProblemRows.size()> events{}, influence{};
+  std::vector<ProblemRow> problems = {{"path planning", 11, 11},
+                                      {"hand prosthesis", 4, 0},
+                                      {"object recognition", 2, 2},
+                                      {"handing over", {}, {}},
+                                      {"simulation", {}, {}}};
+
+  ProblemRow& RowOf(Problem problem) { return problems[static_cast<std::size_t>(problem)]; }
+  /// The problems, and their sum: it counts what the dissertation does not know, too.
+  std::vector<ProblemRow> RowsWithSum() const {
+    std::vector<ProblemRow> rows = problems;
+    ProblemRow sum{"sum", 17, 13};
+    for (const ProblemRow& row : problems) {
+      sum.events += row.events;
+      sum.influence += row.influence;
+    }
+    rows.push_back(sum);
+    return rows;
+  }
 };
 
 /// The runs of one kind of place: how far they came.
@@ -84,42 +89,38 @@ constexpr std::array<Place, 6> kPlaces = {{
     {"all", [](const ordered_json&) { return true; }},
 }};
 
-/// The outcomes of a run's tries; its own where its record holds none.
-std::vector<std::string> TriesOf(const experiment::Record& record, const ordered_json& data) {
-  std::vector<std::string> outcomes;
-  for (const auto& one : data.value("tries", ordered_json::array())) {
-    outcomes.push_back(one.value("outcome", ""));
+/// A record with its data, read.
+struct DemoRun {
+  const experiment::Record& record;
+  ordered_json data;  ///< an object
+  /// The outcomes of its tries; its own where its record holds none.
+  std::vector<std::string> tries;
+
+  explicit DemoRun(const experiment::Record& r)
+      : record(r), data(ordered_json::parse(r.result.data, nullptr, false)) {
+    if (!data.is_object()) data = ordered_json::object();
+    for (const auto& one : data.value("tries", ordered_json::array())) {
+      tries.push_back(one.value("outcome", ""));
+    }
+    if (tries.empty()) tries.push_back(record.result.outcome);
   }
-  if (outcomes.empty()) outcomes.push_back(record.result.outcome);
-  return outcomes;
-}
+  std::optional<Problem> Failure() const { return FailureOf(record.result.outcome); }
+};
 
-ordered_json DataOf(const experiment::Record& record) {
-  auto data = ordered_json::parse(record.result.data, nullptr, false);
-  return data.is_object() ? data : ordered_json::object();
-}
-
-void Add(const experiment::Record& record, Tally& tally) {
-  const ordered_json data = DataOf(record);
-  const auto count = [](Problem problem, auto& counts) {
-    ++counts[static_cast<std::size_t>(problem)];
-  };
+void Add(const DemoRun& run, Tally& tally) {
+  const ordered_json& data = run.data;
   ++tally.runs;
   bool hand = false;
-  for (const std::string& outcome : TriesOf(record, data)) {
+  for (const std::string& outcome : run.tries) {
     const auto failure = FailureOf(outcome);
     if (!failure) continue;
-    count(*failure, tally.events);
+    ++tally.RowOf(*failure).events;
     hand = hand || *failure == Problem::kHand;
   }
-  const auto influence = FailureOf(record.result.outcome);
-  if (influence) {
-    count(*influence, tally.influence);
-  } else {
-    ++tally.good;
-  }
+  const auto influence = run.Failure();
+  ++(influence ? tally.RowOf(*influence).influence : tally.good);
   // Fingers that shift others without any effect (section 4.4).
-  if (data.value("others_moved", 0) > 0 && !hand) count(Problem::kHand, tally.events);
+  if (data.value("others_moved", 0) > 0 && !hand) ++tally.RowOf(Problem::kHand).events;
   const auto log = data.value("log", ordered_json::object());
   if (!log.contains("hand_over") || !log.value("held_after_carry", false)) return;
   ++tally.carried;
@@ -129,62 +130,42 @@ void Add(const experiment::Record& record, Tally& tally) {
 std::string Percent(int k, int n) { return experiment::PercentText(k, n, 1); }
 
 Grid ProblemGrid(const Tally& tally) {
-  Grid grid;
-  grid.header = {"problem", "events",    "with influence",       "% of runs",
-                 "95 %",    "published", "published influence %"};
-  grid.left = {true, false, false, false, false, false, false};
-  int events = 0;
-  int influence = 0;
-  for (std::size_t i = 0; i < kProblemRows.size(); ++i) {
-    events += tally.events[i];
-    influence += tally.influence[i];
-    grid.rows.push_back(
-        {kProblemRows[i].name, fmt::format("{}", tally.events[i]),
-         fmt::format("{}", tally.influence[i]), Percent(tally.influence[i], tally.runs),
-         IntervalText(tally.influence[i], tally.runs), CountCell(kProblemRows[i].events),
-         PercentCell(kProblemRows[i].influence)});
-  }
-  grid.rows.push_back({"sum", fmt::format("{}", events), fmt::format("{}", influence),
-                       Percent(influence, tally.runs), IntervalText(influence, tally.runs),
-                       CountCell(kSumRow.events), PercentCell(kSumRow.influence)});
-  return grid;
+  using R = ProblemRow;
+  const std::vector<Column<R>> columns = {
+      {"problem", "", &R::name, experiment::kLeft},
+      {"events", "", &R::events},
+      {"with influence", "", &R::influence},
+      {"% of runs", "", [&](const R& row) { return Percent(row.influence, tally.runs); }},
+      {"95 %", "", [&](const R& row) { return IntervalText(row.influence, tally.runs); }},
+      {"published", "", &R::published_events},
+      {"published influence %", "", [](const R& row) {
+         const auto& published = row.published_influence;
+         return published ? std::optional(100 * *published / kPublishedRuns) : std::nullopt;
+       }}};
+  return GridOf(columns, tally.RowsWithSum());
 }
 
-void AddFigures(const ProblemRow& row, int events, int influence, int runs,
-                std::vector<experiment::PublishedFigure>& figures) {
-  using experiment::Count;
-  const auto per_50 = [&](int count) {
-    return runs > 0 ? std::optional(1.0 * kPublishedRuns * count / runs) : std::nullopt;
+std::vector<PublishedFigure> FiguresOf(const Tally& tally) {
+  std::vector<PublishedFigure> figures;
+  const auto add = [&](const std::string& row, const Count& own, const Count& published,
+                       const experiment::Evidence& evidence) {
+    figures.push_back({.row = row,
+                       .unit = "in 50 runs",
+                       .lower_is_better = true,
+                       .published = static_cast<double>(published.k),
+                       .evidence = evidence});
+    if (own.n > 0) figures.back().own = 1.0 * kPublishedRuns * own.k / own.n;
   };
-  figures.push_back({.row = fmt::format("{}, events", row.name),
-                     .unit = "in 50 runs",
-                     .lower_is_better = true,
-                     .published = static_cast<double>(*row.events),
-                     .own = per_50(events),
-                     .evidence = experiment::EventsEvidence{Count{events, runs},
-                                                            Count{*row.events, kPublishedRuns}}});
-  figures.push_back({.row = fmt::format("{}, runs that failed for it", row.name),
-                     .unit = "in 50 runs",
-                     .lower_is_better = true,
-                     .published = static_cast<double>(*row.influence),
-                     .own = per_50(influence),
-                     .evidence = experiment::TrialsEvidence{
-                         Count{influence, runs}, Count{*row.influence, kPublishedRuns}}});
-}
-
-// The sums count what the dissertation does not know, too: each run that failed.
-std::vector<experiment::PublishedFigure> FiguresOf(const Tally& tally) {
-  std::vector<experiment::PublishedFigure> figures;
-  int events = 0;
-  int influence = 0;
-  for (std::size_t i = 0; i < kProblemRows.size(); ++i) {
-    events += tally.events[i];
-    influence += tally.influence[i];
-    if (kProblemRows[i].events) {
-      AddFigures(kProblemRows[i], tally.events[i], tally.influence[i], tally.runs, figures);
-    }
+  for (const ProblemRow& row : tally.RowsWithSum()) {
+    if (!row.published_events) continue;
+    const Count events{row.events, tally.runs}, influence{row.influence, tally.runs};
+    const Count published_events{*row.published_events, kPublishedRuns};
+    const Count published_influence{*row.published_influence, kPublishedRuns};
+    add(fmt::format("{}, events", row.name), events, published_events,
+        experiment::EventsEvidence{events, published_events});
+    add(fmt::format("{}, runs that failed for it", row.name), influence, published_influence,
+        experiment::TrialsEvidence{influence, published_influence});
   }
-  AddFigures(kSumRow, events, influence, tally.runs, figures);
   return figures;
 }
 
@@ -204,63 +185,60 @@ constexpr std::array<StepRow, 7> kSteps = {
      {"sum", "", 4.625}}};
 
 // Medians of the runs with a single try: of more their sums are stored.
-std::vector<experiment::PublishedFigure> TimesOf(const std::vector<experiment::Record>& records) {
-  std::vector<experiment::PublishedFigure> figures;
-  for (const StepRow& row : kSteps) {
+std::vector<PublishedFigure> TimesOf(const std::vector<DemoRun>& runs) {
+  std::vector<PublishedFigure> figures;
+  for (const auto& [name, step, published_s] : kSteps) {
+    const std::string stage_of_step = kCylinderStep + std::string(step);
     std::vector<double> all;
-    for (const auto& record : records) {
-      if (TriesOf(record, DataOf(record)).size() != 1) continue;
+    for (const DemoRun& run : runs) {
+      if (run.tries.size() != 1) continue;
       double sum = 0.0;
-      for (const auto& [stage, seconds] : record.result.seconds) {
-        const std::string step = kCylinderStep + std::string(row.step);
-        if (*row.step == '\0' ? stage.starts_with(step) : stage == step) sum += seconds;
+      for (const auto& [stage, seconds] : run.record.result.seconds) {
+        if (*step == '\0' ? stage.starts_with(stage_of_step) : stage == stage_of_step)
+          sum += seconds;
       }
       if (sum > 0.0) all.push_back(sum);
     }
-    figures.push_back({.row = row.name,
+    figures.push_back({.row = name,
                        .unit = "s",
                        .digits = 4,
                        .lower_is_better = true,
-                       .published = row.published_s,
-                       .own = all.empty() ? std::nullopt : std::optional(base::MedianOf(all)),
+                       .published = published_s,
                        .evidence = experiment::TimesEvidence{static_cast<int>(all.size())},
                        .key = "runtimes"});
+    if (!all.empty()) figures.back().own = base::MedianOf(all);
   }
   return figures;
 }
 
 /// How far the runs came, by how the wanted cylinder lay.
-Grid PlaceGrid(const std::vector<experiment::Record>& records) {
-  Grid grid;
-  grid.header = {"wanted cylinder",       "runs", "recognised", "carried",
-                 "handed over or placed", "%",    "95 %"};
-  grid.left = {true, false, false, false, false, false, false};
-  for (const Place& place : kPlaces) {
+Grid PlaceGrid(const std::vector<DemoRun>& runs) {
+  struct Row {
+    const char* name;
     int runs = 0, recognised = 0, carried = 0, good = 0;
-    for (const auto& record : records) {
-      const ordered_json data = DataOf(record);
-      if (!place.is_one(data)) continue;
-      const auto failure = FailureOf(record.result.outcome);
-      const auto log = data.value("log", ordered_json::object());
-      ++runs;
-      recognised += data.value("candidates", 0) > 0 && failure != Problem::kRecognition ? 1 : 0;
-      carried += log.value("held_after_carry", false) ? 1 : 0;
-      good += failure ? 0 : 1;
+  };
+  const std::vector<Column<Row>> columns = {
+      {"wanted cylinder", "", &Row::name, experiment::kLeft},
+      {"runs", "", &Row::runs},
+      {"recognised", "", &Row::recognised},
+      {"carried", "", &Row::carried},
+      {"handed over or placed", "", &Row::good},
+      {"%", "", [](const Row& row) { return Percent(row.good, row.runs); }},
+      {"95 %", "", [](const Row& row) { return IntervalText(row.good, row.runs); }}};
+  std::vector<Row> rows;
+  for (const Place& place : kPlaces) {
+    Row& row = rows.emplace_back(Row{place.name});
+    for (const DemoRun& run : runs) {
+      if (!place.is_one(run.data)) continue;
+      const auto failure = run.Failure();
+      const auto log = run.data.value("log", ordered_json::object());
+      ++row.runs;
+      row.recognised += run.data.value("candidates", 0) > 0 && failure != Problem::kRecognition;
+      row.carried += log.value("held_after_carry", false);
+      row.good += !failure;
     }
-    grid.rows.push_back({place.name, fmt::format("{}", runs), fmt::format("{}", recognised),
-                         fmt::format("{}", carried), fmt::format("{}", good), Percent(good, runs),
-                         IntervalText(good, runs)});
   }
-  return grid;
-}
-
-/// "not_lifted 3, no_grasp 1"
-std::string FailuresText(const std::vector<experiment::Record>& records) {
-  std::map<std::string, int> counts;
-  for (const auto& record : records) {
-    if (FailureOf(record.result.outcome)) ++counts[record.result.outcome];
-  }
-  return counts.empty() ? "none" : experiment::CountsText(counts);
+  return GridOf(columns, rows);
 }
 
 }  // namespace
@@ -272,40 +250,44 @@ std::string OutcomeOf(const trial::Attempt& attempt, Delivery delivery) {
 
 experiment::Report DemoReport(const experiment::Stamp&,
                               const std::vector<experiment::Record>& records) {
+  const std::vector<DemoRun> runs(records.begin(), records.end());
   Tally tally;
-  for (const auto& record : records) Add(record, tally);
+  std::map<std::string, int> failures;
+  for (const DemoRun& run : runs) {
+    Add(run, tally);
+    if (run.Failure()) ++failures[run.record.result.outcome];
+  }
+  const auto share = [](int k, int n) {
+    return fmt::format("({} %, 95 %: {})", Percent(k, n), IntervalText(k, n));
+  };
   experiment::Report report;
   report.csv = ProblemGrid(tally);
-  report.sections.push_back({"", report.csv});
-  report.sections.push_back({"how far the runs came", PlaceGrid(records)});
-  report.notes.push_back(fmt::format(
-      "published: 50 runs; {} of {} runs ended as they should ({} %, 95 %: {})", tally.good,
-      tally.runs, Percent(tally.good, tally.runs), IntervalText(tally.good, tally.runs)));
-  report.notes.push_back("failures: " + FailuresText(records));
-  report.notes.push_back(
-      "hand prosthesis: the object was not held, or another one was pushed by more than 5 mm");
-  report.notes.push_back(
-      "a problem has influence if the run failed for it; the others were got over by another try");
+  report.sections = {{"", report.csv}, {"how far the runs came", PlaceGrid(runs)}};
+  report.notes = {
+      fmt::format("published: 50 runs; {} of {} runs ended as they should {}", tally.good,
+                  tally.runs, share(tally.good, tally.runs)),
+      "failures: " + (failures.empty() ? "none" : experiment::CountsText(failures)),
+      "hand prosthesis: the object was not held, or another one was pushed by more than 5 mm",
+      "a problem has influence if the run failed for it; the others were got over by another try"};
   if (tally.carried > 0) {
-    report.notes.push_back(
-        fmt::format("the pull was felt in {} of {} that were carried ({} %, 95 %: {})", tally.felt,
-                    tally.carried, Percent(tally.felt, tally.carried),
-                    IntervalText(tally.felt, tally.carried)));
+    report.notes.push_back(fmt::format("the pull was felt in {} of {} that were carried {}",
+                                       tally.felt, tally.carried,
+                                       share(tally.felt, tally.carried)));
   }
-  ordered_json json = {{"runs", tally.runs},
-                       {"good", tally.good},
-                       {"carried", tally.carried},
-                       {"felt", tally.felt},
-                       {"problems", ordered_json::array()}};
-  for (std::size_t i = 0; i < kProblemRows.size(); ++i) {
-    json["problems"].push_back({{"problem", kProblemRows[i].name},
-                                {"events", tally.events[i]},
-                                {"with_influence", tally.influence[i]}});
+  ordered_json problems = ordered_json::array();
+  for (const ProblemRow& row : tally.problems) {
+    problems.push_back(
+        {{"problem", row.name}, {"events", row.events}, {"with_influence", row.influence}});
   }
-  json["stage_seconds"] = trial::JsonOf(experiment::StageTimes(records));
+  const ordered_json json = {{"runs", tally.runs},
+                             {"good", tally.good},
+                             {"carried", tally.carried},
+                             {"felt", tally.felt},
+                             {"problems", problems},
+                             {"stage_seconds", trial::JsonOf(experiment::StageTimes(records))}};
   report.json = json.dump();
   report.published = FiguresOf(tally);
-  for (auto& figure : TimesOf(records)) report.published.push_back(std::move(figure));
+  std::ranges::move(TimesOf(runs), std::back_inserter(report.published));
   return report;
 }
 

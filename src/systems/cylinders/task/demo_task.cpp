@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/image/image.h"
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "base/words.h"
@@ -14,8 +13,6 @@
 #include "cylinders/task/demo_report.h"
 #include "experiment/record.h"
 #include "geometry/cloud_file.h"
-#include "geometry/draw/canvas.h"
-#include "grasp/scene_view.h"
 #include "sim/world.h"
 #include "trial/options.h"
 #include "trial/recorder.h"
@@ -34,9 +31,6 @@ namespace {
 using experiment::Case;
 using nlohmann::ordered_json;
 
-// Of pictures.
-constexpr int kWidth_px = 1280;
-constexpr int kHeight_px = 960;
 /// Beyond this nothing is near: a hand's width.
 constexpr double kNear_m = 0.1;
 /// An axis nearer to the vertical stands.
@@ -56,9 +50,7 @@ struct Try {
   ordered_json found;  ///< how far the wanted one is from the true one; null if not found
 };
 
-/// A detected cylinder compared with the true one: the angle between their axes, and how far apart
-/// their centres of gravity are, along the true axis and square to it. The models of cylinders are
-/// drawn round the middle of their height.
+/// A detected cylinder compared with the true one, whose origin is its middle and z its axis.
 ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
   const Cylinder& c = found.cylinder_C;
   const Eigen::Vector3d axis_W = X_WO.linear().col(2);
@@ -81,13 +73,10 @@ std::string Judged(const trial::Attempt& attempt, int target, Delivery delivery)
   return OutcomeOf(attempt, delivery);
 }
 
-/// A run on a table that is laid: tries, at most options.max_tries, until the robot takes the
-/// wanted cylinder for delivered. Before each further one the arm goes home, and the table is
-/// scanned again. The robot goes by its detection and the hand's joints. Each try draws from its
-/// own streams of the seed.
+/// Tries, at most options.max_tries, until the robot takes the wanted cylinder for delivered, by
+/// its detection and the hand's joints. Each starts at home with a scan and has its own streams.
 /// @param wanted  position in options.given
 /// @param target  truth: that object in the world
-/// @return at least one
 std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, std::size_t wanted,
                          int target, std::uint64_t seed, sim::World& world,
                          const Viewers& viewers) {
@@ -155,17 +144,6 @@ void AddTries(const std::vector<Try>& tries, ordered_json& data) {
   data["others_left_table"] = left_table;
 }
 
-/// `<prefix>_scan.pcd` and `<prefix>_cylinders.png`.
-void Draw(const CylinderScene& scene, const geometry::Observation& observation,
-          const std::string& prefix) {
-  const geometry::RangeImage& image = observation.views.front().image;
-  geometry::WriteCloud(prefix + "_scan.pcd", image);
-  const auto view =
-      draw::LookAtPoints(scene.cloud.points, scene.table.plane.normal, image.origins_C.front());
-  image::WritePng(prefix + "_cylinders.png",
-                  draw::Render(draw::DrawCylinders(scene), view, kWidth_px, kHeight_px));
-}
-
 class DemoExperiment : public experiment::Task {
  public:
   DemoExperiment(const DemoOptions& options, const experiment::Common& common)
@@ -201,7 +179,10 @@ class DemoExperiment : public experiment::Task {
     if (options.snapshots) {
       viewers.cylinders = [&](const CylinderScene& scene,
                               const geometry::Observation& observation) {
-        Draw(scene, observation, options.folder / prefix);
+        const std::string path = options.folder / prefix;
+        const geometry::RangeImage& image = observation.views.front().image;
+        geometry::WriteCloud(path + "_scan.pcd", image);
+        draw::DrawCylinders(scene, image.origins_C.front(), path + "_cylinders.png");
       };
     }
     const auto result = RunCase(which, viewers);
@@ -227,9 +208,11 @@ class DemoExperiment : public experiment::Task {
         RunDemo(options_, cell_, wanted, arranged->target, spec.seed, arranged->world, viewers);
     AddTries(tries, data);
     const Try& last = tries.back();
-    experiment::Result result{
-        last.outcome, last.attempt.stage, last.attempt.detail, data.dump(), {}};
-    result.seconds.emplace_back("arrange", arrange_s);
+    experiment::Result result{last.outcome,
+                              last.attempt.stage,
+                              last.attempt.detail,
+                              data.dump(),
+                              {{"arrange", arrange_s}}};
     for (const Try& one : tries) {
       for (const auto& [stage, seconds] : one.attempt.seconds) {
         experiment::AddSeconds(stage, seconds, result.seconds);
@@ -248,10 +231,10 @@ class DemoExperiment : public experiment::Task {
 
 const experiment::TaskKind& DemoTask() {
   static const experiment::TaskKind kind{
-      .name = "demo",
+      .name = "cylinder_demo",
       .description =
           "The live demo of chapter 4: given cylinders among other objects are found, "
-          "grasped and handed over to a person. Beside the keys below it has all of "
+          "grasped and handed over to a person. In addition to the keys below it has all of "
           "`task: grasping` but `trials_per_object`.",
       .trials_key = "runs",
       .uses_seed = true,

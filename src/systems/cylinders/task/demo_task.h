@@ -10,8 +10,8 @@ namespace rangegrasp::cylinders {
 /// was found, planned, or held, and nobody has been offered anything.
 bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery);
 
-/// `task: demo`: the live demo of section 4.4. A case is one run: given cylinders among other
-/// objects, one of them is wanted, grasped, and handed over or put down.
+/// `task: cylinder_demo`: the live demo of section 4.4. A case is one run: given cylinders among
+/// other objects, one of them is wanted, grasped, and handed over or put down.
 const experiment::TaskKind& DemoTask();
 
 }  // namespace rangegrasp::cylinders

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
@@ -31,11 +32,8 @@ constexpr std::size_t kShown = 60;
 ordered_json JsonOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json JsonOf(const base::Pose& X) {
-  ordered_json rows = ordered_json::array();
-  for (int row = 0; row < 4; ++row) {
-    rows.push_back({X(row, 0), X(row, 1), X(row, 2), X(row, 3)});
-  }
-  return rows;
+  const auto row = [&](int i) -> ordered_json { return {X(i, 0), X(i, 1), X(i, 2), X(i, 3)}; };
+  return {row(0), row(1), row(2), row(3)};
 }
 
 geometry::TriangleMesh OpenHand(const robot::HandModel& hand) {
@@ -138,11 +136,9 @@ AnsweredObject ObjectOf(const Place& place, std::size_t size,
                         const geometry::Observation& observation) {
   if (!place.value.is_object()) place.Fail("must be {\"samples\": [...]}");
   const Place list = place.At("samples");
-  std::vector<std::size_t> positions;
+  std::set<std::size_t> positions;
   const std::size_t count = list.ListSize(size);
-  for (std::size_t i = 0; i < count; ++i) positions.push_back(list.At(i).Index(size, "a sample"));
-  std::sort(positions.begin(), positions.end());
-  positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
+  for (std::size_t i = 0; i < count; ++i) positions.insert(list.At(i).Index(size, "a sample"));
   AnsweredObject object;
   for (const std::size_t position : positions) {
     if (const auto sample = SampleAt(position, observation)) object.samples.push_back(*sample);
@@ -183,39 +179,41 @@ json ParseLine(const std::string& line) {
   try {
     return json::parse(line, shallow);
   } catch (const json::exception& e) {
-    std::string begin = line.substr(0, kShown);
     throw grasp::DetectorFailed(
         fmt::format("answer: no JSON ({}); it begins with: {} (print nothing else "
                     "on stdout: what is for people goes to stderr)",
-                    e.what(), begin));
+                    e.what(), line.substr(0, kShown)));
   }
 }
 
 }  // namespace
 
 std::string TextOf(const Question& question) {
-  ordered_json message;
-  message["observation"] = kCloudFile;
-  message["views"] = ordered_json::array();
+  auto views = ordered_json::array();
   for (const auto& view : question.observation.views) {
-    message["views"].push_back({{"X_WV", JsonOf(view.X_CV)},
-                                {"rows", view.image.profiles},
-                                {"columns", view.image.samples}});
+    views.push_back({{"X_WV", JsonOf(view.X_CV)},
+                     {"rows", view.image.profiles},
+                     {"columns", view.image.samples}});
   }
-  message["noise_m"] = question.noise_m;
   const robot::Robot& robot = question.robot;
-  message["workspace"] = {{"center_m", JsonOf(robot.X_WWorkspace.translation())},
-                          {"up", JsonOf(Eigen::Vector3d(robot.X_WWorkspace.linear().col(2)))},
-                          {"radius_m", robot.workspace_radius_m},
-                          {"margin_m", question.margin_m}};
   const robot::HandModel& hand = robot.hand();
-  message["hand"] = {{"opening_m", hand.MaxGap()},
-                     {"depth_m", hand.depth_m},
-                     {"mesh", kHandFile},
-                     {"tcp", JsonOf(hand.X_HG_tip)}};
-  message["arm"] = {{"base_m", JsonOf(robot.links().front().X_PB.translation())}};
-  message["images"] = ordered_json::array();
-  message["seed"] = question.seed;
+  const ordered_json message = {
+      {"observation", kCloudFile},
+      {"views", views},
+      {"noise_m", question.noise_m},
+      {"workspace",
+       {{"center_m", JsonOf(robot.X_WWorkspace.translation())},
+        {"up", JsonOf(Eigen::Vector3d(robot.X_WWorkspace.linear().col(2)))},
+        {"radius_m", robot.workspace_radius_m},
+        {"margin_m", question.margin_m}}},
+      {"hand",
+       {{"opening_m", hand.MaxGap()},
+        {"depth_m", hand.depth_m},
+        {"mesh", kHandFile},
+        {"tcp", JsonOf(hand.X_HG_tip)}}},
+      {"arm", {{"base_m", JsonOf(robot.links().front().X_PB.translation())}}},
+      {"images", ordered_json::array()},
+      {"seed", question.seed}};
   return message.dump();
 }
 
@@ -247,9 +245,8 @@ Answer ParseAnswer(const std::string& line, const geometry::Observation& observa
   for (std::size_t i = 0; i < count; ++i) {
     answer.grasps.push_back(GraspOf(grasps.At(i), objects));
   }
-  std::ranges::stable_sort(answer.grasps, [](const AnsweredGrasp& a, const AnsweredGrasp& b) {
-    return a.proposal.score > b.proposal.score;
-  });
+  std::ranges::stable_sort(answer.grasps, std::ranges::greater(),
+                           [](const AnsweredGrasp& grasp) { return grasp.proposal.score; });
   return answer;
 }
 

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +10,7 @@
 #include "base/file.h"
 #include "base/image/image.h"
 #include "base/installation.h"
+#include "base/process/program.h"
 #include "base/units.h"
 #include "base/words.h"
 #include "cli/commands.h"
@@ -43,28 +42,6 @@ struct Arguments {
   double scale = 1.0;
   int trials = 3;
   bool fill_holes = false, overwrite = false, json = false;
-};
-
-/// A folder for what is not finished; it goes with its owner.
-class Workshop {
- public:
-  Workshop() {
-    std::string name = (fs::temp_directory_path() / "rangegrasp-object-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw base::RunError("no folder can be made in " + fs::temp_directory_path().string());
-    }
-    path_ = name;
-  }
-  ~Workshop() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
-  Workshop(const Workshop&) = delete;
-  Workshop& operator=(const Workshop&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// What add-object found, for people and for programs.
@@ -101,9 +78,7 @@ objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
   objects::ObjectLook look{name, a.title.empty() ? name : a.title, surface, {}};
   if (!a.texture.empty()) {
     look.texture_png = base::ReadNonEmptyFile(a.texture);
-    if (!look.texture_png.starts_with("\x89PNG")) {
-      throw base::InputError(a.texture + ": is no PNG");
-    }
+    if (!look.texture_png.starts_with("\x89PNG")) throw base::InputError(a.texture + ": is no PNG");
   }
   return look;
 }
@@ -118,7 +93,7 @@ std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::str
                                     (data / "scenes/tabletop.xml").string(),
                                     (data / "models/sensors/line_scanner.yaml").string(),
                                     objects.string(), name, trials));
-  const auto e = experiment::OpenExperiment(file, experiment::AllKinds(), {});
+  const auto e = experiment::OpenExperiment(file, {});
   std::vector<experiment::Result> results;
   for (const experiment::Case& which : e.cases) {
     results.push_back(experiment::RunApart(
@@ -180,7 +155,7 @@ Found Add(const Arguments& a) {
   found.look = LookOf(a, name, surface);
   found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
 
-  const Workshop workshop;
+  const process::OwnFolder workshop;
   const fs::path folder = workshop.path() / name;
   for (const auto& [file, text] : objects::ObjectFiles(found.object, found.look)) {
     base::WriteFile(folder / file, text);
@@ -233,7 +208,7 @@ std::string Text(const Found& found) {
 
 std::string Json(const Found& found) {
   const objects::MeshObject& o = found.object;
-  nlohmann::ordered_json poses = nlohmann::ordered_json::array();
+  auto poses = nlohmann::ordered_json::array();
   for (const auto& pose : found.poses) {
     poses.push_back({{"label", pose.label},
                      {"probability", pose.probability},

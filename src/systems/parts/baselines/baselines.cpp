@@ -16,12 +16,10 @@
 
 #include "base/error.h"
 #include "geometry/graph.h"
-#include "parts/baselines/internal/core_extraction.h"
+#include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
 namespace {
-
-using geometry::ShortestPaths;
 
 // ---- k-means ----
 
@@ -55,86 +53,32 @@ DualGraph MakeDualGraph(const Shape& mesh, double dihedral_weight) {
   return graph;
 }
 
-/// For each face the seed (a position in seeds) it is nearest to, and how far.
-struct Nearest {
-  std::vector<double> distance;
-  Labels seed;
-};
-
-/// Takes the faces that are nearer to the seeds from `first` on than to those before.
-void Grow(const DualGraph& graph, const Indices& seeds, std::size_t first, Nearest& nearest) {
-  for (std::size_t s = first; s < seeds.size(); ++s) {
-    nearest.seed[seeds[s]] = static_cast<std::int32_t>(s);
-  }
-  const FaceGraph& faces = graph.faces;
-  const auto expand = [&](std::uint32_t f, double d, const auto& reach) {
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      const std::uint32_t next = faces.neighbor[k];
-      if (reach(next, d + graph.cost[k])) nearest.seed[next] = nearest.seed[f];
-    }
-  };
-  ShortestPaths().Lower(std::span(seeds).subspan(first), nearest.distance, expand);
-}
-
-Nearest Unreached(const DualGraph& graph) {
-  return {std::vector<double>(graph.frames.center.size(), ShortestPaths::kFar),
-          Labels(graph.frames.center.size(), -1)};
-}
-
-/// Faces in pieces of the mesh without a seed go with the seed nearest in a straight line.
+/// Of each face the nearest seed: along the graph or, in pieces without a seed, in a straight line.
 Labels Assign(const DualGraph& graph, const Indices& seeds) {
-  Nearest nearest = Unreached(graph);
-  Grow(graph, seeds, 0, nearest);
-  for (std::size_t f = 0; f < graph.frames.center.size(); ++f) {
+  NearestSeeds nearest;
+  GrowSeeds(graph.faces, graph.cost, seeds, 0, nearest);
+  const Points& center = graph.frames.center;
+  for (std::size_t f = 0; f < center.size(); ++f) {
     if (nearest.seed[f] >= 0) continue;
-    const auto best = std::ranges::min_element(seeds, {}, [&](std::uint32_t s) {
-      return (graph.frames.center[s] - graph.frames.center[f]).squaredNorm();
-    });
+    const auto best = std::ranges::min_element(
+        seeds, {}, [&](std::uint32_t s) { return (center[s] - center[f]).squaredNorm(); });
     nearest.seed[f] = static_cast<std::int32_t>(best - seeds.begin());
   }
   return nearest.seed;
 }
 
-/// Area-weighted; one a cluster.
-Points ClusterCenters(const DualGraph& graph, const Labels& label, std::size_t clusters) {
-  Points centers(clusters, Eigen::Vector3d::Zero());
-  std::vector<double> areas(clusters, 0.0);
-  for (std::size_t f = 0; f < label.size(); ++f) {
-    const std::int32_t cluster = label[f];
-    centers[cluster] += graph.frames.area[f] * graph.frames.center[f];
-    areas[cluster] += graph.frames.area[f];
-  }
-  for (std::size_t s = 0; s < clusters; ++s) centers[s] /= areas[s];
-  return centers;
-}
-
-/// The face of each cluster that is nearest to the cluster's center.
-Indices MiddleFaces(const DualGraph& graph, const Labels& label, std::size_t clusters) {
-  const Points centers = ClusterCenters(graph, label, clusters);
-  Indices seeds(clusters, 0);
-  std::vector<double> best(clusters, ShortestPaths::kFar);
-  for (std::uint32_t f = 0; f < label.size(); ++f) {
-    const std::int32_t cluster = label[f];
-    const double d = (graph.frames.center[f] - centers[cluster]).squaredNorm();
-    if (d >= best[cluster]) continue;
-    best[cluster] = d;
-    seeds[cluster] = f;
-  }
-  return seeds;
-}
-
 /// The face farthest from the center of the surface, then again and again the one farthest along
 /// the graph from all before; pieces that no seed reaches come first, by index.
 Indices FarApart(const DualGraph& graph, int count) {
-  const Eigen::Vector3d center =
-      ClusterCenters(graph, Labels(graph.frames.center.size(), 0), 1).front();
   const Points& centers = graph.frames.center;
+  const auto middle = GroupFrames(graph.frames, Labels(centers.size(), 0), 1).center.front();
   const auto farthest = std::ranges::max_element(
-      centers, {}, [&](const Eigen::Vector3d& p) { return (p - center).squaredNorm(); });
+      centers, {}, [&](const Eigen::Vector3d& p) { return (p - middle).squaredNorm(); });
   Indices seeds{static_cast<std::uint32_t>(farthest - centers.begin())};
-  Nearest nearest = Unreached(graph);
-  for (Grow(graph, seeds, 0, nearest); seeds.size() < static_cast<std::size_t>(count);
-       Grow(graph, seeds, seeds.size() - 1, nearest)) {
+  NearestSeeds nearest;
+  for (GrowSeeds(graph.faces, graph.cost, seeds, 0, nearest);
+       seeds.size() < static_cast<std::size_t>(count);
+       GrowSeeds(graph.faces, graph.cost, seeds, seeds.size() - 1, nearest)) {
     const auto next = std::ranges::max_element(nearest.distance);
     if (*next <= 0.0) break;  // more clusters than faces
     seeds.push_back(static_cast<std::uint32_t>(next - nearest.distance.begin()));
@@ -168,14 +112,6 @@ Mesh ToMesh(const Shape& shape) {
   return mesh;
 }
 
-void Check(const SdfOptions& options) {
-  if (options.clusters < 1 || options.rays < 1 || !(options.smoothing >= 0.0) ||
-      options.smoothing > 1.0 || !(options.cone_rad > 0.0) || !(options.cone_rad < base::kPi)) {
-    throw std::invalid_argument(
-        "SegmentBySdf: clusters, rays >= 1, smoothing from 0 to 1, cone_rad between 0 and pi");
-  }
-}
-
 /// Values farther apart than rounding, of 0 .. 1. With more clusters than that the mixture would
 /// draw from nothing.
 std::size_t DifferentValues(const Mesh& mesh, const Diameters& diameter) {
@@ -190,96 +126,6 @@ std::size_t DifferentValues(const Mesh& mesh, const Diameters& diameter) {
   return different;
 }
 
-// ---- core extraction ----
-
-/// Some faces of a mesh as a shape of its own.
-struct CorePiece {
-  Shape shape;
-  std::vector<bool> cut;  ///< a vertex: on an edge where it was cut from the rest
-};
-
-CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& faces) {
-  CorePiece piece;
-  std::vector<bool> within(mesh.faces.size(), false);
-  std::vector<bool> used(mesh.points.size(), false);
-  std::vector<bool> cut(mesh.points.size(), false);
-  for (const std::uint32_t f : faces) within[f] = true;
-  for (const std::uint32_t f : faces) {
-    for (const std::uint32_t v : mesh.faces[f]) used[v] = true;
-    for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
-      if (within[graph.neighbor[k]]) continue;
-      for (const std::uint32_t v : graph.edge[k]) cut[v] = true;
-    }
-  }
-  Indices number(mesh.points.size(), 0);
-  for (std::uint32_t v = 0; v < mesh.points.size(); ++v) {
-    if (!used[v]) continue;
-    number[v] = static_cast<std::uint32_t>(piece.shape.points.size());
-    piece.shape.points.push_back(mesh.points[v]);
-    piece.cut.push_back(cut[v]);
-  }
-  for (const std::uint32_t f : faces) {
-    const auto& [a, b, c] = mesh.faces[f];
-    piece.shape.faces.push_back({number[a], number[b], number[c]});
-  }
-  return piece;
-}
-
-/// A face has the label of two of its vertices' landmarks, else that of the core.
-Labels LabelFaces(const Shape& mesh, const Indices& landmark, const Labels& of_landmark) {
-  Labels label;
-  for (const auto& [a, b, c] : mesh.faces) {
-    const std::int32_t la = of_landmark[landmark[a]];
-    const std::int32_t lb = of_landmark[landmark[b]];
-    const std::int32_t lc = of_landmark[landmark[c]];
-    label.push_back(la == lb || la == lc ? la : lb == lc ? lb : 0);
-  }
-  return label;
-}
-
-/// The faces of a part as its core and segments; empty if it stays whole.
-std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
-                               const Indices& part, const CoreExtractionOptions& options) {
-  const double share = static_cast<double>(part.size()) / static_cast<double>(shape.faces.size());
-  const int landmarks = static_cast<int>(options.landmarks * std::sqrt(share));
-  if (landmarks < options.min_landmarks) return {};
-  const CorePiece piece = Extract(shape, shape_graph, part);
-  const VertexGraph graph = GeodesicGraph(piece.shape);
-  const LandmarkForm form = MakeLandmarkForm(graph, piece.cut, landmarks);
-  if (form.size() < static_cast<std::uint32_t>(options.min_landmarks)) return {};
-  Labels of_landmark;
-  const std::int32_t segments = LabelLandmarks(form, options.hull_fraction, of_landmark);
-  if (segments == 0) return {};
-
-  Labels label = LabelFaces(piece.shape, form.spread.nearest, of_landmark);
-  const FaceGraph faces = BuildFaceGraph(piece.shape);
-  JoinCrumbs(faces, label);
-  const std::vector<double> costs = CutCosts(piece.shape, faces);
-  for (std::int32_t s = 1; s <= segments; ++s) {
-    RefineBoundary(piece.shape, graph, faces, costs, s,
-                   options.boundary_reach * form.spread.spacing, label);
-  }
-  JoinCrumbs(faces, label);
-  std::map<std::int32_t, Indices> by_label;
-  for (std::size_t i = 0; i < label.size(); ++i) by_label[label[i]].push_back(part[i]);
-  std::vector<Indices> split;
-  for (auto& [unused, some] : by_label) split.push_back(std::move(some));
-  return split;
-}
-
-std::vector<Indices> ConnectedPieces(const Shape& mesh, const FaceGraph& graph) {
-  Labels piece;
-  const std::int32_t pieces = LabelPieces(graph, std::vector<bool>(mesh.faces.size(), true), piece);
-  std::vector<Indices> result(pieces);
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) result[piece[f]].push_back(f);
-  return result;
-}
-
-struct Part {
-  Indices faces;
-  bool whole;  ///< was looked at and cannot be split
-};
-
 }  // namespace
 
 Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
@@ -292,7 +138,8 @@ Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
   Segmentation result;
   result.label = Assign(graph, seeds);
   for (int i = 1; i < options.iterations; ++i) {
-    seeds = MiddleFaces(graph, result.label, seeds.size());
+    const Points centers = GroupFrames(graph.frames, result.label, seeds.size()).center;
+    seeds = MiddleFaces(graph.frames, result.label, centers, std::vector<bool>(seeds.size(), true));
     Labels label = Assign(graph, seeds);
     if (label == result.label) break;
     result.label = std::move(label);
@@ -305,13 +152,11 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
   if (!shape.IsMesh()) {
     throw base::InputError("the shape diameter function needs a mesh; the input is a point cloud");
   }
-  Check(options);
+  if (options.clusters < 1) throw std::invalid_argument("SegmentBySdf: clusters must be >= 1");
   const std::size_t faces = shape.faces.size();
   Mesh mesh = ToMesh(shape);
   Diameters diameter = mesh.add_property_map<SdfFace, double>("f:diameter").first;
-  const auto [min, max] =
-      CGAL::sdf_values(mesh, diameter, options.cone_rad, static_cast<std::size_t>(options.rays),
-                       /*postprocess=*/true);
+  const auto [min, max] = CGAL::sdf_values(mesh, diameter);
   const std::size_t different = max > min ? DifferentValues(mesh, diameter) : 1;
   Segmentation result{.label = Labels(faces, 0), .parts = 1, .note = ""};
   if (different < 2) {
@@ -328,48 +173,11 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
   }
   auto segment = mesh.add_property_map<SdfFace, std::size_t>("f:segment").first;
   const auto clusters = std::min(static_cast<std::size_t>(options.clusters), different);
-  CGAL::segmentation_from_sdf_values(mesh, diameter, segment, clusters, options.smoothing);
+  CGAL::segmentation_from_sdf_values(mesh, diameter, segment, clusters);
   for (const SdfFace face : mesh.faces()) {
     result.label[face.idx()] = static_cast<std::int32_t>(segment[face]);
     result.parts = std::max(result.parts, result.label[face.idx()] + 1);
   }
-  return result;
-}
-
-// The paper looks for feature points and the core in a coarsened mesh; here that is the landmarks
-// and the contacts of their cells, so that there is nothing to simplify and to map back.
-Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options) {
-  if (!shape.IsMesh()) {
-    throw base::InputError("core extraction needs a mesh; the input is a point cloud");
-  }
-  if (options.levels < 1 || options.landmarks < 1 || options.min_landmarks < 1) {
-    throw std::invalid_argument(
-        "core extraction: levels, landmarks and min_landmarks must be >= 1");
-  }
-  const FaceGraph graph = BuildFaceGraph(shape);
-  Segmentation result;
-  std::vector<Part> parts;
-  for (Indices& faces : ConnectedPieces(shape, graph)) parts.push_back({std::move(faces), false});
-  for (int level = 0; level < options.levels; ++level) {
-    std::vector<Part> finer;
-    for (Part& part : parts) {
-      const std::vector<Indices> split =
-          part.whole ? std::vector<Indices>{} : SplitPart(shape, graph, part.faces, options);
-      if (split.size() < 2) {
-        finer.push_back({std::move(part.faces), true});
-        continue;
-      }
-      result.has_core = result.has_core || finer.empty();
-      for (const Indices& faces : split) finer.push_back({faces, false});
-    }
-    parts = std::move(finer);
-  }
-  result.label.assign(shape.faces.size(), 0);
-  for (const Part& part : parts) {
-    for (const std::uint32_t f : part.faces) result.label[f] = result.parts;
-    ++result.parts;
-  }
-  if (!result.has_core) result.note = "no core: no feature points, or nearly convex";
   return result;
 }
 

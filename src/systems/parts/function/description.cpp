@@ -6,7 +6,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <queue>
 #include <utility>
 
@@ -91,6 +90,11 @@ struct Seam {
 struct Samples {
   Points points;
   std::vector<double> weight;
+
+  void Add(const Vector3d& p, double w) {
+    points.push_back(p);
+    weight.push_back(w);
+  }
 };
 
 void SampleFace(const Shape& mesh, const Face& face, double spacing, Samples& samples) {
@@ -102,11 +106,9 @@ void SampleFace(const Shape& mesh, const Face& face, double spacing, Samples& sa
   const double weight = 0.5 * b.cross(c).norm() / (n * n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; i + j < n; ++j) {
-      samples.points.push_back(a + (i + 1.0 / 3.0) / n * b + (j + 1.0 / 3.0) / n * c);
-      samples.weight.push_back(weight);
+      samples.Add(a + (i + 1.0 / 3.0) / n * b + (j + 1.0 / 3.0) / n * c, weight);
       if (i + j + 1 == n) continue;
-      samples.points.push_back(a + (i + 2.0 / 3.0) / n * b + (j + 2.0 / 3.0) / n * c);
-      samples.weight.push_back(weight);
+      samples.Add(a + (i + 2.0 / 3.0) / n * b + (j + 2.0 / 3.0) / n * c, weight);
     }
   }
 }
@@ -120,8 +122,7 @@ std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segment
     if (shape.IsMesh()) {
       SampleFace(shape, shape.faces[i], spacing, part);
     } else {
-      part.points.push_back(shape.points[i]);
-      part.weight.push_back(1.0);
+      part.Add(shape.points[i], 1.0);
     }
   }
   return samples;
@@ -163,13 +164,11 @@ void DescribeNeighbors(const Shape& shape, const Labels& label,
   std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Seam>> between;
   for (const Seam& seam : Seams(shape, label)) between[{seam.from, seam.to}].push_back(seam);
   for (const auto& [pair, seams] : between) {
-    PartNeighbor neighbor{pair.second, 0.0, Joints(seams)};
-    if (shape.IsMesh()) {
-      for (const Seam& seam : seams) {
-        neighbor.border += (shape.points[seam.ends[0]] - shape.points[seam.ends[1]]).norm();
-      }
+    PartNeighbor& neighbor =
+        parts[pair.first].neighbors.emplace_back(PartNeighbor{pair.second, 0.0, Joints(seams)});
+    for (const Seam& seam : seams) {
+      if (shape.IsMesh()) neighbor.border += LengthOf(shape.points, seam.ends);
     }
-    parts[pair.first].neighbors.push_back(neighbor);
   }
 }
 
@@ -179,10 +178,7 @@ void DescribeVolumes(const Shape& mesh, const Labels& label, std::vector<PartDes
   std::vector<geometry::TriangleMesh> of_part(parts.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     of_part[label[f]].triangles.push_back(mesh.faces[f]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [a, b] = std::minmax(mesh.faces[f][i], mesh.faces[f][(i + 1) % 3]);
-      sides[{a, b}].push_back(label[f]);
-    }
+    for (const Edge& edge : EdgesOf(mesh.faces[f])) sides[edge].push_back(label[f]);
   }
   std::vector<bool> open(parts.size(), false);
   for (const auto& [edge, labels] : sides) {
@@ -223,14 +219,11 @@ void DescribeExtents(const Samples& samples, PartDescription& part) {
 void PourInto(const Samples& samples, const Points& whole, std::vector<Vector3d> directions,
               PartDescription& part) {
   for (int k = 0; k < 3; ++k) directions.emplace_back(part.axes.col(k));
-  part.opening = directions.front();
   for (const Vector3d& direction : directions) {
     for (const double sign : {1.0, -1.0}) {
       const Vector3d up = sign * direction;
-      const double held = std::min(HeldWater(samples.points, up), HeldWater(whole, up));
-      if (held <= part.holds) continue;
-      part.holds = held;
-      part.opening = up;
+      part.holds =
+          std::max(part.holds, std::min(HeldWater(samples.points, up), HeldWater(whole, up)));
     }
   }
 }
@@ -241,10 +234,7 @@ geometry::TriangleMesh RoughHull(const Points& points) {
   constexpr int kDirections = 300;
   Points farthest;
   for (int k = 0; k < kDirections; ++k) {
-    const double z = 1.0 - (2.0 * k + 1.0) / kDirections;
-    const double turn = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double r = std::sqrt(1.0 - z * z);
-    const Vector3d direction(r * std::cos(turn), r * std::sin(turn), z);
+    const Vector3d direction = SpiralDirection(k, 1.0 - (2.0 * k + 1.0) / kDirections);
     farthest.push_back(
         *std::ranges::max_element(points, {}, [&](const Vector3d& p) { return direction.dot(p); }));
   }

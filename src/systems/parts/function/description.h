@@ -8,9 +8,8 @@
 namespace rangegrasp::parts {
 
 /// The volume of water that a surface holds when a direction points up, by priority flooding of its
-/// upper side (Barnes et al. 2014): over each cell of a grid the water stands as high as the
-/// lowest rim on the way out. What is unseen within a rim is taken as deep as the deepest that is
-/// seen.
+/// upper side (Barnes et al. 2014): over each cell of a grid water stands as high as the lowest rim
+/// on the way out. What is unseen within a rim is as deep as the deepest that is seen.
 /// @param points  of the surface, no more apart than a cell: its extent across / `cells`
 /// O(n + cells^2 log cells).
 double HeldWater(geometry::PointSpan points, const Eigen::Vector3d& up, int cells = 24);
@@ -37,8 +36,7 @@ struct PartDescription {
   Eigen::Matrix3d axes;                 ///< columns: principal directions, longest extent first
   Eigen::Vector3d extents;              ///< along these
   std::vector<PartNeighbor> neighbors;  ///< ascending labels
-  double holds = 0.0;       ///< volume of water that it holds at most, however it is turned
-  Eigen::Vector3d opening;  ///< what points up then
+  double holds = 0.0;  ///< volume of water that it holds at most, however it is turned
   PartFunction function = PartFunction::kOther;
 };
 

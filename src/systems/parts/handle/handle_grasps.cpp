@@ -41,14 +41,9 @@ void Join(const PerceivedObject& piece, PerceivedObject& object) {
   geometry::Append(piece.surface_C, object.surface_C);
 }
 
-struct FoundHandle {
-  geometry::Points points_C;
-  Eigen::Vector3d body_C;
-};
-
-/// The largest: parts are numbered by falling size.
-std::optional<FoundHandle> FindHandle(const Shape& cloud, const Eigen::Vector3d& up_C,
-                                      std::string& why_none) {
+/// Ways to take the largest handle: parts are numbered by falling size.
+std::vector<grasp::Proposal> ProposalsFor(const Shape& cloud, const Eigen::Vector3d& up_C,
+                                          std::string& why_none) {
   const Segmentation found = SegmentHierarchy(cloud, {});
   const auto described = DescribeParts(cloud, found, {.one_view = true, .up = {up_C}});
   const auto handle =
@@ -59,14 +54,12 @@ std::optional<FoundHandle> FindHandle(const Shape& cloud, const Eigen::Vector3d&
                                       "no handle: none of the object's {} parts is thin and stands "
                                       "out of its body",
                                       found.parts);
-    return std::nullopt;
+    return {};
   }
-  FoundHandle result;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    if (found.label[i] == handle->label) result.points_C.push_back(cloud.points[i]);
-  }
-  result.body_C = described.front().center;
-  return result;
+  const geometry::Points points_C = geometry::Select(
+      cloud.points, geometry::PositionsWhere(
+                        found.label, [&](std::int32_t label) { return label == handle->label; }));
+  return grasp::ProposeHandleGrasps({points_C, described.front().center}, up_C);
 }
 
 }  // namespace
@@ -90,15 +83,12 @@ grasp::SelectedGrasps PlanHandleGrasps(const perception::Scene& scene, std::size
                                        std::span<const geometry::TriangleMesh> obstacles_C) {
   grasp::SelectedGrasps result;
   const Eigen::Vector3d up_C = scene.table.plane.normal;
-  const auto handle =
-      FindHandle({geometry::Select(scene.cloud.points, scene.objects[object].points), {}, {}}, up_C,
-                 result.why_none);
-  if (!handle) return result;
-  for (const grasp::Proposal& way :
-       grasp::ProposeHandleGrasps({handle->points_C, handle->body_C}, up_C)) {
+  const Shape cloud{geometry::Select(scene.cloud.points, scene.objects[object].points), {}, {}};
+  for (const grasp::Proposal& way : ProposalsFor(cloud, up_C, result.why_none)) {
     result.grasps.push_back(PlaceHand(way, hand, options));
     result.grasps.back().type = grasp::GraspType::kNamed;
   }
+  if (result.grasps.empty()) return result;
   CheckProposals(scene, object, hand, options, obstacles_C, result.grasps);
   std::ranges::stable_partition(result.grasps, [](const Grasp& g) { return !g.collides; });
   return result;

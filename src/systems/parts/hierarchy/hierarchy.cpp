@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -14,10 +15,203 @@
 #include "parts/cloud/internal/seen_side.h"
 #include "parts/hierarchy/internal/cells.h"
 #include "parts/hierarchy/internal/cuts.h"
-#include "parts/hierarchy/internal/facets.h"
 
 namespace rangegrasp::parts {
 namespace {
+
+// ---- facets ----
+
+/// A mesh as its flat pieces: touching faces in one plane are one facet, and large facets are cut
+/// along the cubes of a grid, so that it does not matter how a flat piece is cut into triangles.
+struct Facets {
+  Shape mesh;
+  Indices origin;     ///< of each face of the mesh: the face it is a part of
+  Labels of_face;     ///< of the mesh
+  FaceGraph graph;    ///< of facets; two may share several edges
+  FaceFrames frames;  ///< of facets
+};
+
+using Eigen::Vector3d;
+
+/// What lies nearer to a plane lies in it, of the grid's side: far above the rounding of single
+/// precision, so that no slivers are cut off by it.
+constexpr double kNear = 1e-3;
+
+/// Cuts of one mesh, at most: a surface takes some thousands and some for each of its small faces;
+/// a needle without end takes more.
+constexpr double kMaxCuts = 20000.0;
+constexpr double kMaxCutsOfFace = 2.0;
+
+/// How many planes the edges of the chosen faces cross, at most.
+double CutsOf(double side, const std::vector<bool>& chosen, const Shape& mesh,
+              const Indices& origin) {
+  double cuts = 0.0;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!chosen[origin[f]]) continue;
+    for (const auto& [p, q] : EdgesOf(mesh.faces[f])) {
+      cuts += ((mesh.points[p] - mesh.points[q]) / side).lpNorm<1>();
+    }
+  }
+  return cuts;
+}
+
+/// The cut across an edge nearest to its middle.
+std::optional<Vector3d> CutOf(const Vector3d& a, const Vector3d& b, int axis, double side) {
+  const double low = std::min(a[axis], b[axis]) / side + kNear;
+  const double high = std::max(a[axis], b[axis]) / side - kNear;
+  const double first = std::ceil(low);
+  const double last = std::floor(high);
+  if (first > last) return std::nullopt;
+  const double plane = side * std::clamp(std::round(0.5 * (low + high)), first, last);
+  Vector3d cut = a + (plane - a[axis]) / (b[axis] - a[axis]) * (b - a);
+  cut[axis] = plane;
+  return cut;
+}
+
+/// A face's parts where the edges opposite to its corners have a vertex of `cut`, if they do.
+void AddParts(const Points& points, const Face& face, const std::array<std::int64_t, 3>& cut,
+              std::vector<Face>& parts) {
+  const auto is_cut = [&](std::size_t i) { return cut[i % 3] >= 0; };
+  const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cut[i % 3]); };
+  const int count = is_cut(0) + is_cut(1) + is_cut(2);
+  if (count == 0) parts.push_back(face);
+  if (count == 3) parts.push_back({at(0), at(1), at(2)});
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t a = face[i], b = face[(i + 1) % 3], c = face[(i + 2) % 3];
+    if (count == 1 && is_cut(i)) {
+      parts.push_back({a, b, at(i)});
+      parts.push_back({a, at(i), c});
+    } else if (count == 2 && !is_cut(i)) {  // b - c stays whole; what is left at a has four corners
+      const std::uint32_t on_ab = at(i + 2), on_ca = at(i + 1);
+      parts.push_back({a, on_ab, on_ca});
+      const bool from_b =
+          (points[b] - points[on_ca]).squaredNorm() <= (points[c] - points[on_ab]).squaredNorm();
+      parts.push_back({on_ab, b, from_b ? on_ca : c});
+      parts.push_back({from_b ? b : on_ab, c, on_ca});
+    } else if (count == 3) {
+      parts.push_back({a, at(i + 2), at(i + 1)});
+    }
+  }
+}
+
+/// Cuts each edge of the chosen faces that crosses a plane once; false if there is none.
+bool CutOnce(double side, int axis, const std::vector<bool>& chosen, Shape& mesh, Indices& origin) {
+  std::map<Edge, std::uint32_t> cuts;
+  std::vector<bool> at_cut(mesh.points.size(), false);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!chosen[origin[f]]) continue;
+    for (const Edge& edge : EdgesOf(mesh.faces[f])) {
+      const auto cut = CutOf(mesh.points[edge[0]], mesh.points[edge[1]], axis, side);
+      if (!cut) continue;
+      if (!cuts.try_emplace(edge, static_cast<std::uint32_t>(mesh.points.size())).second) continue;
+      mesh.points.push_back(*cut);
+      at_cut[edge[0]] = at_cut[edge[1]] = true;
+    }
+  }
+  if (cuts.empty()) return false;
+  const auto cut_of = [&](std::uint32_t a, std::uint32_t b) -> std::int64_t {
+    if (!at_cut[a] || !at_cut[b]) return -1;
+    const auto at = cuts.find({std::min(a, b), std::max(a, b)});
+    return at == cuts.end() ? -1 : static_cast<std::int64_t>(at->second);
+  };
+  std::vector<Face> faces;
+  Indices origins;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const auto& [a, b, c] = mesh.faces[f];
+    AddParts(mesh.points, mesh.faces[f], {cut_of(b, c), cut_of(c, a), cut_of(a, b)}, faces);
+    origins.resize(faces.size(), origin[f]);
+  }
+  mesh.faces = std::move(faces);
+  origin = std::move(origins);
+  return true;
+}
+
+/// Cuts some faces of a mesh along the planes of a grid (x, y or z a multiple of `side`), so that
+/// none of them reaches over a plane; faces next to them are cut where they share a cut edge.
+/// Nothing is cut where that would be more than 20,000 cuts and two a face.
+/// @param origin  of each face, handed on to its parts.
+/// @param chosen  of each origin, whether it is to be cut.
+void SliceAlongGrid(double side, const std::vector<bool>& chosen, Shape& mesh, Indices& origin) {
+  const double max_cuts = kMaxCuts + kMaxCutsOfFace * static_cast<double>(mesh.faces.size());
+  if (!(CutsOf(side, chosen, mesh, origin) < max_cuts)) return;
+  for (int axis = 0; axis < 3;) axis += CutOnce(side, axis, chosen, mesh, origin) ? 0 : 1;
+}
+
+/// Sine of the angle between faces in one plane, at most: above what coordinates of single
+/// precision leave of it on faces of a hundredth of the size, below all that can be seen.
+constexpr double kFlat = 1e-3;
+
+/// Numbers facets by the places of their centers.
+void NumberByCenter(FaceFrames& frames, Labels& of_face) {
+  const Indices order =
+      OrderBy(frames.area.size(), [&](std::uint32_t i) { return CoordinatesOf(frames.center[i]); });
+  FaceFrames sorted{geometry::Select(frames.center, order),
+                    geometry::Select(frames.normal, order),
+                    {},
+                    frames.total_area};
+  Labels number(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    number[order[k]] = static_cast<std::int32_t>(k);
+    sorted.area.push_back(frames.area[order[k]]);
+  }
+  frames = std::move(sorted);
+  for (std::int32_t& facet : of_face) facet = number[facet];
+}
+
+FaceGraph GraphOf(const FaceGraph& faces, const Labels& of_face, std::size_t count) {
+  std::vector<FaceLink> links;
+  links.reserve(faces.neighbor.size());
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    const auto from = static_cast<std::uint32_t>(of_face[f]);
+    const auto to = static_cast<std::uint32_t>(of_face[g]);
+    if (to != from) links.push_back({from, to, faces.edge[k]});
+  });
+  return GraphOfLinks(count, std::move(links));
+}
+
+/// Facets are numbered by the coordinates of their centers. O(n log n).
+/// @param side  of the cubes; a facet is large if its area is more than half a cube's side.
+Facets MakeFacets(const Shape& mesh, double side) {
+  Facets facets;
+  facets.mesh = {mesh.points, mesh.faces, {}};
+  facets.origin.resize(mesh.faces.size());
+  std::iota(facets.origin.begin(), facets.origin.end(), 0u);
+  FaceGraph faces = BuildFaceGraph(mesh);
+  FaceFrames frames = BuildFaceFrames(mesh);
+  const Pieces flat = ConnectedPieces(faces, [&](std::uint32_t f, std::uint32_t g) {
+    return frames.normal[f].dot(frames.normal[g]) > 0.0 &&
+           frames.normal[f].cross(frames.normal[g]).norm() < kFlat;
+  });
+  const std::vector<double> area = GroupSums(flat.label, frames.area, flat.count);
+  std::vector<bool> large;
+  for (const std::int32_t piece : flat.label) large.push_back(area[piece] > 0.5 * side * side);
+  if (std::ranges::find(large, true) != large.end()) {
+    SliceAlongGrid(side, large, facets.mesh, facets.origin);
+    faces = BuildFaceGraph(facets.mesh);
+    frames = BuildFaceFrames(facets.mesh);
+  }
+  const auto cube = [&](std::uint32_t f) -> Eigen::Vector3i {
+    return (frames.center[f] / side).array().floor().cast<int>();
+  };
+  Pieces pieces = ConnectedPieces(faces, [&](std::uint32_t f, std::uint32_t g) {
+    const std::uint32_t from = facets.origin[f];
+    return flat.label[from] == flat.label[facets.origin[g]] && (!large[from] || cube(f) == cube(g));
+  });
+  facets.of_face = std::move(pieces.label);
+  facets.frames = GroupFrames(frames, facets.of_face, pieces.count);
+  NumberByCenter(facets.frames, facets.of_face);
+  facets.graph = GraphOf(faces, facets.of_face, pieces.count);
+  return facets;
+}
+
+/// Labels of the faces of origin: that of the largest share of its area, ties the lower one.
+Labels LabelsOfOrigin(const Facets& facets, std::size_t faces, const Labels& label_of_facet) {
+  Labels labels;
+  for (const std::int32_t facet : facets.of_face) labels.push_back(label_of_facet[facet]);
+  return LargestLabels(faces, facets.origin, labels, BuildFaceFrames(facets.mesh).area);
+}
+
+// ---- parts ----
 
 /// Of a small part too: fewer centers miss one of its sides.
 constexpr int kMinCenters = 4;
@@ -76,10 +270,8 @@ class Hierarchy {
                   {.min_area = MinArea(),
                    .solidity = options_.solidity,
                    .max_flatness = options_.max_flatness});
-    PartNode part;
-    part.parent = parent;
-    part.level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
-    part.quality = split.quality;
+    const int level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
+    const PartNode part{parent, level, -1, split.quality};
     nodes_.push_back({std::move(cells), part, std::move(split)});
   }
 
@@ -119,15 +311,13 @@ class Hierarchy {
 /// Numbers labels by falling area, ties by their first face. Returns the new number of each of
 /// `count` labels, -1 of those that no face has.
 Labels NumberByArea(const FaceFrames& frames, std::size_t count, Labels& label) {
-  std::vector<double> area(count, 0.0);
-  Labels names;
-  for (std::size_t f = 0; f < label.size(); ++f) {
-    if (area[label[f]] == 0.0) names.push_back(label[f]);
-    area[label[f]] += frames.area[f];
+  std::vector<bool> seen(count, false);
+  Indices names;
+  for (const std::int32_t l : label) {
+    if (!seen[l]) names.push_back(static_cast<std::uint32_t>(l));
+    seen[l] = true;
   }
-  std::ranges::stable_sort(names, std::greater<>(), [&](std::int32_t l) { return area[l]; });
-  Labels number(count, -1);
-  for (std::size_t k = 0; k < names.size(); ++k) number[names[k]] = static_cast<std::int32_t>(k);
+  const Labels number = RankLabels(std::move(names), GroupSums(label, frames.area, count));
   for (std::int32_t& l : label) l = number[l];
   return number;
 }

@@ -6,9 +6,8 @@
 
 namespace rangegrasp::parts {
 
-/// Lengths are shares of the root of the surface area, areas of the surface area. The values were
-/// chosen on the first two models of each class of experiments/parts_psb.yaml; docs/parts.md has
-/// what they give on the others.
+/// Lengths are shares of the root of the surface area, areas of the surface area. Values were
+/// chosen on the first two models of each class of experiments/parts_psb.yaml (docs/parts.md).
 struct HierarchyOptions {
   int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
   double flat_side = 0.03;    ///< > 0; flat pieces are cut along cubes of this side
@@ -27,33 +26,29 @@ struct HierarchyOptions {
   double border_reach = 0.7;   ///< >= 0; how far borders move at last, in widths of a cell
 };
 
-/// A hierarchical variant of the mirroring method; our own, not the chapter's, and it has
-/// thresholds.
+/// A hierarchical variant of mirroring; our own, not the chapter's, and it has thresholds.
 ///
-/// 1. The mesh is turned, scaled and sorted to a canonical form, and its flat pieces become facets,
-///    so that parts do not depend on how it lies and is written down, nor on how flat pieces are
-///    cut into faces.
+/// 1. The mesh becomes canonical and its flat pieces become facets, so that parts do not depend on
+///    how it lies, is written down and cut into faces.
 /// 2. Cells: the facets in about `cells` patches that end at concave creases; a border between two
 ///    costs its length, less where the surface bends inwards across it (the minima rule, Hoffman
 ///    and Richards 1984; curvature tensor of Cohen-Steiner and Morvan 2003, at two scales).
-/// 3. Mirroring (eq. 6.2-6.3) about many centers, those of inscribed balls, in place of one: what
-///    is seen of the shape from a center is near the mirrored hull (Katz, Tal and Basri 2007). A
-///    core grows about each center, what is seen best first, and minimum cuts take cores of several
-///    sizes off where that is cheapest (as in Katz and Tal 2003). No center has to be inside of
-///    the shape's middle, so that cups and rings need no exception.
+/// 3. Mirroring (eq. 6.2-6.3) about many centers, those of inscribed balls: what is seen of the
+/// shape
+///    from a center is near the mirrored hull (Katz, Tal and Basri 2007). A core grows about each,
+///    what is seen best first, and minimum cuts take cores of several sizes off where that is
+///    cheapest (as in Katz and Tal 2003). Cups and rings need no exception.
 /// 4. The best cut is made if its quality, cost over the girth of a disc as large as the smaller
 ///    side, is at most `cut_quality`, it runs along concave bends, and that side is solid (encloses
-///    volume outwards). A handle is measured by the mean of its two ends. Else the shape is one
-///    part.
+///    volume outwards). A handle counts the mean of its two ends.
 /// 5. The same (3, 4) with each of the parts: a tree, whose upper levels are coarser parts.
 /// 6. Borders move to the cheapest place nearby, facet by facet, by minimum cuts.
 ///
 /// The largest part is the core, label 0; the others follow by falling area. Open and non-manifold
-/// meshes too; of a cloud the mesh that MeshOfCloud makes of it, each point with the label of the
-/// nearest face, and of a body of revolution that is seen from one side (seen_side.h) more and
-/// smaller parts, joined to the body and what stands off it. The same for any order of vertices and
-/// faces; for any turn, shift and scale too, but where rounding decides between parts of a shape
-/// that is symmetric to the last digits. About O(n log n + parts * centers * cells^1.5).
+/// meshes too. Of a cloud MeshOfCloud is segmented, each point has the label of the nearest face;
+/// of a body of revolution seen from one side (seen_side.h) smaller parts are joined. The same for
+/// any order of vertices and faces, and for any turn, shift and scale but where rounding decides
+/// between parts of a symmetric shape. About O(n log n + parts * centers * cells^1.5).
 /// @throws std::invalid_argument if an option is out of range.
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options);
 

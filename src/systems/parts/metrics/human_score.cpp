@@ -35,9 +35,7 @@ double PairsInGroups(std::vector<T> values) {
 
 double MeanDistanceToCentroid(const Shape& mesh) {
   const FaceFrames frames = BuildFaceFrames(mesh);
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  for (std::size_t f = 0; f < frames.area.size(); ++f) moment += frames.area[f] * frames.center[f];
-  const Eigen::Vector3d centroid = moment / frames.total_area;
+  const auto centroid = GroupFrames(frames, Labels(frames.area.size(), 0), 1).center.front();
   double sum = 0.0;
   for (std::size_t f = 0; f < frames.area.size(); ++f) {
     sum += frames.area[f] * (frames.center[f] - centroid).norm();
@@ -83,11 +81,7 @@ Indices CutMeasure::CutVertices(std::span<const std::int32_t> label) const {
     if (label[g] == label[f]) return;
     for (const std::uint32_t v : faces_.edge[k]) on_cut[v] = true;
   });
-  Indices vertices;
-  for (std::uint32_t v = 0; v < on_cut.size(); ++v) {
-    if (on_cut[v]) vertices.push_back(v);
-  }
-  return vertices;
+  return geometry::PositionsOf(on_cut);
 }
 
 double CutMeasure::SumOfDistances(const Indices& from, const Indices& to) const {
@@ -138,9 +132,8 @@ std::vector<std::filesystem::path> HumanFiles(const std::filesystem::path& folde
     if (file.starts_with(name + "_") && file.ends_with(".seg")) files.push_back(entry.path());
   }
   // By length first, so that 9 stands before 10.
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
-    const std::string x = a.filename().string(), y = b.filename().string();
-    return x.size() != y.size() ? x.size() < y.size() : x < y;
+  std::ranges::sort(files, {}, [](const std::filesystem::path& file) {
+    return std::pair(file.filename().string().size(), file.filename().string());
   });
   return files;
 }

@@ -21,10 +21,9 @@ class CutMeasure {
   explicit CutMeasure(const Shape& mesh);
 
   /// Cut discrepancy (Chen et al. 2009): for every vertex on a cut of one labelling the shortest
-  /// distance along edges to a cut of the other, both ways, averaged over all those vertices,
-  /// divided by the area-weighted mean distance of the surface to its centroid. nullopt where one
-  /// of the two has no cut. Where no edges lead from a vertex to a cut of the other labelling (a
-  /// mesh in several pieces), the straight distance counts. O(n log n).
+  /// distance along edges to a cut of the other (straight, where no edges lead there), both ways,
+  /// averaged over all those vertices, divided by the area-weighted mean distance of the surface to
+  /// its centroid. nullopt where one of the two has no cut. O(n log n).
   /// @throws std::invalid_argument if a length is not the number of faces.
   std::optional<double> Discrepancy(std::span<const std::int32_t> a,
                                     std::span<const std::int32_t> b) const;
@@ -49,7 +48,6 @@ struct HumanModel {
   std::vector<Labels> humans_of_shape;  ///< of the shape's faces
 };
 
-/// Where a model stands.
 std::filesystem::path ModelFile(const std::filesystem::path& folder, int id);
 /// Its human segmentations, in the order of their numbers; none where there is no folder of them.
 std::vector<std::filesystem::path> HumanFiles(const std::filesystem::path& folder, int id);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -11,7 +12,7 @@
 #include "geometry/kd_tree.h"
 #include "geometry/mesh.h"
 #include "geometry/plane.h"
-#include "parts/cloud/internal/surface_points.h"
+#include "parts/cloud/cloud_mesh.h"
 #include "parts/mirror/internal/spherical_mirror.h"
 #include "parts/shape/shape_graph.h"
 
@@ -188,21 +189,9 @@ std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
 void JoinSmallPieces(const Points& points, Labels& label) {
   std::map<std::int32_t, std::size_t> count;
   for (const std::int32_t l : label) ++count[l];
-  Points kept, crumbs;
-  Labels kept_label;
-  Indices crumb;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (label[i] > 0 && count[label[i]] <= kNeighbors) {
-      crumbs.push_back(points[i]);
-      crumb.push_back(i);
-    } else {
-      kept.push_back(points[i]);
-      kept_label.push_back(label[i]);
-    }
-  }
-  if (kept.empty() || crumb.empty()) return;
-  const Labels found = LabelsOfNearest(crumbs, kept, kept_label);
-  for (std::size_t k = 0; k < crumb.size(); ++k) label[crumb[k]] = found[k];
+  const auto is_crumb = [&](std::int32_t l) { return l > 0 && count[l] <= kNeighbors; };
+  LabelByNearest(points, geometry::PositionsWhere(label, std::not_fn(is_crumb)),
+                 geometry::PositionsWhere(label, is_crumb), label);
 }
 
 // Numbers the parts by falling size from 1, ties by their first point; the core stays 0.
@@ -250,10 +239,7 @@ Labels FloodFill(const Points& points) {
 }
 
 Labels FillCloud(const Shape& cloud, const std::vector<bool>& in_core) {
-  Indices rest;
-  for (std::uint32_t i = 0; i < in_core.size(); ++i) {
-    if (!in_core[i]) rest.push_back(i);
-  }
+  const Indices rest = geometry::PositionsWhere(in_core, [](bool inside) { return !inside; });
   Labels label(in_core.size(), 0);
   if (rest.empty()) return label;
   const Points outside = geometry::Select(cloud.points, rest);
@@ -275,7 +261,7 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   const auto in_core = CoreElements(shape, *core);
   Segmentation result;
   if (shape.IsMesh()) {
-    LabelOutside(BuildFaceGraph(shape), in_core, result.label);  // faces that share an edge
+    result.label = LabelOutside(BuildFaceGraph(shape), in_core).label;  // faces that share an edge
   } else {
     result.label = FillCloud(shape, in_core);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <stdexcept>
 
@@ -47,26 +48,29 @@ Labels LabelsOfNearest(const Points& points, const Points& labelled, const Label
   return found;
 }
 
+void LabelByNearest(const Points& points, const Indices& kept, const Indices& others,
+                    Labels& label) {
+  if (kept.empty() || others.empty()) return;
+  Labels of_kept;
+  for (const std::uint32_t i : kept) of_kept.push_back(label[i]);
+  const Labels found =
+      LabelsOfNearest(geometry::Select(points, others), geometry::Select(points, kept), of_kept);
+  for (std::size_t k = 0; k < others.size(); ++k) label[others[k]] = found[k];
+}
+
 Labels LabelsOfInput(const Shape& shape, const TriangleMesh& input,
                      const Segmentation& segmentation) {
-  Labels label(shape.element_of_input.size(), -1);
-  Points kept, others;
-  Labels of_kept;
-  Indices other;
-  for (std::uint32_t i = 0; i < label.size(); ++i) {
-    const Eigen::Vector3d center = Center(input, i);
-    if (shape.element_of_input[i] >= 0) {
-      label[i] = segmentation.label[shape.element_of_input[i]];
-      of_kept.push_back(label[i]);
-      kept.push_back(center);
-    } else if (IsUsable(center)) {
-      other.push_back(i);
-      others.push_back(center);
-    }
+  Labels label;
+  Points centers;
+  Indices kept, others;
+  for (std::uint32_t i = 0; i < shape.element_of_input.size(); ++i) {
+    const std::int32_t element = shape.element_of_input[i];
+    label.push_back(element < 0 ? -1 : segmentation.label[element]);
+    centers.push_back(Center(input, i));
+    if (element >= 0) kept.push_back(i);
+    if (element < 0 && IsUsable(centers[i])) others.push_back(i);
   }
-  if (others.empty()) return label;
-  const Labels found = LabelsOfNearest(others, kept, of_kept);
-  for (std::size_t k = 0; k < other.size(); ++k) label[other[k]] = found[k];
+  LabelByNearest(centers, kept, others, label);
   return label;
 }
 
@@ -107,35 +111,35 @@ Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
   return label;
 }
 
+Labels RankLabels(Indices labels, const std::vector<double>& weight) {
+  std::ranges::stable_sort(labels, std::greater<>(), [&](std::uint32_t l) { return weight[l]; });
+  Labels number(weight.size(), -1);
+  for (std::size_t k = 0; k < labels.size(); ++k) number[labels[k]] = static_cast<std::int32_t>(k);
+  return number;
+}
+
 Segmentation AtLevel(const Segmentation& segmentation, int level) {
-  if (segmentation.tree.empty()) return segmentation;
+  const std::vector<PartNode>& tree = segmentation.tree;
+  if (tree.empty()) return segmentation;
   // Of each node the one that stands for it.
-  std::vector<std::size_t> top(segmentation.tree.size());
-  std::vector<std::size_t> of_label(segmentation.parts);
+  std::vector<std::size_t> top(tree.size()), of_label(segmentation.parts);
   for (std::size_t k = 0; k < top.size(); ++k) {
-    const PartNode& node = segmentation.tree[k];
-    top[k] = node.level > level ? top[node.parent] : k;
-    if (node.label >= 0) of_label[node.label] = top[k];
+    top[k] = tree[k].level > level ? top[tree[k].parent] : k;
+    if (tree[k].label >= 0) of_label[tree[k].label] = top[k];
   }
-  std::vector<std::size_t> size(top.size(), 0);
-  for (const std::int32_t l : segmentation.label) ++size[of_label[l]];
-  std::vector<std::size_t> order;
-  for (std::size_t k = 0; k < top.size(); ++k) {
-    if (size[k] > 0) order.push_back(k);
-  }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+  std::vector<double> size(top.size(), 0.0);
+  for (const std::int32_t l : segmentation.label) size[of_label[l]] += 1.0;
+  const Labels number =
+      RankLabels(geometry::PositionsWhere(size, [](double s) { return s > 0.0; }), size);
   Segmentation coarse = segmentation;
   coarse.tree.clear();
-  coarse.parts = static_cast<int>(order.size());
+  coarse.parts = 1 + *std::ranges::max_element(number);
   coarse.has_core = coarse.parts > 1;
-  Labels number(top.size(), -1);
-  for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = static_cast<std::int32_t>(k);
   for (std::int32_t& l : coarse.label) l = number[of_label[l]];
   // What is cut further has no label of its own any more.
   for (std::size_t k = 0; k < top.size(); ++k) {
-    if (segmentation.tree[k].level > level) continue;
-    coarse.tree.push_back(segmentation.tree[k]);
+    if (tree[k].level > level) continue;
+    coarse.tree.push_back(tree[k]);
     coarse.tree.back().label = number[k];
   }
   return coarse;

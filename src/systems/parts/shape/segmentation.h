@@ -28,14 +28,16 @@ struct Segmentation {
 /// Of each point the label of the nearest labelled one.
 Labels LabelsOfNearest(const Points& points, const Points& labelled, const Labels& labels);
 
-/// Labels of the input's elements: those left out get the label of the nearest element that was
-/// kept.
+/// Gives the other points the labels of the nearest of those that are kept.
+void LabelByNearest(const Points& points, const Indices& kept, const Indices& others,
+                    Labels& label);
+
+/// Labels of the input's elements: those left out get that of the nearest that was kept.
 Labels LabelsOfInput(const Shape& shape, const geometry::TriangleMesh& input,
                      const Segmentation& segmentation);
 
 /// Of each of `count` groups the label of the largest weight among its members, ties the lower one;
 /// -1 without members.
-/// @param group, labels, weights  of each member
 Labels LargestLabels(std::size_t count, const Indices& group, std::span<const std::int32_t> labels,
                      const std::vector<double>& weights);
 
@@ -46,6 +48,9 @@ Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
 /// The other way round. @throws std::invalid_argument if there is not one label a polygon.
 Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
                          std::span<const std::int32_t> polygons);
+
+/// Numbers some labels from 0 by falling weight, ties as they stand; -1 for the others.
+Labels RankLabels(Indices labels, const std::vector<double>& weight);
 
 /// The same with fewer parts: those of the tree that are at most so many cuts below the whole,
 /// numbered by falling number of elements. Without a tree nothing changes.

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::parts {
@@ -30,10 +30,7 @@ constexpr double kMinSine = 1e-14;
 
 // For each point the first one at the same place; kNone where it is not usable.
 Indices FirstAtPlace(const Points& points) {
-  Indices order;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (IsUsable(points[i])) order.push_back(i);
-  }
+  Indices order = geometry::PositionsWhere(points, IsUsable);
   const auto key = [&points](std::uint32_t i) { return CoordinatesOf(points[i]); };
   std::ranges::stable_sort(order, {}, key);
   Indices first(points.size(), kNone);
@@ -72,31 +69,19 @@ void KeepFaces(const TriangleMesh& mesh, const Indices& first, Shape& shape) {
         fmt::format("none of its {} faces is a triangle of three different finite vertices",
                     mesh.triangles.size()));
   }
-  // Only vertices that a face uses stay, in their order.
-  Indices position(mesh.vertices.size(), kNone);
-  for (const Face& face : shape.faces) {
-    for (const std::uint32_t v : face) position[v] = 0;
-  }
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    if (position[i] == kNone) continue;
-    position[i] = static_cast<std::uint32_t>(shape.points.size());
-    shape.points.push_back(mesh.vertices[i]);
-  }
-  for (Face& face : shape.faces) {
-    for (std::uint32_t& v : face) v = position[v];
-  }
+  shape.points = geometry::Select(mesh.vertices, UseOnly(mesh.vertices.size(), shape.faces));
 }
 
 void KeepPoints(const Points& points, const Indices& first, Shape& shape) {
-  shape.element_of_input.assign(points.size(), -1);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (first[i] == kNone) continue;
+    std::int32_t element = -1;
     if (first[i] == i) {
-      shape.element_of_input[i] = static_cast<std::int32_t>(shape.points.size());
+      element = static_cast<std::int32_t>(shape.points.size());
       shape.points.push_back(points[i]);
-    } else {
-      shape.element_of_input[i] = shape.element_of_input[first[i]];
+    } else if (first[i] != kNone) {
+      element = shape.element_of_input[first[i]];
     }
+    shape.element_of_input.push_back(element);
   }
 }
 
@@ -112,10 +97,7 @@ Vector3d Cross(const Shape& mesh, const Face& face) {
 
 /// Points by their coordinates.
 Indices OrderOf(const Points& points) {
-  Indices order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, {}, [&](std::uint32_t i) { return CoordinatesOf(points[i]); });
-  return order;
+  return OrderBy(points.size(), [&](std::uint32_t i) { return CoordinatesOf(points[i]); });
 }
 
 /// Vertices by their coordinates, faces by their vertices, the lowest of each first.
@@ -201,12 +183,24 @@ void Turn(const Matrix3d& inertia, Points& points, const Skewed& skews_of) {
 }
 
 void RoundOff(Points& points) {
-  for (Vector3d& p : points) {
-    p = p.unaryExpr([](double x) { return std::round(x / kGrid) * kGrid; });
-  }
+  for (Vector3d& p : points) p = (p / kGrid).array().round() * kGrid;
 }
 
 }  // namespace
+
+Indices UseOnly(std::size_t vertices, std::vector<Face>& faces) {
+  std::vector<bool> used(vertices, false);
+  for (const Face& face : faces) {
+    for (const std::uint32_t v : face) used[v] = true;
+  }
+  const Indices kept = geometry::PositionsOf(used);
+  Indices number(vertices);
+  for (std::uint32_t k = 0; k < kept.size(); ++k) number[kept[k]] = k;
+  for (Face& face : faces) {
+    for (std::uint32_t& v : face) v = number[v];
+  }
+  return kept;
+}
 
 bool IsUsable(const Eigen::Vector3d& p) {
   // Squares of squares of what is larger leave the range of a double.
@@ -242,13 +236,25 @@ FaceFrames BuildFaceFrames(const Shape& mesh) {
   return frames;
 }
 
+Vector3d SpiralDirection(int k, double z) {
+  const double turn = k * base::kPi * (3.0 - std::sqrt(5.0));
+  const double r = std::sqrt(1.0 - z * z);
+  return {r * std::cos(turn), r * std::sin(turn), z};
+}
+
+std::vector<double> GroupSums(const Labels& group, const std::vector<double>& weight,
+                              std::size_t count) {
+  std::vector<double> sums(count, 0.0);
+  for (std::size_t i = 0; i < group.size(); ++i) sums[group[i]] += weight[i];
+  return sums;
+}
+
 FaceFrames GroupFrames(const FaceFrames& faces, const Labels& group, std::size_t count) {
   FaceFrames sums{Points(count, Vector3d::Zero()), Points(count, Vector3d::Zero()),
-                  std::vector<double>(count, 0.0), faces.total_area};
+                  GroupSums(group, faces.area, count), faces.total_area};
   for (std::size_t f = 0; f < group.size(); ++f) {
     sums.center[group[f]] += faces.area[f] * faces.center[f];
     sums.normal[group[f]] += faces.area[f] * faces.normal[f];
-    sums.area[group[f]] += faces.area[f];
   }
   for (std::size_t k = 0; k < count; ++k) {
     if (sums.area[k] > 0.0) sums.center[k] /= sums.area[k];

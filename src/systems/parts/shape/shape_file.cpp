@@ -86,16 +86,15 @@ Labels ReadLabels(const std::filesystem::path& file) {
   const std::string text = base::ReadFile(file);
   const std::string_view whole(text.data(), text.find_last_not_of(" \t\r\n") + 1);
   Labels labels;
-  for (std::size_t at = 0; at < whole.size();) {
-    const std::size_t end = std::min(whole.find('\n', at), whole.size());
-    const std::string_view word = Trimmed(whole.substr(at, end - at));
+  if (whole.empty()) return labels;
+  for (const std::string& line : base::Split(whole, '\n')) {
+    const std::string_view word = Trimmed(line);
     const auto label = base::NumberFrom<std::int32_t>(word);
     if (!label) {
       throw base::InputError(fmt::format("{}:{}: '{:.40}' must be a label, one whole number a line",
                                          file.string(), labels.size() + 1, word));
     }
     labels.push_back(*label);
-    at = end + 1;
   }
   return labels;
 }

@@ -42,9 +42,8 @@ draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std
 draw::View LookAtShape(geometry::PointSpan points, int up);
 
 /// Writes the parts of a shape as BASE.seg (labels), BASE.ply (in colors) and BASE.png.
-/// @param labels  one a triangle or point; .seg has one a polygon of the file, and all triangles of
-///                it are shown so.
-/// @param up  the shape's axis that points up in the picture: 0, 1, 2 for x, y, z.
+/// @param labels  one a triangle or point; .seg has one a polygon, and its triangles are shown so.
+/// @param up  as LookAtShape's.
 /// @throws base::RunError if a file cannot be written, base::InputError if the folder cannot be
 /// made, std::invalid_argument if there is not one label an element.
 void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& input,

@@ -48,10 +48,7 @@ std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
   std::vector<EdgeOfFace> edges;
   edges.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [a, b] = std::minmax(faces[f][i], faces[f][(i + 1) % 3]);
-      edges.push_back({a, b, f});
-    }
+    for (const auto& [a, b] : EdgesOf(faces[f])) edges.push_back({a, b, f});
   }
   SortByNumber(
       edges, mesh.points.size(), [](const EdgeOfFace& e) { return e.a; },
@@ -72,28 +69,6 @@ void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) 
         round.size() > kManyFaces ? std::min(i + 2, round.size()) : round.size();
     for (std::size_t j = i + 1; j < end; ++j) link(round[i], round[j]);
   }
-}
-
-/// Pieces of faces of one label, by falling size.
-struct LabelledPieces {
-  Labels of_face;
-  Labels label;
-  std::vector<std::map<std::int32_t, std::size_t>> shared;  ///< edges with each other piece
-};
-
-LabelledPieces PiecesOf(const FaceGraph& faces, const Labels& label) {
-  LabelledPieces pieces;
-  const std::int32_t count = LabelPieces(
-      faces, std::vector<bool>(label.size(), true),
-      [&](std::uint32_t f, std::uint32_t g) { return label[f] == label[g]; }, pieces.of_face);
-  pieces.label.assign(count, 0);
-  pieces.shared.resize(count);
-  for (std::size_t f = 0; f < label.size(); ++f) pieces.label[pieces.of_face[f]] = label[f];
-  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
-    const std::int32_t here = pieces.of_face[f], there = pieces.of_face[g];
-    if (there != here) ++pieces.shared[here][there];
-  });
-  return pieces;
 }
 
 using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
@@ -148,12 +123,10 @@ FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
 VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors) {
   std::vector<VertexLink> links;
   const auto link = [&](std::uint32_t a, std::uint32_t b) {
-    links.push_back({a, b, (shape.points[a] - shape.points[b]).norm()});
+    links.push_back({a, b, LengthOf(shape.points, {a, b})});
   };
-  for (const auto& [a, b, c] : shape.faces) {
-    link(a, b);
-    link(b, c);
-    link(c, a);
+  for (const Face& face : shape.faces) {
+    for (const auto& [a, b] : EdgesOf(face)) link(a, b);
   }
   if (!shape.IsMesh()) {
     const geometry::KdTree tree(shape.points);
@@ -186,29 +159,62 @@ VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links) {
   return graph;
 }
 
-std::int32_t LabelOutside(const FaceGraph& faces, const std::vector<bool>& core, Labels& label) {
+Pieces LabelOutside(const FaceGraph& faces, const std::vector<bool>& core) {
   std::vector<bool> rest = core;
   rest.flip();
-  const std::int32_t pieces = LabelPieces(faces, rest, label);
-  for (std::int32_t& l : label) ++l;
+  Pieces pieces = ConnectedPieces(faces, rest, AnyNeighbors);
+  for (std::int32_t& l : pieces.label) ++l;
   return pieces;
 }
 
-void JoinCrumbs(const FaceGraph& faces, Labels& label) {
-  LabelledPieces pieces = PiecesOf(faces, label);
-  std::set<std::int32_t> seen;
-  std::vector<std::size_t> crumbs;
-  for (std::size_t p = 0; p < pieces.label.size(); ++p) {
-    if (!seen.insert(pieces.label[p]).second) crumbs.push_back(p);
+void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
+               std::size_t first, NearestSeeds& nearest) {
+  auto& [distance, seed] = nearest;
+  distance.resize(graph.begin.size() - 1, geometry::ShortestPaths::kFar);
+  seed.resize(distance.size(), -1);
+  for (std::size_t s = first; s < seeds.size(); ++s) seed[seeds[s]] = static_cast<std::int32_t>(s);
+  const auto expand = [&](std::uint32_t f, double d, const auto& reach) {
+    for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
+      const std::uint32_t next = graph.neighbor[k];
+      if (reach(next, d + costs[k])) nearest.seed[next] = nearest.seed[f];
+    }
+  };
+  geometry::ShortestPaths().Lower(std::span(seeds).subspan(first), distance, expand);
+}
+
+Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center,
+                    const std::vector<bool>& wanted) {
+  std::vector<double> nearest(center.size(), geometry::ShortestPaths::kFar);
+  Indices face(center.size(), kNoNode);
+  for (std::uint32_t f = 0; f < group.size(); ++f) {
+    const double squared = (frames.center[f] - center[group[f]]).squaredNorm();
+    if (!wanted[group[f]] || squared >= nearest[group[f]]) continue;
+    nearest[group[f]] = squared;
+    face[group[f]] = f;
   }
-  for (const std::size_t p : crumbs) {
+  std::erase(face, kNoNode);
+  return face;
+}
+
+void JoinCrumbs(const FaceGraph& faces, Labels& label) {
+  const Pieces pieces = ConnectedPieces(
+      faces, [&](std::uint32_t f, std::uint32_t g) { return label[f] == label[g]; });
+  Labels of_piece(pieces.count);
+  for (std::size_t f = 0; f < label.size(); ++f) of_piece[pieces.label[f]] = label[f];
+  std::vector<std::map<std::int32_t, std::size_t>> shared(pieces.count);  // edges with each other
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
+    if (label[f] != label[g]) ++shared[pieces.label[f]][pieces.label[g]];
+  });
+  std::set<std::int32_t> seen;
+  for (std::int32_t p = 0; p < pieces.count; ++p) {
+    if (seen.insert(of_piece[p]).second) continue;
     std::map<std::int32_t, std::size_t> votes;
-    for (const auto& [other, edges] : pieces.shared[p]) votes[pieces.label[other]] += edges;
+    for (const auto& [other, edges] : shared[p]) votes[of_piece[other]] += edges;
     const auto best =
         std::ranges::max_element(votes, {}, &std::pair<const std::int32_t, std::size_t>::second);
-    if (best != votes.end()) pieces.label[p] = best->first;
+    if (best != votes.end()) of_piece[p] = best->first;
   }
-  for (std::size_t f = 0; f < label.size(); ++f) label[f] = pieces.label[pieces.of_face[f]];
+  for (std::size_t f = 0; f < label.size(); ++f) label[f] = of_piece[pieces.label[f]];
 }
 
 std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
@@ -260,6 +266,20 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
   std::vector<bool> with_source(nodes);
   for (std::uint32_t v = 0; v < nodes; ++v) with_source[v] = color[v] == boost::black_color;
   return with_source;
+}
+
+void CutFaces(const FaceGraph& faces, const std::vector<double>& costs, std::uint32_t nodes,
+              const Indices& node, std::int32_t of_source, std::int32_t of_sink, Labels& label) {
+  std::vector<CutLink> links;
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    if (f >= g || node[f] == node[g] || node[f] == kNoNode || node[g] == kNoNode) return;
+    links.push_back({node[f], node[g], costs[k]});
+  });
+  const std::vector<bool> with_source = MinCut(nodes, links);
+  for (std::size_t f = 0; f < node.size(); ++f) {
+    if (node[f] <= kSink || node[f] == kNoNode) continue;
+    label[f] = with_source[node[f]] ? of_source : of_sink;
+  }
 }
 
 std::vector<Face> TurnedOutwards(const Shape& mesh) {

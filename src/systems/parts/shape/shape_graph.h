@@ -7,8 +7,7 @@
 
 namespace rangegrasp::parts {
 
-/// Faces that share an edge. Non-manifold edges join all their faces (those of more than 16 in a
-/// row); 3 slots a face are not assumed.
+/// Faces that share an edge; non-manifold edges join all their faces (more than 16 in a row).
 struct FaceGraph {
   Indices begin;  ///< faces + 1; neighbors of face i are [begin[i], begin[i+1])
   Indices neighbor;
@@ -16,7 +15,7 @@ struct FaceGraph {
 };
 FaceGraph BuildFaceGraph(const Shape& mesh);
 
-/// That one face, or a group of them, has another as its neighbor across an edge.
+/// That a face, or a group of them, has another as its neighbor across an edge.
 struct FaceLink {
   std::uint32_t from, to;
   Edge edge;
@@ -55,30 +54,46 @@ void ForEachLink(const Graph& graph, Visit visit) {
   }
 }
 
-/// Connected pieces of the nodes of a graph (FaceGraph, VertexGraph): numbered from 0 by falling
-/// size, ties by their first node. joined(a, b) says whether neighbors belong together. O(links).
+/// Connected pieces of a graph's nodes.
+struct Pieces {
+  Labels label;  ///< numbered from 0 by falling size, ties by their first node
+  std::int32_t count = 0;
+};
+/// joined(a, b) says whether neighbors belong together. O(links).
 /// @param chosen  nodes that count; the others get the label -1.
-/// @return how many pieces there are.
 template <typename Graph, typename Joined>
-std::int32_t LabelPieces(const Graph& graph, const std::vector<bool>& chosen, Joined joined,
-                         Labels& label) {
+Pieces ConnectedPieces(const Graph& graph, const std::vector<bool>& chosen, Joined joined) {
   geometry::UnionFind sets(chosen.size());
   ForEachLink(graph, [&](std::uint32_t v, std::uint32_t next, std::uint32_t) {
     if (chosen[v] && chosen[next] && joined(v, next)) sets.Unite(v, next);
   });
-  return geometry::LabelBySize(sets, chosen, label);
+  Pieces pieces;
+  pieces.count = geometry::LabelBySize(sets, chosen, pieces.label);
+  return pieces;
 }
-
-/// The same of all neighbors that are chosen.
-template <typename Graph>
-std::int32_t LabelPieces(const Graph& graph, const std::vector<bool>& chosen, Labels& label) {
-  return LabelPieces(
-      graph, chosen, [](std::uint32_t, std::uint32_t) { return true; }, label);
+/// Of all nodes.
+template <typename Graph, typename Joined>
+Pieces ConnectedPieces(const Graph& graph, Joined joined) {
+  return ConnectedPieces(graph, std::vector<bool>(graph.begin.size() - 1, true), joined);
 }
+inline bool AnyNeighbors(std::uint32_t, std::uint32_t) { return true; }
 
-/// The core, 0, and the connected pieces of the other faces, from 1 by falling size. Returns how
-/// many pieces there are without the core.
-std::int32_t LabelOutside(const FaceGraph& faces, const std::vector<bool>& core, Labels& label);
+/// The core, 0, and the connected pieces of the other faces, from 1 by falling size, as many as
+/// count says.
+Pieces LabelOutside(const FaceGraph& faces, const std::vector<bool>& core);
+
+/// Which of some seeds each face is nearest to, along a graph whose links cost something.
+struct NearestSeeds {
+  std::vector<double> distance;  ///< infinite where no seed reaches
+  Labels seed;                   ///< position in the seeds; -1 where none reaches
+};
+/// Takes the faces that are nearer to the seeds from `first` on than to those before.
+/// @param costs  parallel to graph.neighbor
+void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
+               std::size_t first, NearestSeeds& nearest);
+/// Of each wanted group the face nearest to its center; none of a group without faces.
+Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center,
+                    const std::vector<bool>& wanted);
 
 /// Leaves of each label its largest connected piece (ties: that of the lowest face); other pieces
 /// take the label they share most edges with, ties the lower one. Pieces without neighbors stay.
@@ -91,7 +106,7 @@ struct CutLink {
   double capacity;
 };
 
-/// Source and sink where a caller has no other wish; its nodes count from 2.
+/// Source and sink where a caller names no other; its nodes count from 2.
 inline constexpr std::uint32_t kSource = 0;
 inline constexpr std::uint32_t kSink = 1;
 
@@ -99,7 +114,13 @@ inline constexpr std::uint32_t kSink = 1;
 /// source's side. Capacities are rounded to a millionth of the largest, so that the flow is exact.
 /// @throws std::invalid_argument if source equals sink or a node does not exist.
 std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
-                         std::uint32_t source, std::uint32_t sink);
+                         std::uint32_t source = kSource, std::uint32_t sink = kSink);
+
+/// Labels faces by the minimum cut: those with a node from 2 to nodes - 1, between those that keep
+/// their labels as kSource or kSink. Faces of kNoNode are left out.
+inline constexpr std::uint32_t kNoNode = static_cast<std::uint32_t>(-1);
+void CutFaces(const FaceGraph& faces, const std::vector<double>& costs, std::uint32_t nodes,
+              const Indices& node, std::int32_t of_source, std::int32_t of_sink, Labels& label);
 
 /// The faces turned so that neighbors agree, piece by piece, and each piece encloses a volume >= 0
 /// as seen from its own middle: files often mix orientations. O(n log n)

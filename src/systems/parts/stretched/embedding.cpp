@@ -29,21 +29,14 @@ std::uint32_t Opposite(const Face& face, const Edge& edge) {
 
 /// Pieces other than the largest get their shortest link to it.
 std::vector<VertexLink> LinksToLargest(const VertexGraph& graph, const Points& points) {
-  const std::uint32_t n = graph.Size();
-  Labels piece;
-  const std::int32_t pieces = LabelPieces(graph, std::vector<bool>(n, true), piece);
+  const auto& [piece, pieces] = ConnectedPieces(graph, AnyNeighbors);
   if (pieces < 2) return {};
-  Points largest;
-  Indices index;
-  for (std::uint32_t v = 0; v < n; ++v) {
-    if (piece[v] != 0) continue;
-    largest.push_back(points[v]);
-    index.push_back(v);
-  }
+  const Indices index = geometry::PositionsWhere(piece, [](std::int32_t p) { return p == 0; });
+  const Points largest = geometry::Select(points, index);
   const geometry::KdTree tree(largest);
   std::vector<geometry::KdTree::Neighbor> found;
   std::vector<VertexLink> links(pieces - 1, {0, 0, kFar});
-  for (std::uint32_t v = 0; v < n; ++v) {
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
     if (piece[v] == 0) continue;
     tree.Nearest(points[v], 1, found);
     const double length = std::sqrt(found.front().squared_distance);
@@ -98,6 +91,19 @@ MatrixX3d LeadingCoordinates(const MatrixXd& b) {
   q = qr.householderQ() * MatrixXd::Identity(b.rows(), kSubspace);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(q.transpose() * b * q);
   return Coordinates(ritz.eigenvalues(), q * ritz.eigenvectors());
+}
+
+/// sum_i (x - X_i) delta_i / |x - X_i|, without the points at x.
+/// @param d  becomes |x - X_i|
+template <class Deltas>
+Eigen::Vector3d PullOf(const MatrixX3d& points, const Eigen::Vector3d& x, const Deltas& delta,
+                       ArrayXd& d) {
+  const ArrayXd dx = x[0] - points.col(0).array();
+  const ArrayXd dy = x[1] - points.col(1).array();
+  const ArrayXd dz = x[2] - points.col(2).array();
+  d = (dx.square() + dy.square() + dz.square()).sqrt();
+  const ArrayXd ratio = (d > 0.0).select(delta / d, 0.0);
+  return {(ratio * dx).sum(), (ratio * dy).sum(), (ratio * dz).sum()};
 }
 
 void CheckDistances(const MatrixXd& distances) {
@@ -193,26 +199,14 @@ double GuttmanTransform(const MatrixXd& distances, const MatrixX3d& positions, M
   const Index n = distances.rows();
   next.resize(n, 3);
   double stress = 0.0;
-  ArrayXd dx(n), dy(n), dz(n), d(n), ratio(n);
+  ArrayXd d;
   for (Index j = 0; j < n; ++j) {
-    dx = positions(j, 0) - positions.col(0).array();
-    dy = positions(j, 1) - positions.col(1).array();
-    dz = positions(j, 2) - positions.col(2).array();
-    d = (dx.square() + dy.square() + dz.square()).sqrt();
     const auto delta = distances.col(j).array();
+    next.row(j) = PullOf(positions, positions.row(j).transpose(), delta, d).transpose();
     stress += (d - delta).square().head(j).sum();
-    ratio = (d > 0.0).select(delta / d, 0.0);
-    next(j, 0) = (ratio * dx).sum();
-    next(j, 1) = (ratio * dy).sum();
-    next(j, 2) = (ratio * dz).sum();
   }
   next /= static_cast<double>(n);
   return stress;
-}
-
-double Stress(const MatrixXd& distances, const MatrixX3d& positions) {
-  MatrixX3d unused;
-  return GuttmanTransform(distances, positions, unused);
 }
 
 MatrixX3d ClassicalScaling(const MatrixXd& distances) {
@@ -260,15 +254,9 @@ Eigen::Vector3d LandmarkPlacement::Place(const Eigen::Ref<const Eigen::VectorXd>
   Eigen::Vector3d x =
       center_ + 0.5 * (solve_.transpose() *
                        (squared_norms_ - distances.cwiseAbs2()));  // columns of solve_ add up to 0
-  const Index n = landmarks_.rows();
-  ArrayXd dx(n), dy(n), dz(n), d(n), ratio(n);
+  ArrayXd d;
   for (int step = 0; step < steps; ++step) {
-    dx = x[0] - landmarks_.col(0).array();
-    dy = x[1] - landmarks_.col(1).array();
-    dz = x[2] - landmarks_.col(2).array();
-    d = (dx.square() + dy.square() + dz.square()).sqrt();
-    ratio = (d > 0.0).select(distances.array() / d, 0.0);
-    x = center_ + Eigen::Vector3d((ratio * dx).mean(), (ratio * dy).mean(), (ratio * dz).mean());
+    x = center_ + PullOf(landmarks_, x, distances.array(), d) / static_cast<double>(d.size());
   }
   return x;
 }

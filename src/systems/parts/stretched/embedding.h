@@ -29,12 +29,9 @@ LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count);
 /// Symmetric: a path's length is rounded differently there and back; the mean is taken.
 Eigen::MatrixXd BetweenLandmarks(const LandmarkDistances& spread);
 
-/// Eq. 2.33: the sum over i < j of (d_ij(X) - delta_ij)^2.
-double Stress(const Eigen::MatrixXd& distances, const Eigen::MatrixX3d& positions);
-
 /// Eq. 2.36-2.37 with all weights equal: U^+ B(X) X = B(X) X / N (the rows of B add up to zero, so
-/// that the pseudoinverse's centring does nothing). Returns the stress of `positions`, found on the
-/// way. O(N^2).
+/// that the pseudoinverse's centring does nothing). Returns the stress of `positions` (eq. 2.33),
+/// the sum over i < j of (d_ij(X) - delta_ij)^2. O(N^2).
 double GuttmanTransform(const Eigen::MatrixXd& distances, const Eigen::MatrixX3d& positions,
                         Eigen::MatrixX3d& next);
 

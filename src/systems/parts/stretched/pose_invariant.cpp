@@ -213,11 +213,7 @@ Points CorePoints(const Shape& form, const Segmentation& segmentation) {
     if (segmentation.label[i] != 0) continue;
     for (const std::uint32_t p : PointsOf(form, i)) used[p] = true;
   }
-  Points core;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i]) core.push_back(form.points[i]);
-  }
-  return core;
+  return geometry::Select(form.points, geometry::PositionsOf(used));
 }
 
 /// The largest value of an element's points; that of the core's elements is 0.

@@ -25,13 +25,12 @@ struct LimbOptions {
 
 /// Cuts what stands out into limbs.
 ///
-/// As the core grows, the pieces outside of it get smaller, fall apart and vanish: a tree (the join
-/// tree of `growth`). A piece that falls apart into limbs is one limb or becomes those,
-/// whichever last for a longer growth of the core, those in the mean: a chest with arms and head
-/// falls apart, an arm with fingers stays whole. So each limb is cut where it joins others, and no
-/// growth is fixed for all of them. A limb leads away from the rest (the feature points of Katz et
-/// al. 2005): what does not is the core's, and a piece falls apart only if two of its limbs do: a
-/// head with short ears stays whole. O(n log n).
+/// As the core grows, the pieces outside of it shrink, fall apart and vanish: a tree (the join tree
+/// of `growth`). A piece is one limb or becomes those that it falls into, whichever last for a
+/// longer growth of the core, those in the mean: a chest with arms and head falls apart, an arm
+/// with fingers stays whole. So each limb is cut where it joins others. A limb leads away from the
+/// rest (the feature points of Katz et al. 2005): what does not is the core's, and a piece falls
+/// apart only if two of its limbs do: a head with short ears stays whole. O(n log n).
 /// @return a label an element: 0 the core, from 1 the limbs by falling weight.
 Labels LabelLimbs(const StandingOut& elements, const LimbOptions& options);
 
@@ -52,11 +51,10 @@ struct PoseInvariantOptions {
   LimbOptions limbs{};
 };
 /// The shape in its pose-invariant form (section 6.2.3): landmarks are embedded by SMACOF, the
-/// other points placed from their geodesic distances to landmarks. Same elements, other positions.
+/// other points placed from their geodesic distances to them. Same elements, other positions.
 Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options);
 /// Segments the pose-invariant form by mirroring; the labels hold for the shape. Beyond the
-/// chapter: the core's hull grows about its middle until limbs come off, each where it joins others
-/// (LabelLimbs).
+/// chapter: the core's hull grows until limbs come off, each where it joins others (LabelLimbs).
 /// @throws what SegmentByMirroring throws.
 Segmentation SegmentPoseInvariant(const Shape& shape, const PoseInvariantOptions& options);
 

@@ -15,7 +15,9 @@
 namespace rangegrasp::parts {
 namespace {
 
+using experiment::Column;
 using experiment::Fixed;
+using experiment::kLeft;
 using experiment::Mean;
 using experiment::MeanOf;
 using experiment::Section;
@@ -46,21 +48,16 @@ Mean MeanOfClasses(const std::vector<Mean>& classes) {
   return mean;
 }
 
-template <class Enum>
-std::string WordOf(Enum value) {
-  return std::string(base::Word(value));
-}
+std::string MethodWord(Method method) { return std::string(base::Word(method)); }
 
-std::string CellOf(const std::optional<double>& value) {
-  return value ? Fixed(*value, kDigits) : "-";
+std::string CellOf(const std::optional<double>& value, int digits = kDigits) {
+  return value ? Fixed(*value, digits) : "-";
 }
 
 /// "0.1107 +- 0.0190"; without the error where there is none.
 std::string CellOf(const Mean& mean, int digits = kDigits) {
-  if (!mean.mean) return "-";
-  std::string cell = Fixed(*mean.mean, digits);
-  if (mean.standard_error) cell += " +- " + Fixed(*mean.standard_error, digits);
-  return cell;
+  return CellOf(mean.mean, digits) +
+         (mean.standard_error ? " +- " + Fixed(*mean.standard_error, digits) : "");
 }
 
 /// A table without rows yet, whose first column is one of words.
@@ -85,39 +82,38 @@ Section SummarySection(const PartsSetup& setup, const Rows& rows, std::optional<
       "Mean over models and its standard error, lower is better, " + ModelsText(setup, split),
       {"method", "models", "1 - Rand index", "SE (Rand)", "models with cuts", "cut discrepancy",
        "SE (cut)"});
-  const MetricMeans rand = MeansOf(setup, rows, Metric::kRandError, split);
-  const MetricMeans cut = MeansOf(setup, rows, Metric::kCutDiscrepancy, split);
-  for (std::size_t m = 0; m < setup.methods.size(); ++m) {
-    std::vector<std::string>& row = section.grid.rows.emplace_back();
-    row.push_back(WordOf(setup.methods[m]));
-    for (const Mean* mean : {&rand.over_models[m], &cut.over_models[m]}) {
-      row.push_back(std::to_string(mean->count));
-      row.push_back(CellOf(mean->mean));
-      row.push_back(CellOf(mean->standard_error));
+  const auto rand = MeansOf(setup, rows, Metric::kRandError, split);
+  const auto cut = MeansOf(setup, rows, Metric::kCutDiscrepancy, split);
+  for (std::size_t m = 0; m < rand.size(); ++m) {
+    std::vector<std::string> row = {MethodWord(rand[m].method)};
+    for (const Mean& mean : {rand[m].over_models, cut[m].over_models}) {
+      row.insert(row.end(),
+                 {std::to_string(mean.count), CellOf(mean.mean), CellOf(mean.standard_error)});
     }
+    section.grid.rows.push_back(row);
   }
   return section;
 }
 
-Section MetricSection(const PartsSetup& setup, const Rows& rows, Metric metric,
+std::string TitleOf(Metric metric) {
+  return metric == Metric::kRandError ? "1 - Rand index" : "Cut discrepancy";
+}
+
+Section MetricSection(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric,
                       std::optional<Split> split) {
-  std::vector<std::string> header = {"class"};
-  for (const Method method : setup.methods) header.push_back(WordOf(method));
-  Section section = TableOf(
-      (metric == Metric::kRandError
-           ? "1 - Rand index, mean and standard error, lower is better, "
-           : "Cut discrepancy, mean and standard error, lower is better, where there are cuts, ") +
-          ModelsText(setup, split),
-      header);
-  section.grid.total = true;
-  const MetricMeans means = MeansOf(setup, rows, metric, split);
-  for (std::size_t c = 0; c <= means.classes.size(); ++c) {
-    const bool total = c == means.classes.size();
-    std::vector<std::string>& row = section.grid.rows.emplace_back();
-    row.push_back(total ? "mean of the classes" : means.classes[c]);
-    for (std::size_t m = 0; m < means.methods.size(); ++m) {
-      row.push_back(CellOf(total ? means.overall[m] : means.by_class[m][c]));
-    }
+  const std::string where = metric == Metric::kRandError ? "" : "where there are cuts, ";
+  Section section = TableOf(TitleOf(metric) + ", mean and standard error, lower is better, " +
+                                where + ModelsText(setup, split),
+                            {"class"});
+  auto& [header, left, rows, total] = section.grid;
+  total = true;
+  for (const ModelClass& one : setup.classes) rows.push_back({one.name});
+  rows.push_back({"mean of the classes"});
+  for (const MethodMeans& of : means) {
+    header.push_back(MethodWord(of.method));
+    left.push_back(false);
+    for (std::size_t c = 0; c < of.by_class.size(); ++c) rows[c].push_back(CellOf(of.by_class[c]));
+    rows.back().push_back(CellOf(of.overall));
   }
   return section;
 }
@@ -125,6 +121,7 @@ Section MetricSection(const PartsSetup& setup, const Rows& rows, Metric metric,
 /// What some rows gave.
 struct Totals {
   std::vector<double> rand_errors, parts, seconds;
+  std::vector<double> more;  ///< Rand error of clouds than of the same models as meshes
   int uncut = 0, failed = 0;
 };
 
@@ -139,6 +136,11 @@ Totals TotalsOf(const Rows& rows, const IsWanted& is_wanted) {
     totals.parts.push_back(row.parts);
     totals.seconds.push_back(row.seconds);
     totals.uncut += row.cut_discrepancy ? 0 : 1;
+    if (!row.cloud) continue;
+    const auto mesh = std::ranges::find_if(rows, [&](const PartsRow& other) {
+      return !other.cloud && !other.failed && other.method == row.method && other.id == row.id;
+    });
+    if (mesh != rows.end()) totals.more.push_back(row.rand_error - mesh->rand_error);
   }
   return totals;
 }
@@ -158,18 +160,16 @@ Section TimesSection(const PartsSetup& setup, const Rows& rows) {
        "published mean s", "times faster"});
   for (const Method method : setup.methods) {
     const Totals times = TimesOf(rows, method);
-    const Mean seconds = MeanOf(times.seconds);
-    const auto mean = seconds.mean;
-    const std::size_t n = times.seconds.size();
-    const auto known = published.find(method);
-    const bool compare = known != published.end();
-    section.grid.rows.push_back(
-        {WordOf(method), std::to_string(n), CellOf(MeanOf(times.parts), 1),
-         std::to_string(times.uncut), std::to_string(times.failed), CellOf(seconds),
-         n > 0 ? Fixed(base::UpperMedianOf(times.seconds), kDigits) : "-",
-         n > 0 ? Fixed(times.seconds.back(), kDigits) : "-",
-         compare ? Fixed(known->second, 1) : "-",
-         compare && mean && *mean > 0.0 ? Fixed(known->second / *mean, 0) : "-"});
+    const Mean mean = MeanOf(times.seconds);
+    std::optional<double> median, max, known, faster;
+    if (!times.seconds.empty()) median = base::UpperMedianOf(times.seconds);
+    if (!times.seconds.empty()) max = times.seconds.back();
+    if (published.contains(method)) known = published.at(method);
+    if (known && mean.mean > 0.0) faster = *known / *mean.mean;
+    section.grid.rows.push_back({MethodWord(method), std::to_string(mean.count),
+                                 CellOf(MeanOf(times.parts), 1), std::to_string(times.uncut),
+                                 std::to_string(times.failed), CellOf(mean), CellOf(median),
+                                 CellOf(max), CellOf(known, 1), CellOf(faster, 0)});
   }
   return section;
 }
@@ -182,43 +182,31 @@ Section CloudSection(const PartsSetup& setup, const Rows& rows, std::optional<Sp
                "parts", "mean [s]", "failed"});
   for (const Method method : setup.methods) {
     for (const CloudGrade& grade : setup.clouds) {
-      const auto of_method = [&](const PartsRow& row) {
-        return row.method == method && (!split || row.split == *split);
-      };
-      const auto of_grade = [&](const PartsRow& row) {
-        return of_method(row) && row.cloud == grade;
-      };
-      const Totals totals = TotalsOf(rows, of_grade);
-      std::vector<double> more;  // than of the same models as meshes
-      for (const PartsRow& row : rows) {
-        if (!of_grade(row) || row.failed) continue;
-        const auto mesh = std::ranges::find_if(rows, [&](const PartsRow& other) {
-          return of_method(other) && !other.cloud && !other.failed && other.id == row.id;
-        });
-        if (mesh != rows.end()) more.push_back(row.rand_error - mesh->rand_error);
-      }
+      const Totals totals = TotalsOf(rows, [&](const PartsRow& row) {
+        return row.method == method && row.cloud == grade && (!split || row.split == *split);
+      });
       section.grid.rows.push_back(
-          {WordOf(method), std::to_string(grade.points), fmt::format("{}", grade.noise_percent),
+          {MethodWord(method), std::to_string(grade.points), fmt::format("{}", grade.noise_percent),
            std::to_string(totals.rand_errors.size()), CellOf(MeanOf(totals.rand_errors)),
-           CellOf(MeanOf(more)), CellOf(MeanOf(totals.parts), 1), CellOf(MeanOf(totals.seconds), 2),
-           std::to_string(totals.failed)});
+           CellOf(MeanOf(totals.more)), CellOf(MeanOf(totals.parts), 1),
+           CellOf(MeanOf(totals.seconds), 2), std::to_string(totals.failed)});
     }
   }
   return section;
 }
 
-Section FailuresSection(const Rows& rows) {
-  Section section = TableOf("Failed", {"class", "model", "method", "why"});
-  section.grid.left = {true, false, true, true};
-  for (const PartsRow& row : rows) {
-    if (!row.failed) continue;
-    const std::string cloud = row.cloud ? fmt::format(", {} points, {} % noise", row.cloud->points,
-                                                      row.cloud->noise_percent)
-                                        : "";
-    section.grid.rows.push_back(
-        {row.class_name, std::to_string(row.id), WordOf(row.method) + cloud, row.note});
-  }
-  return section;
+Section FailuresSection(Rows rows) {
+  std::erase_if(rows, [](const PartsRow& row) { return !row.failed; });
+  const auto name = [](const PartsRow& row) {
+    return !row.cloud ? MethodWord(row.method)
+                      : fmt::format("{}, {} points, {} % noise", base::Word(row.method),
+                                    row.cloud->points, row.cloud->noise_percent);
+  };
+  const std::vector<Column<PartsRow>> columns = {{"class", "", &PartsRow::class_name, kLeft},
+                                                 {"model", "", &PartsRow::id},
+                                                 {"method", "", name, kLeft},
+                                                 {"why", "", &PartsRow::note, kLeft}};
+  return {"Failed", GridOf(columns, rows)};
 }
 
 /// Those of table 6.1.
@@ -241,38 +229,45 @@ std::vector<experiment::PublishedFigure> PublishedTimes(const PartsSetup& setup,
 }
 
 std::string RowsCsv(const Rows& rows) {
-  std::string text =
-      base::CsvLine({"class", "id", "split", "method", "parts", "rand_error", "cut_discrepancy",
-                     "seconds", "failed", "note", "points", "noise_percent"});
-  const auto number = [](double value) { return fmt::format("{}", value); };
-  for (const PartsRow& row : rows) {
-    text += base::CsvLine({row.class_name, std::to_string(row.id), WordOf(row.split),
-                           WordOf(row.method), std::to_string(row.parts), number(row.rand_error),
-                           row.cut_discrepancy ? number(*row.cut_discrepancy) : "",
-                           number(row.seconds), row.failed ? "1" : "0", row.note,
-                           row.cloud ? std::to_string(row.cloud->points) : "",
-                           row.cloud ? number(row.cloud->noise_percent) : ""});
-  }
-  return text;
+  const auto of_cloud = [](auto member) {
+    return [=](const PartsRow& row) {
+      return row.cloud ? std::optional((*row.cloud).*member) : std::nullopt;
+    };
+  };
+  const std::vector<Column<PartsRow>> columns = {
+      {"class", "", &PartsRow::class_name},
+      {"id", "", &PartsRow::id},
+      {"split", "", [](const PartsRow& row) { return base::Word(row.split); }},
+      {"method", "", [](const PartsRow& row) { return base::Word(row.method); }},
+      {"parts", "", &PartsRow::parts},
+      {"rand_error", "", &PartsRow::rand_error},
+      {"cut_discrepancy", "", &PartsRow::cut_discrepancy},
+      {"seconds", "", &PartsRow::seconds},
+      {"failed", "d", &PartsRow::failed},
+      {"note", "", &PartsRow::note},
+      {"points", "", of_cloud(&CloudGrade::points)},
+      {"noise_percent", "", of_cloud(&CloudGrade::noise_percent)}};
+  return CsvOf(GridOf(columns, rows, ""));
 }
 
 /// The means drawn: bars by class and overall, as files' names and SVG.
-void AddFigures(const MetricMeans& means, Metric metric, const std::string& name,
-                experiment::Report& report) {
+void AddFigures(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric,
+                const std::string& name, experiment::Report& report) {
   constexpr int kClassesWidth_px = 1100;  // ten classes of five bars
   constexpr int kOverallWidth_px = 600;
-  const std::string title = metric == Metric::kRandError ? "1 - Rand index" : "Cut discrepancy";
-  draw::BarChart classes{title + " by class", "lower is better", means.classes, {}, {}};
+  const std::string title = TitleOf(metric);
+  draw::BarChart classes{title + " by class", "lower is better", {}, {}, {}};
   draw::BarChart overall{title + ", mean of the classes", "lower is better", {}, {""}, {{}}};
   const auto number = [](const Mean& mean) {
     return mean.mean.value_or(std::numeric_limits<double>::quiet_NaN());
   };
-  for (std::size_t m = 0; m < means.methods.size(); ++m) {
-    classes.series.push_back(WordOf(means.methods[m]));
+  for (const ModelClass& one : setup.classes) classes.groups.push_back(one.name);
+  for (const MethodMeans& of : means) {
+    classes.series.push_back(MethodWord(of.method));
     auto& bars = classes.values.emplace_back();
-    for (const Mean& one : means.by_class[m]) bars.push_back(number(one));
-    overall.groups.push_back(WordOf(means.methods[m]));
-    overall.values[0].push_back(number(means.overall[m]));
+    for (const Mean& one : of.by_class) bars.push_back(number(one));
+    overall.groups.push_back(MethodWord(of.method));
+    overall.values[0].push_back(number(of.overall));
   }
   report.files.emplace_back(name + "_by_class.svg", draw::PlotSvg(classes, kClassesWidth_px));
   report.files.emplace_back(name + "_overall.svg", draw::PlotSvg(overall, kOverallWidth_px));
@@ -305,50 +300,49 @@ PartsRow RowOf(const experiment::Record& record) {
   return row;
 }
 
-MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, Metric metric,
-                    std::optional<Split> split) {
-  MetricMeans means;
-  means.methods = setup.methods;
-  for (const ModelClass& one : setup.classes) means.classes.push_back(one.name);
+std::vector<MethodMeans> MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows,
+                                 Metric metric, std::optional<Split> split) {
+  std::vector<MethodMeans> means;
   for (const Method method : setup.methods) {
-    auto& by_class = means.by_class.emplace_back();
+    MethodMeans& of = means.emplace_back(MethodMeans{method, {}, {}, {}});
     std::vector<double> of_models;
-    for (const std::string& name : means.classes) {
+    for (const ModelClass& one : setup.classes) {
       std::vector<double> values;
       for (const PartsRow& row : rows) {
-        if (row.method != method || row.class_name != name || row.failed) continue;
+        if (row.method != method || row.class_name != one.name || row.failed) continue;
         if (split && row.split != *split) continue;
         const auto value =
             metric == Metric::kRandError ? std::optional(row.rand_error) : row.cut_discrepancy;
         if (value) values.push_back(*value);
       }
       of_models.insert(of_models.end(), values.begin(), values.end());
-      by_class.push_back(MeanOf(values));
+      of.by_class.push_back(MeanOf(values));
     }
-    means.overall.push_back(MeanOfClasses(by_class));
-    means.over_models.push_back(MeanOf(of_models));
+    of.overall = MeanOfClasses(of.by_class);
+    of.over_models = MeanOf(of_models);
   }
   return means;
 }
 
-std::string MeansCsv(const MetricMeans& means, Metric metric) {
-  constexpr int kMeanDigits = 6;  // more than the number of models supports
+std::string MeansCsv(const PartsSetup& setup, const std::vector<MethodMeans>& means,
+                     Metric metric) {
   const auto cell = [](const std::optional<double>& value) {
-    return value ? Fixed(*value, kMeanDigits) : std::string();
+    return value ? Fixed(*value, 6) : "";  // more digits than the number of models supports
   };
   std::string text = base::CsvLine(
       {"class", "method", metric == Metric::kRandError ? "one_minus_rand_index" : "cut_discrepancy",
        "standard_error", "models"});
-  for (std::size_t c = 0; c <= means.classes.size(); ++c) {
-    const bool total = c == means.classes.size();
-    for (std::size_t m = 0; m < means.methods.size(); ++m) {
-      const Mean& mean = total ? means.overall[m] : means.by_class[m][c];
-      const Mean& spread = total ? means.over_models[m] : mean;
-      text += base::CsvLine({total ? "overall" : means.classes[c], WordOf(means.methods[m]),
-                             cell(mean.mean), cell(spread.standard_error),
-                             std::to_string(spread.count)});
+  const auto add = [&](const std::string& name, Method method, const Mean& mean,
+                       const Mean& spread) {
+    text += base::CsvLine({name, MethodWord(method), cell(mean.mean), cell(spread.standard_error),
+                           std::to_string(spread.count)});
+  };
+  for (std::size_t c = 0; c < setup.classes.size(); ++c) {
+    for (const auto& of : means) {
+      add(setup.classes[c].name, of.method, of.by_class[c], of.by_class[c]);
     }
   }
+  for (const auto& of : means) add("overall", of.method, of.overall, of.over_models);
   return text;
 }
 
@@ -389,11 +383,11 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
   report.files.emplace_back("rows.csv", RowsCsv(all));
   for (const Metric metric : base::ValuesOf<Metric>()) {
     for (const auto split : splits) {
-      report.sections.push_back(MetricSection(setup, rows, metric, split));
-      const MetricMeans means = MeansOf(setup, rows, metric, split);
-      const std::string name = WordOf(metric) + (split ? "" : "_all_models");
-      report.files.emplace_back(name + ".csv", MeansCsv(means, metric));
-      AddFigures(means, metric, name, report);
+      const auto means = MeansOf(setup, rows, metric, split);
+      report.sections.push_back(MetricSection(setup, means, metric, split));
+      const std::string name = std::string(base::Word(metric)) + (split ? "" : "_all_models");
+      report.files.emplace_back(name + ".csv", MeansCsv(setup, means, metric));
+      AddFigures(setup, means, metric, name, report);
     }
   }
   report.sections.push_back(TimesSection(setup, rows));

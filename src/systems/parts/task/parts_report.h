@@ -25,8 +25,7 @@ struct PartsRow {
   std::string note;                       ///< a failure's text, or the method's
   bool failed = false;                    ///< then all numbers are 0
 };
-/// The row of a case: what it is from its params, what it gave from its result. A case that ended
-/// without a result (crashed, timed out) is a row that failed.
+/// A case that ended without a result (crashed, timed out) is a row that failed.
 PartsRow RowOf(const experiment::Record& record);
 
 /// How far a segmentation is from those of people; lower is better in both.
@@ -35,28 +34,27 @@ constexpr std::array<std::string_view, 2> WordsOf(Metric) {
   return {"rand_index", "cut_discrepancy"};
 }
 
-/// Mean of a metric over the models of every class, one number a method. Models that failed or
-/// where the metric is undefined do not count; a class without any has no mean, and the overall
-/// mean is that of the classes that have one. Its standard error is sqrt(sum SE_c^2) / classes,
+/// Means of a metric over models. Models that failed or where it is undefined do not count, nor do
+/// classes without any in the overall mean, whose standard error is sqrt(sum SE_c^2) / classes,
 /// absent where a class has none.
-struct MetricMeans {
-  std::vector<std::string> classes;
-  std::vector<Method> methods;
-  std::vector<std::vector<experiment::Mean>> by_class;  ///< [method][class]
-  std::vector<experiment::Mean> overall;                ///< [method], mean of the classes
-  std::vector<experiment::Mean> over_models;            ///< [method], whatever their class
+struct MethodMeans {
+  Method method;
+  std::vector<experiment::Mean> by_class;  ///< in the order of the setup's classes
+  experiment::Mean overall;                ///< of the classes' means
+  experiment::Mean over_models;            ///< whatever their class
 };
+/// One a method.
 /// @param split  only its models; all where absent.
-MetricMeans MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows, Metric metric,
-                    std::optional<Split> split);
+std::vector<MethodMeans> MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows,
+                                 Metric metric, std::optional<Split> split);
 
-/// The means as CSV: a line a class and method, then the overall ones (figures 6.19 to 6.22).
-/// Standard error and number of the overall lines are those over all models.
-std::string MeansCsv(const MetricMeans& means, Metric metric);
+/// The means as CSV: a line for each class and method, then the overall ones (figures 6.19-6.22),
+/// whose standard error and number are those over all models.
+std::string MeansCsv(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric);
 
-/// The tables of an experiment with parts: both metrics with their standard errors, by class and
-/// overall, for the models apart from those of tuning and for all; computation times next to
-/// published table 6.1; what failed. Files: the rows, figures 6.19 to 6.22 as CSV and SVG.
+/// Both metrics by class and overall, for the models apart from those of tuning and for all;
+/// computation times next to published table 6.1; what failed. Files: the rows, figures 6.19 to
+/// 6.22 as CSV and SVG.
 experiment::Report PartsReport(const experiment::Stamp& stamp,
                                const std::vector<experiment::Record>& records);
 

@@ -23,14 +23,12 @@ using nlohmann::json;
 /// Numbers of models and of models a class are bounded so that a slip of the pen is an error.
 constexpr int kMaxId = 1'000'000, kMaxModels = 1'000'000, kMaxRange = 1000;
 
-/// The keys as they stand in the file.
+/// The keys that stand in the file, but for methods and clouds.
 struct Keys {
   std::string data;
   std::vector<std::string> classes;
-  std::vector<Method> methods;
   std::filesystem::path runtimes;
   int models_per_class = 0;
-  std::vector<CloudGrade> clouds;
 };
 
 /// The numbers of a list within a range.
@@ -55,7 +53,7 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
 
 /// Of every number of points every noise.
 std::vector<CloudGrade> ReadClouds(YamlMap& map) {
-  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, scored beside it");
+  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, scored as well");
   const auto points = ReadNumbers(clouds, "points", 100, 10'000'000, "numbers of points");
   const auto noises = ReadNumbers(clouds, "noise_percent", 0.0, 10.0,
                                   "standard deviations of each coordinate, in percent of the "
@@ -71,11 +69,12 @@ std::vector<CloudGrade> ReadClouds(YamlMap& map) {
   return grades;
 }
 
-Keys ReadKeys(YamlMap& map) {
+Keys ReadKeys(YamlMap& map, PartsSetup& setup) {
   Keys keys;
-  for (const Method method : base::ValuesOf<Method>()) keys.methods.push_back(method);
-  map.Read("methods", keys.methods, "methods to run on every model");
-  keys.clouds = ReadClouds(map);
+  const auto all = base::ValuesOf<Method>();
+  setup.methods.assign(all.begin(), all.end());
+  map.Read("methods", setup.methods, "methods to run on every model");
+  setup.clouds = ReadClouds(map);
   map.Require("classes");
   map.Read("classes", keys.classes, "classes of models, in the order of the tables");
   map.Read("models_per_class", keys.models_per_class, 0, kMaxModels,
@@ -88,11 +87,11 @@ Keys ReadKeys(YamlMap& map) {
   return keys;
 }
 
-void CheckMethods(const YamlMap& map, const Keys& keys) {
-  const std::set<Method> different(keys.methods.begin(), keys.methods.end());
-  if (different.size() < keys.methods.size()) map.Fail("methods", "a method stands twice");
-  for (const Method method : keys.methods) {
-    if (keys.clouds.empty() || ReadsClouds(method)) continue;
+void CheckMethods(const YamlMap& map, const PartsSetup& setup) {
+  const std::set<Method> different(setup.methods.begin(), setup.methods.end());
+  if (different.size() < setup.methods.size()) map.Fail("methods", "a method stands twice");
+  for (const Method method : setup.methods) {
+    if (setup.clouds.empty() || ReadsClouds(method)) continue;
     map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
                                    base::Word(method)));
   }
@@ -180,8 +179,7 @@ std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>
   return classes;
 }
 
-std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
-  const auto folder = (map.file().parent_path() / data).lexically_normal();
+void CheckFolder(const YamlMap& map, const std::filesystem::path& folder) {
   for (const char* part : {"off", "seg"}) {
     std::error_code error;
     if (std::filesystem::is_directory(folder / part, error)) continue;
@@ -190,7 +188,6 @@ std::filesystem::path FolderOf(const YamlMap& map, const std::string& data) {
                                  "another folder",
                                  folder.string(), part));
   }
-  return folder;
 }
 
 /// Of the names and bytes of all files that the results come from; a file that is not there counts
@@ -223,15 +220,13 @@ bool PartsSetup::HasModels(Split split) const {
 }
 
 PartsSetup ReadPartsSetup(YamlMap& map) {
-  const Keys keys = ReadKeys(map);
-  CheckMethods(map, keys);
   PartsSetup setup;
-  setup.methods = keys.methods;
-  setup.clouds = keys.clouds;
-  const std::filesystem::path folder = (map.file().parent_path() / keys.data).lexically_normal();
-  setup.classes = ReadClasses(map, keys.classes, folder);
+  const Keys keys = ReadKeys(map, setup);
+  CheckMethods(map, setup);
+  setup.folder = (map.file().parent_path() / keys.data).lexically_normal();
+  setup.classes = ReadClasses(map, keys.classes, setup.folder);
   map.Finish();
-  setup.folder = FolderOf(map, keys.data);
+  CheckFolder(map, setup.folder);
   if (!keys.runtimes.empty()) {
     setup.published = base::ReadFile(keys.runtimes);
     PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is reported here
@@ -250,7 +245,8 @@ PartsSetup ReadPartsSetup(YamlMap& map) {
 }
 
 void ReadPartsKeys(YamlMap& map) {
-  ReadKeys(map);
+  PartsSetup setup;
+  ReadKeys(map, setup);
   YamlMap models = map.Child("models", "models of each class");
   std::set<int> seen;
   ReadClass(models, "<class>", {}, seen);

@@ -35,11 +35,11 @@ struct ModelClass {
 
 /// An experiment file such as experiments/parts_psb.yaml.
 struct PartsSetup {
-  std::filesystem::path folder;  ///< holds off/ and seg/
+  std::filesystem::path folder;
   std::vector<ModelClass> classes;
   std::vector<Method> methods;
-  std::vector<CloudGrade> clouds;  ///< sampled from each model, in addition to it
-  std::string published;           ///< table 6.1 as CSV: method, seconds; or empty
+  std::vector<CloudGrade> clouds;
+  std::string published;  ///< table 6.1; or empty
 
   bool HasModels(Split split) const;
 };

@@ -96,12 +96,6 @@ double ProcessorSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// A case while it runs.
-struct Running {
-  std::optional<HumanModel> model;
-  std::optional<Segmentation> found;
-};
-
 class PartsExperiment : public experiment::Task {
  public:
   explicit PartsExperiment(PartsSetup setup) : setup_(std::move(setup)) {}
@@ -116,8 +110,9 @@ class PartsExperiment : public experiment::Task {
   }
 
   Result Run(const Case& which) const override {
-    Running running;
-    return RunCase(which, running);
+    std::optional<HumanModel> model;
+    std::optional<Segmentation> found;
+    return RunCase(which, model, found);
   }
 
   Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
@@ -126,16 +121,16 @@ class PartsExperiment : public experiment::Task {
           "--video, --camera: an experiment with parts has nothing that moves; a replay leaves "
           "labels, a colored mesh and a picture");
     }
-    Running running;
-    Result result = RunCase(which, running);
-    if (!running.model) return result;
-    const HumanModel& model = *running.model;
+    std::optional<HumanModel> model;
+    std::optional<Segmentation> found;
+    Result result = RunCase(which, model, found);
+    if (!model) return result;
     Labels labels;
-    if (running.found) labels = LabelsOfInput(model.shape, model.input.mesh, *running.found);
+    if (found) labels = LabelsOfInput(model->shape, model->input.mesh, *found);
     if (options.view) {
-      *options.view = PartsView(model, which.params.Text("method"), labels);
-    } else if (running.found) {
-      WriteParts(options.folder / which.id, model.input, labels, kAxisUp);
+      *options.view = PartsView(*model, which.params.Text("method"), labels);
+    } else if (found) {
+      WriteParts(options.folder / which.id, model->input, labels, kAxisUp);
     }
     return result;
   }
@@ -144,26 +139,22 @@ class PartsExperiment : public experiment::Task {
 
  private:
   void AddCases(const ModelClass& one, int id, Split split, std::vector<Case>& cases) const {
+    std::vector<std::optional<CloudGrade>> inputs = {std::nullopt};  // the mesh itself
+    inputs.insert(inputs.end(), setup_.clouds.begin(), setup_.clouds.end());
     for (const Method method : setup_.methods) {
       const std::string word(base::Word(method));
-      const std::string name = fmt::format("{}-{:04}-{}", one.name, id, word);
-      // Names in alphabetical order, as in stores that were written before.
-      const std::pair<std::string, experiment::Params::Value> of_split{
-          "split", std::string(base::Word(split))};
-      cases.push_back({name,
-                       one.name,
-                       /*seed=*/0,
-                       {{"class", one.name}, {"method", word}, {"model", id}, of_split}});
-      for (const CloudGrade& grade : setup_.clouds) {
-        cases.push_back({fmt::format("{}-{}-{}", name, grade.points, grade.noise_percent),
-                         one.name,
-                         /*seed=*/0,
-                         {{"class", one.name},
-                          {"method", word},
-                          {"model", id},
-                          {"noise_percent", grade.noise_percent},
-                          {"points", grade.points},
-                          of_split}});
+      for (const auto& cloud : inputs) {
+        Case& of = cases.emplace_back();
+        of.id = fmt::format("{}-{:04}-{}", one.name, id, word);
+        of.group = one.name;
+        // Names in alphabetical order, as in stores that were written before.
+        of.params = {{"class", one.name}, {"method", word}, {"model", id}};
+        if (cloud) {
+          of.id += fmt::format("-{}-{}", cloud->points, cloud->noise_percent);
+          of.params.Add("noise_percent", cloud->noise_percent);
+          of.params.Add("points", cloud->points);
+        }
+        of.params.Add("split", std::string(base::Word(split)));
       }
     }
   }
@@ -192,23 +183,22 @@ class PartsExperiment : public experiment::Task {
   }
 
   /// Figures are filled in all together or, of a method that fails, not at all.
-  Result RunCase(const Case& which, Running& running) const {
+  Result RunCase(const Case& which, std::optional<HumanModel>& model,
+                 std::optional<Segmentation>& found) const {
     Result result;
     result.outcome = "failed";
     result.stage = "read";
     try {
-      const HumanModel& model =
-          running.model.emplace(ReadHumanModel(setup_.folder, which.params.Int("model")));
+      model = ReadHumanModel(setup_.folder, which.params.Int("model"));
       result.stage = "method";
       double seconds = 0.0;
-      const Segmentation& found =
-          running.found.emplace(Segment(model.shape, which.params, seconds));
+      found = Segment(model->shape, which.params, seconds);
       result.stage = "score";
-      const HumanScore score = ScoreAgainstHumans(model, found);
-      json data = {{"parts", found.parts}, {"rand_error", score.rand_error}};
+      const HumanScore score = ScoreAgainstHumans(*model, *found);
+      json data = {{"parts", found->parts}, {"rand_error", score.rand_error}};
       data["cut_discrepancy"] =
           score.cut_discrepancy ? json(*score.cut_discrepancy) : json(nullptr);
-      result = {"scored", "score", found.note, data.dump(), {{"method", seconds}}};
+      result = {"scored", "score", found->note, data.dump(), {{"method", seconds}}};
     } catch (const std::exception& e) {
       result.detail = e.what();
     }
@@ -275,7 +265,8 @@ View PartsView(const HumanModel& model, const std::string& name, const Labels& f
 const experiment::TaskKind& PartsTask() {
   static const experiment::TaskKind kind{
       .name = "parts",
-      .description = "Methods that take objects apart against the segmentations of people.",
+      .description =
+          "Methods that segment objects into parts, compared with segmentations by people.",
       .trials_key = "models_per_class",
       .uses_seed = false,
       .success = {},

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -31,18 +30,8 @@ constexpr double kTouch_N = 0.05;
 /// asks for more friction than there is: of 45 more grasps at prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
 
-/// Puts grasps that collide with nothing and leave free what is to be kept free before the others.
-void KeepFree(const NamedGrasps& known, const base::Pose& X_CO, const robot::HandModel& hand,
-              std::vector<Grasp>& grasps) {
-  if (known.keep_free_O.empty()) return;
-  std::ranges::stable_partition(grasps, [&](const Grasp& grasp) {
-    return !grasp.collides && !grasp::TouchesKeptFree(grasp, known, X_CO, hand);
-  });
-}
-
-/// One object of what was seen, first, with its grasps, as a detector hands them over: of a known
-/// object its named grasps for the use, then those of chapter 5 on its model, of which those that
-/// leave free what is to be kept free come first; of an unknown one those of chapter 5.
+/// One object of what was seen, first, with its grasps, as a detector hands them over: its named
+/// grasps for the use, if it is known, then chapter 5's, first those that leave free what is kept.
 /// @param object  position in understanding.scene.objects
 /// @param use  what it is wanted for; empty: anything
 trial::Detected GraspsFor(const Understanding& understanding, std::size_t object,
@@ -59,7 +48,11 @@ trial::Detected GraspsFor(const Understanding& understanding, std::size_t object
   std::vector<std::string> names;
   if (const auto& found = understanding.found[object]) {
     const NamedGrasps& known = grasps_of.at(found->object);
-    KeepFree(known, found->X_CB, robot.hand(), grasps);
+    if (!known.keep_free_O.empty()) {
+      std::ranges::stable_partition(grasps, [&](const Grasp& grasp) {
+        return !grasp.collides && !grasp::TouchesKeptFree(grasp, known, found->X_CB, robot.hand());
+      });
+    }
     const auto named = grasp::PlaceNamedGrasps(known, use, found->X_CB, scene, 0, robot.hand(),
                                                options.grasp, obstacles.measured_C);
     for (const grasp::PlacedGrasp& placed : named) {
@@ -137,12 +130,13 @@ class Run {
         failed_(options_.same_place_m),
         blocked_(options_.same_place_m) {
     const trial::Options& cell = setup.cell.options;
-    if (!trial::Of<views::WristViewOptions>(cell, views::kWristViews).sensor.empty())
+    if (!trial::Of<views::WristViewOptions>(cell, views::kWristViews).sensor.empty()) {
       wrist_.emplace(cell, setup.cell.robot, seed);
+    }
   }
 
   Bring Go() {
-    Say(fmt::format("I am to bring the {}.", Title(wanted_)));
+    Say("I am to bring the {}.", Title(wanted_));
     std::optional<Said> said;
     while (!said) said = Next();
     result_.said = *said;
@@ -150,28 +144,26 @@ class Run {
   }
 
  private:
-  // A look, and an attempt if there is something to take. @return what the run ends with, if it
-  // does.
+  // A look, and an attempt if there is something to take. @return what the run ends with, if so
   std::optional<Said> Next() {
     if (!Look()) return Said::kBroken;
     if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);
     if (known_.scene.objects.empty() && looks_here_ > 1) return NotThere();
     if (looks_here_ < options_.max_looks && !exhausted_) {
-      Say(fmt::format("I do not see the {}. I look again.", Title(wanted_)));
+      Say("I do not see the {}. I look again.", Title(wanted_));
       return std::nullopt;
     }
     if (!MayHide()) return NotThere();
     if (const auto seen = FindDoubtful()) {
-      Say(fmt::format("I am not sure, but this may be the {}.", Title(wanted_)));
+      Say("I am not sure, but this may be the {}.", Title(wanted_));
       return BringIt(*seen);
     }
-    const Cleared cleared = ClearAway(TopmostFirst());
-    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    if (const auto cleared = ClearAway(TopmostFirst())) return cleared->end;
     return NotThere();
   }
 
   Said NotThere() {
-    Say(fmt::format("I have looked everywhere I can. There is no {} here.", Title(wanted_)));
+    Say("I have looked everywhere I can. There is no {} here.", Title(wanted_));
     return Said::kNotThere;
   }
 
@@ -185,8 +177,7 @@ class Run {
                       robot.workspace_radius_m) >= SmallestFootprint(setup_.library.Find(wanted_));
   }
 
-  // What is not known may be the wanted object, for all that one sees: before it is put aside as
-  // something else, it is taken for it.
+  // What is not known may be the wanted object: before it is put aside, it is taken for it.
   std::optional<std::size_t> FindDoubtful() {
     perception::Scene unknown = known_.scene;
     for (std::size_t i = known_.found.size(); i-- > 0;) {
@@ -207,27 +198,25 @@ class Run {
 
   std::optional<Said> BringIt(std::size_t seen) {
     if (tries_ >= options_.max_tries) {
-      Say(fmt::format("I have tried {} times. I cannot take the {}.", tries_, Title(wanted_)));
+      Say("I have tried {} times. I cannot take the {}.", tries_, Title(wanted_));
       return Said::kCannot;
     }
-    result_.steps.push_back(TryAt(seen, true));
-    const Attempt& attempt = result_.steps.back().attempt;
+    const Attempt& attempt = TryAt(seen, true);
     if (!Usable(attempt)) return Said::kBroken;
     if (attempt.log && attempt.log->hand_over) {
-      Say(fmt::format("Here you are: the {}.", Title(wanted_)));
+      Say("Here you are: the {}.", Title(wanted_));
       return Said::kHereYouAre;
     }
     if (attempt.log) {
       ++tries_;
       idle_ = 0;
       Say("It has slipped out of my hand. I look again.");
-      return EndOf(AfterGrasp());
+      return AfterGrasp();
     }
     // Another side shows hardly ever a way (1 of 45 times in piles), and a clearer table does.
-    const Cleared cleared = ClearAway(NearTo(known_.scene.objects[seen]));
-    if (cleared != Cleared::kNothing) return EndOf(cleared);
+    if (const auto cleared = ClearAway(NearTo(known_.scene.objects[seen]))) return cleared->end;
     if (++idle_ < options_.max_looks) return LookForAWay();
-    Say(fmt::format("I see the {}, and cannot get at it.", Title(wanted_)));
+    Say("I see the {}, and cannot get at it.", Title(wanted_));
     return Said::kCannot;
   }
 
@@ -235,18 +224,17 @@ class Run {
   std::optional<Said> LookForAWay() {
     blocked_.Clear();
     const bool another = wrist_ && looks_here_ < options_.max_looks && !exhausted_;
-    Say(fmt::format("I see no way to take the {}. I look {}.", Title(wanted_),
-                    another ? "from another side" : "again"));
+    Say("I see no way to take the {}. I look {}.", Title(wanted_),
+        another ? "from another side" : "again");
     return another ? std::nullopt : AtHomeAgain();
   }
 
-  enum class Cleared { kNothing, kSomething, kBroken };
-  static std::optional<Said> EndOf(Cleared cleared) {
-    return cleared == Cleared::kBroken ? std::optional(Said::kBroken) : std::nullopt;
-  }
+  struct Cleared {
+    std::optional<Said> end;  // what the run ends with, if it does
+  };
 
-  // Puts the first of the objects that can be taken aside; what has slipped comes last.
-  Cleared ClearAway(std::vector<std::size_t> order) {
+  // Puts the first object that can be taken aside, if any; what has slipped comes last.
+  std::optional<Cleared> ClearAway(std::vector<std::size_t> order) {
     std::ranges::stable_sort(order, std::less{}, [&](std::size_t object) {
       return failed_.At(known_.scene.objects[object].center_C);
     });
@@ -256,29 +244,29 @@ class Run {
     for (const std::size_t object : order) {
       const Vector3d center_W = known_.scene.objects[object].center_C;
       if (failed_.At(center_W) >= kTriesToClear || blocked_.At(center_W) > 0) continue;
-      if (clear_tries_ >= max) return Cleared::kNothing;
-      Say(fmt::format("I put {} aside.", NameOf(object)));
-      Step step = TryAt(object, false);
-      const bool executed = step.attempt.log.has_value();
-      const bool felt = executed && step.attempt.log->aperture.holds_after_carry;
-      result_.steps.push_back(std::move(step));
-      if (!Usable(result_.steps.back().attempt)) return Cleared::kBroken;
-      if (!executed) {
+      if (clear_tries_ >= max) return std::nullopt;
+      Say("I put {} aside.", NameOf(object));
+      const Attempt& attempt = TryAt(object, false);
+      if (!Usable(attempt)) return Cleared{Said::kBroken};
+      if (!attempt.log) {
         blocked_.Add(center_W);
         continue;
       }
       ++clear_tries_;
+      const bool felt = attempt.log->aperture.holds_after_carry;
       if (!felt) failed_.Add(center_W);
-      result_.cleared += felt ? 1 : 0;
+      result_.cleared += felt;
       idle_ = 0;
-      return AfterGrasp();
+      return Cleared{AfterGrasp()};
     }
-    return Cleared::kNothing;
+    return std::nullopt;
   }
 
-  Step TryAt(std::size_t object, bool wanted) {
-    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
-    Step step;
+  // Adds a step to the result.
+  const Attempt& TryAt(std::size_t object, bool wanted) {
+    const std::size_t number = result_.steps.size();
+    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(number) + 1);
+    Step& step = result_.steps.emplace_back();
     step.at_wanted = wanted;
     const auto& found = known_.found[object];
     if (found) step.taken_for = found->object;
@@ -287,8 +275,7 @@ class Run {
     if (wanted) TriedLast(detected.detection);
     const Planned detector(std::move(detected));
     trial::AttemptOptions attempt;
-    attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"),
-                                    static_cast<std::uint64_t>(result_.steps.size()));
+    attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"), std::uint64_t{number});
     attempt.sensed = &sensed_;
     attempt.q_start = world_.ArmPositions();
     attempt.detector = &detector;
@@ -305,7 +292,7 @@ class Run {
                                                        known_.scene.table.plane.normal);
       }
     }
-    return step;
+    return step.attempt;
   }
 
   // Grasps like those that have failed at the wanted object come behind the others.
@@ -346,13 +333,13 @@ class Run {
   }
 
   // An attendant takes away what lies at the delivery place.
-  Cleared AfterGrasp() {
-    if (AtHomeAgain()) return Cleared::kBroken;
+  std::optional<Said> AfterGrasp() {
+    if (const auto end = AtHomeAgain()) return end;
     for (int object = 0; object < world_.objects(); ++object) {
       if (trial::IsAtDelivery(world_, object)) world_.ParkObject(object);
     }
     blocked_.Clear();
-    return Cleared::kSomething;
+    return std::nullopt;
   }
 
   // All that was seen is old.
@@ -360,8 +347,7 @@ class Run {
     result_.homing_s += trial::GoHome(setup_.cell, world_);
     looks_here_ = 0;
     exhausted_ = false;
-    if (trial::IsFinite(world_)) return std::nullopt;
-    return Said::kBroken;
+    return trial::IsFinite(world_) ? std::nullopt : std::optional(Said::kBroken);
   }
 
   // @return false if the engine broke down on the way
@@ -386,12 +372,11 @@ class Run {
                                     options_.recognition, rng, recognition::SureOnes(found_));
     known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
-    Say(WhatISee());
+    Say("{}", WhatISee());
     return true;
   }
 
-  // At the first thing that is not known, else at the highest one.
-  // @return false if there is nothing new to be seen
+  // At the first thing that is not known, else at the highest one. False: there is nothing new.
   bool LookFromTheWrist() {
     const auto unknown =
         std::ranges::find_if(known_.found, [](const auto& found) { return !found; });
@@ -415,7 +400,7 @@ class Run {
     int unknown = 0;
     for (const auto& found : known_.found) {
       if (found) names.push_back("the " + Title(found->object));
-      unknown += found ? 0 : 1;
+      unknown += !found;
     }
     if (unknown > 0) {
       names.push_back((unknown == 1 ? "a thing" : fmt::format("{} things", unknown)) +
@@ -448,9 +433,10 @@ class Run {
     const auto& found = known_.found[object];
     return found ? "the " + Title(found->object) : "something that I do not know";
   }
-  void Say(std::string words) {
-    if (observer_.on_words) observer_.on_words(words);
-    result_.words.push_back(std::move(words));
+  template <typename... T>
+  void Say(fmt::format_string<T...> text, T&&... args) {
+    result_.words.push_back(fmt::format(text, std::forward<T>(args)...));
+    if (observer_.on_words) observer_.on_words(result_.words.back());
   }
 
   /// A hand that stands this far off takes it in another way: half of a fingertip's width.

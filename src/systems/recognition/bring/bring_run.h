@@ -22,22 +22,14 @@ namespace rangegrasp::bring {
 /// How a known object is looked for, taken and handed over (section 7.2).
 struct BringOptions {
   int runs_per_object = 20;
-  /// Objects that the program knows; empty: all of the experiment.
   std::vector<std::string> known;
-  /// The wanted object is taken off the table before the program looks: it has to say so.
   bool absent = false;
-  /// What the object is wanted for: of its named grasps those for this use; empty: all.
-  std::string use;
-  int max_tries = 4;  ///< grasps at the wanted object
-  int max_clear = 0;  ///< attempts at others that are in the way; 0: two for each object
-  /// Looks at one table before others are cleared away: the first from the fixed sensor, more from
-  /// the wrist where a sensor is there, else again from the same place.
+  std::string use;  ///< empty: any
+  int max_tries = 4;
+  int max_clear = 0;
   int max_looks = 3;
-  /// Others whose surface is this near to the wanted one may be in its way.
   double near_m = 0.08;
-  /// Two perceived objects whose centers are no further apart are one, when tries are counted.
-  double same_place_m = 0.03;
-  recognition::LibraryOptions library;
+  double same_place_m = 0.03;  ///< when tries are counted
   recognition::RecognitionOptions recognition;
   trial::HandOverOptions hand_over;
 };
@@ -75,8 +67,7 @@ struct Step {
   std::string taken_for;              ///< the known object that it is taken for; empty: unknown
   std::string grasp;                  ///< name of the grasp that was executed; empty: of chapter 5
   std::optional<bool> asked_upright;  ///< of an executed grasp at the wanted object
-  /// Truth, of what is kept free on the wanted object: whether the hand pressed there when it had
-  /// lifted it.
+  /// Truth: the hand pressed on what is kept free on the wanted object when it had lifted it.
   bool touched_kept_free = false;
 };
 
@@ -85,8 +76,7 @@ struct Bring {
   Said said = Said::kNotThere;
   std::string outcome;  ///< as the judge sees it, who knows the truth
   std::string detail;
-  /// Truth: the glove's static friction on the wanted object, where it is there.
-  std::optional<double> friction;
+  std::optional<double> friction;  ///< truth: the glove's static one on the wanted object
   std::vector<std::string> words;  ///< what the program says, in turn
   std::vector<Step> steps;
   int looks = 0;
@@ -115,9 +105,9 @@ struct Setup {
 /// way, takes it as its use asks for and hands it over; or says that it is not there, when nothing
 /// is left that could hide it.
 ///
-/// The program knows no truth: it goes by its scans, by the aperture of the closed hand, and by the
-/// pull that it feels. What is cleared away goes to the delivery place, from which an attendant
-/// takes it; between two attempts the arm stands at home again (as in clearing).
+/// The program knows no truth but its scans, the closed hand's aperture and the pull that it feels.
+/// What is cleared away goes to the delivery place, from which an attendant takes it; between two
+/// attempts the arm stands at home again (as in clearing).
 /// @param world  settled, the arm at home
 /// @param wanted  an object of the library
 /// @param target  truth: its number in the world; nullopt: it is not there

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "geometry/mesh.h"
-#include "geometry/observation.h"
 #include "grasp/surface.h"
 
 namespace rangegrasp::bring {
@@ -33,41 +31,16 @@ void Complete(const geometry::TriangleMesh& surface_C, const Scene& scene,
   const geometry::Plane& table = scene.table.plane;
   object.surface_C = surface_C;
   object.completed_C = grasp::SampleSurface(surface_C, kSurfacePoints).points;
-  Eigen::AlignedBox3d box_C;
-  double low_m = table.Distance(surface_C.vertices.front());
-  double high_m = low_m;
-  for (const Vector3d& vertex : surface_C.vertices) {
-    box_C.extend(vertex);
-    low_m = std::min(low_m, table.Distance(vertex));
-    high_m = std::max(high_m, table.Distance(vertex));
-  }
-  object.base_m = std::max(0.0, low_m);
-  object.height_m = high_m;
-  object.center_C = box_C.center();
+  const auto above = [&](const Vector3d& p) { return table.Distance(p); };
+  const auto [low, high] = std::ranges::minmax_element(surface_C.vertices, {}, above);
+  object.base_m = std::max(0.0, above(*low));
+  object.height_m = above(*high);
+  object.center_C = geometry::BoundsOf(surface_C.vertices).center();
 }
 
 constexpr double kCell_m = 0.010;
 constexpr double kLow_m = 0.010;
 constexpr double kHigh_m = 0.040;
-
-/// A known object's box, in its own frame, grown by half a cell.
-struct Known {
-  base::Pose X_BC;
-  Eigen::AlignedBox3d box_B;
-};
-
-std::vector<Known> KnownOf(const Understanding& understanding,
-                           const recognition::Library& library) {
-  std::vector<Known> known;
-  const Vector3d grown = Vector3d::Constant(0.5 * kCell_m);
-  for (const auto& found : understanding.found) {
-    if (!found) continue;
-    const Eigen::AlignedBox3d box_B =
-        geometry::BoundsOf(library.Find(found->object).mesh_B.vertices);
-    known.push_back({found->X_CB.inverse(), {box_B.min() - grown, box_B.max() + grown}});
-  }
-  return known;
-}
 
 }  // namespace
 
@@ -128,7 +101,17 @@ double HidingArea(const geometry::Observation& observation, const Understanding&
                              middle_C + Vector3d(radius_m, radius_m, kHigh_m)},
                             kCell_m);
   for (const geometry::View& view : observation.views) space.Add(view);
-  const std::vector<Known> known = KnownOf(understanding, library);
+  struct Known {
+    base::Pose X_BC;
+    Eigen::AlignedBox3d box_B;  // grown by half a cell
+  };
+  std::vector<Known> known;
+  const Vector3d grown = Vector3d::Constant(0.5 * kCell_m);
+  for (const auto& found : understanding.found) {
+    if (!found) continue;
+    const auto box_B = geometry::BoundsOf(library.Find(found->object).mesh_B.vertices);
+    known.push_back({found->X_CB.inverse(), {box_B.min() - grown, box_B.max() + grown}});
+  }
   const auto hides = [&](int x, int y) {
     for (int z = 0; z < space.Size().z(); ++z) {
       const Eigen::Vector3i cell(x, y, z);
@@ -144,7 +127,7 @@ double HidingArea(const geometry::Observation& observation, const Understanding&
   };
   int cells = 0;
   for (int y = 0; y < space.Size().y(); ++y) {
-    for (int x = 0; x < space.Size().x(); ++x) cells += hides(x, y) ? 1 : 0;
+    for (int x = 0; x < space.Size().x(); ++x) cells += hides(x, y);
   }
   return cells * kCell_m * kCell_m;
 }

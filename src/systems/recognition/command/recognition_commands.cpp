@@ -46,8 +46,7 @@ void BringIt(const BringArguments& a) {
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
   changes.groups = {a.object};
   changes.trials = a.run + 1;
-  const auto opened = experiment::OpenExperiment(base::FindExperiment(a.experiment),
-                                                 experiment::AllKinds(), changes);
+  const auto opened = experiment::OpenExperiment(base::FindExperiment(a.experiment), changes);
   const experiment::Case& which = opened.cases.back();
   const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
   experiment::ReplayOptions pictures;
@@ -55,8 +54,7 @@ void BringIt(const BringArguments& a) {
   pictures.snapshots = !a.pictures.empty();
   const auto result = bring::BringAloud(*opened.task, which, say, pictures);
   WriteResult(fmt::format("{}: {}\n", which.id, result.outcome));
-  const bool good = result.outcome == trial::kHandedOver || result.outcome == bring::kSaidAbsent;
-  if (!good) {
+  if (result.outcome != trial::kHandedOver && result.outcome != bring::kSaidAbsent) {
     throw base::RunError(
         fmt::format("the {} was not handed over: {} {}", a.object, result.outcome, result.detail));
   }
@@ -90,25 +88,15 @@ struct LearnArguments : CloudArguments {
   double spacing_mm = recognition::LearnOptions{}.spacing_m / base::kMm;
 };
 
-/// A cloud's file as a view from where its sensor stood, without colors.
-geometry::View ViewOf(const CloudArguments& arguments, const geometry::CloudFile& file) {
+/// A cloud's file as a view from where its sensor stood.
+geometry::View ReadView(const CloudArguments& arguments) {
+  geometry::CloudFile file = ReadCloud(arguments);
+  const Eigen::Vector3d origin = OriginOf(arguments, file);
   geometry::View view;
-  view.image.profiles = file.height;
-  view.image.samples = file.width;
-  view.image.points_C = file.points;
-  view.image.origins_C = {OriginOf(arguments, file)};
-  view.X_CV.translation() = view.image.origins_C.front();
+  view.image = {file.height, file.width, std::move(file.points), {origin}};
+  view.X_CV.translation() = origin;
+  view.colors = std::move(file.colors);
   return view;
-}
-
-geometry::Observation ReadViews(const LearnArguments& arguments) {
-  geometry::Observation observation;
-  for (const std::string& cloud : arguments.clouds) {
-    CloudArguments one = arguments;
-    one.cloud = cloud;
-    observation.views.push_back(ViewOf(one, ReadCloud(one)));
-  }
-  return observation;
 }
 
 void LearnModel(const LearnArguments& arguments) {
@@ -120,7 +108,14 @@ void LearnModel(const LearnArguments& arguments) {
   recognition::LearntModel model;
   std::size_t things = 0;
   try {
-    const auto scene = perception::Perceive(ReadViews(arguments), options, rng);
+    geometry::Observation observation;
+    for (const std::string& cloud : arguments.clouds) {
+      CloudArguments one = arguments;
+      one.cloud = cloud;
+      observation.views.push_back(ReadView(one));
+      observation.views.back().colors.clear();
+    }
+    const auto scene = perception::Perceive(observation, options, rng);
     things = scene.objects.size();
     model = recognition::Learn(scene, learn);
   } catch (const base::InputError& e) {
@@ -210,10 +205,8 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
   const std::vector<std::filesystem::path> folders(arguments.library.begin(),
                                                    arguments.library.end());
   const auto library = recognition::LoadLibrary(folders);
-  const auto file = ReadCloud(arguments);
   geometry::Observation observation;
-  observation.views.push_back(ViewOf(arguments, file));
-  observation.views.front().colors = file.colors;
+  observation.views.push_back(ReadView(arguments));
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);
   base::Rng rng(arguments.seed);
@@ -268,12 +261,13 @@ namespace rangegrasp {
 void RegisterRecognition() {
   experiment::AddKind(bring::BringTask());
   experiment::AddKind(recognition::RecognitionTask());
-  trial::AddKeyReader([](base::YamlMap& map, trial::Options& options) {
+  trial::KeyReaders().push_back([](base::YamlMap& map, trial::Options& options) {
     views::ReadWristViewOptions(map,
                                 trial::Of<views::WristViewOptions>(options, views::kWristViews));
   });
-  trial::AddFileList(cli::FilesOf);
-  trial::SetFurtherLooks({.wanted = cli::WantsWristViews, .look = views::AddWristViews});
+  trial::FileLists().push_back(cli::FilesOf);
+  trial::FurtherLooking() =
+      trial::FurtherLooks{.wanted = cli::WantsWristViews, .look = views::AddWristViews};
   cli::AddCommand(cli::AddBringCommand);
   cli::AddCommand(cli::AddLearnCommand);
   cli::AddCommand(cli::AddRecognizeCommand);

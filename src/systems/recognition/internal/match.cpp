@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <iterator>
 #include <limits>
@@ -33,13 +34,11 @@ constexpr double kSameCoarse_m = 0.015;
 constexpr double kSameCoarse_rad = 0.25;
 /// Maximum pair distances of registration: from the first guess's error down to the scanner's.
 constexpr double kPairs_m[] = {0.025, 0.008};
-constexpr int kIterations[] = {15, 15};
 /// Steps of the last refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
 constexpr int kHalvings = 3;
-/// A view that has this share of a segment's points saw what faced it; with ten views or fewer
-/// there is one.
+/// A view with this share of a segment's points saw what faced it; of ten views at least one has.
 constexpr double kSeenBy = 0.1;
 /// What is this near to the table stands on it; so many points of it are enough.
 constexpr double kContact_m = 0.002;
@@ -49,8 +48,8 @@ constexpr std::size_t kMaxContact = 80;
 constexpr double kNear = 0.12;
 /// Steps of a full turn about a principal axis of the model that a pose is compared with.
 constexpr int kTurns = 18;
-/// Steps of a full turn about the axis of a round body. A print is looked for by the same, then by
-/// smaller ones.
+/// Of a full turn about the axis of a round body; prints are looked for by these, then smaller
+/// ones.
 constexpr int kRoundTurns = 36;
 constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
 constexpr std::size_t kFewRays = 600;  ///< that prints are weighed by
@@ -72,9 +71,8 @@ bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry,
   return off.distance_m < near_m && off.angle_rad < near_rad;
 }
 
-/// Poses in which the object would lie on the table where the segment is: the segment's extents
-/// along and across the line of sight, and those of what would be seen of the object, have one
-/// middle.
+/// Poses in which the object would lie on the table where the segment is: the extents along and
+/// across the line of sight of the segment and of what would be seen of the object have one middle.
 std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& segment) {
   const base::Pose X_SC = AlongSight(segment);
   Eigen::AlignedBox3d seen;
@@ -83,7 +81,7 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
   for (const Vector3d& eye_C : segment.eyes_C) {
     to_eyes.push_back((X_SC * eye_C - seen.center()).normalized());
   }
-  const geometry::PointCloud& surface = object.object->surface_B;
+  const geometry::PointCloud& surface = object.object.surface_B;
   std::vector<base::Pose> poses;
   for (const Matrix3d& way : object.lying) {
     double lowest = std::numeric_limits<double>::infinity();
@@ -124,7 +122,7 @@ std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& 
   std::vector<base::Pose> poses;
   for (const auto& one : voted) {
     const bool known = std::ranges::any_of(poses, [&](const base::Pose& other) {
-      return AreNear(one.X_CB, other, object.object->symmetry, kSameGuess_m, kSameGuess_rad);
+      return AreNear(one.X_CB, other, object.object.symmetry, kSameGuess_m, kSameGuess_rad);
     });
     if (!known) poses.push_back(one.X_CB);
   }
@@ -137,14 +135,6 @@ base::Pose ToTableFrame(const geometry::Plane& plane) {
   return base::MakePose(R, Vector3d(0.0, 0.0, plane.Distance(Vector3d::Zero())));
 }
 
-/// As many points of a cloud as registration wants, evenly.
-Points SourceOf(const Points& points, std::size_t count) {
-  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
-  Points source;
-  for (std::size_t i = 0; i < points.size(); i += step) source.push_back(points[i]);
-  return source;
-}
-
 /// How deep the lowest corner of its hull is below the table.
 double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment& segment) {
   const base::Pose X_TB = segment.X_TC * X_CB;
@@ -153,9 +143,9 @@ double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment&
   return -lowest;
 }
 
-/// The best `count`, of those near to each other only one.
-std::vector<Posed> Best(std::vector<Posed> posed, std::size_t count, const Symmetry& symmetry,
-                        double same_m, double same_rad) {
+/// The best first, of those near to each other only one; `count` at most.
+std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry, double same_m,
+                        double same_rad, std::size_t count = SIZE_MAX) {
   std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
   std::vector<Posed> best;
   for (const Posed& one : posed) {
@@ -191,7 +181,10 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   Segment segment;
   segment.cloud_C = {geometry::Select(scene.cloud.points, own),
                      geometry::Select(scene.cloud.normals, own)};
-  segment.source_C = SourceOf(segment.cloud_C.points, options.source_points);
+  const std::size_t step = std::max<std::size_t>(1, own.size() / options.source_points);
+  for (std::size_t i = 0; i < own.size(); i += step) {
+    segment.source_C.push_back(segment.cloud_C.points[i]);
+  }
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
@@ -224,11 +217,11 @@ std::vector<Posed> Match::Guesses(base::Rng& rng) const {
   // One that lies is kept even where pairs voted for a better one nearby: it is registered with
   // what it stands on, while the other may roll or slide away.
   const auto count = static_cast<std::size_t>(options_->registered);
-  const Symmetry& symmetry = object_->object->symmetry;
-  auto best = Best(std::move(lying), count, symmetry, kSameCoarse_m, kSameCoarse_rad);
-  std::ranges::copy(Best(std::move(voted), count, symmetry, kSameCoarse_m, kSameCoarse_rad),
+  const Symmetry& symmetry = object_->object.symmetry;
+  auto best = Best(std::move(lying), symmetry, kSameCoarse_m, kSameCoarse_rad, count);
+  std::ranges::copy(Best(std::move(voted), symmetry, kSameCoarse_m, kSameCoarse_rad, count),
                     std::back_inserter(best));
-  return Best(std::move(best), count, symmetry, 0.0, 0.0);
+  return Best(std::move(best), symmetry, 0.0, 0.0, count);
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
@@ -240,12 +233,11 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
     one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);
   }
-  const std::size_t all = posed.size();
-  return Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+  return Best(std::move(posed), object_->object.symmetry, kSame_m, kSame_rad);
 }
 
 std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
-  const Symmetry& symmetry = object_->object->symmetry;
+  const Symmetry& symmetry = object_->object.symmetry;
   std::vector<base::Pose> turned;
   const auto add = [&](double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
     turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
@@ -284,9 +276,8 @@ void Match::AddTurned(std::vector<Posed>& posed) const {
     one.lies = front.lies;
     if (one.score >= least) turned.push_back(one);
   }
-  for (const Posed& one : Registered(std::move(turned))) posed.push_back(one);
-  const std::size_t all = posed.size();
-  posed = Best(std::move(posed), all, object_->object->symmetry, kSame_m, kSame_rad);
+  std::ranges::copy(Registered(std::move(turned)), std::back_inserter(posed));
+  posed = Best(std::move(posed), object_->object.symmetry, kSame_m, kSame_rad);
 }
 
 std::vector<Posed> Match::Moved(const Posed& posed) const {
@@ -298,10 +289,10 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
       if (axis < 3) {
         move.translation() = sign * 1.01 * kDiffers_m * along_B;
       } else {
-        move = TurnAbout(sign * 1.01 * kDiffers_rad, along_B, object_->object->symmetry.center_B);
+        move = TurnAbout(sign * 1.01 * kDiffers_rad, along_B, object_->object.symmetry.center_B);
       }
       const base::Pose X_CB = posed.X_CB * move;
-      all.push_back({X_CB, FineScore(X_CB), posed.lies});
+      all.push_back({X_CB, Fine(X_CB).Score(*options_), posed.lies});
     }
   }
   return all;
@@ -310,7 +301,7 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
 /// The pose, turned so that the colors agree best: by the turns that lay the shape on itself, and
 /// by a few degrees about the principal axes, since a nearly round body was guessed in steps.
 base::Pose Match::Aimed(const base::Pose& X_CB) const {
-  const Symmetry& symmetry = object_->object->symmetry;
+  const Symmetry& symmetry = object_->object.symmetry;
   Posed best{X_CB, -1.0};
   const auto consider = [&](const base::Pose& pose, Posed& so_far) {
     if (Sunk(*object_, pose, *segment_) > options_->max_sunk_m) return;
@@ -346,7 +337,7 @@ void Match::Aim(std::vector<Posed>& posed) const {
   const double least = posed.front().score - kNear;
   for (Posed& one : posed) {
     if (one.score >= least) one.X_CB = Aimed(one.X_CB);
-    one.score = FineScore(one.X_CB);
+    one.score = Fine(one.X_CB).Score(*options_);
   }
   std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
 }
@@ -356,19 +347,22 @@ void Match::Settle(std::vector<Posed>& posed) const {
   if (segment_->colored && object_->tones.known()) Aim(posed);
   const double least = posed.front().score - kNear;
   posed.front() = Refined(posed.front());
-  double tightest = TightScore(posed.front().X_CB);
+  const auto tight_score = [this](const Posed& one) {
+    return Fine(one.X_CB, 0.5).Score(*options_);
+  };
+  double tightest = tight_score(posed.front());
   for (std::size_t i = 1; i < posed.size(); ++i) {
     if (posed[i].score < least) continue;
     posed[i] = Refined(posed[i]);
-    const double tight = TightScore(posed[i].X_CB);
+    const double tight = tight_score(posed[i]);
     if (tight <= tightest) continue;
     tightest = tight;
     std::swap(posed.front(), posed[i]);
   }
 }
 
-/// Climbs the score of the shape by small moves along and about the axes of the table. Colors play
-/// no part: they are seen a little off their places.
+/// Climbs the score of the shape by small moves along and about the table's axes. Colors, seen a
+/// little off their places, play no part.
 Posed Match::Refined(Posed posed) const {
   double step_m = kStep_m;
   double step_rad = kStep_rad;
@@ -378,7 +372,7 @@ Posed Match::Refined(Posed posed) const {
       for (const double sign : {1.0, -1.0}) Climb(axis, sign * step_m, sign * step_rad, posed);
     }
   }
-  posed.score = FineScore(posed.X_CB);
+  posed.score = Fine(posed.X_CB).Score(*options_);
   return posed;
 }
 
@@ -394,30 +388,19 @@ Posed Match::Coarse(const base::Pose& X_CB) const {
   return {X_CB, WeighAbove(tolerance_m, X_CB, segment_->coarse, tolerance_m).ShapeScore(*options_)};
 }
 
-Evidence Match::Fine(const base::Pose& X_CB, double tolerance_m) const {
-  return WeighAbove(options_->max_sunk_m, X_CB, segment_->fine, tolerance_m);
+Evidence Match::Fine(const base::Pose& X_CB, double tolerance_share) const {
+  return WeighAbove(options_->max_sunk_m, X_CB, segment_->fine,
+                    tolerance_share * options_->tolerance_m);
 }
 
-double Match::TightScore(const base::Pose& X_CB) const {
-  return Fine(X_CB, 0.5 * options_->tolerance_m).Score(*options_);
-}
+double Match::ShapeScore(const base::Pose& X_CB) const { return Fine(X_CB).ShapeScore(*options_); }
 
-double Match::ShapeScore(const base::Pose& X_CB) const {
-  return Fine(X_CB, options_->tolerance_m).ShapeScore(*options_);
-}
-
-double Match::FineScore(const base::Pose& X_CB) const {
-  return Fine(X_CB, options_->tolerance_m).Score(*options_);
-}
-
-/// The source, and on the table the points that the object stands on: without them a round one
-/// would roll into the table.
+/// The source, and the points that the object stands on: a round one would roll into the table.
 Points Match::WithContact(const base::Pose& X_CB) const {
   Points points = segment_->source_C;
   const base::Pose X_TB = segment_->X_TC * X_CB;
-  const Points& surface = object_->object->surface_B.points;
   Points contact_C;
-  for (const Vector3d& p : surface) {
+  for (const Vector3d& p : object_->object.surface_B.points) {
     Vector3d on_table = X_TB * p;
     if (on_table.z() > kContact_m) continue;
     on_table.z() = 0.0;
@@ -430,20 +413,20 @@ Points Match::WithContact(const base::Pose& X_CB) const {
 
 base::Pose Match::Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const {
   base::Pose X_BC = X_CB.inverse();
-  for (std::size_t k = 0; k < std::size(kPairs_m); ++k) {
+  for (const double max_pair_distance_m : kPairs_m) {
     pcl_bridge::RegistrationOptions options;
-    options.max_pair_distance_m = kPairs_m[k];
-    options.max_iterations = kIterations[k];
+    options.max_pair_distance_m = max_pair_distance_m;
+    options.max_iterations = 15;
     options.min_step_m = 5e-5;
     options.min_step_rad = 5e-4;
-    X_BC = pcl_bridge::RegisterPointToPlane(source, object_->target, X_BC, options).X_TS;
+    X_BC = pcl_bridge::RegisterPointToPlane(source, object_->target, X_BC, options);
   }
   return X_BC.inverse();
 }
 
 void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {
   const Vector3d along = segment_->X_TC.linear().transpose() * Vector3d::Unit(axis % 3);
-  const Vector3d center = posed.X_CB * object_->object->symmetry.center_B;
+  const Vector3d center = posed.X_CB * object_->object.symmetry.center_B;
   base::Pose move = base::Pose::Identity();
   if (axis < 3) {
     move.translation() = step_m * along;

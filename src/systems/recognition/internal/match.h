@@ -51,19 +51,15 @@ class Match {
 
   /// The best poses by the coarse score, the best first.
   std::vector<Posed> Guesses(base::Rng& rng) const;
-
   /// The same, registered, the best by the fine score first.
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
-
   /// Adds poses that the best one may be confused with, as far as the rays leave them open: turned
   /// about the model's principal axes and its axis of revolution, and upside down. Of a body that
   /// is round but for a handle, guesses may have missed the handle's place.
   void AddTurned(std::vector<Posed>& posed) const;
-
   /// Poses that differ just enough to count as others: moved along and turned about the principal
   /// axes. A hidden end leaves open how far a body reaches.
   std::vector<Posed> Moved(const Posed& posed) const;
-
   /// Refines the best pose and those that are about as good; the one that fits most tightly goes
   /// first. From here on the scores are those of shape and colors.
   void Settle(std::vector<Posed>& posed) const;
@@ -76,9 +72,7 @@ class Match {
   base::Pose Aimed(const base::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
   Posed Coarse(const base::Pose& X_CB) const;
-  Evidence Fine(const base::Pose& X_CB, double tolerance_m) const;
-  double FineScore(const base::Pose& X_CB) const;
-  double TightScore(const base::Pose& X_CB) const;
+  Evidence Fine(const base::Pose& X_CB, double tolerance_share = 1.0) const;
   // Nothing speaks for a pose that is deeper in the table.
   Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
                       double tolerance_m) const;

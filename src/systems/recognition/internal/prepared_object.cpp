@@ -2,10 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 
 namespace rangegrasp::recognition::internal {
@@ -27,7 +24,6 @@ constexpr double kBrightness = 0.15;
 
 std::vector<Vector3f> TonesOf(const std::vector<geometry::Rgb>& colors) {
   std::vector<Vector3f> tones;
-  tones.reserve(colors.size());
   std::ranges::transform(colors, std::back_inserter(tones), ToneOf);
   return tones;
 }
@@ -37,8 +33,8 @@ std::vector<Vector3f> TonesOf(const std::vector<geometry::Rgb>& colors) {
 /// Steps of the feature's angles and of the turn about a normal (12 deg, as in the paper).
 constexpr double kAngleStep = kPi / 15.0;
 constexpr int kPairTurns = 30;
-/// So many pairs of one feature vote, evenly chosen: those of a plane with itself are thousands,
-/// and say little.
+constexpr double kPairSpacing_m = 0.009;  ///< of a model's points
+/// So many pairs of one feature vote, evenly chosen: a plane has thousands, which say little.
 constexpr std::size_t kMaxPairs = 100;
 
 /// Turns the normal to x, with the point at the origin.
@@ -58,23 +54,27 @@ std::uint32_t Step(double cosine) {
 
 // Poses on a table.
 
+/// Turns about the vertical that are tried (10 deg); refining turns by half of it.
+constexpr double kYawStep_rad = 0.1745;
 /// Ways to lie that are nearer than this to each other, symmetry aside, are one.
-constexpr double kSameWay = 0.6;  // of the step of the yaw
+constexpr double kSameWay_rad = 0.6 * kYawStep_rad;
+/// How far the middle of a hull may stand beyond a face that it lies on.
+constexpr double kLyingSlack_m = 0.004;
 
-std::vector<Matrix3d> WaysToLie(const KnownObject& object, const LibraryOptions& options) {
+std::vector<Matrix3d> WaysToLie(const KnownObject& object) {
   std::vector<Matrix3d> ways;
-  const int yaws = static_cast<int>(std::ceil(2.0 * kPi / options.yaw_step_rad));
-  for (const Vector3d& down_B : LyingDirections(object.mesh_B.vertices, options.lying_slack_m)) {
+  const int yaws = static_cast<int>(std::ceil(2.0 * kPi / kYawStep_rad));
+  for (const Vector3d& down_B : LyingDirections(object.mesh_B.vertices, kLyingSlack_m)) {
     const Matrix3d upright =
         Eigen::Quaterniond::FromTwoVectors(down_B, -Vector3d::UnitZ()).toRotationMatrix();
     for (int k = 0; k < yaws; ++k) {
       const double yaw = 2.0 * kPi * k / yaws;
       const Matrix3d way = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * upright;
-      const base::Pose pose = base::MakePose(way, Vector3d::Zero());
       const bool known = std::ranges::any_of(ways, [&](const Matrix3d& other) {
-        const base::Pose of_other = base::MakePose(other, Vector3d::Zero());
-        return Difference(pose, of_other, object.symmetry).angle_rad <
-               kSameWay * options.yaw_step_rad;
+        const PoseDifference off =
+            Difference(base::MakePose(way, Vector3d::Zero()),
+                       base::MakePose(other, Vector3d::Zero()), object.symmetry);
+        return off.angle_rad < kSameWay_rad;
       });
       if (!known) ways.push_back(way);
     }
@@ -93,19 +93,18 @@ Matrix3d PrincipalAxes(const geometry::Points& points) {
 
 /// A surface that is met at a flatter angle (80 deg) is not measured well.
 constexpr float kFlattest = 0.17f;
-/// One that is met at less than 60 deg (its cosine) is measured, unless it is hidden from the
-/// sensor's camera; a flatter one is measured the less often, the flatter it is.
+/// One that is met at less than 60 deg (its cosine) is measured; the flatter, the less often.
 constexpr float kSurely = 0.5f;
 /// The directions of lost samples are interpolated between measured ones up to this many apart.
 constexpr std::uint32_t kMaxLost = 256;
 
-/// What each of the scene's points was taken for; outliers are no Part.
-std::vector<std::uint8_t> PartsOf(const perception::Scene& scene, const geometry::Indices& own) {
-  constexpr auto kOutlier = static_cast<std::uint8_t>(255);
-  std::vector<std::uint8_t> parts(scene.points_C.size(), static_cast<std::uint8_t>(Part::kGround));
-  for (const auto point : scene.outliers) parts[point] = kOutlier;
-  for (const auto point : scene.source) parts[point] = static_cast<std::uint8_t>(Part::kOther);
-  for (const auto point : own) parts[scene.source[point]] = static_cast<std::uint8_t>(Part::kOwn);
+/// What each of the scene's points was taken for; nothing for outliers.
+std::vector<std::optional<Part>> PartsOf(const perception::Scene& scene,
+                                         const geometry::Indices& own) {
+  std::vector<std::optional<Part>> parts(scene.points_C.size(), Part::kGround);
+  for (const auto point : scene.outliers) parts[point].reset();
+  for (const auto point : scene.source) parts[point] = Part::kOther;
+  for (const auto point : own) parts[scene.source[point]] = Part::kOwn;
   return parts;
 }
 
@@ -154,36 +153,26 @@ void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& ra
   }
 }
 
-/// By how much the tones of explained samples are off.
-class ToneErrors {
- public:
-  void Add(const Vector3f& off, float weight) {
-    if (!off.allFinite()) return;
-    errors_.push_back({off, weight});
-    brightness_ += weight * off.z();
-    weight_ += weight;
-  }
-
-  /// The brightness of all together is the light's, not the object's.
-  void AddTo(Evidence& evidence, double tolerance) const {
-    if (errors_.empty()) return;
-    const float brighter = brightness_ / weight_;
-    const auto per_square = static_cast<float>(1.0 / (tolerance * tolerance));
-    for (const auto& [off, weight] : errors_) {
-      const float square = (off - Vector3f(0.0f, 0.0f, brighter)).squaredNorm() * per_square;
-      evidence.colored += static_cast<double>(weight);
-      evidence.agreed += static_cast<double>(weight * std::max(0.0f, 1.0f - square));
-    }
-  }
-
- private:
-  struct Error {
-    Vector3f off;
-    float weight;
-  };
-  std::vector<Error> errors_;
-  float brightness_ = 0.0f, weight_ = 0.0f;
+/// By how much the tone of an explained sample is off, and the samples that it stands for.
+struct ToneError {
+  Vector3f off;
+  float weight;
 };
+
+/// The brightness of all together is the light's, not the object's.
+void AddColors(const std::vector<ToneError>& errors, double tolerance, Evidence& evidence) {
+  float brightness = 0.0f, all = 0.0f;
+  for (const auto& [off, weight] : errors) {
+    brightness += weight * off.z();
+    all += weight;
+  }
+  const auto per_square = static_cast<float>(1.0 / (tolerance * tolerance));
+  for (const auto& [off, weight] : errors) {
+    const float square = (off - Vector3f(0.0f, 0.0f, brightness / all)).squaredNorm() * per_square;
+    evidence.colored += static_cast<double>(weight);
+    evidence.agreed += static_cast<double>(weight * std::max(0.0f, 1.0f - square));
+  }
+}
 
 }  // namespace
 
@@ -255,8 +244,7 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     if (j == reference || distance < spacing_m_ || distance > diameter_m_) continue;
     const auto found = pairs_.find(Key(p, n, q, scene_C.normals[j]));
     if (found == pairs_.end()) continue;
-    // A common feature says little: the votes of a pair of the scene grow with the square root
-    // only.
+    // A common feature says little: a pair's votes grow with the square root only.
     const Bucket& bucket = found->second;
     const float weight = std::sqrt(bucket.all) / static_cast<float>(bucket.pairs.size());
     const double angle = AngleAbout(to_axis, q);
@@ -288,16 +276,16 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
   }
 }
 
-PreparedObject::PreparedObject(const KnownObject& known, const LibraryOptions& options)
-    : object(&known),
-      rays(std::vector<const geometry::TriangleMesh*>{&known.mesh_B}),
-      tones(known.colors),
-      target(known.surface_B),
-      hull_B(geometry::ConvexHull(known.mesh_B.vertices).vertices),
-      axes_B(PrincipalAxes(known.surface_B.points)),
-      round(AxisOfRevolution(known.surface_B)),
-      lying(WaysToLie(known, options)),
-      pairs(known.surface_B, options.pair_spacing_m) {}
+PreparedObject::PreparedObject(KnownObject known)
+    : object(std::move(known)),
+      rays(std::vector<const geometry::TriangleMesh*>{&object.mesh_B}),
+      tones(object.colors),
+      target(object.surface_B),
+      hull_B(geometry::ConvexHull(object.mesh_B.vertices).vertices),
+      axes_B(PrincipalAxes(object.surface_B.points)),
+      round(AxisOfRevolution(object.surface_B)),
+      lying(WaysToLie(object)),
+      pairs(object.surface_B, kPairSpacing_m) {}
 
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
                      const geometry::Indices& own, double beside_m) {
@@ -306,17 +294,17 @@ SampleRays RaysAbout(const geometry::Observation& observation, const perception:
   const auto parts = PartsOf(scene, own);
   const Ball ball = BallAbout(scene, own, beside_m);
   for (std::uint32_t i = 0; i < scene.points_C.size(); ++i) {
-    if (parts[i] > static_cast<std::uint8_t>(Part::kGround)) continue;
-    const auto& sample = scene.samples[i];
-    const Vector3d& origin = observation.views[sample.view].image.OriginOf(sample.sample);
+    if (!parts[i]) continue;
+    const auto& [view, sample] = scene.samples[i];
+    const Vector3d& origin = observation.views[view].image.OriginOf(sample);
     const Vector3d to = scene.points_C[i] - origin;
     const double distance = to.norm();
     const Vector3d direction = to / distance;
     if (!Meets(ball, origin, direction)) continue;
     rays.push_back({origin.cast<float>(), direction.cast<float>(), static_cast<float>(distance),
-                    1.0f, static_cast<Part>(parts[i]), i});
-    const auto& colors = observation.views[sample.view].colors;
-    if (!colors.empty()) rays.back().tone = ToneOf(colors[sample.sample]);
+                    1.0f, *parts[i], i});
+    const auto& colors = observation.views[view].colors;
+    if (!colors.empty()) rays.back().tone = ToneOf(colors[sample]);
   }
   for (const auto& view : observation.views) AddLost(view.image, ball, rays);
   return rays;
@@ -362,7 +350,7 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
   }
   object.rays.FirstHits(asked, hits);
   Evidence evidence;
-  ToneErrors tones;
+  std::vector<ToneError> tones;
   const bool has_tones = object.tones.known();
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const SampleRay& ray = rays[i];
@@ -383,7 +371,7 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
       evidence.fit += weight * (1.0 - share * share);
       evidence.explained += weight;
       evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
-      if (has_tones) tones.Add(ray.tone - object.tones.At(hits[i]), ray.weight);
+      if (has_tones) tones.push_back({ray.tone - object.tones.At(hits[i]), ray.weight});
       if (explained) explained->push_back(ray.point);
     } else if (off > 0.0f) {
       evidence.violated += weight;
@@ -393,7 +381,8 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
       evidence.hidden += weight;
     }
   }
-  tones.AddTo(evidence, color_tolerance);
+  std::erase_if(tones, [](const ToneError& error) { return !error.off.allFinite(); });
+  AddColors(tones, color_tolerance, evidence);
   return evidence;
 }
 

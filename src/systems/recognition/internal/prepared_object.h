@@ -18,9 +18,8 @@
 
 namespace rangegrasp::recognition::internal {
 
-/// A color in the space in which colors are compared: the shares of red and of blue in its light,
-/// which do not depend on the light's brightness, and the logarithm of the brightness with a small
-/// weight, since a face that is turned from the lamps is darker.
+/// A color as it is compared: the shares of red and of blue in its light, and the logarithm of the
+/// brightness with a small weight, since a face that is turned from the lamps is darker.
 Eigen::Vector3f ToneOf(const geometry::Rgb& color);
 
 /// The tones of a mesh's colors.
@@ -40,8 +39,8 @@ class MeshTones {
 };
 
 /// Point pair features (Drost et al. 2010, "Model globally, match locally"): pairs of a model's
-/// points with normals by their distance and three angles, and what pairs of a scene vote for. The
-/// voting is our own, since PCL's (PPFRegistration) keeps only one of the poses voted for.
+/// points with normals by their distance and three angles. PCL's voting (PPFRegistration) keeps
+/// only one of the poses voted for.
 class PairTable {
  public:
   /// @param surface_B  thinned to about spacing_m
@@ -79,17 +78,16 @@ class PairTable {
 
 /// One known object, made ready to be looked for.
 struct PreparedObject {
-  PreparedObject(const KnownObject& object, const LibraryOptions& options);
+  explicit PreparedObject(KnownObject known);
 
-  const KnownObject* object;
+  KnownObject object;
   geometry::RayCaster rays;        ///< the mesh in B
   MeshTones tones;                 ///< of the mesh
   pcl_bridge::PlaneTarget target;  ///< surface_B
   geometry::Points hull_B;         ///< corners of the hull
   Eigen::Matrix3d axes_B;          ///< principal ones, unit columns
   std::optional<Axis> round;       ///< most of it is round about this
-  /// Ways to lie on a table whose frame has z up: rotations R_TB that symmetry does not map onto
-  /// each other.
+  /// Rotations R_TB in which it lies on a table with z up, symmetry aside.
   std::vector<Eigen::Matrix3d> lying;
   PairTable pairs;
 };
@@ -153,8 +151,7 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
 namespace rangegrasp::recognition {
 
 struct Library::Prepared {
-  std::vector<KnownObject> objects;
-  std::vector<std::unique_ptr<internal::PreparedObject>> ready;  ///< in their order
+  std::vector<std::unique_ptr<internal::PreparedObject>> ready;
 };
 
 }  // namespace rangegrasp::recognition

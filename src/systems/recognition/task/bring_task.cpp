@@ -11,7 +11,6 @@
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "base/words.h"
-#include "experiment/statistics.h"
 #include "recognition/task/recognition_task.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
@@ -21,8 +20,6 @@ namespace rangegrasp::bring {
 namespace {
 
 using experiment::Case;
-using experiment::Fixed;
-using experiment::IntervalText;
 using nlohmann::ordered_json;
 
 /// "stays within 30 deg of upright".
@@ -48,12 +45,13 @@ ordered_json JsonOf(const Step& step) {
 
 /// What is counted of runs.
 struct Row {
+  std::string title = {};
   int runs = 0, good = 0, handed = 0, looks = 0, attempts = 0, cleared = 0;
   int kept_free = 0;  ///< the hand was not on what is kept free
   int upright = 0;    ///< it had to stay upright
   int stayed = 0;     ///< and did
-  std::map<std::string, int> otherwise, grasps;
-  std::vector<double> robot_s, compute_s;
+  std::map<std::string, int> otherwise = {}, grasps = {};
+  std::vector<double> robot_s = {}, compute_s = {};
 };
 
 void Add(const experiment::Record& record, const ordered_json& data, Row& row) {
@@ -83,21 +81,37 @@ void Add(const experiment::Record& record, const ordered_json& data, Row& row) {
   row.stayed += upright && last.at("log").at("lean_rad").get<double>() <= kUpright_rad;
 }
 
-std::string Ratio(int k, int n) { return n == 0 ? "-" : Fixed(static_cast<double>(k) / n, 2); }
-
-std::vector<std::string> CellsOf(const std::string& name, const Row& row) {
-  return {name,
-          fmt::format("{}", row.runs),
-          fmt::format("{}", row.good),
-          experiment::PercentText(row.good, row.runs, 1),
-          IntervalText(row.good, row.runs),
-          Ratio(row.attempts, row.runs),
-          Ratio(row.cleared, row.runs),
-          Ratio(row.looks, row.runs),
-          row.upright == 0 ? "-" : fmt::format("{}/{}", row.stayed, row.upright),
-          row.handed == 0 ? "-" : fmt::format("{}/{}", row.kept_free, row.handed),
-          experiment::CountsText(row.grasps),
-          experiment::CountsText(row.otherwise)};
+experiment::Grid TableOf(const std::vector<Row>& rows) {
+  using experiment::kLeft;
+  const auto per_run = [](int Row::*count) {
+    return [count](const Row& row) {
+      return row.runs == 0 ? std::nullopt
+                           : std::optional(static_cast<double>(row.*count) / row.runs);
+    };
+  };
+  const auto of = [](int Row::*count, int Row::*all) {
+    return [=](const Row& row) {
+      return row.*all == 0 ? "-" : fmt::format("{}/{}", row.*count, row.*all);
+    };
+  };
+  const std::vector<experiment::Column<Row>> columns = {
+      {"wanted", "", &Row::title, kLeft},
+      {"runs", "", &Row::runs},
+      {"as wanted", "", &Row::good},
+      {"%", "", [](const Row& row) { return experiment::PercentText(row.good, row.runs, 1); }},
+      {"95 %", "", [](const Row& row) { return experiment::IntervalText(row.good, row.runs); }},
+      {"attempts / run", ".2f", per_run(&Row::attempts)},
+      {"cleared / run", ".2f", per_run(&Row::cleared)},
+      {"looks / run", ".2f", per_run(&Row::looks)},
+      {"upright", "", of(&Row::stayed, &Row::upright)},
+      {"kept free", "", of(&Row::kept_free, &Row::handed)},
+      {"handed over by", "", [](const Row& row) { return experiment::CountsText(row.grasps); },
+       kLeft},
+      {"otherwise", "", [](const Row& row) { return experiment::CountsText(row.otherwise); },
+       kLeft}};
+  auto grid = GridOf(columns, rows);
+  grid.total = true;
+  return grid;
 }
 
 /// The keys that `task: grasping` has not.
@@ -124,21 +138,6 @@ void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
   keys.Finish();
 }
 
-Options ReadOptions(base::YamlMap& map) {
-  Options options;
-  if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "`task: bring` has `runs_per_object` in its place");
-  }
-  if (map.Has("views")) map.Fail("views", "`task: bring` has bring.max_looks in its place");
-  ReadBringKeys(map, options.bring);
-  options.grasping = trial::ReadOptions(map);
-  if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: bring` has no use for it, `task: grasping` has");
-  }
-  if (options.bring.known.empty()) options.bring.known = options.grasping.objects;
-  return options;
-}
-
 /// `grasps.yaml` next to the model of each.
 GraspsOf ReadGrasps(const Options& options) {
   GraspsOf grasps;
@@ -162,8 +161,7 @@ class BringExperiment : public experiment::Task {
   BringExperiment(const Options& options, const experiment::Common& common)
       : options_(options),
         cell_(options.grasping),
-        library_(
-            recognition::LibraryOf(options.grasping, options.bring.known, options.bring.library)),
+        library_(recognition::LibraryOf(options.grasping, options.bring.known)),
         grasps_(ReadGrasps(options)),
         seed_(common.seed) {}
 
@@ -233,15 +231,14 @@ class BringExperiment : public experiment::Task {
     return result;
   }
 
-  /// The object that an arrangement is drawn round. In a heap it lies on top, and the wanted one
-  /// anywhere: the others take turns.
+  /// The object that an arrangement is drawn round. In a heap it lies on top: others take turns.
   std::string OnTop(const std::string& wanted, int index) const {
     const auto& objects = cell_.options.objects;
     const auto kind = cell_.options.arranger;
     const bool heap = kind == trial::kPile || kind == trial::kBox;
     if (!heap && !options_.bring.absent) return wanted;
-    const auto own = static_cast<std::size_t>(std::ranges::find(objects, wanted) - objects.begin());
     if (objects.size() < 2) return wanted;
+    const auto own = static_cast<std::size_t>(std::ranges::find(objects, wanted) - objects.begin());
     const std::size_t step = 1 + static_cast<std::size_t>(index) % (objects.size() - 1);
     return objects[(own + step) % objects.size()];
   }
@@ -254,12 +251,22 @@ class BringExperiment : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  const Options options = ReadOptions(map);
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "`task: bring` has `runs_per_object` in its place");
+  }
+  if (map.Has("views")) map.Fail("views", "`task: bring` has bring.max_looks in its place");
+  Options options;
+  ReadBringKeys(map, options.bring);
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: `task: bring` has no use for it, `task: grasping` has");
+  }
+  std::vector<std::string>& known = options.bring.known;
+  if (known.empty()) known = options.grasping.objects;
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   for (const std::string& object : options.grasping.objects) {
-    if (std::ranges::find(options.bring.known, object) == options.bring.known.end() &&
-        !options.bring.absent) {
+    if (std::ranges::find(known, object) == known.end() && !options.bring.absent) {
       map.Fail(
           "known",
           fmt::format("has no '{}', which is wanted: add it, or take it off `objects`", object));
@@ -275,7 +282,7 @@ const experiment::TaskKind& BringTask() {
       .name = "bring",
       .description =
           "A known object among others is looked for, taken as its use asks for and "
-          "handed over to a person. Beside the keys below it has all of "
+          "handed over to a person. In addition to the keys below it has all of "
           "`task: grasping` but `trials_per_object`.",
       .trials_key = "runs_per_object",
       .uses_seed = true,
@@ -325,30 +332,22 @@ experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool pr
 
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
-  std::vector<std::pair<std::string, Row>> rows;
-  Row all;
+  std::vector<Row> rows;
+  Row all{.title = "all"};
+  const std::string* group = nullptr;
   for (const auto& record : records) {
-    if (rows.empty() || rows.back().first != record.which.group) {
-      rows.emplace_back(record.which.group, Row{});
+    if (!group || *group != record.which.group) {
+      group = &record.which.group;
+      rows.push_back({.title = experiment::TitleOf(stamp, *group)});
     }
     const auto data = ordered_json::parse(record.result.data, nullptr, false);
-    Add(record, data, rows.back().second);
+    Add(record, data, rows.back());
     Add(record, data, all);
   }
-  experiment::Grid grid;
-  grid.header = {"wanted",  "runs",           "as wanted",      "%",
-                 "95 %",    "attempts / run", "cleared / run",  "looks / run",
-                 "upright", "kept free",      "handed over by", "otherwise"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = grid.left[10] = grid.left[11] = true;
-  for (const auto& [object, row] : rows) {
-    grid.rows.push_back(CellsOf(experiment::TitleOf(stamp, object), row));
-  }
-  grid.rows.push_back(CellsOf("all", all));
-  grid.total = true;
+  rows.push_back(all);
   experiment::Report report;
-  report.sections.push_back({"", grid});
-  report.csv = grid;
+  report.csv = TableOf(rows);
+  report.sections.push_back({"", report.csv});
   report.notes.push_back(
       "as wanted: handed over; where it is not there: said so. Upright: of "
       "objects that stood upright those that stayed within 30 deg. Kept free: "

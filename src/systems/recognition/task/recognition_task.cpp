@@ -26,22 +26,20 @@ namespace {
 using base::kDeg;
 using base::kMm;
 using experiment::Case;
-using experiment::Fixed;
 using experiment::IntervalText;
+using experiment::PercentText;
 using nlohmann::ordered_json;
 
 struct TaskOptions {
   trial::Options grasping;
-  LibraryOptions library;
   RecognitionOptions recognition;
-  /// The library lacks the scene's target, which must stay unknown then.
   bool without_target = false;
-  /// As long as something that is perceived is open (OpenObjects), the next look is at it; then no
-  /// more of the `views` are taken.
+  /// The next look is at something that is open (OpenObjects); if nothing is, there is none.
   bool until_sure = false;
-  double max_distance_m = 0.005;          ///< of a pose that counts as found
-  double max_angle_rad = base::Deg(5.0);  ///< of a pose that counts as found
+  double max_distance_m = 0.005;
+  double max_angle_rad = base::Deg(5.0);
 };
+
 /// The keys that `task: grasping` has not.
 void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
   auto keys = map.Child("recognition", "from what is perceived to known objects and their poses");
@@ -66,16 +64,6 @@ void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
             "points of a segment whose pairs vote for poses; 0: none");
   keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");
   keys.Finish();
-}
-
-TaskOptions ReadOptions(base::YamlMap& map) {
-  TaskOptions options;
-  ReadRecognitionKeys(map, options);
-  options.grasping = trial::ReadOptions(map);
-  if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
-  }
-  return options;
 }
 
 /// What became of an object that is to be found.
@@ -123,10 +111,10 @@ Outcome OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
 
 /// What is counted of a row's scenes, and of all finds in them.
 struct Row {
-  std::string object, title;
+  std::string object = {}, title = {};
   int scenes = 0, found = 0, wrong_object = 0;
-  std::map<std::string, int> otherwise;
-  std::vector<double> distance_mm, angle_deg;
+  std::map<std::string, int> otherwise = {};
+  std::vector<double> distance_mm = {}, angle_deg = {};
   int finds = 0, wrong = 0, others = 0, others_near = 0;
 };
 
@@ -139,9 +127,9 @@ void Add(const experiment::Record& record, const nlohmann::json& data, Row& row)
   if (!data.contains("finds")) return;
   for (const auto& find : data.at("finds")) {
     ++row.finds;
-    row.wrong += !find.at("named_right").get<bool>();
-    if (!find.at("named_right").get<bool>()) continue;
-    if (find.at("is_target").get<bool>()) {
+    if (!find.at("named_right").get<bool>()) {
+      ++row.wrong;
+    } else if (find.at("is_target").get<bool>()) {
       row.distance_mm.push_back(find.at("distance_m").get<double>() * base::kMmPerM);
       row.angle_deg.push_back(find.at("angle_rad").get<double>() / base::kDeg);
     } else {
@@ -151,21 +139,6 @@ void Add(const experiment::Record& record, const nlohmann::json& data, Row& row)
   }
 }
 
-std::string Median(const std::vector<double>& values, int digits) {
-  return values.empty() ? "-" : Fixed(base::MedianOf(values), digits);
-}
-
-std::vector<std::string> Cells(const Row& row) {
-  return {row.title,
-          fmt::format("{}", row.scenes),
-          experiment::PercentText(row.found, row.scenes, 1),
-          IntervalText(row.found, row.scenes),
-          fmt::format("{}", row.wrong_object),
-          Median(row.distance_mm, 1),
-          Median(row.angle_deg, 1),
-          experiment::CountsText(row.otherwise)};
-}
-
 std::string TimesNote(const std::vector<experiment::Record>& records) {
   std::map<std::string, std::vector<double>> each;
   for (const auto& record : records) {
@@ -173,61 +146,66 @@ std::string TimesNote(const std::vector<experiment::Record>& records) {
   }
   std::string text = "median seconds of a scene:";
   for (const auto& [stage, seconds] : each) {
-    text += fmt::format(" {} {}", stage, Fixed(base::MedianOf(seconds), 2));
+    text += fmt::format(" {} {:.2f}", stage, base::MedianOf(seconds));
   }
   return text;
+}
+
+experiment::Grid TableOf(const std::vector<Row>& rows) {
+  const auto median_of = [](std::vector<double> Row::*values) {
+    return [values](const Row& row) {
+      const auto& all = row.*values;
+      return all.empty() ? std::nullopt : std::optional(base::MedianOf(all));
+    };
+  };
+  const std::vector<experiment::Column<Row>> columns = {
+      {"object", "", &Row::title, experiment::kLeft},
+      {"scenes", "", &Row::scenes},
+      {"found %", "", [](const Row& row) { return PercentText(row.found, row.scenes, 1); }},
+      {"95 %", "", [](const Row& row) { return IntervalText(row.found, row.scenes); }},
+      {"wrong object", "", &Row::wrong_object},
+      {"off mm (median)", ".1f", median_of(&Row::distance_mm)},
+      {"off deg (median)", ".1f", median_of(&Row::angle_deg)},
+      {"otherwise", "", [](const Row& row) { return experiment::CountsText(row.otherwise); },
+       experiment::kLeft}};
+  auto grid = GridOf(columns, rows);
+  grid.total = true;
+  return grid;
 }
 
 /// A row an object: how often it was found where it is, how often not, and why.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
   std::vector<Row> rows;  // in the records' order
-  Row all;
-  all.title = "All";
+  Row all{.title = "All"};
   for (const auto& record : records) {
-    const std::string& object = record.which.group;
-    auto row = std::ranges::find(rows, object, &Row::object);
-    if (row == rows.end()) {
-      row = rows.insert(row, Row());
-      row->object = object;
-      row->title = experiment::TitleOf(stamp, object);
-    }
+    const std::string title = experiment::TitleOf(stamp, record.which.group);
+    auto row = std::ranges::find(rows, record.which.group, &Row::object);
+    if (row == rows.end()) row = rows.insert(row, Row{record.which.group, title});
     const auto data = nlohmann::json::parse(record.result.data);
     Add(record, data, *row);
     Add(record, data, all);
   }
-  experiment::Grid grid;
-  grid.header = {"object",       "scenes",          "found %",          "95 %",
-                 "wrong object", "off mm (median)", "off deg (median)", "otherwise"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = grid.left.back() = true;
-  for (const Row& row : rows) grid.rows.push_back(Cells(row));
-  grid.rows.push_back(Cells(all));
-  grid.total = true;
+  rows.push_back(all);
   experiment::Report report;
-  report.sections.push_back({"Known objects: the scene's target", grid});
-  report.csv = grid;
+  report.csv = TableOf(rows);
+  report.sections.push_back({"Known objects: the scene's target", report.csv});
   report.notes.push_back(fmt::format(
       "of {} objects that were named in all scenes {} were another one ({} %, 95 %: {})", all.finds,
-      all.wrong, experiment::PercentText(all.wrong, all.finds, 1),
-      IntervalText(all.wrong, all.finds)));
+      all.wrong, PercentText(all.wrong, all.finds, 1), IntervalText(all.wrong, all.finds)));
   if (all.others > 0) {
     report.notes.push_back(fmt::format("of {} others that were named right {} in their pose ({} %)",
                                        all.others, all.others_near,
-                                       experiment::PercentText(all.others_near, all.others, 1)));
+                                       PercentText(all.others_near, all.others, 1)));
   }
   report.notes.push_back(TimesNote(records));
   return report;
 }
 
-Library LibraryOf(std::span<const sim::ObjectModel> models, const LibraryOptions& options) {
-  std::vector<KnownObject> known;
-  for (const sim::ObjectModel& model : models) {
-    geometry::ColoredMesh surface = sim::ObjectSurface(model);
-    known.push_back(MakeKnownObject(model.name, sim::ObjectTitle(model), std::move(surface.mesh),
-                                    options, std::move(surface.colors)));
-  }
-  return Library(std::move(known), options);
+KnownObject KnownFrom(const sim::ObjectModel& model) {
+  geometry::ColoredMesh surface = sim::ObjectSurface(model);
+  return MakeKnownObject(model.name, sim::ObjectTitle(model), std::move(surface.mesh),
+                         std::move(surface.colors));
 }
 
 /// By the object that each lacks; "": the whole one.
@@ -238,7 +216,7 @@ std::map<std::string, Library> LibrariesOf(const TaskOptions& options) {
   for (const std::string& object : without) {
     std::vector<std::string> objects = options.grasping.objects;
     std::erase(objects, object);
-    libraries.emplace(object, LibraryOf(options.grasping, objects, options.library));
+    libraries.emplace(object, LibraryOf(options.grasping, objects));
   }
   return libraries;
 }
@@ -344,8 +322,7 @@ class Recognition : public experiment::Task {
     return trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
   }
 
-  /// From the fixed sensor, then from the wrist: up to `views` in all, at the highest thing or at
-  /// what is still open.
+  /// From the fixed sensor, then from the wrist at the highest thing or at what is still open.
   Recognized LookUntilDone(sim::World& world, const trial::TrialSpec& spec,
                            experiment::Result& result) const {
     base::Stopwatch watch;
@@ -408,7 +385,12 @@ class Recognition : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  TaskOptions options = ReadOptions(map);
+  TaskOptions options;
+  ReadRecognitionKeys(map, options);
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
+  }
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   options.grasping.seed = common.seed;
@@ -417,16 +399,15 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 
 }  // namespace
 
-Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
-                  const LibraryOptions& library) {
-  std::vector<sim::ObjectModel> models;
+Library LibraryOf(const trial::Options& options, std::span<const std::string> objects) {
+  std::vector<KnownObject> known;
   for (const std::string& object : objects) {
-    models.push_back(trial::ObjectModelOf(options, object));
+    known.push_back(KnownFrom(trial::ObjectModelOf(options, object)));
   }
-  return LibraryOf(models, library);
+  return Library(std::move(known));
 }
 
-Library LoadLibrary(std::span<const std::filesystem::path> folders, const LibraryOptions& options) {
+Library LoadLibrary(std::span<const std::filesystem::path> folders) {
   std::map<std::string, std::filesystem::path> files;  // by name: the same on every file system
   for (const auto& folder : folders) {
     if (!std::filesystem::is_directory(folder)) {
@@ -443,16 +424,16 @@ Library LoadLibrary(std::span<const std::filesystem::path> folders, const Librar
     throw base::InputError((folders.empty() ? std::string("no folder") : folders.front().string()) +
                            ": holds no known object (NAME/NAME.xml)");
   }
-  std::vector<sim::ObjectModel> models;
-  for (const auto& [name, mjcf] : files) models.push_back({name, mjcf});
-  return LibraryOf(models, options);
+  std::vector<KnownObject> known;
+  for (const auto& [name, mjcf] : files) known.push_back(KnownFrom({name, mjcf}));
+  return Library(std::move(known));
 }
 
 const experiment::TaskKind& RecognitionTask() {
   static const experiment::TaskKind kind{
       .name = "recognition",
       .description =
-          "Known objects (chapter 7): they are found in a scan, with their poses. Beside "
+          "Known objects (chapter 7): they are found in a scan, with their poses. In addition to "
           "the keys below it has all of `task: grasping`.",
       .trials_key = "trials_per_object",
       .uses_seed = true,

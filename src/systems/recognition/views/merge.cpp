@@ -20,9 +20,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// With fewer points there is nothing to lay one view onto another with.
 constexpr std::size_t kMinPoints = 100;
-/// Pairs whose normals differ by more are not of the same surface (those of the two sides of a
-/// cup's wall are opposite), or one of them is bent by an edge that the other view sees from its
-/// other side: cos 18 deg.
+/// Pairs whose normals differ by more (18 deg) are of two surfaces, or one is bent by an edge.
 constexpr double kMinCosine = 0.95;
 /// Of pairs that fit perfectly, as in a test without noise.
 constexpr double kMinSigma_m = 1e-5;

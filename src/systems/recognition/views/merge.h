@@ -19,24 +19,23 @@ struct PoseError {
 
 struct RefineOptions {
   PoseError error;
-  /// A point's nearest one across its surface, and aside along it: further off it is of another
-  /// surface, or this one was not seen before and the nearest is its silhouette.
+  /// Of a point's nearest one across its surface, and aside along it: further off it is of another
+  /// surface, or the silhouette of one that was not seen before.
   double max_across_m = 0.010;
   double max_aside_m = 0.005;
-  /// Neighborhood of a point's normal. Smaller: the noise of normals tells of shifts along a plane
-  /// what nothing can tell (at 10 mm more than the arm's own word, at 20 mm a tenth of it).
+  /// Of a point's normal. Smaller: the noise of normals tells of shifts along a plane what nothing
+  /// can tell (at 10 mm more than the arm's own word, at 20 mm a tenth of it).
   double normal_radius_m = 0.020;
-  /// Of the view so many points at most, and three times as many of the earlier ones, evenly along
-  /// their order: more cost time and tell nothing new, since neighbors share their errors.
+  /// Of the view, and three times as many of the earlier ones, evenly: more tell nothing new, since
+  /// neighbors share their errors.
   std::size_t max_points = 4000;
-  /// So many neighboring points have one error in common (speckle along the line, the mirror's
-  /// jitter of a profile, mixed points). Larger: what is seen has to tell more to count against the
-  /// arm's word.
+  /// So many neighboring points have one error in common (speckle, jitter, mixed points). Larger:
+  /// what is seen has to tell more to count against the arm's word.
   double points_a_fact = 10.0;
   int max_iterations = 20;
   double min_step_m = 1e-5;  ///< it ends with a smaller step: far below the noise
-  /// A correction is not taken beyond this many deviations of the error: 1 in 3,000 honest ones is
-  /// (chi squared, 6 degrees of freedom).
+  /// Of a correction, in deviations of the error: 1 in 3,000 honest ones is larger (chi squared,
+  /// 6).
   double max_deviations = 5.0;
 };
 
@@ -54,9 +53,9 @@ struct Refinement {
 /// the sensor's place o that minimise
 ///   sum (n . (p + t + w x (p - o) - q))^2 / (k sigma^2) + (t, w)' P^-1 (t, w)
 /// with k points a fact, sigma the pairs' own deviation, Cauchy's weights, and P the covariance of
-/// the error. What the overlap leaves open (the place of a plane along itself) so stays as the arm
-/// says. PCL's registration knows no prior: on a table with one box it slid along the table by many
-/// times the error, and weighing its result afterwards does not bring that back. O(n log n).
+/// the error. What the overlap leaves open (the place of a plane along itself) stays as the arm
+/// says; PCL's registration, without a prior, slid along the table by many times the error.
+/// O(n log n).
 /// @param region_C  points outside are left out
 Refinement Refine(const geometry::Observation& earlier, const geometry::View& view,
                   const Eigen::AlignedBox3d& region_C, const RefineOptions& options);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <ranges>
 
-#include "base/units.h"
 #include "robot/ik.h"
 
 namespace rangegrasp::views {
@@ -72,12 +72,12 @@ class Reach {
     }
     std::ranges::stable_sort(views, std::less{},
                              [this](const PlannedView& view) { return Travel(view.q); });
-    constexpr std::size_t kPlans = 3;  // of one place: what blocks one way mostly blocks the others
-    for (std::size_t i = 0; i < std::min(kPlans, views.size()); ++i) {
-      auto way = planner_.PlanMotion(request_.q_now, views[i].q, rng_);
+    constexpr int kPlans = 3;  // of one place: what blocks one way mostly blocks the others
+    for (PlannedView& view : views | std::views::take(kPlans)) {
+      auto way = planner_.PlanMotion(request_.q_now, view.q, rng_);
       if (!way) continue;
-      views[i].way = std::move(*way);
-      return std::move(views[i]);
+      view.way = std::move(*way);
+      return std::move(view);
     }
     return std::nullopt;
   }
@@ -130,9 +130,8 @@ std::optional<PlannedView> NextBestView(const robot::Robot& robot,
   if (candidates.empty()) return std::nullopt;
   Reach reach(robot, request, options, planning, rng);
   reach.KeepClearOf(SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m));
-  const auto places = std::min(candidates.size(), static_cast<std::size_t>(options.max_places));
-  for (std::size_t i = 0; i < places; ++i) {
-    std::optional<PlannedView> view = reach.To(candidates[i]);
+  for (const Candidate& candidate : candidates | std::views::take(options.max_places)) {
+    std::optional<PlannedView> view = reach.To(candidate);
     if (!view) continue;
     view->unseen_m3 = space.UnseenVolume();
     return view;

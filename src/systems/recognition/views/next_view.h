@@ -13,19 +13,17 @@
 namespace rangegrasp::views {
 
 struct NextViewOptions {
-  double cell_m = 0.010;  ///< of the space about the wanted thing, where gain is counted
+  double cell_m = 0.010;
   /// How far it is likely to be seen into space that was not seen: about half of an object.
   double depth_m = 0.03;
-  /// A view that would see less new space near the region is not worth the way: a cube of 50 mm.
-  double min_gain_m3 = 125e-6;
+  double min_gain_m3 = 125e-6;  ///< a cube of 50 mm
   /// Sensors stand on spheres about the region's middle, at these heights above the table's plane
   /// and as many places round.
   std::vector<double> distances_m = {0.32, 0.42};
   std::vector<double> elevations_rad = {base::Deg(25.0), base::Deg(45.0), base::Deg(65.0)};
   int azimuths = 16;
-  int rolls = 8;  ///< turns about the line of sight that are tried where the arm may stand
-  /// Places that the arm is tried at, those that see most first.
-  int max_places = 40;
+  int rolls = 8;        ///< turns about the line of sight
+  int max_places = 40;  ///< that the arm is tried at, those that see most first
   /// Of the space that motions keep clear of: what was not seen may be something.
   double obstacle_cell_m = 0.02;
   double clearance_m = 0.01;  ///< above it
@@ -51,9 +49,9 @@ struct PlannedView {
   double unseen_m3 = 0.0;                    ///< of the region before it
 };
 
-/// The next best view: of the places about the region that the arm can bring the sensor to, the one
-/// that is expected to see most of what no view has seen there. nullopt if that is less than
-/// min_gain_m3, or the arm gets to none of max_places. C is W. Depends on its arguments alone.
+/// Of the places about the region that the arm can bring the sensor to, the one expected to see
+/// most of what no view has seen there; nullopt if that is less than min_gain_m3, or the arm gets
+/// to none of max_places. C is W. Depends on its arguments alone.
 std::optional<PlannedView> NextBestView(const robot::Robot& robot,
                                         const geometry::Observation& so_far,
                                         const ViewRequest& request, const NextViewOptions& options,

@@ -11,10 +11,9 @@
 
 #include "base/error.h"
 #include "base/frames.h"
-#include "base/units.h"
 #include "sensing/hand_eye.h"
 #include "sensing/line_scanner.h"
-#include "sim/move_arm.h"
+#include "sim/execute.h"
 
 namespace rangegrasp::views {
 namespace {
@@ -29,7 +28,7 @@ constexpr double kObstacles_m = 0.35;
 constexpr double kFixedDistance_m = 1.0;
 /// Cells in which the highest thing is searched, and points of one at least: not a stray point's.
 constexpr double kMap_m = 0.02;
-constexpr int kMinInCell = 4;
+constexpr std::size_t kMinInCell = 4;
 /// No calibration of this head is further off.
 constexpr double kOtherHead_m = 0.02;
 
@@ -69,12 +68,10 @@ geometry::Field FieldOf(const sensing::LineScannerOptions& scanner) {
   const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
                       (scanner.focal_length_m * scanner.baseline_m);
   const double at_focus = 1.0 / scanner.focus_distance_m;
-  geometry::Field field;
-  field.half_right_rad = 0.5 * scanner.pan_range_rad;
-  field.half_down_rad = 0.5 * scanner.fan_rad;
-  field.near_m = std::max(scanner.near_m, 1.0 / (at_focus + span));
-  field.far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0;
-  return field;
+  return {.half_right_rad = 0.5 * scanner.pan_range_rad,
+          .half_down_rad = 0.5 * scanner.fan_rad,
+          .near_m = std::max(scanner.near_m, 1.0 / (at_focus + span)),
+          .far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0};
 }
 
 template <typename Visit>
@@ -146,25 +143,20 @@ std::optional<Eigen::AlignedBox3d> WristScanner::RegionOfHighest(
     const geometry::Observation& so_far) const {
   const double table_z_m = robot_.X_WWorkspace.translation().z();
   const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
-  struct Cell {
-    int points = 0;
-    Eigen::Vector3d highest = Eigen::Vector3d::Constant(-1.0);
-  };
-  std::map<std::array<int, 3>, Cell> cells;
+  std::map<std::array<int, 3>, geometry::Points> cells;
   ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
     if (p.z() < table_z_m + kStands_m || !workspace.Contains(p)) return;
     const Eigen::Vector3i at = (p / kMap_m).array().floor().cast<int>();
-    Cell& cell = cells[{at.x(), at.y(), at.z()}];
-    ++cell.points;
-    if (p.z() > cell.highest.z()) cell.highest = p;
+    cells[{at.x(), at.y(), at.z()}].push_back(p);
   });
-  const Cell* highest = nullptr;
-  for (const auto& [at, cell] : cells) {
-    if (cell.points < kMinInCell) continue;
-    if (!highest || cell.highest.z() > highest->highest.z()) highest = &cell;
+  const auto height = [](const Eigen::Vector3d& p) { return p.z(); };
+  std::optional<Eigen::Vector3d> highest;
+  for (const auto& [at, points] : cells) {
+    if (points.size() < kMinInCell) continue;
+    const Eigen::Vector3d& of_cell = *std::ranges::max_element(points, {}, height);
+    if (!highest || of_cell.z() > highest->z()) highest = of_cell;
   }
-  if (!highest) return std::nullopt;
-  return RegionAbout(highest->highest, so_far);
+  return highest ? std::optional(RegionAbout(*highest, so_far)) : std::nullopt;
 }
 
 Eigen::AlignedBox3d WristScanner::RegionAbout(const Eigen::Vector3d& place_W,
@@ -203,11 +195,10 @@ trial::Sensed WristScanner::Scan(const sim::World& world) {
   ++looks_;
   const base::Pose X_WS = world.SitePose("wrist_scanner");
   sensing::Scan scan = sensing::ScanScene(world.VisualMeshes(), X_WS, scanner_, rng);
-  trial::Sensed sensed;
   // All that was measured in the sensor's frame is where the robot believes that to be.
-  sensed.observation.views.push_back(
-      Moved(std::move(scan.view), X_WS * X_SBelieved_ * X_WS.inverse()));
-  sensed.truth.push_back(std::move(scan.truth));
+  const base::Pose X_move = X_WS * X_SBelieved_ * X_WS.inverse();
+  trial::Sensed sensed{geometry::ObservationOf({}), {std::move(scan.truth)}};
+  sensed.observation.views.front() = Moved(std::move(scan.view), X_move);
   return sensed;
 }
 
@@ -226,13 +217,11 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
            fixed.calibration_sigma_rad * kFixedDistance_m});
   refine.error.turn_rad =
       rms({mount_error_rad_, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
+  geometry::View& view = look.observation.views.front();
   Refinement refinement;
-  for (std::size_t i = 0; i < look.observation.views.size(); ++i) {
-    geometry::View& view = look.observation.views[i];
-    if (look_.refine) refinement = Refine(to.observation, view, box_W, refine);
-    to.observation.views.push_back(Moved(std::move(view), refinement.X_by));
-    to.truth.push_back(std::move(look.truth[i]));
-  }
+  if (look_.refine) refinement = Refine(to.observation, view, box_W, refine);
+  to.observation.views.push_back(Moved(std::move(view), refinement.X_by));
+  to.truth.push_back(std::move(look.truth.front()));
   return refinement;
 }
 

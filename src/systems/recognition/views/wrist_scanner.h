@@ -18,21 +18,13 @@ namespace rangegrasp::views {
 
 /// Views from the wrist, after that of the fixed sensor.
 struct WristViewOptions {
-  int views = 1;  ///< of a trial: the sensor's own, then from the wrist, each where it tells most
-  /// A line scanner's file, of the sensor at the scene's site "wrist_scanner".
+  int views = 1;
   std::filesystem::path sensor;
-  /// By how far the head sits elsewhere on the flange than the robot believes, root mean square:
-  /// one draw a trial, the same in all its looks. Mounted by hand, after a drawing.
-  double mount_sigma_m = 0.001;
+  double mount_sigma_m = 0.001;  ///< mounted by hand, after a drawing
   double mount_sigma_rad = base::Deg(0.3);
-  /// A file of `rangegrasp calibrate-hand-eye`: the head is believed to sit where it says, in all
-  /// trials, in place of a draw. Empty: none.
   std::filesystem::path hand_eye;
-  /// Views are laid onto the earlier ones (views/merge.h); off: as the arm says they are.
-  bool refine = true;
-  /// What is wanted lies about the highest thing that was seen, no further from its middle than
-  /// this: half of the longest object.
-  double region_radius_m = 0.15;
+  bool refine = true;             ///< views/merge.h
+  double region_radius_m = 0.15;  ///< half of the longest object
   NextViewOptions next;
 };
 
@@ -67,11 +59,11 @@ class WristScanner {
   Eigen::AlignedBox3d RegionAbout(const Eigen::Vector3d& place_W,
                                   const geometry::Observation& so_far) const;
 
-  /// A scan from where the arm stands. The view is where the robot believes it to be: off by the
-  /// arm's own error, one draw a scan, and by that of the mount, one draw a scanner.
+  /// From where the arm stands. The view is where the robot believes it to be: off by the arm's own
+  /// error, one draw a scan, and by that of the mount, one draw a scanner.
   trial::Sensed Scan(const sim::World& world);
-  /// Moves the arm in the simulation to the next best view of a region, scans, and adds the scan to
-  /// the views before; its pose is corrected by what both see, if the options say so.
+  /// Moves the arm to the next best view of a region, scans, and adds the scan to the views before;
+  /// its pose is corrected by what both see, if the options say so.
   /// @param q  where the arm stands; receives where it stands then
   /// @return nullopt if no view is worth the way; not arrived if the arm met something that was not
   /// foreseen, and stands where it was stopped

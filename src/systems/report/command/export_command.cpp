@@ -25,28 +25,19 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::Record;
 using experiment::Store;
 using nlohmann::ordered_json;
-using trial::Arrangement;
 using trial::Attempt;
-using trial::AttemptOptions;
-using trial::Cell;
-using trial::Outcome;
 using trial::Sensed;
-using trial::TrialSpec;
 
 ordered_json JsonOf(const base::Pose& X) {
-  ordered_json numbers = ordered_json::array();
-  const Eigen::Matrix4d& m = X.matrix();
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) numbers.push_back(m(row, column));
-  }
-  return numbers;
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = X.matrix();
+  return std::vector<double>(rows.data(), rows.data() + rows.size());
 }
 
-ordered_json WriteClouds(const Sensed& sensed, const std::string& id,
-                         const std::filesystem::path& folder) {
+ordered_json WriteClouds(const Sensed& sensed, const std::string& id, const fs::path& folder) {
   ordered_json clouds = ordered_json::array();
   for (std::size_t i = 0; i < sensed.observation.views.size(); ++i) {
     const geometry::View& view = sensed.observation.views[i];
@@ -54,18 +45,17 @@ ordered_json WriteClouds(const Sensed& sensed, const std::string& id,
         i == 0 ? fmt::format("clouds/{}.pcd", id) : fmt::format("clouds/{}_view{}.pcd", id, i + 1);
     geometry::WriteCloud(folder / file, view.image, trial::TruthFields(view, sensed.truth[i]));
     const auto& states = sensed.truth[i].state;
-    clouds.push_back(
-        {{"file_name", file},
-         {"rows", view.image.profiles},
-         {"columns", view.image.samples},
-         {"X_WV", JsonOf(view.X_CV)},
-         {"spacing_m", view.spacing_m},
-         {"measured", std::count(states.begin(), states.end(), sensing::SampleState::kMeasured)}});
+    clouds.push_back({{"file_name", file},
+                      {"rows", view.image.profiles},
+                      {"columns", view.image.samples},
+                      {"X_WV", JsonOf(view.X_CV)},
+                      {"spacing_m", view.spacing_m},
+                      {"measured", std::ranges::count(states, sensing::SampleState::kMeasured)}});
   }
   return clouds;
 }
 
-ordered_json ObjectsOf(const Arrangement& arranged) {
+ordered_json ObjectsOf(const trial::Arrangement& arranged) {
   ordered_json objects = ordered_json::array();
   const sim::World& world = arranged.world;
   for (int i = 0; i < world.objects(); ++i) {
@@ -83,99 +73,86 @@ ordered_json ObjectsOf(const Arrangement& arranged) {
 // The label that most samples of a perceived object bear; 0: the scene's.
 int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
   const auto votes = trial::ObjectVotes(object.samples, sensed);
-  const auto most = std::max_element(
-      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
   return most == votes.end() ? 0 : most->first + 1;
 }
 
 // Candidates that the hand did not try have no outcome.
 ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   const grasp::Detection& detection = attempt.detected.detection;
-  std::map<std::size_t, std::string> outcomes;
-  for (const std::size_t tried : attempt.executed) outcomes[tried] = "withdrawn";
-  if (!attempt.executed.empty()) {
-    outcomes[attempt.executed.back()] = std::string(base::Word(attempt.outcome));
-  }
+  const auto outcome_of = [&](std::size_t grasp) -> ordered_json {
+    if (std::ranges::find(attempt.executed, grasp) == attempt.executed.end()) return nullptr;
+    return grasp == attempt.executed.back() ? base::Word(attempt.outcome) : "withdrawn";
+  };
   ordered_json grasps = ordered_json::array();
   for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
     const grasp::DetectedGrasp& g = detection.grasps[i];
-    const auto outcome = outcomes.find(i);
-    grasps.push_back(
-        {{"label", LabelOf(detection.objects.at(g.object), sensed)},
-         {"type", base::Word(g.type)},
-         {"X_WH", JsonOf(g.X_CH)},
-         {"opening_m", g.opening_m},
-         {"width_m", g.width_m},
-         {"pitch_rad", g.pitch_rad},
-         {"contact_angle_rad", g.contact_angle_rad},
-         {"score", g.score},
-         {"collides", g.collides},
-         {"outcome", outcome == outcomes.end() ? ordered_json() : ordered_json(outcome->second)}});
+    grasps.push_back({{"label", LabelOf(detection.objects.at(g.object), sensed)},
+                      {"type", base::Word(g.type)},
+                      {"X_WH", JsonOf(g.X_CH)},
+                      {"opening_m", g.opening_m},
+                      {"width_m", g.width_m},
+                      {"pitch_rad", g.pitch_rad},
+                      {"contact_angle_rad", g.contact_angle_rad},
+                      {"score", g.score},
+                      {"collides", g.collides},
+                      {"outcome", outcome_of(i)}});
   }
   return grasps;
 }
 
 // A data set's annotations.json, in the manner of COCO's: lists that refer to each other by "id",
 // the position in the list, over all clouds.
-class Annotations {
- public:
-  explicit Annotations(const experiment::Stamp& stamp) : stamp_(stamp) {
-    json_["info"] = {{"description", "trials of " + experiment::Need(stamp.identity, "experiment")},
-                     {"stamp", experiment::LineOf(stamp)},
-                     {"units", "metres, radians, kilograms"},
-                     {"frame", "W: origin on the table top at the middle of the workspace, z up"},
-                     {"poses", "4 x 4, row by row; X_WO takes points of O to W"}};
-    for (const char* list : {"categories", "clouds", "annotations", "grasps"}) {
-      json_[list] = ordered_json::array();
-    }
+// @param records  what ExportTrial gave; those without data are left out
+ordered_json AnnotationsOf(const experiment::Stamp& stamp, const std::vector<Record>& records) {
+  ordered_json json = {
+      {"info",
+       {{"description", "trials of " + experiment::Need(stamp.identity, "experiment")},
+        {"stamp", experiment::LineOf(stamp)},
+        {"units", "metres, radians, kilograms"},
+        {"frame", "W: origin on the table top at the middle of the workspace, z up"},
+        {"poses", "4 x 4, row by row; X_WO takes points of O to W"}}}};
+  for (const char* list : {"categories", "clouds", "annotations", "grasps"}) {
+    json[list] = ordered_json::array();
   }
-
-  // @param record  what ExportTrial gave; left out if it has no data
-  void Add(const Record& record) {
-    if (record.result.data == "{}") return;
+  const auto append = [&](const char* list, const ordered_json& item) {
+    const std::size_t id = json[list].size();
+    ordered_json with_id = {{"id", id}};
+    with_id.update(item);
+    json[list].push_back(std::move(with_id));
+    return id;
+  };
+  std::map<std::string, std::size_t> categories;
+  for (const Record& record : records) {
+    if (record.result.data == "{}") continue;
     auto data = ordered_json::parse(record.result.data);
-    const std::size_t first_cloud = json_["clouds"].size();
+    const std::size_t first_cloud = json["clouds"].size();
     for (auto& cloud : data["clouds"]) {
       cloud["case"] = record.which.id;
       cloud["outcome"] = record.result.outcome;
-      Append("clouds", cloud);
+      append("clouds", cloud);
     }
     std::map<int, std::size_t> annotation_of;
     for (auto& object : data["objects"]) {
+      const std::string name = object["name"];
+      const auto [category, fresh] = categories.try_emplace(name, categories.size());
+      if (fresh) append("categories", {{"name", name}, {"title", TitleOf(stamp, name)}});
       object["cloud_id"] = first_cloud;
-      object["category_id"] = CategoryOf(object["name"]);
-      annotation_of[object["label"]] = Append("annotations", object);
+      object["category_id"] = category->second;
+      annotation_of[object["label"]] = append("annotations", object);
     }
     for (auto& grasp : data["grasps"]) {
-      grasp["cloud_id"] = first_cloud;
       const auto found = annotation_of.find(grasp["label"]);
-      grasp["annotation_id"] =
-          found == annotation_of.end() ? ordered_json() : ordered_json(found->second);
+      grasp["cloud_id"] = first_cloud;
+      grasp["annotation_id"] = nullptr;
+      if (found != annotation_of.end()) grasp["annotation_id"] = found->second;
       grasp.erase("label");
-      Append("grasps", grasp);
+      append("grasps", grasp);
     }
   }
-
-  std::string Text() const { return json_.dump(1) + "\n"; }
-
- private:
-  std::size_t Append(const char* list, const ordered_json& item) {
-    const std::size_t id = json_[list].size();
-    ordered_json with_id = {{"id", id}};
-    with_id.update(item);
-    json_[list].push_back(std::move(with_id));
-    return id;
-  }
-  std::size_t CategoryOf(const std::string& name) {
-    const auto [found, fresh] = categories_.try_emplace(name, categories_.size());
-    if (fresh) Append("categories", {{"name", name}, {"title", TitleOf(stamp_, name)}});
-    return found->second;
-  }
-
-  ordered_json json_;
-  const experiment::Stamp& stamp_;
-  std::map<std::string, std::size_t> categories_;
-};
+  return json;
+}
 
 // Runs a trial again and leaves what its sensor measured as `clouds/<id>.pcd` in the folder
 // (further views: `<id>_view2.pcd`), with the truth of each sample as fields "label" and "state".
@@ -183,20 +160,21 @@ class Annotations {
 // spacing_m, measured), "objects" (name, label, target, X_WO and mass before anything moved),
 // "grasps" (all candidates). Poses are 16 numbers, row by row.
 // @throws base::RunError naming a file that cannot be written.
-experiment::Result ExportTrial(const Cell& cell, const TrialSpec& spec,
-                               const std::filesystem::path& folder) {
+experiment::Result ExportTrial(const trial::Cell& cell, const trial::TrialSpec& spec,
+                               const fs::path& folder) {
   auto arranged = trial::ArrangeTrial(cell, spec);
   if (!arranged) {
-    return {std::string(base::Word(Outcome::kCrashed)), "arrange", "no arrangement", "{}", {}};
+    return {
+        std::string(base::Word(trial::Outcome::kCrashed)), "arrange", "no arrangement", "{}", {}};
   }
   ordered_json data = {{"clouds", {}}, {"objects", ObjectsOf(*arranged)}};
   Sensed sensed;
-  AttemptOptions options;
+  trial::AttemptOptions options;
   options.seed = spec.seed;
   options.target = arranged->target;
   options.on_sensed = [&](const Sensed& all) {
     sensed = all;
-    data["clouds"] = WriteClouds(sensed, trial::TrialId(spec), folder);
+    data["clouds"] = WriteClouds(sensed, trial::CaseOf(spec).id, folder);
   };
   const Attempt attempt = trial::RunAttempt(cell, arranged->world, options);
   data["grasps"] = GraspsOf(attempt, sensed);
@@ -209,7 +187,7 @@ struct ExportArguments {
   bool clouds = false;
 };
 
-void ExportRecords(const std::vector<Record>& records, const std::filesystem::path& out) {
+void ExportRecords(const std::vector<Record>& records, const fs::path& out) {
   std::string lines;
   for (const Record& record : records) lines += experiment::ToJson(record) + "\n";
   WriteResult(lines, out / "records.jsonl");
@@ -230,15 +208,15 @@ std::vector<experiment::Case> CasesOf(const experiment::Experiment& e,
 int Differing(const std::vector<Record>& records, const std::vector<Record>& exported) {
   std::map<std::string, std::string> outcomes;
   for (const Record& record : records) outcomes[record.which.id] = record.result.outcome;
-  return static_cast<int>(std::count_if(
-      exported.begin(), exported.end(),
-      [&](const Record& record) { return outcomes[record.which.id] != record.result.outcome; }));
+  return static_cast<int>(std::ranges::count_if(exported, [&](const Record& record) {
+    return outcomes[record.which.id] != record.result.outcome;
+  }));
 }
 
 // Runs the trials again, each in a process of its own. What is done is kept in a store, until all
 // is: an export that was stopped goes on.
 void ExportClouds(const Store& store, const std::string& folder, const ExportArguments& arguments,
-                  const std::filesystem::path& out) {
+                  const fs::path& out) {
   const auto stamp = store.ReadStamp();
   const auto e = ReopenExperiment(stamp, folder);
   e.task->Hide(folder);
@@ -260,9 +238,7 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
       exported, {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s},
       ProgressBar(static_cast<int>(cases.size() - missing.size()), static_cast<int>(cases.size())));
   const auto made = exported.ReadAll();
-  Annotations annotations(stamp);
-  for (const Record& record : made) annotations.Add(record);
-  WriteResult(annotations.Text(), out / "annotations.json");
+  WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / "annotations.json");
   if (const int differing = Differing(records, made); differing > 0) {
     spdlog::warn(
         "{} of {} trials ended differently from their records: was the program or a model "
@@ -279,12 +255,12 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
 void Export(const ExportArguments& arguments) {
   const auto stores = experiment::StoresIn(arguments.folder);
   for (const auto& folder : stores) {
-    const std::filesystem::path out = stores.size() == 1 ? std::filesystem::path(arguments.out)
-                                                         : arguments.out / folder.filename();
+    const fs::path out =
+        stores.size() == 1 ? fs::path(arguments.out) : arguments.out / folder.filename();
     const Store store = Store::Open(folder);
     ExportRecords(store.ReadAll(), out);
     if (arguments.clouds) {
-      if (std::filesystem::weakly_canonical(out) == std::filesystem::weakly_canonical(folder)) {
+      if (fs::weakly_canonical(out) == fs::weakly_canonical(folder)) {
         throw base::InputError(out.string() + ": holds the run itself; --out names another folder");
       }
       ExportClouds(store, folder.string(), arguments, out);

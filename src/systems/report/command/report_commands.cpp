@@ -26,13 +26,14 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::Case;
 using experiment::Record;
 using experiment::Result;
 
 struct ReportRequest {
-  std::vector<std::filesystem::path> folders;  // results folders, of several seeds, too
-  std::filesystem::path out;
+  std::vector<fs::path> folders;  // results folders, of several seeds, too
+  fs::path out;
   report::ViewChoice views = report::ViewChoice::kSome;
   int jobs = 1;
 };
@@ -48,9 +49,9 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
   for (const auto& folder : request.folders) {
     report::Run& run = runs.emplace_back();
     run.results = experiment::ReadResults(folder);
-    run.kind = &experiment::KindOf(run.results.stamp, experiment::AllKinds());
-    run.tables = experiment::ReportOf(run.results, experiment::AllKinds());
-    run.name = std::filesystem::weakly_canonical(folder).filename().string();
+    run.kind = &experiment::KindOf(run.results.stamp);
+    run.tables = experiment::ReportOf(run.results);
+    run.name = fs::weakly_canonical(folder).filename().string();
     if (run.kind == runs.front().kind) continue;
     throw base::InputError(folder.string() + ": is of another task than " +
                            request.folders.front().string() + " (" + runs.front().kind->name + ")");
@@ -60,8 +61,8 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
 
 // Runs the cases of one store again.
 // @return numbers of those that have a view now
-std::set<std::size_t> WriteViews(const std::filesystem::path& store,
-                                 const std::vector<Shown>& shown, const ReportRequest& request) {
+std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>& shown,
+                                 const ReportRequest& request) {
   const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
   for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
@@ -89,7 +90,7 @@ std::set<std::size_t> WriteViews(const std::filesystem::path& store,
                          differing += SameButTimes(stored.record, replayed) ? 0 : 1;
                          const auto file =
                              request.out / "views" / (std::to_string(stored.number) + ".js");
-                         if (std::filesystem::exists(file)) made.insert(stored.number);
+                         if (fs::exists(file)) made.insert(stored.number);
                        });
   if (differing > 0) {
     spdlog::warn(
@@ -125,7 +126,7 @@ std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs
 
 // @param first  number of the run's first case
 std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::size_t>& chosen,
-                                   const std::filesystem::path& folder, std::size_t first,
+                                   const fs::path& folder, std::size_t first,
                                    const ReportRequest& request) {
   std::set<std::size_t> made;
   if (!run.kind->has_views) return made;
@@ -144,25 +145,25 @@ std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::s
   return made;
 }
 
-std::uintmax_t SizeOf(const std::filesystem::path& folder) {
+std::uintmax_t SizeOf(const fs::path& folder) {
   std::uintmax_t bytes = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.is_regular_file()) bytes += entry.file_size();
   }
   return bytes;
 }
 
 // Takes views away until the report is no larger than it may be.
-std::set<std::size_t> Cut(const std::set<std::size_t>& views, const std::filesystem::path& out) {
+std::set<std::size_t> Cut(const std::set<std::size_t>& views, const fs::path& out) {
   const auto files = [&](std::size_t number) {
     const auto base = (out / "views" / std::to_string(number)).string();
-    return std::array{std::filesystem::path(base + ".js"), std::filesystem::path(base + ".png")};
+    return std::array{fs::path(base + ".js"), fs::path(base + ".png")};
   };
   std::vector<std::size_t> numbers(views.begin(), views.end());
   std::vector<std::uintmax_t> sizes;
   for (const std::size_t number : numbers) {
     auto& size = sizes.emplace_back(0);
-    for (const auto& file : files(number)) size += std::filesystem::file_size(file);
+    for (const auto& file : files(number)) size += fs::file_size(file);
   }
   const auto all = std::accumulate(sizes.begin(), sizes.end(), std::uintmax_t{0});
   const auto rest = std::min(report::kMaxReport_bytes, SizeOf(out) - all);
@@ -172,7 +173,7 @@ std::set<std::size_t> Cut(const std::set<std::size_t>& views, const std::filesys
   }
   for (const std::size_t number : numbers) {
     if (kept.contains(number)) continue;
-    for (const auto& file : files(number)) std::filesystem::remove(file);
+    for (const auto& file : files(number)) fs::remove(file);
   }
   return kept;
 }
@@ -228,7 +229,7 @@ void AddReportCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "report",
       "Pages of a run that a browser opens from disk: tables, charts, failures, and trials to look "
-      "at from all sides. Several runs stand beside each other, compared in pairs with the first.");
+      "at from all sides. Several runs are shown side by side, compared in pairs with the first.");
   auto a = std::make_shared<Arguments>();
   command->add_option("folders", a->folders, "results folders, of several seeds, too")->required();
   command->add_option("-o,--out", a->out, "folder of the report (default: FOLDER/report)");
@@ -242,8 +243,7 @@ void AddReportCommand(CLI::App& app) {
   command->callback([a] {
     ReportRequest request;
     request.folders = {a->folders.begin(), a->folders.end()};
-    request.out =
-        a->out.empty() ? request.folders.front() / "report" : std::filesystem::path(a->out);
+    request.out = a->out.empty() ? request.folders.front() / "report" : fs::path(a->out);
     request.views = base::FromWord<report::ViewChoice>(a->views, "--views");
     request.jobs = a->jobs;
     MakeReport(request);
@@ -256,7 +256,7 @@ void AddReportCommand(CLI::App& app) {
 namespace rangegrasp {
 
 void RegisterReport() {
-  trial::SetRecorderMaker(report::MakeRecorder);
+  trial::PictureMaker() = report::MakeRecorder;
   cli::Hooks() = {
       .join_films = report::JoinVideos,
       .make_report = [](const std::filesystem::path& results, int jobs) {

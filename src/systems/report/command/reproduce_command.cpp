@@ -19,6 +19,8 @@
 namespace rangegrasp::cli {
 namespace {
 
+namespace fs = std::filesystem;
+
 // What is to be run: one experiment, or several together.
 struct PlannedCases {
   int all = 0;          // done or not
@@ -89,9 +91,9 @@ struct ReproduceArguments {
   int jobs = 1;
   bool is_short = false;
 
-  std::filesystem::path Folder() const {
+  fs::path Folder() const {
     if (!out.empty()) return out;
-    return std::filesystem::path("results") / (is_short ? "reproduced_short" : "reproduced");
+    return fs::path("results") / (is_short ? "reproduced_short" : "reproduced");
   }
 };
 
@@ -121,15 +123,14 @@ experiment::Changes ChangesOf(const PublishedTable& run, const ReproduceArgument
   if (!run.group.empty()) changes.groups = {run.group};
   if (arguments.is_short) changes.trials = run.short_trials;
   if (!arguments.parts_data.empty() && run.experiment == "parts_psb") {
-    const auto folder = std::filesystem::absolute(arguments.parts_data).lexically_normal();
+    const auto folder = fs::absolute(arguments.parts_data).lexically_normal();
     changes.set.push_back("data=" + folder.string());
   }
   return changes;
 }
 
 // Reads what an experiment has left in its folder; nothing where it has left nothing.
-void ReadInto(const std::filesystem::path& folder, const PublishedTable& from,
-              ReproducedTable& table) {
+void ReadInto(const fs::path& folder, const PublishedTable& from, ReproducedTable& table) {
   const auto stores = experiment::StoresIn(folder);
   if (!Store::Exists(stores.front())) return;
   const auto results = experiment::ReadResults(folder);
@@ -142,7 +143,7 @@ void ReadInto(const std::filesystem::path& folder, const PublishedTable& from,
                record.result.outcome == experiment::kTimedOut;
       }));
   std::vector<experiment::PublishedFigure> figures;
-  for (auto& figure : experiment::ReportOf(results, experiment::AllKinds()).published) {
+  for (auto& figure : experiment::ReportOf(results).published) {
     if (figure.key == from.key) figures.push_back(std::move(figure));
   }
   table.judged = experiment::Judge(figures);
@@ -192,7 +193,7 @@ class Reproducer {
   const std::vector<std::string>& failed() const { return failed_; }
 
  private:
-  std::filesystem::path FolderOf(const PublishedTable& table) const {
+  fs::path FolderOf(const PublishedTable& table) const {
     return arguments_.Folder() / table.experiment;
   }
   std::vector<std::uint64_t> SeedsOf(const PublishedTable& run) const {
@@ -277,10 +278,10 @@ void Reproduce(const ReproduceArguments& arguments) {
 }  // namespace
 
 void AddReproduceCommand(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "reproduce",
-      "Run the published tables and write one page: published beside reproduced, with a verdict of "
-      "each figure. A run that was stopped goes on where it was.");
+  auto* command = app.add_subcommand("reproduce",
+                                     "Run the published tables and write one page: published and "
+                                     "reproduced figures, with a verdict of "
+                                     "each figure. A run that was stopped goes on where it was.");
   auto a = std::make_shared<ReproduceArguments>();
   command->add_option("tables", a->tables,
                       "e.g. 5.2 3.3, or a chapter; without it all (`rangegrasp list tables`)");

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "base/error.h"
@@ -15,10 +14,12 @@
 #include "base/installation.h"
 #include "experiment/statistics.h"
 #include "page_files.h"
+#include "report/internal/view_file.h"
 
 namespace rangegrasp::report {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::Chart;
 using experiment::Record;
 using experiment::ValueOr;
@@ -43,22 +44,18 @@ constexpr std::array kLibraries = {
     Library{"libjs-three", "/usr/share/doc/libjs-three/copyright", "three.copyright.txt"}};
 
 // A table as the page reads it: every cell as it is printed.
-ordered_json GridJson(const std::string& title, const experiment::Grid& grid) {
-  return {{"title", title},
-          {"header", grid.header},
-          {"left", grid.left},
-          {"rows", grid.rows},
-          {"total", grid.total}};
+ordered_json TableJson(const experiment::Section& table) {
+  return {{"title", table.title},
+          {"header", table.grid.header},
+          {"left", table.grid.left},
+          {"rows", table.grid.rows},
+          {"total", table.grid.total}};
 }
 
 // Cases by label and outcome, both in the order in which they first occur.
 Chart OutcomeChart(const Records& records, const std::string& title, const std::string& along,
                    const std::function<std::string(const Record&)>& label_of) {
-  Chart chart;
-  chart.title = title;
-  chart.unit = "cases";
-  chart.along = along;
-  chart.stacked = true;
+  Chart chart{.title = title, .unit = "cases", .along = along, .stacked = true};
   std::map<std::string, std::map<std::string, int>> counts;  // by outcome, then label
   for (const Record& record : records) {
     const std::string label = label_of(record);
@@ -76,12 +73,11 @@ Chart OutcomeChart(const Records& records, const std::string& title, const std::
 }
 
 Chart TimesChart(const Records& records) {
-  Chart chart;
-  chart.title = "Time of each stage";
-  chart.unit = "s";
-  chart.along = "stage";
-  chart.note = "The mark is the median, the line goes from it to the 95 % quantile.";
-  chart.series = {{"median", {}}};
+  Chart chart{.title = "Time of each stage",
+              .unit = "s",
+              .along = "stage",
+              .note = "The mark is the median, the line goes from it to the 95 % quantile.",
+              .series = {{"median", {}}}};
   for (const auto& time : experiment::StageTimes(records)) {
     if (time.stage.find(':') != std::string::npos) continue;  // a step within a stage
     chart.labels.push_back(time.stage);
@@ -111,13 +107,27 @@ std::vector<Chart> RecordCharts(const experiment::Stamp& stamp, const Records& r
   return charts;
 }
 
-void AddRow(const std::string& name, const Records& first, const Records& second,
-            const std::string& success, experiment::Grid& grid) {
-  const auto c = experiment::Compare(first, second, success);
-  if (c.pairs == 0) return;
-  const auto text = [](int n) { return fmt::format("{}", n); };
-  grid.rows.push_back({name, text(c.pairs), text(c.both), text(c.only_first), text(c.only_second),
-                       text(c.same_outcome), fmt::format("{:.3g}", c.p_value)});
+/// Two runs of a group in pairs.
+struct ComparedGroup {
+  std::string name;
+  experiment::Comparison pairs;
+};
+
+experiment::Grid ComparisonGrid(const std::vector<ComparedGroup>& groups,
+                                const std::string& success) {
+  using experiment::Comparison;
+  const auto column = [](const std::string& title, auto member, const char* format = "") {
+    return experiment::Column<ComparedGroup>(
+        title, format, [member](const ComparedGroup& group) { return group.pairs.*member; });
+  };
+  return experiment::GridOf<ComparedGroup>({{"group", "", &ComparedGroup::name, experiment::kLeft},
+                                            column("pairs", &Comparison::pairs),
+                                            column(success + " by both", &Comparison::both),
+                                            column("only by the first", &Comparison::only_first),
+                                            column("only by the second", &Comparison::only_second),
+                                            column("same outcome", &Comparison::same_outcome),
+                                            column("McNemar exact p", &Comparison::p_value, ".3g")},
+                                           groups);
 }
 
 Records OfGroup(const Records& records, const std::string& group) {
@@ -129,37 +139,29 @@ Records OfGroup(const Records& records, const std::string& group) {
 
 // Two runs in pairs of the same id and seed: a table with a row for each group, and the numbers of
 // the cases whose success differs.
-// @param first_number, second_number  of the runs' first cases
-ordered_json ComparisonJson(const Run& first, std::size_t first_number, const Run& second,
-                            std::size_t second_number) {
+// @param first  the report's first run
+// @param second_number  of the other run's first case
+ordered_json ComparisonJson(const Run& first, const Run& second, std::size_t second_number) {
   const std::string& success = first.kind->success;
   const Records& one = first.results.records;
   const Records& two = second.results.records;
-  experiment::Grid grid;
-  grid.header = {"group",
-                 "pairs",
-                 success + " by both",
-                 "only by the first",
-                 "only by the second",
-                 "same outcome",
-                 "McNemar exact p"};
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = true;
+  std::vector<ComparedGroup> groups;
   for (const std::string& group : GroupsOf(one)) {
-    AddRow(TitleOf(first.results.stamp, group), OfGroup(one, group), OfGroup(two, group), success,
-           grid);
+    groups.push_back({TitleOf(first.results.stamp, group),
+                      experiment::Compare(OfGroup(one, group), OfGroup(two, group), success)});
   }
-  AddRow("All", one, two, success, grid);
+  groups.push_back({"All", experiment::Compare(one, two, success)});
+  std::erase_if(groups, [](const ComparedGroup& group) { return group.pairs.pairs == 0; });
+  experiment::Grid grid = ComparisonGrid(groups, success);
   grid.total = grid.rows.size() > 1;
-  ordered_json differing = ordered_json::array();
-  for (const auto& [a, b] : experiment::Differing(one, two, success)) {
-    differing.push_back({first_number + a, second_number + b});
-  }
+  const auto numbers = [&](const auto& pair) -> ordered_json {
+    return {pair.first, second_number + pair.second};
+  };
   return {{"first", first.name},
           {"second", second.name},
           {"success", success},
-          {"table", GridJson("", grid)},
-          {"differing", differing}};
+          {"table", TableJson({"", grid})},
+          {"differing", ListOf(experiment::Differing(one, two, success), numbers)}};
 }
 
 // Records that one file holds; the page knows it by data.js.
@@ -174,16 +176,16 @@ ordered_json ValueJson(const Chart::Value& value) {
 }
 
 ordered_json ChartJson(const Chart& chart) {
-  ordered_json json = {{"title", chart.title},           {"unit", chart.unit},
-                       {"along", chart.along},           {"note", chart.note},
-                       {"stacked", chart.stacked},       {"labels", chart.labels},
-                       {"series", ordered_json::array()}};
-  for (const auto& series : chart.series) {
-    ordered_json values = ordered_json::array();
-    for (const Chart::Value& value : series.values) values.push_back(ValueJson(value));
-    json["series"].push_back({{"name", series.name}, {"values", values}});
-  }
-  return json;
+  const auto series = [](const Chart::Series& one) -> ordered_json {
+    return {{"name", one.name}, {"values", ListOf(one.values, ValueJson)}};
+  };
+  return {{"title", chart.title},
+          {"unit", chart.unit},
+          {"along", chart.along},
+          {"note", chart.note},
+          {"stacked", chart.stacked},
+          {"labels", chart.labels},
+          {"series", ListOf(chart.series, series)}};
 }
 
 ordered_json StampJson(const experiment::Stamp& stamp) {
@@ -198,26 +200,17 @@ ordered_json StampJson(const experiment::Stamp& stamp) {
 
 ordered_json RunJson(const Run& run) {
   const auto& [stamp, records] = run.results;
-  ordered_json json = {{"name", run.name},
-                       {"task", run.kind->name},
-                       {"success", run.kind->success},
-                       {"stamp", StampJson(stamp)},
-                       {"tables", ordered_json::array()},
-                       {"notes", run.tables.notes},
-                       {"charts", ordered_json::array()}};
-  for (const auto& section : run.tables.sections) {
-    json["tables"].push_back(GridJson(section.title, section.grid));
-  }
-  if (run.kind->charts) {
-    for (const Chart& chart : run.kind->charts(stamp, records)) {
-      json["charts"].push_back(ChartJson(chart));
-    }
-  }
-  for (const Chart& chart : RecordCharts(stamp, records, run.kind->success)) {
-    json["charts"].push_back(ChartJson(chart));
-  }
-  json["experiment"] = ValueOr(stamp.data, "experiment_text", "");
-  return json;
+  std::vector<Chart> charts;
+  if (run.kind->charts) charts = run.kind->charts(stamp, records);
+  std::ranges::move(RecordCharts(stamp, records, run.kind->success), std::back_inserter(charts));
+  return {{"name", run.name},
+          {"task", run.kind->name},
+          {"success", run.kind->success},
+          {"stamp", StampJson(stamp)},
+          {"tables", ListOf(run.tables.sections, TableJson)},
+          {"notes", run.tables.notes},
+          {"charts", ListOf(charts, ChartJson)},
+          {"experiment", ValueOr(stamp.data, "experiment_text", "")}};
 }
 
 // What the list shows and filters by.
@@ -229,12 +222,7 @@ ordered_json CaseJson(std::size_t run, const Run& of, const Record& record, bool
           result.stage, result.detail, std::round(1e3 * seconds) / 1e3,        view ? 1 : 0};
 }
 
-std::string Script(const std::string& name, const ordered_json& value) {
-  return fmt::format("{}={};\n", name,
-                     value.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
-}
-
-void WriteRecords(const std::vector<const Record*>& records, const std::filesystem::path& folder) {
+void WriteRecords(const std::vector<const Record*>& records, const fs::path& folder) {
   for (std::size_t begin = 0; begin < records.size(); begin += kBlock) {
     ordered_json block = ordered_json::array();
     for (std::size_t i = begin; i < std::min(begin + kBlock, records.size()); ++i) {
@@ -257,37 +245,33 @@ std::vector<std::size_t> Spread(const std::vector<std::size_t>& all, std::size_t
 
 }  // namespace
 
-void PrepareFolder(const std::filesystem::path& folder) {
+void PrepareFolder(const fs::path& folder) {
   for (const Library& library : kLibraries) {
-    if (std::filesystem::exists(library.file)) continue;
+    if (fs::exists(library.file)) continue;
     throw base::InputError(std::string(library.file) + ": is not there, but a report needs it; " +
                            "install the Debian package " + library.package);
   }
   std::error_code error;
-  const bool is_report = std::filesystem::exists(folder / kData);
-  if (std::filesystem::exists(folder) && !is_report &&
-      (!std::filesystem::is_directory(folder) || !std::filesystem::is_empty(folder, error))) {
+  const bool is_report = fs::exists(folder / kData);
+  if (fs::exists(folder) && !is_report &&
+      (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
     throw base::InputError(folder.string() +
                            ": holds something that is no report; --out names another folder");
   }
   for (const char* part : {"views", "meshes", "records"}) {
-    std::filesystem::remove_all(folder / part, error);
+    fs::remove_all(folder / part, error);
   }
 }
 
-void WritePage(const std::filesystem::path& folder) {
+void WritePage(const fs::path& folder) {
   for (const Library& library : kLibraries) {
     base::WriteFile(folder / "lib" / library.name, base::ReadFile(library.file));
   }
-  base::WriteFile(folder / "plots.js", internal::kPlotsJs);
-  base::WriteFile(folder / "report.css", internal::kReportCss);
-  base::WriteFile(folder / "report.js", internal::kReportJs);
-  base::WriteFile(folder / "view.js", internal::kViewJs);
-  base::WriteFile(folder / "index.html", internal::kIndexHtml);
+  for (const auto& [name, text] : internal::kPageFiles) base::WriteFile(folder / name, text);
 }
 
 void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
-               const std::string& note, const std::filesystem::path& folder) {
+               const std::string& note, const fs::path& folder) {
   ordered_json json = {{"version", base::Version()},
                        {"block", kBlock},
                        {"viewNote", note},
@@ -299,7 +283,7 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
     const Run& run = runs[i];
     json["runs"].push_back(RunJson(run));
     if (i > 0 && !run.kind->success.empty()) {
-      json["comparisons"].push_back(ComparisonJson(runs.front(), 0, run, records.size()));
+      json["comparisons"].push_back(ComparisonJson(runs.front(), run, records.size()));
     }
     for (const Record& record : run.results.records) {
       json["cases"].push_back(CaseJson(i, run, record, views.contains(records.size())));
@@ -323,7 +307,7 @@ std::vector<std::size_t> ChooseViews(const std::vector<experiment::Record>& reco
   auto some = Spread({chosen.begin(), others}, kFailuresShown);
   const auto successes = Spread({others, chosen.end()}, kSuccessesShown);
   some.insert(some.end(), successes.begin(), successes.end());
-  std::sort(some.begin(), some.end());
+  std::ranges::sort(some);
   return some;
 }
 

@@ -4,18 +4,22 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <limits>
+#include <ranges>
+#include <string_view>
 
 #include "base/file.h"
 #include "base/image/image.h"
 #include "geometry/draw/canvas.h"
-#include "report/internal/packed.h"
 
 namespace rangegrasp::report {
 namespace {
 
+namespace fs = std::filesystem;
 using experiment::View;
 using nlohmann::ordered_json;
 
@@ -121,36 +125,32 @@ std::string Dump(const ordered_json& json) {
 }
 
 // @return the mesh's name
-std::string WriteMesh(const geometry::TriangleMesh& mesh, const std::filesystem::path& folder) {
-  const std::string text = Dump(internal::PackedMesh(mesh));
+std::string WriteMesh(const geometry::TriangleMesh& mesh, const fs::path& folder) {
+  const std::string text = Dump(PackedMesh(mesh));
   std::string name = base::Hex(base::Fnv1a(text));
   const auto file = folder / "meshes" / (name + ".js");
-  if (!std::filesystem::exists(file)) {
+  if (!fs::exists(file)) {
     base::WriteFile(file, fmt::format("rangegrasp.meshes[\"{}\"]={};\n", name, text));
   }
   return name;
 }
 
 bool Moves(const View::Body& body) {
-  return std::any_of(body.X_WB.begin(), body.X_WB.end(),
-                     [&](const base::Pose& X) { return X.matrix() != body.X_WB.front().matrix(); });
+  return std::ranges::any_of(
+      body.X_WB, [&](const base::Pose& X) { return X.matrix() != body.X_WB.front().matrix(); });
 }
 
-ordered_json FramesJson(const std::vector<View::Frame>& frames) {
-  ordered_json json = ordered_json::array();
-  for (const View::Frame& frame : frames) {
-    ordered_json forces = ordered_json::array();
-    for (const auto& [point, force] : frame.forces) {
-      for (const Eigen::Vector3d& v : {point, force}) {
-        for (int i = 0; i < 3; ++i) forces.push_back(Rounded(v[i]));
-      }
+ordered_json FrameJson(const View::Frame& frame) {
+  std::vector<double> forces;
+  for (const auto& [point, force] : frame.forces) {
+    for (const Eigen::Vector3d& v : {point, force}) {
+      for (int i = 0; i < 3; ++i) forces.push_back(Rounded(v[i]));
     }
-    json.push_back({{"time", Rounded(frame.time_s)}, {"moment", frame.moment}, {"forces", forces}});
   }
-  return json;
+  return {{"time", Rounded(frame.time_s)}, {"moment", frame.moment}, {"forces", forces}};
 }
 
-ordered_json BodiesJson(const View& view, const std::filesystem::path& folder) {
+ordered_json BodiesJson(const View& view, const fs::path& folder) {
   ordered_json json = ordered_json::array();
   for (const View::Body& body : view.bodies) {
     if (body.X_WB.empty()) continue;
@@ -160,20 +160,7 @@ ordered_json BodiesJson(const View& view, const std::filesystem::path& folder) {
                     {"layer", body.layer},
                     {"color", Json(body.color)},
                     {"mesh", WriteMesh(body.mesh_B, folder)},
-                    {"poses", internal::PackedPoses(poses)}});
-  }
-  return json;
-}
-
-ordered_json PaintedJson(const View& view, const std::filesystem::path& folder) {
-  ordered_json json = ordered_json::array();
-  for (const View::Painted& one : view.painted) {
-    ordered_json colors = ordered_json::array();
-    for (const View::Color& color : one.colors) colors.push_back(Json(color));
-    json.push_back({{"layer", one.layer},
-                    {"mesh", WriteMesh(one.mesh_W, folder)},
-                    {"colors", colors},
-                    {"paint", internal::Base64(one.paint)}});
+                    {"poses", PackedPoses(poses)}});
   }
   return json;
 }
@@ -181,76 +168,170 @@ ordered_json PaintedJson(const View& view, const std::filesystem::path& folder) 
 // null: 0, 1, 2 and so on, which the page counts itself.
 ordered_json AbscissasJson(const std::vector<double>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (x[i] != static_cast<double>(i)) return internal::PackedNumbers(x);
+    if (x[i] != static_cast<double>(i)) return PackedNumbers(x);
   }
   return nullptr;
 }
 
+ordered_json SeriesJson(const draw::Series& series) {
+  return {{"name", series.label},
+          {"color", series.color},
+          {"dots", series.dots},
+          {"x", AbscissasJson(series.x)},
+          {"y", PackedNumbers(series.y)}};
+}
+
+ordered_json MarkerJson(const draw::Marker& marker) {
+  return {{"x", marker.x}, {"name", marker.label}, {"color", marker.color}};
+}
+
 ordered_json PanelJson(const draw::Panel& panel) {
-  ordered_json json = {{"title", panel.title},
-                       {"x", panel.x_label},
-                       {"y", panel.y_label},
-                       {"equal", panel.equal_axes},
-                       {"series", ordered_json::array()},
-                       {"markers", ordered_json::array()}};
-  for (const draw::Series& series : panel.series) {
-    json["series"].push_back({{"name", series.label},
-                              {"color", series.color},
-                              {"dots", series.dots},
-                              {"x", AbscissasJson(series.x)},
-                              {"y", internal::PackedNumbers(series.y)}});
-  }
-  for (const draw::Marker& marker : panel.markers) {
-    json["markers"].push_back({{"x", marker.x}, {"name", marker.label}, {"color", marker.color}});
-  }
-  return json;
+  return {{"title", panel.title},
+          {"x", panel.x_label},
+          {"y", panel.y_label},
+          {"equal", panel.equal_axes},
+          {"series", ListOf(panel.series, SeriesJson)},
+          {"markers", ListOf(panel.markers, MarkerJson)}};
 }
 
-ordered_json PanelsJson(const std::vector<draw::Panel>& panels) {
-  ordered_json json = ordered_json::array();
-  for (const draw::Panel& panel : panels) json.push_back(PanelJson(panel));
-  return json;
-}
-
-ordered_json PagesJson(const std::vector<View::Page>& pages) {
-  ordered_json json = ordered_json::array();
-  for (const View::Page& page : pages) {
-    json.push_back({{"name", page.name}, {"panels", PanelsJson(page.panels)}});
-  }
-  return json;
-}
-
-ordered_json ViewJson(const View& view, const std::filesystem::path& folder) {
-  ordered_json json = {{"eye", Json(view.eye_W)}, {"target", Json(view.target_W)}};
-  for (const char* part : {"points", "lines", "surfaces"}) json[part] = ordered_json::array();
-  const auto add = [&](const char* part, const auto& item, const char* what, ordered_json data) {
-    json[part].push_back(
-        {{"layer", item.layer}, {"color", Json(item.color)}, {what, std::move(data)}});
+ordered_json ViewJson(const View& view, const fs::path& folder) {
+  const auto layer = [](const auto& one, const char* what, ordered_json data) -> ordered_json {
+    return {{"layer", one.layer}, {"color", Json(one.color)}, {what, std::move(data)}};
   };
-  for (const auto& one : view.points) {
-    if (!one.points_W.empty()) add("points", one, "points", internal::PackedPoints(one.points_W));
+  const auto points = [&](const auto& one) {
+    return layer(one, "points", PackedPoints(one.points_W));
+  };
+  const auto surface = [&](const View::Surface& one) {
+    return layer(one, "mesh", PackedMesh(one.mesh_W));
+  };
+  const auto painted = [&](const View::Painted& one) -> ordered_json {
+    const auto color = [](const View::Color& rgba) { return Json(rgba); };
+    return {{"layer", one.layer},
+            {"mesh", WriteMesh(one.mesh_W, folder)},
+            {"colors", ListOf(one.colors, color)},
+            {"paint", Base64(one.paint)}};
+  };
+  const auto page = [](const View::Page& one) -> ordered_json {
+    return {{"name", one.name}, {"panels", ListOf(one.panels, PanelJson)}};
+  };
+  const auto is_there = [](const View::Points& one) { return !one.points_W.empty(); };
+  return {{"eye", Json(view.eye_W)},
+          {"target", Json(view.target_W)},
+          {"points", ListOf(view.points | std::views::filter(is_there), points)},
+          {"lines", ListOf(view.lines, points)},
+          {"surfaces", ListOf(view.surfaces, surface)},
+          {"painted", ListOf(view.painted, painted)},
+          {"bodies", BodiesJson(view, folder)},
+          {"frames", ListOf(view.frames, FrameJson)},
+          {"panels", ListOf(view.panels, PanelJson)},
+          {"pages", ListOf(view.pages, page)}};
+}
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr double kSteps = 65535.0;
+constexpr double kTurnSteps = 32767.0;
+
+template <typename Number>
+std::string Bytes(const std::vector<Number>& numbers) {
+  return Base64(
+      {reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size() * sizeof(Number)});
+}
+
+template <typename Number>
+std::string TriangleBytes(const geometry::TriangleMesh& mesh) {
+  std::vector<Number> corners;
+  corners.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (const auto corner : triangle) corners.push_back(static_cast<Number>(corner));
   }
-  for (const auto& one : view.lines) {
-    add("lines", one, "points", internal::PackedPoints(one.points_W));
-  }
-  for (const auto& one : view.surfaces) {
-    add("surfaces", one, "mesh", internal::PackedMesh(one.mesh_W));
-  }
-  json["painted"] = PaintedJson(view, folder);
-  json["bodies"] = BodiesJson(view, folder);
-  json["frames"] = FramesJson(view.frames);
-  json["panels"] = PanelsJson(view.panels);
-  json["pages"] = PagesJson(view.pages);
-  return json;
+  return Bytes(corners);
 }
 
 }  // namespace
 
-void WriteView(const View& view, const std::filesystem::path& folder, std::size_t number) {
+void WriteView(const View& view, const fs::path& folder, std::size_t number) {
   const auto file = folder / "views" / fmt::format("{}.js", number);
-  image::WritePng(std::filesystem::path(file).replace_extension(".png"), ViewPicture(view));
+  image::WritePng(fs::path(file).replace_extension(".png"), ViewPicture(view));
   base::WriteFile(file,
-                  fmt::format("rangegrasp.views[{}]={};\n", number, Dump(ViewJson(view, folder))));
+                  Script(fmt::format("rangegrasp.views[{}]", number), ViewJson(view, folder)));
+}
+
+std::string Script(const std::string& variable, const ordered_json& value) {
+  return fmt::format("{}={};\n", variable, Dump(value));
+}
+
+ordered_json PackedPoints(const geometry::Points& points) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : points) box.extend(p);
+  const Eigen::Vector3d low = points.empty() ? Eigen::Vector3d(0.0, 0.0, 0.0) : box.min();
+  const double edge = points.empty() ? 0.0 : box.sizes().maxCoeff();
+  const double step = edge > 0.0 ? edge / kSteps : 1.0;
+  std::vector<std::uint16_t> steps;
+  steps.reserve(3 * points.size());
+  for (const Eigen::Vector3d& p : points) {
+    for (int i = 0; i < 3; ++i) {
+      steps.push_back(static_cast<std::uint16_t>(std::lround((p[i] - low[i]) / step)));
+    }
+  }
+  return {{"low", {low.x(), low.y(), low.z()}}, {"step", step}, {"data", Bytes(steps)}};
+}
+
+ordered_json PackedMesh(const geometry::TriangleMesh& mesh) {
+  const bool wide = mesh.vertices.size() > std::numeric_limits<std::uint16_t>::max();
+  return {{"vertices", PackedPoints(mesh.vertices)},
+          {"wide", wide},
+          {"triangles",
+           wide ? TriangleBytes<std::uint32_t>(mesh) : TriangleBytes<std::uint16_t>(mesh)}};
+}
+
+ordered_json PackedPoses(const std::vector<base::Pose>& poses) {
+  geometry::Points places;
+  std::vector<std::int16_t> turns;
+  for (const base::Pose& X : poses) {
+    places.push_back(X.translation());
+    const Eigen::Quaterniond turn(X.linear());
+    for (const double part : {turn.x(), turn.y(), turn.z(), turn.w()}) {
+      turns.push_back(static_cast<std::int16_t>(std::lround(part * kTurnSteps)));
+    }
+  }
+  return {{"places", PackedPoints(places)}, {"turns", Bytes(turns)}};
+}
+
+ordered_json PackedNumbers(std::span<const double> numbers) {
+  constexpr std::uint16_t kNone = 65535;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const double x : numbers) {
+    if (!std::isfinite(x)) continue;
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  if (!(low <= high)) low = high = 0.0;
+  const double step = high > low ? (high - low) / (kNone - 1) : 1.0;
+  std::vector<std::uint16_t> steps;
+  steps.reserve(numbers.size());
+  for (const double x : numbers) {
+    steps.push_back(std::isfinite(x) ? static_cast<std::uint16_t>(std::lround((x - low) / step))
+                                     : kNone);
+  }
+  return {{"low", low}, {"step", step}, {"data", Bytes(steps)}};
+}
+
+std::string Base64(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned bits = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = bits << 8U | (i + k < bytes.size() ? bytes[i + k] : 0U);
+    for (unsigned k = 0; k < 4; ++k) {
+      text += i + k <= bytes.size() ? kDigits[bits >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return text;
 }
 
 }  // namespace rangegrasp::report

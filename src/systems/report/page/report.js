@@ -5,7 +5,7 @@ const data = rangegrasp.data;
 const pageSize = 50;  // rows of the list that are added at a time
 // A case's row in data.js.
 const CASE = {run: 0, id: 1, title: 2, outcome: 3, stage: 4, detail: 5, seconds: 6, view: 7};
-// At least 3:1 against white, told apart by people who see colours differently (after Okabe and Ito).
+// At least 3:1 against white, distinguishable for people who see colours differently (after Okabe and Ito).
 const colors = ['#0072b2', '#d55e00', '#007a5a', '#a8467f', '#7a5195', '#8a6d00', '#56606b', '#b3261e', '#2f6f9f', '#5a7d1a', '#444444'];
 
 const $ = id => document.getElementById(id);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/draw/plot.h"
@@ -38,30 +39,31 @@ struct GenerateArguments {
   int seam = 0;
   std::optional<std::uint64_t> seed;
   bool raw = false, body = false;
+
+  std::filesystem::path Beside(const char* ending) const {
+    return std::filesystem::path(out).replace_extension(ending);
+  }
 };
 
 // Scans of the calibration body and the heights of its base, as `calibrate` reads them.
-void GenerateBody(const SeamExperiment& experiment, const std::filesystem::path& out) {
+void GenerateBody(const SeamExperiment& experiment, const GenerateArguments& arguments) {
   std::vector<seam::Profile> rows;
   std::string bases = "scan,base_mm\n";
-  const seam::StripeSensor sensor(experiment.sensor);
-  for (const auto& scan : seam::CalibrationScansOf(experiment, sensor)) {
+  for (const auto& scan :
+       seam::CalibrationScansOf(experiment, seam::StripeSensor(experiment.sensor))) {
     rows.push_back({scan.profile.row_px, 0.0});
     bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * base::kMmPerM);
   }
-  seam::WriteProfiles(rows, out, RowFileOptions());
-  WriteResult(bases, std::filesystem::path(out).replace_extension(".bases.csv"));
-  spdlog::info("{} scans of the calibration body in {}, its heights beside it", rows.size(),
-               out.string());
+  seam::WriteProfiles(rows, arguments.out, RowFileOptions());
+  WriteResult(bases, arguments.Beside(".bases.csv"));
+  spdlog::info("{} scans of the calibration body in {}, its heights in a file next to it",
+               rows.size(), arguments.out);
 }
 
 void Generate(const GenerateArguments& arguments) {
   SeamExperiment experiment = seam::ReadSeamExperiment(arguments.experiment);
   if (arguments.seed) experiment.seed = *arguments.seed;
-  if (arguments.body) {
-    GenerateBody(experiment, arguments.out);
-    return;
-  }
+  if (arguments.body) return GenerateBody(experiment, arguments);
   const seam::StripeSensor sensor(experiment.sensor);
   const seam::Calibration calibration = seam::CalibrationOf(experiment, sensor);
   const seam::Recording recording = seam::RecordSeam(experiment, sensor, arguments.seam);
@@ -70,15 +72,12 @@ void Generate(const GenerateArguments& arguments) {
     profiles.push_back(arguments.raw ? seam::Profile{raw.row_px, raw.time_s}
                                      : seam::Calibrate(raw, calibration));
   }
-  const std::filesystem::path out(arguments.out);
-  seam::WriteProfiles(profiles, out, arguments.raw ? RowFileOptions() : ProfileFileOptions{});
-  WriteResult(seam::LabelsCsv(recording),
-              std::filesystem::path(out).replace_extension(".labels.csv"));
-  if (arguments.raw) {
-    seam::WriteCalibration(calibration,
-                           std::filesystem::path(out).replace_extension(".calibration.yaml"));
-  }
-  spdlog::info("{} profiles in {}, their labels beside it", profiles.size(), out.string());
+  seam::WriteProfiles(profiles, arguments.out,
+                      arguments.raw ? RowFileOptions() : ProfileFileOptions{});
+  WriteResult(seam::LabelsCsv(recording), arguments.Beside(".labels.csv"));
+  if (arguments.raw) seam::WriteCalibration(calibration, arguments.Beside(".calibration.yaml"));
+  spdlog::info("{} profiles in {}, their labels in a file next to it", profiles.size(),
+               arguments.out);
 }
 
 struct CalibrateArguments {
@@ -90,30 +89,25 @@ struct CalibrateArguments {
 seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
   seam::CalibrationBody body;
   if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
-  for (const double height : arguments.step_heights_mm)
+  for (const double height : arguments.step_heights_mm) {
     body.step_heights_m.push_back(height / base::kMmPerM);
+  }
   if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / base::kMmPerM;
   return body;
 }
 
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
-  const auto rows = seam::ReadProfiles(arguments.scans, RowFileOptions());
+  const auto rows = seam::ReadProfileFile(arguments.scans, RowFileOptions()).rows;
   const auto bases = base::CsvTable::Read(arguments.bases);
   const std::size_t base = bases.Column("base_mm");
-  std::vector<double> bases_m;
-  for (std::size_t i = 0; i < bases.rows(); ++i) {
-    bases_m.push_back(bases.Number(i, base) / base::kMmPerM);
-  }
-  if (rows.size() != bases_m.size()) {
-    throw base::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
-                                       arguments.bases, bases_m.size(), arguments.scans,
-                                       rows.size()));
-  }
   std::vector<seam::CalibrationScan> scans;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    scans.push_back({{rows[i].height_m, 0.0}, bases_m[i]});
+  for (std::size_t i = 0; i < bases.rows(); ++i) {
+    const double base_m = bases.Number(i, base) / base::kMmPerM;
+    if (i < rows.size()) scans.push_back({{rows[i].profile.height_m, 0.0}, base_m});
   }
-  return scans;
+  if (rows.size() == bases.rows()) return scans;
+  throw base::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
+                                     arguments.bases, bases.rows(), arguments.scans, rows.size()));
 }
 
 void Calibrate(const CalibrateArguments& arguments) {
@@ -144,7 +138,8 @@ void AddSeamGenerate(CLI::App& seam) {
   command->add_option("--seam", arguments->seam, "its number, from 0")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--seed", arguments->seed, "instead of the experiment's");
-  command->add_flag("--raw", arguments->raw, "camera rows, with the calibration beside them");
+  command->add_flag("--raw", arguments->raw,
+                    "camera rows, with the calibration in a file next to them");
   command->add_flag("--body", arguments->body, "scans of the calibration body instead of a seam");
   command->footer(
       "Example: rangegrasp seam generate experiments/seam_base.yaml --seam 3 -o results/seam3.csv");
@@ -215,30 +210,28 @@ class Detection {
     center_x_m_ = grid->center_x_m;
   }
 
-  void Take(const seam::ProfileRow& read) {
-    const std::size_t row = read.row;
-    seam::Profile profile = read.profile;
+  void Take(const seam::ProfileRow& row) {
+    seam::Profile profile = row.profile;
     if (calibration_) {
       profile =
           seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s}, *calibration_);
     }
-    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), read.position_m.has_value());
+    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), row.position_m.has_value());
     seam::Reading reading = tracker_->Update(profile);
     reading.x_m += center_x_m_;
     auto stop = monitor_->Update(tracker_->prepared(), reading);
-    if (read.gap_s && !stop) stop = OutageBefore(read);
+    if (row.gap_s && !stop) stop = OutageBefore(row);
     if (arguments_.xml) {
       if (const auto packet = tracker_->TakePacket()) PrintXml(*packet, stop);
     } else if (arguments_.json) {
-      PrintJson(reading, stop, read);
+      PrintJson(reading, stop, row);
     } else {
-      PrintLine(reading, stop, read);
+      PrintLine(reading, stop, row);
     }
-    if (!arguments_.picture.empty() && row == static_cast<std::size_t>(arguments_.picture_row)) {
-      WriteResult(draw::PlotSvg(seam::ProfilePanels(*tracker_, reading, options_.line)),
-                  arguments_.picture);
-      drawn_ = true;
-    }
+    if (arguments_.picture.empty() || std::cmp_not_equal(row.row, arguments_.picture_row)) return;
+    WriteResult(draw::PlotSvg(seam::ProfilePanels(*tracker_, reading, options_.line)),
+                arguments_.picture);
+    drawn_ = true;
   }
 
   /// What no other profile can bear out counts at once.
@@ -253,10 +246,10 @@ class Detection {
 
  private:
   void ReadOptions() {
-    const DetectOptions read = ReadDetectOptions(arguments_.file);
+    DetectOptions read = ReadDetectOptions(arguments_.file);
     options_ = read.tracker;
     monitor_options_ = read.monitor;
-    file_options_ = read.file;
+    file_options_ = std::move(read.file);
     file_options_.rate_hz = arguments_.rate_hz;
     const auto& columns_per_mm = arguments_.columns_per_mm;
     if (columns_per_mm && read.has_columns_per_mm) {
@@ -299,31 +292,31 @@ class Detection {
 
   void PrintLine(const seam::Reading& reading, std::optional<seam::StopReason> stop,
                  const seam::ProfileRow& row) const {
-    std::string line =
-        fmt::format("{},{:.4f},{},", row.row, reading.time_s, base::Word(reading.status));
-    line += reading.column
-                ? fmt::format("{:.2f},{:.4f},", *reading.column, reading.x_m * base::kMmPerM)
-                : ",,";
-    line += fmt::format("{:.3f}", reading.step_m * base::kMmPerM);
+    const auto mm = [](double length_m) { return length_m * base::kMmPerM; };
+    std::string line = fmt::format(
+        "{},{:.4f},{},{},{:.3f}", row.row, reading.time_s, base::Word(reading.status),
+        reading.column ? fmt::format("{:.2f},{:.4f}", *reading.column, mm(reading.x_m)) : ",",
+        mm(reading.step_m));
     for (const auto& column : reading.detected) line += column ? fmt::format(",{}", *column) : ",";
     line += fmt::format(",{}", stop ? base::Word(*stop) : "");
-    if (row.position_m) line += fmt::format(",{:.4f}", *row.position_m * base::kMmPerM);
+    if (row.position_m) line += fmt::format(",{:.4f}", mm(*row.position_m));
     WriteResult(line + "\n");
   }
 
   void PrintJson(const seam::Reading& reading, std::optional<seam::StopReason> stop,
                  const seam::ProfileRow& row) const {
-    ordered_json json = {
-        {"profile", row.row}, {"time_s", reading.time_s}, {"status", base::Word(reading.status)},
-        {"column", nullptr},  {"x_m", nullptr},           {"step_m", reading.step_m}};
-    if (reading.column) {
-      json["column"] = *reading.column;
-      json["x_m"] = reading.x_m;
-    }
-    for (std::size_t d = 0; d < seam::kDetectors; ++d) {
-      const std::string name(base::Word(static_cast<seam::Detector>(d)));
-      json["detectors"][name] =
-          reading.detected[d] ? ordered_json(*reading.detected[d]) : ordered_json(nullptr);
+    const auto or_null = [](const auto& value) {
+      return value ? ordered_json(*value) : ordered_json(nullptr);
+    };
+    ordered_json json = {{"profile", row.row},
+                         {"time_s", reading.time_s},
+                         {"status", base::Word(reading.status)},
+                         {"column", or_null(reading.column)},
+                         {"x_m", or_null(reading.column ? &reading.x_m : nullptr)},
+                         {"step_m", reading.step_m}};
+    for (const auto detector : base::ValuesOf<seam::Detector>()) {
+      json["detectors"][std::string(base::Word(detector))] =
+          or_null(reading.detected[static_cast<std::size_t>(detector)]);
     }
     json["stop"] = stop ? ordered_json(base::Word(*stop)) : ordered_json(nullptr);
     if (row.position_m) json["position_m"] = *row.position_m;
@@ -331,14 +324,13 @@ class Detection {
   }
 
   void PrintXml(const seam::EdgePacket& packet, std::optional<seam::StopReason> stop) const {
-    seam::Correction correction;
-    correction.time_s = packet.time_s;
-    correction.valid = packet.column.has_value();
-    correction.edge_x_m = packet.x_m + center_x_m_;
-    correction.deviation_m = correction.edge_x_m;
-    correction.sure = packet.sure;
-    correction.stop = stop;
-    WriteResult(seam::ToXml(correction));
+    const double edge_x_m = packet.x_m + center_x_m_;
+    WriteResult(seam::ToXml({.time_s = packet.time_s,
+                             .valid = packet.column.has_value(),
+                             .edge_x_m = edge_x_m,
+                             .deviation_m = edge_x_m,
+                             .sure = packet.sure,
+                             .stop = stop}));
   }
 
   DetectArguments arguments_;
@@ -437,16 +429,6 @@ void AddDetect(CLI::App& seam) {
   command->callback([arguments] { Detect(*arguments); });
 }
 
-// Commands of earlier versions: they say what took their place.
-void AddMoved(CLI::App& seam, const std::string& name, const std::string& now) {
-  auto* command = seam.add_subcommand(name)->group("")->prefix_command();
-  command->set_help_flag();
-  command->callback([name, now] {
-    throw base::InputError(
-        fmt::format("seam {}: there is no such command any more; {}", name, now));
-  });
-}
-
 void AddSeamCommands(CLI::App& app) {
   auto* seam =
       app.add_subcommand("seam", "Edges of overlapping fibre mats in laser-stripe profiles.");
@@ -455,12 +437,6 @@ void AddSeamCommands(CLI::App& app) {
   AddSeamGenerate(*seam);
   AddSeamCalibrate(*seam);
   AddDetect(*seam);
-  AddMoved(*seam, "evaluate",
-           "'rangegrasp run EXPERIMENT.yaml' runs a seam experiment and prints its tables");
-  AddMoved(
-      *seam, "track",
-      "'rangegrasp run EXPERIMENT.yaml' runs closed loops, 'rangegrasp trial DIR ID' shows one "
-      "of them again, with its path, packets and picture");
 }
 
 }  // namespace

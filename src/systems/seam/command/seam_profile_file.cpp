@@ -69,13 +69,13 @@ void CheckKeys(const YamlMap& map, const ProfileFileArguments& arguments) {
 
 void ReadPreset(const ProfileFileArguments& arguments, const YamlMap& file,
                 seam::ProfileFileOptions& options) {
-  const seam::FormatPreset& preset = seam::PresetOf(arguments.preset);
+  const auto& [preset, about, yaml, needed] = seam::PresetOf(arguments.preset);
   const std::string name = "--preset " + arguments.preset;
-  auto map = YamlMap::FromText(std::string(preset.yaml), name);
-  const std::string needs(preset.needs);
+  const std::string needs(needed);
   if (!needs.empty() && !IsImage(arguments.profiles)) {
     throw InputError(name + ": is for images; " + arguments.profiles + " is text");
   }
+  auto map = YamlMap::FromText(std::string(yaml), name);
   CheckKeys(map, arguments);
   if (!needs.empty() && !file.Has(needs)) {
     throw InputError(
@@ -93,6 +93,7 @@ struct Word {
   const char* group;
   const char* help;
   std::vector<std::string> words = {};  ///< that it must be one of
+  bool is_flag = false;
 };
 
 std::vector<Word> Words() {
@@ -116,31 +117,21 @@ std::vector<Word> Words() {
 }
 
 void AddWord(CLI::App& command, ProfileFileArguments& arguments, const Word& word) {
-  auto* option = command.add_option_function<std::string>(
-      word.option,
-      [&arguments, key = std::string(word.key)](const std::string& value) {
-        arguments.words.push_back("file." + key + "=" + value);
-      },
-      word.help);
+  const auto take = [&arguments, key = word.key](const std::string& value) {
+    arguments.words.push_back(fmt::format("file.{}={}", key, value));
+  };
+  auto* option = word.is_flag
+                     ? command.add_flag_callback(
+                           word.option, [take] { take("true"); }, word.help)
+                     : command.add_option_function<std::string>(word.option, take, word.help);
   option->group(word.group);
   if (!word.words.empty()) option->check(CLI::IsMember(word.words));
-}
-
-void AddFlag(CLI::App& command, ProfileFileArguments& arguments, const Word& word) {
-  command
-      .add_flag_callback(
-          word.option,
-          [&arguments, key = std::string(word.key)] {
-            arguments.words.push_back("file." + key + "=true");
-          },
-          word.help)
-      ->group(word.group);
 }
 
 }  // namespace
 
 seam::ProfileFileOptions RowFileOptions() {
-  ProfileFileOptions options;
+  seam::ProfileFileOptions options;
   options.text.scale.unit_m = 1.0;
   options.grey = {1.0 / 64.0, 0.0, {0.0}};
   options.signed_grey = {1.0 / 64.0, 0.0, {0.0}};
@@ -180,9 +171,10 @@ void AddFormatOptions(CLI::App& command, ProfileFileArguments& arguments) {
       ->allow_extra_args(false)
       ->delimiter(',')
       ->group(kBothGroup);
-  AddFlag(command, arguments,
-          {"--decimal-comma", "decimal_comma", kTextGroup, "numbers are written 1,5"});
-  AddFlag(command, arguments, {"--away", "away", kBothGroup, "heights grow away from the sensor"});
+  AddWord(command, arguments,
+          {"--decimal-comma", "decimal_comma", kTextGroup, "numbers are written 1,5", {}, true});
+  AddWord(command, arguments,
+          {"--away", "away", kBothGroup, "heights grow away from the sensor", {}, true});
   command
       .add_option("--set", arguments.set,
                   "KEY=VALUE over --options, e.g. monitor.window=20; keys: list formats, list keys")

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <stdexcept>
 
 #include "base/error.h"
 
@@ -29,12 +28,8 @@ bool IsBlank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 // The header's next number; comments run from '#' to the line's end.
 std::size_t NextNumber(std::string_view bytes, std::size_t& at, const char* what) {
-  while (at < bytes.size() && (IsBlank(bytes[at]) || bytes[at] == '#')) {
-    if (bytes[at] == '#') {
-      while (at < bytes.size() && bytes[at] != '\n') ++at;
-    } else {
-      ++at;
-    }
+  for (; at < bytes.size() && (IsBlank(bytes[at]) || bytes[at] == '#'); ++at) {
+    if (bytes[at] == '#') at = std::min(bytes.find('\n', at), bytes.size() - 1);
   }
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), number);
@@ -51,10 +46,8 @@ void CheckKind(std::string_view bytes) {
   if (bytes.size() < 3 || bytes[0] != 'P' || bytes[1] < '1' || bytes[1] > '6') {
     throw InputError("is not a PGM image: it must begin with P5");
   }
-  if (bytes[1] != '5') {
-    throw InputError(
-        fmt::format("is of the kind P{}; a binary grey image, P5, is needed", bytes[1]));
-  }
+  if (bytes[1] == '5') return;
+  throw InputError(fmt::format("is of the kind P{}; a binary grey image, P5, is needed", bytes[1]));
 }
 
 void CheckMaxGrey(std::size_t max_grey) {
@@ -76,9 +69,9 @@ constexpr std::size_t kMaxPacking = 1100;
 
 // A file in memory, and what libtiff said of it.
 struct Memory {
-  std::string bytes;
+  std::string_view bytes;
   std::size_t at = 0;
-  std::string error;
+  std::string error = {};
 };
 
 int OnError(TIFF*, void* user, const char*, const char* format, va_list arguments) {
@@ -99,15 +92,7 @@ tmsize_t ReadBytes(thandle_t handle, void* out, tmsize_t count) {
   return static_cast<tmsize_t>(take);
 }
 
-tmsize_t WriteBytes(thandle_t handle, void* bytes, tmsize_t count) {
-  auto* memory = static_cast<Memory*>(handle);
-  const auto size = static_cast<std::size_t>(count);
-  std::string& out = memory->bytes;
-  if (out.size() < memory->at + size) out.resize(memory->at + size);
-  std::memcpy(out.data() + memory->at, bytes, size);
-  memory->at += size;
-  return count;
-}
+tmsize_t WriteBytes(thandle_t, void*, tmsize_t) { return 0; }
 
 toff_t SizeOf(thandle_t handle) { return static_cast<Memory*>(handle)->bytes.size(); }
 
@@ -129,13 +114,13 @@ struct FileDeleter {
 };
 using File = std::unique_ptr<TIFF, FileDeleter>;
 
-// "m": no mapping of the file, for there is none.
-File Open(Memory& memory, const char* mode) {
+// "rm": to read, without a mapping of the file, for there is none.
+File Open(Memory& memory) {
   const std::unique_ptr<TIFFOpenOptions, OptionsDeleter> options(TIFFOpenOptionsAlloc());
   if (!options) throw base::RunError("libtiff cannot start");
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), OnError, &memory);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), OnWarning, &memory);
-  return File(TIFFClientOpenExt("", mode, &memory, ReadBytes, WriteBytes, Seek, Close, SizeOf,
+  return File(TIFFClientOpenExt("", "rm", &memory, ReadBytes, WriteBytes, Seek, Close, SizeOf,
                                 nullptr, nullptr, options.get()));
 }
 
@@ -180,46 +165,32 @@ void AppendRow(const std::vector<std::uint8_t>& row, TiffPixel pixel, std::size_
   if (pixel == TiffPixel::kFloat32) Append<float>(row, width, out);
 }
 
-struct Size {
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
-};
-
-Size SizeOfPage(TIFF* file, const Memory& memory) {
-  Size size;
-  TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &size.width);
-  TIFFGetField(file, TIFFTAG_IMAGELENGTH, &size.height);
-  const auto pixels = static_cast<std::uint64_t>(size.width) * size.height;
-  if (pixels == 0 || pixels > memory.bytes.size() * kMaxPacking) FailReading(memory);
-  return size;
-}
-
 // Strips, row by row. Tiles have other rows; sensors that write rows write strips.
-void ReadPage(TIFF* file, const Memory& memory, Tiff& tiff) {
+void ReadPage(TIFF* file, const Memory& memory, int page, Tiff& tiff) {
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(file, TIFFTAG_IMAGELENGTH, &height);
+  const std::size_t most = memory.bytes.size() * kMaxPacking;
+  const auto pixels = static_cast<std::uint64_t>(width) * height;
+  if (pixels == 0 || pixels > most || tiff.picture.grey.size() > most) FailReading(memory);
+  const TiffPixel pixel = PixelOf(file);
+  if (page == 1) {
+    tiff = {pixel, {static_cast<int>(width), 0, {}}};
+  } else if (static_cast<int>(width) != tiff.picture.width || pixel != tiff.pixel) {
+    throw InputError(fmt::format(
+        "page {} is {} columns wide and page 1 {}, or has other pixels; all must be like the first",
+        page, width, tiff.picture.width));
+  }
   if (TIFFIsTiled(file) != 0) throw InputError("is tiled; a TIFF image of strips is needed");
-  const Size size = SizeOfPage(file, memory);
-  if (tiff.picture.grey.size() > memory.bytes.size() * kMaxPacking) FailReading(memory);
-  const auto needed =
-      static_cast<std::size_t>(size.width) * (tiff.pixel == TiffPixel::kFloat32 ? 4 : 2);
+  const std::size_t needed = std::size_t{width} * (pixel == TiffPixel::kFloat32 ? 4 : 2);
   const tmsize_t scanline = TIFFScanlineSize(file);
   if (scanline < 0 || static_cast<std::size_t>(scanline) < needed) FailReading(memory);
   std::vector<std::uint8_t> row(static_cast<std::size_t>(scanline));
-  for (std::uint32_t y = 0; y < size.height; ++y) {
+  for (std::uint32_t y = 0; y < height; ++y) {
     if (TIFFReadScanline(file, row.data(), y) != 1) FailReading(memory);
-    AppendRow(row, tiff.pixel, size.width, tiff.picture.grey);
+    AppendRow(row, pixel, width, tiff.picture.grey);
   }
-  tiff.picture.width = static_cast<int>(size.width);
-  tiff.picture.height += static_cast<int>(size.height);
-}
-
-void CheckLikeFirst(TIFF* file, const Memory& memory, const Tiff& tiff, int page) {
-  const Size size = SizeOfPage(file, memory);
-  if (size.width == static_cast<std::uint32_t>(tiff.picture.width) && PixelOf(file) == tiff.pixel) {
-    return;
-  }
-  throw InputError(fmt::format(
-      "page {} is {} columns wide and page 1 {}, or has other pixels; all must be like the first",
-      page, size.width, tiff.picture.width));
+  tiff.picture.height += static_cast<int>(height);
 }
 
 }  // namespace
@@ -260,47 +231,16 @@ std::string EncodePgm(const Grey16& picture) {
 }
 
 Tiff DecodeTiff(std::string_view bytes) {
-  Memory memory;
-  memory.bytes = bytes;
-  const File file = Open(memory, "rm");
+  Memory memory{bytes};
+  const File file = Open(memory);
   if (!file) FailReading(memory);
   Tiff tiff;
-  tiff.pixel = PixelOf(file.get());
-  ReadPage(file.get(), memory, tiff);
-  for (int page = 2; TIFFReadDirectory(file.get()) == 1; ++page) {
-    CheckLikeFirst(file.get(), memory, tiff, page);
-    ReadPage(file.get(), memory, tiff);
-  }
+  int page = 1;
+  do {
+    ReadPage(file.get(), memory, page++, tiff);
+  } while (TIFFReadDirectory(file.get()) == 1);
   if (!memory.error.empty()) FailReading(memory);
   return tiff;
-}
-
-std::string EncodeTiff(const Grey16& picture) {
-  const auto width = static_cast<std::size_t>(std::max(picture.width, 0));
-  const auto height = static_cast<std::size_t>(std::max(picture.height, 0));
-  if (width * height == 0 || picture.grey.size() != width * height) {
-    throw std::invalid_argument("TIFF image: the size and the number of pixels do not fit");
-  }
-  Memory memory;
-  File file = Open(memory, "wm");
-  if (!file) throw base::RunError("libtiff cannot start: " + memory.error);
-  TIFFSetField(file.get(), TIFFTAG_IMAGEWIDTH, static_cast<std::uint32_t>(width));
-  TIFFSetField(file.get(), TIFFTAG_IMAGELENGTH, static_cast<std::uint32_t>(height));
-  TIFFSetField(file.get(), TIFFTAG_SAMPLESPERPIXEL, 1);
-  TIFFSetField(file.get(), TIFFTAG_BITSPERSAMPLE, 16);
-  TIFFSetField(file.get(), TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-  TIFFSetField(file.get(), TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-  TIFFSetField(file.get(), TIFFTAG_ROWSPERSTRIP, TIFFDefaultStripSize(file.get(), 0));
-  std::vector<std::uint16_t> row(width);
-  for (std::size_t y = 0; y < height; ++y) {
-    std::copy_n(picture.grey.begin() + static_cast<std::ptrdiff_t>(y * width), width, row.begin());
-    if (TIFFWriteScanline(file.get(), row.data(), static_cast<std::uint32_t>(y)) != 1) {
-      throw base::RunError("libtiff cannot write: " + memory.error);
-    }
-  }
-  file.reset();
-  if (!memory.error.empty()) throw base::RunError("libtiff cannot write: " + memory.error);
-  return memory.bytes;
 }
 
 }  // namespace rangegrasp::image

@@ -31,9 +31,4 @@ struct Tiff {
 /// off, more than one channel, other pixels than TiffPixel, pages that differ in width or pixels.
 Tiff DecodeTiff(std::string_view bytes);
 
-/// The bytes of a TIFF file of one page, not compressed; the same picture is the same bytes.
-/// @throws std::invalid_argument if the size and the number of pixels do not fit, or are 0;
-/// base::RunError if libtiff fails.
-std::string EncodeTiff(const Grey16& picture);
-
 }  // namespace rangegrasp::image

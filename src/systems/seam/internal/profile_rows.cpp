@@ -7,6 +7,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -97,8 +98,7 @@ std::optional<double> NumberOf(std::string_view field, bool decimal_comma) {
 // Nothing, "-" or "nan".
 bool IsNoValue(std::string_view field) {
   if (field.empty() || field == "-") return true;
-  return field.size() == 3 && (field[0] == 'n' || field[0] == 'N') &&
-         (field[1] == 'a' || field[1] == 'A') && (field[2] == 'n' || field[2] == 'N');
+  return std::ranges::equal(field, std::string_view("nan"), {}, [](char c) { return c | 0x20; });
 }
 
 // ---- lines of a text ----
@@ -214,7 +214,7 @@ class TextRows {
 
   void FixWidth() {
     std::vector<std::size_t> widths;
-    while (!settled_ && held_.size() < kMaxRowsHeld) {
+    while (!settled_ && held_.size() < kMaxRowsHeld && widths.size() < kRowsOfWidth) {
       auto row = NextOfLayout();
       if (!row) break;
       held_.push_back(std::move(*row));
@@ -222,11 +222,10 @@ class TextRows {
       const std::size_t width = held_.back().width;
       settled_ = width == 0 || std::ranges::find(widths, width) != widths.end();
       widths.push_back(width);
-      if (settled_) options_.columns = static_cast<int>(width);
-      if (widths.size() == kRowsOfWidth) break;
     }
-    if (!settled_ && !widths.empty()) options_.columns = static_cast<int>(widths[0]);
-    const auto width = static_cast<std::size_t>(options_.columns);
+    if (widths.empty()) return;
+    const std::size_t width = settled_ ? widths.back() : widths.front();
+    options_.columns = static_cast<int>(width);
     for (RawRow& row : held_) {
       if (!row.fault.empty() || width == 0 || row.width == width) continue;
       MarkDamaged(row, WidthFault(row.width, options_.columns));
@@ -253,6 +252,14 @@ class TextRows {
                     Quoted(name), header.empty() ? "is missing" : "has " + base::Join(header)));
   }
 
+  // The next line that is not empty, once the columns are known.
+  std::optional<TextLine> NextLine() {
+    auto line = lines_.Next();
+    while (line && line->text.empty()) line = lines_.Next();
+    if (line) FindColumns();
+    return line;
+  }
+
   void FindColumns() {
     if (columns_) return;
     const TextFormat& text = options_.text;
@@ -273,155 +280,137 @@ class TextRows {
     const auto& header = lines_.header();
     if (header.empty()) throw InputError("x_in_header: there is no header (header_lines, header)");
     Fields fields(header.begin(), header.end());
-    if (static_cast<int>(fields.size()) > columns_->first && fields.back().empty()) {
-      fields.pop_back();
+    if (std::ssize(fields) > columns_->first && fields.back().empty()) fields.pop_back();
+    try {
+      ReadAllX(fields, header_x_m_);
+    } catch (const InputError& error) {
+      throw InputError(std::string("header, ") + error.what());
     }
-    const std::string fault = ParseAllX(fields, header_x_m_);
-    if (!fault.empty()) throw InputError("header, " + fault);
   }
 
-  // -- fields; each function returns what is wrong --
+  // -- fields; an InputError says what is wrong with the row --
 
   // Without the nothing behind a separator at the line's end, which begins no further field.
   Fields ValuesOf(const TextLine& line) const {
     Fields fields = FieldsOf(line.text, options_.text);
-    const auto expected =
-        static_cast<std::size_t>(options_.columns) + static_cast<std::size_t>(columns_->first);
-    if (fields.size() > 1 && fields.back().empty() &&
-        (options_.columns == 0 || fields.size() == expected + 1)) {
+    const bool one_more = std::ssize(fields) == options_.columns + columns_->first + 1;
+    if (fields.size() > 1 && fields.back().empty() && (options_.columns == 0 || one_more)) {
       fields.pop_back();
     }
     return fields;
   }
 
   // NaN where there is no value.
-  std::string ParseNumber(const Fields& fields, int field, double& number) const {
-    if (field >= static_cast<int>(fields.size())) {
-      return fmt::format("has {} columns; column {} is asked for", fields.size(), field + 1);
+  double NumberAt(const Fields& fields, int field) const {
+    if (field >= std::ssize(fields)) {
+      throw InputError(
+          fmt::format("has {} columns; column {} is asked for", fields.size(), field + 1));
     }
     const std::string_view shown = fields[static_cast<std::size_t>(field)];
-    number = std::numeric_limits<double>::quiet_NaN();
-    if (IsNoValue(shown)) return {};
-    if (const auto parsed = NumberOf(shown, options_.text.decimal_comma)) {
-      number = *parsed;
-      return {};
-    }
+    if (IsNoValue(shown)) return std::numeric_limits<double>::quiet_NaN();
+    if (const auto number = NumberOf(shown, options_.text.decimal_comma)) return *number;
     std::string fault = fmt::format("column {}: {} is not a number; no value is nan, - or nothing",
                                     field + 1, Quoted(shown));
     const bool comma = shown.find(',') != std::string_view::npos;
     if (comma && !options_.text.decimal_comma) fault += "; a decimal comma: decimal_comma";
     if (row_ == 0) fault += "; a header: header_lines";
-    return fault;
+    throw InputError(fault);
   }
 
-  std::string ParseX(const Fields& fields, int field, std::vector<double>& x_m) const {
-    double x = 0.0;
-    std::string fault = ParseNumber(fields, field, x);
-    if (fault.empty()) x_m.push_back(x * options_.text.scale.unit_m);
-    return fault;
+  double XAt(const Fields& fields, int field) const {
+    return NumberAt(fields, field) * options_.text.scale.unit_m;
   }
 
-  std::string ParseAllX(const Fields& fields, std::vector<double>& x_m) const {
+  float HeightAt(const Fields& fields, int field) const {
+    const double number = NumberAt(fields, field);
+    try {
+      return HeightOf(number, options_.text.scale, options_);
+    } catch (const InputError& error) {
+      const std::string shown = Quoted(fields[static_cast<std::size_t>(field)]);
+      throw InputError(fmt::format("column {}: {} {}", field + 1, shown, error.what()));
+    }
+  }
+
+  void ReadAllX(const Fields& fields, std::vector<double>& x_m) const {
     x_m.clear();
-    for (int i = columns_->first; i < static_cast<int>(fields.size()); ++i) {
-      std::string fault = ParseX(fields, i, x_m);
-      if (!fault.empty()) return fault;
-    }
-    return {};
+    for (int i = columns_->first; i < std::ssize(fields); ++i) x_m.push_back(XAt(fields, i));
   }
 
-  std::string ParseHeight(const Fields& fields, int field, std::vector<float>& height_m) const {
-    double number = 0.0;
-    std::string fault = ParseNumber(fields, field, number);
-    if (!fault.empty()) return fault;
-    height_m.push_back(HeightOf(number, options_.text.scale, options_, fault));
-    if (fault.empty()) return fault;
-    return fmt::format("column {}: {} {}", field + 1,
-                       Quoted(fields[static_cast<std::size_t>(field)]), fault);
+  void ReadPoint(const Fields& fields, int x, int z, RawRow& row) const {
+    row.x_m.push_back(XAt(fields, x));
+    row.height_m.push_back(HeightAt(fields, z));
   }
 
-  std::string ParsePoint(const Fields& fields, int x, int z, RawRow& row) const {
-    std::string fault = ParseX(fields, x, row.x_m);
-    return fault.empty() ? ParseHeight(fields, z, row.height_m) : fault;
+  std::optional<double> StampAt(const Fields& fields, int column, double unit) const {
+    if (column < 0) return std::nullopt;
+    const double number = NumberAt(fields, column);
+    if (!std::isnan(number)) return number * unit;
+    throw InputError(
+        fmt::format("column {}: there is no number; time and encoder must have one", column + 1));
   }
 
-  std::string ParseStamp(const Fields& fields, int column, double unit,
-                         std::optional<double>& value) const {
-    if (column < 0) return {};
-    double number = 0.0;
-    std::string fault = ParseNumber(fields, column, number);
-    if (fault.empty() && std::isnan(number)) {
-      return fmt::format("column {}: there is no number; time and encoder must have one",
-                         column + 1);
-    }
-    if (fault.empty()) value = number * unit;
-    return fault;
+  void ReadStamps(const Fields& fields, RawRow& row) const {
+    row.time_s = StampAt(fields, columns_->time, options_.time_unit_s);
+    row.position_m = StampAt(fields, columns_->encoder, options_.encoder_m);
   }
 
-  std::string ParseStamps(const Fields& fields, RawRow& row) const {
-    std::string fault = ParseStamp(fields, columns_->time, options_.time_unit_s, row.time_s);
-    if (!fault.empty()) return fault;
-    return ParseStamp(fields, columns_->encoder, options_.encoder_m, row.position_m);
-  }
-
-  std::string ParseHeights(const Fields& fields, RawRow& row) const {
-    for (int i = 0; i < static_cast<int>(row.width); ++i) {
-      std::string fault = ParseHeight(fields, columns_->first + i, row.height_m);
-      if (!fault.empty()) return fault;
+  void ReadHeights(const Fields& fields, RawRow& row) const {
+    for (int i = columns_->first; i < std::ssize(fields); ++i) {
+      row.height_m.push_back(HeightAt(fields, i));
     }
     row.x_m = columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
-    if (row.x_m.empty() || row.x_m.size() == row.width) return {};
-    return fmt::format("has {} heights and {} x", row.width, row.x_m.size());
+    if (row.x_m.empty() || row.x_m.size() == row.width) return;
+    throw InputError(fmt::format("has {} heights and {} x", row.width, row.x_m.size()));
   }
 
-  std::string ParsePairs(const Fields& fields, RawRow& row) const {
+  void ReadPairs(const Fields& fields, RawRow& row) const {
     if (row.width % 2 != 0) {
-      return fmt::format("has {} columns; pairs of x and height are an even number", row.width);
+      throw InputError(
+          fmt::format("has {} columns; pairs of x and height are an even number", row.width));
     }
-    const int end = columns_->first + static_cast<int>(row.width);
-    for (int field = columns_->first; field < end; field += 2) {
-      std::string fault = ParsePoint(fields, field, field + 1, row);
-      if (!fault.empty()) return fault;
-    }
-    return {};
+    for (int i = columns_->first; i < std::ssize(fields); i += 2) ReadPoint(fields, i, i + 1, row);
   }
 
   // -- a line is a profile --
 
-  std::string Parse(const TextLine& line, RawRow& row, bool& is_profile) {
-    if (line.too_long) return "is longer than a profile can be";
+  // False for a line that is none: of an axis that is not Z.
+  bool ReadProfile(const TextLine& line, RawRow& row) {
+    if (line.too_long) throw InputError("is longer than a profile can be");
     const Fields fields = ValuesOf(line);
+    if (columns_->axis >= std::ssize(fields)) {
+      throw InputError(
+          fmt::format("has {} columns; axis_column is {}", fields.size(), columns_->axis + 1));
+    }
     if (columns_->axis >= 0) {
-      if (columns_->axis >= static_cast<int>(fields.size())) {
-        return fmt::format("has {} columns; axis_column is {}", fields.size(), columns_->axis + 1);
-      }
       const std::string_view axis = fields[static_cast<std::size_t>(columns_->axis)];
-      is_profile = axis == "Z";
-      if (axis == "X") return ParseAllX(fields, axis_x_m_);
-      if (!is_profile) return {};
+      if (axis == "X") ReadAllX(fields, axis_x_m_);
+      if (axis != "Z") return false;
     }
     row.width = fields.size() - std::min(static_cast<std::size_t>(columns_->first), fields.size());
-    if (row.width == 0) return fmt::format("has {} columns and no height", fields.size());
-    if (options_.columns != 0 && row.width != static_cast<std::size_t>(options_.columns)) {
-      return WidthFault(row.width, options_.columns);
+    if (row.width == 0) {
+      throw InputError(fmt::format("has {} columns and no height", fields.size()));
     }
-    std::string fault = ParseStamps(fields, row);
-    if (!fault.empty()) return fault;
-    const bool pairs = options_.text.layout == TextLayout::kPairs;
-    return pairs ? ParsePairs(fields, row) : ParseHeights(fields, row);
+    if (options_.columns != 0 && row.width != static_cast<std::size_t>(options_.columns)) {
+      throw InputError(WidthFault(row.width, options_.columns));
+    }
+    ReadStamps(fields, row);
+    if (options_.text.layout == TextLayout::kPairs) {
+      ReadPairs(fields, row);
+    } else {
+      ReadHeights(fields, row);
+    }
+    return true;
   }
 
   std::optional<RawRow> NextOfLines() {
-    while (const auto line = lines_.Next()) {
-      if (line->text.empty()) continue;
-      FindColumns();
-      RawRow row;
-      row.line = line->number;
-      bool is_profile = true;
-      const std::string fault = Parse(*line, row, is_profile);
-      if (fault.empty() && !is_profile) continue;
-      row.row = ++row_;
-      if (!fault.empty()) MarkDamaged(row, fault);
+    while (const auto line = NextLine()) {
+      RawRow row{.row = row_ + 1, .line = line->number};
+      try {
+        if (!ReadProfile(*line, row)) continue;
+      } catch (const InputError& error) {
+        MarkDamaged(row, error.what());
+      }
+      ++row_;
       return row;
     }
     return std::nullopt;
@@ -433,24 +422,18 @@ class TextRows {
     RawRow row;
     std::optional<std::string> profile;
     std::string fault;
-    while (auto line = begun_ ? begun_ : lines_.Next()) {
-      begun_.reset();
+    while (auto line = begun_ ? std::exchange(begun_, std::nullopt) : lines_.Next()) {
       if (line->text.empty() && row.line == 0) continue;
       if (line->text.empty()) break;
       FindColumns();
       const Fields fields = FieldsOf(line->text, options_.text);
-      const auto named = static_cast<std::size_t>(std::max(columns_->profile, 0));
-      if (columns_->profile >= 0 && named < fields.size()) {
-        if (profile && *profile != fields[named]) {
+      if (columns_->profile >= 0 && columns_->profile < std::ssize(fields)) {
+        const std::string_view named = fields[static_cast<std::size_t>(columns_->profile)];
+        if (profile && *profile != named) {
           begun_ = std::move(line);
           break;
         }
-        profile = fields[named];
-      }
-      if (row.line == 0) {
-        row.row = row_ + 1;
-        row.line = line->number;
-        fault = ParseStamps(fields, row);
+        profile = named;
       }
       if (!fault.empty()) continue;
       if (row.x_m.size() == kMaxPoints) {
@@ -460,12 +443,19 @@ class TextRows {
             kMaxPoints);
         break;
       }
-      fault = line->too_long ? "is longer than a point can be"
-                             : ParsePoint(fields, columns_->x, columns_->z, row);
-      if (!fault.empty()) row.line = line->number;
+      const bool first = row.line == 0;
+      if (first) row.line = line->number;
+      try {
+        if (first) ReadStamps(fields, row);
+        if (line->too_long) throw InputError("is longer than a point can be");
+        ReadPoint(fields, columns_->x, columns_->z, row);
+      } catch (const InputError& error) {
+        fault = error.what();
+        row.line = line->number;
+      }
     }
     if (row.line == 0) return std::nullopt;
-    ++row_;
+    row.row = ++row_;
     if (!fault.empty()) MarkDamaged(row, fault);
     return row;
   }
@@ -480,30 +470,34 @@ class TextRows {
 
   void ReadColumns() {
     std::size_t width = 0;
-    while (const auto line = lines_.Next()) {
-      if (line->text.empty()) continue;
-      FindColumns();
+    while (const auto line = NextLine()) {
       const Fields fields = ValuesOf(*line);
       if (width == 0) width = fields.size();
-      const auto first = static_cast<std::size_t>(columns_->first) + 1;
-      std::string fault;
-      if (fields.size() != width) fault = WidthFault(fields.size(), static_cast<int>(width));
-      if (width <= first) fault = fmt::format("has {} columns; x and a height are needed", width);
-      std::vector<double> x_m;
-      if (fault.empty()) fault = ParseX(fields, columns_->first, x_m);
-      for (std::size_t i = first; i < width && fault.empty(); ++i) {
-        if (transposed_.size() <= i - first) {
-          transposed_.emplace_back();
-          transposed_.back().row = transposed_.back().line = i - first + 1;
-        }
-        transposed_[i - first].x_m.push_back(x_m[0]);
-        fault = ParseHeight(fields, static_cast<int>(i), transposed_[i - first].height_m);
-      }
-      if (!fault.empty()) {
+      try {
+        ReadAcross(fields, width);
+      } catch (const InputError& error) {
+        const std::string fault = error.what();
         throw InputError(fmt::format("line {}{}{}", line->number,
                                      fault.starts_with("column") ? ", " : " ", fault));
       }
       row_ = 1;  // from now on a word is no header
+    }
+  }
+
+  // Adds a line's point to each profile.
+  void ReadAcross(const Fields& fields, std::size_t width) {
+    const auto first = static_cast<std::size_t>(columns_->first) + 1;
+    if (width <= first) {
+      throw InputError(fmt::format("has {} columns; x and a height are needed", width));
+    }
+    if (fields.size() != width)
+      throw InputError(WidthFault(fields.size(), static_cast<int>(width)));
+    const double x_m = XAt(fields, columns_->first);
+    for (std::size_t i = first; i < width; ++i) {
+      const std::size_t number = i - first + 1;
+      if (transposed_.size() < number) transposed_.push_back({.row = number, .line = number});
+      transposed_[number - 1].x_m.push_back(x_m);
+      transposed_[number - 1].height_m.push_back(HeightAt(fields, static_cast<int>(i)));
     }
   }
 
@@ -523,32 +517,29 @@ class TextRows {
 }  // namespace
 
 void MarkDamaged(RawRow& row, const std::string& fault) {
-  RawRow named;
-  named.row = row.row;
-  named.line = row.line;
-  named.fault = fmt::format("row {}{}{}{}", row.row,
-                            row.line != row.row ? fmt::format(" (line {})", row.line) : "",
-                            fault.starts_with("column") ? ", " : " ", fault);
-  row = std::move(named);
+  const std::string line = row.line != row.row ? fmt::format(" (line {})", row.line) : "";
+  const char* between = fault.starts_with("column") ? ", " : " ";
+  row = {.row = row.row,
+         .line = row.line,
+         .fault = fmt::format("row {}{}{}{}", row.row, line, between, fault)};
 }
 
 std::string WidthFault(std::size_t columns, int expected) {
   return fmt::format("has {} columns instead of {}", columns, expected);
 }
 
-float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options,
-               std::string& fault) {
-  constexpr float kMissingHeight = std::numeric_limits<float>::quiet_NaN();
+float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options) {
   const auto& none = scale.no_values;
-  if (std::isnan(number) || std::ranges::find(none, number) != none.end()) return kMissingHeight;
-  const double height = (number - scale.zero) * scale.unit_m;
-  if (!(height >= options.min_height_m && height <= options.max_height_m)) {
-    fault = fmt::format("is out of range; it must be from {:.6g} to {:.6g}",
-                        options.min_height_m / scale.unit_m + scale.zero,
-                        options.max_height_m / scale.unit_m + scale.zero);
-    return kMissingHeight;
+  if (std::isnan(number) || std::ranges::find(none, number) != none.end()) {
+    return std::numeric_limits<float>::quiet_NaN();
   }
-  return static_cast<float>(options.away ? -height : height);
+  const double height = (number - scale.zero) * scale.unit_m;
+  if (height >= options.min_height_m && height <= options.max_height_m) {
+    return static_cast<float>(options.away ? -height : height);
+  }
+  throw InputError(fmt::format("is out of range; it must be from {:.6g} to {:.6g}",
+                               options.min_height_m / scale.unit_m + scale.zero,
+                               options.max_height_m / scale.unit_m + scale.zero));
 }
 
 RowSource RowsOfText(std::istream& in, const ProfileFileOptions& options) {

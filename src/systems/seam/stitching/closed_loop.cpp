@@ -25,11 +25,11 @@ namespace {
 
 // The shortest text that reads back as the same number.
 std::string Text(double value) {
-  if (!std::isfinite(value))
+  if (!std::isfinite(value)) {
     throw std::invalid_argument("correction packet: numbers must be finite");
+  }
   std::array<char, 32> text;
-  const auto end = std::to_chars(text.begin(), text.end(), value).ptr;
-  return {text.begin(), end};
+  return {text.begin(), std::to_chars(text.begin(), text.end(), value).ptr};
 }
 
 void Append(pugi::xml_node root, const char* name, const std::string& text) {
@@ -39,14 +39,11 @@ void Append(pugi::xml_node root, const char* name, const std::string& text) {
 void CheckElements(const pugi::xml_node& root) {
   constexpr std::array<std::string_view, 6> kNames = {"time_s",      "valid", "edge_x_m",
                                                       "deviation_m", "sure",  "stop"};
-  std::array<int, kNames.size()> seen{};
   for (const pugi::xml_node& child : root.children()) {
+    const std::string name = child.name();
     if (child.type() != pugi::node_element) Fail("<correction> holds text outside of its elements");
-    const auto known = std::find(kNames.begin(), kNames.end(), std::string_view(child.name()));
-    if (known == kNames.end()) Fail("unknown element <" + std::string(child.name()) + ">");
-    if (++seen[static_cast<std::size_t>(known - kNames.begin())] > 1) {
-      Fail("element <" + std::string(child.name()) + "> occurs twice");
-    }
+    if (std::ranges::find(kNames, name) == kNames.end()) Fail("unknown element <" + name + ">");
+    if (root.child(name.c_str()) != child) Fail("element <" + name + "> occurs twice");
   }
 }
 
@@ -77,12 +74,6 @@ bool ReadBool(const pugi::xml_node& root, const char* name) {
   return text == "true";
 }
 
-std::optional<StopReason> ReadStop(const pugi::xml_node& root) {
-  if (!root.child("stop")) return std::nullopt;
-  const std::string text = ReadText(root, "stop");
-  return base::FromWord<StopReason>(text, "correction packet: <stop>");
-}
-
 // ---- the loop ----
 
 // A head that takes this much longer than its track would at full speed makes no way.
@@ -91,23 +82,23 @@ constexpr double kMaxDelay_s = 60.0;
 // Profiles whose poses are remembered: more than a packet rests on at 100 Hz.
 constexpr std::size_t kPlaces = 64;
 
-void Check(bool good, const char* what) {
-  if (!good) throw std::invalid_argument(std::string("track: ") + what);
-}
-
 void Check(const TrackOptions& options) {
   const HeadOptions& head = options.head;
-  Check(head.speed_m_s > 0.0, "head.speed_m_s must be above 0");
-  Check(head.max_lateral_speed_m_s > 0.0, "head.max_lateral_speed_m_s must be above 0");
-  Check(head.max_acceleration_m_s2 > 0.0, "head.max_acceleration_m_s2 must be above 0");
-  Check(head.max_rotation_rad_s > 0.0, "head.max_rotation_rad_s must be above 0");
-  Check(head.max_rotation_acceleration_rad_s2 > 0.0,
-        "head.max_rotation_acceleration_rad_s2 must be above 0");
-  Check(head.max_jump_m > 0.0, "head.max_jump_m must be above 0");
-  Check(head.correction_period_s >= kControlPeriod_s,
-        "head.correction_period_s must not be below the control period of 0.01 s");
-  Check(options.wanted_distance_m > 0.0, "wanted_distance_m must be above 0");
-  Check(options.length_m > 0.0, "length_m must be above 0");
+  for (const auto& [name, value] :
+       {std::pair{"head.speed_m_s", head.speed_m_s},
+        std::pair{"head.max_lateral_speed_m_s", head.max_lateral_speed_m_s},
+        std::pair{"head.max_acceleration_m_s2", head.max_acceleration_m_s2},
+        std::pair{"head.max_rotation_rad_s", head.max_rotation_rad_s},
+        std::pair{"head.max_rotation_acceleration_rad_s2", head.max_rotation_acceleration_rad_s2},
+        std::pair{"head.max_jump_m", head.max_jump_m},
+        std::pair{"wanted_distance_m", options.wanted_distance_m},
+        std::pair{"length_m", options.length_m}}) {
+    if (value > 0.0) continue;
+    throw std::invalid_argument(fmt::format("track: {} must be above 0", name));
+  }
+  if (head.correction_period_s >= kControlPeriod_s) return;
+  throw std::invalid_argument(
+      "track: head.correction_period_s must not be below the control period of 0.01 s");
 }
 
 // How far the line's middle went along the line.
@@ -180,8 +171,7 @@ class SensorUnit {
     if (!packet) return std::nullopt;
     Correction correction;
     correction.time_s = packet->time_s;
-    const auto place = std::find_if(places_.begin(), places_.end(),
-                                    [&](const Place& p) { return p.time_s == packet->time_s; });
+    const auto place = std::ranges::find(places_, packet->time_s, &Place::time_s);
     if (packet->column && place != places_.end()) {
       correction.valid = true;
       correction.sure = packet->sure;
@@ -279,8 +269,8 @@ double Distance(const Mats& mats, const std::vector<Point>& edge, const Point& n
                 double reach) {
   const double x = mats.EdgeX(needle.y());
   if (!std::isfinite(x)) return kNoDistance;
-  const auto first = std::lower_bound(edge.begin(), edge.end(), needle.y() - reach,
-                                      [](const Point& p, double y) { return p.y() < y; });
+  const auto first =
+      std::ranges::lower_bound(edge, needle.y() - reach, {}, [](const Point& p) { return p.y(); });
   double nearest = std::numeric_limits<double>::infinity();
   for (auto p = first; p != edge.end() && p + 1 != edge.end(); ++p) {
     if (p->y() > needle.y() + reach) break;
@@ -291,11 +281,10 @@ double Distance(const Mats& mats, const std::vector<Point>& edge, const Point& n
 
 bool Hits(const Mats& mats, const TrackPoint& p) {
   if (p.y_m > mats.options().end_y_m) return true;
-  for (const MatOptions::Obstacle& o : mats.options().obstacles) {
-    if (std::abs(p.x_m - o.x_m) <= 0.5 * o.size_x_m && std::abs(p.y_m - o.y_m) <= 0.5 * o.size_y_m)
-      return true;
-  }
-  return false;
+  return std::ranges::any_of(mats.options().obstacles, [&](const MatOptions::Obstacle& o) {
+    return std::abs(p.x_m - o.x_m) <= 0.5 * o.size_x_m &&
+           std::abs(p.y_m - o.y_m) <= 0.5 * o.size_y_m;
+  });
 }
 
 struct Piece {
@@ -315,8 +304,7 @@ std::vector<Piece> SettledPieces(const std::vector<TrackPoint>& path, double wan
 }
 
 void Summarise(std::vector<Piece> pieces, TrackResult& result) {
-  std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const Piece& a, const Piece& b) { return a.error_m < b.error_m; });
+  std::ranges::stable_sort(pieces, {}, &Piece::error_m);
   double total = 0.0;
   for (const Piece& piece : pieces) total += piece.length_m;
   if (total <= 0.0) return;
@@ -354,9 +342,7 @@ Correction FromXml(const std::string& xml) {
   constexpr unsigned kOptions =
       pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
   const auto parsed = document.load_buffer(xml.data(), xml.size(), kOptions, pugi::encoding_utf8);
-  if (!parsed) {
-    Fail(fmt::format("{} at byte {}", parsed.description(), parsed.offset));
-  }
+  if (!parsed) Fail(fmt::format("{} at byte {}", parsed.description(), parsed.offset));
   const pugi::xml_node root = document.first_child();
   if (root.type() != pugi::node_element || std::string_view(root.name()) != "correction" ||
       root.next_sibling()) {
@@ -369,7 +355,10 @@ Correction FromXml(const std::string& xml) {
   correction.edge_x_m = ReadNumber(root, "edge_x_m");
   correction.deviation_m = ReadNumber(root, "deviation_m");
   if (root.child("sure")) correction.sure = ReadBool(root, "sure");
-  correction.stop = ReadStop(root);
+  if (root.child("stop")) {
+    const std::string text = ReadText(root, "stop");
+    correction.stop = base::FromWord<StopReason>(text, "correction packet: <stop>");
+  }
   return correction;
 }
 
@@ -405,9 +394,7 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
 
 void ScoreTrack(const Mats& mats, double wanted_distance_m, TrackResult& result) {
   const double reach = wanted_distance_m + kReach_m;
-  const auto [low, high] =
-      std::minmax_element(result.path.begin(), result.path.end(),
-                          [](const TrackPoint& a, const TrackPoint& b) { return a.y_m < b.y_m; });
+  const auto [low, high] = std::ranges::minmax_element(result.path, {}, &TrackPoint::y_m);
   const auto edge = TrueEdge(mats, low->y_m - reach, high->y_m + reach);
   for (TrackPoint& p : result.path) {
     p.distance_m = Distance(mats, edge, {p.x_m, p.y_m}, reach);

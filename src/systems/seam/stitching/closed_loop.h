@@ -30,16 +30,13 @@ Correction FromXml(const std::string& xml);
 /// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), not what
 /// it does with a sewing head; these are far below it. Higher ones take corners better.
 struct HeadOptions {
-  double speed_m_s = 0.03;              ///< of the needle along the track, > 0
-  double max_lateral_speed_m_s = 0.03;  ///< of corrections
+  double speed_m_s = 0.03;  ///< of the needle along the track, > 0
+  double max_lateral_speed_m_s = 0.03;
   double max_acceleration_m_s2 = 0.3;
   double max_rotation_rad_s = 0.5;
   double max_rotation_acceleration_rad_s2 = 2.0;
-  /// By which a packet may move the edge at once, besides what the head itself can move across in
-  /// the time since the last one; others are ignored. The half circle of fig. 3.25 begins with
-  /// 10.5 mm.
-  double max_jump_m = 12e-3;
-  bool rotate = true;                ///< turn into the seam; false: only shift (section 3.5.2)
+  double max_jump_m = 12e-3;         ///< the half circle of fig. 3.25 begins with 10.5 mm
+  bool rotate = true;                ///< false: only shift (section 3.5.2)
   double correction_period_s = 0.1;  ///< (section 3.4)
 };
 
@@ -54,8 +51,7 @@ struct TrackOptions {
 /// Where the needle was, and how far it was from where it should have been.
 struct TrackPoint {
   double time_s, x_m, y_m, heading_rad;
-  double distance_m;  ///< true distance from the needle to the edge (nearest point); NaN beyond the
-                      ///< mats' end
+  double distance_m;  ///< true, from needle to edge (nearest point); NaN beyond the mats' end
 };
 
 enum class TrackEnd { kDone, kMatEnd, kObstacle, kLost };
@@ -63,18 +59,20 @@ constexpr std::array<std::string_view, 4> WordsOf(TrackEnd) {
   return {"done", "mat_end", "obstacle", "lost"};
 }
 
-struct TrackResult {
+/// |distance - wanted| over the path after kSettle_m.
+struct TrackErrors {
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;
+  double max_error_m = 0.0;
+  double share_within_1mm = 0.0;  ///< of the path's length
+};
+struct TrackResult : TrackErrors {
   std::vector<TrackPoint> path;  ///< at every correction and every control step
   std::vector<Reading> readings;
-  std::vector<TrackPoint>
-      sensed;  ///< the edge positions that were sent, in frame M (distance_m unused)
+  std::vector<TrackPoint> sensed;    ///< edge positions that were sent, in frame M, no distance_m
   std::vector<std::string> packets;  ///< XML, as sent
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
-  double mean_error_m = 0.0;    ///< |distance - wanted| over the path after kSettle_m
-  double p95_error_m = 0.0;
-  double max_error_m = 0.0;
-  double share_within_1mm = 0.0;  ///< of the path's length after kSettle_m
 };
 /// The part of a track that errors leave out: the line is 80 mm ahead, so that the needle comes to
 /// where the line began only then.

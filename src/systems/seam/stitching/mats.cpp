@@ -1,9 +1,13 @@
 #include "seam/stitching/mats.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "base/rng.h"
 #include "base/units.h"
@@ -30,54 +34,71 @@ constexpr double kHidingShare = 0.25;
 // Filaments on a black mat return this much less light than on a bright one.
 constexpr double kFilamentDarkness = 0.9;
 
-void Check(bool good, const char* option, const char* what) {
-  if (!good) throw std::invalid_argument(std::string("mats: ") + option + " must be " + what);
+using Named = std::initializer_list<std::pair<const char*, double>>;
+
+// Predicates are written so that NaN fails them.
+template <typename Predicate>
+void Check(const Named& options, Predicate good, const char* what) {
+  for (const auto& [option, value] : options) {
+    if (!good(value)) throw std::invalid_argument(fmt::format("mats: {} must be {}", option, what));
+  }
+}
+void CheckPositive(const Named& options) {
+  Check(
+      options, [](double value) { return value > 0.0; }, "above 0");
+}
+void CheckNotNegative(const Named& options) {
+  Check(
+      options, [](double value) { return value >= 0.0; }, "0 or more");
+}
+void CheckShares(const Named& options) {
+  Check(
+      options, [](double value) { return value >= 0.0 && value <= 1.0; }, "from 0 to 1");
+}
+void CheckFinite(const Named& options) {
+  Check(
+      options, [](double value) { return std::isfinite(value); }, "finite");
 }
 
-// Comparisons are written so that NaN fails them.
 void CheckTexture(const MatTexture& t) {
-  const char* positive = "above 0";
-  const char* not_negative = "0 or more";
-  const char* share = "from 0 to 1";
-  Check(t.weave_period_m > 0.0, "weave_period_m", positive);
-  Check(t.weave_relief_m >= 0.0, "weave_relief_m", not_negative);
-  Check(t.fuzz_m >= 0.0, "fuzz_m", not_negative);
-  Check(t.fuzz_length_m > 0.0, "fuzz_length_m", positive);
-  Check(t.waviness_m >= 0.0, "waviness_m", not_negative);
-  Check(t.waviness_length_m > 0.0, "waviness_length_m", positive);
-  Check(t.fray_m >= 0.0, "fray_m", not_negative);
-  Check(t.fray_length_m > 0.0, "fray_length_m", positive);
-  Check(t.filaments_per_m >= 0.0, "filaments_per_m", not_negative);
-  Check(t.loose_filaments_per_m2 >= 0.0, "loose_filaments_per_m2", not_negative);
-  Check(t.filament_height_m >= 0.0, "filament_height_m", not_negative);
-  Check(t.filament_reach_m > 0.0, "filament_reach_m", positive);
-  Check(t.detached_share >= 0.0 && t.detached_share <= 1.0, "detached_share", share);
-  Check(t.gloss >= 0.0 && t.gloss <= 1.0, "gloss", share);
-  Check(t.darkness >= 0.0 && t.darkness <= 1.0, "darkness", share);
-  Check(t.steep_rad > 0.0, "steep_rad", positive);
+  CheckPositive({{"weave_period_m", t.weave_period_m},
+                 {"fuzz_length_m", t.fuzz_length_m},
+                 {"waviness_length_m", t.waviness_length_m},
+                 {"fray_length_m", t.fray_length_m},
+                 {"filament_reach_m", t.filament_reach_m},
+                 {"steep_rad", t.steep_rad}});
+  CheckNotNegative({{"weave_relief_m", t.weave_relief_m},
+                    {"fuzz_m", t.fuzz_m},
+                    {"waviness_m", t.waviness_m},
+                    {"fray_m", t.fray_m},
+                    {"filaments_per_m", t.filaments_per_m},
+                    {"loose_filaments_per_m2", t.loose_filaments_per_m2},
+                    {"filament_height_m", t.filament_height_m}});
+  CheckShares({{"detached_share", t.detached_share}, {"gloss", t.gloss}, {"darkness", t.darkness}});
 }
 
 void CheckOptions(const MatOptions& o) {
-  const char* positive = "above 0";
-  Check(o.height_m >= 0.0, "height_m", "0 or more");
-  Check(o.edge_width_m > 0.0, "edge_width_m", positive);
-  Check(o.slant_width_m > 0.0, "slant_width_m", positive);
-  Check(o.double_gap_m >= 0.0, "double_gap_m", "0 or more");
-  Check(o.double_share >= 0.0 && o.double_share <= 1.0, "double_share", "from 0 to 1");
-  Check(o.radius_m > 0.0, "radius_m", positive);
-  Check(std::isfinite(o.mould_x_m), "mould_x_m", "finite");
-  Check(std::abs(o.tilt_rad) <= kMaxTilt_rad, "tilt_rad", "from -1 to 1");
-  Check(!std::isnan(o.end_y_m), "end_y_m", "a number");
-  Check(std::isfinite(o.course.offset_m), "course.offset_m", "finite");
-  Check(std::isfinite(o.course.slope), "course.slope", "finite");
-  Check(std::isfinite(o.course.half_circle_radius_m), "course.half_circle_radius_m", "finite");
+  CheckNotNegative({{"height_m", o.height_m}, {"double_gap_m", o.double_gap_m}});
+  CheckPositive({{"edge_width_m", o.edge_width_m},
+                 {"slant_width_m", o.slant_width_m},
+                 {"radius_m", o.radius_m}});
+  CheckShares({{"double_share", o.double_share}});
+  CheckFinite({{"mould_x_m", o.mould_x_m},
+               {"course.offset_m", o.course.offset_m},
+               {"course.slope", o.course.slope},
+               {"course.half_circle_radius_m", o.course.half_circle_radius_m}});
+  Check(
+      {{"tilt_rad", o.tilt_rad}}, [](double tilt) { return std::abs(tilt) <= kMaxTilt_rad; },
+      "from -1 to 1");
+  Check(
+      {{"end_y_m", o.end_y_m}}, [](double end) { return !std::isnan(end); }, "a number");
   for (const EdgeCourse::Wave& wave : o.course.waves) {
-    Check(wave.length_m > 0.0, "course.waves.length_m", positive);
-    Check(std::isfinite(wave.amplitude_m), "course.waves.amplitude_m", "finite");
+    CheckPositive({{"course.waves.length_m", wave.length_m}});
+    CheckFinite({{"course.waves.amplitude_m", wave.amplitude_m}});
   }
   for (const MatOptions::Obstacle& obstacle : o.obstacles) {
-    Check(obstacle.size_x_m > 0.0 && obstacle.size_y_m > 0.0, "obstacles.size", positive);
-    Check(obstacle.height_m > 0.0, "obstacles.height_m", positive);
+    CheckPositive({{"obstacles.size", std::min(obstacle.size_x_m, obstacle.size_y_m)},
+                   {"obstacles.height_m", obstacle.height_m}});
   }
   CheckTexture(o.texture);
 }
@@ -176,20 +197,13 @@ constexpr Range kShortShare = {0.2, 0.8};
 
 // A hazard lies this far along the track: the loop has settled (closed_loop.h, kSettle_m) and most
 // of a track of 400 mm is still ahead.
-constexpr double kHazardBegin_m = 0.15;
-constexpr double kHazardEnd_m = 0.25;
-// Beside the needle's path at most: the widest obstacle then still reaches it.
-constexpr double kObstacleBeside_m = 0.01;
+constexpr Range kHazard_m = {0.15, 0.25};
+// Beside the needle's path: the widest obstacle then still reaches it.
+constexpr Range kObstacleBeside_m = {-0.01, 0.01};
 // Footprint and height: from the smallest that the monitor must find, 3 mm high (section 3.7), to
 // what no head could miss.
-constexpr double kObstacleMinSize_m = 0.001;
-constexpr double kObstacleMaxSize_m = 0.02;
-constexpr double kObstacleMinHeight_m = 0.003;
-constexpr double kObstacleMaxHeight_m = 0.02;
-
-double SlopeOf(const EdgeCourse::Wave& wave) {
-  return 2.0 * base::kPi * wave.amplitude_m / wave.length_m;
-}
+constexpr Range kObstacleSize_m = {0.001, 0.02};
+constexpr Range kObstacleHeight_m = {0.003, 0.02};
 
 // One long wave and one or two shorter ones.
 std::vector<EdgeCourse::Wave> RandomWaves(base::Rng& rng) {
@@ -214,11 +228,6 @@ double MaxDeviation(const EdgeCourse& course) {
   return max;
 }
 
-void Scale(EdgeCourse& course, double factor) {
-  course.offset_m *= factor;
-  for (EdgeCourse::Wave& wave : course.waves) wave.amplitude_m *= factor;
-}
-
 // Starts near the planned track and deviates as far as asked, or as far as its slope allows.
 EdgeCourse CurvedCourse(double max_m, base::Rng& rng) {
   EdgeCourse course;
@@ -227,8 +236,8 @@ EdgeCourse CurvedCourse(double max_m, base::Rng& rng) {
   const double wanted = rng.Uniform(std::min(kMinDeviation_m, max_m), max_m);
   course.offset_m = -course.XAt(0.0);
   double slope = 0.0;
-  for (const EdgeCourse::Wave& wave : course.waves) slope += SlopeOf(wave);
-  Scale(course, std::min(wanted / MaxDeviation(course), kMaxSlope / slope));
+  for (const auto& wave : course.waves) slope += 2.0 * base::kPi * wave.amplitude_m / wave.length_m;
+  course.Scale(std::min(wanted / MaxDeviation(course), kMaxSlope / slope));
   course.offset_m += std::min(1.0, kStartShare * max_m / kCurvedOffset_m) * start;
   return course;
 }
@@ -243,31 +252,31 @@ EdgeCourse StraightCourse(base::Rng& rng) {
 // Fine or coarse, dull or glossy, dark or bright, well or badly cut: each about what is typical, up
 // to a factor. Larger factors make seams differ more in their rates.
 MatTexture RandomTexture(const MatTexture& typical, base::Rng& rng) {
-  MatTexture texture = typical;
-  const auto scale = [&](double& value, double factor) {
-    value *= std::pow(factor, rng.Uniform(-1.0, 1.0));
-  };
+  using T = MatTexture;
+  T texture = typical;
   texture.weave = static_cast<Weave>(rng.Index(3));
-  scale(texture.weave_period_m, 2.0);
-  scale(texture.weave_relief_m, 1.6);
-  scale(texture.fuzz_m, 1.5);
-  scale(texture.waviness_m, 1.5);
-  scale(texture.waviness_length_m, 1.5);
-  scale(texture.fray_m, 1.7);
-  scale(texture.fray_length_m, 1.5);
-  scale(texture.filaments_per_m, 2.0);
-  scale(texture.loose_filaments_per_m2, 2.0);
-  scale(texture.filament_height_m, 1.4);
-  scale(texture.detached_share, 2.0);
-  scale(texture.gloss, 1.7);
-  scale(texture.darkness, 1.4);
-  texture.detached_share = std::min(texture.detached_share, 1.0);
-  texture.gloss = std::min(texture.gloss, 1.0);
-  texture.darkness = std::min(texture.darkness, 1.0);
+  for (const auto& [member, factor] :
+       {std::pair{&T::weave_period_m, 2.0}, std::pair{&T::weave_relief_m, 1.6},
+        std::pair{&T::fuzz_m, 1.5}, std::pair{&T::waviness_m, 1.5},
+        std::pair{&T::waviness_length_m, 1.5}, std::pair{&T::fray_m, 1.7},
+        std::pair{&T::fray_length_m, 1.5}, std::pair{&T::filaments_per_m, 2.0},
+        std::pair{&T::loose_filaments_per_m2, 2.0}, std::pair{&T::filament_height_m, 1.4},
+        std::pair{&T::detached_share, 2.0}, std::pair{&T::gloss, 1.7},
+        std::pair{&T::darkness, 1.4}}) {
+    texture.*member *= std::pow(factor, rng.Uniform(-1.0, 1.0));
+  }
+  for (const auto share : {&T::detached_share, &T::gloss, &T::darkness}) {
+    texture.*share = std::min(texture.*share, 1.0);
+  }
   return texture;
 }
 
 }  // namespace
+
+void EdgeCourse::Scale(double factor) {
+  offset_m *= factor;
+  for (Wave& wave : waves) wave.amplitude_m *= factor;
+}
 
 double EdgeCourse::XAt(double y_m) const {
   double x = offset_m + slope * y_m;
@@ -419,18 +428,17 @@ MatOptions RandomMats(EdgeShape shape, const MatTexture& typical, bool curved, s
 
 void AddRandomHazard(MatOptions& mats, double wanted_distance_m, std::uint64_t seed) {
   base::Rng rng(seed);
-  const double y = rng.Uniform(kHazardBegin_m, kHazardEnd_m);
+  const double y = kHazard_m.Draw(rng);
   if (rng.Uniform() < 0.5) {
     mats.end_y_m = y;
     return;
   }
   MatOptions::Obstacle obstacle;
   obstacle.y_m = y;
-  obstacle.x_m =
-      mats.course.XAt(y) - wanted_distance_m + rng.Uniform(-kObstacleBeside_m, kObstacleBeside_m);
-  obstacle.size_x_m = rng.Uniform(kObstacleMinSize_m, kObstacleMaxSize_m);
-  obstacle.size_y_m = rng.Uniform(kObstacleMinSize_m, kObstacleMaxSize_m);
-  obstacle.height_m = rng.Uniform(kObstacleMinHeight_m, kObstacleMaxHeight_m);
+  obstacle.x_m = mats.course.XAt(y) - wanted_distance_m + kObstacleBeside_m.Draw(rng);
+  obstacle.size_x_m = kObstacleSize_m.Draw(rng);
+  obstacle.size_y_m = kObstacleSize_m.Draw(rng);
+  obstacle.height_m = kObstacleHeight_m.Draw(rng);
   mats.obstacles.push_back(obstacle);
 }
 

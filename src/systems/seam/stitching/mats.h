@@ -27,7 +27,10 @@ struct EdgeCourse {
   std::vector<Wave> waves;            ///< a curved seam; a mat that was draped carelessly
   double half_circle_radius_m = 0.0;  ///< > 0: a half circle (fig. 3.25) on the low side
   double half_circle_y_m = 0.0;       ///< its middle
+
   double XAt(double y_m) const;
+  /// Of offset and waves.
+  void Scale(double factor);
 };
 
 /// How tows lie in a mat (dissertation, section 3.1.1).
@@ -37,29 +40,27 @@ enum class Weave {
   kPlaited,         ///< two slanted directions, over two and under two
 };
 
-/// What the mats look like. The defaults are the frozen settings (docs/seam.md says how they were
-/// found). Textures and frays are functions of place and seed: two profiles at one place see the
-/// same mat.
+/// What the mats look like: the keys of `texture` in an experiment say what each is. The defaults
+/// are the frozen settings (docs/seam.md says how they were found). Textures and frays are
+/// functions of place and seed: two profiles at one place see the same mat.
 struct MatTexture {
-  double weave_period_m = 3e-3;       ///< width of a tow
-  double weave_relief_m = 0.0114e-3;  ///< height of the woven relief
-  double fuzz_m = 0.0055e-3;          ///< fine unevenness
-  /// Its waves, as mats lie: "very uneven" (section 3.7), standard deviation.
-  double waviness_m = 0.12e-3;
-  double waviness_length_m = 0.5e-3;  ///< half of a wave, on average
-  double fray_m = 0.11e-3;        ///< how far the edge wanders from its course, standard deviation
-  double fray_length_m = 4e-3;    ///< over which it wanders
-  double filaments_per_m = 70.0;  ///< spiky filaments standing off the edge, a metre of edge
-  double loose_filaments_per_m2 = 250.0;  ///< elsewhere
+  double weave_period_m = 3e-3;
+  double weave_relief_m = 0.0114e-3;
+  double fuzz_m = 0.0055e-3;
+  double waviness_m = 0.12e-3;  ///< as mats lie: "very uneven" (section 3.7)
+  double waviness_length_m = 0.5e-3;
+  double fray_m = 0.11e-3;
+  double fray_length_m = 4e-3;
+  double filaments_per_m = 70.0;
+  double loose_filaments_per_m2 = 250.0;
   double filament_height_m = 0.33e-3;
-  double detached_share = 0.005;  ///< share of the edge where a bundle of fibres has come off
-  double gloss = 0.055;   ///< 0 dull .. 1 mirror-like: how often tows send the light elsewhere
-  double darkness = 0.5;  ///< 0 bright .. 1 black: how little light comes back
+  double detached_share = 0.005;
+  double gloss = 0.055;
+  double darkness = 0.5;
   Weave weave = Weave::kWoven;
   double fuzz_length_m = 0.3e-3;   ///< over which fuzz varies along x; thrice that along y
   double filament_reach_m = 2e-3;  ///< mean distance of the edge's filaments from the edge
-  double steep_rad =
-      0.4;  ///< slope of the surface from which on nothing comes back; fading from half of it
+  double steep_rad = 0.4;          ///< the return fades from half of this slope on
 };
 
 struct MatOptions {
@@ -69,15 +70,14 @@ struct MatOptions {
   double slant_width_m = 2e-3;   ///< (section 3.6.2)
   double double_gap_m = 2e-3;    ///< between the two steps of a double edge
   double double_share = 0.3;     ///< of the height that the minor step takes
-  double radius_m = 0.03;        ///< of the cylinder of a convex or concave mould (section 3.6.3)
-  double mould_x_m = 0.0;        ///< x of its axis
+  double radius_m = 0.03;        ///< of a mould's cylinder (section 3.6.3)
+  double mould_x_m = 0.0;        ///< of its axis
   double tilt_rad = 0.0;         ///< of the surface across the seam
   EdgeCourse course;
   MatTexture texture;
-  double end_y_m = 1e9;  ///< where the upper mat ends (mat end: no edge beyond)
+  double end_y_m = 1e9;  ///< of the upper mat: no edge beyond
   struct Obstacle {
-    double x_m, y_m;
-    double size_x_m, size_y_m, height_m;
+    double x_m, y_m, size_x_m, size_y_m, height_m;
   };
   std::vector<Obstacle> obstacles;
 };

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
 #include "base/units.h"
+#include "base/words.h"
 #include "base/yaml_map.h"
 
 namespace rangegrasp::seam {
@@ -29,7 +30,7 @@ constexpr double kLineSlack_mm = 1e-6;  // of a bound that went to SI units and 
 constexpr double kMinDepthShare = 0.5;
 
 // Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges keep out slips of
-// unit; what they let in may still be refused by RelationFault.
+// unit; what they let in may still be refused by CheckRelations.
 template <typename Map>
 void ReadNumbers(Map& map, Options& o) {
   map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
@@ -73,34 +74,25 @@ double RowFromMiddle(const Options& options, double height_m) {
   return focal * height_m * std::sin(options.angle_rad) / depth;
 }
 
-// A key and what is wrong with its value.
-struct Fault {
-  std::string key;
-  std::string what;
-};
-
-std::optional<Fault> RelationFault(const Options& options) {
-  if (options.lines_ahead_m.empty()) return Fault{"lines_ahead_mm", "must hold at least one line"};
+// Calls fail(key, what is wrong with it) for options that do not go together.
+template <typename Fail>
+void CheckRelations(const Options& options, const Fail& fail) {
+  if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must hold at least one line");
   for (const double ahead : options.lines_ahead_m) {
     const double ahead_mm = ahead / kMm;
     if (ahead_mm >= -kLineSlack_mm && ahead_mm <= kMaxLineAhead_mm + kLineSlack_mm) continue;
-    return Fault{"lines_ahead_mm", fmt::format("{:g} is out of range, must be from 0 to {:g}",
-                                               ahead_mm, kMaxLineAhead_mm)};
+    fail("lines_ahead_mm",
+         fmt::format("{:g} is out of range, must be from 0 to {:g}", ahead_mm, kMaxLineAhead_mm));
   }
-  if (options.rate_min_hz > options.rate_max_hz) {
-    return Fault{"rate_min_hz", "must not be above rate_max_hz"};
-  }
+  if (options.rate_min_hz > options.rate_max_hz)
+    fail("rate_min_hz", "must not be above rate_max_hz");
   if (options.range_above_m * std::cos(options.angle_rad) > kMinDepthShare * options.standoff_m) {
-    return Fault{"range_above_mm", "comes nearer to the camera than half of standoff_mm"};
+    fail("range_above_mm", "comes nearer to the camera than half of standoff_mm");
   }
+  const char* unseen = "is not seen: needs more rows or a smaller range";
   const double half = 0.5 * (options.rows - 1);
-  if (RowFromMiddle(options, options.range_above_m) > half) {
-    return Fault{"range_above_mm", "is not seen: needs more rows or a smaller range"};
-  }
-  if (-RowFromMiddle(options, -options.range_below_m) > half) {
-    return Fault{"range_below_mm", "is not seen: needs more rows or a smaller range"};
-  }
-  return std::nullopt;
+  if (RowFromMiddle(options, options.range_above_m) > half) fail("range_above_mm", unseen);
+  if (-RowFromMiddle(options, -options.range_below_m) > half) fail("range_below_mm", unseen);
 }
 
 // The mapping reads lists of words only.
@@ -115,10 +107,9 @@ void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
   if (words == defaults) return;
   lines_m.clear();
   for (const std::string& word : words) {
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    if (word.empty() || *end != '\0') map.Fail(key, "'" + word + "' is no number");
-    lines_m.push_back(value * kMm);
+    const auto value = base::NumberFrom<double>(word);
+    if (!value) map.Fail(key, "'" + word + "' is no number");
+    lines_m.push_back(*value * kMm);
   }
 }
 
@@ -213,7 +204,7 @@ double BodyHeight(const CalibrationBody& body, double base_m, double x_m) {
 std::vector<double> BodyLevels(const CalibrationBody& body, double base_m) {
   std::vector<double> levels = {base_m};
   for (const double step : body.step_heights_m) levels.push_back(base_m + step);
-  std::sort(levels.rbegin(), levels.rend());
+  std::ranges::sort(levels, std::greater());
   return levels;
 }
 
@@ -247,9 +238,9 @@ void CheckOptions(const StripeSensorOptions& options) {
   Options copy = options;
   const base::RangeCheck check("stripe sensor");
   ReadNumbers(check, copy);
-  if (const auto fault = RelationFault(options)) {
-    throw std::invalid_argument("stripe sensor: " + fault->key + ": " + fault->what);
-  }
+  CheckRelations(options, [](const std::string& key, const std::string& what) {
+    throw std::invalid_argument("stripe sensor: " + key + ": " + what);
+  });
 }
 
 StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
@@ -262,7 +253,8 @@ StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
   ReadLines(map, options.lines_ahead_m);
   ReadNumbers(map, options);
   map.Finish();
-  if (const auto fault = RelationFault(options)) map.Fail(fault->key, fault->what);
+  CheckRelations(options,
+                 [&map](const std::string& key, const std::string& what) { map.Fail(key, what); });
   return options;
 }
 
@@ -358,7 +350,7 @@ CalibrationScan StripeSensor::ScanBodyAt(const CalibrationBody& body, double bas
 std::vector<CalibrationScan> StripeSensor::ScanBody(const CalibrationBody& body, int distances,
                                                     base::Rng& rng) const {
   if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
-  const double top = *std::max_element(body.step_heights_m.begin(), body.step_heights_m.end());
+  const double top = std::ranges::max(body.step_heights_m);
   const double low = -options_.range_below_m;
   const double high = std::max(low, options_.range_above_m - top);
   std::vector<CalibrationScan> scans;

@@ -13,30 +13,29 @@
 namespace rangegrasp::seam {
 
 /// A laser-stripe sensor: laser plane straight down, a camera that looks at it at an angle, for
-/// each column the row of the brightest pixel.
+/// each column the row of the brightest pixel. The keys of a sensor file say what each option is.
 struct StripeSensorOptions {
   std::string name = "base";
   LineGeometry line;
-  /// Fixed line first; more: those the second line switches between.
-  std::vector<double> lines_ahead_m = {0.080};
-  double standoff_m = 0.2;       ///< camera's distance from the point where it meets height 0
-  double angle_rad = 0.6;        ///< between laser plane and optical axis
-  int rows = 1024;               ///< height 0 is seen in the middle row; rows ascend with height
-  double range_below_m = 0.045;  ///< heights that calibration covers, below ...
-  double range_above_m = 0.03;   ///< ... and above height 0
-  double rate_min_hz = 30.0;     ///< dark mats need long exposures ...
-  double rate_max_hz = 100.0;    ///< ... bright ones short
+  std::vector<double> lines_ahead_m = {0.080};  ///< fixed line first
+  double standoff_m = 0.2;
+  double angle_rad = 0.6;
+  int rows = 1024;  ///< rows ascend with height
+  double range_below_m = 0.045;
+  double range_above_m = 0.03;
+  double rate_min_hz = 30.0;   ///< dark mats need long exposures ...
+  double rate_max_hz = 100.0;  ///< ... bright ones short
   // What disturbs a row. Frozen settings: docs/seam.md.
-  double row_sigma_px = 0.4;             ///< of a spot with full return
-  double row_correlation_columns = 0.0;  ///< over which that noise fades: neighbors share speckles
-  double row_quantum_px = 0.1;           ///< a row is found to within this; 0: no rounding
-  double speckle = 0.5;  ///< its contrast: standard deviation of return strength, relative, 0..1
-  double lost_return = 0.1;     ///< below this strength a spot is not found
-  double outlier_share = 0.01;  ///< found spots that are a reflection, in runs of a few columns
+  double row_sigma_px = 0.4;
+  double row_correlation_columns = 0.0;  ///< neighbors share speckles
+  double row_quantum_px = 0.1;
+  double speckle = 0.5;
+  double lost_return = 0.1;
+  double outlier_share = 0.01;
   double outlier_run_columns = 4.0;
   double outlier_sigma_px = 40.0;
-  double phantom_share = 0.0;           ///< lost spots that report the brightest pixel of elsewhere
-  double phantom_previous_share = 0.5;  ///< of them in the previous line; the others: in any row
+  double phantom_share = 0.0;
+  double phantom_previous_share = 0.5;
 };
 
 /// @throws std::invalid_argument naming the key of the sensor file that is out of range.
@@ -88,8 +87,8 @@ struct RecordOptions {
   double speed_m_s = 0.03;   ///< > 0
 };
 
-/// A sequence of profiles over a seam's mats, with the labelled column of each: where the camera
-/// sees the true edge; NaN without an edge.
+/// Profiles over a seam's mats, and for each the column where the camera sees the true edge; NaN
+/// without one.
 struct Recording {
   std::vector<RawProfile> raw;
   std::vector<double> label_column;

@@ -31,9 +31,7 @@ void BeginOnLine(const SeamExperiment& experiment, EdgeCourse& course) {
   // The needle begins at the wanted distance from x = 0, and the line's middle before it.
   const double middle_m = -experiment.track.wanted_distance_m;
   if (std::abs(start_m - middle_m) <= seen_m) return;
-  const double scale = (middle_m + std::copysign(seen_m, start_m - middle_m)) / start_m;
-  course.offset_m *= scale;
-  for (auto& wave : course.waves) wave.amplitude_m *= scale;
+  course.Scale((middle_m + std::copysign(seen_m, start_m - middle_m)) / start_m);
 }
 
 void ReadTexture(YamlMap map, MatTexture& texture) {
@@ -130,7 +128,8 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   map.Require("sensor");
   map.ReadPath("sensor", experiment.sensor_file, "file of a stripe sensor");
   ReadSeams(map, experiment);
-  map.ReadPath("reference", experiment.reference, "published rates to print beside, CSV");
+  map.ReadPath("reference", experiment.reference,
+               "published rates, printed next to the own ones; CSV");
   map.ReadPath("improvements", experiment.improvements, "published single figures, CSV");
   map.ReadPath("runtimes", experiment.runtimes, "published table 3.1 as CSV");
   ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
@@ -145,7 +144,6 @@ void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
 
 SeamExperiment ReadSeamExperiment(YamlMap& map, const experiment::Common& common) {
   SeamExperiment experiment;
-  experiment.name = common.name;
   experiment.seed = common.seed;
   ReadKeys(map, experiment);
   map.Finish();

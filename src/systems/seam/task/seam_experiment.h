@@ -35,27 +35,22 @@ constexpr std::array<std::string_view, 3> WordsOf(Hazard) {
 }
 
 struct SeamExperiment {
-  std::string name;
   std::uint64_t seed = 1;
   SeamKind kind = SeamKind::kRates;
   std::filesystem::path sensor_file;
   StripeSensorOptions sensor;
   MatTexture texture;  ///< typical; each seam's mats vary round it
-  /// Of the seams, in turn.
   std::vector<EdgeShape> shapes = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
                                    EdgeShape::kConvex, EdgeShape::kConcave, EdgeShape::kNone};
-  int seams = 60;  ///< closed loops: runs with each decision
-  /// Closed loops: the ways to decide that steer. Accumulated weights are left out: they presume
-  /// that the edge stays where it is on the line; before a head that turns it does not.
+  int seams = 60;
+  /// Accumulated weights are left out: they presume that the edge stays where it is on the line;
+  /// before a head that turns it does not.
   std::vector<DecisionMethod> decisions = {DecisionMethod::kVoting, DecisionMethod::kWeights,
                                            DecisionMethod::kSteps};
   RecordOptions record;  ///< its speed is the head's too
-  /// kTracks: > 0 makes every seam straight but for a half circle in its middle (fig. 3.25).
   double half_circle_radius_m = 0.0;
-  TrackOptions track;                  ///< its tracker also serves kRates
-  std::filesystem::path reference;     ///< published rates, or empty
-  std::filesystem::path improvements;  ///< published figures of table 3.5, or empty
-  std::filesystem::path runtimes;      ///< published table 3.1, or empty
+  TrackOptions track;                                       ///< its tracker also serves kRates
+  std::filesystem::path reference, improvements, runtimes;  ///< published tables; may be empty
 };
 
 /// Reads the experiment's own keys, and nothing else.

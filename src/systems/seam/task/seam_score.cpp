@@ -1,5 +1,6 @@
 #include "seam/task/seam_score.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,7 +13,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kNotFound = std::numeric_limits<double>::quiet_NaN();
 // A label this near to the line's end has no edge to be seen: detectors leave out as many columns.
 constexpr double kMargin_columns = 20.0;
 // The middle half of the line is its center (section 3.5).
@@ -21,17 +21,9 @@ constexpr double kCenterHalf = 0.25;
 // fray and an obstacle's border reach out by less.
 constexpr double kSeen_m = 0.002;
 
+// NaN without a position.
 double ErrorOf(const std::optional<double>& column, double label) {
-  return column ? std::abs(*column - label) : kNotFound;
-}
-
-void CountPositions(const std::array<double, kMethods>& errors, double label, int columns,
-                    SeamResult& result) {
-  const bool center = std::abs(label - 0.5 * (columns - 1)) < kCenterHalf * columns;
-  for (std::size_t m = 0; m < kMethods; ++m) {
-    result.all[m].Count(errors[m]);
-    (center ? result.center : result.boundary)[m].Count(errors[m]);
-  }
+  return std::abs(column.value_or(std::numeric_limits<double>::quiet_NaN()) - label);
 }
 
 // Where a hazard begins for who comes along the track.
@@ -66,15 +58,10 @@ auto From(const std::string& text, F read) {
   }
 }
 
-template <typename Enum>
-Enum WordAt(const ordered_json& json, const char* key) {
-  return base::FromWord<Enum>(json.at(key).get<std::string>(), key);
-}
-
 // [profiles, within 3 px, ...]
 ordered_json TallyJson(const Tally& tally) {
-  ordered_json json = {tally.profiles};
-  for (const int within : tally.within) json.push_back(within);
+  ordered_json json = tally.within;
+  json.insert(json.begin(), tally.profiles);
   return json;
 }
 
@@ -84,6 +71,19 @@ Tally TallyFrom(const ordered_json& json) {
   for (std::size_t t = 0; t < tally.within.size(); ++t) tally.within[t] = json.at(t + 1);
   return tally;
 }
+
+struct RunNumber {
+  const char* key;
+  double RunResult::*value;
+};
+constexpr std::array<RunNumber, 7> kRunNumbers = {
+    {{"settled_m", &RunResult::settled_m},
+     {"mean_error_m", &RunResult::mean_error_m},
+     {"p95_error_m", &RunResult::p95_error_m},
+     {"max_error_m", &RunResult::max_error_m},
+     {"share_within_1mm", &RunResult::share_within_1mm},
+     {"rest_m", &RunResult::rest_m},
+     {"beside_corners_m", &RunResult::good_beside_corners_m}}};
 
 }  // namespace
 
@@ -111,8 +111,9 @@ std::string MethodTitle(std::size_t method) {
 
 void Tally::Count(double error_px) {
   ++profiles;
-  for (std::size_t i = 0; i < within.size(); ++i)
+  for (std::size_t i = 0; i < within.size(); ++i) {
     within[i] += error_px <= kTolerances_px[i] ? 1 : 0;
+  }
 }
 
 Tally& Tally::operator+=(const Tally& other) {
@@ -121,15 +122,24 @@ Tally& Tally::operator+=(const Tally& other) {
   return *this;
 }
 
+std::array<std::optional<double>, kMethods> PositionsOf(const Readings& readings) {
+  std::array<std::optional<double>, kMethods> positions;
+  // All but the fourth decision run the same detectors.
+  std::ranges::copy(readings.front().detected, positions.begin());
+  positions[kLocalStep] = readings[static_cast<std::size_t>(DecisionMethod::kSteps)].local_step;
+  std::ranges::transform(readings, positions.begin() + kAlone, &Reading::column);
+  return positions;
+}
+
 void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
               const Recording& recording,
-              const std::function<void(std::size_t, const std::array<Reading, kDecisions.size()>&,
+              const std::function<void(std::size_t, const Readings&,
                                        const std::vector<EdgeTracker>&)>& take) {
   std::vector<EdgeTracker> trackers;
   for (const auto decision : kDecisions) trackers.emplace_back(TrackerFor(experiment, decision));
   for (std::size_t i = 0; i < recording.raw.size(); ++i) {
     const Profile profile = Calibrate(recording.raw[i], calibration);
-    std::array<Reading, kDecisions.size()> readings;
+    Readings readings;
     for (std::size_t d = 0; d < trackers.size(); ++d) readings[d] = trackers[d].Update(profile);
     take(i, readings, trackers);
   }
@@ -137,32 +147,26 @@ void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
 
 SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,
                      const Recording& recording, int number) {
-  SeamResult result;
-  result.seam = number;
-  result.shape = ShapeOf(experiment, number);
-  result.height_m = MatsOf(experiment, number).height_m;
+  SeamResult result{.seam = number,
+                    .shape = ShapeOf(experiment, number),
+                    .height_m = MatsOf(experiment, number).height_m};
   const int columns = experiment.sensor.line.columns;
-  ReadSeam(experiment, calibration, recording,
-           [&](std::size_t i, const auto& readings, const auto&) {
-             const double label = recording.label_column[i];
-             std::array<double, kMethods> errors;
-             errors.fill(kNotFound);
-             ++result.profiles;
-             for (std::size_t d = 0; d < readings.size(); ++d) {
-               const std::size_t m = kAlone + d;
-               result.no_edge[m] += readings[d].status == ProfileStatus::kNoEdge ? 1 : 0;
-               errors[m] = ErrorOf(readings[d].column, label);
-               if (kDecisions[d] != DecisionMethod::kSteps) continue;
-               errors[kLocalStep] = ErrorOf(readings[d].local_step, label);
-             }
-             // All but the fourth decision run the same detectors.
-             for (std::size_t k = 0; k < kDetectors; ++k) {
-               errors[k] = ErrorOf(readings.front().detected[k], label);
-             }
-             if (label >= kMargin_columns && label <= columns - 1 - kMargin_columns) {
-               CountPositions(errors, label, columns, result);
-             }
-           });
+  const auto take = [&](std::size_t i, const Readings& readings, const auto&) {
+    ++result.profiles;
+    for (std::size_t d = 0; d < readings.size(); ++d) {
+      result.no_edge[kAlone + d] += readings[d].status == ProfileStatus::kNoEdge ? 1 : 0;
+    }
+    const double label = recording.label_column[i];
+    if (!(label >= kMargin_columns && label <= columns - 1 - kMargin_columns)) return;
+    const bool center = std::abs(label - 0.5 * (columns - 1)) < kCenterHalf * columns;
+    const auto positions = PositionsOf(readings);
+    for (std::size_t m = 0; m < kMethods; ++m) {
+      const double error = ErrorOf(positions[m], label);
+      result.all[m].Count(error);
+      (center ? result.center : result.boundary)[m].Count(error);
+    }
+  };
+  ReadSeam(experiment, calibration, recording, take);
   return result;
 }
 
@@ -170,9 +174,8 @@ RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int 
                    const TrackedRun& tracked) {
   const MatOptions& mats = tracked.mats.options();
   const TrackResult& track = tracked.result;
-  // Where the head came to rest, and whence.
   const TrackPoint& last = track.path.back();
-  RunResult result;
+  RunResult result{track};
   result.run = run;
   result.method = method;
   result.hazard = HazardOf(mats, experiment.track.length_m);
@@ -182,16 +185,10 @@ RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int 
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
   result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < BeginOf(mats) - kSeen_m;
   result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - kSettle_m);
-  result.mean_error_m = track.mean_error_m;
-  result.p95_error_m = track.p95_error_m;
-  result.max_error_m = track.max_error_m;
-  result.share_within_1mm = track.share_within_1mm;
   result.rest_m = last.y_m;
   const auto corners = CornersOf(experiment);
-  if (!corners.empty()) {
-    result.good_beside_corners_m =
-        GoodBeside(track.path, corners, experiment.track.wanted_distance_m);
-  }
+  const double wanted_m = experiment.track.wanted_distance_m;
+  if (!corners.empty()) result.good_beside_corners_m = GoodBeside(track.path, corners, wanted_m);
   return result;
 }
 
@@ -244,17 +241,11 @@ SeamResult SeamResultFrom(const SeamParams& params, const std::string& text) {
 }
 
 std::string ToJson(const RunResult& result) {
-  return ordered_json{{"end", base::Word(result.end)},
-                      {"reached_hazard", result.reached_hazard},
-                      {"stopped_early", result.stopped_early},
-                      {"settled_m", result.settled_m},
-                      {"mean_error_m", result.mean_error_m},
-                      {"p95_error_m", result.p95_error_m},
-                      {"max_error_m", result.max_error_m},
-                      {"share_within_1mm", result.share_within_1mm},
-                      {"rest_m", result.rest_m},
-                      {"beside_corners_m", result.good_beside_corners_m}}
-      .dump();
+  ordered_json json = {{"end", base::Word(result.end)},
+                       {"reached_hazard", result.reached_hazard},
+                       {"stopped_early", result.stopped_early}};
+  for (const auto& [key, value] : kRunNumbers) json[key] = result.*value;
+  return json.dump();
 }
 
 RunResult RunResultFrom(const SeamParams& params, const std::string& text) {
@@ -263,17 +254,10 @@ RunResult RunResultFrom(const SeamParams& params, const std::string& text) {
     result.run = params.number;
     result.method = params.method.value();
     result.hazard = params.hazard;
-    result.end = WordAt<TrackEnd>(json, "end");
+    result.end = base::FromWord<TrackEnd>(json.at("end").get<std::string>(), "end");
     result.reached_hazard = json.at("reached_hazard");
     result.stopped_early = json.at("stopped_early");
-    result.settled_m = json.at("settled_m");
-    result.mean_error_m = json.at("mean_error_m");
-    result.p95_error_m = json.at("p95_error_m");
-    result.max_error_m = json.at("max_error_m");
-    result.share_within_1mm = json.at("share_within_1mm");
-    // Runs of earlier versions have neither.
-    result.rest_m = json.value("rest_m", 0.0);
-    result.good_beside_corners_m = json.value("beside_corners_m", 0.0);
+    for (const auto& [key, value] : kRunNumbers) result.*value = json.at(key);
     return result;
   });
 }
@@ -285,21 +269,18 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
   base::Stopwatch watch;
   const auto end_step = [&] { seconds.emplace_back(kTimedSteps[seconds.size()], watch.Restart()); };
   const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVoting);
-  const DetectorOptions& detectors = options.detectors;
+  const auto& [fitting, voting, accumulation] = options.detectors;
   std::vector<PreparedProfile> prepared;
-  prepared.reserve(recording.raw.size());
   watch.Restart();
   for (const auto& raw : recording.raw) {
     prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
   }
   end_step();
-  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, detectors.model_fitting);
+  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, fitting);
   end_step();
-  for (const auto& profile : prepared)
-    VoteLocally(profile.height_m, detectors.local_weighted_voting);
+  for (const auto& profile : prepared) VoteLocally(profile.height_m, voting);
   end_step();
-  for (const auto& profile : prepared)
-    AccumulateGradients(profile.height_m, detectors.gradient_accumulation);
+  for (const auto& profile : prepared) AccumulateGradients(profile.height_m, accumulation);
   end_step();
   EdgeTracker tracker(options);
   watch.Restart();

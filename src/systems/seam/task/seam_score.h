@@ -44,26 +44,22 @@ struct SeamResult {
   EdgeShape shape = EdgeShape::kStep;
   double height_m = 0.0;
   int profiles = 0;  ///< all that were scanned
-  Tallies all;
-  Tallies center;                       ///< label in the middle half of the line
-  Tallies boundary;                     ///< label in an outer quarter
+  Tallies all = {};
+  Tallies center = {};                  ///< label in the middle half of the line
+  Tallies boundary = {};                ///< label in an outer quarter
   std::array<int, kMethods> no_edge{};  ///< profiles reported to have none; 0 of detectors
 };
 
 /// One closed-loop run with one way to decide.
-struct RunResult {
+struct RunResult : TrackErrors {
   int run = 0;
   DecisionMethod method = DecisionMethod::kVoting;
   Hazard hazard = Hazard::kNone;
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;
   bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
-  double settled_m = 0.0;  ///< along the track, after the first kSettle_m: what the errors are of
-  double mean_error_m = 0.0;
-  double p95_error_m = 0.0;
-  double max_error_m = 0.0;
-  double share_within_1mm = 0.0;
-  double rest_m = 0.0;  ///< where along the track the head came to rest
+  double settled_m = 0.0;      ///< along the track, after the first kSettle_m
+  double rest_m = 0.0;         ///< where along the track the head came to rest
   /// Half circles: along the track, after the first kSettle_m, followed within 1 mm and not within
   /// kCorner_m of a corner.
   double good_beside_corners_m = 0.0;
@@ -73,13 +69,17 @@ inline constexpr double kCorner_m = 6e-3;
 /// Where along the track the seam of a half circle has its corners; none without one.
 std::vector<double> CornersOf(const SeamExperiment& experiment);
 
+/// What each way to decide made of one profile.
+using Readings = std::array<Reading, kDecisions.size()>;
+/// Where each method has the edge [column].
+std::array<std::optional<double>, kMethods> PositionsOf(const Readings& readings);
+
 /// Hands the profiles of a recorded seam to a tracker of each way to decide, in order.
-/// @param take  of each profile: its position, what each way to decide (kDecisions) made of it, and
-/// the trackers, which hold it until the next one
-void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
-              const Recording& recording,
-              const std::function<void(std::size_t, const std::array<Reading, kDecisions.size()>&,
-                                       const std::vector<EdgeTracker>&)>& take);
+/// @param take  of each profile: its position, what was made of it, and the trackers, which hold it
+/// until the next one
+void ReadSeam(
+    const SeamExperiment& experiment, const Calibration& calibration, const Recording& recording,
+    const std::function<void(std::size_t, const Readings&, const std::vector<EdgeTracker>&)>& take);
 
 /// Every method on a recorded seam, a number of the experiment from 0.
 SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,

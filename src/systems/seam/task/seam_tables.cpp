@@ -59,18 +59,15 @@ struct Facts {
 
 Facts FactsOf(const Stamp& stamp) {
   const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
-  const auto or_else = [&](const char* name, const char* otherwise) {  // of earlier versions
-    return experiment::ValueOr(stamp.data, name, otherwise);
-  };
   Facts facts{base::FromWord<SeamKind>(at("kind"), "kind"),
               {},
               std::stoi(at("profiles_per_seam")),
               std::stod(at("columns_per_m")),
               std::stod(at("wanted_m")),
-              std::stod(or_else("beside_corners_m", "0")),
+              std::stod(experiment::ValueOr(stamp.data, "beside_corners_m", "0")),
               ReadPublished(at("reference"), at("reference_file")),
               ReadPublished(at("improvements"), at("improvements_file")),
-              ReadPublished(or_else("runtimes", ""), or_else("runtimes_file", ""))};
+              ReadPublished(at("runtimes"), at("runtimes_file"))};
   for (const std::string& word : base::Split(at("shapes"), ',')) {
     facts.shapes.push_back(base::FromWord<EdgeShape>(word, "shapes"));
   }
@@ -83,14 +80,15 @@ bool Failed(const Record& record) {
          record.result.outcome == experiment::kTimedOut;
 }
 
-std::string Text(int count) { return fmt::format("{}", count); }
+template <typename Count>
+std::string Text(Count count) {
+  return fmt::format("{}", count);
+}
 
 // Without rows; what is not a name stands to the right.
-Section NumberSection(const std::string& title, Cells header) {
-  Section section{title, {}};
-  section.grid.left.assign(header.size(), false);
+Section NumberSection(const std::string& title, const Cells& header) {
+  Section section{title, {header, std::vector<bool>(header.size(), false), {}}};
   section.grid.left[0] = true;
-  section.grid.header = std::move(header);
   return section;
 }
 
@@ -104,8 +102,7 @@ struct Part {
 // it (Cochran 1977, eq. 6.9: the ratio estimator). Profiles of one seam resemble each other, seams
 // do not: counted as single profiles the error would come out far too small. "-" of fewer than two.
 std::string ErrorCell(const std::vector<Part>& parts) {
-  double part = 0.0;
-  double whole = 0.0;
+  double part = 0.0, whole = 0.0;
   for (const Part& p : parts) {
     part += p.part;
     whole += p.whole;
@@ -176,9 +173,9 @@ Section RatesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
 
 // The tolerance that is nearest to 1 mm: 12 px or 18 px.
 std::size_t MillimeterTolerance(const Facts& facts) {
-  const double columns = base::kMm * facts.columns_per_m;
-  const auto distance = [&](double px) { return std::abs(px - columns); };
-  const auto best = std::ranges::min_element(kTolerances_px, {}, distance);
+  const auto best = std::ranges::min_element(kTolerances_px, {}, [&](double px) {
+    return std::abs(px - base::kMm * facts.columns_per_m);
+  });
   return static_cast<std::size_t>(best - kTolerances_px.begin());
 }
 
@@ -193,9 +190,8 @@ Section PlacesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
     }
   }
   for (const auto& [name, numbers] : facts.improvements) {
-    const bool there = !numbers.empty() && numbers[0];
-    section.grid.rows.push_back(
-        {"published: " + name, there ? Fixed(*numbers[0], 2) : "-", "", ""});
+    const auto share = NumberAt(facts.improvements, name, 0);
+    section.grid.rows.push_back({"published: " + name, share ? Fixed(*share, 2) : "-", "", ""});
   }
   return section;
 }
@@ -207,23 +203,22 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
   Section section = NumberSection(
       "Every shape of edge: within 1 mm, in %; reported to have no edge, in %", std::move(header));
   for (const EdgeShape shape : facts.shapes) {
-    std::vector<SeamResult> alike;
-    std::ranges::copy_if(seams, std::back_inserter(alike),
-                         [shape](const SeamResult& seam) { return seam.shape == shape; });
+    std::vector<SeamResult> alike = seams;
+    std::erase_if(alike, [shape](const SeamResult& seam) { return seam.shape != shape; });
     int profiles = 0;
     std::array<int, kMethods> no_edge{};
     for (const SeamResult& seam : alike) {
       profiles += seam.profiles;
       for (std::size_t m = 0; m < kMethods; ++m) no_edge[m] += seam.no_edge[m];
     }
-    Cells row = {std::string(base::Word(shape)), fmt::format("{}", alike.size()), Text(profiles)};
+    Cells& row = section.grid.rows.emplace_back(
+        Cells{std::string(base::Word(shape)), Text(alike.size()), Text(profiles)});
     for (const Tally& tally : Sum(alike, &SeamResult::all)) {
       row.push_back(ShareWithin(tally, MillimeterTolerance(facts)));
     }
     for (std::size_t m = kAlone; m < kMethods; ++m) {
       row.push_back(PercentText(no_edge[m], profiles, 2));
     }
-    section.grid.rows.push_back(row);
   }
   return section;
 }
@@ -241,7 +236,7 @@ Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) 
     }
     const Tally sum = Sum(seams, &SeamResult::all)[m];
     section.grid.rows.push_back({MethodTitle(m), ShareWithin(sum, t), ErrorCell(parts),
-                                 Text(sum.profiles), fmt::format("{}", parts.size())});
+                                 Text(sum.profiles), Text(parts.size())});
   }
   return section;
 }
@@ -251,15 +246,15 @@ Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) 
 PublishedFigure FigureOf(const std::string& row, double published,
                          const std::vector<SeamResult>& seams, Tallies SeamResult::*member,
                          std::size_t method, std::size_t tolerance) {
-  PublishedFigure figure{.row = row, .unit = "%", .digits = 2, .published = published};
-  const Tally sum = Sum(seams, member)[method];
-  if (sum.profiles > 0) figure.own = 100.0 * sum.within[tolerance] / sum.profiles;
   experiment::ClustersEvidence evidence;
   for (const SeamResult& seam : seams) {
     const Tally& tally = (seam.*member)[method];
     evidence.own.push_back({tally.within[tolerance], tally.profiles});
   }
-  figure.evidence = evidence;
+  PublishedFigure figure{
+      .row = row, .unit = "%", .digits = 2, .published = published, .evidence = evidence};
+  const Tally sum = Sum(seams, member)[method];
+  if (sum.profiles > 0) figure.own = 100.0 * sum.within[tolerance] / sum.profiles;
   return figure;
 }
 
@@ -302,11 +297,10 @@ std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<Sea
 // Table 3.1: what a step takes for one profile, on average over all.
 std::vector<PublishedFigure> TimesOf(const Facts& facts, const std::vector<Record>& records,
                                      const std::vector<SeamResult>& seams) {
-  constexpr std::size_t kAverage = 1;  // of the columns behind the step's name
   std::vector<PublishedFigure> figures;
   for (const char* step : kTimedSteps) {
-    const auto known = facts.runtimes.find(step);
-    if (known == facts.runtimes.end() || known->second.size() <= kAverage) continue;
+    const auto published = NumberAt(facts.runtimes, step, 1);  // the second number is the average
+    if (!published) continue;
     double seconds = 0.0;
     int profiles = 0;
     for (std::size_t i = 0; i < records.size(); ++i) {
@@ -316,15 +310,14 @@ std::vector<PublishedFigure> TimesOf(const Facts& facts, const std::vector<Recor
         profiles += seams[i].profiles;
       }
     }
-    PublishedFigure& figure =
-        figures.emplace_back(PublishedFigure{.row = fmt::format("{}, average", step),
-                                             .unit = "ms",
-                                             .digits = 4,
-                                             .lower_is_better = true,
-                                             .published = known->second[kAverage].value_or(0.0)});
-    if (profiles > 0) figure.own = 1e3 * seconds / profiles;
-    figure.evidence = experiment::TimesEvidence{profiles};
-    figure.key = "runtimes";
+    figures.push_back({.row = fmt::format("{}, average", step),
+                       .unit = "ms",
+                       .digits = 4,
+                       .lower_is_better = true,
+                       .published = *published,
+                       .evidence = experiment::TimesEvidence{profiles},
+                       .key = "runtimes"});
+    if (profiles > 0) figures.back().own = 1e3 * seconds / profiles;
   }
   return figures;
 }
@@ -337,15 +330,9 @@ std::string SeamRows(const std::vector<SeamResult>& seams) {
     const std::string height =
         std::isfinite(seam.height_m) ? Fixed(seam.height_m * base::kMmPerM, 3) : "";
     for (std::size_t m = 0; m < kMethods; ++m) {
-      Cells row = {Text(seam.seam),
-                   std::string(base::Word(seam.shape)),
-                   height,
-                   Text(seam.profiles),
-                   MethodTitle(m),
-                   m >= kAlone ? Text(seam.no_edge[m]) : "",
-                   Text(seam.all[m].profiles)};
-      for (const int within : seam.all[m].within) row.push_back(Text(within));
-      text += base::CsvLine(row);
+      text += fmt::format("{},{},{},{},{},{},{},{}\n", seam.seam, base::Word(seam.shape), height,
+                          seam.profiles, MethodTitle(m), m < kAlone ? "" : Text(seam.no_edge[m]),
+                          seam.all[m].profiles, fmt::join(seam.all[m].within, ","));
     }
   }
   return text;
@@ -394,22 +381,16 @@ std::vector<DecisionMethod> DecisionsOf(const std::vector<RunResult>& runs) {
   return decisions;
 }
 
+std::vector<RunResult> RunsWith(DecisionMethod method, std::vector<RunResult> runs) {
+  std::erase_if(runs, [method](const RunResult& run) { return run.method != method; });
+  return runs;
+}
+
 // Means over the length of all runs; the largest error of all.
-Cells TracksRow(const Facts& facts, const std::vector<RunResult>& all, DecisionMethod method) {
-  int runs = 0;
-  int done = 0;
-  int early = 0;
-  double mean = 0.0;
-  double p95 = 0.0;
-  double max = 0.0;
-  double within = 0.0;
-  double length = 0.0;
+Cells TracksRow(const Facts& facts, const std::vector<RunResult>& runs, DecisionMethod method) {
+  double mean = 0.0, p95 = 0.0, max = 0.0, within = 0.0, length = 0.0;
   std::vector<Part> parts;
-  for (const RunResult& run : all) {
-    if (run.method != method) continue;
-    ++runs;
-    done += run.end == TrackEnd::kDone ? 1 : 0;
-    early += run.stopped_early ? 1 : 0;
+  for (const RunResult& run : runs) {
     length += run.settled_m;
     mean += run.settled_m * run.mean_error_m;
     p95 += run.settled_m * run.p95_error_m;
@@ -418,16 +399,16 @@ Cells TracksRow(const Facts& facts, const std::vector<RunResult>& all, DecisionM
     parts.push_back({run.settled_m * run.share_within_1mm, facts.wanted_m});
   }
   const double n = std::max(1e-9, length);  // so that no length at all gives 0
-  const double wanted = runs * facts.wanted_m;
+  const double wanted = static_cast<int>(runs.size()) * facts.wanted_m;
   return {TitleOf(method),
-          Text(runs),
-          Text(done),
-          Text(early),
+          Text(runs.size()),
+          Text(std::ranges::count(runs, TrackEnd::kDone, &RunResult::end)),
+          Text(std::ranges::count(runs, true, &RunResult::stopped_early)),
           Fixed(mean / n * base::kMmPerM, 3),
           Fixed(p95 / n * base::kMmPerM, 3),
           Fixed(max * base::kMmPerM, 3),
           Fixed(within / n * 100.0, 2),
-          runs > 0 ? Fixed(within / wanted * 100.0, 2) : "-",
+          Fixed(within / wanted * 100.0, 2),
           ErrorCell(parts)};
 }
 
@@ -437,7 +418,7 @@ Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
       {"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm", "max mm",
        "within 1 mm, % of the length", "within 1 mm, % of the wanted length", "+-"});
   for (const auto method : DecisionsOf(runs)) {
-    section.grid.rows.push_back(TracksRow(facts, runs, method));
+    section.grid.rows.push_back(TracksRow(facts, RunsWith(method, runs), method));
   }
   return section;
 }
@@ -450,15 +431,13 @@ Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
   for (const auto method : DecisionsOf(runs)) {
     std::vector<Part> parts;
     double good = 0.0;
-    for (const RunResult& run : runs) {
-      if (run.method != method) continue;
+    for (const RunResult& run : RunsWith(method, runs)) {
       good += run.good_beside_corners_m;
       parts.push_back({run.good_beside_corners_m, facts.beside_corners_m});
     }
     const double wanted = static_cast<double>(parts.size()) * facts.beside_corners_m;
-    section.grid.rows.push_back({TitleOf(method), fmt::format("{}", parts.size()),
-                                 parts.empty() ? "-" : Fixed(good / wanted * 100.0, 2),
-                                 ErrorCell(parts)});
+    section.grid.rows.push_back(
+        {TitleOf(method), Text(parts.size()), Fixed(good / wanted * 100.0, 2), ErrorCell(parts)});
   }
   return section;
 }
@@ -475,22 +454,18 @@ Section EarlySection(const std::vector<RunResult>& runs) {
   return section;
 }
 
-Cells HazardsRow(const std::vector<RunResult>& all, Hazard hazard, DecisionMethod method) {
-  int runs = 0;
-  int found = 0;
-  int other = 0;
-  int early = 0;
-  for (const RunResult& run : all) {
-    if (run.method != method || run.hazard != hazard) continue;
-    ++runs;
-    early += run.stopped_early ? 1 : 0;
+Cells HazardsRow(std::vector<RunResult> runs, Hazard hazard, DecisionMethod method) {
+  std::erase_if(runs, [hazard](const RunResult& run) { return run.hazard != hazard; });
+  const auto early = static_cast<int>(std::ranges::count(runs, true, &RunResult::stopped_early));
+  int found = 0, other = 0;
+  for (const RunResult& run : runs) {
     if (run.reached_hazard || run.end == TrackEnd::kDone || run.stopped_early) continue;
     ++found;
     other += base::Word(hazard) != base::Word(run.end) ? 1 : 0;
   }
-  const int seen = runs - early;
-  Cells row = {std::string(base::Word(hazard)), TitleOf(method)};
-  for (const int count : {runs, early, seen, found, seen - found}) row.push_back(Text(count));
+  const int seen = static_cast<int>(runs.size()) - early;
+  Cells row = {std::string(base::Word(hazard)), TitleOf(method), Text(runs.size())};
+  for (const int count : {early, seen, found, seen - found}) row.push_back(Text(count));
   row.push_back(PercentText(found, seen, 2));
   row.push_back(Text(other));
   return row;
@@ -503,7 +478,7 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
                      "found in time", "reached", "in time %", "found as the other"});
   for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {
     for (const auto method : DecisionsOf(runs)) {
-      section.grid.rows.push_back(HazardsRow(runs, hazard, method));
+      section.grid.rows.push_back(HazardsRow(RunsWith(method, runs), hazard, method));
     }
   }
   return section;
@@ -515,13 +490,13 @@ std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record
       "max_error_mm,share_within_1mm\n";
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunResult& run = runs[i];
-    text += base::CsvLine(
-        {Text(run.run), TitleOf(run.method), std::string(base::Word(run.hazard)),
-         Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
-         run.reached_hazard ? "1" : "0", run.stopped_early ? "1" : "0",
-         Fixed(run.settled_m * base::kMmPerM, 1), Fixed(run.mean_error_m * base::kMmPerM, 4),
-         Fixed(run.p95_error_m * base::kMmPerM, 4), Fixed(run.max_error_m * base::kMmPerM, 4),
-         Fixed(run.share_within_1mm, 5)});
+    text += fmt::format(
+        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.4f},{:.5f}\n", run.run, TitleOf(run.method),
+        base::Word(run.hazard),
+        Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
+        run.reached_hazard, run.stopped_early, run.settled_m * base::kMmPerM,
+        run.mean_error_m * base::kMmPerM, run.p95_error_m * base::kMmPerM,
+        run.max_error_m * base::kMmPerM, run.share_within_1mm);
   }
   return text;
 }

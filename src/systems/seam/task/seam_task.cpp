@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "base/error.h"
@@ -95,12 +97,7 @@ std::vector<Panel> TrackPanels(const TrackedRun& tracked, double wanted_distance
   return {map, errors};
 }
 
-double Value(const std::optional<double>& column) {
-  return column.value_or(std::numeric_limits<double>::quiet_NaN());
-}
-double Value(const std::optional<int>& column) {
-  return Value(column ? std::optional<double>(*column) : std::nullopt);
-}
+constexpr double kNoColumn = std::numeric_limits<double>::quiet_NaN();
 
 // What all methods reported of a seam's profiles.
 struct Reported {
@@ -117,20 +114,17 @@ Reported ReportedOf(const SeamExperiment& experiment, const Calibration& calibra
     reported.along_mm.push_back((raw.time_s - recording.raw.front().time_s) *
                                 experiment.record.speed_m_s * kMmPerM);
   }
-  ReadSeam(experiment, calibration, recording,
-           [&](std::size_t i, const auto& readings, const auto&) {
-             for (std::size_t k = 0; k < kDetectors; ++k) {
-               reported.columns[k].push_back(Value(readings.front().detected[k]));
-             }
-             for (std::size_t d = 0; d < readings.size(); ++d) {
-               reported.columns[kAlone + d].push_back(Value(readings[d].column));
-               if (kDecisions[d] != DecisionMethod::kSteps) continue;
-               reported.columns[kLocalStep].push_back(Value(readings[d].local_step));
-             }
-             const double error = std::abs(Value(readings[kShown].column) - reported.truth[i]);
-             const bool none = std::isnan(reported.truth[i]) && !readings[kShown].column;
-             reported.wrong.push_back(none ? 0.0 : std::isnan(error) ? INFINITY : error);
-           });
+  const auto take = [&](std::size_t i, const Readings& readings, const auto&) {
+    const auto positions = PositionsOf(readings);
+    for (std::size_t m = 0; m < kMethods; ++m) {
+      reported.columns[m].push_back(positions[m].value_or(kNoColumn));
+    }
+    const auto& shown = readings[kShown].column;
+    const double error = std::abs(shown.value_or(kNoColumn) - reported.truth[i]);
+    const bool none = std::isnan(reported.truth[i]) && !shown;
+    reported.wrong.push_back(none ? 0.0 : std::isnan(error) ? INFINITY : error);
+  };
+  ReadSeam(experiment, calibration, recording, take);
   return reported;
 }
 
@@ -165,9 +159,8 @@ Panel ErrorPanel(const LineGeometry& line, const Reported& reported) {
 // Positions of the profiles that pages show.
 std::set<std::size_t> Shown(const std::vector<double>& wrong) {
   std::vector<std::size_t> order(wrong.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return wrong[a] > wrong[b]; });
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return wrong[i]; });
   order.resize(std::min(order.size(), kWorstPages));
   std::set<std::size_t> shown(order.begin(), order.end());
   const std::size_t even = std::min(kEvenPages, wrong.size());
@@ -179,7 +172,8 @@ View::Page PageOf(const LineGeometry& line, const Reported& reported, std::size_
                   const Reading& reading, const EdgeTracker& tracker) {
   View::Page page;
   const double truth = reported.truth[i];
-  const double error_mm = (Value(reading.column) - truth) / line.columns_per_m * kMmPerM;
+  const double error_mm =
+      (reading.column.value_or(kNoColumn) - truth) / line.columns_per_m * kMmPerM;
   page.name = fmt::format("profile {} of {}, {:.1f} mm along the seam: {}", i + 1,
                           reported.truth.size(), reported.along_mm[i], base::Word(reading.status));
   if (std::isfinite(error_mm)) page.name += fmt::format(", {:.2f} mm off the truth", error_mm);
@@ -200,11 +194,11 @@ View SeamView(const SeamExperiment& experiment, const Calibration& calibration,
   View view;
   view.panels = {PathPanel(line, reported), ErrorPanel(line, reported)};
   const auto shown = Shown(reported.wrong);
-  ReadSeam(experiment, calibration, recording,
-           [&](std::size_t i, const auto& readings, const auto& trackers) {
-             if (!shown.contains(i)) return;
-             view.pages.push_back(PageOf(line, reported, i, readings[kShown], trackers[kShown]));
-           });
+  const auto take = [&](std::size_t i, const Readings& readings, const auto& trackers) {
+    if (!shown.contains(i)) return;
+    view.pages.push_back(PageOf(line, reported, i, readings[kShown], trackers[kShown]));
+  };
+  ReadSeam(experiment, calibration, recording, take);
   return view;
 }
 
@@ -217,7 +211,9 @@ View TrackView(const SeamExperiment& experiment, const TrackedRun& tracked) {
   const auto add = [&](Series series, const auto& column_of) {
     for (const Reading& reading : tracked.result.readings) {
       series.x.push_back(reading.time_s);
-      series.y.push_back(experiment.sensor.line.ToMeters(Value(column_of(reading))) * kMmPerM);
+      const auto column = column_of(reading);
+      const double shown = column ? *column : kNoColumn;
+      series.y.push_back(experiment.sensor.line.ToMeters(shown) * kMmPerM);
     }
     reported.series.push_back(std::move(series));
   };
@@ -248,14 +244,13 @@ std::string OutcomeOf(const RunResult& run) {
 }
 
 std::string DetailOf(const SeamResult& seam) {
-  std::string detail;
-  const std::size_t last = kTolerances_px.size() - 1;
+  std::vector<std::string> details;
   for (std::size_t m = kAlone; m < kMethods; ++m) {
     const Tally& tally = seam.all[m];
-    detail += fmt::format("{}{}: {} of {} within {} px", detail.empty() ? "" : "; ", MethodTitle(m),
-                          tally.within[last], tally.profiles, kTolerances_px[last]);
+    details.push_back(fmt::format("{}: {} of {} within {} px", MethodTitle(m), tally.within.back(),
+                                  tally.profiles, kTolerances_px.back()));
   }
-  return detail;
+  return base::Join(details, "; ");
 }
 
 std::string DetailOf(const RunResult& run) {
@@ -295,7 +290,9 @@ class SeamRunner final : public experiment::Task {
   Result Run(const Case& which) const override {
     const SeamParams params = ParamsFrom(which.params);
     const base::Stopwatch watch;
-    if (!params.method) return Measured(params, watch);
+    if (!params.method) {
+      return Measured(params, RecordSeam(experiment_, sensor_, params.number), watch);
+    }
     return Driven(params, TrackOf(params), watch);
   }
 
@@ -310,13 +307,10 @@ class SeamRunner final : public experiment::Task {
     const base::Stopwatch watch;
     const auto folder = options.folder / which.id;
     if (!params.method) {
-      if (options.view) {
-        *options.view =
-            SeamView(experiment_, calibration_, RecordSeam(experiment_, sensor_, params.number));
-      } else {
-        ShowSeam(params.number, folder);
-      }
-      return Measured(params, watch);
+      const Recording recording = RecordSeam(experiment_, sensor_, params.number);
+      if (options.view) *options.view = SeamView(experiment_, calibration_, recording);
+      if (!options.view) ShowSeam(recording, folder);
+      return Measured(params, recording, watch);
     }
     const TrackedRun tracked = TrackOf(params);
     if (options.view) {
@@ -324,9 +318,7 @@ class SeamRunner final : public experiment::Task {
       return Driven(params, tracked, watch);
     }
     base::WriteFile(folder / "path.csv", PathCsv(tracked.result));
-    std::string packets;
-    for (const std::string& packet : tracked.result.packets) packets += packet;
-    base::WriteFile(folder / "packets.xml", packets);
+    base::WriteFile(folder / "packets.xml", base::Join(tracked.result.packets, ""));
     const auto panels = TrackPanels(tracked, experiment_.track.wanted_distance_m);
     base::WriteFile(folder / "path.svg", draw::PlotSvg(panels, 900, 320));
     return Driven(params, tracked, watch);
@@ -338,13 +330,13 @@ class SeamRunner final : public experiment::Task {
   Case CaseOf(const SeamParams& params) const {
     const std::string method(params.method ? base::Word(*params.method) : "");
     Case which;
+    which.seed = SeamSeed(experiment_, params.number);
+    which.params = ParamsOf(params);
     which.id = params.method ? fmt::format("run-{:04}-{}", params.number, method)
                              : fmt::format("seam-{:04}", params.number);
     which.group = base::Word(params.shape);
     if (experiment_.kind == SeamKind::kTracks) which.group = method;
     if (experiment_.kind == SeamKind::kHazards) which.group = base::Word(params.hazard);
-    which.seed = SeamSeed(experiment_, params.number);
-    which.params = ParamsOf(params);
     return which;
   }
 
@@ -352,8 +344,8 @@ class SeamRunner final : public experiment::Task {
     return TrackRun(experiment_, sensor_, calibration_, *params.method, params.number);
   }
 
-  Result Measured(const SeamParams& params, const base::Stopwatch& watch) const {
-    const Recording recording = RecordSeam(experiment_, sensor_, params.number);
+  Result Measured(const SeamParams& params, const Recording& recording,
+                  const base::Stopwatch& watch) const {
     const SeamResult seam = ScoreSeam(experiment_, calibration_, recording, params.number);
     Result result{"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
     for (auto& step : TimeSteps(experiment_, calibration_, recording)) {
@@ -369,12 +361,9 @@ class SeamRunner final : public experiment::Task {
   }
 
   // The recorded profiles with their labels, and a picture of the first one.
-  void ShowSeam(int number, const std::filesystem::path& folder) const {
-    const Recording recording = RecordSeam(experiment_, sensor_, number);
+  void ShowSeam(const Recording& recording, const std::filesystem::path& folder) const {
     std::vector<Profile> profiles;
-    for (const RawProfile& raw : recording.raw) {
-      profiles.push_back(Calibrate(raw, calibration_));
-    }
+    for (const RawProfile& raw : recording.raw) profiles.push_back(Calibrate(raw, calibration_));
     base::WriteFile(folder / "labels.csv", LabelsCsv(recording));
     WriteProfiles(profiles, folder / "profiles.csv", {});
     EdgeTracker tracker(TrackerFor(experiment_, DecisionMethod::kWeights));
@@ -388,15 +377,6 @@ class SeamRunner final : public experiment::Task {
   Calibration calibration_;
 };
 
-std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  return std::make_unique<SeamRunner>(ReadSeamExperiment(map, common));
-}
-
-void ReadKeysAlone(base::YamlMap& map) {
-  SeamExperiment experiment;
-  ReadKeys(map, experiment);
-}
-
 }  // namespace
 
 const experiment::TaskKind& SeamTask() {
@@ -407,8 +387,15 @@ const experiment::TaskKind& SeamTask() {
       .trials_key = "seams",
       .uses_seed = true,
       .success = {},
-      .read = Read,
-      .read_keys = ReadKeysAlone,
+      .read = [](base::YamlMap& map,
+                 const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
+        return std::make_unique<SeamRunner>(ReadSeamExperiment(map, common));
+      },
+      .read_keys =
+          [](base::YamlMap& map) {
+            SeamExperiment experiment;
+            ReadKeys(map, experiment);
+          },
       .report = ReportOf,
       .has_views = true};
   return kind;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <opencv2/core.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "base/frames.h"
 #include "base/image/image.h"
 #include "stereo/camera.h"
 
@@ -21,25 +23,31 @@ class SingleThread {
   int before_;
 };
 
-/// Of a pixel among those of a picture, row after row.
-inline std::size_t IndexAt(int x, int y, int width) {
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-         static_cast<std::size_t>(x);
-}
-
 /// A picture's pixels as OpenCV sees them: not a copy, and not to be written to.
 inline cv::Mat View(const image::Image& picture) {
-  return cv::Mat(
-      picture.height, picture.width, CV_8UC3,
-      const_cast<std::uint8_t*>(picture.rgb.data()));  // NOLINT: OpenCV has no const view
+  return {picture.height, picture.width, CV_8UC3,
+          const_cast<std::uint8_t*>(picture.rgb.data())};  // NOLINT: OpenCV has no const view
+}
+template <typename Pixel>
+cv::Mat View(const image::Grey<Pixel>& picture) {
+  return {picture.height, picture.width, cv::DataType<Pixel>::type,
+          const_cast<Pixel*>(picture.grey.data())};  // NOLINT: OpenCV has no const view
+}
+
+inline cv::Mat GreyOf(const image::Image& picture) {
+  cv::Mat grey;
+  cv::cvtColor(View(picture), grey, cv::COLOR_RGB2GRAY);
+  return grey;
 }
 
 /// Room for a picture, and the matrix that writes to it.
 inline cv::Mat Room(int width, int height, image::Image& picture) {
-  picture.width = width;
-  picture.height = height;
-  picture.rgb.assign(3 * IndexAt(0, height, width), 0);
-  return cv::Mat(height, width, CV_8UC3, picture.rgb.data());
+  picture = {width, height, std::vector<std::uint8_t>(3 * image::IndexAt(0, height, width), 0)};
+  return {height, width, CV_8UC3, picture.rgb.data()};
+}
+inline cv::Mat Room(int width, int height, image::Grey8& picture) {
+  picture = {width, height, std::vector<std::uint8_t>(image::IndexAt(0, height, width), 0)};
+  return {height, width, CV_8UC1, picture.grey.data()};
 }
 
 inline cv::Matx33d MatrixOf(const Camera& c) {
@@ -51,13 +59,22 @@ inline cv::Vec<double, 5> DistortionOf(const Camera& c) { return {c.k1, c.k2, c.
 inline cv::Matx33d FromEigen(const Eigen::Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
+inline cv::Vec3d ShiftOf(const base::Pose& X) {
+  return {X.translation().x(), X.translation().y(), X.translation().z()};
+}
 
 inline Eigen::Matrix3d ToEigen(const cv::Matx33d& m) {
-  Eigen::Matrix3d result;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) result(row, column) = m(row, column);
-  }
-  return result;
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.val);
+}
+
+inline base::Pose PoseOf(const cv::Matx33d& rotation, const cv::Vec3d& shift) {
+  return base::MakePose(ToEigen(rotation), {shift[0], shift[1], shift[2]});
+}
+/// Of a turn vector, as OpenCV's solvers give it.
+inline base::Pose PoseOfTurn(const cv::Vec3d& turn, const cv::Vec3d& shift) {
+  cv::Matx33d rotation;
+  cv::Rodrigues(turn, rotation);
+  return PoseOf(rotation, shift);
 }
 
 }  // namespace rangegrasp::stereo::internal

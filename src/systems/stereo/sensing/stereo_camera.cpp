@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/yaml_map.h"
 #include "sensing/optics.h"
 
 namespace rangegrasp::sensing {
@@ -26,7 +27,8 @@ void ReadKeys(Source& from, Options& o) {
   from.Read("focal_px", o.focal_px, 50.0, 50000.0, "focal length of the lens");
   from.Read("center_right_px", o.center_right_px, -200.0, 200.0,
             "of the principal point from the picture's middle");
-  from.Read("center_down_px", o.center_down_px, -200.0, 200.0, "likewise");
+  from.Read("center_down_px", o.center_down_px, -200.0, 200.0,
+            "of the principal point from the picture's middle");
   from.Read("k1", o.k1, -0.5, 0.5, "radial distortion (equation 5.10)");
   from.Read("k2", o.k2, -0.5, 0.5, "radial distortion, of the fourth power");
   from.Read("p1", o.p1, -0.05, 0.05, "tangential distortion");
@@ -35,10 +37,14 @@ void ReadKeys(Source& from, Options& o) {
                   "of the camera before the pan axis, which makes the baseline");
   from.ReadScaled("mount_right_mm", o.mount_right_m, kMm, -100.0, 100.0,
                   "error of the camera's place that only a calibration can tell");
-  from.ReadScaled("mount_down_mm", o.mount_down_m, kMm, -100.0, 100.0, "likewise");
-  from.ReadScaled("mount_roll_deg", o.mount_roll_rad, kDeg, -10.0, 10.0, "and of its direction");
-  from.ReadScaled("mount_pitch_deg", o.mount_pitch_rad, kDeg, -10.0, 10.0, "likewise");
-  from.ReadScaled("mount_yaw_deg", o.mount_yaw_rad, kDeg, -10.0, 10.0, "likewise");
+  from.ReadScaled("mount_down_mm", o.mount_down_m, kMm, -100.0, 100.0,
+                  "error of the camera's place, downwards");
+  from.ReadScaled("mount_roll_deg", o.mount_roll_rad, kDeg, -10.0, 10.0,
+                  "error of the camera's direction, about the view");
+  from.ReadScaled("mount_pitch_deg", o.mount_pitch_rad, kDeg, -10.0, 10.0,
+                  "error of the camera's direction, up and down");
+  from.ReadScaled("mount_yaw_deg", o.mount_yaw_rad, kDeg, -10.0, 10.0,
+                  "error of the camera's direction, left and right");
   from.ReadScaled("left_pan_deg", o.left_pan_rad, kDeg, -45.0, 45.0, "turn of the left picture");
   from.ReadScaled("right_pan_deg", o.right_pan_rad, kDeg, -45.0, 45.0, "turn of the right one");
   from.ReadScaled("pan_sigma_deg", o.pan_sigma_rad, kDeg, 0.0, 1.0,
@@ -54,9 +60,7 @@ void ReadKeys(Source& from, Options& o) {
             "standard deviation of red, green and blue, of 255");
 }
 
-bool PansDiffer(const StereoCameraOptions& options) {
-  return options.left_pan_rad < options.right_pan_rad;
-}
+bool PansDiffer(const StereoCameraOptions& o) { return o.left_pan_rad < o.right_pan_rad; }
 
 constexpr int kShareBits = 8;
 constexpr int kShare = 1 << kShareBits;  // steps between two drawn pixels
@@ -80,16 +84,14 @@ double NormalQuantile(double p) {
   return x;
 }
 
-constexpr float kFarthest_m = 100.0f;  // of what a pixel may show: the room is smaller
-constexpr int kMaxLevel = 255;
-
 Eigen::Matrix3d Turned(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }
 
 }  // namespace
 
-StereoCameraOptions ReadStereoCamera(base::YamlMap& map) {
+StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
   std::string type = kType;
   map.Read("type", type, "the kind of sensor: stereo_camera");
   if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
@@ -102,11 +104,6 @@ StereoCameraOptions ReadStereoCamera(base::YamlMap& map) {
   return options;
 }
 
-StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file) {
-  auto map = base::YamlMap::FromFile(file);
-  return ReadStereoCamera(map);
-}
-
 void CheckOptions(const StereoCameraOptions& options) {
   const std::string what = "stereo camera";
   const base::RangeCheck check(what);
@@ -115,8 +112,7 @@ void CheckOptions(const StereoCameraOptions& options) {
 }
 
 LensMap::LensMap(const stereo::Camera& camera) : width_(camera.width) {
-  const auto pixels =
-      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  const std::size_t pixels = image::IndexAt(0, camera.height, camera.width);
   std::vector<Eigen::Vector2f> seen(pixels);
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
@@ -153,8 +149,7 @@ void LensMap::SampleRow(const image::Image& drawn, int row, std::vector<std::int
   constexpr int kDown = 2 * kShareBits - kOneBits;
   const std::size_t stride = 3 * static_cast<std::size_t>(drawn_width_);
   out.resize(3 * static_cast<std::size_t>(width_));
-  const Place* place =
-      places_.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(width_);
+  const Place* place = places_.data() + image::IndexAt(0, row, width_);
   for (std::size_t i = 0; i < out.size(); i += 3, ++place) {
     const std::uint8_t* upper = drawn.rgb.data() + place->pixel;
     const std::uint8_t* lower = upper + stride;
@@ -216,8 +211,7 @@ image::Image StereoCamera::Photo(const sim::World& world, sim::Renderer& rendere
   image::Image drawn = renderer.Render(world, {X_WC, lens_.fx, map_.drawn_center_px()});
   Blur(drawn, options_.lens_blur_px);
   image::Image photo{lens_.width, lens_.height, {}};
-  photo.rgb.reserve(3 * static_cast<std::size_t>(lens_.width) *
-                    static_cast<std::size_t>(lens_.height));
+  photo.rgb.reserve(3 * image::IndexAt(0, lens_.height, lens_.width));
   const Eigen::Vector2d middle(0.5 * (lens_.width - 1), 0.5 * (lens_.height - 1));
   constexpr int kGainBits = 12;
   const double fall = options_.vignetting / middle.squaredNorm();
@@ -236,7 +230,7 @@ image::Image StereoCamera::Photo(const sim::World& world, sim::Renderer& rendere
     noise_.AddTo(values, row_rng);
     for (const std::int32_t value : values) {
       const int level = (value + LensMap::kOne / 2) / LensMap::kOne;
-      photo.rgb.push_back(static_cast<std::uint8_t>(std::clamp(level, 0, kMaxLevel)));
+      photo.rgb.push_back(static_cast<std::uint8_t>(std::clamp(level, 0, 255)));
     }
   }
   return photo;
@@ -271,11 +265,10 @@ StereoCamera::StereoCamera(const StereoCameraOptions& options)
       noise_(options.noise_levels * LensMap::kOne) {}
 
 std::unique_ptr<sim::Renderer> StereoCamera::RendererOf(const sim::World& world) const {
-  sim::RenderQuality quality;
-  quality.samples = options_.edge_samples;
-  quality.shadow_px = options_.shadow_px;
-  quality.fine_print = options_.fine_print;
-  return std::make_unique<sim::Renderer>(world, map_.drawn_width(), map_.drawn_height(), quality);
+  return std::make_unique<sim::Renderer>(world, map_.drawn_width(), map_.drawn_height(),
+                                         sim::RenderQuality{.samples = options_.edge_samples,
+                                                            .shadow_px = options_.shadow_px,
+                                                            .fine_print = options_.fine_print});
 }
 
 StereoShot StereoCamera::Photograph(const sim::World& world, const base::Pose& X_WS,
@@ -308,6 +301,7 @@ std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const base::Pose& X_WC,
                                       std::span<const Eigen::Vector2d> pixels) {
   constexpr double kNoRange = std::numeric_limits<double>::quiet_NaN();
+  constexpr float kFarthest_m = 100.0f;  // of what a pixel may show: the room is smaller
   const RayCaster caster(meshes);
   std::vector<Ray> rays;
   std::vector<std::size_t> traced;

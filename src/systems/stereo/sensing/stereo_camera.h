@@ -11,7 +11,6 @@
 #include "base/image/image.h"
 #include "base/rng.h"
 #include "base/units.h"
-#include "base/yaml_map.h"
 #include "sim/render.h"
 #include "sim/visual_mesh.h"
 #include "sim/world.h"
@@ -22,12 +21,12 @@ namespace rangegrasp::sensing {
 /// One camera on the scanner's pan/tilt unit that takes two pictures, turned by two angles (section
 /// 5.3, figure 5.18). S is the scanner head's frame, whose y axis it turns about; the head's pitch
 /// (-37 deg) is that of the scene's site. Turned by 0 the camera stands `ahead_m` before the axis
-/// along S's z and looks along it: only ahead of the axis does a turn move it sideways, which is
-/// the baseline b = ahead * 2 sin(turn / 2). The dissertation names neither its place nor its
-/// lens; the defaults are those of docs/results.md.
+/// along S's z and looks along it, so that a turn moves it sideways by the baseline
+/// b = ahead * 2 sin(turn / 2). The dissertation names neither its place nor its lens; the defaults
+/// are those of docs/results.md.
 ///
 /// These are the truth of what is simulated. Who looks at the pictures knows of them what a
-/// calibration found.
+/// calibration found. What each is stands with its key (ReadStereoCamera).
 struct StereoCameraOptions {
   int width = 1600;
   int height = 1200;
@@ -35,7 +34,7 @@ struct StereoCameraOptions {
   // A lens is never built as it is drawn: its axis misses the sensor's middle, it bends what is
   // straight (5.10 to 5.12: barrel, less than 1 % in the corners, and a little decentred), and its
   // mount is a little off.
-  double center_right_px = 7.3;  ///< of the principal point from the picture's middle
+  double center_right_px = 7.3;
   double center_down_px = -5.8;
   double k1 = -0.11;
   double k2 = 0.14;
@@ -50,35 +49,31 @@ struct StereoCameraOptions {
 
   double left_pan_rad = base::Deg(-4.0);
   double right_pan_rad = base::Deg(0.0);
-  /// Of the pan angle of each picture, about its nominal value. The unit's data sheet says 0.02 deg
-  /// both ways; always come to from one side, it is better. b, and with it depth, depends on it.
+  /// About the nominal angle. The unit's data sheet says 0.02 deg both ways; always come to from
+  /// one side, it is better. b, and with it depth, depends on it.
   double pan_sigma_rad = base::Deg(0.002);
 
-  int edge_samples = 0;  ///< of a pixel, for smooth edges; lens_blur_px smooths them too
-  /// What is printed small on packages, which the models' labels leave out. Without it most of a
-  /// package is of one colour, which is harder than what a kitchen holds.
+  int edge_samples = 0;  ///< lens_blur_px smooths edges, too
+  /// Which the models' labels leave out. Without it most of a package is of one colour, which is
+  /// harder than what a kitchen holds.
   bool fine_print = true;
-  int shadow_px = 2048;          ///< edge of the map of shadows, which spans the room
-  double lens_blur_px = 0.6;     ///< standard deviation of the lens's blur
-  double vignetting = 0.25;      ///< share of the light that is missing in the corners
-  double exposure_sigma = 0.02;  ///< of each picture, as a share
-  double noise_levels = 3.0;     ///< of each of red, green and blue, of 255: 2.0 in their grey
+  int shadow_px = 2048;  ///< spans the room
+  double lens_blur_px = 0.6;
+  double vignetting = 0.25;
+  double exposure_sigma = 0.02;
+  double noise_levels = 3.0;  ///< 2.0 in their grey
 };
 
-/// Reads models/sensors/stereo_camera.yaml; keys are the option names in human units; what is not
-/// given keeps its default. @throws base::InputError as ReadLineScanner.
+/// Reads models/sensors/stereo_camera.yaml; what is not given keeps its default.
+/// @throws base::InputError as ReadLineScanner.
 StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file);
-
-/// The same from a mapping, whose keys are documented by it.
-StereoCameraOptions ReadStereoCamera(base::YamlMap& map);
 
 /// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
 /// range, its value and its range.
 void CheckOptions(const StereoCameraOptions& options);
 
-/// How an ideal picture, drawn by a camera without distortion, becomes what a lens images
-/// (equations 5.10 to 5.12): for each pixel of the photograph the place in the drawn picture that
-/// it sees. The drawn picture has the lens's focal length and is as much larger as it must be to
+/// For each pixel of a photograph the place that it sees in a picture drawn without distortion
+/// (equations 5.10 to 5.12). The drawn picture has the lens's focal length and is large enough to
 /// hold all that the lens sees.
 class LensMap {
  public:
@@ -91,8 +86,8 @@ class LensMap {
   /// Principal point of the drawn picture [px].
   const Eigen::Vector2d& drawn_center_px() const { return drawn_center_; }
 
-  /// A row of the photograph: `out` receives 3 values a pixel in units of 1 / kOne of a grey level,
-  /// interpolated between the four nearest drawn pixels.
+  /// A row of the photograph: 3 values a pixel [1 / kOne of a grey level], each interpolated
+  /// between the four nearest drawn pixels.
   static constexpr int kOne = 1 << 6;
   void SampleRow(const image::Image& drawn, int row, std::vector<std::int32_t>& out) const;
 
@@ -108,25 +103,18 @@ class LensMap {
   std::vector<Place> places_;
 };
 
-/// The picture smoothed along rows and columns by three weights, whose variance is sigma_px^2
-/// (<= 1): a Gaussian's of that width, near enough.
+/// Smooths along rows and columns by three weights with the variance sigma_px^2 (<= 1).
 void Blur(image::Image& picture, double sigma_px);
 
 /// Normal numbers, fast: quantiles of the normal distribution, of which 12 random bits pick one.
 class PixelNoise {
  public:
-  /// @param sigma  standard deviation of what Fill gives, in its units.
+  /// @param sigma  standard deviation, in units of the values
   explicit PixelNoise(double sigma);
-  /// Adds a draw to each value.
   void AddTo(std::vector<std::int32_t>& values, base::Rng& rng) const;
 
  private:
   std::vector<std::int32_t> quantiles_;
-};
-
-/// The two pictures that the camera took, turned to the left and to the right angle.
-struct StereoPhotos {
-  image::Image left, right;
 };
 
 /// What only the scorer may read: the lens as it is and where it stood at each picture.
@@ -136,7 +124,7 @@ struct StereoTruth {
 };
 
 struct StereoShot {
-  StereoPhotos photos;  ///< what the robot gets
+  stereo::PicturePair photos;  ///< what the robot gets
   StereoTruth truth;
 };
 
@@ -148,13 +136,12 @@ struct PixelTruth {
 
 /// The lens of the options, as a calibration would find it if it made no error.
 stereo::Camera LensOf(const StereoCameraOptions& options);
-/// Where the camera stands at a pan angle, in the frame S of the scanner's head, its errors of
-/// mounting with it.
+/// Where the camera stands at a pan angle in the frame S of the scanner's head, by how it is
+/// mounted.
 base::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad);
 
-/// Takes pictures of a simulated world: drawn by the engine's renderer with its lights, shadows and
-/// textures, bent by the lens, darkened towards the corners, with noise of the sensor. Owns the
-/// lens's map alone: it may be made once and used in forked processes.
+/// Takes pictures of a simulated world: drawn by the engine's renderer, bent by the lens, darkened
+/// towards the corners, with noise of the sensor. May be made once and used in forked processes.
 class StereoCamera {
  public:
   /// @throws std::invalid_argument as CheckOptions, or if the distortion folds the picture.
@@ -183,9 +170,8 @@ class StereoCamera {
 };
 
 /// Labels and depths of pixels of a photograph, by tracing the rays that they see. For the scorer.
-/// @param lens    as it is.
-/// @param X_WC    where it stood at that photograph.
-/// @param pixels  columns and rows, which may lie between pixels; a NaN meets nothing.
+/// @param lens, X_WC  as they were at that photograph
+/// @param pixels  columns and rows, which may lie between pixels; a NaN meets nothing
 /// @throws std::invalid_argument naming the mesh whose vertex is not finite.
 std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const base::Pose& X_WC,

@@ -20,6 +20,7 @@
 namespace rangegrasp::stereo {
 namespace {
 
+namespace fs = std::filesystem;
 using geometry::Points;
 using geometry::RangeImage;
 
@@ -37,7 +38,7 @@ constexpr double kKeepSpacings = 1.3;
 /// trial::Options.
 struct Keys {
   ReconstructOptions reconstruct;
-  std::filesystem::path calibration;  ///< of the camera; empty: calibrated before the first trial
+  fs::path calibration;  ///< of the camera; empty: calibrated before the first trial
 };
 constexpr const char* kKeys = "stereo";
 
@@ -65,9 +66,7 @@ std::vector<geometry::Rgb> ColorsAt(const std::vector<Eigen::Vector2f>& pixels,
   std::vector<geometry::Rgb> colors(pixels.size());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (!pixels[i].allFinite()) continue;
-    const int x = std::clamp(static_cast<int>(std::lround(pixels[i].x())), 0, picture.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(pixels[i].y())), 0, picture.height - 1);
-    const std::uint8_t* pixel = picture.At(x, y);
+    const std::uint8_t* pixel = NearestPixel(picture, pixels[i].cast<double>());
     colors[i] = {pixel[0], pixel[1], pixel[2]};
   }
   return colors;
@@ -96,9 +95,8 @@ double MedianStep(const Points& directions, std::size_t apart) {
 // Leaves what no ray of the laser that came back passes by.
 void ForgetSeen(const geometry::View& laser, const RangeImage& stereo, std::vector<bool>& kept) {
   const Points all = Directions(laser.image);
-  Points returned;
-  std::ranges::copy_if(all, std::back_inserter(returned),
-                       [](const Eigen::Vector3d& d) { return d.allFinite(); });
+  Points returned = all;
+  std::erase_if(returned, [](const Eigen::Vector3d& d) { return !d.allFinite(); });
   if (returned.empty()) return;
   const double reach =
       kGaps * std::max(MedianStep(all, 1),
@@ -122,13 +120,12 @@ void ForgetOutliers(const RangeImage& stereo, std::vector<bool>& kept) {
     points.push_back(stereo.points_C[i]);
   }
   if (points.size() < 2) return;
-  std::fill(kept.begin(), kept.end(), false);
+  kept.assign(kept.size(), false);
   perception::OutlierFilterOptions filter;
   const double spacing_m = geometry::MedianSpacing(stereo);
   filter.unit_m = std::max(filter.unit_m, kUnitSpacings * spacing_m);
   filter.keep_m = kKeepSpacings * spacing_m;
-  for (const std::uint32_t k : perception::CompressionRateFilter(points, filter))
-    kept[index[k]] = true;
+  for (const auto k : perception::CompressionRateFilter(points, filter)) kept[index[k]] = true;
 }
 
 // What is left out was not measured, for the judge too.
@@ -208,20 +205,19 @@ StereoLook StereoSensor::Look(const sim::World& world, base::Rng& rng) const {
 }
 
 std::string StereoSensor::WriteLook(const sim::World& world, base::Rng& rng,
-                                    const std::filesystem::path& cloud) const {
+                                    const fs::path& cloud) const {
   base::Stopwatch watch;
   const StereoLook look = Look(world, rng);
   const double seconds = watch.Seconds();
   geometry::WriteCloud(cloud, look.made.view.image, trial::TruthFields(look.made.view, look.truth));
-  const auto folder = std::filesystem::path(cloud).replace_extension();
+  const auto folder = fs::path(cloud).replace_extension();
   image::WritePng(folder / "left.png", look.shot.photos.left);
   image::WritePng(folder / "right.png", look.shot.photos.right);
   WriteStereoCalibration(setup().calibration, folder / "calibration.yaml");
   WriteStereoPictures(look.made, folder);
-  return fmt::format(
-      "{} points, {:.0f} ms; pictures, disparities and calibration in {}",
-      std::count(look.truth.state.begin(), look.truth.state.end(), sensing::SampleState::kMeasured),
-      seconds * 1e3, folder.string());
+  return fmt::format("{} points, {:.0f} ms; pictures, disparities and calibration in {}",
+                     std::ranges::count(look.truth.state, sensing::SampleState::kMeasured),
+                     seconds * 1e3, folder.string());
 }
 
 trial::Sensed StereoSensor::Sense(const sim::World& world, base::Rng& rng) const {
@@ -240,7 +236,7 @@ void ReadKeys(base::YamlMap& map, trial::Options& options) {
   ReadReconstructOptions(own, keys.reconstruct);
 }
 
-BothFiles ReadBoth(const std::filesystem::path& sensor_file) {
+BothFiles ReadBoth(const fs::path& sensor_file) {
   BothFiles files;
   auto map = base::YamlMap::FromFile(sensor_file);
   std::string type;
@@ -252,14 +248,12 @@ BothFiles ReadBoth(const std::filesystem::path& sensor_file) {
   return files;
 }
 
-std::filesystem::path CameraFileOf(const trial::Options& options) {
+fs::path CameraFileOf(const trial::Options& options) {
   if (options.sensor_type == kStereoCamera) return options.sensor;
-  return options.sensor_type == kLaserAndStereo ? ReadBoth(options.sensor).stereo
-                                                : std::filesystem::path();
+  return options.sensor_type == kLaserAndStereo ? ReadBoth(options.sensor).stereo : fs::path();
 }
 
-std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell,
-                                       const std::filesystem::path& camera) {
+std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell, const fs::path& camera) {
   const trial::Options& options = cell.options;
   const Keys keys = trial::Of<Keys>(options, kKeys);
   StereoSetup setup;

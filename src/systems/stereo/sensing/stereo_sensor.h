@@ -19,13 +19,12 @@ namespace rangegrasp::stereo {
 struct StereoSetup {
   sensing::StereoCameraOptions camera;  ///< as it is; for the pictures alone
   StereoCalibration calibration;        ///< as the robot knows it
-  /// Where there is one, it gives the calibration, when that is needed first.
+  /// If given, it makes the calibration when that is needed first.
   std::function<StereoCalibration()> calibrate;
   ReconstructOptions reconstruct;
   bool color = false;  ///< samples have the left picture's colors
 };
 
-/// A pair of pictures and what became of it.
 struct StereoLook {
   sensing::StereoShot shot;
   Reconstruction made;
@@ -83,17 +82,16 @@ std::filesystem::path CameraFileOf(const trial::Options& options);
 std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell,
                                        const std::filesystem::path& camera);
 
-/// Of the samples of a stereo camera those that fill what a laser is blind to because its light
-/// does not come back (section 7.2, figure 7.1): no ray of the laser that came back passes by them,
-/// and the geometrical filter (section 4.2.2) keeps them. The gap is the angle from one profile of
-/// the laser to the next, or from one sample to the next where that is wider.
-/// @param laser, stereo  in one frame. O(n log n)
-/// @return one a sample of `stereo`; all that were measured if the laser measured nothing.
+/// The stereo samples that fill what a laser is blind to because its light does not come back
+/// (section 7.2, figure 7.1): no ray of the laser that came back passes by them, within the angle
+/// from one profile or sample to the next, and the geometrical filter (section 4.2.2) keeps them.
+/// O(n log n).
+/// @param laser, stereo  in one frame
+/// @return one a sample of `stereo`; all that were measured if the laser measured nothing
 std::vector<bool> FillsAbsorbed(const geometry::View& laser, const geometry::View& stereo);
 
-/// Section 7.2, figure 7.1: both look at the world, each as it would alone, from the same stream.
-/// The observation has two views: the laser's, and of the stereo camera's what the laser is blind
-/// to (FillsAbsorbed).
+/// Both look at the world, each as it would alone, from the same stream. The observation has two
+/// views: the laser's, and of the stereo camera's what FillsAbsorbed.
 std::unique_ptr<trial::Sensor> MakeLaserAndStereo(std::unique_ptr<trial::Sensor> laser,
                                                   std::unique_ptr<trial::Sensor> stereo);
 

@@ -3,23 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/draw/plot.h"
-#include "base/file.h"
 #include "base/statistics.h"
 #include "base/words.h"
 
 namespace rangegrasp::times {
 namespace {
 
-using experiment::Fixed;
+using experiment::Column;
 using experiment::Grid;
 using experiment::Record;
+using experiment::Report;
+using experiment::Stamp;
 
 constexpr int kDigits = 4;  ///< of seconds: a tenth of a millisecond
+constexpr const char* kOwnFormat = ".4f";
 
 // A row of table 5.1: what it sums of the published steps and of the own ones.
 struct Stage {
@@ -42,22 +45,17 @@ const std::vector<Stage>& Stages() {
       {"approximation of 3D objects", {"approximation of 3D objects"}, {"completion"}},
       {"grasping points and poses, collision detection",
        {"grasping point detection", "grasping pose detection", "collision detection"},
-       {"grasp"}}};
+       {"grasp"}},
+      {"sum", {"sum"}, {}}};  // its own times are those of all others
   return stages;
 }
 
 using ByStep = std::map<std::string, double>;
 
-std::optional<base::CsvTable> ReferenceOf(const experiment::Stamp& stamp) {
-  const auto text = stamp.data.find(kReference);
-  if (text == stamp.data.end()) return std::nullopt;
-  return base::CsvTable::Parse(text->second, "reference table");
-}
-
 // Published seconds by step; empty without a reference.
-ByStep PublishedSteps(const experiment::Stamp& stamp) {
+ByStep PublishedSteps(const Stamp& stamp) {
   ByStep steps;
-  const auto csv = ReferenceOf(stamp);
+  const auto csv = experiment::ReferenceOf(stamp);
   for (std::size_t row = 0; csv && row < csv->rows(); ++row) {
     steps[csv->Cell(row, csv->Column("step"))] = csv->Number(row, csv->Column("seconds"));
   }
@@ -74,29 +72,23 @@ std::optional<double> SumOf(const ByStep& steps, const std::vector<std::string>&
   return sum;
 }
 
-std::string Text(const std::optional<double>& seconds, int digits) {
-  return seconds ? Fixed(*seconds, digits) : "-";
-}
-
-// Of a method: each row's times in all scenes, and the sums.
-std::vector<std::vector<double>> OwnTimes(const std::vector<Record>& records,
-                                          const std::string& group) {
-  std::vector<std::vector<double>> rows(Stages().size() + 1);
+// Of a method: by a row's title, its times in all scenes.
+std::map<std::string, std::vector<double>> OwnTimes(const std::vector<Record>& records,
+                                                    const std::string& group) {
+  std::map<std::string, std::vector<double>> times;
   for (const Record& record : records) {
     if (record.which.group != group || record.result.seconds.empty()) continue;
     double total = 0.0;
-    for (std::size_t i = 0; i < Stages().size(); ++i) {
+    for (const Stage& stage : Stages()) {
       double sum = 0.0;
       for (const auto& [step, seconds] : record.result.seconds) {
-        const auto& own = Stages()[i].own;
-        if (std::ranges::find(own, step) != own.end()) sum += seconds;
+        if (std::ranges::find(stage.own, step) != stage.own.end()) sum += seconds;
       }
-      rows[i].push_back(sum);
       total += sum;
+      times[stage.title].push_back(stage.own.empty() ? total : sum);
     }
-    rows.back().push_back(total);
   }
-  return rows;
+  return times;
 }
 
 std::optional<double> MedianOf(const std::vector<double>& all) {
@@ -115,31 +107,28 @@ experiment::PublishedFigure FigureOf(const std::string& row, double published,
           .evidence = experiment::TimesEvidence{measured}};
 }
 
-experiment::Report StagesReport(const experiment::Stamp& stamp,
-                                const std::vector<Record>& records) {
-  const ByStep published = PublishedSteps(stamp);
-  experiment::Report report;
-  Grid grid;
-  grid.header = {"calculation step", "published [s]"};
-  for (const Stage& stage : Stages()) {
-    grid.rows.push_back({stage.title, Text(SumOf(published, stage.published), 1)});
-  }
-  grid.rows.push_back({"sum", Text(SumOf(published, {"sum"}), 1)});
+Report StagesReport(const Stamp& stamp, const std::vector<Record>& records) {
+  const ByStep steps = PublishedSteps(stamp);
+  const auto published = [&](const Stage& stage) { return SumOf(steps, stage.published); };
+  Report report;
+  std::vector<Column<Stage>> columns = {{"calculation step", "", &Stage::title, experiment::kLeft},
+                                        {"published [s]", ".1f", published}};
   for (const std::string& group : GroupsOf(records)) {
-    grid.header.push_back(group + " [s]");
-    const auto times = OwnTimes(records, group);
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const auto median = MedianOf(times[i]);
-      grid.rows[i].push_back(Text(median, kDigits));
-      const auto known =
-          i < Stages().size() ? SumOf(published, Stages()[i].published) : SumOf(published, {"sum"});
+    const auto own = [times = OwnTimes(records, group)](const Stage& stage) {
+      const auto found = times.find(stage.title);
+      return found == times.end() ? std::vector<double>() : found->second;
+    };
+    columns.push_back(
+        {group + " [s]", kOwnFormat, [own](const Stage& stage) { return MedianOf(own(stage)); }});
+    for (const Stage& stage : Stages()) {
+      const auto known = published(stage);
       if (!known) continue;
-      report.published.push_back(FigureOf(fmt::format("{}, method {}", grid.rows[i][0], group),
-                                          *known, median, static_cast<int>(times[i].size())));
+      report.published.push_back(FigureOf(fmt::format("{}, method {}", stage.title, group), *known,
+                                          MedianOf(own(stage)),
+                                          static_cast<int>(own(stage).size())));
     }
   }
-  grid.left.assign(grid.header.size(), false);
-  grid.left.front() = true;
+  Grid grid = experiment::GridOf(columns, Stages());
   grid.total = true;
   report.sections.push_back({"Table 5.1: times of the calculation steps", grid});
   report.notes.push_back(
@@ -153,11 +142,10 @@ experiment::Report StagesReport(const experiment::Stamp& stamp,
 struct SceneTimes {
   int scene = 0, object_points = 0, table_points = 0;
   ByStep own;        // seconds by segmentation
-  ByStep published;  // likewise
+  ByStep published;  // the published times
 };
 
-std::vector<SceneTimes> ScenesOf(const experiment::Stamp& stamp,
-                                 const std::vector<Record>& records) {
+std::vector<SceneTimes> ScenesOf(const Stamp& stamp, const std::vector<Record>& records) {
   std::map<int, SceneTimes> scenes;
   for (const Record& record : records) {
     const auto data = nlohmann::json::parse(record.result.data, nullptr, false);
@@ -170,7 +158,7 @@ std::vector<SceneTimes> ScenesOf(const experiment::Stamp& stamp,
       if (step == "segments") one.own[record.which.group] = seconds;
     }
   }
-  const auto csv = ReferenceOf(stamp);
+  const auto csv = experiment::ReferenceOf(stamp);
   std::vector<SceneTimes> list;
   for (auto& [number, one] : scenes) {
     const auto row = static_cast<std::size_t>(number - 1);
@@ -185,86 +173,78 @@ std::vector<SceneTimes> ScenesOf(const experiment::Stamp& stamp,
 
 // The same numbers as dots over the scenes' object points: published in seconds, own in
 // milliseconds.
-std::string PictureOf(const std::vector<SceneTimes>& scenes,
-                      const std::vector<std::string>& methods) {
+draw::Panel PanelOf(const std::vector<SceneTimes>& scenes, const std::vector<std::string>& methods,
+                    bool own) {
   constexpr std::array<const char*, 3> kColors = {"#d62728", "#1f77b4", "#2ca02c"};
-  std::vector<draw::Panel> panels(2);
-  panels[0] = {"published, 2 GHz Core 2 Duo", "points of objects", "s", {}, {}, {}, false};
-  panels[1] = {"own", "points of objects", "ms", {}, {}, {}, false};
-  for (const bool own : {false, true}) {
-    for (std::size_t m = 0; m < methods.size(); ++m) {
-      draw::Series series;
-      series.label = methods[m];
-      series.color = kColors[m % kColors.size()];
-      series.dots = true;
-      for (const SceneTimes& one : scenes) {
-        const ByStep& times = own ? one.own : one.published;
-        const auto found = times.find(methods[m]);
-        if (found == times.end()) continue;
-        series.x.push_back(one.object_points);
-        series.y.push_back(own ? 1e3 * found->second : found->second);
-      }
-      if (!series.x.empty()) panels[own ? 1 : 0].series.push_back(series);
+  draw::Panel panel{own ? "own" : "published, 2 GHz Core 2 Duo",
+                    "points of objects",
+                    own ? "ms" : "s",
+                    {},
+                    {},
+                    {},
+                    false};
+  double high = 1e-3;
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    draw::Series series;
+    series.label = methods[m];
+    series.color = kColors[m % kColors.size()];
+    series.dots = true;
+    for (const SceneTimes& one : scenes) {
+      const auto seconds = SumOf(own ? one.own : one.published, {methods[m]});
+      if (!seconds) continue;
+      series.x.push_back(one.object_points);
+      series.y.push_back(own ? 1e3 * *seconds : *seconds);
+      high = std::max(high, series.y.back());
     }
+    if (!series.x.empty()) panel.series.push_back(series);
   }
-  for (auto& panel : panels) {
-    double high = 0.0;
-    for (const auto& series : panel.series) {
-      high = std::max(high, *std::max_element(series.y.begin(), series.y.end()));
-    }
-    panel.y_range = {0.0, 1.1 * std::max(high, 1e-3)};
-  }
-  return draw::PlotSvg(panels);
+  panel.y_range = {0.0, 1.1 * high};
+  return panel;
 }
 
-experiment::Report SegmentationsReport(const experiment::Stamp& stamp,
-                                       const std::vector<Record>& records) {
+Grid SceneGrid(const std::vector<SceneTimes>& scenes, const std::vector<std::string>& methods,
+               bool csv) {
+  std::vector<Column<SceneTimes>> columns = {
+      {"scene", "", &SceneTimes::scene},
+      {csv ? "object_points" : "object points", "", &SceneTimes::object_points},
+      {csv ? "table_points" : "table points", "", &SceneTimes::table_points}};
+  for (const std::string& method : methods) {
+    columns.push_back({method + (csv ? "_s" : " [s]"), kOwnFormat,
+                       [method](const SceneTimes& one) { return SumOf(one.own, {method}); }});
+    columns.push_back({csv ? "published_" + method + "_s" : "published [s]", ".3f",
+                       [method](const SceneTimes& one) { return SumOf(one.published, {method}); }});
+  }
+  return experiment::GridOf(columns, scenes, csv ? "" : "-");
+}
+
+Report SegmentationsReport(const Stamp& stamp, const std::vector<Record>& records) {
   const auto scenes = ScenesOf(stamp, records);
   const auto methods = GroupsOf(records);
-  Grid grid;
-  grid.header = {"scene", "object points", "table points"};
-  for (const std::string& method : methods) {
-    grid.header.push_back(method + " [s]");
-    grid.header.push_back("published [s]");
-  }
-  grid.left.assign(grid.header.size(), false);
-  Grid csv = grid;
-  csv.header = {"scene", "object_points", "table_points"};
-  for (const std::string& method : methods) {
-    csv.header.push_back(method + "_s");
-    csv.header.push_back("published_" + method + "_s");
-  }
-  experiment::Report report;
+  Report report;
   for (const SceneTimes& one : scenes) {
-    std::vector<std::string> row = {fmt::format("{}", one.scene),
-                                    fmt::format("{}", one.object_points),
-                                    fmt::format("{}", one.table_points)};
     for (const std::string& method : methods) {
       const auto own = SumOf(one.own, {method});
       const auto published = SumOf(one.published, {method});
-      row.push_back(Text(own, kDigits));
-      row.push_back(Text(published, 3));
       if (!published) continue;
       report.published.push_back(
           FigureOf(fmt::format("scene {}, {}", one.scene, method), *published, own, own ? 1 : 0));
     }
-    grid.rows.push_back(row);
-    std::replace(row.begin(), row.end(), std::string("-"), std::string());
-    csv.rows.push_back(row);
   }
-  report.sections.push_back({"Figures 5.8 and 5.9: times of the segmentations", grid});
+  report.sections.push_back(
+      {"Figures 5.8 and 5.9: times of the segmentations", SceneGrid(scenes, methods, false)});
   report.notes.push_back(
       "own: the segmentation alone, without the normals that region growing asks for; median of "
       "the repeats; published: 2 GHz Core 2 Duo");
-  report.csv = csv;
-  report.files = {{"segmentation_times.csv", experiment::CsvOf(csv)},
-                  {"segmentation_times.svg", PictureOf(scenes, methods)}};
+  report.csv = SceneGrid(scenes, methods, true);
+  report.files = {{"segmentation_times.csv", experiment::CsvOf(report.csv)},
+                  {"segmentation_times.svg", draw::PlotSvg({PanelOf(scenes, methods, false),
+                                                            PanelOf(scenes, methods, true)})}};
   return report;
 }
 
 }  // namespace
 
-experiment::Report ReportOf(const experiment::Stamp& stamp, const std::vector<Record>& records) {
+Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const std::string& timed = experiment::Need(stamp.data, kTimed);
   return timed == base::Word(Timed::kStages) ? StagesReport(stamp, records)
                                              : SegmentationsReport(stamp, records);

@@ -14,8 +14,7 @@ enum class Timed {
 };
 constexpr std::array<std::string_view, 2> WordsOf(Timed) { return {"stages", "segmentations"}; }
 
-/// Stamp::data: the text of the published table, and the word of what is timed.
-inline constexpr const char* kReference = "reference";
+/// Stamp::data: the word of what is timed.
 inline constexpr const char* kTimed = "timed";
 
 /// Table 5.1 (each stage's median over the scenes and the published one), or figures 5.8 and 5.9

@@ -24,9 +24,11 @@
 namespace rangegrasp::times {
 namespace {
 
-using experiment::Case;
-using nlohmann::ordered_json;
 using Seconds = std::vector<std::pair<std::string, double>>;
+using experiment::Case;
+using experiment::Result;
+using experiment::Stamp;
+using nlohmann::ordered_json;
 
 // Each scan with closer lines is this much denser than it should have to be; what is too much is
 // left out.
@@ -93,7 +95,8 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
            "arrangements; of segmentations at most those of the reference");
   map.Read("object_points", o.size.object_points, 100, kMaxPoints,
            "of a scan; segmentations: as the reference says");
-  map.Read("table_points", o.size.table_points, 100, kMaxPoints, "likewise");
+  map.Read("table_points", o.size.table_points, 100, kMaxPoints,
+           "of the table in a scan; segmentations: as the reference says");
   map.Read("repeats", o.repeats, 1, 1000, "times that each is timed; the median counts");
   map.Read("methods", o.methods, "that stages are timed of");
   map.Read("segmentations", o.segmentations, "that are timed");
@@ -159,6 +162,13 @@ Seconds MedianOf(const std::vector<Run>& runs) {
   return medians;
 }
 
+template <typename Method>
+std::vector<std::string> WordsOfAll(const std::vector<Method>& methods) {
+  std::vector<std::string> words;
+  for (const Method method : methods) words.emplace_back(base::Word(method));
+  return words;
+}
+
 // A case is a scene and a method; the group is the method.
 class TimesExperiment : public experiment::Task {
  public:
@@ -180,7 +190,7 @@ class TimesExperiment : public experiment::Task {
     return cases;
   }
 
-  experiment::Result Run(const Case& which) const override {
+  Result Run(const Case& which) const override {
     const int scene = which.params.Int("scene");
     base::Rng arrange = trial::StageStream(which.seed, "arrange");
     trial::Redraws redraws;
@@ -208,15 +218,11 @@ class TimesExperiment : public experiment::Task {
     return {"timed", "perceive", "", data.dump(), MedianOf(runs)};
   }
 
-  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
-    return Run(which);
-  }
-
-  void AddTo(experiment::Stamp& stamp) const override {
+  void AddTo(Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     stamp.data[kTimed] = base::Word(options_.timed);
     if (!cell_.options.reference.empty()) {
-      stamp.data[kReference] = base::ReadFile(cell_.options.reference);
+      stamp.data[experiment::kReferenceKey] = base::ReadFile(cell_.options.reference);
     }
   }
 
@@ -227,13 +233,7 @@ class TimesExperiment : public experiment::Task {
                     : std::min(options_.scenes, static_cast<int>(options_.published.size()));
   }
   std::vector<std::string> Words() const {
-    std::vector<std::string> words;
-    if (Stages()) {
-      for (const auto method : options_.methods) words.emplace_back(base::Word(method));
-    } else {
-      for (const auto method : options_.segmentations) words.emplace_back(base::Word(method));
-    }
-    return words;
+    return Stages() ? WordsOfAll(options_.methods) : WordsOfAll(options_.segmentations);
   }
   trial::Options OptionsOf(const std::string& word) const {
     trial::Options own = cell_.options;
@@ -296,21 +296,21 @@ geometry::Observation SizedScan(const trial::Cell& cell, const sim::World& world
 namespace rangegrasp {
 
 void RegisterTimes() {
-  experiment::AddKind(
-      {.name = "times",
-       .description =
-           "Computing times of perception and grasps on scans of published sizes. Beside the keys "
-           "below it has all of `task: grasping` but `trials_per_object`.",
-       .trials_key = "scenes",
-       .uses_seed = true,
-       .success = {},
-       .read = times::Read,
-       .read_keys =
-           [](base::YamlMap& map) {
-             times::Options options;
-             times::ReadTimesKeys(map, options);
-           },
-       .report = times::ReportOf});
+  experiment::AddKind({.name = "times",
+                       .description =
+                           "Computing times of perception and grasps on scans of published sizes. "
+                           "In addition to the keys "
+                           "below it has all of `task: grasping` but `trials_per_object`.",
+                       .trials_key = "scenes",
+                       .uses_seed = true,
+                       .success = {},
+                       .read = times::Read,
+                       .read_keys =
+                           [](base::YamlMap& map) {
+                             times::Options options;
+                             times::ReadTimesKeys(map, options);
+                           },
+                       .report = times::ReportOf});
 }
 
 }  // namespace rangegrasp

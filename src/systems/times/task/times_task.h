@@ -11,9 +11,9 @@ struct ScanSize {
   int table_points = 0;   ///< of the table, within the workspace
 };
 
-/// A scan of a world with as many points as that: the scanner's lines are put closer or wider until
-/// there are enough of the objects' points, and of each kind those that are too many are left out
-/// evenly in the order of the scan. All else that the scanner sees (arm, floor) is left out too.
+/// A scan of a world with as many points as that: the scanner's lines are put closer until there
+/// are enough, and those that are too many are left out evenly in the order of the scan. All else
+/// that the scanner sees (arm, floor) is left out too.
 /// @throws base::InputError if the scanner cannot see so many.
 geometry::Observation SizedScan(const trial::Cell& cell, const sim::World& world,
                                 const ScanSize& size, base::Rng rng);

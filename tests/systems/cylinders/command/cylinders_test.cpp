@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
-#include "cylinders/tabletop_scan.h"
+#include "cylinders/task/tabletop_scan.h"
 #include "geometry/cloud_file.h"
 
 namespace rangegrasp::testing_support {

@@ -20,7 +20,7 @@ experiment::Experiment Open(const std::string& name, const std::vector<std::stri
   std::vector<std::string> all = {R"(rows=["10, 100, 1000"])", "repetitions=1"};
   all.insert(all.end(), set.begin(), set.end());
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/" + name,
-                                    experiment::AllKinds(), {.set = all, .seed = 11});
+                                    {.set = all, .seed = 11});
 }
 
 TEST(CylindersTask, RunsBothExperimentsEndToEnd) {

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "cylinders/tabletop_scan.h"
+#include "cylinders/task/tabletop_scan.h"
 #include "experiment/experiment.h"
 
 namespace rangegrasp::cylinders {
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 experiment::Experiment OpenDemo(const std::vector<std::string>& set) {
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
-                                    experiment::AllKinds(), {.set = set});
+                                    {.set = set});
 }
 
 std::string ErrorOf(const std::vector<std::string>& set) {

@@ -12,7 +12,7 @@ namespace {
 
 experiment::Experiment DemoTaskOpen(const std::vector<std::string>& set = {}) {
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
-                                    experiment::AllKinds(), {.set = set, .seed = 11});
+                                    {.set = set, .seed = 11});
 }
 
 nlohmann::json DataOf(const experiment::Result& result) {

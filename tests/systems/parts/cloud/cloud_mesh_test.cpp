@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "parts/cloud/cloud_samples.h"
-#include "parts/cloud/internal/surface_points.h"
 #include "parts/shape/shape.h"
 #include "parts/shape/shape_graph.h"
 

@@ -285,12 +285,5 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   }
 }
 
-// An old habit is told the new command, whatever follows it.
-TEST_F(PartsTest, EvaluateSaysThatExperimentsAreRun) {
-  ExpectRefused({"evaluate"}, "rangegrasp run EXPERIMENT.yaml");
-  ExpectRefused({"evaluate", "experiments/parts_psb.yaml", "--data", "psb", "--resume"},
-                "rangegrasp run EXPERIMENT.yaml");
-}
-
 }  // namespace
 }  // namespace rangegrasp

@@ -33,7 +33,7 @@ TEST(JoinCutOffHandle, TakesWhatIsSmallAndNear) {
 
 Attempt TryByHandle(int index) {
   const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(),
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
       {.set = {"objects=[coffee_cup]", "as_drawn=true", "grasp.take=handle"}});
   Attempt attempt;
   RunTrial(CellOf(*experiment.task), {"coffee_cup", index, TrialSeed(1001, "coffee_cup", index)},

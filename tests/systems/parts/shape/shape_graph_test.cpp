@@ -33,8 +33,7 @@ TEST_P(SeededPieces, AreWhatNeighborsReachFallingBySize) {
   for (std::size_t v = 0; v < 40; ++v) chosen[v] = rng.Uniform() < 0.8;
   for (std::size_t v = 0; v < 40; ++v) color[v] = rng.Uniform() < 0.5;
   const auto joined = [&](std::uint32_t a, std::uint32_t b) { return color[a] == color[b]; };
-  std::vector<std::int32_t> label;
-  const std::int32_t pieces = LabelPieces(graph, chosen, joined, label);
+  const auto& [label, pieces] = ConnectedPieces(graph, chosen, joined);
 
   std::vector<std::uint32_t> low(40);
   for (std::uint32_t v = 0; v < 40; ++v) low[v] = v;
@@ -81,9 +80,9 @@ TEST(LabelOutside, TheCoreIsNoughtAndWhatItPartsFallsBySize) {
   }
   std::vector<bool> core(7, false);
   core[2] = true;
-  std::vector<std::int32_t> label;
-  EXPECT_EQ(LabelOutside(row, core, label), 2);
-  EXPECT_EQ(label, (std::vector<std::int32_t>{2, 2, 0, 1, 1, 1, 1}));
+  const Pieces found = LabelOutside(row, core);
+  EXPECT_EQ(found.count, 2);
+  EXPECT_EQ(found.label, (std::vector<std::int32_t>{2, 2, 0, 1, 1, 1, 1}));
 }
 
 }  // namespace

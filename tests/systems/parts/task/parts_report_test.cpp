@@ -57,7 +57,7 @@ class PartsReportTest : public testing::Test {
     data["cut_discrepancy"] = nullptr;
     RecordOf(id).result.data = data.dump();
   }
-  MetricMeans Means(Metric metric, std::optional<Split> split) const {
+  std::vector<MethodMeans> Means(Metric metric, std::optional<Split> split) const {
     std::vector<PartsRow> rows;
     for (const Record& record : records_) rows.push_back(RowOf(record));
     return MeansOf(setup_, rows, metric, split);
@@ -84,27 +84,27 @@ class PartsReportTest : public testing::Test {
 
 TEST_F(PartsReportTest, MeansOfTheReportSplitLeaveOutWhatWasTunedOn) {
   const auto means = Means(Metric::kRandError, Split::kReport);
-  EXPECT_NEAR(means.by_class[0][0].mean.value(), 0.2, 1e-12);
-  EXPECT_NEAR(means.by_class[1][0].mean.value(), 0.4, 1e-12);
-  EXPECT_NEAR(means.by_class[0][1].mean.value(), 0.6, 1e-12);
+  EXPECT_NEAR(means[0].by_class[0].mean.value(), 0.2, 1e-12);
+  EXPECT_NEAR(means[1].by_class[0].mean.value(), 0.4, 1e-12);
+  EXPECT_NEAR(means[0].by_class[1].mean.value(), 0.6, 1e-12);
   // Of the classes, however many models each has.
-  EXPECT_NEAR(means.overall[0].mean.value(), 0.4, 1e-12);
-  EXPECT_NEAR(means.overall[1].mean.value(), 0.3, 1e-12);
+  EXPECT_NEAR(means[0].overall.mean.value(), 0.4, 1e-12);
+  EXPECT_NEAR(means[1].overall.mean.value(), 0.3, 1e-12);
   const auto all = Means(Metric::kRandError, std::nullopt);
-  EXPECT_NEAR(all.by_class[0][0].mean.value(), 1.3 / 3.0, 1e-12);
+  EXPECT_NEAR(all[0].by_class[0].mean.value(), 1.3 / 3.0, 1e-12);
 }
 
 TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
   const auto means = Means(Metric::kRandError, Split::kReport);
   // Of 0.1 and 0.3: s = 0.1 sqrt 2, over sqrt 2.
-  EXPECT_NEAR(means.by_class[0][0].standard_error.value(), 0.1, 1e-12);
-  EXPECT_EQ(means.by_class[0][0].count, 2U);
-  EXPECT_FALSE(means.by_class[0][1].standard_error);
+  EXPECT_NEAR(means[0].by_class[0].standard_error.value(), 0.1, 1e-12);
+  EXPECT_EQ(means[0].by_class[0].count, 2U);
+  EXPECT_FALSE(means[0].by_class[1].standard_error);
   // Of 0.1, 0.3, 0.6: mean 1/3, squares' sum 0.38 / 3.
-  EXPECT_NEAR(means.over_models[0].mean.value(), 1.0 / 3.0, 1e-12);
-  EXPECT_NEAR(means.over_models[0].standard_error.value(), std::sqrt(0.38 / 3.0 / 2.0 / 3.0),
+  EXPECT_NEAR(means[0].over_models.mean.value(), 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(means[0].over_models.standard_error.value(), std::sqrt(0.38 / 3.0 / 2.0 / 3.0),
               1e-12);
-  EXPECT_EQ(means.over_models[0].count, 3U);
+  EXPECT_EQ(means[0].over_models.count, 3U);
   const Report report = Make();
   EXPECT_THAT(report.sections[0].title, HasSubstr("3 models apart from those of tuning"));
   EXPECT_THAT(report.sections[0].grid.rows[0],
@@ -115,14 +115,14 @@ TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
 // Of 0.9, 0.1, 0.3 and of 0.7, 0.6: s^2 = 0.52 / 3 and 0.005, over 3 and 2 models.
 TEST_F(PartsReportTest, TheMeanOfTheClassesHasTheErrorOfTheirMeans) {
   const auto means = Means(Metric::kRandError, std::nullopt);
-  EXPECT_NEAR(means.overall[0].standard_error.value(), 0.5 * std::sqrt(0.52 / 9.0 + 0.0025), 1e-12);
-  EXPECT_FALSE(Means(Metric::kRandError, Split::kReport).overall[0].standard_error);
+  EXPECT_NEAR(means[0].overall.standard_error.value(), 0.5 * std::sqrt(0.52 / 9.0 + 0.0025), 1e-12);
+  EXPECT_FALSE(Means(Metric::kRandError, Split::kReport)[0].overall.standard_error);
 }
 
 TEST_F(PartsReportTest, AFailedModelDoesNotCount) {
   experiment::Result& result = RecordOf("3-mirror").result;
   result = {"failed", "read", "off/3.off: no such file", "{}", {}};
-  EXPECT_NEAR(Means(Metric::kRandError, Split::kReport).by_class[0][0].mean.value(), 0.1, 1e-12);
+  EXPECT_NEAR(Means(Metric::kRandError, Split::kReport)[0].by_class[0].mean.value(), 0.1, 1e-12);
   const Report report = Make();
   EXPECT_EQ(report.sections.back().title, "Failed");
   EXPECT_THAT(report.sections.back().grid.rows[0],
@@ -151,10 +151,10 @@ TEST_F(PartsReportTest, AClassWithoutACutHasNoDiscrepancyAndDoesNotCountInTheMea
   HasNoCut("2-mirror");
   HasNoCut("3-mirror");
   const auto means = Means(Metric::kCutDiscrepancy, Split::kReport);
-  EXPECT_FALSE(means.by_class[0][0].mean);
-  EXPECT_NEAR(means.overall[0].mean.value(), 1.2, 1e-12);
-  EXPECT_TRUE(means.by_class[1][0].mean);
-  EXPECT_EQ(MeansCsv(means, Metric::kCutDiscrepancy),
+  EXPECT_FALSE(means[0].by_class[0].mean);
+  EXPECT_NEAR(means[0].overall.mean.value(), 1.2, 1e-12);
+  EXPECT_TRUE(means[1].by_class[0].mean);
+  EXPECT_EQ(MeansCsv(setup_, means, Metric::kCutDiscrepancy),
             "class,method,cut_discrepancy,standard_error,models\ncup,mirror,,,0\n"
             "cup,sdf,0.800000,0.200000,2\nbird,mirror,1.200000,,1\nbird,sdf,0.400000,,1\n"
             "overall,mirror,1.200000,,1\noverall,sdf,0.600000,0.176383,3\n");

@@ -69,8 +69,7 @@ TEST(BringReport, WhatThePersonTakesItByIsFreeOrNot) {
 
 std::string ErrorOf(const std::vector<std::string>& set) {
   return testing_support::ErrorOf([&] {
-    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml",
-                               experiment::AllKinds(), {.set = set});
+    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml", {.set = set});
   });
 }
 

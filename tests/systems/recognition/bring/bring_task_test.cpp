@@ -13,7 +13,6 @@ experiment::Experiment Open(std::vector<std::string> set,
                             const std::string& wanted = "coffee_cup") {
   set.emplace_back("runs_per_object=1");
   return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml",
-                                    experiment::AllKinds(),
                                     {.set = set, .seed = 1001, .groups = {wanted}});
 }
 

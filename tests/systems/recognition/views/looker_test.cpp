@@ -17,9 +17,8 @@ namespace {
 
 /// A cup alone, looked at by the fixed scanner and then from the wrist; as a trial does it.
 LookedAround LookTwice() {
-  const auto experiment =
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml",
-                                 experiment::AllKinds(), {.set = {"views=2"}});
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", {.set = {"views=2"}});
   const Cell& cell = CellOf(*experiment.task);
   const TrialSpec spec{"coffee_cup", 0, TrialSeed(11, "coffee_cup", 0)};
   Arrangement arranged = *ArrangeTrial(cell, spec);
@@ -97,8 +96,8 @@ Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesys
 }
 
 TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
-  const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", experiment::AllKinds(), {});
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   const testing_support::TempFolder folder;
   const base::Pose& X_HS = *cell.robot.X_HWristScanner;

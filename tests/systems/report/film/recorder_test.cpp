@@ -40,8 +40,8 @@ INSTANTIATE_TEST_SUITE_P(ObjectsAndSeeds, RecordedTrial,
                                          Shown{"salt_cylinder", 15}));
 
 TEST_P(RecordedTrial, ObjectAndHandAreWholeInEachPictureAndAllStandOnOneSheet) {
-  const auto e = experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
-                                            experiment::AllKinds(), {});
+  const auto e =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   const Cell& cell = CellOf(*e.task);
   const testing_support::TempFolder folder;
   experiment::ReplayOptions options;

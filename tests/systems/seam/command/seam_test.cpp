@@ -400,13 +400,6 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
                 "body.csv: ");
 }
 
-TEST_F(SeamTest, CommandsThatMovedSayWhereTo) {
-  ExpectRefused({"seam", "evaluate", kBase, "--seams", "3", "-o", File("x")},
-                "rangegrasp run EXPERIMENT.yaml");
-  ExpectRefused({"seam", "track", "--help"}, "rangegrasp trial DIR ID");
-  EXPECT_THAT(RunProgram({"seam", "--help"}).out, testing::Not(HasSubstr("evaluate")));
-}
-
 TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
   const std::string below = (folder_.Write("file", "") / "below").string();
   ExpectRefused({"seam", "generate", kBase, "-o", below + "/p.csv"}, below);

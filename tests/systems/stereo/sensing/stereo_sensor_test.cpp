@@ -47,8 +47,8 @@ StereoSetup CalibratedSetup(const Cell& cell) {
 // A pair of a salt box that stands alone, by a calibration without error: it takes seconds to make
 // one, and is no part of what is asked here.
 struct SaltBox {
-  experiment::Experiment experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  experiment::Experiment experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   TrialSpec spec{"salt_cuboid", 0, TrialSeed(11, "salt_cuboid", 0)};
   Arrangement arranged = *ArrangeTrial(cell, spec);
@@ -124,9 +124,8 @@ struct Looks {
   }
   Sensed ByBoth() const { return By(*MakeLaserAndStereo(Laser(), Stereo())); }
 
-  experiment::Experiment experiment =
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_and_stereo_single.yaml",
-                                 experiment::AllKinds(), {});
+  experiment::Experiment experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_and_stereo_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   TrialSpec spec;
   Arrangement arranged;

@@ -13,7 +13,7 @@ using testing::ElementsAre;
 experiment::Stamp StampOf(const std::string& timed, const std::string& reference) {
   experiment::Stamp stamp;
   stamp.data[kTimed] = timed;
-  stamp.data[kReference] =
+  stamp.data[experiment::kReferenceKey] =
       base::ReadFile(std::string(RANGEGRASP_SOURCE_DIR "/experiments/reference/") + reference);
   return stamp;
 }

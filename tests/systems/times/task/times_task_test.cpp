@@ -11,8 +11,8 @@ namespace rangegrasp::times {
 namespace {
 
 const trial::Cell& TestCell() {
-  static const auto experiment = experiment::OpenExperiment(
-      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", experiment::AllKinds(), {});
+  static const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
   return trial::CellOf(*experiment.task);
 }
 

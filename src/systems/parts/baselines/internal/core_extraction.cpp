@@ -1,16 +1,29 @@
 #include "parts/baselines/internal/core_extraction.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
 
+#include "base/error.h"
 #include "geometry/graph.h"
 #include "geometry/mesh.h"
+#include "parts/baselines/baselines.h"
 #include "parts/mirror/internal/spherical_mirror.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 // ---- landmarks ----
+
+/// Of the whole; a part has as many as the root of its share of faces. More find smaller feature
+/// points and cost their square.
+constexpr int kLandmarks = 300;
+/// A part with fewer is not looked at: its few cells show no limbs.
+constexpr std::uint32_t kMinLandmarks = 16;
+/// A part stays whole when more of its landmarks lie on their convex hull.
+constexpr double kHullFraction = 0.7;
 
 std::vector<bool> OnHull(const Points& points) {
   const geometry::TriangleMesh hull = geometry::ConvexHull(points);
@@ -20,24 +33,6 @@ std::vector<bool> OnHull(const Points& points) {
         std::ranges::binary_search(hull.vertices, CoordinatesOf(p), {}, CoordinatesOf));
   }
   return on_hull;
-}
-
-/// Landmarks from the core's middle outwards: by how deep the mirrored ones lie in their hull.
-struct Outward {
-  Indices order;
-  std::vector<double> depth;  ///< a landmark
-  std::size_t on_hull = 0;    ///< the first so many
-};
-
-Outward FromCoreOutwards(const LandmarkForm& form) {
-  const Sphere sphere = SphereRound(geometry::Centroid(form.embedded), form.embedded);
-  const Points mirrored = MirrorOut(form.embedded, sphere);
-  const geometry::TriangleMesh hull = geometry::ConvexHull(mirrored);
-  Outward outward{Indices(form.size()), HeightsAbove(hull, mirrored), hull.vertices.size()};
-  for (double& depth : outward.depth) depth = -depth;
-  std::iota(outward.order.begin(), outward.order.end(), 0u);
-  std::ranges::stable_sort(outward.order, {}, [&](std::uint32_t i) { return outward.depth[i]; });
-  return outward;
 }
 
 /// Components of the landmarks that are left when the first `core` of the order are gone, numbered
@@ -66,37 +61,50 @@ std::int32_t Components(const LandmarkForm& form, const std::vector<bool>& featu
   return count;
 }
 
-/// Grows the core from the hull of the mirrored landmarks outwards and stops where the number of
-/// separate components with feature points then stays the same for longest: growing on until every
-/// last feature point is on its own (ears, horns) would leave stumps of the limbs.
-std::int32_t Separate(const LandmarkForm& form, const std::vector<bool>& feature, Labels& label) {
-  const Outward outward = FromCoreOutwards(form);
-  double longest = -1.0;
-  std::int32_t best = 0;
-  std::int32_t count = 0;
-  double since = 0.0;
-  Labels first, candidate;
-  for (std::size_t core = outward.on_hull; core < outward.order.size(); ++core) {
-    const double depth = outward.depth[outward.order[core]];
-    const std::int32_t now = Components(form, feature, outward.order, core, candidate);
-    if (now != count) {
-      count = now;
+/// Grows the core from the hull of the mirrored landmarks outwards, by how deep they lie in it, and
+/// stops where the number of separate components with feature points then stays the same for
+/// longest: growing on until every last feature point is on its own (ears, horns) would leave
+/// stumps of the limbs.
+Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
+  const Points mirrored =
+      MirrorOut(form.embedded, SphereRound(geometry::Centroid(form.embedded), form.embedded));
+  const geometry::TriangleMesh hull = geometry::ConvexHull(mirrored);
+  const std::vector<double> height = HeightsAbove(hull, mirrored);
+  const Indices order = OrderBy(form.size(), [&](std::uint32_t i) { return -height[i]; });
+  double longest = -1.0, since = 0.0;
+  Pieces best, first, candidate;
+  for (std::size_t core = hull.vertices.size(); core < order.size(); ++core) {
+    const double depth = -height[order[core]];
+    candidate.count = Components(form, feature, order, core, candidate.label);
+    if (candidate.count != first.count) {
       since = depth;
       first = candidate;
     }
-    if (count > 0 && (count - 1) * (depth - since) > longest) {
-      longest = (count - 1) * (depth - since);
-      best = count;
-      label = first;
+    const double lasts = (first.count - 1) * (depth - since);
+    if (first.count > 0 && lasts > longest) {
+      longest = lasts;
+      best = first;
     }
   }
   return best;
+}
+
+/// Feature points and core: a label a landmark, 0 the core, and how many others; none where more
+/// than kHullFraction of the landmarks lie on their convex hull.
+Pieces LabelLandmarks(const LandmarkForm& form) {
+  const std::vector<bool> on_hull = OnHull(form.embedded);
+  const auto convex = static_cast<double>(std::ranges::count(on_hull, true));
+  if (convex > kHullFraction * form.size()) return {};
+  return Separate(form, FeaturePoints(form, on_hull));
 }
 
 // ---- minimum cuts ----
 
 /// Eta of a convex edge (Katz and Tal 2003).
 constexpr double kConvexWeight = 0.2;
+/// How far a boundary may move to its cheapest place, in distances between landmarks. Less leaves
+/// it near the border between two cells, more may find a crease of another part.
+constexpr double kBoundaryReach = 6.0;
 
 /// Of each vertex from the edges between the segment's faces and others.
 std::vector<double> DistancesFromBoundary(const VertexGraph& graph, const FaceGraph& faces,
@@ -109,36 +117,90 @@ std::vector<double> DistancesFromBoundary(const VertexGraph& graph, const FaceGr
   return geometry::DistancesFrom(boundary, graph.Links());
 }
 
-/// A node for each face of the segment and of label 0 near the boundary; the others of the segment
-/// are the source, all others the sink.
-Indices NodesOfBand(const Shape& mesh, const std::vector<double>& distance, std::int32_t segment,
-                    double width, const Labels& label, std::uint32_t& nodes) {
-  // Both sides keep something: not more than half of the way to a side's farthest vertex is moved.
-  const auto reach = [&](std::int32_t side) {
-    double depth = 0.0;
-    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-      if (label[f] != side) continue;
-      for (const std::uint32_t v : mesh.faces[f]) {
-        if (distance[v] < geometry::ShortestPaths::kFar) depth = std::max(depth, distance[v]);
-      }
-    }
-    return std::min(width, 0.5 * depth);
-  };
-  const double inside = reach(segment);
-  const double outside = reach(0);
-  nodes = 2;
-  Indices node(label.size(), kSink);
-  for (std::uint32_t f = 0; f < label.size(); ++f) {
-    double far = 0.0;
-    for (const std::uint32_t v : mesh.faces[f]) far = std::max(far, distance[v]);
-    if (label[f] == segment) {
-      node[f] = far < inside ? nodes++ : kSource;
-    } else if (label[f] == 0 && far < outside) {
-      node[f] = nodes++;
+/// How far faces of one side may move: not more than half of the way to its farthest vertex, so
+/// that both sides keep something.
+double ReachOf(const Shape& mesh, const std::vector<double>& distance, const Labels& label,
+               std::int32_t side, double width) {
+  double depth = 0.0;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    if (label[f] != side) continue;
+    for (const std::uint32_t v : mesh.faces[f]) {
+      if (distance[v] < geometry::ShortestPaths::kFar) depth = std::max(depth, distance[v]);
     }
   }
-  return node;
+  return std::min(width, 0.5 * depth);
 }
+
+// ---- the hierarchy ----
+
+/// Some faces of a mesh as a shape of its own.
+struct CorePiece {
+  Shape shape;
+  std::vector<bool> cut;  ///< a vertex: on an edge where it was cut from the rest
+};
+
+CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& faces) {
+  CorePiece piece;
+  std::vector<bool> within(mesh.faces.size(), false), cut(mesh.points.size(), false);
+  for (const std::uint32_t f : faces) within[f] = true;
+  for (const std::uint32_t f : faces) {
+    piece.shape.faces.push_back(mesh.faces[f]);
+    for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
+      if (within[graph.neighbor[k]]) continue;
+      for (const std::uint32_t v : graph.edge[k]) cut[v] = true;
+    }
+  }
+  const Indices kept = UseOnly(mesh.points.size(), piece.shape.faces);
+  piece.shape.points = geometry::Select(mesh.points, kept);
+  for (const std::uint32_t v : kept) piece.cut.push_back(cut[v]);
+  return piece;
+}
+
+/// A face has the label of two of its vertices' landmarks, else that of the core.
+Labels LabelFaces(const Shape& mesh, const Indices& landmark, const Labels& of_landmark) {
+  Labels label;
+  for (const auto& [a, b, c] : mesh.faces) {
+    const std::int32_t la = of_landmark[landmark[a]];
+    const std::int32_t lb = of_landmark[landmark[b]];
+    const std::int32_t lc = of_landmark[landmark[c]];
+    label.push_back(la == lb || la == lc ? la : lb == lc ? lb : 0);
+  }
+  return label;
+}
+
+/// The faces of a part as its core and segments; empty if it stays whole.
+std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
+                               const Indices& part) {
+  const double share = static_cast<double>(part.size()) / static_cast<double>(shape.faces.size());
+  const auto landmarks = static_cast<std::uint32_t>(kLandmarks * std::sqrt(share));
+  if (landmarks < kMinLandmarks) return {};
+  const CorePiece piece = Extract(shape, shape_graph, part);
+  const VertexGraph graph = GeodesicGraph(piece.shape);
+  const LandmarkForm form = MakeLandmarkForm(graph, piece.cut, static_cast<int>(landmarks));
+  if (form.size() < kMinLandmarks) return {};
+  const Pieces segments = LabelLandmarks(form);
+  if (segments.count == 0) return {};
+
+  Labels label = LabelFaces(piece.shape, form.spread.nearest, segments.label);
+  const FaceGraph faces = BuildFaceGraph(piece.shape);
+  JoinCrumbs(faces, label);
+  const std::vector<double> costs = CutCosts(piece.shape, faces);
+  for (std::int32_t s = 1; s <= segments.count; ++s) {
+    RefineBoundary(piece.shape, graph, faces, costs, s, kBoundaryReach * form.spread.spacing,
+                   label);
+  }
+  JoinCrumbs(faces, label);
+  std::map<std::int32_t, Indices> by_label;
+  for (std::size_t i = 0; i < label.size(); ++i) by_label[label[i]].push_back(part[i]);
+  std::vector<Indices> split;
+  for (auto& [unused, some] : by_label) split.push_back(std::move(some));
+  return split;
+}
+
+struct Part {
+  Indices faces;
+  bool whole = false;  ///< was looked at and cannot be split
+};
 
 }  // namespace
 
@@ -174,13 +236,6 @@ std::vector<bool> FeaturePoints(const LandmarkForm& form, const std::vector<bool
   return feature;
 }
 
-std::int32_t LabelLandmarks(const LandmarkForm& form, double hull_fraction, Labels& label) {
-  const std::vector<bool> on_hull = OnHull(form.embedded);
-  const auto convex = static_cast<double>(std::count(on_hull.begin(), on_hull.end(), true));
-  if (convex > hull_fraction * form.size()) return 0;
-  return Separate(form, FeaturePoints(form, on_hull), label);
-}
-
 std::vector<double> CutCosts(const Shape& mesh, const FaceGraph& faces) {
   const FaceFrames frames = BuildFaceFrames(mesh);
   std::vector<double> costs(faces.neighbor.size());
@@ -192,8 +247,7 @@ std::vector<double> CutCosts(const Shape& mesh, const FaceGraph& faces) {
   });
   const double mean = costs.empty() ? 0.0 : sum / static_cast<double>(costs.size());
   for (std::size_t k = 0; k < costs.size(); ++k) {
-    const double length = (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
-    costs[k] = length / (1.0 + (mean > 0.0 ? costs[k] / mean : 0.0));
+    costs[k] = LengthOf(mesh.points, faces.edge[k]) / (1.0 + (mean > 0.0 ? costs[k] / mean : 0.0));
   }
   return costs;
 }
@@ -201,17 +255,56 @@ std::vector<double> CutCosts(const Shape& mesh, const FaceGraph& faces) {
 void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph& faces,
                     const std::vector<double>& costs, std::int32_t segment, double width,
                     Labels& label) {
-  std::uint32_t nodes = 0;
-  const Indices node = NodesOfBand(mesh, DistancesFromBoundary(graph, faces, segment, label),
-                                   segment, width, label, nodes);
-  std::vector<CutLink> links;
-  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
-    if (f < g && node[f] != node[g]) links.push_back({node[f], node[g], costs[k]});
-  });
-  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
-  for (std::size_t f = 0; f < node.size(); ++f) {
-    if (node[f] > kSink) label[f] = with_source[node[f]] ? segment : 0;
+  const auto distance = DistancesFromBoundary(graph, faces, segment, label);
+  const double inside = ReachOf(mesh, distance, label, segment, width);
+  const double outside = ReachOf(mesh, distance, label, 0, width);
+  std::uint32_t nodes = 2;
+  Indices node(label.size(), kSink);
+  for (std::uint32_t f = 0; f < label.size(); ++f) {
+    double far = 0.0;
+    for (const std::uint32_t v : mesh.faces[f]) far = std::max(far, distance[v]);
+    if (label[f] == segment) {
+      node[f] = far < inside ? nodes++ : kSource;
+    } else if (label[f] == 0 && far < outside) {
+      node[f] = nodes++;
+    }
   }
+  CutFaces(faces, costs, nodes, node, segment, 0, label);
+}
+
+// The paper looks for feature points and the core in a coarsened mesh; here that is the landmarks
+// and the contacts of their cells, so that there is nothing to simplify and to map back.
+Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options) {
+  if (!shape.IsMesh()) {
+    throw base::InputError("core extraction needs a mesh; the input is a point cloud");
+  }
+  if (options.levels < 1) throw std::invalid_argument("core extraction: levels must be >= 1");
+  const FaceGraph graph = BuildFaceGraph(shape);
+  const Pieces pieces = ConnectedPieces(graph, AnyNeighbors);
+  std::vector<Part> parts(pieces.count);
+  for (std::uint32_t f = 0; f < shape.faces.size(); ++f) parts[pieces.label[f]].faces.push_back(f);
+  Segmentation result;
+  for (int level = 0; level < options.levels; ++level) {
+    std::vector<Part> finer;
+    for (Part& part : parts) {
+      std::vector<Indices> split;
+      if (!part.whole) split = SplitPart(shape, graph, part.faces);
+      if (split.size() < 2) {
+        finer.push_back({std::move(part.faces), true});
+        continue;
+      }
+      result.has_core = result.has_core || finer.empty();
+      for (Indices& faces : split) finer.push_back({std::move(faces)});
+    }
+    parts = std::move(finer);
+  }
+  result.label.assign(shape.faces.size(), 0);
+  for (const Part& part : parts) {
+    for (const std::uint32_t f : part.faces) result.label[f] = result.parts;
+    ++result.parts;
+  }
+  if (!result.has_core) result.note = "no core: no feature points, or nearly convex";
+  return result;
 }
 
 }  // namespace rangegrasp::parts

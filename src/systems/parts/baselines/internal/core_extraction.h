@@ -25,10 +25,6 @@ LandmarkForm MakeLandmarkForm(const VertexGraph& graph, const std::vector<bool>&
 /// embedding's hull and not at a cut.
 std::vector<bool> FeaturePoints(const LandmarkForm& form, const std::vector<bool>& on_hull);
 
-/// Feature points and core: a label a landmark, 0 the core, and how many others. None, and no
-/// labels, where more than hull_fraction of the landmarks lie on their convex hull.
-std::int32_t LabelLandmarks(const LandmarkForm& form, double hull_fraction, Labels& label);
-
 /// What a cut along the edges of a mesh costs (Katz and Tal 2003): an edge's length over
 /// 1 + a / mean(a), a = eta (1 - cos of the dihedral angle), eta = 1 for a concave and 0.2 for a
 /// convex edge. Parallel to FaceGraph::neighbor.

@@ -4,12 +4,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <utility>
 
-#include "base/units.h"
 #include "geometry/graph.h"
 #include "geometry/kd_tree.h"
 
@@ -21,6 +19,12 @@ using Eigen::Vector3d;
 using geometry::KdTree;
 
 // ---- bodies of revolution ----
+
+/// Sine by which noise tilts normals that meet the axis: 0.1 to 0.2 was measured.
+constexpr double kMaxTwist = 0.3;
+/// Twist from which a face's weight falls (Geman and McClure 1987), and rounds of reweighting.
+constexpr double kSoftness = 0.2;
+constexpr int kReweightings = 20;
 
 /// Velocities a x p + m.
 struct Rotation {
@@ -40,6 +44,9 @@ struct RingSums {
     am += weight * q * n.transpose();
     mm += weight * n * n.transpose();
   }
+  /// What a translation costs compared with a rotation: almost nothing, to decide where the
+  /// surface, as a cylinder, could also slide along its axis.
+  Matrix3d Ridged() const { return mm + 1e-4 * mm.trace() * Matrix3d::Identity(); }
 };
 
 /// The surface in a frame of its own.
@@ -62,20 +69,14 @@ struct RingFaces {
   }
 };
 
-/// What a translation costs compared with a rotation: almost nothing, to decide where the
-/// surface, as a cylinder, could also slide along its axis.
-constexpr double kRidge = 1e-4;
-
 /// m for a, such that the squares are least, without a pitch along a.
 Rotation WithAxis(const RingSums& sums, const Vector3d& a) {
-  const Matrix3d mm = sums.mm + kRidge * sums.mm.trace() * Matrix3d::Identity();
-  const Vector3d m = -mm.ldlt().solve(sums.am.transpose() * a);
+  const Vector3d m = -sums.Ridged().ldlt().solve(sums.am.transpose() * a);
   return {a, m - a.dot(m) * a};
 }
 
 Rotation BestOf(const RingSums& sums) {
-  const Matrix3d mm = sums.mm + kRidge * sums.mm.trace() * Matrix3d::Identity();
-  const Matrix3d left = sums.aa - sums.am * mm.ldlt().solve(sums.am.transpose());
+  const Matrix3d left = sums.aa - sums.am * sums.Ridged().ldlt().solve(sums.am.transpose());
   return WithAxis(sums, Eigen::SelfAdjointEigenSolver<Matrix3d>(left).eigenvectors().col(0));
 }
 
@@ -86,13 +87,13 @@ double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
   return velocity.dot(n) / std::max(velocity.norm(), kNearRing);
 }
 
-Rotation Refine(const RingFaces& faces, Rotation rotation, const RevolutionOptions& options) {
-  for (int round = 0; round < options.rounds; ++round) {
+Rotation Refine(const RingFaces& faces, Rotation rotation) {
+  for (int round = 0; round < kReweightings; ++round) {
     RingSums sums;
     for (std::size_t f = 0; f < faces.center.size(); ++f) {
       const Vector3d& p = faces.center[f];
       const Vector3d& n = faces.frames.normal[f];
-      const double twist = TwistOf(rotation, p, n) / options.softness;
+      const double twist = TwistOf(rotation, p, n) / kSoftness;
       const double off = 1.0 + twist * twist;
       sums.Add(faces.frames.area[f] / (off * off), p, n);
     }
@@ -101,12 +102,11 @@ Rotation Refine(const RingFaces& faces, Rotation rotation, const RevolutionOptio
   return rotation;
 }
 
-double ShareOf(const RingFaces& faces, const Rotation& rotation, double max_twist) {
+double ShareOf(const RingFaces& faces, const Rotation& rotation) {
   double area = 0.0;
   for (std::size_t f = 0; f < faces.center.size(); ++f) {
-    if (std::abs(TwistOf(rotation, faces.center[f], faces.frames.normal[f])) <= max_twist) {
-      area += faces.frames.area[f];
-    }
+    const double twist = TwistOf(rotation, faces.center[f], faces.frames.normal[f]);
+    if (std::abs(twist) <= kMaxTwist) area += faces.frames.area[f];
   }
   return area / faces.frames.total_area;
 }
@@ -123,9 +123,7 @@ Segmentation JoinParts(const Segmentation& found, const std::vector<double>& are
     of_set[sets.Find(l)] += area[l];
     if (sets.Find(l) == l) roots.push_back(l);
   }
-  std::ranges::stable_sort(roots, std::greater<>(), [&](std::uint32_t l) { return of_set[l]; });
-  Labels number(area.size());
-  for (std::size_t k = 0; k < roots.size(); ++k) number[roots[k]] = static_cast<std::int32_t>(k);
+  const Labels number = RankLabels(roots, of_set);
   Segmentation joined = found;
   for (std::int32_t& l : joined.label) l = number[sets.Find(l)];
   joined.parts = static_cast<int>(roots.size());
@@ -162,10 +160,9 @@ std::optional<std::uint32_t> Facing(const FaceFrames& frames, const KdTree& tree
   double distance = reach * reach;
   for (const auto& n : near) {
     const Vector3d way = frames.center[n.index] - frames.center[f];
-    if (n.squared_distance >= distance) continue;
+    if (n.index == f || n.squared_distance >= distance) continue;
     if (std::abs(way.dot(frames.normal[f])) < kAcross * way.norm()) continue;
     if (std::abs(frames.normal[f].dot(frames.normal[n.index])) < kParallel) continue;
-    if (n.index == f) continue;
     distance = n.squared_distance;
     best = n.index;
   }
@@ -214,6 +211,21 @@ double CoveredArea(const Vector3d& view, const FaceFrames& frames) {
   return static_cast<double>(covered) * side * side;
 }
 
+/// Share of the area that turns about an axis, to be a body.
+constexpr double kMinBodyShare = 0.6;
+/// Share of a part's area that turns about it, to be of the body; the same of parts that give the
+/// body's profile, and how much of the whole area they have at least.
+constexpr double kMinTurned = 0.5, kSureTurned = 0.6, kSureArea = 0.02;
+/// Half of a part of the body is so near to its profile, in edges.
+constexpr double kProfileReach = 2.0;
+/// Less of the area than this does not stand off, it is of the body.
+constexpr double kMinOff = 0.02;
+/// Faces so near to another part, in edges, are looked at again; nearer than the step to the body's
+/// profile is of the body.
+constexpr double kBorderZone = 3.0, kBorderStep = 0.4;
+/// What stands off, at angles less than this apart, is one.
+constexpr double kSameSide_rad = 0.8;
+
 /// What is known of a part.
 struct SeenPart {
   double area = 0.0;
@@ -223,43 +235,36 @@ struct SeenPart {
   bool is_body = false;
 };
 
-/// Sums over the faces of each part.
-template <class Add>
-void OverFaces(const Segmentation& found, std::vector<SeenPart>& parts, const Add& add) {
-  for (std::size_t f = 0; f < found.label.size(); ++f) add(parts[found.label[f]], f);
-}
-
-void MeasureProfile(const FaceFrames& frames, const RevolutionAxis& axis, const Segmentation& found,
-                    const SeenSideOptions& options, std::vector<SeenPart>& parts) {
+std::vector<SeenPart> MeasureParts(const FaceFrames& frames, const RevolutionAxis& axis,
+                                   const Segmentation& found) {
+  const FaceFrames sums = GroupFrames(frames, found.label, found.parts);
+  std::vector<SeenPart> parts(found.parts);
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    parts[p].area = sums.area[p];
+    parts[p].middle = sums.center[p];
+  }
+  for (std::size_t f = 0; f < found.label.size(); ++f) {
+    const bool turns = axis.Twist(frames.center[f], frames.normal[f]) <= kMaxTwist;
+    if (turns) parts[found.label[f]].turned += frames.area[f];
+  }
   Points profile;
-  OverFaces(found, parts, [&](const SeenPart& part, std::size_t f) {
-    if (part.turned < options.sure_turned * part.area) return;
-    if (part.area < options.sure_area * frames.total_area) return;
+  for (std::size_t f = 0; f < found.label.size(); ++f) {
+    const SeenPart& part = parts[found.label[f]];
+    if (part.turned < kSureTurned * part.area) continue;
+    if (part.area < kSureArea * frames.total_area) continue;
     profile.push_back(axis.ProfileOf(frames.center[f]));
-  });
-  if (profile.empty()) return;
-  const double reach = options.profile_reach * EdgeOf(frames);
+  }
+  if (profile.empty()) return parts;
+  const double reach = kProfileReach * EdgeOf(frames);
   const KdTree tree(profile);
   std::vector<KdTree::Neighbor> nearest;
-  OverFaces(found, parts, [&](SeenPart& part, std::size_t f) {
+  for (std::size_t f = 0; f < found.label.size(); ++f) {
     tree.Nearest(axis.ProfileOf(frames.center[f]), 1, nearest);
-    if (nearest.front().squared_distance <= reach * reach) part.near += frames.area[f];
-  });
-}
-
-std::vector<SeenPart> MeasureParts(const FaceFrames& frames, const RevolutionAxis& axis,
-                                   const Segmentation& found, const SeenSideOptions& options) {
-  std::vector<SeenPart> parts(found.parts);
-  OverFaces(found, parts, [&](SeenPart& part, std::size_t f) {
-    part.area += frames.area[f];
-    part.middle += frames.area[f] * frames.center[f];
-    const bool turns = axis.Twist(frames.center[f], frames.normal[f]) <= options.max_twist;
-    if (turns) part.turned += frames.area[f];
-  });
-  MeasureProfile(frames, axis, found, options, parts);
+    const bool is_near = nearest.front().squared_distance <= reach * reach;
+    if (is_near) parts[found.label[f]].near += frames.area[f];
+  }
   for (SeenPart& part : parts) {
-    part.middle /= part.area;
-    part.is_body = part.turned >= options.min_turned * part.area && part.near >= 0.5 * part.area;
+    part.is_body = part.turned >= kMinTurned * part.area && part.near >= 0.5 * part.area;
   }
   return parts;
 }
@@ -267,8 +272,7 @@ std::vector<SeenPart> MeasureParts(const FaceFrames& frames, const RevolutionAxi
 /// Moves faces where the body and others meet: what lies on the body's profile, as the body shows
 /// it elsewhere, is of the body, all else goes with the nearest other part.
 void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
-                       const std::vector<SeenPart>& parts, const SeenSideOptions& options,
-                       Labels& label) {
+                       const std::vector<SeenPart>& parts, Labels& label) {
   const double edge = EdgeOf(frames);
   const KdTree in_space(frames.center);
   std::vector<KdTree::Neighbor> near;
@@ -278,7 +282,7 @@ void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
   std::vector<std::optional<std::uint32_t>> other(label.size());
   Points profile;
   for (std::uint32_t f = 0; f < label.size(); ++f) {
-    in_space.Within(frames.center[f], options.border_zone * edge, near);
+    in_space.Within(frames.center[f], kBorderZone * edge, near);
     const auto first = std::ranges::min_element(near, {}, [&](const KdTree::Neighbor& n) {
       return std::tuple(of_body(n.index) == of_body(f), n.squared_distance, n.index);
     });
@@ -287,26 +291,25 @@ void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
   }
   if (profile.empty()) return;
   const KdTree tree(profile);
-  const double step = options.border_step * edge;
+  const double step = kBorderStep * edge;
   for (std::uint32_t f = 0; f < label.size(); ++f) {
     if (!other[f]) continue;
     tree.Nearest(axis.ProfileOf(frames.center[f]), 1, near);
     const bool on_profile = near.front().squared_distance <= step * step;
-    const bool turns = axis.Twist(frames.center[f], frames.normal[f]) <= options.max_twist;
+    const bool turns = axis.Twist(frames.center[f], frames.normal[f]) <= kMaxTwist;
     const bool moves = of_body(f) ? !on_profile && !turns : on_profile;
     if (moves) label[f] = before[*other[f]];
   }
 }
 
-bool OnOneSide(const RevolutionAxis& axis, const SeenPart& a, const SeenPart& b, double angle) {
+bool OnOneSide(const RevolutionAxis& axis, const SeenPart& a, const SeenPart& b) {
   const Vector3d of_a = axis.direction.cross(a.middle - axis.point);
   const Vector3d of_b = axis.direction.cross(b.middle - axis.point);
-  return of_a.dot(of_b) >= std::cos(angle) * of_a.norm() * of_b.norm();
+  return of_a.dot(of_b) >= std::cos(kSameSide_rad) * of_a.norm() * of_b.norm();
 }
 
 /// Parts of the body, parts on one side of it, and with the body what is too little to stand off.
-geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<SeenPart>& parts,
-                               const SeenSideOptions& options) {
+geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<SeenPart>& parts) {
   geometry::UnionFind sets(parts.size());
   double total = 0.0;
   std::optional<std::uint32_t> body;
@@ -315,16 +318,14 @@ geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<See
     if (parts[a].is_body && !body) body = a;
     for (std::uint32_t b = a + 1; b < parts.size(); ++b) {
       if (parts[a].is_body != parts[b].is_body) continue;
-      if (parts[a].is_body || OnOneSide(axis, parts[a], parts[b], options.same_side_rad)) {
-        sets.Unite(a, b);
-      }
+      if (parts[a].is_body || OnOneSide(axis, parts[a], parts[b])) sets.Unite(a, b);
     }
   }
   if (!body) return sets;
   std::vector<double> area(parts.size(), 0.0);
   for (std::uint32_t l = 0; l < parts.size(); ++l) area[sets.Find(l)] += parts[l].area;
   for (std::uint32_t l = 0; l < parts.size(); ++l) {
-    if (area[sets.Find(l)] < options.min_off * total) sets.Unite(l, *body);
+    if (area[sets.Find(l)] < kMinOff * total) sets.Unite(l, *body);
   }
   return sets;
 }
@@ -342,8 +343,7 @@ double RevolutionAxis::Twist(const Vector3d& p, const Vector3d& normal) const {
   return distance > 0.0 ? std::abs(round.dot(normal)) / distance : 0.0;
 }
 
-std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames,
-                                             const RevolutionOptions& options) {
+std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames) {
   if (!(frames.total_area > 0.0)) return std::nullopt;
   const RingFaces faces(frames);
   RingSums all;
@@ -356,8 +356,8 @@ std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames,
   Rotation best;
   double share = -1.0;
   for (const Rotation& guess : guesses) {
-    const Rotation refined = Refine(faces, guess, options);
-    const double one = ShareOf(faces, refined, options.max_twist);
+    const Rotation refined = Refine(faces, guess);
+    const double one = ShareOf(faces, refined);
     if (one <= share) continue;
     share = one;
     best = refined;
@@ -372,9 +372,8 @@ Segmentation JoinWalls(const Shape& mesh, const Segmentation& found) {
   const KdTree tree(frames.center);
   std::vector<KdTree::Neighbor> near;
   std::map<std::pair<std::int32_t, std::int32_t>, double> facing;
-  std::vector<double> area(found.parts, 0.0);
+  const std::vector<double> area = GroupSums(found.label, frames.area, found.parts);
   for (std::uint32_t f = 0; f < frames.area.size(); ++f) {
-    area[found.label[f]] += frames.area[f];
     const auto other = Facing(frames, tree, f, kThickness * edge, near);
     if (other) facing[{found.label[f], found.label[*other]}] += frames.area[f];
   }
@@ -395,11 +394,7 @@ double FewestLayers(const Shape& mesh) {
   Points views;
   std::vector<double> projected;
   for (int k = 0; k < kDirections; ++k) {
-    // Evenly over half a ball, by the golden angle.
-    const double z = (k + 0.5) / kDirections;
-    const double angle = k * base::kPi * (3.0 - std::sqrt(5.0));
-    const double r = std::sqrt(1.0 - z * z);
-    views.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    views.push_back(SpiralDirection(k, (k + 0.5) / kDirections));  // evenly over half a ball
     projected.push_back(ProjectedArea(views.back(), frames));
   }
   const double enough = kMinProjected * *std::ranges::max_element(projected);
@@ -411,19 +406,18 @@ double FewestLayers(const Shape& mesh) {
   return fewest;
 }
 
-std::optional<RevolutionAxis> FindSeenBody(const Shape& mesh, const SeenSideOptions& options) {
-  if (FewestLayers(mesh) > options.max_layers) return std::nullopt;
-  const auto axis = FindRevolution(SmoothFrames(mesh), {.max_twist = options.max_twist});
-  return axis && axis->share >= options.min_share ? axis : std::nullopt;
+std::optional<RevolutionAxis> FindSeenBody(const Shape& mesh) {
+  if (FewestLayers(mesh) > kMaxLayers) return std::nullopt;
+  const auto axis = FindRevolution(SmoothFrames(mesh));
+  return axis && axis->share >= kMinBodyShare ? axis : std::nullopt;
 }
 
-Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Segmentation& found,
-                        const SeenSideOptions& options) {
+Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Segmentation& found) {
   const FaceFrames frames = SmoothFrames(mesh);
-  const std::vector<SeenPart> parts = MeasureParts(frames, axis, found, options);
-  geometry::UnionFind sets = JoinedSets(axis, parts, options);
+  const std::vector<SeenPart> parts = MeasureParts(frames, axis, found);
+  geometry::UnionFind sets = JoinedSets(axis, parts);
   Segmentation joined = found;
-  MoveBordersOfBody(frames, axis, parts, options, joined.label);
+  MoveBordersOfBody(frames, axis, parts, joined.label);
   std::vector<double> area;
   for (const SeenPart& part : parts) area.push_back(part.area);
   return JoinParts(joined, area, sets);

@@ -12,8 +12,6 @@
 namespace rangegrasp::parts {
 namespace {
 
-using geometry::ShortestPaths;
-
 // ---- bends ----
 
 /// Side of the patches that stand for their edges, of the scale: within it bends are seen as one.
@@ -42,25 +40,22 @@ double Dihedral(const FaceFrames& frames, std::uint32_t f, std::uint32_t g) {
 
 /// A mesh in patches: the connected faces whose centers lie in the same cube of a grid.
 struct Patches {
-  Labels of_face;
+  Labels of_face;     ///< numbered by their first faces
   FaceFrames frames;  ///< of the patches
 };
-
-/// Patches are numbered by their first faces. O(n).
 Patches CutByGrid(const FaceGraph& faces, const FaceFrames& frames, double side) {
-  const std::size_t count = frames.area.size();
   std::vector<Eigen::Vector3i> cube;
   for (const Eigen::Vector3d& p : frames.center) {
     cube.emplace_back((p / side).array().floor().cast<int>());
   }
-  geometry::UnionFind sets(count);
+  geometry::UnionFind sets(cube.size());
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
     if (g > f && cube[g] == cube[f]) sets.Unite(f, g);
   });
   Patches patches;
-  Labels number(count, -1);
+  Labels number(cube.size(), -1);
   std::int32_t numbers = 0;
-  for (std::uint32_t f = 0; f < count; ++f) {
+  for (std::uint32_t f = 0; f < cube.size(); ++f) {
     std::int32_t& own = number[sets.Find(f)];
     if (own < 0) own = numbers++;
     patches.of_face.push_back(own);
@@ -106,31 +101,12 @@ constexpr double kMinPatch = 0.3;
 /// Times that seeds go to the middle of their cells: the first evens the grid out, more do little.
 constexpr int kRounds = 2;
 
-/// Of each set of faces that has a center the face nearest to it; none where the center is absent.
-Indices NearestFaces(const FaceFrames& frames, const Labels& set_of_face, const Points& center,
-                     const std::vector<bool>& wanted) {
-  constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
-  std::vector<double> nearest(center.size(), ShortestPaths::kFar);
-  Indices face(center.size(), kNoCell);
-  for (std::uint32_t f = 0; f < set_of_face.size(); ++f) {
-    const std::int32_t set = set_of_face[f];
-    const double squared = (frames.center[f] - center[set]).squaredNorm();
-    if (!wanted[set] || squared >= nearest[set]) continue;
-    nearest[set] = squared;
-    face[set] = f;
-  }
-  std::erase(face, kNoCell);
-  return face;
-}
-
 /// A seed in each large patch of the grid, and one in the largest patch of a piece without.
 Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side) {
   const auto& [of_face, patches] = CutByGrid(faces, frames, side);
   std::vector<bool> wanted;
   for (const double area : patches.area) wanted.push_back(area >= kMinPatch * side * side);
-  Labels piece;
-  const std::int32_t pieces =
-      LabelPieces(faces, std::vector<bool>(frames.area.size(), true), piece);
+  const auto& [piece, pieces] = ConnectedPieces(faces, AnyNeighbors);
   Labels largest(pieces, -1);
   std::vector<bool> has(pieces, false);
   for (std::size_t f = 0; f < piece.size(); ++f) {
@@ -142,20 +118,7 @@ Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side)
   for (std::int32_t k = 0; k < pieces; ++k) {
     if (!has[k]) wanted[largest[k]] = true;
   }
-  return NearestFaces(frames, of_face, patches.center, wanted);
-}
-
-/// The seed that each face is nearest to.
-Labels NearestSeeds(const FaceGraph& faces, const std::vector<double>& step, const Indices& seeds) {
-  Labels cell(faces.begin.size() - 1, -1);
-  for (std::size_t s = 0; s < seeds.size(); ++s) cell[seeds[s]] = static_cast<std::int32_t>(s);
-  std::vector<double> distance(cell.size(), ShortestPaths::kFar);
-  ShortestPaths().Lower(seeds, distance, [&](std::uint32_t f, double d, const auto& reach) {
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      if (reach(faces.neighbor[k], d + step[k])) cell[faces.neighbor[k]] = cell[f];
-    }
-  });
-  return cell;
+  return MiddleFaces(frames, of_face, patches.center, wanted);
 }
 
 /// The cells that some faces make.
@@ -174,7 +137,7 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
     const auto to = static_cast<std::uint32_t>(of_face[g]);
     Cells::Link& border = borders[of_face[f]].try_emplace(to, Cells::Link{to, 0, 0}).first->second;
     border.cost += costs[k];
-    border.length += (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
+    border.length += LengthOf(mesh.points, faces.edge[k]);
   });
   for (std::size_t c = 0; c < count; ++c) {
     for (const auto& [to, border] : borders[c]) cells.links[c].push_back(border);
@@ -204,8 +167,7 @@ std::vector<double> BendCosts(const Shape& mesh, const FaceGraph& faces,
                               const std::vector<double>& bends, double gain) {
   std::vector<double> costs(bends.size());
   for (std::size_t k = 0; k < costs.size(); ++k) {
-    const double length = (mesh.points[faces.edge[k][0]] - mesh.points[faces.edge[k][1]]).norm();
-    costs[k] = length *
+    costs[k] = LengthOf(mesh.points, faces.edge[k]) *
                (bends[k] > 0.0 ? std::exp(-gain * bends[k]) : 1.0 - kConvexShare * gain * bends[k]);
   }
   return costs;
@@ -223,9 +185,11 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
   Indices seeds = GridSeeds(faces, frames, std::sqrt(frames.total_area / count));
   Cells cells;
   for (int round = 0; round <= kRounds; ++round) {
-    cells = Summarize(mesh, faces, frames, costs, NearestSeeds(faces, step, seeds), seeds.size());
+    NearestSeeds nearest;
+    GrowSeeds(faces, step, seeds, 0, nearest);
+    cells = Summarize(mesh, faces, frames, costs, nearest.seed, seeds.size());
     const std::vector<bool> all(seeds.size(), true);
-    if (round < kRounds) seeds = NearestFaces(frames, cells.of_face, cells.center, all);
+    if (round < kRounds) seeds = MiddleFaces(frames, cells.of_face, cells.center, all);
   }
   return cells;
 }

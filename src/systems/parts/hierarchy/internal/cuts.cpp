@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -22,49 +22,44 @@ using Cell = std::uint32_t;
 /// Share of a side's area in cells at the part's own edge from which it is a strip.
 constexpr double kStrip = 0.5;
 
-/// The connected pieces on both sides of a candidate.
-struct SidePieces {
-  Labels of_cell;
-  std::vector<double> area;
-  std::vector<double> cost;    ///< of the border
-  std::vector<double> length;  ///< of the border
+/// A connected piece on one side of a candidate.
+struct SidePiece {
+  double area = 0.0;
+  double cost = 0.0, length = 0.0;  ///< of the border
 };
 
-SidePieces PiecesOf(const Cells& part, const std::vector<bool>& candidate) {
-  SidePieces pieces;
-  pieces.of_cell.assign(part.size(), -1);
+/// @param of_cell  the piece of each cell
+std::vector<SidePiece> SidePiecesOf(const Cells& part, const std::vector<bool>& candidate,
+                                    Labels& of_cell) {
+  std::vector<SidePiece> pieces;
+  of_cell.assign(part.size(), -1);
   std::vector<Cell> front;
   for (Cell first = 0; first < part.size(); ++first) {
-    if (pieces.of_cell[first] >= 0) continue;
-    const auto piece = static_cast<std::int32_t>(pieces.area.size());
-    double area = 0.0, cost = 0.0, length = 0.0;
-    pieces.of_cell[first] = piece;
+    if (of_cell[first] >= 0) continue;
+    SidePiece& piece = pieces.emplace_back();
+    of_cell[first] = static_cast<std::int32_t>(pieces.size() - 1);
     front.push_back(first);
     while (!front.empty()) {
       const Cell c = front.back();
       front.pop_back();
-      area += part.area[c];
+      piece.area += part.area[c];
       for (const Cells::Link& link : part.links[c]) {
         if (candidate[link.to] != candidate[c]) {
-          cost += link.cost;
-          length += link.length;
-        } else if (pieces.of_cell[link.to] < 0) {
-          pieces.of_cell[link.to] = piece;
+          piece.cost += link.cost;
+          piece.length += link.length;
+        } else if (of_cell[link.to] < 0) {
+          of_cell[link.to] = of_cell[first];
           front.push_back(link.to);
         }
       }
     }
-    pieces.area.push_back(area);
-    pieces.cost.push_back(cost);
-    pieces.length.push_back(length);
   }
   return pieces;
 }
 
 /// The share of a side's area in cells at the part's own edge.
 double EdgeShare(const Cells& part, const std::vector<bool>& in, bool side) {
-  double area = 0.0;
-  double at_edge = 0.0;
+  double area = 0.0, at_edge = 0.0;
   for (Cell c = 0; c < part.size(); ++c) {
     if (in[c] != side) continue;
     area += part.area[c];
@@ -165,7 +160,7 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, std::size
       }
     }
   }
-  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
+  const std::vector<bool> with_source = MinCut(nodes, links);
   std::vector<bool> within(cells.size());
   for (std::uint32_t c = 0; c < cells.size(); ++c) within[c] = with_source[node[c]];
   return within;
@@ -198,14 +193,10 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
 
 using Pair = std::pair<std::int32_t, std::int32_t>;
 
-/// The faces of two parts within `width` of the border between them, and the ring of faces next.
-struct Band {
-  Indices inner;
-  Indices ring;
-};
-
-Band BandOf(const FaceGraph& faces, const FaceFrames& frames, const Pair& pair, double width,
-            const Labels& label) {
+/// A minimum cut through the faces of two parts within `width` of the border between them. The ring
+/// of faces next to these keeps its labels.
+void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
+                const Pair& pair, double width, Labels& label) {
   const auto in_pair = [&](std::uint32_t f) {
     return label[f] == pair.first || label[f] == pair.second;
   };
@@ -221,74 +212,37 @@ Band BandOf(const FaceGraph& faces, const FaceFrames& frames, const Pair& pair, 
     }
   };
   ShortestPaths().Lower(at_border, distance, expand, width);
-  Band band;
+  std::uint32_t nodes = 2;
+  Indices node(label.size(), kNoNode);
+  std::set<std::int32_t> keep;
   for (std::uint32_t f = 0; f < label.size(); ++f) {
     if (distance[f] == ShortestPaths::kFar) continue;
-    (distance[f] <= width ? band.inner : band.ring).push_back(f);
+    node[f] = distance[f] <= width ? nodes++ : label[f] == pair.first ? kSource : kSink;
+    if (node[f] <= kSink) keep.insert(label[f]);
   }
-  return band;
-}
-
-void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
-                const Pair& pair, double width, Labels& label) {
-  const Band band = BandOf(faces, frames, pair, width, label);
-  // Both parts keep something: the ring, without which there is nothing to cut between.
-  bool first = false, second = false;
-  std::map<std::uint32_t, std::uint32_t> node;
-  for (const std::uint32_t f : band.ring) {
-    node[f] = label[f] == pair.first ? kSource : kSink;
-    (label[f] == pair.first ? first : second) = true;
-  }
-  if (!first || !second) return;
-  std::uint32_t nodes = 2;
-  for (const std::uint32_t f : band.inner) node[f] = nodes++;
-  std::vector<CutLink> links;
-  for (const std::uint32_t f : band.inner) {
-    for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
-      const auto other = node.find(faces.neighbor[k]);
-      if (other == node.end()) continue;
-      if (other->second > kSink && other->first < f) continue;
-      links.push_back({node[f], other->second, costs[k]});
-    }
-  }
-  const std::vector<bool> with_source = MinCut(nodes, links, kSource, kSink);
-  for (const std::uint32_t f : band.inner) {
-    label[f] = with_source[node[f]] ? pair.first : pair.second;
-  }
+  // Without a ring in both parts there is nothing to cut between, and one would vanish.
+  if (keep.size() == 2) CutFaces(faces, costs, nodes, node, pair.first, pair.second, label);
 }
 
 }  // namespace
 
 std::vector<Indices> ConnectedSets(const Cells& cells, const std::vector<bool>& side) {
-  std::vector<Indices> sets;
-  std::vector<bool> seen(cells.size(), false);
-  for (Cell c = 0; c < cells.size(); ++c) {
-    if (seen[c]) continue;
-    seen[c] = true;
-    sets.push_back({c});
-    Indices& set = sets.back();
-    for (std::size_t k = 0; k < set.size(); ++k) {
-      for (const Cells::Link& link : cells.links[set[k]]) {
-        if (seen[link.to] || side[link.to] != side[c]) continue;
-        seen[link.to] = true;
-        set.push_back(link.to);
-      }
-    }
-    std::sort(set.begin(), set.end());
-  }
+  Labels of_cell;
+  std::vector<Indices> sets(SidePiecesOf(cells, side, of_cell).size());
+  for (Cell c = 0; c < cells.size(); ++c) sets[of_cell[c]].push_back(c);
   return sets;
 }
 
 double HandleLoops(const Cells& part, const std::vector<bool>& off) {
-  if (PiecesOf(part, off).area.size() != 2) return 1.0;
+  Labels of_cell;
+  if (SidePiecesOf(part, off, of_cell).size() != 2) return 1.0;
   const std::vector<bool> border = AtBorder(part, off);
-  const SidePieces pieces = PiecesOf(part, border);
-  std::vector<bool> loop(pieces.area.size(), true);
+  std::vector<bool> loop(SidePiecesOf(part, border, of_cell).size(), true);
   for (Cell c = 0; c < part.size(); ++c) {
     // A border that ends at cells outside of the part is no loop.
-    if (!border[c] || part.on_edge[c]) loop[pieces.of_cell[c]] = false;
+    if (!border[c] || part.on_edge[c]) loop[of_cell[c]] = false;
   }
-  return std::max(1.0, static_cast<double>(std::count(loop.begin(), loop.end(), true)));
+  return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
 double Solidity(const Cells& part, const std::vector<bool>& in, bool side) {
@@ -312,29 +266,26 @@ CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candid
                  const SplitOptions& options) {
   constexpr double kMaxLoops = 4.0;  // for a quick look; handles with more ends are rare
   CutOff best{std::numeric_limits<double>::infinity(), {}};
-  double total = 0.0;
-  for (const double area : part.area) total += area;
+  const double total = std::accumulate(part.area.begin(), part.area.end(), 0.0);
   for (const std::vector<bool>& candidate : candidates) {
-    const SidePieces pieces = PiecesOf(part, candidate);
-    for (std::int32_t p = 0; p < std::ssize(pieces.area); ++p) {
-      const double area = pieces.area[p];
+    Labels of_cell;
+    const std::vector<SidePiece> pieces = SidePiecesOf(part, candidate, of_cell);
+    for (std::int32_t p = 0; p < std::ssize(pieces); ++p) {
+      const auto& [area, cost, length] = pieces[p];
       const double smaller = std::min(area, total - area);
       if (!(smaller >= options.min_area && smaller > 0.0)) continue;
-      if (pieces.cost[p] > options.max_flatness * pieces.length[p]) continue;
-      double quality = pieces.cost[p] / std::sqrt(4.0 * base::kPi * smaller);
+      if (cost > options.max_flatness * length) continue;
+      double quality = cost / std::sqrt(4.0 * base::kPi * smaller);
       if (quality >= kMaxLoops * best.quality) continue;
       std::vector<bool> off(part.size());
-      for (Cell c = 0; c < part.size(); ++c) off[c] = pieces.of_cell[c] == p;
+      for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == p;
       quality /= std::min(kMaxLoops, HandleLoops(part, off));
       if (quality >= best.quality) continue;
       const bool side = 2.0 * area <= total;
       if (Solidity(part, off, side) < options.solidity) continue;
       // A strip along a border that was cut before: the same crease, seen again from next to it.
       if (EdgeShare(part, off, side) > kStrip) continue;
-      best = {quality, {}};
-      for (Cell c = 0; c < part.size(); ++c) {
-        if (off[c]) best.off.push_back(c);
-      }
+      best = {quality, geometry::PositionsOf(off)};
     }
   }
   return best;
@@ -351,9 +302,9 @@ std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_ar
     return area;
   };
   const auto largest = std::ranges::max_element(rest, {}, area_of);
-  for (auto set = rest.begin(); set != rest.end(); ++set) {
-    if (set == largest || area_of(*set) >= min_area) continue;
-    for (const Cell c : *set) side[c] = true;
+  for (const Indices& set : rest) {
+    if (&set == &*largest || area_of(set) >= min_area) continue;
+    for (const Cell c : set) side[c] = true;
   }
   return ConnectedSets(part, side);
 }
@@ -400,9 +351,7 @@ void MoveBorders(const FaceGraph& faces, const FaceFrames& frames, const std::ve
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
     if (label[f] < label[g]) touching.insert({label[f], label[g]});
   });
-  for (const Pair& pair : touching) {
-    MoveBorder(faces, frames, costs, pair, width, label);
-  }
+  for (const Pair& pair : touching) MoveBorder(faces, frames, costs, pair, width, label);
 }
 
 }  // namespace rangegrasp::parts

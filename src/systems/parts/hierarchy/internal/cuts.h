@@ -52,10 +52,9 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c);
 
 /// Sets of cells that may be parts. About each center the cells' centers are mirrored (eq. 6.2);
 /// how deep an image lies below the hull (eq. 6.3) says how well it is seen. A core grows from the
-/// cells next to the center over its neighbors, best seen first; another grows where the shape is
-/// thinnest first (the radius of the inscribed ball), which follows a handle round to its other
-/// end. Cores of several sizes are cut off where it is cheapest between them and a core some times
-/// as large.
+/// cells next to the center, best seen first; another grows where the shape is thinnest first (the
+/// radius of the inscribed ball), which follows a handle to its other end. Cores of several sizes
+/// are cut off where it is cheapest between them and a core some times as large.
 std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
                                                 const CandidateOptions& options);
 

@@ -135,22 +135,16 @@ void HullSide::LinkFacets(const geometry::TriangleMesh& hull) {
     return Eigen::Vector3d(planes[t].normal / planes[t].offset);
   };
   const FaceGraph triangles = BuildFaceGraph({hull.vertices, hull.triangles, {}});
-  Labels facet;
-  const std::int32_t count = LabelPieces(
-      triangles, std::vector<bool>(planes.size(), true),
-      [&](std::uint32_t t, std::uint32_t u) {
-        return t < u && (dual(t) - dual(u)).norm() <= kSamePlane * dual(t).norm();
-      },
-      facet);
-  facets_.assign(count, {});
+  const Pieces pieces = ConnectedPieces(triangles, [&](std::uint32_t t, std::uint32_t u) {
+    return t < u && (dual(t) - dual(u)).norm() <= kSamePlane * dual(t).norm();
+  });
+  const Labels& facet = pieces.label;
+  facets_.assign(pieces.count, {});
+  for (std::uint32_t t = 0; t < planes.size(); ++t) facets_[facet[t]] = {dual(t), 1.0};
   std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
-  for (std::uint32_t t = 0; t < planes.size(); ++t) {
-    facets_[facet[t]] = {dual(t), 1.0};
-    for (std::uint32_t k = triangles.begin[t]; k < triangles.begin[t + 1]; ++k) {
-      const std::int32_t other = facet[triangles.neighbor[k]];
-      if (other != facet[t]) links.emplace_back(facet[t], other);
-    }
-  }
+  ForEachLink(triangles, [&](std::uint32_t t, std::uint32_t u, std::uint32_t) {
+    if (facet[u] != facet[t]) links.emplace_back(facet[t], facet[u]);
+  });
   neighbors_ = geometry::Unique(geometry::MakeAdjacency(links, facets_.size()));
 }
 

@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/process/program.h"
 #include "base/units.h"
+#include "base/words.h"
 #include "grasp/scene_view.h"
 #include "report/film/internal/sheet.h"
 #include "sim/execute.h"
@@ -16,6 +17,8 @@
 
 namespace rangegrasp::report {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Of films [frames/s].
 constexpr int kFrameRate_hz = 25;
@@ -51,23 +54,21 @@ constexpr double kStill_s = 2.0;
 // longer hangs [s].
 constexpr double kLimit_s = 60.0;
 
-std::filesystem::path Ffmpeg() {
-  const auto ffmpeg = process::Find("ffmpeg");
-  if (ffmpeg) return *ffmpeg;
+fs::path Ffmpeg() {
+  if (const auto ffmpeg = process::Find("ffmpeg")) return *ffmpeg;
   throw base::InputError(
       "--video needs the program ffmpeg, which is not installed (Debian package ffmpeg)");
 }
 
 // Next to the file, so that it can take its place in one step. ffmpeg knows the format by the
 // ending.
-std::filesystem::path PartOf(const std::filesystem::path& file) {
-  auto part = std::filesystem::absolute(file);
+fs::path PartOf(const fs::path& file) {
+  auto part = fs::absolute(file);
   part.replace_filename("." + file.stem().string() + ".part" + file.extension().string());
   return part;
 }
 
-process::Program ProgramOf(const std::vector<std::string>& arguments,
-                           const std::filesystem::path& folder) {
+process::Program ProgramOf(const std::vector<std::string>& arguments, const fs::path& folder) {
   process::Program program;
   program.command = {Ffmpeg().string(), "-loglevel", "error", "-y"};
   program.command.insert(program.command.end(), arguments.begin(), arguments.end());
@@ -81,14 +82,14 @@ process::Program ProgramOf(const std::vector<std::string>& arguments,
 class Video {
  public:
   // @throws base::InputError if there is no ffmpeg, or the folder cannot be made.
-  explicit Video(const std::filesystem::path& file) : file_(file), part_(PartOf(file)) {
+  explicit Video(const fs::path& file) : file_(file), part_(PartOf(file)) {
     Ffmpeg();
     base::MakeFolderOf(file);
   }
   ~Video() {
     ffmpeg_.reset();
     std::error_code ignored;
-    std::filesystem::remove(part_, ignored);
+    fs::remove(part_, ignored);
   }
   Video(const Video&) = delete;
   Video& operator=(const Video&) = delete;
@@ -97,31 +98,28 @@ class Video {
   // @throws base::RunError if ffmpeg has failed (a full disk, a kill) or takes nothing more.
   void Add(const image::Image& picture) {
     if (!ffmpeg_) {
-      const std::vector<std::string> arguments = {
-          "-f",          "rawvideo",
-          "-pix_fmt",    "rgb24",
-          "-s",          fmt::format("{}x{}", picture.width, picture.height),
-          "-r",          fmt::format("{}", kFrameRate_hz),
-          "-i",          "-",
-          "-preset",     "veryfast",
-          "-pix_fmt",    "yuv420p",
-          part_.string()};
+      auto arguments =
+          base::Split(fmt::format("-f rawvideo -pix_fmt rgb24 -s {}x{} -r {} -i - -preset veryfast "
+                                  "-pix_fmt yuv420p",
+                                  picture.width, picture.height, kFrameRate_hz),
+                      ' ');
+      arguments.push_back(part_.string());
       ffmpeg_ = std::make_unique<process::Feed>(ProgramOf(arguments, part_.parent_path()),
                                                 file_.string());
     }
     ffmpeg_->Write(picture.rgb);
   }
 
-  // @throws base::RunError likewise, or if there was no picture.
+  // @throws base::RunError as Add, or if there was no picture.
   void Finish() {
     if (!ffmpeg_) throw base::RunError(file_.string() + ": there is nothing to film");
     ffmpeg_->Finish();
     ffmpeg_.reset();
-    std::filesystem::rename(part_, file_);
+    fs::rename(part_, file_);
   }
 
  private:
-  std::filesystem::path file_, part_;
+  fs::path file_, part_;
   std::unique_ptr<process::Feed> ffmpeg_;
 };
 
@@ -286,8 +284,7 @@ class FilmRecorder : public trial::Recorder {
 
   void AddFrame(sim::World& world) {
     if (!video_) return;
-    const auto picture = film_.Compose(DrawFrame(world));
-    video_->Add(picture);
+    video_->Add(film_.Compose(DrawFrame(world)));
     moved_ = true;
   }
 
@@ -323,14 +320,13 @@ std::unique_ptr<trial::Recorder> MakeRecorder(const trial::Cell& cell, const std
   return std::make_unique<FilmRecorder>(cell, prefix, options);
 }
 
-void JoinVideos(const std::vector<std::filesystem::path>& files,
-                const std::filesystem::path& into) {
+void JoinVideos(const std::vector<fs::path>& files, const fs::path& into) {
   const process::OwnFolder folder;
   std::string list;
   for (std::size_t i = 0; i < files.size(); ++i) {
     // Under names without anything that ffmpeg's list would read in another way.
     const auto link = folder.path() / fmt::format("{}.mp4", i);
-    std::filesystem::create_symlink(std::filesystem::absolute(files[i]), link);
+    fs::create_symlink(fs::absolute(files[i]), link);
     list += fmt::format("file '{}'\n", link.string());
   }
   base::WriteFile(folder.path() / "list", list);
@@ -340,7 +336,7 @@ void JoinVideos(const std::vector<std::filesystem::path>& files,
                           folder.path()),
                 into.string())
       .Finish();
-  std::filesystem::rename(part, into);
+  fs::rename(part, into);
 }
 
 }  // namespace rangegrasp::report

@@ -58,12 +58,6 @@ struct Axes {
   }
 };
 
-double TopOf(const Trace& trace) {
-  double top = trace.at_least;
-  for (const double y : trace.y) top = std::max(top, y);
-  return top;
-}
-
 void DrawMarks(const Axes& axes, const std::vector<Mark>& marks, bool named, image::Image& into) {
   cv::Mat mat = MatOf(into);
   int line = 0;
@@ -94,8 +88,7 @@ void DrawTrace(const Axes& axes, const std::vector<double>& time_s, const Trace&
 }  // namespace
 
 image::Image Blank(int width, int height) {
-  const auto bytes = 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  return {width, height, std::vector<std::uint8_t>(bytes, 255)};
+  return {width, height, std::vector<std::uint8_t>(3 * image::IndexAt(0, height, width), 255)};
 }
 
 void Paste(const image::Image& picture, int left, int top, image::Image& into) {
@@ -149,8 +142,9 @@ image::Image DrawStrips(const std::vector<double>& time_s, const std::vector<Tra
   const int each = (height - kBottom) / std::max(1, static_cast<int>(traces.size()));
   for (std::size_t i = 0; i < traces.size(); ++i) {
     const int top = static_cast<int>(i) * each;
-    const Axes axes{
-        end_s, TopOf(traces[i]), {kLeft, top + kTitle, width - kLeft - kRight, each - kTitle - 6}};
+    double value = traces[i].at_least;
+    for (const double y : traces[i].y) value = std::max(value, y);
+    const Axes axes{end_s, value, {kLeft, top + kTitle, width - kLeft - kRight, each - kTitle - 6}};
     DrawMarks(axes, marks, i == 0, picture);
     DrawTrace(axes, time_s, traces[i], picture);
   }

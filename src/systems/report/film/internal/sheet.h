@@ -45,8 +45,7 @@ struct Mark {
   std::string name;
 };
 
-/// Diagrams one below the other over the same time from 0, drawn as pixels: for films, of which
-/// each picture has one more value.
+/// Diagrams one below the other over the same time from 0, drawn as pixels.
 /// @param time_s  ascending, as many as each trace has values
 image::Image DrawStrips(const std::vector<double>& time_s, const std::vector<Trace>& traces,
                         const std::vector<Mark>& marks, int width, int height);

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "seam/stitching/internal/mat_texture.h"
+
 namespace rangegrasp::seam {
 namespace {
 
@@ -94,19 +96,12 @@ constexpr double kTurned_m = 20e-3;
 // Points that a jump is measured from: a stray one among them does no harm.
 constexpr std::size_t kLast = 3;
 
-double SmoothStep(double t) {
-  const double u = std::clamp(t, 0.0, 1.0);
-  return u * u * (3.0 - 2.0 * u);
-}
-
 }  // namespace
 
 LinePose HeadState::Line(double ahead_m) const {
-  LinePose pose;
-  pose.x_m = needle.x() - ahead_m * std::sin(heading_rad);
-  pose.y_m = needle.y() + ahead_m * std::cos(heading_rad);
-  pose.heading_rad = heading_rad;
-  return pose;
+  return {.x_m = needle.x() - ahead_m * std::sin(heading_rad),
+          .y_m = needle.y() + ahead_m * std::cos(heading_rad),
+          .heading_rad = heading_rad};
 }
 
 HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options) {
@@ -137,9 +132,9 @@ double SafeSpeed(double distance_m, double reaction_s, const HeadOptions& option
 Route::Route(std::span<const Point> path, double speed_m_s, const HeadOptions& options) {
   points_ = Resample(path, kSpacing_m);
   points_ = RoundCorners(RoundCorners(points_, kRoundHalf), kRoundHalf);
-  speed_.resize(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    speed_[i] = std::min(speed_m_s, SpeedAt(points_, i, options));
+    speed_.push_back(std::min(speed_m_s, SpeedAt(points_, i, options)));
+    s_m_.push_back(i == 0 ? 0.0 : s_m_.back() + (points_[i] - points_[i - 1]).norm());
   }
   // Brake in time for what comes.
   const double gain = 2.0 * kAlong * options.max_acceleration_m_s2;
@@ -152,7 +147,6 @@ Route::Route(std::span<const Point> path, double speed_m_s, const HeadOptions& o
 Route::Place Route::Nearest(const Point& to) const {
   Place best;
   double nearest = std::numeric_limits<double>::infinity();
-  double s = 0.0;
   for (std::size_t i = 1; i < points_.size(); ++i) {
     const Point along = points_[i] - points_[i - 1];
     const double length = along.norm();
@@ -160,34 +154,27 @@ Route::Place Route::Nearest(const Point& to) const {
     const double t = std::clamp((to - points_[i - 1]).dot(along) / (length * length), 0.0, 1.0);
     const Point point = points_[i - 1] + t * along;
     const double distance = (to - point).norm();
-    if (distance < nearest) {
-      nearest = distance;
-      best = {point, along / length, std::min(speed_[i - 1], speed_[i]), s + t * length};
-    }
-    s += length;
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    best = {point, along / length, std::min(speed_[i - 1], speed_[i]), s_m_[i - 1] + t * length};
   }
   return best;
 }
 
 double Route::LengthTo(const Place& from, double y_m) const {
-  double s = 0.0;
   for (std::size_t i = 1; i < points_.size(); ++i) {
+    if (points_[i].y() < y_m || s_m_[i] < from.s_m) continue;
     const double rise = points_[i].y() - points_[i - 1].y();
     const double length = (points_[i] - points_[i - 1]).norm();
-    if (points_[i].y() >= y_m && s + length >= from.s_m) {
-      const double t = rise > 0.0 ? std::clamp((y_m - points_[i - 1].y()) / rise, 0.0, 1.0) : 0.0;
-      return std::max(0.0, s + t * length - from.s_m);
-    }
-    s += length;
+    const double t = rise > 0.0 ? std::clamp((y_m - points_[i - 1].y()) / rise, 0.0, 1.0) : 0.0;
+    return std::max(0.0, s_m_[i - 1] + t * length - from.s_m);
   }
   return std::numeric_limits<double>::infinity();
 }
 
 Point Route::AtDistance(const Place& from, double distance_m) const {
-  double s = 0.0;
   for (std::size_t i = 1; i < points_.size(); ++i) {
-    s += (points_[i] - points_[i - 1]).norm();
-    if (s > from.s_m && (points_[i] - from.point).norm() >= distance_m) return points_[i];
+    if (s_m_[i] > from.s_m && (points_[i] - from.point).norm() >= distance_m) return points_[i];
   }
   return points_.back();
 }
@@ -255,9 +242,8 @@ bool ControlUnit::IsJump(const Point& edge, double time_s) const {
 }
 
 void ControlUnit::TakeEdge(const Point& edge) {
-  const auto after = std::upper_bound(edge_.begin(), edge_.end(), edge.y(),
-                                      [](double y, const Point& p) { return y < p.y(); });
-  edge_.insert(after, edge);
+  const auto y_of = [](const Point& p) { return p.y(); };
+  edge_.insert(std::ranges::upper_bound(edge_, edge.y(), {}, y_of), edge);
   PlanRoute();
 }
 
@@ -266,14 +252,14 @@ double ControlUnit::PathX(const std::vector<Point>& edge, double y_m) const {
   const double cad = -options_.wanted_distance_m;
   if (!join_y_m_) return cad;
   const double x = OffsetX(edge, options_.wanted_distance_m, y_m);
-  return cad + SmoothStep((y_m - *join_y_m_) / (kJoinShare * ahead_m_)) * (x - cad);
+  return cad + Ramp((y_m - *join_y_m_) / (kJoinShare * ahead_m_)) * (x - cad);
 }
 
 // The smoothed edge about the route, carried on at both ends; empty if nothing can be trusted.
 std::vector<Point> ControlUnit::EdgeFrom(double from_y) {
-  const auto first = std::find_if(edge_.begin(), edge_.end(),
-                                  [&](const Point& p) { return p.y() >= from_y - kSmoothed_m; });
-  std::vector<Point> edge = SmoothEdge(std::span(first, edge_.end()));
+  const auto first =
+      std::ranges::find_if(edge_, [&](const Point& p) { return p.y() >= from_y - kSmoothed_m; });
+  std::vector<Point> edge = SmoothEdge({first, edge_.end()});
   if (edge.empty()) return edge;
   if (!join_y_m_) join_y_m_ = poses_.back().needle.y();
   known_to_y_m_ = std::min(edge.back().y(), sure_to_y_m_);

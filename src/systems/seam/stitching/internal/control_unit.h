@@ -64,6 +64,7 @@ class Route {
 
  private:
   std::vector<Point> points_;
+  std::vector<double> s_m_;  // from the path's start
   std::vector<double> speed_;
 };
 

@@ -6,9 +6,15 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Section 3.1.1 describes the mats and gives no figures: these only shape them. What the rates
-// depend on most are options of MatTexture that a fit chose.
-//
+// Section 3.1.1 describes the mats and shows fibres but gives no figures: these only shape them.
+// What the rates depend on most are options of MatTexture that a fit chose.
+
+// From, to.
+struct Span {
+  double low, high;
+  double At(double t) const { return Mix(low, high, t); }
+};
+
 // A black mat still returns this much: ten times the loss threshold of the base sensor.
 constexpr double kBlackReturn = 0.1;
 // What comes back from a stretch of tow that sends the light elsewhere: between the loss thresholds
@@ -23,8 +29,7 @@ constexpr double kThreadWidth = 0.12;
 constexpr double kThreadHeight = 0.5;
 // By which a fabric lies off its direction [rad], and half the angle between plaited tows.
 constexpr double kMaxAngleError_rad = 0.1;
-constexpr double kMinPlaitHalf_rad = 0.5;
-constexpr double kMaxPlaitHalf_rad = 0.8;
+constexpr Span kPlaitHalf_rad = {0.5, 0.8};
 // Share of a glossy tow that sends the light elsewhere: of one that runs along x, and by how much
 // more of one that runs along y.
 constexpr double kAwayAlongX = 0.25;
@@ -49,37 +54,29 @@ std::array<double, 2> TowAngles(Weave weave, std::uint64_t seed) {
   const double error = rng.Uniform(-kMaxAngleError_rad, kMaxAngleError_rad);
   const double turn = 0.25 * base::kPi * static_cast<double>(rng.Index(4)) + error;
   if (weave != Weave::kPlaited) return {turn, turn + 0.5 * base::kPi};
-  const double half = rng.Uniform(kMinPlaitHalf_rad, kMaxPlaitHalf_rad);
+  const double half = rng.Uniform(kPlaitHalf_rad.low, kPlaitHalf_rad.high);
   return {error + half, error + base::kPi - half};
 }
 
-// The dissertation shows fibres but gives no figures of them: these only shape them. What the rates
-// depend on most, how many there are and how high, are options of MatTexture that a fit chose.
-//
 // Filaments belong to cells of this size; none reaches further than its neighboring cells.
 constexpr double kCell_m = 4e-3;
-constexpr double kMinLength_m = 1e-3;
-constexpr double kMaxLength_m = 2.0 * kCell_m;
+constexpr Span kLength_m = {1e-3, 2.0 * kCell_m};
 constexpr double kMaxFilamentSlope = 0.9;  // dx/dy
 // One to four columns of the base sensor.
-constexpr double kMinWidth_m = 0.1e-3;
-constexpr double kMaxWidth_m = 0.3e-3;
-constexpr double kMinHeight = 0.2;  // share of the full height
-constexpr double kMinReturn = 0.2;  // share of the light that the faintest returns
+constexpr Span kWidth_m = {0.1e-3, 0.3e-3};
+constexpr Span kHeight = {0.2, 1.0};  // share of the full height
+constexpr Span kReturn = {0.2, 1.0};  // share of the light
 // Beyond this many reaches there are none: 1.8 % of an exponential distribution.
 constexpr double kMaxDistance_reaches = 4.0;
 
 // At most one bundle in each stretch of this length, and where it stands on the low side.
 constexpr double kStretch_m = 20e-3;
-constexpr double kBundleMinDistance_m = 1e-3;
-constexpr double kBundleMaxDistance_m = 3e-3;
-constexpr double kBundleMinWidth_m = 0.3e-3;
-constexpr double kBundleMaxWidth_m = 0.9e-3;  // below the 1 mm of an obstacle
-constexpr double kBundleEnds_m = 1.5e-3;      // over which it sinks into the mat
+constexpr Span kBundleDistance_m = {1e-3, 3e-3};
+constexpr Span kBundleWidth_m = {0.3e-3, 0.9e-3};  // below the 1 mm of an obstacle
+constexpr double kBundleEnds_m = 1.5e-3;           // over which it sinks into the mat
 // Of the edge's height, of the light.
-constexpr double kBundleMinHeight = 0.6;
-constexpr double kBundleMaxHeight = 1.2;
-constexpr double kBundleMinReturn = 0.4;
+constexpr Span kBundleHeight = {0.6, 1.2};
+constexpr Span kBundleReturn = {0.4, 1.0};
 // A bundle stays this far (of the range of distances) from the range's ends, ...
 constexpr double kBundlePlaceMargin = 0.1;
 // ... and wanders about its place by half of this.
@@ -101,14 +98,14 @@ void Raise(MatPoint& highest, double height_m, double return_strength) {
 void RaiseFilament(std::uint64_t a, std::uint64_t b, double dx, double dy, double full_height_m,
                    MatPoint& highest) {
   const double u = Unit(a, 2);
-  const double length = Mix(kMinLength_m, kMaxLength_m, u * u);  // most are short
+  const double length = kLength_m.At(u * u);  // most are short
   const double along = 2.0 * dy / length;
   if (along <= -1.0 || along >= 1.0) return;
   const double slope = kMaxFilamentSlope * (2.0 * Unit(b, 0) - 1.0);
-  const double across = 2.0 * (dx - slope * dy) / Mix(kMinWidth_m, kMaxWidth_m, Unit(b, 1));
+  const double across = 2.0 * (dx - slope * dy) / kWidth_m.At(Unit(b, 1));
   if (across <= -1.0 || across >= 1.0) return;
-  const double height = full_height_m * Mix(kMinHeight, 1.0, Unit(b, 2));
-  Raise(highest, height * (1.0 - along * along) * Bump(across), Mix(kMinReturn, 1.0, Unit(b, 3)));
+  const double height = full_height_m * kHeight.At(Unit(b, 2));
+  Raise(highest, height * (1.0 - along * along) * Bump(across), kReturn.At(Unit(b, 3)));
 }
 
 }  // namespace
@@ -205,7 +202,7 @@ MatPoint Filaments::NearEdge(double across_m, double y_m) const {
   MatPoint highest{0.0, 0.0};
   Detached(across_m, y_m, highest);
   const double max_distance =
-      kMaxDistance_reaches * reach_m_ + kMaxFilamentSlope * kCell_m + kMaxWidth_m;
+      kMaxDistance_reaches * reach_m_ + kMaxFilamentSlope * kCell_m + kWidth_m.high;
   if (per_edge_cell_ <= 0.0 || std::abs(across_m) > max_distance) return highest;
   const Cell middle(y_m / kCell_m);
   for (std::int64_t j = middle.index - 1; j <= middle.index + 1; ++j) {
@@ -216,7 +213,7 @@ MatPoint Filaments::NearEdge(double across_m, double y_m) const {
     for (std::int64_t k = 1; k <= count; ++k) {
       const std::uint64_t a = Hash(cell, k);
       const double dy = y_m - (static_cast<double>(j) + Unit(a, 0)) * kCell_m;
-      if (std::abs(dy) >= 0.5 * kMaxLength_m) continue;
+      if (std::abs(dy) >= 0.5 * kLength_m.high) continue;
       const double side = 2.0 * Unit(a, 1) - 1.0;
       const double distance =
           -reach_m_ * std::log1p(-std::abs(side) * (1.0 - std::exp(-kMaxDistance_reaches)));
@@ -249,7 +246,7 @@ MatPoint Filaments::Elsewhere(double x_m, double y_m) const {
 // A stretch holds a bundle with probability `chance`, of a mean length that makes up for it.
 void Filaments::Detached(double across_m, double y_m, MatPoint& highest) const {
   if (detached_share_ <= 0.0) return;
-  if (across_m > 0.0 || across_m < -kBundleMaxDistance_m - kBundleMaxWidth_m) return;
+  if (across_m > 0.0 || across_m < -kBundleDistance_m.high - kBundleWidth_m.high) return;
   const Cell stretch(y_m / kStretch_m);
   const std::uint64_t a = Hash(detached_seed_, stretch.index);
   const double chance = std::min(1.0, 2.0 * detached_share_);
@@ -264,13 +261,11 @@ void Filaments::Detached(double across_m, double y_m, MatPoint& highest) const {
   const std::uint64_t b = Hash(a, 1);
   // It wanders a little, so that it does not run like a ruler next to the edge.
   const double wander = kBundleWander * Noise(b, y_m / kCell_m);
-  const double place =
-      Mix(kBundleMinDistance_m, kBundleMaxDistance_m,
-          Mix(kBundlePlaceMargin, 1.0 - kBundlePlaceMargin, Unit(b, 0)) + 0.5 * wander);
-  const double half = 0.5 * Mix(kBundleMinWidth_m, kBundleMaxWidth_m, Unit(b, 1));
-  const double height = edge_height_m_ * Mix(kBundleMinHeight, kBundleMaxHeight, Unit(b, 2));
-  Raise(highest, height * along * Bump((across_m + place) / half),
-        Mix(kBundleMinReturn, 1.0, Unit(b, 3)));
+  const double place = kBundleDistance_m.At(
+      Mix(kBundlePlaceMargin, 1.0 - kBundlePlaceMargin, Unit(b, 0)) + 0.5 * wander);
+  const double half = 0.5 * kBundleWidth_m.At(Unit(b, 1));
+  const double height = edge_height_m_ * kBundleHeight.At(Unit(b, 2));
+  Raise(highest, height * along * Bump((across_m + place) / half), kBundleReturn.At(Unit(b, 3)));
 }
 
 }  // namespace rangegrasp::seam

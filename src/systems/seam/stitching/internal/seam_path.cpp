@@ -189,9 +189,8 @@ std::vector<Point> SmoothEdge(std::span<const Point> sensed) {
 
 std::vector<Point> Extend(std::vector<Point> edge, double before_m, double after_m) {
   if (edge.empty()) return edge;
-  const auto from_first = std::find_if(edge.begin(), edge.end(), [&](const Point& p) {
-    return p.y() >= edge.front().y() + kExtendFrom_m;
-  });
+  const auto from_first = std::ranges::find_if(
+      edge, [&](const Point& p) { return p.y() >= edge.front().y() + kExtendFrom_m; });
   const auto from_last = std::find_if(edge.rbegin(), edge.rend(), [&](const Point& p) {
     return p.y() <= edge.back().y() - kExtendFrom_m;
   });

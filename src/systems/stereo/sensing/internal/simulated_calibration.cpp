@@ -15,7 +15,7 @@
 #include "robot/planning/planning.h"
 #include "robot/robot.h"
 #include "sensing/line_scanner.h"
-#include "sim/move_arm.h"
+#include "sim/execute.h"
 #include "sim/world.h"
 
 namespace rangegrasp::stereo {
@@ -38,9 +38,9 @@ std::filesystem::path ChessboardModel() {
 }
 
 // Nothing is printed on the board but its squares.
-sensing::StereoCameraOptions Unprinted(sensing::StereoCameraOptions options) {
+sensing::StereoCamera Unprinted(sensing::StereoCameraOptions options) {
   options.fine_print = false;
-  return options;
+  return sensing::StereoCamera(options);
 }
 
 Eigen::Matrix3d Turn(double angle_rad, const Eigen::Vector3d& axis) {
@@ -92,14 +92,9 @@ class ChessboardRecorder {
     }
     base::Rng photo(base::DeriveSeed(seed, "photo"));
     sensing::StereoShot shot = camera_.Photograph(world_, *renderer_, X_WS_, photo);
-    BoardView view;
-    view.name = fmt::format("view {}", ++views_);
-    view.left = std::move(shot.photos.left);
-    view.right = std::move(shot.photos.right);
     base::Rng scan(base::DeriveSeed(seed, "scan"));
-    view.laser_W = ScanBoard(scan);
-    view.laser_origin_W = empty_.view.X_CV.translation();
-    return view;
+    return {fmt::format("view {}", ++views_), std::move(shot.photos.left),
+            std::move(shot.photos.right), ScanBoard(scan), empty_.view.X_CV.translation()};
   }
 
  private:
@@ -120,14 +115,15 @@ class ChessboardRecorder {
     // The print faces the camera: z of the board towards it, y up in the picture.
     const Eigen::Matrix3d R_CBoard = Turn(tilt, tilt_axis) * Turn(roll, Eigen::Vector3d::UnitZ()) *
                                      Turn(base::kPi, Eigen::Vector3d::UnitX());
-    const base::Pose X_WC =
-        X_WS_ * sensing::CameraInHead(setup_.camera, setup_.camera.left_pan_rad);
-    return X_WC * base::MakePose(R_CBoard, depth_m * place_C);
+    return X_WC(setup_.camera.left_pan_rad) * base::MakePose(R_CBoard, depth_m * place_C);
+  }
+
+  base::Pose X_WC(double pan_rad) const {
+    return X_WS_ * sensing::CameraInHead(setup_.camera, pan_rad);
   }
 
   bool IsSeenWhole(const base::Pose& X_WBoard, double pan_rad) const {
-    const base::Pose X_WC = X_WS_ * sensing::CameraInHead(setup_.camera, pan_rad);
-    const base::Pose X_CBoard = X_WC.inverse() * X_WBoard;
+    const base::Pose X_CBoard = X_WC(pan_rad).inverse() * X_WBoard;
     return SeesWhole(sensing::LensOf(setup_.camera), half_board_m_, kBoardMargin_px,
                      [&](const Eigen::Vector3d& p) { return X_CBoard * p; });
   }
@@ -215,53 +211,21 @@ experiment::Result Calibrate(const CalibrationSetup& setup) {
   return result;
 }
 
-}  // namespace
-
-CalibrationResult CalibrateSimulated(const CalibrationSetup& setup,
-                                     const ChessboardOptions& chessboard,
-                                     const std::function<void(const BoardView&)>& look_on) {
-  ChessboardRecorder recorder(setup);
-  const int views = setup.views;
-  std::vector<BoardSighting> boards;
-  int refused = 0;
-  for (int wanted = views;; wanted += std::max(1, views / 4)) {
-    while (static_cast<int>(boards.size()) < wanted) {
-      const BoardView view = recorder.Next();
-      if (look_on) look_on(view);
-      try {
-        boards.push_back(FindBoard(view, chessboard));
-      } catch (const base::InputError&) {
-        if (++refused > views) throw;
-      }
-    }
-    try {
-      return CalibrateStereo(boards, setup.camera.width, setup.camera.height, chessboard);
-    } catch (const base::InputError&) {
-      if (wanted >= 2 * views) throw;  // more of them may be less alike
-    }
-  }
-}
-
-StereoCalibration CalibrateApart(const CalibrationSetup& setup) {
-  const experiment::Case which{"stereo_calibration", "", setup.seed, {}};
-  const experiment::Result result = experiment::RunApart(
-      which, kLimit_s, [&setup](const experiment::Case&) { return Calibrate(setup); });
-  if (result.outcome != kCalibrated) {
-    throw base::InputError("the stereo camera's calibration: " + result.detail);
-  }
-  return CalibrationOf(json::parse(result.data));
-}
-
-namespace {
-
 constexpr int kTriesAView = 60;
 constexpr double kLieFlat_m = 0.001;  // above the table when it is let go
 constexpr double kMargin_px = 15.0;   // that the board keeps from the picture's edges
+// Of the camera from the board's middle.
+constexpr double kNearest_m = 0.42, kFarthest_m = 0.55;
+constexpr double kMaxLean_rad = base::Deg(40.0);  // of the line of sight from straight down
+constexpr double kMaxRoll_rad = base::Deg(25.0);  // of the pictures about it
+// Of where the arm says that its hand is: its repeatability, one draw a picture.
+constexpr double kArmSigma_m = 0.0001;
+constexpr double kArmSigma_rad = base::Deg(0.02);
 
 /// The board, the arm and the camera.
 class CalibrationCell {
  public:
-  explicit CalibrationCell(const HandEyeSetup& setup)
+  explicit CalibrationCell(const CalibrationSetup& setup)
       : setup_(setup),
         robot_(robot::Robot::Load(setup.scene)),
         world_(setup.scene, {{"chessboard", ChessboardModel()}}, {}),
@@ -282,11 +246,8 @@ class CalibrationCell {
     planner_.SetScene(std::move(scene));
   }
 
-  HandEyeSimulation Run(const std::function<bool(const image::Image&)>& is_good) {
-    HandEyeSimulation run;
-    run.X_HS = *robot_.X_HWristScanner;
-    run.record.camera = lens_;
-    run.record.X_SC = X_SC_;
+  HandEyeViews Run(const std::function<bool(const image::Image&)>& is_good) {
+    HandEyeViews run{.record = {lens_, X_SC_, {}}, .pictures = {}, .X_HS = robot_.X_HWristScanner};
     for (int taken = 0; static_cast<int>(run.pictures.size()) < setup_.views; ++taken) {
       if (taken == 2 * setup_.views) {
         throw base::RunError(fmt::format(
@@ -295,11 +256,10 @@ class CalibrationCell {
       }
       GoToView(taken);
       const base::Pose X_WH = robot_.HandPose(world_.ArmPositions());
-      image::Image picture = camera_.Picture(world_, *renderer_, X_WH * run.X_HS * X_SC_, rng_);
+      image::Image picture = camera_.Picture(world_, *renderer_, X_WH * *run.X_HS * X_SC_, rng_);
       if (!is_good(picture)) continue;
       run.pictures.push_back(std::move(picture));
-      run.record.X_WH.push_back(
-          X_WH * base::DrawRigidError(setup_.arm_sigma_m, setup_.arm_sigma_rad, rng_));
+      run.record.X_WH.push_back(X_WH * base::DrawRigidError(kArmSigma_m, kArmSigma_rad, rng_));
     }
     return run;
   }
@@ -319,10 +279,10 @@ class CalibrationCell {
   }
 
   base::Pose DrawCamera(int view) {
-    const double distance_m = rng_.Uniform(setup_.min_distance_m, setup_.max_distance_m);
-    const double lean_rad = setup_.max_lean_rad * std::sqrt(rng_.Uniform(0.1, 1.0));
+    const double distance_m = rng_.Uniform(kNearest_m, kFarthest_m);
+    const double lean_rad = kMaxLean_rad * std::sqrt(rng_.Uniform(0.1, 1.0));
     const double around_rad = 2.0 * base::kPi * (kGoldenTurn * view + rng_.Uniform(-0.25, 0.25));
-    const double roll_rad = rng_.Uniform(-setup_.max_roll_rad, setup_.max_roll_rad);
+    const double roll_rad = rng_.Uniform(-kMaxRoll_rad, kMaxRoll_rad);
     const Eigen::Vector3d away_W(std::sin(lean_rad) * std::cos(around_rad),
                                  std::sin(lean_rad) * std::sin(around_rad), std::cos(lean_rad));
     const Eigen::Vector3d z = -away_W;
@@ -361,7 +321,7 @@ class CalibrationCell {
                     setup_.scene.string(), view + 1, kTriesAView));
   }
 
-  const HandEyeSetup& setup_;
+  const CalibrationSetup& setup_;
   robot::Robot robot_;
   sim::World world_;
   sensing::StereoCamera camera_;
@@ -376,8 +336,43 @@ class CalibrationCell {
 
 }  // namespace
 
-HandEyeSimulation SimulateHandEye(const HandEyeSetup& setup,
-                                  const std::function<bool(const image::Image&)>& is_good) {
+CalibrationResult CalibrateSimulated(const CalibrationSetup& setup,
+                                     const ChessboardOptions& chessboard,
+                                     const std::function<void(const BoardView&)>& look_on) {
+  ChessboardRecorder recorder(setup);
+  const int views = setup.views;
+  std::vector<BoardSighting> boards;
+  int refused = 0;
+  for (int wanted = views;; wanted += std::max(1, views / 4)) {
+    while (static_cast<int>(boards.size()) < wanted) {
+      const BoardView view = recorder.Next();
+      if (look_on) look_on(view);
+      try {
+        boards.push_back(FindBoard(view, chessboard));
+      } catch (const base::InputError&) {
+        if (++refused > views) throw;
+      }
+    }
+    try {
+      return CalibrateStereo(boards, setup.camera.width, setup.camera.height, chessboard);
+    } catch (const base::InputError&) {
+      if (wanted >= 2 * views) throw;  // more of them may be less alike
+    }
+  }
+}
+
+StereoCalibration CalibrateApart(const CalibrationSetup& setup) {
+  const experiment::Case which{"stereo_calibration", "", setup.seed, {}};
+  const experiment::Result result = experiment::RunApart(
+      which, kLimit_s, [&setup](const experiment::Case&) { return Calibrate(setup); });
+  if (result.outcome != kCalibrated) {
+    throw base::InputError("the stereo camera's calibration: " + result.detail);
+  }
+  return CalibrationOf(json::parse(result.data));
+}
+
+HandEyeViews SimulateHandEye(const CalibrationSetup& setup,
+                             const std::function<bool(const image::Image&)>& is_good) {
   return CalibrationCell(setup).Run(is_good);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +11,7 @@
 #include "geometry/point_cloud.h"
 
 /// How well found objects agree with labelled ones. The labels are for evaluation alone.
-namespace rangegrasp::labelled {
+namespace rangegrasp::surveys {
 
 /// Means weighted by the labelled objects' visible points |G|, S a found object ("segment").
 struct Separation {
@@ -100,4 +101,4 @@ inline std::vector<std::int32_t> AssignToObjects(geometry::PointSpan measured,
   return segment;
 }
 
-}  // namespace rangegrasp::labelled
+}  // namespace rangegrasp::surveys

@@ -66,7 +66,7 @@ inline geometry::Observation Scan(const Tabletop& tabletop, const Sensor& sensor
       const Eigen::Vector3d far = sensor.origin + range_m * ray;
       double share = 1.0;
       for (const Cylinder& cylinder : tabletop.cylinders) {
-        if (const auto entry = cylinders::EntryOf(sensor.origin, far, cylinder)) {
+        if (const auto entry = cylinders::EntryOf(sensor.origin, far - sensor.origin, cylinder)) {
           share = std::min(share, entry->share);
         }
       }

@@ -1,14 +1,13 @@
-#include "report/internal/packed.h"
+#include "report/internal/view_file.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "base/rng.h"
 
-namespace rangegrasp::report::internal {
+namespace rangegrasp::report {
 namespace {
 
 std::string Coded(const std::string& text) {
@@ -142,4 +141,4 @@ TEST(PackedPoses, TurnsAreWithinAThousandthOfADegreeOrSo) {
 
 }  // namespace
 
-}  // namespace rangegrasp::report::internal
+}  // namespace rangegrasp::report

@@ -1,0 +1,409 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/statistics.h"
+#include "base/words.h"
+#include "cylinders/detect.h"
+#include "cylinders/task/cylinders_task.h"
+#include "cylinders/task/demo_detector.h"
+#include "cylinders/task/tabletop_scan.h"
+#include "experiment/statistics.h"
+
+namespace rangegrasp::cylinders {
+namespace {
+
+using experiment::Case;
+using experiment::Column;
+using experiment::Result;
+using nlohmann::ordered_json;
+
+struct RecallOptions {
+  std::vector<GivenCylinder> given;
+  int scenes = 500;
+  int samples = 220;
+  double noise_m = 0.0003;
+  bool as_published = false;
+};
+
+/// The outcome of a scene.
+constexpr const char* kScored = "scored";
+
+// ---- scenes ----
+
+struct Truth {
+  std::size_t given = 0;
+  Cylinder cylinder;
+};
+
+struct Clutter {
+  samples::Tabletop tabletop;
+  std::vector<Truth> given;
+};
+
+/// Places things on the table by the circles about their outlines.
+class Placing {
+ public:
+  explicit Placing(base::Rng& rng) : rng_(rng) {}
+
+  /// Half of the time the circle touches another one; nullopt where there is no room left.
+  std::optional<Eigen::Vector2d> Place(double radius_m) {
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const Eigen::Vector2d middle = Draw(radius_m);
+      if (middle.cwiseAbs().maxCoeff() > kHalfTable_m) continue;
+      const bool overlaps = std::ranges::any_of(circles_, [&](const Circle& other) {
+        return (other.middle - middle).norm() < other.radius_m + radius_m;
+      });
+      if (overlaps) continue;
+      circles_.push_back({middle, radius_m});
+      return middle;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Circle {
+    Eigen::Vector2d middle;
+    double radius_m;
+  };
+  static constexpr int kDraws = 200;
+  static constexpr double kHalfTable_m = 0.14;  ///< what the sensor sees of the table
+  static constexpr double kGap_m = 0.0005;      ///< of things that touch
+
+  Eigen::Vector2d Draw(double radius_m) {
+    if (!circles_.empty() && rng_.Uniform() < 0.5) {
+      const Circle& other = circles_[rng_.Index(circles_.size())];
+      const double angle = rng_.Uniform(0.0, 2.0 * base::kPi);
+      const double apart_m = other.radius_m + radius_m + kGap_m;
+      return other.middle + apart_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+    const double x = rng_.Uniform(-kHalfTable_m, kHalfTable_m);
+    const double y = rng_.Uniform(-kHalfTable_m, kHalfTable_m);
+    return {x, y};
+  }
+
+  base::Rng& rng_;
+  std::vector<Circle> circles_;
+};
+
+/// About a lying cylinder's outline: half its length and some of its width.
+double CircleOfLying(double height_m) { return 0.5 * height_m + 0.005; }
+
+void AddGiven(const std::vector<GivenCylinder>& given, std::size_t which, base::Rng& rng,
+              Placing& placing, Clutter& clutter) {
+  const auto [r, h] = given[which];
+  const bool lies = rng.Uniform() < 0.4;
+  const double turn = rng.Uniform(0.0, base::kPi);
+  const auto at = placing.Place(lies ? CircleOfLying(h) : r);
+  if (!at) return;
+  const Cylinder cylinder = lies ? samples::Lying(at->x(), at->y(), turn, r, h)
+                                 : samples::Standing(at->x(), at->y(), r, h);
+  clutter.tabletop.cylinders.push_back(cylinder);
+  clutter.given.push_back({which, cylinder});
+}
+
+void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
+  const double a = rng.Uniform(0.03, 0.09);
+  const double b = rng.Uniform(0.03, 0.09);
+  const double height = rng.Uniform(0.03, 0.16);
+  const double turn = rng.Uniform(0.0, base::kPi);
+  const auto at = placing.Place(0.5 * std::hypot(a, b));
+  if (!at) return;
+  clutter.tabletop.boxes.push_back(samples::StandingBox(at->x(), at->y(), turn, {a, b, height}));
+}
+
+void AddStanding(base::Rng& rng, Placing& placing, Clutter& clutter) {
+  const double r = rng.Uniform(0.015, 0.045);
+  const double h = rng.Uniform(0.04, 0.20);
+  const auto at = placing.Place(r);
+  if (at) clutter.tabletop.cylinders.push_back(samples::Standing(at->x(), at->y(), r, h));
+}
+
+void AddLying(base::Rng& rng, Placing& placing, Clutter& clutter) {
+  const double r = rng.Uniform(0.015, 0.035);
+  const double h = rng.Uniform(0.06, 0.18);
+  const double turn = rng.Uniform(0.0, base::kPi);
+  const auto at = placing.Place(CircleOfLying(h));
+  if (at) clutter.tabletop.cylinders.push_back(samples::Lying(at->x(), at->y(), turn, r, h));
+}
+
+Clutter DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
+  Clutter clutter;
+  Placing placing(rng);
+  for (std::size_t g = 0; g < given.size(); ++g) AddGiven(given, g, rng, placing, clutter);
+  const std::size_t others = 3 + rng.Index(4);
+  for (std::size_t i = 0; i < others; ++i) {
+    const double kind = rng.Uniform();
+    if (kind < 0.5) {
+      AddBox(rng, placing, clutter);
+    } else if (kind < 0.8) {
+      AddStanding(rng, placing, clutter);
+    } else {
+      AddLying(rng, placing, clutter);
+    }
+  }
+  return clutter;
+}
+
+// ---- verdicts ----
+
+enum class Verdict {
+  kFound,
+  kMissed,
+  kHidden,  ///< too little of it was seen; whether it was found counts for nothing
+  kFalse,   ///< found where there is none
+  kTwin,    ///< false, too: found where another cylinder of the same size happens to be
+};
+constexpr std::array<std::string_view, 5> WordsOf(Verdict) {
+  return {"found", "missed", "hidden", "false", "twin"};
+}
+
+double AngleOf(const Cylinder& a, const Cylinder& b) {
+  return std::acos(std::min(1.0, std::abs(a.axis.dot(b.axis))));
+}
+
+/// How far off still is that cylinder.
+bool IsThere(const Cylinder& found, const Cylinder& truth) {
+  constexpr double kMaxDistance_m = 0.02;
+  const double max_angle_rad = base::Deg(10.0);
+  return (found.center - truth.center).norm() < kMaxDistance_m &&
+         AngleOf(found, truth) < max_angle_rad;
+}
+
+/// Of a size that cannot be distinguished from the given one (docs/cylinders.md).
+bool IsTwin(const Cylinder& other, const GivenCylinder& given) {
+  constexpr double kRadius_m = 0.0005;
+  constexpr double kHeight_m = 0.002;
+  return std::abs(other.radius_m - given.radius_m) < kRadius_m &&
+         std::abs(other.height_m - given.height_m) < kHeight_m;
+}
+
+/// A quarter of the rays to it end on it, and 200 do.
+bool IsSeen(const CylinderScene& scene, const Eigen::Vector3d& origin, const Cylinder& truth) {
+  constexpr double kTolerance_m = 0.003;
+  constexpr double kMinShare = 0.25;
+  constexpr std::size_t kMinRays = 200;
+  const geometry::Indices place_of(scene.points_C.size(), 0);
+  const auto counts =
+      CompareWithView({scene.points_C, {&origin, 1}, place_of}, truth, kTolerance_m);
+  return static_cast<double>(counts.on) >= kMinShare * static_cast<double>(counts.All()) &&
+         counts.on > kMinRays;
+}
+
+ordered_json Scored(Verdict verdict, std::size_t given, const Cylinder* truth,
+                    const FoundCylinder* found) {
+  ordered_json json = {{"verdict", base::Word(verdict)}, {"given", given + 1}};
+  const auto add = [&](const char* name, const Cylinder& c) {
+    json[name] = {{"center_m", {c.center.x(), c.center.y(), c.center.z()}},
+                  {"axis", {c.axis.x(), c.axis.y(), c.axis.z()}},
+                  {"radius_m", c.radius_m}};
+  };
+  if (truth) {
+    add("truth", *truth);
+    json["lies"] = std::abs(truth->axis.z()) < 0.5;
+  }
+  if (found) add("detected", found->cylinder_C);
+  if (truth && found) {
+    const Cylinder& c = found->cylinder_C;
+    json["radius_error_m"] = std::abs(c.radius_m - truth->radius_m);
+    json["axis_error_rad"] = AngleOf(c, *truth);
+    json["position_error_m"] = (c.center - truth->center).norm();
+  }
+  return json;
+}
+
+ordered_json Score(const Clutter& clutter, const std::vector<GivenCylinder>& given,
+                   const CylinderScene& scene, const Eigen::Vector3d& origin) {
+  ordered_json list = ordered_json::array();
+  std::vector<bool> used(scene.cylinders.size(), false);
+  for (const auto& [which, truth] : clutter.given) {
+    const FoundCylinder* match = nullptr;
+    for (std::size_t i = 0; i < used.size() && !match; ++i) {
+      const auto& found = scene.cylinders[i];
+      if (used[i] || found.given != which || !IsThere(found.cylinder_C, truth)) continue;
+      used[i] = true;
+      match = &found;
+    }
+    const Verdict verdict = !IsSeen(scene, origin, truth) ? Verdict::kHidden
+                            : match                       ? Verdict::kFound
+                                                          : Verdict::kMissed;
+    list.push_back(Scored(verdict, which, &truth, match));
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i]) continue;
+    const auto& found = scene.cylinders[i];
+    const bool twin = std::ranges::any_of(clutter.tabletop.cylinders, [&](const Cylinder& other) {
+      return IsTwin(other, given[found.given]) && IsThere(found.cylinder_C, other);
+    });
+    list.push_back(Scored(twin ? Verdict::kTwin : Verdict::kFalse, found.given, nullptr, &found));
+  }
+  return list;
+}
+
+// ---- the task ----
+
+/// A case is one drawn table.
+class RecallExperiment : public experiment::Task {
+ public:
+  RecallExperiment(RecallOptions options, std::uint64_t seed)
+      : options_(std::move(options)), seed_(seed) {}
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (int i = 0; i < options_.scenes; ++i) {
+      cases.push_back({fmt::format("scene-{:04}", i),
+                       "scene",
+                       base::DeriveSeed(seed_, static_cast<std::uint64_t>(i)),
+                       {{"scene", i}}});
+    }
+    return cases;
+  }
+
+  Result Run(const Case& which) const override {
+    base::Rng rng(which.seed);
+    const Clutter clutter = DrawClutter(options_.given, rng);
+    samples::Sensor sensor;
+    sensor.noise_m = options_.noise_m;
+    sensor.profiles = sensor.samples = options_.samples;
+    const auto observation = samples::Scan(clutter.tabletop, sensor, rng);
+    base::Rng draws(base::DeriveSeed(seed_, "d"));
+    const auto scene =
+        DetectCylinders(observation, options_.given,
+                        options_.as_published ? AsPublished() : DetectOptions{}, draws);
+    const ordered_json data = {{"cylinders", Score(clutter, options_.given, scene, sensor.origin)}};
+    return {kScored, "detect", "", data.dump(), scene.seconds};
+  }
+
+  Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
+    return Run(which);
+  }
+
+  void AddTo(experiment::Stamp&) const override {}
+
+ private:
+  RecallOptions options_;
+  std::uint64_t seed_;
+};
+
+void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
+  std::vector<std::string> given = {"25.75x173", "26.75x134"};
+  map.Read("cylinders", given, "RADIUSxHEIGHT in mm of the given cylinders");
+  for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
+  map.Read("scenes", o.scenes, 1, 1'000'000, "tables with given cylinders, boxes and others");
+  map.Read("samples", o.samples, 20, 2000, "rays on each side of the image");
+  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "white noise along each ray");
+  map.Read("as_published", o.as_published, "the published method without additions");
+}
+
+std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experiment::Common& common) {
+  RecallOptions options;
+  ReadRecallKeys(map, options);
+  map.Finish();
+  return std::make_unique<RecallExperiment>(std::move(options), common.seed);
+}
+
+// ---- tables ----
+
+/// Given cylinders of one posture, and what was detected.
+struct Posture {
+  std::string name;
+  int found = 0, missed = 0, hidden = 0;
+
+  int Seen() const { return found + missed; }
+};
+
+experiment::Report RecallReport(const experiment::Stamp&,
+                                const std::vector<experiment::Record>& records) {
+  std::array<Posture, 3> postures = {{{"standing"}, {"lying"}, {"all"}}};
+  int wrong = 0, twins = 0, hits = 0, scenes = 0;
+  struct Error {
+    const char* name;
+    const char* key;
+    double unit;
+    std::vector<double> values;
+  };
+  std::array<Error, 3> errors = {{{"radius [mm]", "radius_error_m", base::kMm, {}},
+                                  {"axis [deg]", "axis_error_rad", base::kDeg, {}},
+                                  {"position [mm]", "position_error_m", base::kMm, {}}}};
+  for (const auto& record : records) {
+    if (record.result.outcome != kScored) continue;
+    ++scenes;
+    const auto data = ordered_json::parse(record.result.data);
+    for (const auto& one : data.at("cylinders")) {
+      const auto verdict = base::FromWord<Verdict>(one.at("verdict").get<std::string>(), "verdict");
+      hits += one.contains("radius_error_m") ? 1 : 0;
+      wrong += verdict == Verdict::kFalse || verdict == Verdict::kTwin ? 1 : 0;
+      twins += verdict == Verdict::kTwin ? 1 : 0;
+      for (Error& error : errors) {
+        if (one.contains(error.key)) {
+          error.values.push_back(one.at(error.key).get<double>() / error.unit);
+        }
+      }
+      if (!one.contains("truth")) continue;
+      for (Posture* posture : {&postures[one.at("lies").get<bool>() ? 1 : 0], &postures[2]}) {
+        posture->found += verdict == Verdict::kFound ? 1 : 0;
+        posture->missed += verdict == Verdict::kMissed ? 1 : 0;
+        posture->hidden += verdict == Verdict::kHidden ? 1 : 0;
+      }
+    }
+  }
+  const std::vector<Column<Posture>> columns = {
+      {"given cylinders", "", &Posture::name, experiment::kLeft},
+      {"seen", "", &Posture::Seen},
+      {"detected", "", &Posture::found},
+      {"recall %", "",
+       [](const Posture& p) { return experiment::PercentText(p.found, p.Seen(), 2); }},
+      {"95 %", "", [](const Posture& p) { return experiment::IntervalText(p.found, p.Seen()); }},
+      {"hidden", "", &Posture::hidden}};
+  const auto quantile = [](double share) {
+    return [share](const Error& error) -> std::optional<double> {
+      if (error.values.empty()) return std::nullopt;
+      return base::QuantileOf(error.values, share);
+    };
+  };
+  const std::vector<Column<Error>> error_columns = {{"error", "", &Error::name, experiment::kLeft},
+                                                    {"median", ".3f", quantile(0.5)},
+                                                    {"95 %", ".3f", quantile(0.95)},
+                                                    {"largest", ".3f", quantile(1.0)}};
+  experiment::Report report;
+  report.sections = {{"Recall on synthetic rays", GridOf(columns, postures)},
+                     {"Errors of detected cylinders", GridOf(error_columns, errors)}};
+  report.csv = report.sections.front().grid;
+  report.notes = {
+      fmt::format("{} tables; precision {} % [{}]: {} of {} detections; of the {} false "
+                  "ones {} are other cylinders of a given size",
+                  scenes, experiment::PercentText(hits, hits + wrong, 2),
+                  experiment::IntervalText(hits, hits + wrong), hits, hits + wrong, wrong, twins),
+      "seen: a quarter of the rays to it, and more than 200, end on it"};
+  return report;
+}
+
+}  // namespace
+
+const experiment::TaskKind& RecallTask() {
+  static const experiment::TaskKind kind{
+      .name = "cylinder_recall",
+      .description =
+          "How often given cylinders are detected among boxes and other cylinders, on "
+          "synthetic rays of one sensor: recall, precision, errors.",
+      .trials_key = "scenes",
+      .uses_seed = true,
+      .success = {},
+      .read = ReadRecall,
+      .read_keys =
+          [](base::YamlMap& map) {
+            RecallOptions options;
+            ReadRecallKeys(map, options);
+          },
+      .report = RecallReport};
+  return kind;
+}
+
+}  // namespace rangegrasp::cylinders

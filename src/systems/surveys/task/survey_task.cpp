@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/words.h"
+#include "experiment/experiment.h"
+#include "surveys/task/measures.h"
+#include "trial/registry.h"
+
+namespace rangegrasp::surveys {
+namespace {
+
+using experiment::Case;
+using nlohmann::ordered_json;
+
+enum class Quantity { kSeparation, kRotation, kReconstruction };
+constexpr std::array<std::string_view, 3> WordsOf(Quantity) {
+  return {"separation", "rotation", "reconstruction"};
+}
+
+/// What belongs to a quantity, in their order.
+struct Survey {
+  ordered_json (*measure)(const trial::Cell&, const trial::Arrangement&, std::uint64_t, Seconds&);
+  experiment::Section (*table)(const std::vector<Measured>&);
+};
+constexpr std::array<Survey, 3> kSurveys = {{{MeasureSeparation, SeparationTable},
+                                             {MeasureRotation, RotationTable},
+                                             {MeasureReconstruction, ReconstructionTable}}};
+const Survey& SurveyOf(Quantity quantity) { return kSurveys[static_cast<std::size_t>(quantity)]; }
+
+/// Stamp::data.
+constexpr const char* kMeasure = "measure";
+constexpr const char* kMeasured = "measured";  ///< the outcome
+
+void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& clouds) {
+  map.Read(kMeasure, quantity,
+           "how well touching objects are separated, which objects count as rotational, or what a "
+           "stereo camera reconstructs");
+  map.ReadPath("clouds", clouds,
+               "separation: a folder of recorded PCD clouds with a field `label` (0 nothing "
+               "measured, 1 to 9 table, 20 and more objects) in place of simulated scenes");
+}
+
+/// A case is the scan of a trial; the arm does not move.
+class SurveyTask : public experiment::Task {
+ public:
+  SurveyTask(trial::Options options, Quantity quantity, std::uint64_t seed)
+      : cell_(std::move(options)), quantity_(quantity), seed_(seed) {}
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (const std::string& object : cell_.options.objects) {
+      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
+        cases.push_back(trial::CaseOf({object, i, trial::TrialSeed(seed_, object, i)}));
+      }
+    }
+    return cases;
+  }
+
+  void Prepare() const override { cell_.sensor->Prepare(); }
+
+  experiment::Result Run(const Case& which) const override {
+    trial::Redraws redraws;
+    const auto scene = ArrangeTrial(cell_, trial::SpecOf(which), redraws);
+    if (!scene) return trial::NoArrangement(redraws);
+    experiment::Result result{kMeasured, "perceive", "", "{}", {}};
+    result.data = SurveyOf(quantity_).measure(cell_, *scene, which.seed, result.seconds).dump();
+    return result;
+  }
+
+  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
+    return Run(which);
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    trial::AddModelsTo(cell_.options, stamp);
+    stamp.data[kMeasure] = base::Word(quantity_);
+  }
+
+ private:
+  trial::Cell cell_;
+  Quantity quantity_;
+  std::uint64_t seed_;
+};
+
+/// A case is a recorded cloud; its group is the file's name.
+class CloudSurvey : public experiment::Task {
+ public:
+  CloudSurvey(const std::filesystem::path& folder, perception::PerceptionOptions options)
+      : options_(std::move(options)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".pcd") files_.push_back(entry.path());
+    }
+    std::ranges::sort(files_);
+    if (files_.empty()) throw base::InputError(folder.string() + ": holds no *.pcd");
+  }
+
+  std::vector<Case> Cases() const override {
+    std::vector<Case> cases;
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      const std::string name = files_[i].stem().string();
+      cases.push_back({name, name, 0, {{"cloud", static_cast<std::int64_t>(i)}}});
+    }
+    return cases;
+  }
+
+  experiment::Result Run(const Case& which) const override {
+    const auto& file = files_.at(static_cast<std::size_t>(which.params.Int("cloud")));
+    const auto cloud = geometry::ReadCloud(file);
+    if (cloud.labels.empty()) throw base::InputError(file.string() + ": has no field `label`");
+    experiment::Result result{kMeasured, "perceive", "", "{}", {}};
+    result.data = MeasureSeparation(cloud, options_, result.seconds).dump();
+    return result;
+  }
+
+  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
+    return Run(which);
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    stamp.data[kMeasure] = base::Word(Quantity::kSeparation);
+    std::uint64_t hash = 0;
+    for (const auto& file : files_) hash = base::Fnv1a(base::ReadFile(file), hash);
+    stamp.identity["clouds_hash"] = base::Hex(hash);
+  }
+
+ private:
+  std::vector<std::filesystem::path> files_;
+  perception::PerceptionOptions options_;
+};
+
+std::unique_ptr<experiment::Task> ReadClouds(base::YamlMap& map,
+                                             const std::filesystem::path& clouds) {
+  perception::PerceptionOptions options;
+  perception::ReadOptions(map.Child("perception", ""), options);
+  map.Finish();
+  return std::make_unique<CloudSurvey>(clouds, std::move(options));
+}
+
+std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
+  Quantity quantity{};
+  std::filesystem::path clouds;
+  ReadMeasure(map, quantity, clouds);
+  map.Require(kMeasure);
+  if (!clouds.empty()) {
+    if (quantity != Quantity::kSeparation) map.Fail("clouds", "only `measure: separation` has it");
+    return ReadClouds(map, clouds);
+  }
+  trial::Options options = trial::ReadOptions(map);
+  if (!trial::ModelsPass(map, options, common)) return nullptr;
+  trial::RequireOwnDetector(map, options);
+  return std::make_unique<SurveyTask>(std::move(options), quantity, common.seed);
+}
+
+experiment::Report ReportOf(const experiment::Stamp& stamp,
+                            const std::vector<experiment::Record>& records) {
+  std::vector<Measured> scans;
+  std::map<std::string, int> failed;
+  for (const auto& record : records) {
+    if (record.result.outcome == kMeasured) {
+      scans.push_back({&record, ordered_json::parse(record.result.data)});
+    } else {
+      ++failed[record.result.outcome];
+    }
+  }
+  const auto quantity = base::FromWord<Quantity>(experiment::Need(stamp.data, kMeasure), kMeasure);
+  experiment::Report report;
+  report.sections.push_back(SurveyOf(quantity).table(scans));
+  report.csv = report.sections.front().grid;
+  if (!failed.empty()) {
+    report.notes.push_back("scenes without a scan: " + experiment::CountsText(failed));
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace rangegrasp::surveys
+
+namespace rangegrasp {
+
+void RegisterSurveys() {
+  experiment::AddKind(
+      {.name = "survey",
+       .description = "Surveys of perception: scenes are arranged and scanned, the arm does not "
+                      "move. Besides `measure` it has all keys of `task: grasping`.",
+       .trials_key = "trials_per_object",
+       .uses_seed = true,
+       .success = {},
+       .read = surveys::Read,
+       .read_keys =
+           [](base::YamlMap& map) {
+             surveys::Quantity quantity{};
+             std::filesystem::path clouds;
+             surveys::ReadMeasure(map, quantity, clouds);
+           },
+       .report = surveys::ReportOf});
+}
+
+}  // namespace rangegrasp

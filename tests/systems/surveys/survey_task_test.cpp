@@ -1,0 +1,172 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "error_of.h"
+#include "experiment/experiment.h"
+#include "surveys/separation.h"
+#include "surveys/task/measures.h"
+
+namespace rangegrasp::surveys {
+namespace {
+
+using nlohmann::ordered_json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing_support::ErrorOf;
+
+struct Ran {
+  experiment::Record record;
+  experiment::Report report;
+};
+
+Ran RunOne(const std::string& name, const std::string& object,
+           const std::vector<std::string>& set = {}) {
+  experiment::Changes changes;
+  changes.groups = {object};
+  changes.trials = 1;
+  changes.set = set;
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/" + name + ".yaml", changes);
+  experiment.task->Prepare();
+  const experiment::Case& which = experiment.cases.front();
+  Ran ran{{which, experiment.task->Run(which)}, {}};
+  ran.report = experiment.kind->report(experiment.stamp, {ran.record});
+  return ran;
+}
+
+// The score of segments that are known: two objects of four points each on a table.
+TEST(Separation, IsWhatItsDefinitionSays) {
+  const std::vector<std::uint32_t> label = {0, 1, 1, 20, 20, 20, 20, 30, 30, 30, 30};
+  const auto exact = Compare(label, {-1, -1, -1, 0, 0, 0, 0, 1, 1, 1, 1});
+  EXPECT_EQ(exact.overlap, 1.0);
+  EXPECT_EQ(exact.over, 0.0);
+  EXPECT_EQ(exact.under, 0.0);
+  EXPECT_EQ(exact.objects, 2);
+  EXPECT_TRUE(exact.right);
+  const auto joined = Compare(label, {-1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(joined.overlap, 0.5);
+  EXPECT_EQ(joined.under, 0.5);
+  EXPECT_FALSE(joined.right);
+  const auto split = Compare(label, {-1, 2, 2, 0, 0, 0, 3, 1, 1, 1, 1});
+  EXPECT_EQ(split.overlap, (0.75 + 1.0) / 2);
+  EXPECT_EQ(split.over, 0.125);
+  EXPECT_EQ(split.of_table, 1);
+}
+
+TEST(RotationSurvey, AnUprightTinIsRotationalAboutItsOwnAxis) {
+  const auto ran = RunOne("survey_rotation", "salt_cylinder");
+  EXPECT_EQ(ran.record.result.outcome, "measured");
+  const auto data = ordered_json::parse(ran.record.result.data);
+  EXPECT_EQ(data.at("kind"), "rotational");
+  EXPECT_LT(data.at("axis_error_rad").get<double>(), 0.05);
+  EXPECT_LT(data.at("center_error_m").get<double>(), 0.003);
+  const auto& row = ran.report.sections.at(0).grid.rows.at(0);
+  EXPECT_EQ(row[0], "salt_cylinder");
+  EXPECT_THAT(std::vector(row.begin() + 2, row.begin() + 4), ElementsAre("1", "1"));
+}
+
+TEST(RotationSurvey, ABoxIsNotRotational) {
+  const auto data = ordered_json::parse(RunOne("survey_rotation", "dextrose").record.result.data);
+  EXPECT_NE(data.at("kind"), "rotational");
+  EXPECT_FALSE(data.contains("axis_error_rad"));
+}
+
+TEST(SeparationSurvey, OneObjectAloneIsOneSegmentForEveryMethod) {
+  const auto ran = RunOne("survey_separation", "dextrose", {"arrangement=single"});
+  const auto data = ordered_json::parse(ran.record.result.data);
+  for (const char* method : {"convexity", "mesh", "lccp", "euclidean"}) {
+    EXPECT_EQ(data.at(method).at("objects"), 1) << method;
+    EXPECT_GT(data.at(method).at("overlap").get<double>(), 0.9) << method;
+  }
+  EXPECT_EQ(ran.report.sections.at(0).grid.rows.size(), data.size());
+}
+
+TEST(SeparationSurvey, WeighsScansByTheirPoints) {
+  const experiment::Record record{{"a", "a", 1, {}, 0}, {"measured", "", "", "", {{"x", 2.0}}}};
+  const auto score = [](double overlap, double points, bool right) {
+    return ordered_json{{"x",
+                         {{"overlap", overlap},
+                          {"over", 0.0},
+                          {"under", 0.0},
+                          {"points", points},
+                          {"right", right}}}};
+  };
+  const auto table =
+      SeparationTable({{&record, score(1.0, 300, true)}, {&record, score(0.6, 100, false)}});
+  // (300 * 1 + 100 * 0.6) / 400 = 0.9; sqrt(30^2 + 30^2) / 400 = 0.106
+  EXPECT_THAT(table.grid.rows.at(0),
+              ElementsAre("x", "2", "0.900", "0.106", "0.000", "0.000", "50.0", "9-91", "2.000"));
+}
+
+// Two boxes on a table, which is label 1; the second has a corner that is not measured.
+geometry::CloudFile TwoBoxes() {
+  geometry::CloudFile cloud;
+  cloud.sensor_origin = Eigen::Vector3d(0.0, 0.0, 1.0);
+  for (int x = 0; x < 120; ++x) {
+    for (int y = 0; y < 120; ++y) {
+      Eigen::Vector3d p(0.003 * (x - 60), 0.003 * (y - 60), 0.0);
+      std::uint32_t label = 1;
+      if (std::abs(p.x()) > 0.03 && std::abs(p.x()) < 0.1 && std::abs(p.y()) < 0.05) {
+        p.z() = 0.08;
+        label = p.x() < 0.0 ? 20 : 30;
+      }
+      if (label == 30 && p.x() > 0.08 && p.y() > 0.03) {
+        p.setConstant(std::nan(""));
+        label = 0;
+      }
+      cloud.points.push_back(p);
+      cloud.labels.push_back(label);
+    }
+  }
+  cloud.width = static_cast<int>(cloud.points.size());
+  return cloud;
+}
+
+TEST(SeparationSurvey, FindsBoxesApartInARecordedCloud) {
+  Seconds seconds;
+  const auto data = MeasureSeparation(TwoBoxes(), {}, seconds);
+  for (const char* method : {"convexity", "mesh", "lccp", "euclidean"}) {
+    EXPECT_EQ(data.at(method).at("objects"), 2) << method;
+    EXPECT_GT(data.at(method).at("overlap").get<double>(), 0.9) << method;
+  }
+  EXPECT_EQ(seconds.size(), data.size());
+}
+
+TEST(ReconstructionSurvey, MostOfATexturedBoxIsReconstructedWithinMillimetres) {
+  const auto ran = RunOne("survey_reconstruction", "dextrose", {"arrangement=single"});
+  const auto textured = ordered_json::parse(ran.record.result.data).at("dextrose").at("textured");
+  const int made = textured.at("reconstructed");
+  EXPECT_GT(made, 0.7 * textured.at("seen").get<int>());
+  EXPECT_LT(textured.at("sum_m").get<double>() / made, 0.008);
+  int counted = textured.at("mismatches");
+  for (const auto& bin : textured.at("errors_0.1mm")) counted += bin[1].get<int>();
+  EXPECT_EQ(counted, made);
+  EXPECT_EQ(ran.report.sections.at(0).grid.rows.back()[0], "all");
+}
+
+TEST(ReconstructionSurvey, TakesQuantilesOfTheErrorsWithMismatchesAsTheLargest) {
+  const experiment::Record record{{"a", "a", 1, {}, 0}, {"measured", "", "", "", {}}};
+  // Nine errors: -1 mm twice, 0.5 mm six times, one mismatch.
+  const ordered_json data = {{"box",
+                              {{"plain",
+                                {{"seen", 10},
+                                 {"reconstructed", 9},
+                                 {"mismatches", 1},
+                                 {"sum_m", 0.045},
+                                 {"errors_0.1mm", {{-10, 2}, {5, 6}}}}}}}};
+  const auto table = ReconstructionTable({{&record, data}});
+  EXPECT_THAT(table.grid.rows.at(0),
+              ElementsAre("box", "all", "10", "90.0", "5.00", "0.5", "-", "0.5", "11.11"));
+}
+
+TEST(Survey, RefusesAnUnknownMeasureAndALaserForStereo) {
+  EXPECT_THAT(ErrorOf([] { RunOne("survey_rotation", "dextrose", {"measure=size"}); }),
+              HasSubstr("separation"));
+  EXPECT_THAT(ErrorOf([] { RunOne("survey_rotation", "dextrose", {"measure=reconstruction"}); }),
+              HasSubstr("needs a stereo camera"));
+}
+
+}  // namespace
+}  // namespace rangegrasp::surveys
