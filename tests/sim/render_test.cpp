@@ -33,7 +33,7 @@ ObjectModel Ball(const testing_support::TempFolder& folder, double radius_m) {
 
 TEST(Renderer, ShowsTheSceneAndItsObjects) {
   const testing_support::TempFolder folder;
-  World world(samples::Tabletop(), {Ball(folder, 0.05)}, {});
+  World world(samples::Tabletop(), {Ball(folder, 0.1)}, {});
   Renderer renderer(world, 160, 120);
   const image::Image plain = renderer.Render(world, "overview");
   EXPECT_EQ(plain.rgb.size(), 160u * 120u * 3u);

@@ -11,6 +11,7 @@
 #include "base/file.h"
 #include "base/rng.h"
 #include "temp_folder.h"
+#include "tiff_file.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -79,7 +80,7 @@ TEST(ProfileFiles, EveryFormatGivesBackWhatWasWritten) {
 
 TEST(ProfileFiles, TheSameProfilesAreTheSameBytes) {
   const TempFolder folder;
-  for (const char* name : {"a.csv", "a.png", "a.pgm", "a.tif"}) {
+  for (const char* name : {"a.csv", "a.png", "a.pgm"}) {
     WriteProfiles(RandomProfiles(7), folder / name, {});
     const std::string first = base::ReadFile(folder / name);
     WriteProfiles(RandomProfiles(7), folder / name, {});
@@ -229,7 +230,12 @@ TEST(ProfileFiles, DamagedFilesGiveProfilesOrAnError) {
   int refused = 0;
   int read = 0;
   for (const char* name : {"p.csv", "p.png", "p.pgm", "p.tif"}) {
-    WriteProfiles(RandomProfiles(3), folder / name, {});
+    if (std::string(name) == "p.tif") {
+      testing_support::WriteTiff<std::uint16_t>(
+          folder / name, {{.width = 40, .pixels = std::vector<std::uint16_t>(120, 32700)}});
+    } else {
+      WriteProfiles(RandomProfiles(3), folder / name, {});
+    }
     const std::string whole = base::ReadFile(folder / name);
     for (std::uint64_t seed = 0; seed < 400; ++seed) {
       Rng rng(seed);

@@ -100,16 +100,16 @@ TEST(SeparationSurvey, WeighsScansByTheirPoints) {
               ElementsAre("x", "2", "0.900", "0.106", "0.000", "0.000", "50.0", "9-91", "2.000"));
 }
 
-// Two boxes on a table, which is label 1; the second has a corner that is not measured.
+// Two boxes on a table, which is label 1, as a camera 1 m above sees them, z forward; the second has
+// a corner that is not measured.
 geometry::CloudFile TwoBoxes() {
   geometry::CloudFile cloud;
-  cloud.sensor_origin = Eigen::Vector3d(0.0, 0.0, 1.0);
   for (int x = 0; x < 120; ++x) {
     for (int y = 0; y < 120; ++y) {
-      Eigen::Vector3d p(0.003 * (x - 60), 0.003 * (y - 60), 0.0);
+      Eigen::Vector3d p(0.003 * (x - 60), 0.003 * (y - 60), 1.0);
       std::uint32_t label = 1;
       if (std::abs(p.x()) > 0.03 && std::abs(p.x()) < 0.1 && std::abs(p.y()) < 0.05) {
-        p.z() = 0.08;
+        p.z() = 0.92;
         label = p.x() < 0.0 ? 20 : 30;
       }
       if (label == 30 && p.x() > 0.08 && p.y() > 0.03) {

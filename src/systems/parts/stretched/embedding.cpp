@@ -256,7 +256,8 @@ Eigen::Vector3d LandmarkPlacement::Place(const Eigen::Ref<const Eigen::VectorXd>
                        (squared_norms_ - distances.cwiseAbs2()));  // columns of solve_ add up to 0
   ArrayXd d;
   for (int step = 0; step < steps; ++step) {
-    x = center_ + PullOf(landmarks_, x, distances.array(), d) / static_cast<double>(d.size());
+    x = center_ +
+        PullOf(landmarks_, x, distances.array(), d) / static_cast<double>(landmarks_.rows());
   }
   return x;
 }
