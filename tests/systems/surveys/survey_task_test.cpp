@@ -100,8 +100,8 @@ TEST(SeparationSurvey, WeighsScansByTheirPoints) {
               ElementsAre("x", "2", "0.900", "0.106", "0.000", "0.000", "50.0", "9-91", "2.000"));
 }
 
-// Two boxes on a table, which is label 1, as a camera 1 m above sees them, z forward; the second has
-// a corner that is not measured.
+// Two boxes on a table, which is label 1, as a camera 1 m above sees them, z forward; the second
+// has a corner that is not measured.
 geometry::CloudFile TwoBoxes() {
   geometry::CloudFile cloud;
   for (int x = 0; x < 120; ++x) {
