@@ -25,7 +25,7 @@ function(rangegrasp_compile_options target)
     endif()
     # Cases run in processes that end by _exit, which writes no counts.
     target_link_options(${target} PUBLIC --coverage -Wl,--wrap=_exit)
-    target_link_libraries(${target} PUBLIC rangegrasp_coverage)
+    target_link_libraries(${target} PUBLIC $<BUILD_INTERFACE:rangegrasp_coverage>)
   endif()
 endfunction()
 
