@@ -33,15 +33,7 @@ class Grasping : public experiment::Task {
   Grasping(Options options, const experiment::Common& common)
       : cell_(std::move(options)), seed_(common.seed) {}
 
-  std::vector<Case> Cases() const override {
-    std::vector<Case> cases;
-    for (const std::string& object : cell_.options.objects) {
-      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
-        cases.push_back(CaseOf({object, i, TrialSeed(seed_, object, i)}));
-      }
-    }
-    return cases;
-  }
+  std::vector<Case> Cases() const override { return TrialsOf(cell_.options, seed_); }
 
   void Prepare() const override {
     cell_.sensor->Prepare();
@@ -94,6 +86,16 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 }
 
 }  // namespace
+
+std::vector<experiment::Case> TrialsOf(const Options& options, std::uint64_t seed) {
+  std::vector<experiment::Case> cases;
+  for (const std::string& object : options.objects) {
+    for (int i = 0; i < options.trials_per_object; ++i) {
+      cases.push_back(CaseOf({object, i, TrialSeed(seed, object, i)}));
+    }
+  }
+  return cases;
+}
 
 const Cell& CellOf(const experiment::Task& task) {
   const auto* grasping = dynamic_cast<const Grasping*>(&task);

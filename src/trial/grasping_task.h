@@ -9,6 +9,9 @@ namespace rangegrasp::trial {
 /// table an object.
 const experiment::TaskKind& GraspingTask();
 
+/// The trials of an experiment: those of each object in turn.
+std::vector<experiment::Case> TrialsOf(const Options& options, std::uint64_t seed);
+
 /// The work cell of a grasping experiment.
 /// @throws base::InputError if the task is of another kind.
 const Cell& CellOf(const experiment::Task& task);

@@ -12,6 +12,7 @@
 #include "base/statistics.h"
 #include "base/words.h"
 #include "cylinders/detect.h"
+#include "cylinders/fit.h"
 #include "cylinders/task/cylinders_task.h"
 #include "cylinders/task/demo_detector.h"
 #include "cylinders/task/tabletop_scan.h"
@@ -165,16 +166,12 @@ constexpr std::array<std::string_view, 5> WordsOf(Verdict) {
   return {"found", "missed", "hidden", "false", "twin"};
 }
 
-double AngleOf(const Cylinder& a, const Cylinder& b) {
-  return std::acos(std::min(1.0, std::abs(a.axis.dot(b.axis))));
-}
-
 /// How far off still is that cylinder.
 bool IsThere(const Cylinder& found, const Cylinder& truth) {
   constexpr double kMaxDistance_m = 0.02;
   const double max_angle_rad = base::Deg(10.0);
   return (found.center - truth.center).norm() < kMaxDistance_m &&
-         AngleOf(found, truth) < max_angle_rad;
+         AngleBetween(found.axis, truth.axis) < max_angle_rad;
 }
 
 /// Of a size that cannot be distinguished from the given one (docs/cylinders.md).
@@ -213,7 +210,7 @@ ordered_json Scored(Verdict verdict, std::size_t given, const Cylinder* truth,
   if (truth && found) {
     const Cylinder& c = found->cylinder_C;
     json["radius_error_m"] = std::abs(c.radius_m - truth->radius_m);
-    json["axis_error_rad"] = AngleOf(c, *truth);
+    json["axis_error_rad"] = AngleBetween(c.axis, truth->axis);
     json["position_error_m"] = (c.center - truth->center).norm();
   }
   return json;
@@ -279,10 +276,6 @@ class RecallExperiment : public experiment::Task {
                         options_.as_published ? AsPublished() : DetectOptions{}, draws);
     const ordered_json data = {{"cylinders", Score(clutter, options_.given, scene, sensor.origin)}};
     return {kScored, "detect", "", data.dump(), scene.seconds};
-  }
-
-  Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
-    return Run(which);
   }
 
   void AddTo(experiment::Stamp&) const override {}

@@ -297,10 +297,6 @@ class Recognition : public experiment::Task {
     return result;
   }
 
-  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
-    return Run(which);
-  }
-
   void AddTo(experiment::Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);

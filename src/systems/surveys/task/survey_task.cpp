@@ -8,6 +8,7 @@
 #include "base/words.h"
 #include "experiment/experiment.h"
 #include "surveys/task/measures.h"
+#include "trial/grasping_task.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::surveys {
@@ -50,15 +51,7 @@ class SurveyTask : public experiment::Task {
   SurveyTask(trial::Options options, Quantity quantity, std::uint64_t seed)
       : cell_(std::move(options)), quantity_(quantity), seed_(seed) {}
 
-  std::vector<Case> Cases() const override {
-    std::vector<Case> cases;
-    for (const std::string& object : cell_.options.objects) {
-      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
-        cases.push_back(trial::CaseOf({object, i, trial::TrialSeed(seed_, object, i)}));
-      }
-    }
-    return cases;
-  }
+  std::vector<Case> Cases() const override { return trial::TrialsOf(cell_.options, seed_); }
 
   void Prepare() const override { cell_.sensor->Prepare(); }
 
@@ -69,10 +62,6 @@ class SurveyTask : public experiment::Task {
     experiment::Result result{kMeasured, "perceive", "", "{}", {}};
     result.data = SurveyOf(quantity_).measure(cell_, *scene, which.seed, result.seconds).dump();
     return result;
-  }
-
-  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
-    return Run(which);
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
@@ -114,10 +103,6 @@ class CloudSurvey : public experiment::Task {
     experiment::Result result{kMeasured, "perceive", "", "{}", {}};
     result.data = MeasureSeparation(cloud, options_, result.seconds).dump();
     return result;
-  }
-
-  experiment::Result Replay(const Case& which, const experiment::ReplayOptions&) const override {
-    return Run(which);
   }
 
   void AddTo(experiment::Stamp& stamp) const override {
