@@ -33,7 +33,6 @@ class PlannedMover : public Mover {
     all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
     planning::Planner planner(robot_, options_.planning);
     Move move;
-    // A grasp that is expected to hold is worth a bolder motion.
     for (const bool sound : {true, false}) {
       const geometry::Indices grasps = Free(detection, sound);
       const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
@@ -45,11 +44,10 @@ class PlannedMover : public Mover {
         return move.plan.has_value();
       };
       plan(all, false);
-      // Nothing may be there, and the approach stops at what it touches.
-      if (!unseen.empty() && plan(seen, false)) move.blind = true;
-      // Neighbors may give way.
-      if (!seen.obstacles_W.empty() && plan(seen, true)) {
-        move.blind = !unseen.empty();
+      if (options_.through_unseen && !unseen.empty() && plan(seen, false)) move.blind = true;
+      const auto& brushed = options_.through_unseen ? seen : all;
+      if (options_.brushing && !seen.obstacles_W.empty() && plan(brushed, true)) {
+        move.blind = options_.through_unseen && !unseen.empty();
         move.brushes = true;
       }
     }
@@ -57,9 +55,11 @@ class PlannedMover : public Mover {
   }
 
  private:
+  // Without sound_first all of them count as sound.
   geometry::Indices Free(const Detection& detection, bool sound) const {
     return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
-      return !grasp.collides && (grasp.contact_angle_rad <= friction_cone_rad_) == sound;
+      const bool holds = !options_.sound_first || grasp.contact_angle_rad <= friction_cone_rad_;
+      return !grasp.collides && holds == sound;
     });
   }
 
@@ -105,14 +105,13 @@ std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double fric
   return std::make_unique<PlannedMover>(options, friction_cone_rad, robot);
 }
 
-void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
-                         ObstacleOptions& obstacles) {
-  map.Read("leftover_obstacles", obstacles.leftovers,
-           "motions keep clear of measured points that belong to no object");
-  map.Read("unseen_obstacles", obstacles.unseen, "and of the space behind objects but the target");
-  map.ReadScaled("approach_mm", options.approach_m, base::kMm, 20.0, 400.0,
+void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles) {
+  base::ReadAdditions<ObstacleAdditions>(map, obstacles);
+  base::ReadAdditions<MoverAdditions>(map, options);
+  planning::PlanOptions& plan = options.planning;
+  map.ReadScaled("approach_mm", plan.approach_m, base::kMm, 20.0, 400.0,
                  "straight approach before the grasp");
-  map.ReadScaled("lift_mm", options.lift_m, base::kMm, 100.0, 400.0, "height of the lift");
+  map.ReadScaled("lift_mm", plan.lift_m, base::kMm, 100.0, 400.0, "height of the lift");
   map.Finish();
 }
 

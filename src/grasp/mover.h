@@ -25,19 +25,39 @@ class Mover {
                     base::Rng& rng) const = 0;
 };
 
-struct MoverOptions {
+/// What planning motions does beyond the dissertation, whose planner gets the grasps in their order
+/// and keeps clear of everything (section 4.3). All off: one pass over the grasps.
+struct MoverAdditions {
+  bool sound_first = true;     ///< a grasp that is expected to hold is worth a bolder motion
+  bool through_unseen = true;  ///< nothing may be there, and the approach stops at what it touches
+  bool brushing = true;        ///< neighbors may give way
+};
+constexpr std::array<base::Addition<MoverAdditions>, 3> AdditionsOf(const MoverAdditions*) {
+  using A = MoverAdditions;
+  return {{
+      {"sound_first", &A::sound_first,
+       "grasps whose contacts lie within the friction cone are tried with all motions before "
+       "others are"},
+      {"through_unseen", &A::through_unseen,
+       "where no motion keeps clear of unseen space, one may pass through it"},
+      {"brushing", &A::brushing,
+       "where no motion keeps clear of neighbors, the lifted object may push them"},
+  }};
+}
+static_assert(base::AllAdditionsListed<MoverAdditions>());
+
+/// The switches of its base are what goes beyond the dissertation.
+struct MoverOptions : MoverAdditions {
   planning::PlanOptions planning;
   int max_plans = 24;  ///< grasps that are offered to the planner before the trial is given up
 };
 
-/// Inverse kinematics, straight lines and OMPL. Grasps whose contacts lie within the friction cone
-/// come first. The options and the robot must outlive it.
+/// Inverse kinematics, straight lines and OMPL. The options and the robot must outlive it.
 std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
                                         const robot::Robot& robot);
 
 /// Reads the keys of the mapping `planning`, to its end: the mover's, and what it keeps clear of.
 /// @throws base::InputError
-void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
-                         ObstacleOptions& obstacles);
+void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles);
 
 }  // namespace rangegrasp::grasp

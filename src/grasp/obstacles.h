@@ -1,19 +1,36 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "base/words.h"
 #include "geometry/mesh.h"
 #include "geometry/observation.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::grasp {
 
-/// What a motion must keep clear of besides the perceived objects.
-struct ObstacleOptions {
+/// What a motion must keep clear of besides the perceived objects. The dissertation's planner gets
+/// the completed objects alone (section 5.1.4).
+struct ObstacleAdditions {
   bool leftovers = true;  ///< points of no object: outliers, small segments, needles
-  int min_points = 3;     ///< what is 10 mm wide gives so many even between coarse profiles
+  bool unseen = true;     ///< space that no sensor saw behind objects: something may stand there
+};
+constexpr std::array<base::Addition<ObstacleAdditions>, 2> AdditionsOf(const ObstacleAdditions*) {
+  using A = ObstacleAdditions;
+  return {{
+      {"leftover_obstacles", &A::leftovers,
+       "motions keep clear of measured points that belong to no object"},
+      {"unseen_obstacles", &A::unseen,
+       "motions keep clear of the space behind objects but the target"},
+  }};
+}
+static_assert(base::AllAdditionsListed<ObstacleAdditions>());
+
+struct ObstacleOptions : ObstacleAdditions {
+  int min_points = 3;  ///< what is 10 mm wide gives so many even between coarse profiles
   /// Within so many gaps between neighboring points they are of one thing; smaller groups that are
   /// so near to the target are its own.
   double link_gaps = 3.0;
@@ -22,7 +39,6 @@ struct ObstacleOptions {
   double cell_m = 0.02;
   /// Points within so many gaps of an object's outline, as seen from the sensor, are mixed points.
   double mixed_gaps = 1.5;
-  bool unseen = true;  ///< space that no sensor saw behind objects: something may stand there
 };
 
 /// What a motion keeps clear of besides the perceived objects; surfaces in C.

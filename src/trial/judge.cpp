@@ -113,7 +113,9 @@ OthersVerdict JudgeOthers(const std::vector<Eigen::Vector3d>& before_W, const si
     if (object == target || world.parked(object)) continue;
     const Eigen::Vector3d center_W = world.ObjectCenterOfMass(object);
     const double way_m = (center_W - before_W.at(static_cast<std::size_t>(object))).norm();
-    verdict.moved += way_m > kMoved_m ? 1 : 0;
+    const bool moved = way_m > kMoved_m;
+    verdict.moved += moved ? 1 : 0;
+    verdict.brought += moved && IsAtDelivery(world, object) ? 1 : 0;
     verdict.left_table += world.OverTable(center_W) ? 0 : 1;
   }
   return verdict;

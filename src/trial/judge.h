@@ -73,6 +73,7 @@ Outcome JudgeExecution(const sim::ExecutionLog& log);
 struct OthersVerdict {
   int moved = 0;       ///< further than 5 mm, from before the grasp to its end
   int left_table = 0;  ///< no longer over the table
+  int brought = 0;     ///< moved, and at the delivery place
 };
 /// Centers of mass of all objects.
 std::vector<Eigen::Vector3d> CentersOf(const sim::World& world);

@@ -103,10 +103,35 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o) {
 }
 
 template <typename Switches>
-void AddKeys(const std::string& prefix, std::vector<std::pair<std::string, std::string>>& keys) {
+void AddSwitches(const std::string& prefix, std::vector<MethodDifference>& keys) {
   for (const auto& row : base::AdditionsTable<Switches>()) {
-    keys.emplace_back(prefix + std::string(row.key), row.doc);
+    keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
   }
+}
+
+// What the methods differ in that is no switch.
+struct MethodValue {
+  MethodDifference key;
+  void (*set)(bool improved, Options& options);
+};
+const std::vector<MethodValue>& MethodValues() {
+  static const std::vector<MethodValue> kValues = {
+      {{"perception.segmentation", "the mesh of section 5.1.2 joins what touches", "convexity",
+        "mesh"},
+       [](bool improved, Options& o) {
+         o.perception.segment.method =
+             improved ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
+       }},
+      {{"max_approaches", "the published hand closes where it first meets something", "3", "1"},
+       [](bool improved, Options& o) {
+         o.max_approaches = improved ? Options().max_approaches : 1;
+       }},
+      {{"hand.firm_from_deg", "with 90 no face is gripped with the strongest force at once", "20",
+        "90"},
+       [](bool improved, Options& o) {
+         o.firm_from_rad = improved ? Options().firm_from_rad : base::Deg(90.0);
+       }}};
+  return kValues;
 }
 
 // A word, or a map whose keys a detector of its own reads.
@@ -212,21 +237,23 @@ void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
   base::SwitchAll<perception::PreprocessAdditions>(on, options.perception.preprocess);
   base::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
-  options.perception.segment.method =
-      on ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
   base::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
   base::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
-  options.firm_from_rad = on ? Options().firm_from_rad : base::Deg(90.0);
-  options.max_approaches = on ? Options().max_approaches : 1;
+  base::SwitchAll<grasp::ObstacleAdditions>(on, options.obstacles);
+  base::SwitchAll<grasp::MoverAdditions>(on, options);
+  for (const MethodValue& value : MethodValues()) value.set(on, options);
   options.method = method;
 }
 
-std::vector<std::pair<std::string, std::string>> AdditionKeys() {
-  std::vector<std::pair<std::string, std::string>> keys;
-  AddKeys<perception::PreprocessAdditions>("perception.", keys);
-  AddKeys<perception::SegmentAdditions>("perception.", keys);
-  AddKeys<perception::FeatureAdditions>("perception.", keys);
-  AddKeys<grasp::GraspAdditions>("grasp.", keys);
+std::vector<MethodDifference> MethodDifferences() {
+  std::vector<MethodDifference> keys;
+  AddSwitches<perception::PreprocessAdditions>("perception.", keys);
+  AddSwitches<perception::SegmentAdditions>("perception.", keys);
+  AddSwitches<perception::FeatureAdditions>("perception.", keys);
+  AddSwitches<grasp::GraspAdditions>("grasp.", keys);
+  AddSwitches<grasp::ObstacleAdditions>("planning.", keys);
+  AddSwitches<grasp::MoverAdditions>("planning.", keys);
+  for (const MethodValue& value : MethodValues()) keys.push_back(value.key);
   return keys;
 }
 
@@ -242,7 +269,7 @@ Options ReadOptions(YamlMap& map) {
   o.sensor_type = ReadSensorType(o.sensor);
   ReadDetector(map, o);
   map.Read("method", o.method,
-           "all switches below that go beyond the dissertation at once: on or off");
+           "all keys below that go beyond the dissertation at once (`list additions`)");
   SetMethod(o.method, o);
   map.ReadPath("reference", o.reference, "published table, printed next to the own rates");
   o.object_folders = ReadObjectFolders(map);
@@ -277,8 +304,7 @@ Options ReadOptions(YamlMap& map) {
   if (o.take != grasp::kAnywhere && !any_way) {
     map.Fail("grasp", "approach: `take: " + o.take + "` says where the hand comes from");
   }
-  grasp::ReadPlanningOptions(map.Child("planning", "from a grasp to motions"), o.planning,
-                             o.obstacles);
+  grasp::ReadPlanningOptions(map.Child("planning", "from a grasp to motions"), o, o.obstacles);
   for (const auto& read_keys : KeyReaders()) read_keys(map, o);
   map.Finish();
   return o;

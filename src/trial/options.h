@@ -59,8 +59,8 @@ using grasp::SceneObserver;
 using grasp::Turn;
 using grasp::WorkspaceOf;
 
-/// The dissertation's method as it was published, or with what this program adds to it. Sets every
-/// switch of base/words.h; keys of single switches win over it.
+/// The dissertation's method as it was published, or with what this program adds to it
+/// (MethodDifferences); keys in the file win over it.
 enum class MethodKind { kImproved, kPublished };
 constexpr std::array<std::string_view, 2> WordsOf(MethodKind) { return {"improved", "published"}; }
 
@@ -117,12 +117,18 @@ T Of(const Options& options, const std::string& name) {
 /// @throws base::InputError naming file, line, key, value and the nearest valid key.
 Options ReadOptions(base::YamlMap& map);
 
-/// Sets all switches of the method's additions.
+/// Sets all that the methods differ in.
 void SetMethod(MethodKind method, Options& options);
 
-/// What the improved method adds to the published one: keys of experiment files
-/// ("perception.ridge_tops") and what they do.
-std::vector<std::pair<std::string, std::string>> AdditionKeys();
+/// A key of experiment files by which the improved method differs from the published one.
+struct MethodDifference {
+  std::string key;  ///< "perception.ridge_tops"
+  std::string doc;
+  std::string improved = "true";  ///< its value
+  std::string published = "false";
+};
+/// All of them.
+std::vector<MethodDifference> MethodDifferences();
 
 /// Appends those names that the list does not hold yet.
 void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list);

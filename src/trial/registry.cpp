@@ -68,7 +68,12 @@ std::string ListFiles(const char* folder, const char* ending) {
 
 std::string ListAdditions() {
   std::string text;
-  for (const auto& [path, doc] : AdditionKeys()) text += cli::ListingLine(path, doc);
+  for (const auto& [key, doc, improved, published] : MethodDifferences()) {
+    text += cli::ListingLine(
+        key, improved == "true"
+                 ? doc
+                 : fmt::format("{} (improved: {}; published: {})", doc, improved, published));
+  }
   return text;
 }
 

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "base/units.h"
 #include "base/words.h"
+#include "trial/judge.h"
 
 namespace rangegrasp::trial {
 namespace {
@@ -74,6 +76,9 @@ std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   return published;
 }
 
+constexpr std::array<RowRate Row::*, 4> kRates = {&Row::detection, &Row::grasping,
+                                                  &Row::text_detection, &Row::text_grasping};
+
 void Add(bool success, Count& count) {
   ++count.n;
   count.k += success ? 1 : 0;
@@ -84,11 +89,24 @@ Data DataOf(const Record& record) {
   return data.is_object() ? data : Data::object();
 }
 
+const std::string kDelivered(base::Word(Outcome::kDelivered));
+
+void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& grasping) {
+  Add(detected, detection.count);
+  if (detected) Add(delivered, grasping.count);
+}
+
 void CountRecord(const Record& record, Row& row) {
-  Add(DataOf(record).value("detected", false), row.detection.count);
-  row.grasping.count.n = row.detection.count.k;
-  row.grasping.count.k += record.result.outcome == "delivered" ? 1 : 0;
+  const Data data = DataOf(record);
   ++row.outcomes[record.result.outcome];
+  CountTrial(data.value("detected", false), record.result.outcome == kDelivered, row.detection,
+             row.grasping);
+  // A record of an older version has none; a trial that crashed has no data at all.
+  const auto text = data.find("text");
+  if (text == data.end() && !data.empty()) return;
+  CountTrial(text != data.end() && text->value("detected", false),
+             text != data.end() && text->value("outcome", "") == kDelivered, row.text_detection,
+             row.text_grasping);
 }
 
 Rate RateOf(const Count& count) {
@@ -114,15 +132,16 @@ void AddPublished(const std::map<std::string, Published>& published, const std::
   const auto found = published.find(name);
   if (found == published.end()) return;
   const auto& [detection, grasping, trials] = found->second;
-  row.detection.published = detection;
-  row.grasping.published = grasping;
+  row.text_detection.published = detection;
+  row.text_grasping.published = grasping;
   row.published_trials = trials;
   if (!trials) return;
-  row.detection.published_count.n = *trials;
+  row.text_detection.published_count.n = *trials;
   if (!detection || !grasping) return;
   // The rates are of whole objects: 77.77 % of 9 detected are 7.
-  row.detection.published_count = PublishedCount(*detection, *trials);
-  row.grasping.published_count = PublishedCount(*grasping, row.detection.published_count.k);
+  row.text_detection.published_count = PublishedCount(*detection, *trials);
+  row.text_grasping.published_count =
+      PublishedCount(*grasping, row.text_detection.published_count.k);
 }
 
 // The published overall is that of all published rows: a run of some of them is not compared with
@@ -140,23 +159,23 @@ void Compare(RowRate& rate) {
 
 void Compare(Row& row) {
   if (!row.published_trials) return;
-  Compare(row.detection);
-  Compare(row.grasping);
+  Compare(row.text_detection);
+  Compare(row.text_grasping);
 }
 
 // The overall row stands for the counts of all rows, if all have them.
 void ComparePooled(Table& table) {
   int compared = 0;
-  RowRate& detection = table.overall.detection;
-  RowRate& grasping = table.overall.grasping;
+  RowRate& detection = table.overall.text_detection;
+  RowRate& grasping = table.overall.text_grasping;
   int trials = 0;
   for (Row& row : table.rows) {
     Compare(row);
     if (!row.published_trials) continue;
     ++compared;
     trials += *row.published_trials;
-    detection.published_count.k += row.detection.published_count.k;
-    grasping.published_count.k += row.grasping.published_count.k;
+    detection.published_count.k += row.text_detection.published_count.k;
+    grasping.published_count.k += row.text_grasping.published_count.k;
   }
   grasping.published_count.n = detection.published_count.k;
   if (compared > 0) table.p_threshold = kSignificance / compared;
@@ -164,6 +183,21 @@ void ComparePooled(Table& table) {
   table.overall.published_trials = trials;
   detection.published_count.n = trials;
   Compare(table.overall);
+}
+
+void CountOthers(const std::vector<Record>& records, Table& table) {
+  for (const Record& record : records) {
+    const Data data = DataOf(record);
+    const Data redraws = data.value("redraw_reasons", Data::object());
+    for (const auto& [reason, count] : redraws.items()) {
+      table.redraws[reason] += count.get<int>();
+    }
+    if (record.result.outcome != kDelivered) continue;
+    ++table.delivered;
+    table.moved_others += data.value("others_moved", 0) > 0 ? 1 : 0;
+    table.pushed_off += data.value("others_left_table", 0) > 0 ? 1 : 0;
+    table.brought_others += data.value("others_brought", 0) > 0 ? 1 : 0;
+  }
 }
 
 std::map<std::string, double> MaxAudit(const std::vector<Record>& records) {
@@ -195,7 +229,7 @@ std::string PText(const Table& table, const Rate& p) {
 // "no_path 1, dropped 2"
 std::string Failures(const Row& row) {
   auto failures = row.outcomes;
-  failures.erase("delivered");
+  failures.erase(kDelivered);
   return experiment::CountsText(failures);
 }
 
@@ -217,6 +251,9 @@ Grid GridOf(const Table& table) {
   const auto add_rate = [&](const char* title, RowRate Row::*of) {
     columns.push_back({title, "", [of](const Row& row) { return Percent((row.*of).rate); }});
     columns.push_back({"95 %", "", [of](const Row& row) { return IntervalText((row.*of).count); }});
+  };
+  const auto add_compared = [&](const char* title, RowRate Row::*of) {
+    add_rate(title, of);
     columns.push_back(
         {"published", "", [of](const Row& row) { return Percent((row.*of).published); }});
     if (table.p_threshold == 0.0) return;
@@ -225,6 +262,8 @@ Grid GridOf(const Table& table) {
   };
   add_rate("detection %", &Row::detection);
   add_rate("grasping %", &Row::grasping);
+  add_compared("detection (text) %", &Row::text_detection);
+  add_compared("grasping (text) %", &Row::text_grasping);
   columns.push_back({"failures", "", Failures, experiment::kLeft});
   Grid grid = experiment::GridOf(columns, rows);
   grid.total = true;
@@ -242,12 +281,30 @@ std::string ComparisonLine(const Table& table) {
       table.p_threshold, below.empty() ? "none" : base::Join(below));
 }
 
-std::string PooledLine(const Table& table) {
-  return fmt::format("pooled: detection {} % [{}], grasping {} % [{}]",
-                     Percent(table.pooled_detection_rate),
-                     IntervalText(table.overall.detection.count), Percent(table.pooled_grasp_rate),
-                     IntervalText(table.overall.grasping.count));
+std::string PooledText(const RowRate& rate) {
+  return fmt::format("{} % [{}]", Percent(RateOf(rate.count)), IntervalText(rate.count));
 }
+
+std::string PooledLine(const Table& table) {
+  const Row& all = table.overall;
+  return fmt::format("pooled: detection {}, grasping {}; by the text: detection {}, grasping {}",
+                     PooledText(all.detection), PooledText(all.grasping),
+                     PooledText(all.text_detection), PooledText(all.text_grasping));
+}
+
+// What else became of arrangements and of the objects around.
+std::string OthersLine(const Table& table) {
+  return fmt::format(
+      "arrangements drawn again: {}; of {} delivered, {} moved other objects by more than 5 mm, {} "
+      "pushed one off the table, {} brought one along",
+      table.redraws.empty() ? "none" : experiment::CountsText(table.redraws), table.delivered,
+      table.moved_others, table.pushed_off, table.brought_others);
+}
+
+constexpr const char* kTextNote =
+    "(text): the first object only has to hold something of the target, as in the dissertation's "
+    "\"considered as one object. A grasp will disambiguate the situation\"; the published figures "
+    "are compared with this verdict";
 
 std::string TimesLine(const Table& table) {
   std::string line = "seconds, median (95 %):";
@@ -274,15 +331,17 @@ Grid CsvGridOf(const Table& table) {
   const auto add = [&](const std::string& title, RowRate Row::*of, const auto& value) {
     columns.push_back({title, ".4f", [=](const Row& row) { return value(row.*of); }});
   };
-  for (const auto& [name, of] :
-       {std::pair{"detection", &Row::detection}, {"grasp", &Row::grasping}}) {
+  for (const auto& [name, of] : {std::pair{"detection", &Row::detection},
+                                 {"grasp", &Row::grasping},
+                                 {"text_detection", &Row::text_detection},
+                                 {"text_grasp", &Row::text_grasping}}) {
     add(name + std::string("_rate"), of, [](const RowRate& rate) { return rate.rate; });
     add(name + std::string("_low"), of, [](const RowRate& r) { return Interval(r.count).first; });
     add(name + std::string("_high"), of, [](const RowRate& r) { return Interval(r.count).second; });
   }
   const auto published = [](const RowRate& rate) { return rate.published; };
-  add("published_detection_rate", &Row::detection, published);
-  add("published_grasp_rate", &Row::grasping, published);
+  add("published_detection_rate", &Row::text_detection, published);
+  add("published_grasp_rate", &Row::text_grasping, published);
   columns.push_back({"failures", "", Failures});
   return experiment::GridOf(columns, AllRows(table), "");
 }
@@ -297,6 +356,8 @@ ordered_json IntervalJson(const Count& count) {
 ordered_json RowJson(const Table& table, const Row& row) {
   const RowRate& detection = row.detection;
   const RowRate& grasping = row.grasping;
+  const RowRate& by_text = row.text_detection;
+  const RowRate& text_grasping = row.text_grasping;
   ordered_json json = {{"object", row.object},
                        {"title", row.title},
                        {"trials", detection.count.n},
@@ -306,15 +367,21 @@ ordered_json RowJson(const Table& table, const Row& row) {
                        {"detection_interval", IntervalJson(detection.count)},
                        {"grasp_rate", Json(grasping.rate)},
                        {"grasp_interval", IntervalJson(grasping.count)},
-                       {"published_detection_rate", Json(detection.published)},
-                       {"published_grasp_rate", Json(grasping.published)},
+                       {"text_detected", by_text.count.k},
+                       {"text_delivered", text_grasping.count.k},
+                       {"text_detection_rate", Json(by_text.rate)},
+                       {"text_detection_interval", IntervalJson(by_text.count)},
+                       {"text_grasp_rate", Json(text_grasping.rate)},
+                       {"text_grasp_interval", IntervalJson(text_grasping.count)},
+                       {"published_detection_rate", Json(by_text.published)},
+                       {"published_grasp_rate", Json(text_grasping.published)},
                        {"outcomes", row.outcomes}};
   if (!row.published_trials) return json;
   json["published_trials"] = *row.published_trials;
-  json["published_detected"] = detection.published_count.k;
-  json["published_delivered"] = grasping.published_count.k;
-  json["detection_p_below"] = Json(detection.p_below);
-  json["grasp_p_below"] = Json(grasping.p_below);
+  json["published_detected"] = by_text.published_count.k;
+  json["published_delivered"] = text_grasping.published_count.k;
+  json["detection_p_below"] = Json(by_text.p_below);
+  json["grasp_p_below"] = Json(text_grasping.p_below);
   json["below_published"] = IsBelowPublished(table, row);
   return json;
 }
@@ -323,8 +390,18 @@ ordered_json JsonOf(const Table& table) {
   ordered_json json = {{"rows", ordered_json::array()}};
   for (const Row& row : table.rows) json["rows"].push_back(RowJson(table, row));
   json["overall"] = RowJson(table, table.overall);
-  json["overall"]["pooled_detection_rate"] = Json(table.pooled_detection_rate);
-  json["overall"]["pooled_grasp_rate"] = Json(table.pooled_grasp_rate);
+  const Row& all = table.overall;
+  for (const auto& [name, rate] : {std::pair{"detection", &all.detection},
+                                   {"grasp", &all.grasping},
+                                   {"text_detection", &all.text_detection},
+                                   {"text_grasp", &all.text_grasping}}) {
+    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf(rate->count));
+  }
+  json["redraws"] = table.redraws;
+  json["others"] = {{"delivered", table.delivered},
+                    {"moved", table.moved_others},
+                    {"pushed_off", table.pushed_off},
+                    {"brought", table.brought_others}};
   if (table.p_threshold > 0.0) json["p_threshold"] = table.p_threshold;
   json["audit_worst"] = table.audit_max;
   json["stage_seconds"] = trial::JsonOf(table.stage_seconds);
@@ -336,7 +413,7 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
   std::vector<experiment::PublishedFigure> figures;
   for (const Row& row : AllRows(table)) {
     for (const auto& [what, rate] :
-         {std::pair{"detection", &row.detection}, {"grasping", &row.grasping}}) {
+         {std::pair{"detection", &row.text_detection}, {"grasping", &row.text_grasping}}) {
       if (!rate->published || !row.published_trials) continue;
       figures.push_back(
           {.row = row.title + ", " + what,
@@ -389,7 +466,7 @@ std::vector<Tried> TriedOf(const std::vector<Record>& records) {
   for (const Record& record : records) {
     auto data = DataOf(record);
     if (!data.value("detected", false)) continue;
-    tried.push_back({record.which.group, std::move(data), record.result.outcome == "delivered"});
+    tried.push_back({record.which.group, std::move(data), record.result.outcome == kDelivered});
   }
   return tried;
 }
@@ -399,17 +476,19 @@ void Add(const std::string& label, const Count& count, Chart& chart) {
   chart.series.front().values.push_back(PercentOf(count));
 }
 
-Chart ObjectChart(const Table& table, const char* title, RowRate Row::*of) {
-  Chart chart{.title = title,
-              .unit = "%",
-              .along = "object",
-              .series = {{.name = "this run"}, {.name = "published"}}};
+Chart ObjectChart(const Table& table, const char* title, RowRate Row::*of, RowRate Row::*text) {
+  Chart chart{
+      .title = title,
+      .unit = "%",
+      .along = "object",
+      .series = {{.name = "this run"}, {.name = "this run, by the text"}, {.name = "published"}}};
   bool any = false;
   for (const Row& row : table.rows) {
-    const Rate& published = (row.*of).published;
+    const Rate& published = (row.*text).published;
     Add(NameOf(row), (row.*of).count, chart);
-    chart.series[1].values.emplace_back();
-    if (published) chart.series[1].values.back().value = 100.0 * *published;
+    chart.series[1].values.push_back(PercentOf((row.*text).count));
+    chart.series[2].values.emplace_back();
+    if (published) chart.series[2].values.back().value = 100.0 * *published;
     any = any || published;
   }
   if (!any) chart.series.pop_back();
@@ -471,20 +550,17 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
     for (const Record& record : records) {
       if (record.which.group == object) CountRecord(record, row);
     }
-    row.detection.rate = RateOf(row.detection.count);
-    row.grasping.rate = RateOf(row.grasping.count);
+    for (RowRate Row::*of : kRates) (row.*of).rate = RateOf((row.*of).count);
     AddPublished(published, row.title, row);
   }
   Row& overall = table.overall;
   overall.object = "overall";
   overall.title = "Overall";
   for (const Record& record : records) CountRecord(record, overall);
-  overall.detection.rate = MeanOf(table.rows, &Row::detection);
-  overall.grasping.rate = MeanOf(table.rows, &Row::grasping);
+  for (RowRate Row::*of : kRates) (overall.*of).rate = MeanOf(table.rows, of);
   if (HasAllRows(published, table.rows)) AddPublished(published, "overall", overall);
   ComparePooled(table);
-  table.pooled_detection_rate = RateOf(overall.detection.count);
-  table.pooled_grasp_rate = RateOf(overall.grasping.count);
+  CountOthers(records, table);
   table.stage_seconds = experiment::StageTimes(records);
   table.audit_max = MaxAudit(records);
   return table;
@@ -494,7 +570,7 @@ bool IsBelowPublished(const Table& table, const Row& row) {
   const auto below = [&](const RowRate& rate) {
     return rate.p_below.value_or(1.0) < table.p_threshold;
   };
-  return below(row.detection) || below(row.grasping);
+  return below(row.text_detection) || below(row.text_grasping);
 }
 
 ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
@@ -515,7 +591,8 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
     report.sections.push_back(
         {"Delivered of detected by the glove's static friction on the object", by_friction});
   }
-  report.notes = {PooledLine(table), TimesLine(table)};
+  report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
+  if (table.overall.text_detection.count.n > 0) report.notes.emplace_back(kTextNote);
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
   ordered_json json = JsonOf(table);
   json["friction_curve"] = JsonOf(curve, objects);
@@ -573,8 +650,8 @@ std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& recor
   const Table table = BuildTable(stamp, records);
   const auto tried = TriedOf(records);
   std::vector<Chart> charts = {
-      ObjectChart(table, "Detection rate by object", &Row::detection),
-      ObjectChart(table, "Grasping rate by object", &Row::grasping),
+      ObjectChart(table, "Detection rate by object", &Row::detection, &Row::text_detection),
+      ObjectChart(table, "Grasping rate by object", &Row::grasping, &Row::text_grasping),
       DeliveredChart(tried, "Delivered by resting pose", "resting pose", WordBin("pose_class")),
       DeliveredChart(tried, "Delivered by kind of grasp", "kind of grasp", WordBin("grasp_type")),
       DeliveredChart(tried, "Delivered by friction",

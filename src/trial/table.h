@@ -22,12 +22,15 @@ struct RowRate {
   std::optional<double> p_below;
 };
 
-/// Counts and rates of one object (or of all).
+/// Counts and rates of one object (or of all). The published figures stand next to the verdict of
+/// the dissertation's text (TextVerdict), which they were counted by; the other two are stricter.
 struct Row {
   std::string object;
   std::string title;
-  RowRate detection;                    ///< detected of trials
-  RowRate grasping;                     ///< delivered of detected
+  RowRate detection;       ///< detected of trials
+  RowRate grasping;        ///< delivered of detected
+  RowRate text_detection;  ///< the same by the text's verdict
+  RowRate text_grasping;
   std::map<std::string, int> outcomes;  ///< only those that occurred
   /// Trials of the published row, where the published table states them: its counts are its rates
   /// times these.
@@ -37,9 +40,10 @@ struct Row {
 /// A table as the dissertation prints it (e.g. 5.2), next to its published figures.
 struct Table {
   std::vector<Row> rows;
-  Row overall;  ///< rates: mean of the rows, as in the dissertation
-  std::optional<double> pooled_detection_rate;
-  std::optional<double> pooled_grasp_rate;
+  Row overall;                         ///< rates: mean of the rows, as in the dissertation
+  std::map<std::string, int> redraws;  ///< of arrangements, by reason
+  /// Of all delivered: those that moved other objects, pushed one off the table, brought one along.
+  int delivered = 0, moved_others = 0, pushed_off = 0, brought_others = 0;
   std::vector<experiment::StageTime> stage_seconds;
   std::map<std::string, double> audit_max;  ///< largest figure over all executed trials
   /// A row with a lower p-value is significantly below the published one: 0.05 over the number of

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <ranges>
+#include <tuple>
 
 #include "base/stopwatch.h"
 #include "base/words.h"
@@ -41,9 +42,12 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
   data["touching"] = arranged->touching;
   data["pose_class"] = arranged->pose_class;
   data["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
-  return RunAttempt(
-      cell, arranged->world,
-      {.seed = spec.seed, .target = arranged->target, .detector = detector, .observer = observer});
+  return RunAttempt(cell, arranged->world,
+                    {.seed = spec.seed,
+                     .target = arranged->target,
+                     .by_text = true,
+                     .detector = detector,
+                     .observer = observer});
 }
 
 /// About a fingertip that met something: as wide as a finger.
@@ -149,10 +153,20 @@ class AttemptRun {
     } catch (const std::exception& e) {
       End(Outcome::kCrashed, e.what());
     }
+    result_.text = {text_detected_, result_.outcome, result_.detail};
+    if (undetected_) {
+      std::tie(result_.outcome, result_.stage, result_.detail) =
+          std::tie(undetected_->outcome, undetected_->stage, undetected_->detail);
+    }
     return std::move(result_);
   }
 
  private:
+  struct Ended {
+    Outcome outcome;
+    std::string stage, detail;
+  };
+
   void End(Outcome outcome, const std::string& detail) {
     result_.outcome = outcome;
     result_.detail = detail;
@@ -242,7 +256,7 @@ class AttemptRun {
 
   // Whether there is something to plan for; if not, the attempt has ended.
   bool Accept(const Sensed& sensed) {
-    if (options_.target ? !IsTarget(sensed) : !IsAnything()) return false;
+    if (options_.target ? !MayTake(sensed) : !IsAnything()) return false;
     if (FreeGrasps(result_.detected.detection) == 0) {
       Begin("grasp");
       const std::string& why = result_.detected.why_none;
@@ -251,12 +265,14 @@ class AttemptRun {
                                                         result_.detected.detection.grasps.size()));
       return false;
     }
-    result_.accepted = true;
+    text_detected_ = true;
+    result_.accepted = !undetected_;
     return true;
   }
 
-  // The judge's verdict on the detection.
-  bool IsTarget(const Sensed& sensed) {
+  // The judge's verdict on the detection. With by_text an attempt that it ends goes on where the
+  // first object holds something of the target.
+  bool MayTake(const Sensed& sensed) {
     const grasp::Detection& detection = result_.detected.detection;
     const auto verdict =
         JudgeDetection(detection, sensed,
@@ -267,7 +283,9 @@ class AttemptRun {
     End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
         fmt::format("share of the object {:f}, of the target {:f}", verdict.share_of_object,
                     verdict.share_of_target));
-    return false;
+    if (!options_.by_text || verdict.share_of_object == 0.0) return false;
+    undetected_ = Ended{result_.outcome, result_.stage, result_.detail};
+    return true;
   }
 
   bool IsAnything() {
@@ -306,6 +324,8 @@ class AttemptRun {
   base::Stopwatch watch_;
   Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
+  std::optional<Ended> undetected_;        ///< how it ended by our own verdict, if it goes on
+  bool text_detected_ = false;
   Attempt result_;
 };
 
@@ -411,8 +431,13 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"brushes", attempt.brushes},
       {"grasp_type", attempt.grasp ? std::string(base::Word(attempt.grasp->type)) : std::string()},
       {"detected", attempt.accepted},
+      {"text",
+       {{"detected", attempt.text.detected},
+        {"outcome", base::Word(attempt.text.outcome)},
+        {"detail", attempt.text.detail}}},
       {"others_moved", attempt.others.moved},
       {"others_left_table", attempt.others.left_table},
+      {"others_brought", attempt.others.brought},
       {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
   for (const LookRecord& look : attempt.looks) json["looks"].push_back(JsonOf(look));
   return json;

@@ -49,6 +49,8 @@ struct AttemptOptions {
   /// The object that the detector has to take first: another one ends the attempt. Without it the
   /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
   std::optional<int> target = {};
+  /// Goes on where the first object only holds something of the target (TextVerdict).
+  bool by_text = false;
   const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
   std::function<void(const Sensed&)> on_sensed = {};  ///< is shown what was sensed
   std::optional<Eigen::VectorXd> q_start = {};        ///< where the arm stands; absent: home
@@ -60,11 +62,24 @@ struct AttemptOptions {
   sim::ExecutionObserver observer = {};       ///< has the moment "start", too, before the look
 };
 
-/// One attempt at the topmost object: how far it came, and what each stage left.
+/// The verdict of the dissertation's words: "If objects cannot be separated because they are stacked
+/// on top of each other they are considered as one object. A grasp will disambiguate the situation"
+/// (chapter 5); detection is lower in a box "because of possible collisions of the hand with the
+/// box" (section 5.3). So the first object need not be the target alone.
+struct TextVerdict {
+  /// A collision-free grasp of the first object, whose samples hold at least one of the target.
+  bool detected = false;
+  Outcome outcome = Outcome::kCrashed;  ///< of executing that grasp; delivered: the target was
+  std::string detail = {};
+};
+
+/// One attempt at the topmost object: how far it came, and what each stage left. With by_text, what
+/// happened after an outcome of not_segmented or wrong_target is that of the text's verdict.
 struct Attempt {
   Outcome outcome = Outcome::kCrashed;
   std::string stage = {};  ///< that it ended in
   std::string detail = {};
+  TextVerdict text = {};
   std::size_t scan_points = 0;
   std::vector<LookRecord> looks = {};  ///< from the wrist
   Detected detected = {};
@@ -119,8 +134,9 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
 /// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
-/// blind, brushes, grasp_type, detected, others_moved (by more than 5 mm), others_left_table, log
-/// (what the simulation measured, with the audit).
+/// blind, brushes, grasp_type, detected, text (detected, outcome, detail; TextVerdict), others_moved
+/// (by more than 5 mm), others_left_table, others_brought (to the delivery place), log (what the
+/// simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 /// @param seen  receives what each stage left; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,

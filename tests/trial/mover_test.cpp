@@ -83,5 +83,22 @@ TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot
   }
 }
 
+// As published: the grasps in their order, and no motion through what may be there.
+TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpace) {
+  detection_.grasps.front().contact_angle_rad = cell_.options.grasp.friction_cone_rad + 0.1;
+  grasp::MoverOptions options = cell_.options;
+  base::SwitchAll<grasp::MoverAdditions>(false, options);
+  const auto mover =
+      grasp::MakePlannedMover(options, cell_.options.grasp.friction_cone_rad, cell_.robot);
+  const auto plan = [&] {
+    base::Rng rng(1);
+    return mover->Plan(detection_, cell_.robot.home, rng);
+  };
+  EXPECT_EQ(plan().grasp, 0u);
+  EXPECT_NE(Plan().grasp, 0u);
+  detection_.obstacles.unseen_C = {in_the_way_};
+  EXPECT_FALSE(plan().plan);
+}
+
 }  // namespace
 }  // namespace rangegrasp::trial
