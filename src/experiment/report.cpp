@@ -85,7 +85,9 @@ std::string TextOf(const Grid& grid) {
 std::string MarkdownOf(const Grid& grid) {
   const auto line = [](const std::vector<std::string>& row) {
     std::string text = "|";
-    for (const std::string& cell : row) text += " " + cell + " |";
+    for (const std::string& cell : row) {
+      text += " " + base::Join(base::Split(cell, '|'), "\\|") + " |";
+    }
     return text + "\n";
   };
   std::string text = line(grid.header) + "|";

@@ -67,6 +67,11 @@ TEST(Grid, MarkdownSaysHowColumnsAlign) {
   EXPECT_EQ(MarkdownOf(kGrid), "| what | n |\n| --- | ---: |\n| a | 1 |\n| long word | 10 |\n");
 }
 
+TEST(Grid, MarkdownKeepsABarWithinACellApartFromTheColumns) {
+  const Grid grid = {{"mean |error|"}, {false}, {{"1"}}, false};
+  EXPECT_EQ(MarkdownOf(grid), "| mean \\|error\\| |\n| ---: |\n| 1 |\n");
+}
+
 TEST(Grid, CsvQuotesOnlyWhatNeedsIt) {
   Grid grid = kGrid;
   grid.rows = {{"a, \"b\"", "1"}};
