@@ -54,7 +54,9 @@ TEST(World, HoldsNothingByWeldOrAdhesion) {
 TEST(World, WallsOfABoxAreAsHighAsTheOptionsSayToTheEyeAndToTheTouch) {
   const std::filesystem::path scene = Tabletop().parent_path() / "tabletop_box.xml";
   for (const double wall_m : {0.06, 0.09, 0.12}) {
-    const World world(scene, {}, {.box_wall_m = wall_m});
+    PhysicsOptions options;
+    options.box_wall_m = wall_m;
+    const World world(scene, {}, options);
     const auto interior = world.container();
     ASSERT_TRUE(interior);
     EXPECT_NEAR(interior->half_m.z(), 0.5 * wall_m, 1e-9);
