@@ -57,6 +57,8 @@ void ReadOptions(YamlMap map, PerceptionOptions& options) {
            "with open_strays: share of points that may lie in the sphere of an open object");
   map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
                  "with drop_needles: objects that are narrower both ways are left out");
+  map.Read("containers", features.containers,
+           "the walls of an open box are obstacles; off: objects like any other");
   base::ReadAdditions<PreprocessAdditions>(map, options.preprocess);
   base::ReadAdditions<SegmentAdditions>(map, options.segment);
   base::ReadAdditions<FeatureAdditions>(map, options.features);

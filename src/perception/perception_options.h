@@ -304,10 +304,9 @@ struct FeatureAdditions {   // with the reason where the rows below do not say i
   bool complete_leaning = true;  ///< what leans has no faces square to the table
   bool trim_strays = true;       ///< mixed points
   bool drop_needles = true;      ///< of mixed points along one ray
-  bool containers = true;
   bool open_strays = true;  ///< mixed points hang between a container's near rim and its far wall
 };
-constexpr std::array<base::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<base::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
@@ -337,8 +336,6 @@ constexpr std::array<base::Addition<FeatureAdditions>, 19> AdditionsOf(const Fea
        "single points off an object's ends are left out of its completed shape"},
       {"drop_needles", &A::drop_needles,
        "objects that are narrower than min_footprint_mm both ways are left out"},
-      {"containers", &A::containers,
-       "the walls of an open box are obstacles; off: objects like any other"},
       {"open_strays", &A::open_strays,
        "open_stray_share of the points may lie in the sphere of an open object; off: none"},
   }};
@@ -353,6 +350,8 @@ struct FeatureOptions : FeatureAdditions {
   CircleFitOptions circle;
   AxisOptions axis;
   MergeOptions merge;
+  /// Both methods: the hand may collide with a box (figure 5.17), but is not to grasp it.
+  bool containers = true;
   ContainerOptions container;
   CompletionOptions completion;
 

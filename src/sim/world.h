@@ -37,7 +37,8 @@ constexpr std::array<std::string_view, 5> WordsOf(FrictionChoice) {
 struct PhysicsOptions {
   double timestep_s = 0.002;  ///< 1 and 0.5 ms creep the same within 1 %, 4 ms does not
   FrictionChoice friction = FrictionChoice::kDrawn;
-  std::optional<double> glove_friction;  ///< both coefficients on everything (for self-tests)
+  std::optional<double> glove_friction;   ///< both coefficients on everything (for self-tests)
+  std::optional<double> box_wall_m = {};  ///< inner height of the box; absent: as the scene has it
 };
 
 /// An open box of the scene: the interior is the box of the site "container" in its body.

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <ranges>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "base/words.h"
 #include "grasp/detector.h"
 #include "sim/resting_poses.h"
@@ -40,6 +43,48 @@ bool AnyTouchesArm(const sim::World& world, double touch_m) {
       Numbers(world), [&](int object) { return world.RobotDistance(object, touch_m) < touch_m; });
 }
 
+bool Overlaps(const sim::World& world, double max_penetration_m) {
+  for (const int a : Numbers(world)) {
+    if (world.SceneDistance(a, 0.0) < -max_penetration_m) return true;
+    for (int b = a + 1; b < world.objects(); ++b) {
+      if (world.ObjectDistance(a, b, 0.0) < -max_penetration_m) return true;
+    }
+  }
+  return false;
+}
+
+// Of all but the target.
+double OthersTop(const sim::World& world) {
+  double top = 0.0;
+  for (int other = 1; other < world.objects(); ++other) {
+    top = std::max(top, world.ObjectTop(other));
+  }
+  return top;
+}
+
+bool OverWorkspace(const robot::Robot& robot, const Eigen::Vector3d& p_W, double margin_m) {
+  return WorkspaceOf(robot, margin_m).Contains(p_W) &&
+         (robot.X_WWorkspace.inverse() * p_W).z() > 0.0;
+}
+
+// What is wrong with a target among others at rest.
+std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robot& robot,
+                                       const sensing::LineScannerOptions& scanner,
+                                       const sim::World& world) {
+  const ClutterOptions& clutter = options.clutter;
+  if (world.ObjectTop(0) <= OthersTop(world)) return Redraw::kNotHighest;
+  const int min_touching = options.arranger == kTouching ? clutter.min_touching : 1;
+  if (Touching(world, clutter.touch_m) < min_touching) return Redraw::kTouchesFew;
+  // A box is where it stands, whatever part of it the arm reaches.
+  if (!world.container() && !OverWorkspace(robot, world.ObjectCenterOfMass(0), 0.0)) {
+    return Redraw::kOutOfReach;
+  }
+  if (AnyTouchesArm(world, clutter.touch_m)) return Redraw::kTouchesArm;
+  if (Overlaps(world, clutter.max_penetration_m)) return Redraw::kOverlaps;
+  if (!OutOfView(world, robot.X_WScanner, scanner).empty()) return Redraw::kOutOfView;
+  return std::nullopt;
+}
+
 class WorldArranger : public Arranger {
  protected:
   WorldArranger(const Options& options, const robot::Robot& robot,
@@ -59,6 +104,22 @@ class WorldArranger : public Arranger {
     const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);
     Shuffle(others, rng);
     others.resize(count);
+  }
+
+  void NeedsObjects(int others) const {
+    if (options_.objects.size() > static_cast<std::size_t>(others)) return;
+    throw base::InputError(
+        fmt::format("arrangement: {} needs {} objects beside the target's; objects names {} in all",
+                    options_.arranger, others, options_.objects.size()));
+  }
+
+  // The target first, then a drawn number of others.
+  sim::World WorldWithSome(const std::string& target, base::Rng& rng) const {
+    std::vector<std::string> names = options_.objects;
+    std::erase(names, target);
+    DrawSome(names, rng);
+    names.insert(names.begin(), target);
+    return WorldOf(names);
   }
 
   bool AllInView(const sim::World& world) const {
@@ -251,6 +312,125 @@ class ScatteredArranger : public WorldArranger {
   Resting resting_;
 };
 
+// Drops until an object lies in a stable pose, and lower than the target.
+constexpr int kMaxLowerDrops = 5;
+// The way of a slide, from where nothing is met: the longest object (0.3 m) may have one next to
+// it.
+constexpr double kSlide_m = 0.7;
+// An object that slides up to others stops within this share of touch_m.
+constexpr double kSlideShare = 0.1;
+// Steps of a slide, each as long as the way is known to be free.
+constexpr int kMaxSlideSteps = 500;
+
+class SideBySideArranger : public WorldArranger {
+ public:
+  SideBySideArranger(const Options& options, const robot::Robot& robot,
+                     const sensing::LineScannerOptions& scanner)
+      : WorldArranger(options, robot, scanner), resting_(options, robot, options.objects) {
+    NeedsObjects(options.clutter.max_others);
+  }
+
+  std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
+                                     Redraws& redraws) const override {
+    for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
+      Arrangement trial{WorldWithSome(target, rng)};
+      trial.world.SetArm(robot_.home);
+      const auto wrong = PutTogether(rng, trial);
+      if (!wrong) return trial;
+      ++redraws[*wrong];
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // How an object came to rest, alone on the table.
+  struct Alone {
+    base::Pose X_WO;
+    double top_m = 0.0;
+    std::string pose_class;
+  };
+
+  // @return what is wrong with the arrangement.
+  std::optional<Redraw> PutTogether(base::Rng& rng, Arrangement& trial) const {
+    sim::World& world = trial.world;
+    std::vector<Alone> alone;
+    for (const int object : Numbers(world)) {
+      const double max_top_m =
+          alone.empty() ? std::numeric_limits<double>::infinity() : alone.front().top_m;
+      auto dropped = DropLower(object, max_top_m, world, rng);
+      if (!dropped) return alone.empty() ? Redraw::kOtherPose : Redraw::kNotHighest;
+      alone.push_back(std::move(*dropped));
+    }
+    const Eigen::Vector3d place_W =
+        PlaceInDisc(robot_.X_WWorkspace, robot_.workspace_radius_m, rng);
+    for (const int object : Numbers(world)) {
+      world.PlaceObject(object, alone[static_cast<std::size_t>(object)].X_WO);
+      if (object == 0) {
+        MoveTo(place_W, object, world);
+      } else if (!SlideTo(place_W, object, rng, world)) {
+        return Redraw::kDoesNotFit;
+      }
+    }
+    if (const auto wrong = Settle(alone, world)) return wrong;
+    trial.pose_class = alone.front().pose_class;
+    trial.touching = Touching(world, options_.clutter.touch_m);
+    return WrongAmongOthers(options_, robot_, scanner_, world);
+  }
+
+  // @return nullopt if no drop ends in a stable pose and below max_top_m.
+  std::optional<Alone> DropLower(int object, double max_top_m, sim::World& world,
+                                 base::Rng& rng) const {
+    for (int drop = 0; drop < kMaxLowerDrops; ++drop) {
+      const auto rest = resting_.Drop(world, object, rng);
+      const base::Pose X_WO = world.ObjectPose(object);
+      const double top_m = world.ObjectTop(object);
+      world.ParkObject(object);
+      if (rest && top_m < max_top_m) return Alone{X_WO, top_m, rest->pose->label};
+    }
+    return std::nullopt;
+  }
+
+  // Its center of mass comes over the place; nothing turns.
+  static void MoveTo(const Eigen::Vector3d& place_W, int object, sim::World& world) {
+    base::Pose X_WO = world.ObjectPose(object);
+    X_WO.translation().head<2>() += (place_W - world.ObjectCenterOfMass(object)).head<2>();
+    world.PlaceObject(object, X_WO);
+  }
+
+  // From a random side towards the target, until it touches something that stands there.
+  bool SlideTo(const Eigen::Vector3d& target_W, int object, base::Rng& rng,
+               sim::World& world) const {
+    const double side = rng.Uniform(0.0, 2.0 * base::kPi);
+    const Eigen::Vector3d from(std::cos(side), std::sin(side), 0.0);
+    const double gap_m = kSlideShare * options_.clutter.touch_m;
+    double away_m = kSlide_m;
+    for (int step = 0; step < kMaxSlideSteps && away_m > 0.0; ++step) {
+      MoveTo(target_W + away_m * from, object, world);
+      double free_m = kSlide_m;
+      for (int other = 0; other < object; ++other) {
+        free_m = std::min(free_m, world.ObjectDistance(object, other, kSlide_m));
+      }
+      if (free_m < gap_m) return true;
+      away_m -= free_m - 0.5 * gap_m;
+    }
+    return false;
+  }
+
+  std::optional<Redraw> Settle(const std::vector<Alone>& alone, sim::World& world) const {
+    const ClutterOptions& clutter = options_.clutter;
+    if (!world.Settle(clutter.settle_limit_s, clutter.rest_speed_m_s, clutter.rest_time_s)) {
+      return Redraw::kNotAtRest;
+    }
+    for (const int object : Numbers(world)) {
+      const base::Pose& X_WO = alone[static_cast<std::size_t>(object)].X_WO;
+      if (!Resting::IsAsPutDown(X_WO, world, object)) return Redraw::kOtherPose;
+    }
+    return std::nullopt;
+  }
+
+  Resting resting_;
+};
+
 // Rotations that are tried for an object that must fit between the box's walls.
 constexpr int kMaxTurns = 50;
 // How often a falling target is looked after: it falls 30 mm in 80 ms.
@@ -288,14 +468,7 @@ class Heap {
     if (const auto wrong = SettleTarget()) return wrong;
     world_.StepCoarsely(false);
     if (const auto wrong = Settle()) return wrong;
-    if (world_.ObjectTop(kTarget) <= OthersTop()) return Redraw::kNotHighest;
-    const int min_touching = options_.arranger == kTouching ? clutter_.min_touching : 1;
-    if (Touching(world_, clutter_.touch_m) < min_touching) return Redraw::kTouchesFew;
-    if (!InReach()) return Redraw::kOutOfReach;
-    if (AnyTouchesArm(world_, clutter_.touch_m)) return Redraw::kTouchesArm;
-    if (Overlaps()) return Redraw::kOverlaps;
-    if (!OutOfView(world_, robot_.X_WScanner, scanner_).empty()) return Redraw::kOutOfView;
-    return std::nullopt;
+    return WrongAmongOthers(options_, robot_, scanner_, world_);
   }
 
   static constexpr int kTarget = 0;
@@ -409,7 +582,9 @@ class Heap {
         return AnyLost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
       }
       if (Lost(kTarget)) return Redraw::kLeftTable;
-      if (world_.ObjectTop(kTarget) + clutter_.touch_m < OthersTop()) return Redraw::kNotHighest;
+      if (world_.ObjectTop(kTarget) + clutter_.touch_m < OthersTop(world_)) {
+        return Redraw::kNotHighest;
+      }
     }
     return Redraw::kNotAtRest;
   }
@@ -433,35 +608,9 @@ class Heap {
 
   bool Lost(int object) const {
     const Eigen::Vector3d center_W = world_.ObjectCenterOfMass(object);
-    if (!container_) return !OverWorkspace(center_W, options_.workspace_margin_m);
+    if (!container_) return !OverWorkspace(robot_, center_W, options_.workspace_margin_m);
     const Eigen::Vector3d center_I = container_->X_WI.inverse() * center_W;
     return (center_I.head<2>().cwiseAbs().array() > container_->half_m.head<2>().array()).any();
-  }
-
-  bool OverWorkspace(const Eigen::Vector3d& p_W, double margin_m) const {
-    return WorkspaceOf(robot_, margin_m).Contains(p_W) &&
-           (robot_.X_WWorkspace.inverse() * p_W).z() > 0.0;
-  }
-
-  double OthersTop() const {
-    double top = 0.0;
-    for (const int other : Others()) top = std::max(top, world_.ObjectTop(other));
-    return top;
-  }
-
-  // A box is where it stands, whatever part of it the arm reaches.
-  bool InReach() const {
-    return container_ || OverWorkspace(world_.ObjectCenterOfMass(kTarget), 0.0);
-  }
-
-  bool Overlaps() const {
-    for (const int a : Numbers(world_)) {
-      if (world_.SceneDistance(a, 0.0) < -clutter_.max_penetration_m) return true;
-      for (int b = a + 1; b < world_.objects(); ++b) {
-        if (world_.ObjectDistance(a, b, 0.0) < -clutter_.max_penetration_m) return true;
-      }
-    }
-    return false;
   }
 
   const Options& options_;
@@ -478,11 +627,7 @@ class ClutterArranger : public WorldArranger {
   ClutterArranger(const Options& options, const robot::Robot& robot,
                   const sensing::LineScannerOptions& scanner)
       : WorldArranger(options, robot, scanner) {
-    if (options.objects.size() <= static_cast<std::size_t>(NeededOthers())) {
-      throw base::InputError(fmt::format(
-          "arrangement: {} needs {} objects beside the target's; objects names {} in all",
-          options.arranger, NeededOthers(), options.objects.size()));
-    }
+    NeedsObjects(NeededOthers());
     if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
       throw base::InputError(options.scene.string() +
                              ": arrangement: box needs a scene with a box (a site \"container\", "
@@ -529,11 +674,10 @@ class ClutterArranger : public WorldArranger {
 
   int NeededOthers() const { return DrawsOthers() ? options_.clutter.max_others : 1; }
 
-  // The target first.
   sim::World WorldWith(const std::string& target, base::Rng& rng) const {
+    if (DrawsOthers()) return WorldWithSome(target, rng);
     std::vector<std::string> names = options_.objects;
     std::erase(names, target);
-    if (DrawsOthers()) DrawSome(names, rng);
     names.insert(names.begin(), target);
     return WorldOf(names);
   }
@@ -564,16 +708,17 @@ std::string Text(const Redraws& redraws) {
 }
 
 std::vector<ArrangerKind>& ArrangerKinds() {
-  static std::vector<ArrangerKind> kinds = {{kSingle, MakeOf<SingleArranger>},
-                                            {kScattered, MakeOf<ScatteredArranger>},
-                                            {kTouching, MakeOf<ClutterArranger>},
-                                            {kBox, MakeOf<ClutterArranger>},
-                                            {kPile, MakeOf<ClutterArranger>}};
+  static std::vector<ArrangerKind> kinds = {
+      {kSingle, MakeOf<SingleArranger>},    {kScattered, MakeOf<ScatteredArranger>},
+      {kTouching, MakeOf<ClutterArranger>}, {kSideBySide, MakeOf<SideBySideArranger>},
+      {kBox, MakeOf<ClutterArranger>},      {kPile, MakeOf<ClutterArranger>}};
   return kinds;
 }
 
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner) {
+  // Throws for walls that the scene has not, before the first trial.
+  if (options.physics.box_wall_m) sim::World(options.scene, {}, options.physics);
   return std::ranges::find(ArrangerKinds(), options.arranger, &ArrangerKind::word)
       ->make(options, robot, scanner);
 }

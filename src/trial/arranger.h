@@ -24,7 +24,7 @@ enum class Redraw {
   kLeftTable,   ///< something fell off the table, or out of the box
   kTouchesArm,
   kOverlaps,    ///< two things are inside each other
-  kNotHighest,  ///< another object is higher than the target
+  kNotHighest,  ///< another object is higher than the target, or no drop ends lower
   kTouchesFew,  ///< the target touches fewer others than it should
   kDoesNotFit,  ///< something is larger than the box, or no place is left for it
   kHidden,      ///< scattered: too little of the target is seen behind the others
@@ -64,6 +64,11 @@ class Arranger {
 // scattered: the target, what is always there and a drawn number of others, each in a pose like
 // those of single, anywhere in the workspace where it is inside no other; they may touch.
 //
+// side_by_side: the target and a drawn number of others, each in a pose in which a drop onto the
+// table ended, and the others in one that is lower than the target. One after the other comes from
+// a random side straight towards the target until it touches what stands there, so that all touch
+// in one group and the first touches the target.
+//
 // touching, box, pile: objects are let go one after the other, turned at random, from a small
 // height above what lies below them: over a small place on the table (touching), through the mouth
 // of a bag (pile), into an open box (box). When they rest, the target follows. Drawn again, the
@@ -72,6 +77,7 @@ class Arranger {
 inline constexpr const char* kSingle = "single";
 inline constexpr const char* kScattered = "scattered";
 inline constexpr const char* kTouching = "touching";
+inline constexpr const char* kSideBySide = "side_by_side";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
 

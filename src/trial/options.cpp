@@ -57,7 +57,7 @@ void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions
   map.Finish();
 }
 
-void ReadClutterOptions(YamlMap map, ClutterOptions& o) {
+void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& box_wall_m) {
   map.Read("always", o.always, "scattered: objects that lie there in every trial");
   map.Read("others", o.others,
            "scattered: objects that others are drawn from; those of `objects` where it is empty");
@@ -68,8 +68,10 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o) {
            "scattered: of what would be seen of the target alone, so much is seen at least");
   map.ReadScaled("scatter_radius_mm", o.scatter_radius_m, kMm, 10.0, 1000.0,
                  "scattered: others lie no further from the middle of the workspace");
-  map.Read("min_others", o.min_others, 1, 30,
-           "scattered, touching: objects next to the target, the number is drawn from here ...");
+  map.Read(
+      "min_others", o.min_others, 1, 30,
+      "scattered, touching, side_by_side: objects next to the target, the number is drawn from "
+      "here ...");
   map.Read("max_others", o.max_others, 1, 30, "... to here");
   map.Read("draw_others", o.draw_others,
            "box, pile: so many are drawn there, too; off: all others");
@@ -80,6 +82,10 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o) {
                  "objects are let go this high above what lies below");
   map.ReadScaled("touching_radius_mm", o.touching_radius_m, kMm, 0.0, 300.0,
                  "touching: radius of the disc over which objects are let go");
+  std::optional<double> box_wall_mm;
+  map.Read("box_wall_mm", box_wall_mm, 10.0, 500.0,
+           "height of the walls of the scene's box, inside; without it as the scene has them");
+  if (box_wall_mm) box_wall_m = *box_wall_mm * kMm;
   map.ReadScaled("mouth_radius_mm", o.mouth_radius_m, kMm, 0.0, 300.0,
                  "pile: radius of the bag's mouth");
   map.Read("interval_s", o.interval_s, 0.01, 5.0, "from one object to the next");
@@ -287,7 +293,8 @@ Options ReadOptions(YamlMap& map) {
                  "resting poses that tip over at a smaller tilt are left out");
   map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
   ReadClutterOptions(
-      map.Child("clutter", "how objects come to lie: scattered, touching, box, pile"), o.clutter);
+      map.Child("clutter", "how objects come to lie: scattered, touching, side_by_side, box, pile"),
+      o.clutter, o.physics.box_wall_m);
   map.Read("color", o.color,
            "the sensors see colors, too, which tell known objects apart: line scanners as if their "
            "files said so, of stereo the left picture's");

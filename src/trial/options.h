@@ -21,8 +21,8 @@
 
 namespace rangegrasp::trial {
 
-/// How objects come to lie on and next to each other: scattered, touching, box, pile. The texts of
-/// the keys (options.cpp) describe the fields.
+/// How objects come to lie on and next to each other: scattered, touching, side_by_side, box, pile.
+/// The texts of the keys (options.cpp) describe the fields.
 struct ClutterOptions {
   std::vector<std::string> always;
   std::vector<std::string> others;       ///< empty: all rows' objects

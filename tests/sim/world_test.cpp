@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "base/error.h"
 #include "base/units.h"
 #include "sim/scene_files.h"
+#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -46,6 +48,37 @@ TEST(World, HoldsNothingByWeldOrAdhesion) {
                 model->actuator_trntype[i] == mjTRN_TENDON);
   }
   EXPECT_EQ(world.Warnings(), "");
+}
+
+// What the scanner sees and what things meet get the same height.
+TEST(World, WallsOfABoxAreAsHighAsTheOptionsSayToTheEyeAndToTheTouch) {
+  const std::filesystem::path scene = Tabletop().parent_path() / "tabletop_box.xml";
+  for (const double wall_m : {0.06, 0.09, 0.12}) {
+    PhysicsOptions options;
+    options.box_wall_m = wall_m;
+    const World world(scene, {}, options);
+    const auto interior = world.container();
+    ASSERT_TRUE(interior);
+    EXPECT_NEAR(interior->half_m.z(), 0.5 * wall_m, 1e-9);
+    EXPECT_NEAR(interior->X_WI.translation().z() - interior->half_m.z(), 0.006, 1e-9);  // floor
+    double seen_top_m = 0.0;
+    for (const VisualMesh& visual : world.VisualMeshes()) {
+      if (visual.label != kContainerLabel) continue;
+      for (const auto& p_W : visual.mesh_W.vertices) seen_top_m = std::max(seen_top_m, p_W.z());
+    }
+    EXPECT_NEAR(seen_top_m, 0.006 + wall_m, 1e-6);
+    int walls = 0;
+    const mjModel* model = world.model();
+    const int box = mj_name2id(model, mjOBJ_BODY, "box");
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      if (model->geom_bodyid[geom] != box || model->geom_contype[geom] == 0) continue;
+      const double top_m = model->geom_pos[3 * geom + 2] + model->geom_size[3 * geom + 2];
+      if (std::abs(top_m - 0.006) < 1e-9) continue;  // the floor
+      EXPECT_NEAR(top_m, 0.006 + wall_m, 1e-9);
+      ++walls;
+    }
+    EXPECT_EQ(walls, 4);
+  }
 }
 
 TEST(World, AnObjectFallsFreely) {

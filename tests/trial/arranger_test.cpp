@@ -59,7 +59,8 @@ Contacts ContactsOf(sim::World& world) {
 }
 
 class Clutter : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Arrangements, Clutter, ::testing::Values("touching", "box", "pile"));
+INSTANTIATE_TEST_SUITE_P(Arrangements, Clutter,
+                         ::testing::Values("touching", "side_by_side", "box", "pile"));
 
 TEST(FewInAPile, AreAsManyAsTheFileSaysAndNotAlwaysTheSame) {
   const auto experiment = Open("pile", {"clutter.draw_others=true"});
@@ -87,10 +88,10 @@ TEST_P(Clutter, IsWhatItsDefinitionSays) {
     ASSERT_TRUE(arranged) << object;
     sim::World& world = arranged->world;
     EXPECT_EQ(world.object_name(arranged->target), object);
-    if (kind == "touching") {
+    if (kind == "touching" || kind == "side_by_side") {
       EXPECT_GE(world.objects(), 3);
       EXPECT_LE(world.objects(), 6);
-      EXPECT_GE(arranged->touching, 2);
+      EXPECT_GE(arranged->touching, kind == "touching" ? 2 : 1);
     } else {
       EXPECT_EQ(world.objects(), 12);
       EXPECT_GE(arranged->touching, 1);
@@ -110,6 +111,40 @@ TEST_P(Clutter, IsWhatItsDefinitionSays) {
     EXPECT_LT(contacts.deepest_m, 0.001);
     EXPECT_FALSE(contacts.robot);
   }
+}
+
+// The objects that hang together with the target by surfaces closer than touch_m.
+std::set<int> GroupOfTarget(const sim::World& world, double touch_m) {
+  std::set<int> group = {0};
+  for (std::size_t before = 0; before != group.size();) {
+    before = group.size();
+    for (int object = 1; object < world.objects(); ++object) {
+      const auto touches = [&](int other) {
+        return other != object && world.ObjectDistance(object, other, 0.1) < touch_m;
+      };
+      if (std::ranges::any_of(group, touches)) group.insert(object);
+    }
+  }
+  return group;
+}
+
+TEST(SideBySide, AllStandOnTheTableInOneGroupThatTouchesAndNoneIsBelowAnother) {
+  const auto experiment = Open("side_by_side");
+  const Cell& cell = CellOf(*experiment.task);
+  for (const char* object : {"dextrose", "sweets_prism", "shower_gel", "melba_toast"}) {
+    auto arranged = ArrangeTrial(cell, SpecFor(object, 1));
+    ASSERT_TRUE(arranged) << object;
+    const sim::World& world = arranged->world;
+    EXPECT_EQ(GroupOfTarget(world, cell.options.clutter.touch_m).size(),
+              static_cast<std::size_t>(world.objects()))
+        << object;
+    for (int i = 0; i < world.objects(); ++i) EXPECT_LT(world.ObjectBottom(i), 0.001) << object;
+    EXPECT_NE(arranged->pose_class, "leaning") << object;
+  }
+}
+
+TEST(SideBySide, NeedsEnoughOtherObjects) {
+  EXPECT_THROW(Open("side_by_side", {"objects=[spread, dextrose]"}), base::InputError);
 }
 
 // With the scene's own contact settings, and nothing allowed to sleep.
@@ -246,6 +281,18 @@ TEST(Arranger, WhatDoesNotFitIntoTheBoxEndsTheTrialAndSaysSo) {
 
 TEST(Arranger, ABoxNeedsASceneWithABox) {
   EXPECT_THROW(Open("box", {"scene=../scenes/tabletop.xml"}), base::InputError);
+}
+
+TEST(Arranger, WallsOfABoxNeedASceneWithABox) {
+  EXPECT_THROW(Open("single", {"clutter.box_wall_mm=60"}), base::InputError);
+}
+
+TEST(Arranger, ABoxWithLowWallsHoldsAllObjects) {
+  const auto experiment = Open("box", {"clutter.box_wall_mm=60"});
+  const auto arranged = ArrangeTrial(CellOf(*experiment.task), SpecFor("dextrose", 0));
+  ASSERT_TRUE(arranged);
+  EXPECT_NEAR(arranged->world.container()->half_m.z(), 0.030, 1e-9);
+  EXPECT_EQ(arranged->world.objects(), 12);
 }
 
 TEST(Arranger, TouchingNeedsEnoughOtherObjects) {

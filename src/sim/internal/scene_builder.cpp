@@ -14,6 +14,7 @@ namespace rangegrasp::sim::internal {
 namespace {
 
 constexpr char kDefaultSurface[] = "cardboard";  // of an object that names none
+constexpr double kSameRim_m = 1e-4;              // numbers in scenes are rounded to less
 
 base::InputError Wrong(const std::filesystem::path& file, const std::string& what) {
   return base::InputError(file.string() + ": " + what);
@@ -105,6 +106,31 @@ void CompensateGravityIfAsked(mjSpec* spec) {
   mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
   if (!numeric || NumberOf(numeric).value_or(0.0) == 0.0) return;
   if (mjsBody* first = FirstMoving(spec)) CompensateGravity(first);
+}
+
+// The interior of the site "container" and what reaches its rim get another height, from the same
+// bottom up. The body's z axis is the box's.
+void SetBoxWalls(mjSpec* spec, const std::filesystem::path& file, double height_m) {
+  mjsElement* element = FindSo(spec, mjOBJ_SITE, "container");
+  if (!element) {
+    throw Wrong(file,
+                "has no box whose walls could be set; a site \"container\" is expected, a box "
+                "that is its interior");
+  }
+  mjsSite* interior = mjs_asSite(element);
+  const double rim_m = interior->pos[2] + interior->size[2];
+  const double new_rim_m = interior->pos[2] - interior->size[2] + height_m;
+  const auto set_rim = [&](double* pos, double* size) {
+    const double bottom_m = pos[2] - size[2];
+    pos[2] = 0.5 * (new_rim_m + bottom_m);
+    size[2] = 0.5 * (new_rim_m - bottom_m);
+  };
+  set_rim(interior->pos, interior->size);
+  for (mjsElement* child : Children(mjs_getParent(element), mjOBJ_GEOM, false)) {
+    mjsGeom* geom = mjs_asGeom(child);
+    const bool reaches_rim = std::abs(geom->pos[2] + geom->size[2] - rim_m) < kSameRim_m;
+    if (geom->type == mjGEOM_BOX && reaches_rim) set_rim(geom->pos, geom->size);
+  }
 }
 
 bool HasFreeJointOnly(const mjsBody* body) {
@@ -213,6 +239,7 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   scene->option.disableflags |= mjDSBL_AUTORESET;
 
   CompensateGravityIfAsked(scene.get());
+  if (options.box_wall_m) SetBoxWalls(scene.get(), scene_mjcf, *options.box_wall_m);
 
   BuiltScene built;
   std::vector<std::string> bodies;
