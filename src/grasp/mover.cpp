@@ -48,7 +48,7 @@ class PlannedMover : public Mover {
       // Nothing may be there, and the approach stops at what it touches.
       if (!unseen.empty() && plan(seen, false)) move.blind = true;
       // Neighbors may give way.
-      if (!seen.obstacles_W.empty() && plan(seen, true)) {
+      if (options_.brushing && !seen.obstacles_W.empty() && plan(seen, true)) {
         move.blind = !unseen.empty();
         move.brushes = true;
       }
@@ -105,11 +105,13 @@ std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double fric
   return std::make_unique<PlannedMover>(options, friction_cone_rad, robot);
 }
 
-void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
-                         ObstacleOptions& obstacles) {
+void ReadPlanningOptions(base::YamlMap map, MoverOptions& all, ObstacleOptions& obstacles) {
+  planning::PlanOptions& options = all.planning;
   map.Read("leftover_obstacles", obstacles.leftovers,
            "motions keep clear of measured points that belong to no object");
   map.Read("unseen_obstacles", obstacles.unseen, "and of the space behind objects but the target");
+  map.Read("brushing", all.brushing,
+           "where no motion is free, the object may push its neighbors while it is lifted");
   map.ReadScaled("approach_mm", options.approach_m, base::kMm, 20.0, 400.0,
                  "straight approach before the grasp");
   map.ReadScaled("lift_mm", options.lift_m, base::kMm, 100.0, 400.0, "height of the lift");

@@ -27,7 +27,8 @@ class Mover {
 
 struct MoverOptions {
   planning::PlanOptions planning;
-  int max_plans = 24;  ///< grasps that are offered to the planner before the trial is given up
+  int max_plans = 24;    ///< grasps that are offered to the planner before the trial is given up
+  bool brushing = true;  ///< where no motion is free, the object may push its neighbors
 };
 
 /// Inverse kinematics, straight lines and OMPL. Grasps whose contacts lie within the friction cone
@@ -37,7 +38,6 @@ std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double fric
 
 /// Reads the keys of the mapping `planning`, to its end: the mover's, and what it keeps clear of.
 /// @throws base::InputError
-void ReadPlanningOptions(base::YamlMap map, planning::PlanOptions& options,
-                         ObstacleOptions& obstacles);
+void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles);
 
 }  // namespace rangegrasp::grasp
