@@ -158,11 +158,20 @@ Verdict VerdictOf(const PublishedFigure& figure, const std::optional<double>& p,
 
 }  // namespace
 
-JudgedTable Judge(const std::vector<PublishedFigure>& figures) {
+JudgedTable NotJudged(const std::vector<PublishedFigure>& figures) {
+  JudgedTable table;
+  for (const PublishedFigure& figure : figures) {
+    table.rows.push_back({figure, "", std::nullopt, std::nullopt});
+  }
+  return table;
+}
+
+JudgedTable Judge(const std::vector<PublishedFigure>& figures, bool is_whole) {
   JudgedTable table;
   int tests = 0;
   for (const PublishedFigure& figure : figures) {
-    Judged row{figure, "", std::nullopt, Verdict::kNoFigure};
+    Judged row{figure, "nothing counted", std::nullopt,
+               is_whole ? Verdict::kWorse : Verdict::kNoFigure};
     if (figure.own) {
       const auto [p, counts, words] =
           std::visit([&](const auto& e) { return TestOf(e, figure); }, figure.evidence);
@@ -203,18 +212,19 @@ Section SummaryOf(const Reproduction& all) {
       {"trials", "", [=](const ReproducedTable& t) { return counted(t, t.done); }},
       {"figures", "", [=](const ReproducedTable& t) { return counted(t, t.judged.rows.size()); }}};
   for (const Verdict verdict : base::ValuesOf<Verdict>()) {
+    if (all.is_short) break;
     columns.push_back({std::string(base::Word(verdict)), "", [=](const ReproducedTable& t) {
                          return counted(
                              t, std::ranges::count(t.judged.rows, verdict, &Judged::verdict));
                        }});
   }
-  return {all.is_short ? "Published tables, short run: verdicts are weak" : "Published tables",
+  return {all.is_short ? "Published tables, short run: shows only that everything runs"
+                       : "Published tables",
           GridOf(columns, all.tables)};
 }
 
-std::string VerdictText(const Reproduction& all, const Judged& row) {
-  const std::string word(base::Word(row.verdict));
-  return all.is_short && row.verdict != Verdict::kNoFigure ? word + " (weak)" : word;
+std::optional<std::string> VerdictText(const Judged& row) {
+  return row.verdict ? std::optional(std::string(base::Word(*row.verdict))) : std::nullopt;
 }
 
 std::string PText(const std::optional<double>& p) {
@@ -223,7 +233,7 @@ std::string PText(const std::optional<double>& p) {
 }
 
 Section SectionOf(const Reproduction& all, const ReproducedTable& table) {
-  const std::vector<Column<Judged>> columns = {
+  std::vector<Column<Judged>> columns = {
       {"row", "", [](const Judged& row) { return row.figure.row; }, kLeft},
       {"published", "",
        [](const Judged& row) { return Fixed(row.figure.published, row.figure.digits); }},
@@ -233,10 +243,12 @@ Section SectionOf(const Reproduction& all, const ReproducedTable& table) {
        }},
       {"unit", "", [](const Judged& row) { return row.figure.unit; }, kLeft},
       {"better is", "",
-       [](const Judged& row) { return row.figure.lower_is_better ? "lower" : "higher"; }, kLeft},
-      {"compared", "", &Judged::counts, kLeft},
-      {"p", "", [](const Judged& row) { return PText(row.p); }},
-      {"verdict", "", [&](const Judged& row) { return VerdictText(all, row); }, kLeft}};
+       [](const Judged& row) { return row.figure.lower_is_better ? "lower" : "higher"; }, kLeft}};
+  if (!all.is_short) {
+    columns.push_back({"compared", "", &Judged::counts, kLeft});
+    columns.push_back({"p", "", [](const Judged& row) { return PText(row.p); }});
+    columns.push_back({"verdict", "", VerdictText, kLeft});
+  }
   return {fmt::format("Table {}: {} ({})", table.number, table.title, table.experiment),
           GridOf(columns, table.judged.rows)};
 }
@@ -257,8 +269,8 @@ Grid CsvGridOf(const Reproduction& all) {
         {"p", "", &Judged::p},
         {"threshold", "",
          [=](const Judged&) { return threshold > 0.0 ? std::optional(threshold) : std::nullopt; }},
-        {"verdict", "", [](const Judged& row) { return base::Word(row.verdict); }},
-        {"weak", "d", [&](const Judged&) { return all.is_short; }}};
+        {"verdict", "", VerdictText},
+        {"short", "d", [&](const Judged&) { return all.is_short; }}};
     Grid part = GridOf(columns, table.judged.rows, "");
     std::ranges::move(part.rows, std::back_inserter(grid.rows));
     grid.header = part.header;
@@ -280,7 +292,7 @@ ordered_json JsonOf(const Judged& row) {
           {"reproduced", Json(row.figure.own)},
           {"compared", row.counts},
           {"p", Json(row.p)},
-          {"verdict", base::Word(row.verdict)}};
+          {"verdict", Json(VerdictText(row))}};
 }
 
 ordered_json JsonOf(const ReproducedTable& table) {
@@ -322,10 +334,17 @@ std::vector<std::string> TestNotes(const Reproduction& all) {
 }
 
 std::vector<std::string> NotesOf(const Reproduction& all) {
-  std::vector<std::string> notes = {
-      "same: no difference is shown, which is not the same as none: few trials show none"};
+  std::vector<std::string> notes;
   if (all.is_short) {
-    notes.emplace_back("weak: of a tenth of the trials; only large differences can show in so few");
+    notes.emplace_back(
+        "a short run shows only that everything runs: no difference from a published figure is "
+        "significant in so few trials, so there are no verdicts (run it without --short)");
+  } else {
+    notes.emplace_back(
+        "same: no difference is shown, which is not the same as none: few trials show none");
+    notes.emplace_back(
+        "worse without p: all cases were run, and nothing was counted, e.g. no grasp of an object "
+        "that was never detected");
   }
   std::ranges::copy(TestNotes(all), std::back_inserter(notes));
   for (const ReproducedTable& table : all.tables) {

@@ -41,7 +41,7 @@ enum class Verdict {
   kBetter,
   kSame,  ///< no difference is shown: few trials show none
   kWorse,
-  kNoFigure,  ///< nothing was counted, e.g. no grasp of an object that was never detected
+  kNoFigure,  ///< nothing was counted yet; what a whole run does not count is worse
 };
 constexpr std::array<std::string_view, 4> WordsOf(Verdict) {
   return {"better", "same", "worse", "no figure"};
@@ -50,9 +50,9 @@ constexpr std::array<std::string_view, 4> WordsOf(Verdict) {
 /// A published figure and the own one, and what the difference means.
 struct Judged {
   PublishedFigure figure;
-  std::string counts;       ///< what the test compares: "47 of 50, published 9 of 10"
-  std::optional<double> p;  ///< two-sided; absent where nothing is tested
-  Verdict verdict = Verdict::kNoFigure;
+  std::string counts;              ///< what the test compares: "47 of 50, published 9 of 10"
+  std::optional<double> p;         ///< two-sided; absent where nothing is tested
+  std::optional<Verdict> verdict;  ///< absent in a short run
 };
 
 struct JudgedTable {
@@ -62,7 +62,13 @@ struct JudgedTable {
 };
 
 /// The verdict of each row; all rows together are wrong by chance in 5 % of tables at most.
-JudgedTable Judge(const std::vector<PublishedFigure>& figures);
+/// @param is_whole  all cases were run: a figure that is missing is worse, e.g. no grasp of an
+/// object that was never detected
+JudgedTable Judge(const std::vector<PublishedFigure>& figures, bool is_whole);
+
+/// The same rows without tests and verdicts: no difference is significant in one trial a row
+/// against ten published ones.
+JudgedTable NotJudged(const std::vector<PublishedFigure>& figures);
 
 /// A published table and what its experiment gave.
 struct ReproducedTable {
@@ -79,7 +85,7 @@ struct ReproducedTable {
 
 /// Published tables, reproduced: what `rangegrasp reproduce` writes.
 struct Reproduction {
-  bool is_short = false;  ///< few trials: verdicts are weak
+  bool is_short = false;  ///< few trials: shows that everything runs, and has no verdicts
   std::vector<ReproducedTable> tables;
   Stamp stamp;  ///< of the program, for the last line
 };

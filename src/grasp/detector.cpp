@@ -3,6 +3,9 @@
 #include <deque>
 
 #include "base/stopwatch.h"
+#include "geometry/kd_tree.h"
+#include "grasp/proposals.h"
+#include "grasp/surface.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -57,6 +60,15 @@ bool PutFirst(const Turn& turn, Scene& scene) {
   return true;
 }
 
+/// What both detectors here hand over.
+void HandOver(const Scene& scene, std::span<const Grasp> grasps, Obstacles obstacles,
+              Detected& detected) {
+  detected.segments = static_cast<int>(scene.segments.size());
+  detected.detection = DetectionFrom(scene, grasps);
+  detected.detection.obstacles = std::move(obstacles);
+  detected.kept = scene.cloud.size();
+}
+
 class DissertationDetector : public Detector {
  public:
   DissertationDetector(const DetectorOptions& options, const robot::Robot& robot,
@@ -86,13 +98,10 @@ class DissertationDetector : public Detector {
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
     if (observer_) observer_(scene, grasps, observation);
-    detected.segments = static_cast<int>(scene.segments.size());
-    detected.detection = DetectionFrom(scene, grasps);
+    HandOver(scene, grasps, std::move(obstacles), detected);
     if (selector_) {
       for (DetectedGrasp& grasp : detected.detection.grasps) grasp.name = selector_->word;
     }
-    detected.detection.obstacles = std::move(obstacles);
-    detected.kept = scene.cloud.size();
     return detected;
   }
 
@@ -111,6 +120,62 @@ class DissertationDetector : public Detector {
   const DetectorOptions& options_;
   const robot::Robot& robot_;
   const GraspSelector* selector_;  ///< null: anywhere
+  SceneObserver observer_;
+};
+
+/// Fewer points are noise, as for segments (SegmentOptions::min_points).
+constexpr std::size_t kMinClusterPoints = 40;
+
+/// Euclidean clusters of the cloud as objects, the one with the highest point first.
+/// @param link_m  points this near are of one
+void AddClusters(double link_m, Scene& scene) {
+  const geometry::KdTree tree(scene.cloud.points);
+  scene.segments = geometry::GroupsWithin(scene.cloud.points, tree, link_m);
+  std::erase_if(scene.segments, [](const auto& one) { return one.size() < kMinClusterPoints; });
+  for (const geometry::Indices& segment : scene.segments) {
+    PerceivedObject object = ObjectOfPoints(scene, segment);
+    for (const auto i : segment) {
+      object.height_m =
+          std::max(object.height_m, scene.table.plane.Distance(scene.cloud.points[i]));
+    }
+    scene.objects.push_back(std::move(object));
+  }
+  std::ranges::stable_sort(scene.objects, std::ranges::greater(), &PerceivedObject::height_m);
+}
+
+class StraightDownDetector : public Detector {
+ public:
+  StraightDownDetector(const DetectorOptions& options, const robot::Robot& robot,
+                       SceneObserver observer)
+      : options_(options), robot_(robot), observer_(std::move(observer)) {}
+
+  Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
+    Detected detected;
+    base::Stopwatch watch;
+    Scene scene = perception::PerceiveTable(observation, options_.perception, rng,
+                                            WorkspaceOf(robot_, options_.workspace_margin_m));
+    AddClusters(options_.obstacles.link_gaps * scene.sampling.gap_m, scene);
+    detected.has_turn = PutFirst(turn, scene);
+    detected.seconds.emplace_back("perceive", watch.Restart());
+    Obstacles obstacles;
+    std::vector<Grasp> grasps;
+    if (detected.has_turn && !scene.objects.empty()) {
+      obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
+      const auto& points_C = scene.objects.front().completed_C;
+      for (const Proposal& way : ProposeStraightDown(points_C, scene.table.plane)) {
+        grasps.push_back(PlaceHand(way, robot_.hand(), options_.grasp));
+      }
+      CheckProposals(scene, 0, robot_.hand(), options_.grasp, obstacles.measured_C, grasps);
+    }
+    detected.seconds.emplace_back("grasp", watch.Restart());
+    if (observer_) observer_(scene, grasps, observation);
+    HandOver(scene, grasps, std::move(obstacles), detected);
+    return detected;
+  }
+
+ private:
+  const DetectorOptions& options_;
+  const robot::Robot& robot_;
   SceneObserver observer_;
 };
 
@@ -155,6 +220,12 @@ std::unique_ptr<Detector> MakeDissertationDetector(const DetectorOptions& option
                                                    const robot::Robot& robot,
                                                    SceneObserver observer) {
   return std::make_unique<DissertationDetector>(options, robot, std::move(observer));
+}
+
+std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& options,
+                                                   const robot::Robot& robot,
+                                                   SceneObserver observer) {
+  return std::make_unique<StraightDownDetector>(options, robot, std::move(observer));
 }
 
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {

@@ -137,6 +137,14 @@ std::unique_ptr<Detector> MakeDissertationDetector(const DetectorOptions& option
                                                    const robot::Robot& robot,
                                                    SceneObserver observer = {});
 
+/// The baseline: what hangs together above the table is an object, the highest one is taken, by
+/// ProposeStraightDown. Of the options only perception.preprocess, obstacles and what checks a hand
+/// for collisions count. The arguments must outlive it.
+/// @param observer  may be empty
+std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& options,
+                                                   const robot::Robot& robot,
+                                                   SceneObserver observer = {});
+
 /// Reads the keys of the mapping `grasp`, to its end.
 /// @throws base::InputError
 void ReadGraspOptions(base::YamlMap map, DetectorOptions& options);

@@ -41,6 +41,32 @@ std::vector<double> Along(PointSpan points, const Vector3d& direction) {
   return along;
 }
 
+/// Of ProposeStraightDown; the first depth and the height of the shipped examples' grasps.
+constexpr double kPadsBelowTop_m = 0.030;
+constexpr double kPadsAboveTable_m = 0.010;
+
+/// From end to end of the points along a direction.
+struct Extent {
+  double low_m;
+  double high_m;
+  double Middle() const { return 0.5 * (low_m + high_m); }
+};
+Extent ExtentAlong(PointSpan points, const Vector3d& direction) {
+  const auto along = Along(points, direction);
+  const auto [low, high] = std::ranges::minmax(along);
+  return {low, high};
+}
+
+/// Unit, in the plane: the direction in which the points spread most.
+Vector3d MajorInPlane(PointSpan points, const geometry::Plane& plane) {
+  geometry::Points flat(points.begin(), points.end());
+  for (Vector3d& p : flat) p = plane.Project(p);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(
+      geometry::Scatter(flat, geometry::Centroid(flat)));
+  const Vector3d major = axes.eigenvectors().col(2);
+  return (major - plane.normal.dot(major) * plane.normal).normalized();
+}
+
 struct Bar {
   Vector3d middle_C;
   double width_m;
@@ -86,6 +112,21 @@ Indices BetweenFingers(const Grasp& grasp, const HandModel& hand, PointSpan poin
   const auto box_G = FingerBox(hand.AtGap(grasp.opening_m), X_GC * grasp.X_CH);
   return geometry::PositionsWhere(points_C,
                                   [&](const Vector3d& p_C) { return box_G.contains(X_GC * p_C); });
+}
+
+std::vector<Proposal> ProposeStraightDown(PointSpan points_C, const geometry::Plane& table_C) {
+  if (points_C.size() < 3) return {};
+  const Vector3d& up = table_C.normal;
+  const Vector3d major = MajorInPlane(points_C, table_C);
+  const Vector3d minor = up.cross(major);
+  const Extent across = ExtentAlong(points_C, minor);
+  const double top_m = ExtentAlong(points_C, up).high_m + table_C.offset_m;
+  const double height_m =
+      std::max(top_m - kPadsBelowTop_m, std::min(kPadsAboveTable_m, 0.5 * top_m));
+  const Bar bar{ExtentAlong(points_C, major).Middle() * major + across.Middle() * minor +
+                    (height_m - table_C.offset_m) * up,
+                across.high_m - across.low_m};
+  return {Way(bar, -up, minor, 0.0), Way(bar, -up, -minor, 0.0)};
 }
 
 void CheckProposals(const perception::Scene& scene, std::size_t object, const HandModel& hand,

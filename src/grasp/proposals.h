@@ -24,6 +24,15 @@ Grasp PlaceHand(const Proposal& proposal, const robot::HandModel& hand,
 geometry::Indices BetweenFingers(const Grasp& grasp, const robot::HandModel& hand,
                                  geometry::PointSpan points_C);
 
+/// The baseline that any other detector has to beat: straight down onto the middle of the points,
+/// closing across the shorter of their principal axes in the table's plane, thumb and fingers
+/// either way. The pads come 30 mm below the highest point, but stay 10 mm above the table, or
+/// halfway up what is lower than 20 mm.
+/// @param points_C  of one thing, above the table [m]
+/// @return none of fewer than three points.
+std::vector<Proposal> ProposeStraightDown(geometry::PointSpan points_C,
+                                          const geometry::Plane& table_C);
+
 /// Checks the hand of each proposal against everything else, with the opening that PlaceHand gives
 /// it or the narrow one: sets their openings and verdicts.
 /// @param object  position in scene.objects: what all are for

@@ -112,6 +112,14 @@ TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m) {
   return mesh;
 }
 
+PerceivedObject ObjectOfPoints(const Scene& scene, geometry::Indices points) {
+  PerceivedObject object;
+  object.points = std::move(points);
+  object.completed_C = geometry::Select(scene.cloud.points, object.points);
+  object.surface_C = SpeckMesh(object.completed_C, kSpeckCell_m);
+  return object;
+}
+
 TriangleMesh SurfaceOf(const PerceivedObject& object) {
   if (!object.surface_C.triangles.empty()) return object.surface_C;
   return SpeckMesh(object.completed_C, kSpeckCell_m);

@@ -38,6 +38,11 @@ std::array<long, 3> GridCell(const Eigen::Vector3d& p, double cell_m);
 /// for point sets that have none.
 geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m);
 
+/// An object that is nothing but points: those are its shape, specks on a grid of 2 mm its surface.
+/// @param points  positions in scene.cloud
+perception::PerceivedObject ObjectOfPoints(const perception::Scene& scene,
+                                           geometry::Indices points);
+
 /// What stands for an object in collision checks: its surface, or specks where it has none.
 geometry::TriangleMesh SurfaceOf(const perception::PerceivedObject& object);
 

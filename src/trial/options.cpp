@@ -154,8 +154,9 @@ void ReadDetector(YamlMap& map, Options& o) {
     o.detector = kDetectorWithKeys;
     return;
   }
-  map.Read("detector", o.detector, {kDissertation},
-           "what finds objects and grasps: a word, or a map with the keys below");
+  map.Read("detector", o.detector, DetectorWords(),
+           "what finds objects and grasps: the method of chapter 5; the baseline, straight down on "
+           "the highest cluster of points, across its short side; or a map with the keys below");
 }
 
 // ---- files of objects ----
@@ -306,7 +307,7 @@ Options ReadOptions(YamlMap& map) {
   grasp::ReadGraspOptions(map.Child("grasp", "from objects to grasps"), o);
   const bool any_way = o.grasp.approach == grasp::ApproachKind::kAbove;
   if ((o.take != grasp::kAnywhere || !any_way) && o.detector != kDissertation) {
-    map.Fail("grasp", "take, approach: a detector that is another program decides that itself");
+    map.Fail("grasp", "take, approach: only `detector: dissertation` follows them");
   }
   if (o.take != grasp::kAnywhere && !any_way) {
     map.Fail("grasp", "approach: `take: " + o.take + "` says where the hand comes from");

@@ -98,6 +98,11 @@ void AddParts() {
                           grasp::SceneObserver observer) {
                  return grasp::MakeDissertationDetector(options, robot, std::move(observer));
                }});
+  AddDetector({.word = kStraightDown,
+               .make = [](const Options& options, const robot::Robot& robot,
+                          grasp::SceneObserver observer) {
+                 return grasp::MakeStraightDownDetector(options, robot, std::move(observer));
+               }});
 }
 
 }  // namespace
@@ -118,6 +123,14 @@ std::string ReadSensorType(const std::filesystem::path& sensor_file) {
 void AddDetector(const DetectorKind& kind) { All().detectors.push_back(kind); }
 const DetectorKind* FindDetector(const std::string& word) { return Find(All().detectors, word); }
 
+std::vector<std::string> DetectorWords() {
+  std::vector<std::string> words;
+  for (const DetectorKind& kind : All().detectors) {
+    if (kind.word != kDetectorWithKeys) words.push_back(kind.word);
+  }
+  return words;
+}
+
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer) {
   return FindDetector(options.detector)->make(options, robot, std::move(observer));
@@ -125,7 +138,8 @@ std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robo
 
 void RequireOwnDetector(const base::YamlMap& map, const Options& options) {
   if (options.detector == kDissertation) return;
-  map.Fail("detector", "a program of your own is for `task: grasping` and `task: clearing`");
+  map.Fail("detector",
+           "must be dissertation here; others are for `task: grasping` and `task: clearing`");
 }
 
 std::vector<KeyReader>& KeyReaders() { return All().key_readers; }

@@ -56,10 +56,13 @@ struct DetectorKind {
   bool (*check_answers)(const Cell& cell, std::string& text) = nullptr;
 };
 inline constexpr const char* kDissertation = "dissertation";
+inline constexpr const char* kStraightDown = "straight_down";
 /// In place of a word the file holds keys below `detector`.
 inline constexpr const char* kDetectorWithKeys = "keys below";
 void AddDetector(const DetectorKind& kind);
 const DetectorKind* FindDetector(const std::string& word);
+/// Those that a file may name.
+std::vector<std::string> DetectorWords();
 /// The detector that the options name. The arguments must outlive it.
 /// @param observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,

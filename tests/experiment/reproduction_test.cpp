@@ -20,25 +20,37 @@ PublishedFigure RateOf(Count own, Count published, bool lower_is_better = false)
           .evidence = TrialsEvidence{own, published}};
 }
 
-Verdict OnlyVerdict(const PublishedFigure& figure) { return Judge({figure}).rows.at(0).verdict; }
+Verdict OnlyVerdict(const PublishedFigure& figure, bool is_whole = false) {
+  return Judge({figure}, is_whole).rows.at(0).verdict.value();
+}
 
 TEST(Judge, CountsAreBetterOrWorseOnlyWhereTheyDifferBeyondChance) {
   EXPECT_EQ(OnlyVerdict(RateOf({10, 10}, {2, 10})), Verdict::kBetter);
   EXPECT_EQ(OnlyVerdict(RateOf({2, 10}, {10, 10})), Verdict::kWorse);
   EXPECT_EQ(OnlyVerdict(RateOf({2, 10}, {10, 10}, /*lower_is_better=*/true)), Verdict::kBetter);
   EXPECT_EQ(OnlyVerdict(RateOf({1, 1}, {2, 10})), Verdict::kSame);
-  EXPECT_EQ(OnlyVerdict(RateOf({0, 0}, {2, 10})), Verdict::kNoFigure);
+}
+
+TEST(Judge, WhatAWholeRunDoesNotCountIsWorseAndNotMerelyMissing) {
+  for (const bool lower_is_better : {false, true}) {
+    const PublishedFigure none = RateOf({0, 0}, {2, 10}, lower_is_better);
+    EXPECT_EQ(OnlyVerdict(none, /*is_whole=*/false), Verdict::kNoFigure);
+    EXPECT_EQ(OnlyVerdict(none, /*is_whole=*/true), Verdict::kWorse);
+  }
+  const JudgedTable table = Judge({RateOf({0, 0}, {2, 10})}, /*is_whole=*/true);
+  EXPECT_FALSE(table.rows[0].p);
+  EXPECT_EQ(table.threshold, 0.0) << "it is no test";
 }
 
 TEST(Judge, TheThresholdIsSharedByTheTestsOfATable) {
   // 14 of 20 beside 5 of 20: p is 0.0104 (R: twice the tail of phyper), below 0.05 and above 0.05
   // / 5.
   std::vector<PublishedFigure> figures = {RateOf({14, 20}, {5, 20})};
-  EXPECT_NEAR(Judge(figures).rows[0].p.value(), 0.0104, 5e-5);
-  EXPECT_EQ(Judge(figures).rows[0].verdict, Verdict::kBetter);
+  EXPECT_NEAR(Judge(figures, false).rows[0].p.value(), 0.0104, 5e-5);
+  EXPECT_EQ(Judge(figures, false).rows[0].verdict, Verdict::kBetter);
   figures.insert(figures.end(), 4, RateOf({5, 10}, {5, 10}));
   figures.push_back(RateOf({0, 0}, {5, 10}));  // no test
-  const JudgedTable table = Judge(figures);
+  const JudgedTable table = Judge(figures, false);
   EXPECT_DOUBLE_EQ(table.threshold, 0.05 / 5);
   EXPECT_EQ(table.rows[0].verdict, Verdict::kSame);
 }
@@ -47,7 +59,7 @@ TEST(Judge, ProfilesOfSeamsThatAgreeCountAsOneEach) {
   PublishedFigure figure{.row = "voting", .unit = "%", .published = 90.0, .own = 100.0};
   figure.evidence = ClustersEvidence{std::vector<Count>(10, {500, 500})};
   // z = 0.1 / sqrt(0.09 / 10): as 10 trials; 5,000 independent ones would be far beyond chance.
-  const JudgedTable few = Judge({figure});
+  const JudgedTable few = Judge({figure}, false);
   EXPECT_NEAR(few.rows[0].p.value(), std::erfc(0.1 / std::sqrt(0.009) / std::sqrt(2.0)), 1e-12);
   EXPECT_EQ(few.rows[0].verdict, Verdict::kSame);
   figure.evidence = ClustersEvidence{std::vector<Count>(5000, {1, 1})};
@@ -75,14 +87,14 @@ TEST(Judge, OfTimesOnlyMoreThanWhatComputersDifferByIsBetter) {
   EXPECT_EQ(OnlyVerdict(figure), Verdict::kSame);
   figure.own = 1.1;
   EXPECT_EQ(OnlyVerdict(figure), Verdict::kWorse);
-  EXPECT_EQ(Judge({figure}).threshold, 0.0);
+  EXPECT_EQ(Judge({figure}, false).threshold, 0.0);
 }
 
 TEST(Judge, EventsAreRatesOfRuns) {
   PublishedFigure figure{
       .row = "path planning", .lower_is_better = true, .published = 11.0, .own = 0.0};
   figure.evidence = EventsEvidence{{0, 50}, {11, 50}};
-  const Judged row = Judge({figure}).rows[0];
+  const Judged row = Judge({figure}, false).rows[0];
   EXPECT_NEAR(row.p.value(), 2.0 / 2048.0, 1e-12);
   EXPECT_EQ(row.verdict, Verdict::kBetter);
 }
@@ -103,8 +115,9 @@ Reproduction Some(bool is_short) {
   Reproduction all{is_short, {}, {}};
   all.tables.push_back({.number = "5.2", .title = "alone", .experiment = "single"});
   all.tables[0].done = all.tables[0].cases = 20;
-  all.tables[0].judged =
-      Judge({figure("cup", {10, 10}, {0, 10}), figure("box", {0, 10}, {10, 10})});
+  const std::vector<PublishedFigure> figures = {figure("cup", {10, 10}, {0, 10}),
+                                                figure("box", {0, 10}, {10, 10})};
+  all.tables[0].judged = is_short ? NotJudged(figures) : Judge(figures, true);
   all.tables.push_back({.number = "5.3", .title = "touching", .experiment = "touching"});
   all.tables[1].done = 3;
   all.tables[1].cases = 20;
@@ -128,24 +141,32 @@ TEST(Page, TellsOfEachTableHowFarItIsAndWhyItIsNotThere) {
   EXPECT_THAT(text, HasSubstr("6.1 is left out: there is no folder psb"));
   EXPECT_THAT(text, HasSubstr("| cup | 0.0 | 100.0 | % | higher | 10 of 10, published 0 of 10 |"));
   EXPECT_THAT(text, HasSubstr("Fisher's exact test"));
-  EXPECT_THAT(text, Not(HasSubstr("weak")));
+  EXPECT_THAT(text, Not(HasSubstr("short run")));
 }
 
-TEST(Page, SaysThatVerdictsOfAShortRunAreWeak) {
+// Its figures differ as much as they can, and still nothing is said of it.
+TEST(Page, AShortRunHasNoVerdictsAndSaysWhatItShows) {
   const std::string text = TextOf(Some(true), TableFormat::kMarkdown);
-  EXPECT_THAT(text, HasSubstr("| better (weak) |"));
-  EXPECT_THAT(text, HasSubstr("| worse (weak) |"));
-  EXPECT_THAT(text, HasSubstr("weak: of a tenth of the trials"));
+  EXPECT_THAT(text, HasSubstr("a short run shows only that everything runs"));
+  EXPECT_THAT(text, HasSubstr("| 5.2 | alone | single | done | 20 | 2 |"));
+  EXPECT_THAT(text, HasSubstr("| cup | 0.0 | 100.0 | % | higher |\n"));
+  for (const char* word : {"better |", "worse", "same", "verdict |", "Fisher", "0.05"}) {
+    EXPECT_THAT(text, Not(HasSubstr(word)));
+  }
+  const auto json = nlohmann::json::parse(TextOf(Some(true), TableFormat::kJson));
+  EXPECT_EQ(json["short"], true);
+  EXPECT_TRUE(json["tables"][0]["rows"][1]["verdict"].is_null());
+  EXPECT_TRUE(json["tables"][0]["rows"][1]["p"].is_null());
 }
 
 TEST(Page, IsTheSameForPrograms) {
-  const auto json = nlohmann::json::parse(TextOf(Some(true), TableFormat::kJson));
-  EXPECT_EQ(json["short"], true);
+  const auto json = nlohmann::json::parse(TextOf(Some(false), TableFormat::kJson));
+  EXPECT_EQ(json["short"], false);
   ASSERT_EQ(json["tables"].size(), 4u);
   EXPECT_EQ(json["tables"][0]["rows"][1]["verdict"], "worse");
   EXPECT_EQ(json["tables"][0]["rows"][1]["reproduced"], 0.0);
   EXPECT_EQ(json["tables"][3]["left_out"], "there is no folder psb");
-  const std::string csv = TextOf(Some(true), TableFormat::kCsv);
+  const std::string csv = TextOf(Some(false), TableFormat::kCsv);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
   EXPECT_THAT(csv, HasSubstr("5.2,single,cup,%,0,0,100,\"10 of 10, published 0 of 10\","));
 }

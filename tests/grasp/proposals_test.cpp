@@ -35,6 +35,47 @@ TEST(PlaceHand, BringsThePadsTogetherAboutThePosition) {
   EXPECT_TRUE(PlaceHand(FromAbove(hand.MaxGap() + 0.001), hand, {}).collides);
 }
 
+// A box full of dots, symmetric, on a table that is 20 mm below the origin; turned by 0.4 rad about
+// the vertical.
+geometry::Points BoxOnTable(const Eigen::Vector3d& size_m) {
+  const base::Pose X = At(0.1, -0.2, 0.4);
+  constexpr int kSteps = 8;
+  geometry::Points points;
+  for (int i = 0; i < 729; ++i) {
+    const Eigen::Vector3d share = Eigen::Vector3d(i % 9, i / 9 % 9, i / 81) / kSteps;
+    points.push_back(X * (size_m.cwiseProduct(share - Eigen::Vector3d(0.5, 0.5, 0.0)) -
+                          0.02 * Eigen::Vector3d::UnitZ()));
+  }
+  return points;
+}
+const geometry::Plane kTable{Eigen::Vector3d::UnitZ(), 0.02};
+
+TEST(ProposeStraightDown, ClosesAcrossTheShorterSideOverTheMiddleEitherWay) {
+  const auto ways = ProposeStraightDown(BoxOnTable({0.06, 0.03, 0.1}), kTable);
+  ASSERT_EQ(ways.size(), 2u);
+  const Eigen::Vector3d short_side(-std::sin(0.4), std::cos(0.4), 0.0);
+  for (const Proposal& way : ways) {
+    const Eigen::Matrix3d R = way.X_CG.linear();
+    EXPECT_NEAR(std::abs(R.col(0).dot(short_side)), 1.0, 1e-12);
+    EXPECT_NEAR((R.col(2) + Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((way.approach_C - R.col(2)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(R.determinant(), 1.0, 1e-12);
+    EXPECT_NEAR(way.width_m, 0.03, 1e-12);
+    // 30 mm below the top, which is 80 mm above the origin.
+    EXPECT_NEAR((way.X_CG.translation() - Eigen::Vector3d(0.1, -0.2, 0.05)).norm(), 0.0, 1e-12);
+  }
+  EXPECT_NEAR(ways[0].X_CG.linear().col(0).dot(ways[1].X_CG.linear().col(0)), -1.0, 1e-12);
+}
+
+TEST(ProposeStraightDown, StaysAboveTheTableOnWhatIsLow) {
+  // Heights of the pads above the table: 10 mm, and half of what is lower than 20 mm.
+  for (const auto& [height_m, pads_m] : {std::pair{0.025, 0.010}, {0.016, 0.008}}) {
+    const auto ways = ProposeStraightDown(BoxOnTable({0.06, 0.03, height_m}), kTable);
+    EXPECT_NEAR(ways.at(0).X_CG.translation().z(), pads_m - 0.02, 1e-9);
+  }
+  EXPECT_TRUE(ProposeStraightDown({}, kTable).empty());
+}
+
 TEST(BetweenFingers, AreThePointsThatTheHandReachesRound) {
   const robot::HandModel& hand = SensorHand();
   const Grasp grasp = PlaceHand(FromAbove(0.05), hand, {});

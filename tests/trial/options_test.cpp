@@ -114,7 +114,7 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
             "perception: {segmentation: region_growing, filter: false, smooth: false, "
             "normal_radius_mm: 6, plane_distance_mm: 3, table_clearance_mm: 5}\n"
             "grasp: {preshape: false, pitches: false, table_clearance_mm: 6, max_candidates: 9}\n"
-            "planning: {approach_mm: 150, lift_mm: 250}\n"));
+            "planning: {approach_mm: 150, lift_mm: 250, brushing: false}\n"));
   EXPECT_EQ(e.trials_per_object, 3);
   EXPECT_EQ(e.max_plans, 5);
   EXPECT_DOUBLE_EQ(e.workspace_margin_m, 0.2);
@@ -137,6 +137,7 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_EQ(e.grasp.max_candidates, 9);
   EXPECT_DOUBLE_EQ(e.planning.approach_m, 0.15);
   EXPECT_DOUBLE_EQ(e.planning.lift_m, 0.25);
+  EXPECT_FALSE(e.brushing);
 }
 
 TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
@@ -159,8 +160,9 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "hand:\n  initial_force_n: 80\n  max_force_n: 60\n", 7, "'max_force_n'"},
       {good_ + "perception:\n  segmentation: magic\n", 6, "mesh, region_growing"},
       {good_ + "grasp: {take: handle, approach: sides}\n", 5, "`take: handle` says"},
-      {good_ + "detector: {command: [cat]}\ngrasp: {approach: sides}\n", 6, "another program"},
-      {good_ + "detector: {command: [cat]}\ngrasp: {take: handle}\n", 6, "another program"},
+      {good_ + "detector: {command: [cat]}\ngrasp: {approach: sides}\n", 6,
+       "detector: dissertation"},
+      {good_ + "detector: {command: [cat]}\ngrasp: {take: handle}\n", 6, "detector: dissertation"},
       {good_ + "name: twice\n", 5, "twice"},
       {"name: demo\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 1, "'scene': is missing"},
       {"name: demo\nscene: ../scenes/tabel.xml\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 2,

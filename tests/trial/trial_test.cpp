@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "experiment/experiment.h"
+#include "grasp/fixtures.h"
 #include "trial/grasping_task.h"
 #include "trial/registry.h"
 
@@ -111,6 +112,47 @@ TEST(Trial, ABowlIsTakenByItsRim) {
   }
   EXPECT_GE(rotational, 5);  // 59 of 60 were detected (docs/results.md)
   EXPECT_GE(open, rotational - 1);
+}
+
+// A table of dots in the workspace with boxes on it, seen from where the scanner is.
+geometry::Observation BoxesOfDots(const std::vector<std::pair<Eigen::Vector3d, double>>& boxes) {
+  using namespace grasp::test;
+  geometry::RangeImage image{.profiles = 1, .points_C = {}, .origins_C = {{0.6, 0.0, 0.9}}};
+  for (double x = -0.2; x <= 0.2; x += 0.003) {
+    for (double y = -0.2; y <= 0.2; y += 0.003) image.points_C.emplace_back(x, y, 0.0);
+  }
+  for (const auto& [size_m, x_m] : boxes) {
+    const auto box = Extrude(Rectangle(size_m.x(), size_m.y()), size_m.z());
+    const auto dots = Dots(Transformed(box, At(x_m, 0.0)), 0.002);
+    image.points_C.insert(image.points_C.end(), dots.begin(), dots.end());
+  }
+  image.samples = static_cast<int>(image.points_C.size());
+  return geometry::ObservationOf(image);
+}
+
+// A low box of the larger area, and a high one whose short side lies along y.
+TEST(StraightDown, TakesTheHighestClusterAndNoNeighborThatDoesNotTouchIt) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {.set = {"detector=straight_down"}});
+  const Cell& cell = CellOf(*experiment.task);
+  const Eigen::Vector3d low(0.09, 0.09, 0.04);
+  const Eigen::Vector3d high(0.06, 0.03, 0.08);
+  base::Rng rng(1);
+  const auto apart =
+      cell.detector->Detect(BoxesOfDots({{low, -0.08}, {high, 0.08}}), rng).detection;
+  ASSERT_EQ(apart.objects.size(), 2u);
+  ASSERT_EQ(apart.grasps.size(), 2u);
+  for (const grasp::DetectedGrasp& grasp : apart.grasps) {
+    EXPECT_FALSE(grasp.collides);
+    EXPECT_NEAR(grasp.width_m, 0.03, 0.001);
+    EXPECT_NEAR((grasp.X_CH * cell.robot.hand().X_HG_tip).translation().x(), 0.08, 0.01);
+  }
+  // Pushed together they are one thing, wider than the hand.
+  const auto pushed =
+      cell.detector->Detect(BoxesOfDots({{low, 0.0}, {high, 0.075}}), rng).detection;
+  ASSERT_EQ(pushed.objects.size(), 1u);
+  for (const grasp::DetectedGrasp& grasp : pushed.grasps)
+    EXPECT_TRUE(grasp.collides || grasp.width_m > 0.08);
 }
 
 TEST(HandOverUser, PullsWithinTheSpreadOfStraightOutAndNotAlwaysAlike) {

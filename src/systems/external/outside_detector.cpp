@@ -66,8 +66,6 @@ constexpr std::uintmax_t kMaxSurface_bytes = 64 * 1024 * 1024;
 constexpr std::size_t kMaxTriangles = 100'000;
 // Of so many grasps the best are looked at: each costs a collision check.
 constexpr std::size_t kMaxChecked = 200;
-// Grid of the specks that stand for objects that come without a surface.
-constexpr double kSpeckCell_m = 0.002;
 
 process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder) {
   process::Program program;
@@ -144,14 +142,6 @@ class CloudPositions {
  private:
   std::vector<std::vector<std::int64_t>> positions_;
 };
-
-perception::PerceivedObject ObjectFrom(geometry::Indices points, const Scene& scene) {
-  perception::PerceivedObject object;
-  object.points = std::move(points);
-  object.completed_C = geometry::Select(scene.cloud.points, object.points);
-  object.surface_C = grasp::SpeckMesh(object.completed_C, kSpeckCell_m);
-  return object;
-}
 
 // What hangs together with some points of a cloud; positions in it.
 geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan points_C,
@@ -272,7 +262,7 @@ class OutsideDetector : public Detector {
         first = i;
         first_turn = its;
       }
-      auto object = ObjectFrom(positions.Of(answered.samples), scene);
+      auto object = grasp::ObjectOfPoints(scene, positions.Of(answered.samples));
       if (!answered.surface.empty()) object.surface_C = ReadSurface(answered.surface, folder);
       Add(std::move(object), answered.samples, true, leads, scene, detected);
     }
@@ -298,8 +288,8 @@ class OutsideDetector : public Detector {
     detected.has_turn = !best.empty();
     if (best.empty()) return std::nullopt;
     const double link_m = options_.obstacles.link_gaps * scene.sampling.gap_m;
-    Add(ObjectFrom(GrownFrom(best, scene.cloud.points, link_m), scene), SamplesOf(best, scene),
-        false, true, scene, detected);
+    Add(grasp::ObjectOfPoints(scene, GrownFrom(best, scene.cloud.points, link_m)),
+        SamplesOf(best, scene), false, true, scene, detected);
     return 0;
   }
 
