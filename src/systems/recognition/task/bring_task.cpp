@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "recognition/task/recognition_task.h"
+#include "recognition/views/wrist_scanner.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
 #include "trial/table.h"
