@@ -277,7 +277,9 @@ TrackerOptions AsPublished(TrackerOptions options) {
 }
 
 void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
-  map.Read("method", options.method, "how the position of a profile's edge is decided");
+  map.Read("method", options.method,
+           "how the position of a profile's edge is decided; of the methods as published, "
+           "border_columns, confirm, refine_mm, step.rule and step.continued have no effect");
   map.ReadScaled(
       "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
       "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "

@@ -45,16 +45,16 @@ TEST(RecognitionTask, AMissingMeshIsNamed) {
   EXPECT_THAT(testing_support::ErrorOf([&] {
                 experiment::OpenExperiment(
                     kExperiments + "known_single.yaml",
-                    {.set = {"library.folder=" + (folder / "").string()}, .groups = {"dextrose"}});
+                    {.set = {"objects=[dextrose]", "library.folder=" + (folder / "").string()}});
               }),
               HasSubstr("dextrose.stl"));
 }
 
 std::string OutcomeWith(const std::vector<std::string>& library) {
-  std::vector<std::string> set = {"views=1"};
+  std::vector<std::string> set = {"objects=[dextrose]", "views=1"};
   set.insert(set.end(), library.begin(), library.end());
-  const auto opened = experiment::OpenExperiment(
-      kExperiments + "known_single.yaml", {.set = set, .seed = 1001, .groups = {"dextrose"}});
+  const auto opened =
+      experiment::OpenExperiment(kExperiments + "known_single.yaml", {.set = set, .seed = 1001});
   return opened.task->Run(opened.cases.front()).outcome;
 }
 
