@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/rng.h"
 #include "geometry/point_cloud.h"
 #include "geometry/ray_caster.h"
 #include "recognition/model_shape.h"
@@ -28,6 +31,23 @@ struct KnownObject {
 /// samples), or the colors are of another one.
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
                             geometry::MeshColors colors = {});
+
+/// The same object as a model with errors shows it: every point p is displaced by
+///
+///   d(p) = s (sum over waves of a sin(k . p + phase) - the mean over the vertices)
+///
+/// with waves 50 to 100 mm long in random directions, and s such that the displacements of the
+/// vertices have the root mean square rms_m [m]. Triangles are split first, so that flat faces
+/// bend. Colors stay with their triangles.
+geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m, base::Rng& rng);
+
+/// What a task's library is made of: the simulator's own meshes, which no real user has, or what
+/// is known less well.
+struct LibraryOptions {
+  std::filesystem::path folder;  ///< of NAME.stl; empty: the objects' own meshes
+  double distortion_m = 0.0;     ///< root mean square (Distorted)
+  std::uint64_t seed = 1;        ///< of the experiment
+};
 
 /// Known objects, prepared for recognition. Immutable; a copy shares its content. In a process that
 /// forks it may be made before or after.

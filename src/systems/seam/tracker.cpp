@@ -250,10 +250,12 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
   whole(scaled.border_columns, 0);
   whole(scaled.preprocess.filter.half_width_columns, 1);
   whole(scaled.preprocess.filter.min_neighbors, 0);
-  whole(scaled.detectors.local_weighted_voting.half_window, 1);
-  whole(scaled.detectors.local_weighted_voting.step_columns, 1);
-  whole(scaled.step.half_window, 1);
-  whole(scaled.step.median_half_width, 0);
+  if (!IsAsPublished(options.method)) {
+    whole(scaled.detectors.local_weighted_voting.half_window, 1);
+    whole(scaled.detectors.local_weighted_voting.step_columns, 1);
+    whole(scaled.step.half_window, 1);
+    whole(scaled.step.median_half_width, 0);
+  }
   whole(track.steps.stride, 1);
   for (int& half : track.steps.half_windows) whole(half, 0);
   for (double* columns :
@@ -265,8 +267,19 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
   return scaled;
 }
 
+TrackerOptions AsPublished(TrackerOptions options) {
+  options.step.rule = StepRule::kRange;
+  options.step.continued = 1.0;
+  options.confirm = false;
+  options.refine_m = 0.0;
+  options.border_columns = 0;
+  return options;
+}
+
 void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
-  map.Read("method", options.method, "how the position of a profile's edge is decided");
+  map.Read("method", options.method,
+           "how the position of a profile's edge is decided; of the methods as published, "
+           "border_columns, confirm, refine_mm, step.rule and step.continued have no effect");
   map.ReadScaled(
       "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
       "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
@@ -476,8 +489,9 @@ struct EdgeTracker::Impl {
     if (!prepared.Usable()) return 0.0F;
     results = DetectWithin(prepared, options);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
-    const float its_weight = options.method == DecisionMethod::kVoting ? DecideByVoting(reading)
-                                                                       : DecideByWeights(reading);
+    const bool votes_decide = options.method == DecisionMethod::kVoting ||
+                              options.method == DecisionMethod::kVotingAsPublished;
+    const float its_weight = votes_decide ? DecideByVoting(reading) : DecideByWeights(reading);
     Follow(reading);
     return its_weight;
   }
@@ -557,7 +571,8 @@ struct EdgeTracker::Impl {
 EdgeTracker::EdgeTracker(const TrackerOptions& options,
                          const std::optional<Calibration>& calibration) {
   CheckOptions(options);
-  impl_ = std::make_unique<Impl>(WithWindowsOfLine(options), calibration);
+  const TrackerOptions used = IsAsPublished(options.method) ? AsPublished(options) : options;
+  impl_ = std::make_unique<Impl>(WithWindowsOfLine(used), calibration);
 }
 EdgeTracker::~EdgeTracker() = default;
 EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;

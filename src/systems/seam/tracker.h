@@ -17,15 +17,22 @@ namespace rangegrasp::seam {
 
 /// How a profile's position is decided.
 enum class DecisionMethod {
-  kVoting,   ///< two of three, then a line through the last profiles (section 3.4)
-  kWeights,  ///< sum of weights with historic edge positions (section 3.5)
+  kVotingAsPublished,   ///< two of three, then a line through the last profiles (section 3.4)
+  kWeightsAsPublished,  ///< sum of weights with historic edge positions (section 3.5)
+  kVoting,              ///< voting with our own rules (AsPublished lists them)
+  kWeights,             ///< weights with our own rules
   /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
   /// and a candidate of local weighted-voting counts for the columns around it too.
   kAccumulated,
   kSteps,  ///< our own: the fourth detector, tracked before it is judged (seam/step_track.h)
 };
-constexpr std::array<std::string_view, 4> WordsOf(DecisionMethod) {
-  return {"voting", "weights", "accumulated", "steps"};
+constexpr std::array<std::string_view, 6> WordsOf(DecisionMethod) {
+  return {
+      "voting_as_published", "weights_as_published", "voting", "weights", "accumulated", "steps"};
+}
+constexpr bool IsAsPublished(DecisionMethod method) {
+  return method == DecisionMethod::kVotingAsPublished ||
+         method == DecisionMethod::kWeightsAsPublished;
 }
 
 /// Of kAccumulated.
@@ -59,8 +66,14 @@ struct TrackerOptions {
 };
 
 /// All windows above are in columns of the base sensor, 12 a mm. These cover the same lengths in
-/// the line's own columns.
+/// the line's own columns. Of a method as published those of the detectors and of the step height
+/// stay: the dissertation states them in px, for both sensors.
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
+
+/// Without our own rules: a step counts without a second profile that confirms it, and if its range
+/// of heights (section 3.5.3) is high enough, wherever it is; packets are not refined, and the
+/// line's ends not left out.
+TrackerOptions AsPublished(TrackerOptions options);
 
 /// @throws std::invalid_argument naming the option that is out of range.
 void CheckOptions(const TrackerOptions& options);

@@ -104,6 +104,52 @@ TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
   EXPECT_GE(told, 1188);  // 99 % of 1200
 }
 
+// The rules that "as published" leaves out, as an experiment would switch them off.
+TrackerOptions WithoutOwnRules(DecisionMethod method) {
+  TrackerOptions options = With(method);
+  options.confirm = false;
+  options.refine_m = 0.0;
+  options.border_columns = 0;
+  options.step.rule = StepRule::kRange;
+  options.step.continued = 1.0;
+  return options;
+}
+
+TEST(EdgeTracker, AsPublishedIsTheSameMethodWithoutOurRules) {
+  for (const auto& [published, own] :
+       {std::pair(DecisionMethod::kVotingAsPublished, DecisionMethod::kVoting),
+        std::pair(DecisionMethod::kWeightsAsPublished, DecisionMethod::kWeights)}) {
+    EdgeTracker as_published(With(published));
+    EdgeTracker without(WithoutOwnRules(own));
+    EdgeTracker with(With(own));
+    Rng rng(3);
+    for (int i = 0; i < 60; ++i) {
+      // A step in one profile of twenty: nothing confirms it.
+      const bool alone = i % 20 == 10;
+      const Line line{.step_m = alone ? 0.5e-3 : 0.0};
+      const Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
+      const Reading reading = as_published.Update(profile);
+      EXPECT_EQ(reading.column, without.Update(profile).column) << i;
+      const Reading confirmed = with.Update(profile);
+      if (!alone) continue;
+      EXPECT_EQ(reading.status, ProfileStatus::kEdge) << i;
+      EXPECT_NE(confirmed.status, ProfileStatus::kEdge) << i;
+    }
+  }
+}
+
+// Section 3.3.2: 75 px and 3 px; section 3.5.3: 10 px; of both sensors.
+TEST(EdgeTracker, AsPublishedKeepsTheWindowsThatTheTextStatesInColumns) {
+  TrackerOptions options = With(DecisionMethod::kVotingAsPublished);
+  options.line.columns_per_m = 18'000.0;
+  const TrackerOptions used = WithWindowsOfLine(options);
+  EXPECT_EQ(used.detectors.local_weighted_voting.half_window, 75);
+  EXPECT_EQ(used.detectors.local_weighted_voting.step_columns, 3);
+  EXPECT_EQ(used.step.half_window, 10);
+  options.method = DecisionMethod::kVoting;
+  EXPECT_EQ(WithWindowsOfLine(options).step.half_window, 15);
+}
+
 TEST(EdgeTracker, ALowStepCountsOnlyWhereTheLastOnesWere) {
   constexpr double kLow_m = 0.21e-3;  // between 0.6 and 0.8 of 0.3 mm
   for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {

@@ -31,6 +31,7 @@ struct BringOptions {
   double near_m = 0.08;
   double same_place_m = 0.03;  ///< when tries are counted
   recognition::RecognitionOptions recognition;
+  recognition::LibraryOptions library;
   trial::HandOverOptions hand_over;
 };
 

@@ -85,6 +85,7 @@ constexpr double kWellSeen = 0.9;
 struct LearnArguments : CloudArguments {
   std::vector<std::string> clouds;
   std::string out;
+  std::vector<double> frame;  // empty: LearntModel's own
   double spacing_mm = recognition::LearnOptions{}.spacing_m / base::kMm;
 };
 
@@ -97,6 +98,23 @@ geometry::View ReadView(const CloudArguments& arguments) {
   view.X_CV.translation() = origin;
   view.colors = std::move(file.colors);
   return view;
+}
+
+/// A pose from its 4 x 4 matrix, row by row.
+base::Pose PoseOf(const std::vector<double>& rows) {
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
+  base::Pose X;
+  X.matrix() = matrix;
+  constexpr double kRounding = 1e-6;  // of numbers that were written with ten digits
+  const bool turns =
+      (X.linear() * X.linear().transpose()).isIdentity(kRounding) && X.linear().determinant() > 0.0;
+  if (!turns || !matrix.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))) {
+    throw base::InputError(
+        "--frame must be the 4 x 4 matrix of a pose, row by row: a rotation, a place in metres, "
+        "and "
+        "0,0,0,1");
+  }
+  return X;
 }
 
 void LearnModel(const LearnArguments& arguments) {
@@ -121,6 +139,10 @@ void LearnModel(const LearnArguments& arguments) {
   } catch (const base::InputError& e) {
     throw base::InputError(fmt::format("{}{}: {}", arguments.clouds.front(),
                                        arguments.clouds.size() > 1 ? " and others" : "", e.what()));
+  }
+  if (!arguments.frame.empty()) {
+    const base::Pose X_CF = PoseOf(arguments.frame);
+    model.mesh_B = geometry::Transformed(model.mesh_B, X_CF.inverse() * model.X_CB);
   }
   geometry::WriteStl(arguments.out, model.mesh_B);
   const Eigen::Vector3d size_mm = geometry::BoundsOf(model.mesh_B.vertices).sizes() * base::kMmPerM;
@@ -150,6 +172,12 @@ void AddLearnCommand(CLI::App& app) {
       ->required();
   command->add_option("--spacing-mm", arguments->spacing_mm, "of what the mesh is made of (2)")
       ->check(CLI::Range(0.2, 20.0));
+  command
+      ->add_option("--frame", arguments->frame,
+                   "pose of the mesh's frame in that of the clouds: a 4 x 4 matrix, row by row [m] "
+                   "(else z is up from the table, the origin below the middle)")
+      ->delimiter(',')
+      ->expected(16);
   AddCloudOptions(*command, *arguments);
   command->footer(
       "Example: rangegrasp learn mug_1.pcd mug_2.pcd mug_3.pcd -o mug.stl\n"

@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "recognition/task/recognition_task.h"
+#include "recognition/views/wrist_scanner.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
 #include "trial/table.h"
@@ -136,6 +137,7 @@ void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
                   "objects of two looks whose centers are no further apart are one");
   trial::ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
   keys.Finish();
+  recognition::ReadLibraryOptions(map, o.library);
 }
 
 /// `grasps.yaml` next to the model of each.
@@ -161,7 +163,8 @@ class BringExperiment : public experiment::Task {
   BringExperiment(const Options& options, const experiment::Common& common)
       : options_(options),
         cell_(options.grasping),
-        library_(recognition::LibraryOf(options.grasping, options.bring.known)),
+        library_(
+            recognition::LibraryOf(options.grasping, options.bring.known, options.bring.library)),
         grasps_(ReadGrasps(options)),
         seed_(common.seed) {}
 
@@ -206,6 +209,7 @@ class BringExperiment : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
+    recognition::AddLibraryTo(stamp, options_.bring.library, options_.bring.known);
   }
 
  private:
@@ -263,7 +267,10 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   }
   std::vector<std::string>& known = options.bring.known;
   if (known.empty()) known = options.grasping.objects;
-  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
+  const auto wrist = trial::Of<views::WristViewOptions>(options.grasping, views::kWristViews);
+  const bool wrist_looks = !wrist.sensor.empty() && options.bring.max_looks > 1;
+  if (!recognition::ModelsPass(map, options.grasping, wrist_looks, common)) return nullptr;
+  options.bring.library.seed = common.seed;
   trial::RequireOwnDetector(map, options.grasping);
   for (const std::string& object : options.grasping.objects) {
     if (std::ranges::find(known, object) == known.end() && !options.bring.absent) {

@@ -9,10 +9,13 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/file.h"
+#include "base/rng.h"
 #include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
 #include "experiment/report.h"
+#include "geometry/mesh_file.h"
 #include "perception/perceive.h"
 #include "recognition/recognize.h"
 #include "recognition/views/wrist_scanner.h"
@@ -32,6 +35,7 @@ using nlohmann::ordered_json;
 
 struct TaskOptions {
   trial::Options grasping;
+  LibraryOptions library;
   RecognitionOptions recognition;
   bool without_target = false;
   /// The next look is at something that is open (OpenObjects); if nothing is, there is none.
@@ -64,6 +68,7 @@ void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
             "points of a segment whose pairs vote for poses; 0: none");
   keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");
   keys.Finish();
+  ReadLibraryOptions(map, o.library);
 }
 
 /// What became of an object that is to be found.
@@ -81,8 +86,12 @@ struct JudgedFind {
   bool near = false;   ///< named right, and not too far off
 };
 
-JudgedFind JudgeFind(const FoundObject& found, const Library& library, const trial::Sensed& sensed,
-                     const sim::World& world, const TaskOptions& options) {
+/// The objects' own symmetries, whatever the library knows of their shape.
+using Symmetries = std::map<std::string, Symmetry>;
+
+JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
+                     const trial::Sensed& sensed, const sim::World& world,
+                     const TaskOptions& options) {
   JudgedFind judged;
   judged.found = &found;
   int most = 0;
@@ -94,8 +103,7 @@ JudgedFind JudgeFind(const FoundObject& found, const Library& library, const tri
   if (judged.truth < 0) return judged;
   judged.named_right = world.object_name(judged.truth) == found.object;
   if (!judged.named_right) return judged;
-  judged.off =
-      Difference(found.X_CB, world.ObjectPose(judged.truth), library.Find(found.object).symmetry);
+  judged.off = Difference(found.X_CB, world.ObjectPose(judged.truth), symmetries.at(found.object));
   judged.near = judged.off.distance_m <= options.max_distance_m &&
                 judged.off.angle_rad <= options.max_angle_rad;
   return judged;
@@ -202,8 +210,21 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   return report;
 }
 
-KnownObject KnownFrom(const sim::ObjectModel& model) {
-  geometry::ColoredMesh surface = sim::ObjectSurface(model);
+std::filesystem::path MeshOf(const std::string& object, const LibraryOptions& library) {
+  return library.folder / (object + ".stl");
+}
+
+KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& library = {}) {
+  geometry::ColoredMesh surface;
+  if (library.folder.empty()) {
+    surface = sim::ObjectSurface(model);
+  } else {
+    surface.mesh = geometry::ReadMesh(MeshOf(model.name, library));
+  }
+  if (library.distortion_m > 0.0) {
+    base::Rng rng(base::DeriveSeed(base::DeriveSeed(library.seed, "distortion"), model.name));
+    surface = Distorted(surface, library.distortion_m, rng);
+  }
   return MakeKnownObject(model.name, sim::ObjectTitle(model), std::move(surface.mesh),
                          std::move(surface.colors));
 }
@@ -216,9 +237,17 @@ std::map<std::string, Library> LibrariesOf(const TaskOptions& options) {
   for (const std::string& object : without) {
     std::vector<std::string> objects = options.grasping.objects;
     std::erase(objects, object);
-    libraries.emplace(object, LibraryOf(options.grasping, objects));
+    libraries.emplace(object, LibraryOf(options.grasping, objects, options.library));
   }
   return libraries;
+}
+
+Symmetries SymmetriesOf(const trial::Options& options) {
+  Symmetries symmetries;
+  for (const std::string& object : options.objects) {
+    symmetries.emplace(object, KnownFrom(trial::ObjectModelOf(options, object)).symmetry);
+  }
+  return symmetries;
 }
 
 /// x, y, z [m], then the quaternion w, x, y, z.
@@ -257,6 +286,7 @@ class Recognition : public experiment::Task {
       : options_(options),
         cell_(options.grasping),
         libraries_(LibrariesOf(options)),
+        symmetries_(SymmetriesOf(options.grasping)),
         seed_(common.seed) {}
 
   std::vector<Case> Cases() const override {
@@ -283,7 +313,7 @@ class Recognition : public experiment::Task {
     const int target = arranged->target;
     std::vector<JudgedFind> judged;
     for (const FoundObject& one : seen.found) {
-      judged.push_back(JudgeFind(one, LibraryFor(spec), seen.sensed, world, options_));
+      judged.push_back(JudgeFind(one, symmetries_, seen.sensed, world, options_));
     }
     result.outcome = base::Word(OutcomeOf(judged, target));
     result.stage = "recognize";
@@ -300,6 +330,7 @@ class Recognition : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
+    AddLibraryTo(stamp, options_.library, cell_.options.objects);
   }
 
  private:
@@ -377,6 +408,7 @@ class Recognition : public experiment::Task {
   TaskOptions options_;
   trial::Cell cell_;
   std::map<std::string, Library> libraries_;
+  Symmetries symmetries_;
   std::uint64_t seed_;
 };
 
@@ -387,20 +419,62 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   if (options.grasping.take != grasp::kAnywhere) {
     map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
   }
-  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
+  const auto wrist = trial::Of<views::WristViewOptions>(options.grasping, views::kWristViews);
+  if (!ModelsPass(map, options.grasping, wrist.views > 1, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
-  options.grasping.seed = common.seed;
+  options.grasping.seed = options.library.seed = common.seed;
   return std::make_unique<Recognition>(options, common);
 }
 
 }  // namespace
 
-Library LibraryOf(const trial::Options& options, std::span<const std::string> objects) {
+void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options) {
+  auto keys = map.Child("library", "what the program knows of the objects' shapes");
+  keys.ReadPath("folder", options.folder,
+                "NAME.stl of each object, in metres, in the frame of its model; without it the "
+                "simulator's own meshes, which no real user has");
+  keys.ReadScaled("distortion_mm", options.distortion_m, kMm, 0.0, 20.0,
+                  "smooth random displacement of the meshes' surfaces, root mean square");
+  keys.Finish();
+}
+
+void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
+                  std::span<const std::string> objects) {
+  if (library.folder.empty()) return;
+  std::uint64_t hash = base::Fnv1a("");
+  for (const std::string& object : objects) {
+    hash = base::Fnv1a(object + base::ReadFile(MeshOf(object, library)), hash);
+  }
+  stamp.identity["library_hash"] = base::Hex(hash);
+}
+
+Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
+                  const LibraryOptions& library) {
   std::vector<KnownObject> known;
   for (const std::string& object : objects) {
-    known.push_back(KnownFrom(trial::ObjectModelOf(options, object)));
+    known.push_back(KnownFrom(trial::ObjectModelOf(options, object), library));
   }
   return Library(std::move(known));
+}
+
+bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wrist,
+                const experiment::Common& common) {
+  const bool laser =
+      wrist || !trial::FindSensor(options.sensor_type)->laser(options.sensor).empty();
+  experiment::Common warned = common;
+  if (!laser && common.on_findings) {
+    warned.on_findings = [&](std::vector<base::Finding> findings) {
+      findings.push_back(
+          {.error = false,
+           .where = common.file.string(),
+           .element = "sensor",
+           .what = "a stereo camera alone found none of 36 known objects: its noise is larger "
+                   "than the 3 mm within which a sample counts for a model",
+           .cure = "use a sensor with a laser, e.g. models/sensors/line_scanner.yaml"});
+      return common.on_findings(findings);
+    };
+  }
+  return trial::ModelsPass(map, options, warned);
 }
 
 Library LoadLibrary(std::span<const std::filesystem::path> folders) {

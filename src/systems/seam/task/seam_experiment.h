@@ -45,8 +45,9 @@ struct SeamExperiment {
   int seams = 60;
   /// Accumulated weights are left out: they presume that the edge stays where it is on the line;
   /// before a head that turns it does not.
-  std::vector<DecisionMethod> decisions = {DecisionMethod::kVoting, DecisionMethod::kWeights,
-                                           DecisionMethod::kSteps};
+  std::vector<DecisionMethod> decisions = {
+      DecisionMethod::kVotingAsPublished, DecisionMethod::kWeightsAsPublished,
+      DecisionMethod::kVoting, DecisionMethod::kWeights, DecisionMethod::kSteps};
   RecordOptions record;  ///< its speed is the head's too
   double half_circle_radius_m = 0.0;
   TrackOptions track;                                       ///< its tracker also serves kRates

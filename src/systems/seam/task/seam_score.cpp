@@ -99,14 +99,26 @@ std::vector<double> CornersOf(const SeamExperiment& experiment) {
 
 std::string TitleOf(DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
-      "Combined Result", "Sum of weights + history", "Accumulated weights", "Tracked steps"};
+      "Voting as published",
+      "Weights + history as published",
+      "Voting + step fit + confirmation + refinement",
+      "Weights + step fit + confirmation + refinement",
+      "Accumulated weights (own)",
+      "Tracked steps (own)"};
   return kTitles[static_cast<std::size_t>(decision)];
 }
 
 std::string MethodTitle(std::size_t method) {
   if (method >= kAlone) return TitleOf(kDecisions[method - kAlone]);
-  if (method == kLocalStep) return "Local step";
+  if (method == kLocalStep) return "Local step (own)";
   return std::string(base::Word(static_cast<Detector>(method)));
+}
+
+std::string PublishedRow(std::size_t method) {
+  constexpr std::size_t kVote =
+      kAlone + static_cast<std::size_t>(DecisionMethod::kVotingAsPublished);
+  if (method == kVote) return "Combined Result";
+  return method < kDetectors ? MethodTitle(method) : "";
 }
 
 void Tally::Count(double error_px) {
@@ -124,7 +136,7 @@ Tally& Tally::operator+=(const Tally& other) {
 
 std::array<std::optional<double>, kMethods> PositionsOf(const Readings& readings) {
   std::array<std::optional<double>, kMethods> positions;
-  // All but the fourth decision run the same detectors.
+  // The first decision is as published, and so are its detectors.
   std::ranges::copy(readings.front().detected, positions.begin());
   positions[kLocalStep] = readings[static_cast<std::size_t>(DecisionMethod::kSteps)].local_step;
   std::ranges::transform(readings, positions.begin() + kAlone, &Reading::column);
@@ -268,7 +280,7 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
   std::vector<std::pair<std::string, double>> seconds;
   base::Stopwatch watch;
   const auto end_step = [&] { seconds.emplace_back(kTimedSteps[seconds.size()], watch.Restart()); };
-  const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVoting);
+  const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVotingAsPublished);
   const auto& [fitting, voting, accumulation] = options.detectors;
   std::vector<PreparedProfile> prepared;
   watch.Restart();

@@ -21,9 +21,12 @@ inline constexpr auto kDecisions = base::ValuesOf<DecisionMethod>();
 constexpr std::size_t kLocalStep = kDetectors;
 constexpr std::size_t kAlone = kDetectors + 1;
 constexpr std::size_t kMethods = kAlone + kDecisions.size();
-/// As table 3.2 calls them, where it knows them.
+/// Titles say which rules of our own a published method is given; a method without a published
+/// origin is "own".
 std::string TitleOf(DecisionMethod decision);
 std::string MethodTitle(std::size_t method);
+/// The method's row in tables 3.2 and 3.3; empty if it has none.
+std::string PublishedRow(std::size_t method);
 
 /// Of tables 3.2 and 3.3.
 inline constexpr std::array kTolerances_px = {3.0, 10.0, 12.0, 18.0};

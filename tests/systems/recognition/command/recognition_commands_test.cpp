@@ -134,6 +134,24 @@ TEST_F(LearnTest, ACylinderFromThreeSidesIsIt) {
   EXPECT_NEAR(size.z(), 0.12, 0.003);
 }
 
+// The frame lies at the foot of the cylinder, a quarter turn about y from the table's.
+TEST_F(LearnTest, TheMeshIsGivenInAFrame) {
+  const auto ran = RunProgram({"learn", View(0.0), View(2.1), View(4.2), "-o", Mesh(),
+                               "--frame=0,0,1,0.01,0,1,0,0.02,-1,0,0,0,0,0,0,1"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto box = geometry::BoundsOf(geometry::ReadMesh(Mesh()).vertices);
+  EXPECT_NEAR(box.min().x(), -0.12, 0.003);
+  EXPECT_NEAR(box.max().x(), 0.0, 0.003);
+  EXPECT_LT(box.center().tail<2>().norm(), 0.002);
+}
+
+TEST_F(LearnTest, AFrameThatIsNoPoseIsRefused) {
+  const auto ran =
+      RunProgram({"learn", View(0.0), "-o", Mesh(), "--frame=2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("--frame must be the 4 x 4 matrix of a pose"));
+}
+
 TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {
   const auto ran = RunProgram({"learn", View(0.0), "-o", Mesh()});
   ASSERT_EQ(ran.code, 0) << ran.err;
