@@ -376,9 +376,12 @@ std::string SceneHash(const Options& options) {
   files.insert(options.sensor);
   files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
   for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
-  // By name, not by path: the same files in another folder hash alike.
+  // By name, not by path: the same files in another folder hash alike, each once, however it is
+  // reached.
   std::set<std::pair<std::string, fs::path>> sorted;
-  for (const auto& file : files) sorted.emplace(file.filename().string(), file);
+  for (const auto& file : files) {
+    sorted.emplace(file.filename().string(), fs::weakly_canonical(file));
+  }
   std::uint64_t hash = base::Fnv1a("");
   for (const auto& [name, file] : sorted) hash = base::Fnv1a(name + base::ReadFile(file), hash);
   return base::Hex(hash);

@@ -244,6 +244,11 @@ TEST_F(OptionsTest, TheSceneHashFollowsEveryFileThatTheSceneRefersTo) {
   }
 }
 
+TEST_F(OptionsTest, TheSceneHashIsTheSameFromARelativePath) {
+  const auto file = Write(good_);
+  EXPECT_EQ(SceneHash(OptionsRead(std::filesystem::relative(file))), SceneHash(OptionsRead(file)));
+}
+
 TEST_F(OptionsTest, TheSceneHashIsTheSameInAnotherFolder) {
   const std::string hash = SceneHash(OptionsRead(Write(good_)));
   const TempFolder other;
