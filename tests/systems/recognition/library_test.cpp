@@ -42,7 +42,6 @@ TEST_P(EverySeededDistortion, LeavesTheSurfaceClosed) {
   EXPECT_NEAR(geometry::Volume(mesh) / geometry::Volume(box_.mesh), 1.0, 0.1);
 }
 
-// The displacement of a point of the box's top is known by its z alone, which was the same before.
 TEST_P(EverySeededDistortion, ScalesWithItsRootMeanSquareAndMovesNothingAsAWhole) {
   base::Rng small(GetParam());
   base::Rng large(GetParam());
