@@ -8,7 +8,6 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "sim/resting_poses.h"
-#include "sim/scene_files.h"
 
 namespace rangegrasp::sim::samples {
 namespace {
@@ -137,9 +136,8 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
   return std::nullopt;
 }
 
-World StandingAlone(const std::filesystem::path& scene, const std::string& name,
+World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,
                     const PhysicsOptions& physics) {
-  const ObjectModel object = RepositoryObject(name);
   World world(scene, {object}, physics);
   const auto poses = StableRestingPoses(object, 0.0);
   const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;

@@ -47,7 +47,7 @@ class TestArm {
 std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp);
 
 /// An object alone, upright and at rest.
-World StandingAlone(const std::filesystem::path& scene, const std::string& object,
+World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,
                     const PhysicsOptions& physics = {});
 /// Lifted, carried and put down, as a trial is judged.
 bool Delivered(const ExecutionLog& log);

@@ -7,6 +7,7 @@
 #include "hand_cell.h"
 #include "sim/execute.h"
 #include "sim/grasp_program.h"
+#include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
 namespace {
@@ -31,7 +32,7 @@ samples::HandMadeGrasp GraspOf(const OwnHandCase& setup) {
 
 World OwnHandArrange(const TempFolder& folder, const OwnHandCase& setup) {
   const auto scene = testing_support::WriteHandCell(folder, ExampleHand(setup.hand));
-  return samples::StandingAlone(scene, setup.object);
+  return samples::StandingAlone(scene, samples::RepositoryObject(setup.object));
 }
 
 class OwnHand : public ::testing::TestWithParam<OwnHandCase> {};

@@ -56,7 +56,7 @@ class AuditRecorder {
   int target_;
   int warnings_before_;
   SolverCounts solver_before_;
-  std::vector<double> penetration_;
+  std::vector<double> penetration_, elsewhere_;  // by step
   Audit audit_;
   std::vector<double> levers_;  // by equality
   std::vector<char> at_limit_;  // by the arm's joints
