@@ -240,14 +240,7 @@ class Execution {
     stage_ = "lift";
     FollowToTheEnd(program_.lift, "lift", Start::kKeepOffset, Motion::kPushing);
     Wait(kLiftSettle_s);
-    const bool touched = ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand;
-    audit_.BeginRest();
-    const double force_N = controller_.force_N();
-    for (double t = 0.0; touched && !blocked_ && t < kRest_s; t += Period()) {
-      Tick();
-      audit_.RestStep(glove_.Slides(), controller_.force_N() != force_N);
-    }
-    audit_.EndRest();
+    if (ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand) Rest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = !blocked_ && HeldNow();
     log_.aperture.lifted_rad = controller_.Aperture();
@@ -255,6 +248,20 @@ class Execution {
     RecordHold();
     carrying_ = true;
     Moment("lifted");
+  }
+
+  void Rest() {
+    const double start_s = world_.time_s();
+    double force_N = controller_.force_N();
+    double rest_s = 0.0;
+    audit_.BeginRest();
+    while (!blocked_ && !lost_ && rest_s < kRest_s &&
+           world_.time_s() - start_s < bounds_.unrest_s + kRest_s) {
+      Tick();
+      rest_s = audit_.RestStep(glove_.Slides() || controller_.force_N() != force_N);
+      force_N = controller_.force_N();
+    }
+    audit_.EndRest(world_.time_s() - start_s - (rest_s < kRest_s ? 0.0 : rest_s));
   }
 
   void Carry() {
@@ -447,7 +454,7 @@ class Execution {
     if (user_) user_->Tick();
     servo_.Command(world_.model(), world_.data(), command_);
     glove_.Tick(world_);
-    controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()));
+    controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()), glove_.Load_W());
     world_.Step();
     audit_.Step(holding_, moves_freely_ ? &command_ : nullptr);
     if (holding_) {

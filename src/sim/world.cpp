@@ -56,6 +56,7 @@ struct World::Impl {
   std::vector<int> arm_joints;
   std::vector<int> arm_actuators;
   std::vector<std::string> warnings;
+  SolverCounts solver_counts;
   // Before the step at hand.
   struct {
     std::vector<mjtNum> state;
@@ -359,12 +360,17 @@ void World::Step() {
     impl_->KeepState();
     mj_step(impl_->model.get(), impl_->data.get());
   });
-  if (model()->opt.jacobian == mjJAC_DENSE || impl_->Solved()) return;
-  impl_->GoBack();
-  const int jacobian = std::exchange(model()->opt.jacobian, mjJAC_DENSE);
-  internal::CallEngine(&impl_->warnings,
-                       [this] { mj_step(impl_->model.get(), impl_->data.get()); });
-  model()->opt.jacobian = jacobian;
+  if (impl_->Solved()) return;
+  if (model()->opt.jacobian != mjJAC_DENSE) {
+    ++impl_->solver_counts.repeated;
+    impl_->GoBack();
+    const int jacobian = std::exchange(model()->opt.jacobian, mjJAC_DENSE);
+    internal::CallEngine(&impl_->warnings,
+                         [this] { mj_step(impl_->model.get(), impl_->data.get()); });
+    model()->opt.jacobian = jacobian;
+    if (impl_->Solved()) return;
+  }
+  ++impl_->solver_counts.unsolved;
 }
 
 bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
@@ -432,6 +438,7 @@ int World::WarningCount() const {
   return std::max(count, static_cast<int>(impl_->warnings.size()));
 }
 
+const SolverCounts& World::solver_counts() const { return impl_->solver_counts; }
 const PhysicsOptions& World::physics() const { return impl_->physics; }
 std::string EngineVersion() { return mj_versionString(); }
 

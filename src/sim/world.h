@@ -47,6 +47,12 @@ struct Container {
   Eigen::Vector3d half_m;  ///< half of its edges
 };
 
+/// Steps since a world was made that the engine's solver did not solve at once.
+struct SolverCounts {
+  int repeated = 0;  ///< with dense matrices
+  int unsolved = 0;  ///< not even with these
+};
+
 /// A state that a world can go back to, with all that the engine keeps of it.
 struct SavedWorld;
 
@@ -100,7 +106,7 @@ class World {
   double time_s() const;
   void Refresh();  ///< kinematics of the present positions; nothing moves
   /// One time step; again with dense matrices where the engine's Newton solver has not converged,
-  /// which throws things through the table at 400 rad/s.
+  /// which throws things through the table at 400 rad/s. Both are counted.
   /// @throws base::RunError on an engine error.
   void Step();
   /// Steps until all unparked objects rest (slower than rest_speed for rest_time); false after
@@ -123,6 +129,7 @@ class World {
   const mjData_* data() const;
   std::string Warnings() const;  ///< of the engine, by kind
   int WarningCount() const;      ///< while stepping
+  const SolverCounts& solver_counts() const;
   const PhysicsOptions& physics() const;
 
  private:

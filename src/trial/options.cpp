@@ -40,8 +40,9 @@ void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions
   map.Read("initial_force_n", o.initial_force_N, 5.0, 100.0,
            "first grip at the finger tips; without it the hand's own");
   map.Read("max_force_n", o.max_force_N, 5.0, 100.0, "strongest grip; without it the hand's own");
-  map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
-                 "faces that lean by more than this are gripped with the strongest force at once");
+  map.ReadScaled(
+      "firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
+      "faces that lean by more than this are gripped with the strongest force at once; 90: none");
   map.Read("slip_control", o.slip_control, "grips harder while the load slips");
   map.ReadScaled("slip_threshold_mm_s", o.slip_threshold_m_s, kMm, 0.1, 1000.0,
                  "slower sliding along the distal pads is not heard");
@@ -131,11 +132,6 @@ const std::vector<MethodValue>& MethodValues() {
       {{"max_approaches", "the published hand closes where it first meets something", "3", "1"},
        [](bool improved, Options& o) {
          o.max_approaches = improved ? Options().max_approaches : 1;
-       }},
-      {{"hand.firm_from_deg", "with 90 no face is gripped with the strongest force at once", "20",
-        "90"},
-       [](bool improved, Options& o) {
-         o.firm_from_rad = improved ? Options().firm_from_rad : base::Deg(90.0);
        }}};
   return kValues;
 }

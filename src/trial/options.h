@@ -92,8 +92,9 @@ struct Options : grasp::DetectorOptions, grasp::MoverOptions {
   std::uint64_t seed = 1;  ///< of the experiment; for what is done once before all trials
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
-  /// Once the faces slide, kinetic friction does not hold them any more. 90 deg: never.
-  double firm_from_rad = 20.0 * base::kDeg;
+  /// Contact angle from which the first grip is the strongest one; 90 deg: never, as the
+  /// prosthesis, whose grip begins with one force and is raised by slips alone.
+  double firm_from_rad = 90.0 * base::kDeg;
   sim::AuditBounds audit;
 
   /// What systems read of the file (registry.h), each under a name of its own.

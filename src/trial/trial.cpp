@@ -57,6 +57,9 @@ ordered_json JsonOf(const sim::Audit& a) {
   return {{"penetration_p95_m", a.penetration_p95_m},
           {"penetration_max_m", a.penetration_max_m},
           {"penetration_share", a.penetration_share},
+          {"elsewhere_p95_m", a.elsewhere_p95_m},
+          {"elsewhere_max_m", a.elsewhere_max_m},
+          {"unrest_s", a.unrest_s},
           {"creep_m_s", a.creep_m_s},
           {"creep_rad_s", a.creep_rad_s},
           {"equality_share", a.equality_share},
@@ -65,6 +68,8 @@ ordered_json JsonOf(const sim::Audit& a) {
           {"tracking_error_rad", a.tracking_error_rad},
           {"energy_gain_j", a.energy_gain_J},
           {"warnings", a.warnings},
+          {"repeated_steps", a.repeated_steps},
+          {"unsolved_steps", a.unsolved_steps},
           {"failed", a.failed}};
 }
 

@@ -77,7 +77,9 @@ class AuditBound : public ::testing::Test {
       &AuditBounds::penetration_share, &AuditBounds::creep_m_s,
       &AuditBounds::equality_share,    &AuditBounds::energy_gain_m,
       &AuditBounds::drive_limit_s,     &AuditBounds::tracking_error_rad,
-      &AuditBounds::grip_share};
+      &AuditBounds::grip_share,        &AuditBounds::creep_rad_s,
+      &AuditBounds::unrest_s,          &AuditBounds::elsewhere_p95_m,
+      &AuditBounds::elsewhere_max_m};
 
   void Step(bool holding) {
     JointCommand command;
@@ -114,8 +116,7 @@ TEST_F(AuditBound, Penetration) {
   ExpectFailsBeyond("penetration_max_m", 1e-3, &AuditBounds::penetration_max_m);
 }
 
-// 0.1 mm along in 0.4 s, with a turn about a vertical axis through the contact: its patch of 5 mm
-// spins by 0.002 rad.
+// 0.1 mm along in 0.4 s, with a turn of 0.002 rad about the contact.
 TEST_F(AuditBound, Creep) {
   UnderTheThumb();
   Forward();
@@ -124,9 +125,9 @@ TEST_F(AuditBound, Creep) {
   world_.PlaceObject(
       0, base::MakePose(Eigen::AngleAxisd(0.002, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
                         {-0.2, 1e-4, 2.0 - 0.01 - 0.02 + 1e-4}));
-  audit_.EndRest();
-  ExpectFailsBeyond("creep_m_s", (1e-4 + 0.005 * 0.002) / 0.4, &AuditBounds::creep_m_s);
-  EXPECT_NEAR(audit_.Finish({}, true, true).creep_rad_s, 0.005, 1e-9);
+  audit_.EndRest(0.0);
+  ExpectFailsBeyond("creep_m_s", 1e-4 / 0.4, &AuditBounds::creep_m_s);
+  ExpectFailsBeyond("creep_rad_s", 0.005, &AuditBounds::creep_rad_s);
   EXPECT_EQ(audit_.Finish({}, true, false).failed, "");  // lost in the carry: nothing held
 }
 
@@ -143,21 +144,26 @@ TEST_F(AuditBound, CreepIsThatOfTheContacts) {
   const Eigen::Vector3d center(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4);
   world_.PlaceObject(0,
                      base::MakePose(turn.toRotationMatrix(), contact + turn * (center - contact)));
-  audit_.EndRest();
+  audit_.EndRest(0.0);
   EXPECT_LT(audit_.Finish({}, true, true).creep_m_s, 1e-4 * turn_rad / 0.4 + 1e-9);
   EXPECT_GT(audit_.Finish({}, true, true).creep_rad_s, 0.9 * turn_rad / 0.4);
 }
 
-TEST_F(AuditBound, CreepIsNoCreepWhereTheObjectSlides) {
+// What slid before does not count, what creeps after it does, as does the time that it slid.
+TEST_F(AuditBound, TheRestBeginsAnewWhereTheObjectSlides) {
   UnderTheThumb();
   Forward();
   audit_.BeginRest();
   world_.data()->time += 0.4;
-  audit_.RestStep(/*slides=*/true);
-  audit_.RestStep(/*slides=*/false);  // a slide that ended was one
-  Place(-0.2, 0.01, 1.97);
-  audit_.EndRest();
+  Place(-0.2, 0.01, 1.97 + 1e-4);
+  Forward();
+  EXPECT_EQ(audit_.RestStep(/*disturbed=*/true), 0.0);
+  world_.data()->time += 0.3;
+  EXPECT_NEAR(audit_.RestStep(/*disturbed=*/false), 0.3, 1e-12);
+  audit_.EndRest(/*unrest_s=*/0.4);
   EXPECT_EQ(audit_.Finish({}, true, true).failed, "");
+  ExpectFailsBeyond("unrest_s", 0.4, &AuditBounds::unrest_s);
+  EXPECT_EQ(audit_.Finish({.unrest_s = 0.1}, true, false).failed, "");
 }
 
 // The hand moves with the arm and the object with it: no creep.
@@ -168,7 +174,7 @@ TEST_F(AuditBound, CreepIsMeasuredInTheHand) {
   world_.data()->time += 0.4;
   world_.SetArm(Eigen::VectorXd::Constant(1, 0.1));
   Place(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4 + 0.1);
-  audit_.EndRest();
+  audit_.EndRest(0.0);
   EXPECT_NEAR(audit_.Finish({}, true, true).creep_m_s, 0.0, 1e-12);
 }
 
@@ -183,6 +189,23 @@ TEST_F(AuditBound, EqualityError) {
   EXPECT_EQ(audit_.Finish({}, false, false).failed, "");  // nothing was held
 }
 
+// The cube stands 3 mm in the table, then in the palm.
+TEST_F(AuditBound, PenetrationElsewhere) {
+  Place(0.0, 0.0, 0.02 - 0.003);
+  Forward();
+  Step(/*holding=*/false);
+  Place(0.0, 0.0, 2.0 - 0.05 - 0.02 + 0.004);
+  Forward();
+  Step(/*holding=*/false);
+  ExpectFailsBeyond("elsewhere_max_m", 0.003, &AuditBounds::elsewhere_max_m);
+  for (int i = 0; i < 98; ++i) {
+    Place(0.0, 0.0, 0.02 - (i < 5 ? 0.002 : 0.001));
+    Forward();
+    Step(/*holding=*/true);
+  }
+  ExpectFailsBeyond("elsewhere_p95_m", 0.002, &AuditBounds::elsewhere_p95_m);
+}
+
 // Lifted by 10 mm without a cause, and thrown at 1 m/s: m g h + m v^2 / 2.
 TEST_F(AuditBound, EnergyGained) {
   Forward();
@@ -194,10 +217,6 @@ TEST_F(AuditBound, EnergyGained) {
   Place(0.0, 0.0, 0.5);
   Forward();
   audit_.RestStep(false);  // the maximum stays
-  Place(0.0, 0.0, 5.0);
-  Forward();
-  audit_.RestStep(false, /*motor_moves=*/true);  // and is the hand's work from now on
-  audit_.RestStep(false);
   const double gain_J = kMass_kg * (base::kGravity * 0.01 + 0.5);
   EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, gain_J, 1e-9);
   AuditBounds bounds;
@@ -303,7 +322,7 @@ TEST_F(AuditBound, AFigureThatIsNoNumberIsOutOfBounds) {
   audit_.BeginRest();
   world_.data()->time += 0.4;
   Place(0.0, std::numeric_limits<double>::quiet_NaN(), 1.0);
-  audit_.EndRest();
+  audit_.EndRest(0.0);
   EXPECT_THAT(audit_.Finish({}, true, true).failed, StartsWith("creep_m_s nan"));
 }
 

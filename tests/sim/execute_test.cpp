@@ -17,12 +17,13 @@
 namespace rangegrasp::sim {
 namespace {
 
+using samples::Delivered;
 using samples::HandMadeGrasp;
 
 struct Case {
   const char* object;  ///< upright
   HandMadeGrasp grasp;
-  double first_grip_N = 40.0;
+  double first_grip_N = 20.0;
 };
 
 HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
@@ -35,18 +36,12 @@ HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
 
 const Case kBox{"dextrose", Grasp({0, 0, 0.100}, 10)};
 const Case kCylinder{"salt_cylinder", Grasp({0, 0, 0.085}, 10)};
-// With 40 N the cup turns on about its rim, by 0.3 deg/s.
-const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0), 50.0};
+// With 20 to 50 N, or with 100 N, the cup creeps about its rim, by 0.12 to 0.16 mm/s.
+const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0), 70.0};
 
 World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
-  const ObjectModel object = samples::RepositoryObject(setup.object);
-  World world(samples::Tabletop(), {object}, physics);
-  const auto poses = StableRestingPoses(object, 0.0);
-  const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
-  world.PlaceObject(0,
-                    base::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
-  EXPECT_TRUE(world.Settle());
-  return world;
+  return samples::StandingAlone(samples::Tabletop(), samples::RepositoryObject(setup.object),
+                                physics);
 }
 
 ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
@@ -58,11 +53,6 @@ ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
     return {};
   }
   return Execute(world, 0, *program, hand, {}, base::Rng(1));
-}
-
-bool Delivered(const ExecutionLog& log) {
-  return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
-         log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
 }
 
 class GoodGrasp : public ::testing::TestWithParam<const Case*> {};
@@ -221,7 +211,7 @@ TEST(BadGrasp, ALostObjectLeavesForceAndSlip) {
   slippery.glove_friction = 0.02;
   const ExecutionLog log = Try(kCylinder, slippery);
   ASSERT_FALSE(log.held_after_lift);
-  EXPECT_GE(log.grip_force_N, 40.0);
+  EXPECT_GT(log.grip_force_N, 20.0);
   EXPECT_GT(log.slips_heard, 0);
   EXPECT_GT(log.slip_in_hand_m, 0.005);
 }
@@ -234,7 +224,7 @@ TEST(SlipControl, WhatIsNotHeardRaisesNoForce) {
   slippery.glove_friction = 0.02;
   const ExecutionLog log = Try(kCylinder, slippery, deaf);
   EXPECT_EQ(log.slips_heard, 0);
-  EXPECT_DOUBLE_EQ(log.grip_force_N, 40.0);
+  EXPECT_DOUBLE_EQ(log.grip_force_N, 20.0);
 }
 
 // A sliding object obeys Coulomb; the hand answers with force.
@@ -248,6 +238,60 @@ TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
   EXPECT_TRUE(Delivered(with));
   EXPECT_GT(with.grip_force_N, 12.0);
   EXPECT_LT(with.slip_in_hand_m, without.slip_in_hand_m);
+}
+
+// Commands of the grip, step by step, by the stage that they are of.
+ExecutionObserver WatchForce(std::map<std::string, std::vector<double>>& forces_N) {
+  ExecutionObserver observer;
+  observer.frame_period_s = 0.002;
+  observer.on_moment = [](const std::string&, World&) {};
+  observer.on_state = [&](const ExecutionState& now) {
+    forces_N[now.stage].push_back(now.force_N);
+  };
+  return observer;
+}
+
+TEST(SlipControl, NeverCommandsMoreThanTheStrongestGrip) {
+  PhysicsOptions slippery;
+  slippery.glove_friction = 0.02;
+  World world = Arrange(kCylinder, slippery);
+  const auto program = samples::MakeProgram(world, kCylinder.grasp);
+  ASSERT_TRUE(program);
+  HandControlOptions hand;
+  hand.max_force_N = 65.0;  // not a number of slips away
+  std::map<std::string, std::vector<double>> forces_N;
+  Execute(world, 0, *program, hand, {}, base::Rng(1), WatchForce(forces_N));
+  ASSERT_FALSE(forces_N["lift"].empty());
+  EXPECT_DOUBLE_EQ(std::ranges::max(forces_N["lift"]), 65.0);
+}
+
+// The bottle slips in a grip of 12 N, which is raised and stays so while the bottle hangs; put back
+// onto the table it draws no longer.
+TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
+  const Case bottle{"cleaner", Grasp({0, 0, 0.215}, 10)};
+  World world = Arrange(bottle);
+  auto program = samples::MakeProgram(world, bottle.grasp);
+  ASSERT_TRUE(program);
+  program->carry = {};
+  program->lower = program->lift;
+  std::ranges::reverse(program->lower.positions);
+  const int stays = static_cast<int>(0.5 / program->lower.period_s);
+  program->lower.positions.insert(program->lower.positions.end(), stays,
+                                  program->lower.positions.back());
+  HandControlOptions gentle;
+  gentle.initial_force_N = 12.0;
+  std::map<std::string, std::vector<double>> forces_N;
+  const ExecutionLog log =
+      Execute(world, 0, *program, gentle, {}, base::Rng(1), WatchForce(forces_N));
+  EXPECT_TRUE(log.held_after_carry);
+  EXPECT_GT(log.grip_force_N, 12.0);
+  const std::vector<double>& put_down_N = forces_N["deliver"];
+  ASSERT_GT(put_down_N.size(), 1000u);
+  EXPECT_DOUBLE_EQ(put_down_N.front(), log.grip_force_N);
+  // The last states are of the open hand, which grips with nothing.
+  const auto open = std::ranges::find(put_down_N, 0.0);
+  ASSERT_NE(open, put_down_N.end());
+  EXPECT_DOUBLE_EQ(*(open - 1), 12.0);
 }
 
 // qpos, qvel and the log after a whole trial, as bytes.

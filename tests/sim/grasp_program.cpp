@@ -1,10 +1,13 @@
 #include "sim/grasp_program.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "base/rng.h"
 #include "base/units.h"
+#include "sim/resting_poses.h"
 
 namespace rangegrasp::sim::samples {
 namespace {
@@ -131,6 +134,22 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
     }
   }
   return std::nullopt;
+}
+
+World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,
+                    const PhysicsOptions& physics) {
+  World world(scene, {object}, physics);
+  const auto poses = StableRestingPoses(object, 0.0);
+  const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
+  world.PlaceObject(0,
+                    base::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
+  EXPECT_TRUE(world.Settle());
+  return world;
+}
+
+bool Delivered(const ExecutionLog& log) {
+  return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
+         log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
 }
 
 std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp) {

@@ -3,7 +3,9 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Dense>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/execute.h"
@@ -43,6 +45,12 @@ class TestArm {
 /// Reach from above, straight down, close, lift 0.2 m, to above the delivery place, down, release,
 /// up.
 std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp);
+
+/// An object alone, upright and at rest.
+World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,
+                    const PhysicsOptions& physics = {});
+/// Lifted, carried and put down, as a trial is judged.
+bool Delivered(const ExecutionLog& log);
 
 /// The same with a constant offset of the tool centre, for grasps that must fail.
 inline HandMadeGrasp Beside(HandMadeGrasp grasp, const Eigen::Vector3d& offset_W) {

@@ -7,7 +7,6 @@
 #include "hand_cell.h"
 #include "sim/execute.h"
 #include "sim/grasp_program.h"
-#include "sim/resting_poses.h"
 #include "sim/scene_files.h"
 
 namespace rangegrasp::sim {
@@ -32,19 +31,8 @@ samples::HandMadeGrasp GraspOf(const OwnHandCase& setup) {
 }
 
 World OwnHandArrange(const TempFolder& folder, const OwnHandCase& setup) {
-  const ObjectModel object = samples::RepositoryObject(setup.object);
-  World world(testing_support::WriteHandCell(folder, ExampleHand(setup.hand)), {object}, {});
-  const auto poses = StableRestingPoses(object, 0.0);
-  const RestingFace face = *FaceAtRest(poses, Eigen::Matrix3d::Identity())->face;
-  world.PlaceObject(0,
-                    base::MakePose(face.R_WO.toRotationMatrix(), {0, 0, face.height_m + 0.0002}));
-  EXPECT_TRUE(world.Settle());
-  return world;
-}
-
-bool OwnHandDelivered(const ExecutionLog& log) {
-  return log.held_after_lift && log.held_after_carry && log.lift_height_m > 0.1 && log.at_rest &&
-         log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
+  const auto scene = testing_support::WriteHandCell(folder, ExampleHand(setup.hand));
+  return samples::StandingAlone(scene, samples::RepositoryObject(setup.object));
 }
 
 class OwnHand : public ::testing::TestWithParam<OwnHandCase> {};
@@ -55,7 +43,7 @@ TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
   const auto program = samples::MakeProgram(world, GraspOf(GetParam()));
   ASSERT_TRUE(program);
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
-  EXPECT_TRUE(OwnHandDelivered(log));
+  EXPECT_TRUE(samples::Delivered(log));
   EXPECT_EQ(log.audit.failed, "");
   // What the pads feel is what was commanded: the drives' forces by the hand's own kinematics.
   // Fingertips that come on an arc and meet a round side askew lose a part to friction.

@@ -342,6 +342,8 @@ TEST(World, AStepThatDoesNotConvergeIsDoneAgain) {
   }
   EXPECT_EQ(model->opt.solver, mjSOL_NEWTON);
   EXPECT_EQ(world.WarningCount(), 0);
+  EXPECT_EQ(world.solver_counts().repeated, 1);
+  EXPECT_EQ(world.solver_counts().unsolved, 0);
 }
 
 }  // namespace

@@ -18,8 +18,6 @@ constexpr double kLever_m = 0.1;
 // Within half a degree, or 5 mm of a slide, a joint is at its range's end.
 constexpr double kNearEnd_rad = 0.0087;
 constexpr double kNearEnd_m = 0.005;
-// Of the patch that a fingertip touches with: the arm of its friction against spinning.
-constexpr double kPatch_m = 0.005;
 constexpr double kPercentile = 0.95;  // of penetration_p95_m
 
 // What the errors of each equality are shares of, before a ratchet narrows the ranges.
@@ -56,6 +54,7 @@ AuditRecorder::AuditRecorder(const World& world, const HandGeoms& hand, const Ar
       servo_(&servo),
       target_(target),
       warnings_before_(world.WarningCount()),
+      solver_before_(world.solver_counts()),
       levers_(LeversOf(world.model())),
       at_limit_(servo.joints().size(), 0) {}
 
@@ -94,6 +93,7 @@ void AuditRecorder::Step(bool holding, const JointCommand* free_motion) {
     const double error = servo_->TrackingError(world_->model(), world_->data(), *free_motion);
     audit_.tracking_error_rad = std::max(audit_.tracking_error_rad, error);
   }
+  elsewhere_.push_back(DeepestElsewhere(*world_, *hand_, target_));
   if (!holding) return;
   audit_.equality_share = std::max(audit_.equality_share, EqualityShare(world_->data(), levers_));
   const Touch touch = TouchOf(*world_, *hand_, target_);
@@ -104,7 +104,7 @@ void AuditRecorder::BeginRest() {
   rest_pose_ = PoseInHand(*world_, *hand_, target_);
   rest_start_s_ = world_->time_s();
   rest_energy_ = Energy();
-  slid_at_rest_ = motor_moved_ = false;
+  audit_.energy_gain_J = 0.0;
   rest_contacts_.clear();
   const base::Pose X_HW = BodyPose(world_->data(), hand_->body()).inverse();
   for (const ContactPoint& contact : ContactsOf(*world_, *hand_, target_)) {
@@ -125,14 +125,14 @@ double AuditRecorder::Thickness() const {
   return thickness_m;
 }
 
-void AuditRecorder::RestStep(bool slides, bool motor_moves) {
-  slid_at_rest_ = slid_at_rest_ || slides;
-  motor_moved_ = motor_moved_ || motor_moves;
-  if (motor_moved_) return;
+double AuditRecorder::RestStep(bool disturbed) {
+  if (disturbed) BeginRest();
   audit_.energy_gain_J = std::max(audit_.energy_gain_J, Energy() - rest_energy_);
+  return world_->time_s() - rest_start_s_;
 }
 
-void AuditRecorder::EndRest() {
+void AuditRecorder::EndRest(double unrest_s) {
+  audit_.unrest_s = unrest_s;
   const double rest_s = world_->time_s() - rest_start_s_;
   if (rest_s <= 0.0) return;
   const base::Pose X_HO = PoseInHand(*world_, *hand_, target_);
@@ -140,8 +140,7 @@ void AuditRecorder::EndRest() {
   audit_.creep_rad_s = turned.angle() / rest_s;
   for (const RestingContact& contact : rest_contacts_) {
     const double way_m = (X_HO * contact.point_O - contact.point_H).norm();
-    const double spin_rad = std::abs(turned.angle() * turned.axis().dot(contact.normal_H));
-    audit_.creep_m_s = std::max(audit_.creep_m_s, (way_m + kPatch_m * spin_rad) / rest_s);
+    audit_.creep_m_s = std::max(audit_.creep_m_s, way_m / rest_s);
     // std::max would drop what is no number.
     if (!std::isfinite(way_m)) audit_.creep_m_s = way_m;
   }
@@ -158,9 +157,19 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
     audit.penetration_p95_m = base::QuantileOf(penetration_, kPercentile);
     audit.penetration_max_m = *std::ranges::max_element(penetration_);
   }
+  if (!elsewhere_.empty()) {
+    audit.elsewhere_p95_m = base::QuantileOf(elsewhere_, kPercentile);
+    audit.elsewhere_max_m = *std::ranges::max_element(elsewhere_);
+  }
   if (thickness_m_ > 0.0) audit.penetration_share = audit.penetration_max_m / thickness_m_;
   audit.warnings = world_->WarningCount() - warnings_before_;
-  if (audit.warnings > 0) audit.failed = "engine warnings: " + world_->Warnings();
+  audit.repeated_steps = world_->solver_counts().repeated - solver_before_.repeated;
+  audit.unsolved_steps = world_->solver_counts().unsolved - solver_before_.unsolved;
+  if (audit.warnings > 0) {
+    audit.failed = "engine warnings: " + world_->Warnings();
+  } else if (audit.unsolved_steps > 0) {
+    audit.failed = fmt::format("unsolved_steps {} > 0", audit.unsolved_steps);
+  }
   if (!held_after_lift) return audit;
   // The first figure out of bounds; one that is no number is.
   const auto check = [&](const char* figure, double value, double bound) {
@@ -172,11 +181,16 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
   check("penetration_p95_m", audit.penetration_p95_m, bounds.penetration_p95_m);
   check("penetration_max_m", audit.penetration_max_m, bounds.penetration_max_m);
   check("penetration_share", audit.penetration_share, bounds.penetration_share);
+  check("elsewhere_p95_m", audit.elsewhere_p95_m, bounds.elsewhere_p95_m);
+  check("elsewhere_max_m", audit.elsewhere_max_m, bounds.elsewhere_max_m);
   check("equality_share", audit.equality_share, bounds.equality_share);
   check("grip_share", audit.grip_share, bounds.grip_share);
   const double weight_N = world_->ObjectMass(target_) * base::kGravity;
   check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N);
-  if (held_after_carry && !slid_at_rest_) check("creep_m_s", audit.creep_m_s, bounds.creep_m_s);
+  if (!held_after_carry) return audit;
+  check("unrest_s", audit.unrest_s, bounds.unrest_s);
+  check("creep_m_s", audit.creep_m_s, bounds.creep_m_s);
+  check("creep_rad_s", audit.creep_rad_s, bounds.creep_rad_s);
   return audit;
 }
 

@@ -26,9 +26,11 @@ class AuditRecorder {
   void Step(bool holding, const JointCommand* free_motion);
   /// The rest after the lift: creep and energy are taken between these two calls.
   void BeginRest();
-  /// @param motor_moves  the grip has changed since the rest began: energy no longer counts
-  void RestStep(bool slides, bool motor_moves = false);
-  void EndRest();
+  /// @param disturbed  a fingertip slides, or the grip changes: the rest begins anew
+  /// @return for how long it has lasted [s]
+  double RestStep(bool disturbed);
+  /// @param unrest_s  that went before
+  void EndRest(double unrest_s);
 
   /// At the end of a hold. @param felt_N  by the pads of the side pressed less
   void RecordGrip(double felt_N, double strongest_N);
@@ -53,14 +55,14 @@ class AuditRecorder {
   const ArmServo* servo_;
   int target_;
   int warnings_before_;
-  std::vector<double> penetration_;
+  SolverCounts solver_before_;
+  std::vector<double> penetration_, elsewhere_;  // by step
   Audit audit_;
   std::vector<double> levers_;  // by equality
   std::vector<char> at_limit_;  // by the arm's joints
   base::Pose rest_pose_ = base::Pose::Identity();
   std::vector<RestingContact> rest_contacts_;
   double thickness_m_ = 0.0, rest_start_s_ = 0.0, rest_energy_ = 0.0;
-  bool slid_at_rest_ = false, motor_moved_ = false;
 };
 
 }  // namespace rangegrasp::sim::internal

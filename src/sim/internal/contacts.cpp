@@ -53,6 +53,14 @@ double NormalForce(const mjModel* model, const mjData* data, int i) {
   return force[0];
 }
 
+Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i) {
+  mjtNum force[6] = {0};
+  mj_contactForce(model, data, i, force);
+  mjtNum force_W[3];
+  mju_mulMatTVec3(force_W, data->contact[i].frame, force);
+  return Vec3(force_W);
+}
+
 HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand")) {
   for (auto* of : {&hand_, &tip_, &thumb_, &pad_}) of->assign(model->ngeom, 0);
   for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips")) tip_[geom] = 1;
@@ -124,6 +132,23 @@ Touch TouchOf(const World& world, const HandGeoms& hand, int object) {
   return touch;
 }
 
+double DeepestElsewhere(const World& world, const HandGeoms& hand, int object) {
+  double deepest_m = 0.0;
+  const mjModel* model = world.model();
+  const auto is_held = [&](int geom) {
+    return hand.IsHand(geom) ||
+           model->body_rootid[model->geom_bodyid[geom]] == world.object_body(object);
+  };
+  for (int i = 0; i < world.data()->ncon; ++i) {
+    const mjContact& contact = world.data()->contact[i];
+    const bool of_hand = hand.IsHand(contact.geom[0]) || hand.IsHand(contact.geom[1]);
+    const bool of_grip = of_hand && is_held(contact.geom[0]) && is_held(contact.geom[1]);
+    if (contact.efc_address < 0 || of_grip) continue;
+    deepest_m = std::max(deepest_m, -contact.dist);
+  }
+  return deepest_m;
+}
+
 Glove::Glove(const World& world, const HandGeoms& hand, int target)
     : hand_(&hand),
       object_of_body_(world.model()->nbody, -1),
@@ -139,6 +164,7 @@ Glove::Glove(const World& world, const HandGeoms& hand, int target)
 
 void Glove::ReadContacts(const World& world) {
   for (Contact& contact : contacts_) contact = {.state = contact.state};
+  load_W_.setZero();
   const mjModel* model = world.model();
   const mjData* data = world.data();
   for (int i = 0; i < data->ncon; ++i) {
@@ -151,6 +177,7 @@ void Glove::ReadContacts(const World& world) {
       Contact& contact = ContactOf(part_of_[geom], object_of_body_[root]);
       contact.speed_m_s = std::max(contact.speed_m_s, SlipSpeed(model, data, met));
       contact.pressure_N += NormalForce(model, data, i);
+      load_W_ += (side == 1 ? 1.0 : -1.0) * ContactForce(model, data, i);
     }
   }
 }

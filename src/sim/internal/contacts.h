@@ -16,6 +16,8 @@ namespace rangegrasp::sim::internal {
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact);
 /// Normal force of contact number i [N].
 double NormalForce(const mjModel* model, const mjData* data, int i);
+/// With which contact number i presses its second geom, in W [N]; its first one the other way.
+Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i);
 
 /// The hand's collision geoms and what they are.
 class HandGeoms {
@@ -57,6 +59,8 @@ std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, 
 /// Sum of the normal forces of the hand's contacts with an object [N].
 double PressureOn(const World& world, const HandGeoms& hand, int object);
 Touch TouchOf(const World& world, const HandGeoms& hand, int object);
+/// Penetration of the deepest contact but for those of the hand with an object or with itself [m].
+double DeepestElsewhere(const World& world, const HandGeoms& hand, int object);
 
 /// The glove's friction: each of the hand's geoms has the static coefficient on what it touches
 /// until a contact with it slides, then the kinetic one until it sticks again, by the object's pair
@@ -71,6 +75,8 @@ class Glove {
   bool Slides() const { return slides_; }  ///< any fingertip on anything
   /// Of the fastest contact with a distal pad [m/s]; 0 where nothing touches one.
   double PadSpeed() const { return pad_speed_m_s_; }
+  /// Sum of the forces on the hand of all that it touches [N]: the grip's own balance each other.
+  const Eigen::Vector3d& Load_W() const { return load_W_; }
 
  private:
   // Of a geom of the hand with one object, or with the scene.
@@ -92,6 +98,7 @@ class Glove {
   std::vector<int> touched_;          // by the hand's geoms: the last one that was pressed
   bool slides_ = false;
   double pad_speed_m_s_ = 0.0;
+  Eigen::Vector3d load_W_ = Eigen::Vector3d::Zero();
 };
 
 /// What the distal pads' sensors hear: the speed of what slides along a pad, read with noise at a

@@ -14,20 +14,22 @@ namespace {
 // passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad.
 constexpr double kPositionRate_1_s = 25.0;
 constexpr double kLeastPositionGain_Nm_rad = 15.0;
-// While the hand moves, the motor's current is limited to this share of the first grip: what it
-// meets is shoved with 10 N, and not with what the motor has.
-constexpr double kMovingShare = 0.25;
 // What a side must press to feel it: a twentieth of the weakest grip. Larger shoves light objects
 // further before the grip.
 constexpr double kFelt_N = 0.5;
 // A motor that turns slowly for this long stalls: longer than the start takes.
 constexpr double kStallTime_s = 0.06;
-// The force rises from touch to the first grip of 40 N in 0.12 s. Faster is a blow.
+// The force rises from touch to the first grip of 20 N in 0.04 s, and returns to it as fast. Faster
+// is a blow.
 constexpr double kForceRate_N_s = 250.0;
 // The first grip stands this long before slip is listened to: closing itself slides.
 constexpr double kFirstGripHold_s = 0.05;
 // One detection of slip in this time at most, so that a force has time to act before the next.
 constexpr double kSlipPeriod_s = 0.04;
+// A load that pulls less is none: less than half of the lightest object's weight.
+constexpr double kNoLoad_N = 0.5;
+// And is gone when it has been none for this long; contacts chatter for less.
+constexpr double kLoadGone_s = 0.1;
 
 // A plain motor gets a servo that presses with the strongest grip at this share of its way from its
 // goal, and comes there in about so long.
@@ -128,14 +130,17 @@ double GripControl::Tick(const HandReading& reading) {
     case Mode::kClosing:
       return TickClosing(reading);
     case Mode::kGripping:
-      return TickGripping(reading.slips);
+      return TickGripping(reading);
     case Mode::kOpening:
       break;
   }
   return -MovingTorque(-reading.speed_rad_s);
 }
 
-double GripControl::moving_force_N() const { return kMovingShare * drive_.first_force_N; }
+// What a moving hand meets is shoved with the weakest grip, and not with what the motor has.
+double GripControl::moving_force_N() const {
+  return std::min(options_.min_force_N, drive_.first_force_N);
+}
 
 // Runs free at the closing speed, and stalls at the limit of the current.
 double GripControl::MovingTorque(double speed_rad_s) const {
@@ -150,7 +155,7 @@ double GripControl::TickClosing(const HandReading& reading) {
   if (both_sides || Stalls(reading.speed_rad_s)) {
     mode_ = Mode::kGripping;
     force_N_ = std::min(first_force_N_, moving_force_N());
-    gripping_s_ = since_slip_s_ = 0.0;
+    gripping_s_ = since_slip_s_ = unloaded_s_ = 0.0;
   }
   return MovingTorque(reading.speed_rad_s);
 }
@@ -160,17 +165,31 @@ bool GripControl::Stalls(double speed_rad_s) {
   return stalled_s_ > kStallTime_s;
 }
 
-double GripControl::TickGripping(bool slips) {
+bool GripControl::HearsSlip(const HandReading& reading) {
+  gripping_s_ += timestep_s_;
+  since_slip_s_ += timestep_s_;
+  if (!options_.slip_control || !reading.slips || !Gripping()) return false;
+  if (since_slip_s_ < kSlipPeriod_s) return false;
+  since_slip_s_ = unloaded_s_ = 0.0;
+  slipped_along_H_ = reading.load_H.normalized();
+  ++slips_heard_;
+  return true;
+}
+
+bool GripControl::LoadIsGone(const HandReading& reading) {
+  const bool draws = reading.slips || reading.load_H.dot(slipped_along_H_) > kNoLoad_N;
+  unloaded_s_ = draws ? 0.0 : unloaded_s_ + timestep_s_;
+  return unloaded_s_ > kLoadGone_s;
+}
+
+double GripControl::TickGripping(const HandReading& reading) {
+  const double step_N = kForceRate_N_s * timestep_s_;
   if (force_N_ < first_force_N_) {
-    force_N_ = std::min(first_force_N_, force_N_ + kForceRate_N_s * timestep_s_);
-  } else {
-    gripping_s_ += timestep_s_;
-    since_slip_s_ += timestep_s_;
-    if (options_.slip_control && slips && Gripping() && since_slip_s_ >= kSlipPeriod_s) {
-      force_N_ += options_.slip_gain_N;
-      ++slips_heard_;
-      since_slip_s_ = 0.0;
-    }
+    force_N_ = std::min(first_force_N_, force_N_ + step_N);
+  } else if (HearsSlip(reading)) {
+    force_N_ += options_.slip_gain_N;
+  } else if (LoadIsGone(reading)) {
+    force_N_ = std::max(first_force_N_, force_N_ - step_N);
   }
   force_N_ = std::clamp(force_N_, options_.min_force_N, drive_.max_force_N);
   return force_N_ * drive_.torque_per_force_Nm_N;
@@ -398,8 +417,9 @@ void HandController::RatchetJoints() {
   }
 }
 
-void HandController::Tick(bool slips) {
-  HandReading reading{Angle(), Speed(), 0.0, 0.0, slips};
+void HandController::Tick(bool slips, const Eigen::Vector3d& load_W) {
+  const base::Pose X_WH = internal::BodyPose(world_->data(), hand_->body());
+  HandReading reading{Angle(), Speed(), 0.0, 0.0, slips, X_WH.linear().transpose() * load_W};
   FeelPressure(reading);
   const bool gripped = control_.mode() == GripControl::Mode::kGripping;
   const double torque_Nm = control_.Tick(reading);

@@ -14,9 +14,7 @@ namespace rangegrasp::sim::internal {
 
 /// The drive of a hand: one motor.
 struct HandDrive {
-  /// Less than 40 N lets a smooth bottle of 0.8 kg slip (8 mm at 20 N), more tilts a cup that is
-  /// held by its rim (7 deg at 20 N, 14 at 40).
-  double first_force_N = 40.0;
+  double first_force_N = 20.0;  ///< of the prosthesis: its slip control begins there
   double max_force_N = 100.0;
   double torque_per_force_Nm_N = 0.135;  ///< of the motor, for a newton between the tips
   double damping_Nm_s = 6.1;             ///< of the motor, per rad/s; 0: it has none
@@ -25,17 +23,20 @@ struct HandDrive {
   double stall_speed_rad_s = 0.03;
 };
 
-/// What the real hand feels: of the driven joints, pressure on the pads, whether one hears a slide.
+/// What the real hand feels: of the driven joints, pressure on the pads, whether one hears a slide,
+/// the load that it holds.
 struct HandReading {
   double angle_rad = 0.0, speed_rad_s = 0.0;
   double thumb_N = 0.0, fingers_N = 0.0;
   bool slips = false;
+  Eigen::Vector3d load_H = Eigen::Vector3d::Zero();  ///< [N] in the hand's root frame
 };
 
 /// What the hand's motor does, from what the hand feels. Positive angles and torques close.
 /// Closing runs at the speed limit, with a limited current, until both sides feel pressure (or the
 /// motor stalls), then the force rises to the first grip; each slip felt after that adds to it, up
-/// to the largest force. The force stays until the hand opens.
+/// to the largest force. It returns to the first grip when the load is gone: when nothing slips and
+/// nothing draws any more to where the load drew when it last slipped.
 class GripControl {
  public:
   GripControl(const HandControlOptions& options, const HandDrive& drive, double timestep_s)
@@ -60,7 +61,9 @@ class GripControl {
  private:
   double MovingTorque(double speed_rad_s) const;
   double TickClosing(const HandReading& reading);
-  double TickGripping(bool slips);
+  double TickGripping(const HandReading& reading);
+  bool HearsSlip(const HandReading& reading);
+  bool LoadIsGone(const HandReading& reading);
   bool Stalls(double speed_rad_s);
 
   HandControlOptions options_;
@@ -69,7 +72,8 @@ class GripControl {
   Mode mode_ = Mode::kPreshape;
   double target_rad_ = 0.0, commanded_rad_ = 0.0;
   double force_N_ = 0.0, first_force_N_ = 0.0;
-  double stalled_s_ = 0.0, gripping_s_ = 0.0, since_slip_s_ = 0.0;
+  double stalled_s_ = 0.0, gripping_s_ = 0.0, since_slip_s_ = 0.0, unloaded_s_ = 0.0;
+  Eigen::Vector3d slipped_along_H_ = Eigen::Vector3d::Zero();  // unit: the load of the last slip
   int slips_heard_ = 0;
 };
 
@@ -147,7 +151,10 @@ class HandController {
   void Preshape(double gap_m);  ///< moves to the angle with at least this gap
   void Close(bool firm) { control_.Close(firm); }
   void Open();
-  void Tick(bool slips);  ///< once before each step. @param slips  what the pads hear
+  /// Once before each step.
+  /// @param slips  what the pads hear
+  /// @param load_W  sum of the forces of what the hand touches [N]
+  void Tick(bool slips, const Eigen::Vector3d& load_W);
 
   bool Preshaped() const;
   bool Gripping() const { return control_.Gripping(); }
