@@ -100,25 +100,5 @@ TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpac
   EXPECT_FALSE(plan().plan);
 }
 
-// A heap in a box in which no motion for the topmost object is free (found by its record's
-// `brushes` among the first trials of seed 101).
-TEST(Brushing, PushesNeighborsAsideOnlyWhereItMay) {
-  for (const bool may : {false, true}) {
-    const auto experiment = experiment::OpenExperiment(
-        RANGEGRASP_SOURCE_DIR "/experiments/laser_box.yaml",
-        {.set = {may ? "planning.brushing=true" : "planning.brushing=false"}});
-    const Cell& cell = CellOf(*experiment.task);
-    const TrialSpec spec{"sweets_half_cylinder", 0, TrialSeed(101, "sweets_half_cylinder", 0)};
-    const auto arranged = ArrangeTrial(cell, spec);
-    ASSERT_TRUE(arranged);
-    base::Rng rng(1);
-    const auto detection =
-        cell.detector->Detect(Look(cell, arranged->world, spec.seed).observation, rng).detection;
-    const grasp::Move move = cell.mover->Plan(detection, cell.robot.home, rng);
-    EXPECT_EQ(move.brushes, may);
-    EXPECT_EQ(move.plan.has_value(), may);
-  }
-}
-
 }  // namespace
 }  // namespace rangegrasp::trial
