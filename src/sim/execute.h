@@ -78,16 +78,17 @@ struct AuditBounds {
   /// force from 20 to 100 N in 0.5 s. What slides for longer, and stays in the hand, creeps.
   double unrest_s = 1.5;
   /// Of joints that are coupled, as a share of their range, of points that are joined, of 0.1 m:
-  /// 0.1 deg of 48, or 0.2 mm between the tips. Single objects reach 0.03 deg, a wall of 4 mm 0.06.
-  double equality_share = 0.002;
+  /// 0.14 deg of 48, or 0.3 mm between the tips. Single objects reach 0.03 deg, a pinched wall of
+  /// 4 mm 0.06; a jaw that drives two slides 0.002 of theirs.
+  double equality_share = 0.003;
   /// What the pads of the side pressed less feel, as a multiple of the strongest grip: a wedge, a
   /// cam or a dead point may hold some more than the motor gives, a real hand's gear would break.
   double grip_share = 3.0;
   /// Rise of the held object that its energy would pay for, while no motor moves: 0.3 mJ for 0.3
   /// kg.
   double energy_gain_m = 0.0001;
-  /// Time that drives of the arm may spend at their limits: half of what a lift takes.
-  double drive_limit_s = 1.0;
+  /// Time that drives of the arm may spend at their limits, where trials reach 0.03 s.
+  double drive_limit_s = 0.2;
   /// Of a joint behind its command where nothing may be in the way; a tool at 1 m is then 10 mm
   /// off, more than any clearance of the plans.
   double tracking_error_rad = 0.01;

@@ -79,11 +79,11 @@ void ShakeArm(Broken broken) {
   for (int i = 0; i < 7; ++i) model->actuator_biasprm[i * mjNBIAS + 2] = 0.0;
   std::fill_n(model->dof_damping, 7, 0.0);
 }
-// The shoulder's drive carries the box only just.
+// The wrist's drive carries the box only just.
 void WeakenArm(Broken broken) {
-  mjtNum* range = broken.world.model()->jnt_actfrcrange + 2 * 1;
-  range[0] = -4.0;
-  range[1] = 4.0;
+  mjtNum* range = broken.world.model()->jnt_actfrcrange + 2 * 5;
+  range[0] = -1.5;
+  range[1] = 1.5;
 }
 // The carry has a jump, as between two plans that do not meet.
 void Jump(Broken broken) {

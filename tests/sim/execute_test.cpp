@@ -68,7 +68,8 @@ TEST_P(GoodGrasp, DeliversWithinTheBoundsOfTheAudit) {
   EXPECT_GT(log.tracking_error_m, 0.0);
   EXPECT_GT(log.audit.penetration_max_m, 0.0);  // it was measured
   EXPECT_GE(log.grip_force_N, GetParam()->first_grip_N);
-  EXPECT_GT(log.felt_force_N, 5.0);  // the pads' sensors are on
+  // The pads' sensors are on; the fingers' other segments bear some of the 20 N.
+  EXPECT_GT(log.felt_force_N, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder, &kMugRim),
@@ -232,9 +233,11 @@ TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
   HandControlOptions gentle;
   gentle.initial_force_N = 12.0;
   const Case bottle{"cleaner", Grasp({0, 0, 0.215}, 10)};
-  const ExecutionLog with = Try(bottle, {}, gentle);
+  PhysicsOptions smooth;
+  smooth.glove_friction = 0.3;  // 12 N hold 7.2 N of 8
+  const ExecutionLog with = Try(bottle, smooth, gentle);
   gentle.slip_control = false;
-  const ExecutionLog without = Try(bottle, {}, gentle);
+  const ExecutionLog without = Try(bottle, smooth, gentle);
   EXPECT_TRUE(Delivered(with));
   EXPECT_GT(with.grip_force_N, 12.0);
   EXPECT_LT(with.slip_in_hand_m, without.slip_in_hand_m);
@@ -269,17 +272,23 @@ TEST(SlipControl, NeverCommandsMoreThanTheStrongestGrip) {
 // onto the table it draws no longer.
 TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
   const Case bottle{"cleaner", Grasp({0, 0, 0.215}, 10)};
-  World world = Arrange(bottle);
+  PhysicsOptions smooth;
+  smooth.glove_friction = 0.3;
+  HandControlOptions gentle;
+  gentle.initial_force_N = 12.0;
+  const double slip_m = Try(bottle, smooth, gentle).slip_in_hand_m;
+  World world = Arrange(bottle, smooth);
   auto program = samples::MakeProgram(world, bottle.grasp);
   ASSERT_TRUE(program);
   program->carry = {};
-  program->lower = program->lift;
-  std::ranges::reverse(program->lower.positions);
-  const int stays = static_cast<int>(0.5 / program->lower.period_s);
-  program->lower.positions.insert(program->lower.positions.end(), stays,
-                                  program->lower.positions.back());
-  HandControlOptions gentle;
-  gentle.initial_force_N = 12.0;
+  auto& way = program->lower.positions;
+  way.assign(program->lift.positions.rbegin(), program->lift.positions.rend());
+  samples::TestArm arm(world);
+  const auto height_m = [&](const Eigen::VectorXd& q) { return arm.HandPose(q).translation().z(); };
+  // The bottle then stands, pressed by 0.5 mm.
+  const double end_m = height_m(way.back()) + slip_m - 0.0005;
+  while (height_m(way.back()) < end_m) way.pop_back();
+  way.insert(way.end(), static_cast<std::size_t>(0.5 / program->lower.period_s), way.back());
   std::map<std::string, std::vector<double>> forces_N;
   const ExecutionLog log =
       Execute(world, 0, *program, gentle, {}, base::Rng(1), WatchForce(forces_N));
