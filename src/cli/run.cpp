@@ -102,6 +102,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
 // only if not all of the first fail in the same way. A run that is resumed after that goes on.
 Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& options) {
   e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
+  const experiment::FolderLock lock(folder);
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
   const auto before = Missing(cases, store).size();

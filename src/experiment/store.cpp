@@ -1,10 +1,16 @@
 #include "experiment/store.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <map>
 #include <ranges>
 
@@ -28,6 +34,7 @@ constexpr const char* kSchema = R"(
 )";
 constexpr const char* kFile = "results.sqlite";
 constexpr const char* kUnfinished = "results.sqlite.unfinished";  // of WriteWhole
+constexpr const char* kLock = "run.lock";
 // While a run writes a row at a time, every page that a row touches goes to the log.
 constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
 // What is written at once needs no log. A row holds about 3 KB: in pages of the default 4 KB each
@@ -39,6 +46,24 @@ constexpr std::array<std::pair<const char*, StampPart>, 3> kStampParts = {
     {{"identity", &Stamp::identity}, {"build", &Stamp::build}, {"data", &Stamp::data}}};
 // How long a reader or writer waits for the other's transaction.
 constexpr int kBusy_ms = 10000;
+
+[[noreturn]] void FailToLock(const fs::path& file, int why) {
+  throw base::RunError(fmt::format("{}: cannot be locked: {}", file.string(), std::strerror(why)));
+}
+
+// "process 4711 on host", for those who are refused.
+void WriteHolder(int descriptor) {
+  std::array<char, 256> host{};
+  gethostname(host.data(), host.size() - 1);
+  const std::string text = fmt::format("process {} on {}", getpid(), host.data());
+  if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text.data(), text.size(), 0) < 0) return;
+}
+
+std::string HolderIn(int descriptor) {
+  std::array<char, 512> text{};
+  const auto size = pread(descriptor, text.data(), text.size(), 0);
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
+}
 
 struct Database {
   fs::path file;
@@ -194,6 +219,38 @@ void AllowManyFiles() {
 }  // namespace
 
 struct Store::Impl : Database {};
+
+FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(getpid()) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  for (;;) {
+    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) return;  // Store::Create says what is wrong with the folder
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    if (fcntl(descriptor_, F_SETLK, &lock) != 0) {
+      const int why = errno;
+      const std::string holder = HolderIn(descriptor_);
+      close(descriptor_);
+      if (why != EACCES && why != EAGAIN) FailToLock(file_, why);
+      throw base::InputError(folder.string() + ": is being written to by " + holder +
+                             "; wait for it, or write elsewhere (--out DIR)");
+    }
+    // The one before may have removed the file between opening and locking.
+    struct stat opened {
+    }, named{};
+    fstat(descriptor_, &opened);
+    if (stat(file_.c_str(), &named) == 0 && named.st_ino == opened.st_ino) break;
+    close(descriptor_);
+  }
+  WriteHolder(descriptor_);
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ < 0) return;
+  if (getpid() == owner_) unlink(file_.c_str());
+  close(descriptor_);
+}
 
 Store::Store(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Store::~Store() = default;

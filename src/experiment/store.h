@@ -12,6 +12,24 @@
 
 namespace rangegrasp::experiment {
 
+/// A results folder that this process alone writes to, until the object or the process ends: a
+/// POSIX lock on its file `run.lock`, which NFS 4 passes on, too. Forked workers do not hold it.
+class FolderLock {
+ public:
+  /// Creates the folder where it is absent.
+  /// @throws base::InputError naming process and host that write to it; base::RunError if the file
+  /// system cannot lock. A folder that is not writable is left to Store::Create.
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::filesystem::path file_;
+  int descriptor_ = -1;
+  int owner_;  ///< process: a fork's copy does not unlock
+};
+
 /// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
 /// moment loses nothing that it had finished. One process writes; others may read meanwhile.
 /// @throws base::RunError for errors of the database (a full disk), base::InputError where the file

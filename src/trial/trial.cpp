@@ -130,10 +130,19 @@ std::size_t MeasuredSamples(const geometry::Observation& observation) {
   return static_cast<std::size_t>(count);
 }
 
-// What the log says of an execution that failed; may be empty.
+// What the log says of an execution that failed.
 std::string WhyOf(const sim::ExecutionLog& log) {
-  if (!log.audit.failed.empty() || log.stopped_by_contact.empty()) return log.audit.failed;
-  return "the drives felt something in the way, or fell behind, in: " +
+  if (!log.audit.failed.empty()) return log.audit.failed;
+  std::string why = fmt::format(
+      "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, {} slips were "
+      "felt",
+      log.lift_height_m * base::kMmPerM, log.slip_in_hand_m * base::kMmPerM,
+      base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
+  if (log.held_after_carry)
+    why = fmt::format("released {:.0f} mm from the delivery place",
+                      log.final_distance_m * base::kMmPerM);
+  if (log.stopped_by_contact.empty()) return why;
+  return why + "; the drives felt something in the way, or fell behind, in: " +
          base::Join(log.stopped_by_contact);
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <set>
 
 #include "base/error.h"
@@ -23,6 +24,7 @@ using testing::HasSubstr;
 using testing_support::ErrorOf;
 using testing_support::InChild;
 using testing_support::LimitFileSize;
+using testing_support::MessageOf;
 using testing_support::TempFolder;
 
 void ExpectSame(const std::vector<Record>& a, const std::vector<Record>& b) {
@@ -31,6 +33,33 @@ void ExpectSame(const std::vector<Record>& a, const std::vector<Record>& b) {
     EXPECT_EQ(Row(a[i]), Row(b[i]));
     EXPECT_EQ(a[i].result.seconds, b[i].result.seconds);
   }
+}
+
+TEST(FolderLock, RefusesASecondWriterWithTheHoldersNameUntilTheFirstEnds) {
+  const TempFolder folder;
+  const auto second = [&] { return MessageOf([&] { FolderLock lock(folder.path()); }); };
+  {
+    const FolderLock first(folder.path());
+    EXPECT_EQ(InChild([&] {
+                const std::string holder = "process " + std::to_string(getppid()) + " on ";
+                return second().find(holder) == std::string::npos ? 1 : 0;
+              }),
+              0);
+  }
+  EXPECT_EQ(InChild([&] { return second().empty() ? 0 : 1; }), 0);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+// A killed run leaves its file, and no lock.
+TEST(FolderLock, EndsWithItsProcess) {
+  const TempFolder folder;
+  EXPECT_EQ(InChild([&] {
+              FolderLock lock(folder.path());
+              return std::raise(SIGKILL);
+            }),
+            200 + SIGKILL);
+  EXPECT_TRUE(std::filesystem::exists(folder / "run.lock"));
+  EXPECT_EQ(MessageOf([&] { FolderLock lock(folder.path()); }), "");
 }
 
 TEST(Store, RoundTripsEveryFieldExactly) {
