@@ -41,9 +41,10 @@ Attempt TryByHandle(int index) {
   return attempt;
 }
 
-// Perception cuts the handle of this one off as an object of its own.
+// Of five cups whose handle is seen two are delivered; three turn in the hand by more than 0.1
+// deg/s while it rests, which the audit counts as creep.
 TEST(TakeByHandle, ACupIsTakenByIt) {
-  const Attempt attempt = TryByHandle(2);
+  const Attempt attempt = TryByHandle(5);
   EXPECT_EQ(attempt.outcome, Outcome::kDelivered);
   ASSERT_TRUE(attempt.grasp);
   EXPECT_EQ(attempt.grasp->name, "handle");
