@@ -62,10 +62,10 @@ struct AttemptOptions {
   sim::ExecutionObserver observer = {};       ///< has the moment "start", too, before the look
 };
 
-/// The verdict of the dissertation's words: "If objects cannot be separated because they are stacked
-/// on top of each other they are considered as one object. A grasp will disambiguate the situation"
-/// (chapter 5); detection is lower in a box "because of possible collisions of the hand with the
-/// box" (section 5.3). So the first object need not be the target alone.
+/// The verdict of the dissertation's words: "If objects cannot be separated because they are
+/// stacked on top of each other they are considered as one object. A grasp will disambiguate the
+/// situation" (chapter 5); detection is lower in a box "because of possible collisions of the hand
+/// with the box" (section 5.3). So the first object need not be the target alone.
 struct TextVerdict {
   /// A collision-free grasp of the first object, whose samples hold at least one of the target.
   bool detected = false;
@@ -134,9 +134,9 @@ std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec,
 /// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
 /// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
-/// blind, brushes, grasp_type, detected, text (detected, outcome, detail; TextVerdict), others_moved
-/// (by more than 5 mm), others_left_table, others_brought (to the delivery place), log (what the
-/// simulation measured, with the audit).
+/// blind, brushes, grasp_type, detected, text (detected, outcome, detail; TextVerdict),
+/// others_moved (by more than 5 mm), others_left_table, others_brought (to the delivery place), log
+/// (what the simulation measured, with the audit).
 /// @param detector  in place of the cell's, so that a viewer can look on; may be null
 /// @param seen  receives what each stage left; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
