@@ -47,10 +47,6 @@ constexpr std::array<std::pair<const char*, StampPart>, 3> kStampParts = {
 // How long a reader or writer waits for the other's transaction.
 constexpr int kBusy_ms = 10000;
 
-[[noreturn]] void FailToLock(const fs::path& file, int why) {
-  throw base::RunError(fmt::format("{}: cannot be locked: {}", file.string(), std::strerror(why)));
-}
-
 // "process 4711 on host", for those who are refused.
 void WriteHolder(int descriptor) {
   std::array<char, 256> host{};
@@ -232,13 +228,15 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(g
       const int why = errno;
       const std::string holder = HolderIn(descriptor_);
       close(descriptor_);
-      if (why != EACCES && why != EAGAIN) FailToLock(file_, why);
+      if (why != EACCES && why != EAGAIN) {
+        throw base::RunError(file_.string() + ": cannot be locked: " + std::strerror(why));
+      }
       throw base::InputError(folder.string() + ": is being written to by " + holder +
                              "; wait for it, or write elsewhere (--out DIR)");
     }
     // The one before may have removed the file between opening and locking.
-    struct stat opened {
-    }, named{};
+    struct stat opened {};
+    struct stat named {};
     fstat(descriptor_, &opened);
     if (stat(file_.c_str(), &named) == 0 && named.st_ino == opened.st_ino) break;
     close(descriptor_);

@@ -109,11 +109,14 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
   map.Finish();
 }
 
-template <typename Switches>
-void AddSwitches(const std::string& prefix, std::vector<MethodDifference>& keys) {
-  for (const auto& row : base::AdditionsTable<Switches>()) {
-    keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
-  }
+// Shows all structs of switches to `visit(prefix of their keys, switches)`.
+void VisitSwitches(Options& o, const auto& visit) {
+  visit("perception.", static_cast<perception::PreprocessAdditions&>(o.perception.preprocess));
+  visit("perception.", static_cast<perception::SegmentAdditions&>(o.perception.segment));
+  visit("perception.", static_cast<perception::FeatureAdditions&>(o.perception.features));
+  visit("grasp.", static_cast<grasp::GraspAdditions&>(o.grasp));
+  visit("planning.", static_cast<grasp::ObstacleAdditions&>(o.obstacles));
+  visit("planning.", static_cast<grasp::MoverAdditions&>(o));
 }
 
 // What the methods differ in that is no switch.
@@ -238,24 +241,19 @@ std::vector<base::Finding> FindingsOf(const Options& options) {
 
 void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
-  base::SwitchAll<perception::PreprocessAdditions>(on, options.perception.preprocess);
-  base::SwitchAll<perception::SegmentAdditions>(on, options.perception.segment);
-  base::SwitchAll<perception::FeatureAdditions>(on, options.perception.features);
-  base::SwitchAll<grasp::GraspAdditions>(on, options.grasp);
-  base::SwitchAll<grasp::ObstacleAdditions>(on, options.obstacles);
-  base::SwitchAll<grasp::MoverAdditions>(on, options);
+  VisitSwitches(options, [&](const char*, auto& switches) { base::SwitchAll(on, switches); });
   for (const MethodValue& value : MethodValues()) value.set(on, options);
   options.method = method;
 }
 
 std::vector<MethodDifference> MethodDifferences() {
   std::vector<MethodDifference> keys;
-  AddSwitches<perception::PreprocessAdditions>("perception.", keys);
-  AddSwitches<perception::SegmentAdditions>("perception.", keys);
-  AddSwitches<perception::FeatureAdditions>("perception.", keys);
-  AddSwitches<grasp::GraspAdditions>("grasp.", keys);
-  AddSwitches<grasp::ObstacleAdditions>("planning.", keys);
-  AddSwitches<grasp::MoverAdditions>("planning.", keys);
+  Options any;
+  VisitSwitches(any, [&](const std::string& prefix, const auto& switches) {
+    for (const auto& row : base::AdditionsTable<std::remove_cvref_t<decltype(switches)>>()) {
+      keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
+    }
+  });
   for (const MethodValue& value : MethodValues()) keys.push_back(value.key);
   return keys;
 }

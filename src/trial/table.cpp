@@ -76,8 +76,12 @@ std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   return published;
 }
 
-constexpr std::array<RowRate Row::*, 4> kRates = {&Row::detection, &Row::grasping,
-                                                  &Row::text_detection, &Row::text_grasping};
+// A row's rates, as CSV and JSON name them.
+constexpr std::array<std::pair<std::string_view, RowRate Row::*>, 4> kRates = {
+    {{"detection", &Row::detection},
+     {"grasp", &Row::grasping},
+     {"text_detection", &Row::text_detection},
+     {"text_grasp", &Row::text_grasping}}};
 
 void Add(bool success, Count& count) {
   ++count.n;
@@ -96,8 +100,7 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
   if (detected) Add(delivered, grasping.count);
 }
 
-void CountRecord(const Record& record, Row& row) {
-  const Data data = DataOf(record);
+void CountRecord(const Record& record, const Data& data, Row& row) {
   ++row.outcomes[record.result.outcome];
   CountTrial(data.value("detected", false), record.result.outcome == kDelivered, row.detection,
              row.grasping);
@@ -185,33 +188,39 @@ void ComparePooled(Table& table) {
   Compare(table.overall);
 }
 
-void CountOthers(const std::vector<Record>& records, Table& table) {
-  for (const Record& record : records) {
-    const Data data = DataOf(record);
-    const Data redraws = data.value("redraw_reasons", Data::object());
-    for (const auto& [reason, count] : redraws.items()) {
-      table.redraws[reason] += count.get<int>();
-    }
-    if (record.result.outcome != kDelivered) continue;
-    ++table.delivered;
-    table.moved_others += data.value("others_moved", 0) > 0 ? 1 : 0;
-    table.pushed_off += data.value("others_left_table", 0) > 0 ? 1 : 0;
-    table.brought_others += data.value("others_brought", 0) > 0 ? 1 : 0;
+void CountOthers(const Record& record, const Data& data, Table& table) {
+  const Data redraws = data.value("redraw_reasons", Data::object());
+  for (const auto& [reason, count] : redraws.items()) table.redraws[reason] += count.get<int>();
+  if (record.result.outcome != kDelivered) return;
+  table.moved_others += data.value("others_moved", 0) > 0 ? 1 : 0;
+  table.pushed_off += data.value("others_left_table", 0) > 0 ? 1 : 0;
+  table.brought_others += data.value("others_brought", 0) > 0 ? 1 : 0;
+}
+
+void RaiseAudit(const Data& data, std::map<std::string, double>& max) {
+  if (!data.contains("log") || !data["log"].contains("audit")) return;
+  for (const auto& [name, value] : data["log"]["audit"].items()) {
+    if (!value.is_number()) continue;
+    double& so_far = max.try_emplace(name, value.get<double>()).first->second;
+    so_far = std::max(so_far, value.get<double>());
   }
 }
 
-std::map<std::string, double> MaxAudit(const std::vector<Record>& records) {
-  std::map<std::string, double> max;
+// Reads the data of each record once: they are long, and a table may have a million.
+void CountRecords(const std::vector<Record>& records, Table& table) {
   for (const Record& record : records) {
-    const auto data = DataOf(record);
-    if (!data.contains("log") || !data["log"].contains("audit")) continue;
-    for (const auto& [name, value] : data["log"]["audit"].items()) {
-      if (!value.is_number()) continue;
-      double& so_far = max.try_emplace(name, value.get<double>()).first->second;
-      so_far = std::max(so_far, value.get<double>());
-    }
+    const Data data = DataOf(record);
+    const auto row = std::ranges::find(table.rows, record.which.group, &Row::object);
+    if (row != table.rows.end()) CountRecord(record, data, *row);
+    CountRecord(record, data, table.overall);
+    CountOthers(record, data, table);
+    RaiseAudit(data, table.audit_max);
   }
-  return max;
+}
+
+int DeliveredOf(const Table& table) {
+  const auto found = table.overall.outcomes.find(kDelivered);
+  return found == table.overall.outcomes.end() ? 0 : found->second;
 }
 
 // ---- the table as text, CSV and JSON ----
@@ -297,7 +306,7 @@ std::string OthersLine(const Table& table) {
   return fmt::format(
       "arrangements drawn again: {}; of {} delivered, {} moved other objects by more than 5 mm, {} "
       "pushed one off the table, {} brought one along",
-      table.redraws.empty() ? "none" : experiment::CountsText(table.redraws), table.delivered,
+      table.redraws.empty() ? "none" : experiment::CountsText(table.redraws), DeliveredOf(table),
       table.moved_others, table.pushed_off, table.brought_others);
 }
 
@@ -331,13 +340,11 @@ Grid CsvGridOf(const Table& table) {
   const auto add = [&](const std::string& title, RowRate Row::*of, const auto& value) {
     columns.push_back({title, ".4f", [=](const Row& row) { return value(row.*of); }});
   };
-  for (const auto& [name, of] : {std::pair{"detection", &Row::detection},
-                                 {"grasp", &Row::grasping},
-                                 {"text_detection", &Row::text_detection},
-                                 {"text_grasp", &Row::text_grasping}}) {
-    add(name + std::string("_rate"), of, [](const RowRate& rate) { return rate.rate; });
-    add(name + std::string("_low"), of, [](const RowRate& r) { return Interval(r.count).first; });
-    add(name + std::string("_high"), of, [](const RowRate& r) { return Interval(r.count).second; });
+  for (const auto& [word, of] : kRates) {
+    const std::string name(word);
+    add(name + "_rate", of, [](const RowRate& rate) { return rate.rate; });
+    add(name + "_low", of, [](const RowRate& r) { return Interval(r.count).first; });
+    add(name + "_high", of, [](const RowRate& r) { return Interval(r.count).second; });
   }
   const auto published = [](const RowRate& rate) { return rate.published; };
   add("published_detection_rate", &Row::text_detection, published);
@@ -390,15 +397,11 @@ ordered_json JsonOf(const Table& table) {
   ordered_json json = {{"rows", ordered_json::array()}};
   for (const Row& row : table.rows) json["rows"].push_back(RowJson(table, row));
   json["overall"] = RowJson(table, table.overall);
-  const Row& all = table.overall;
-  for (const auto& [name, rate] : {std::pair{"detection", &all.detection},
-                                   {"grasp", &all.grasping},
-                                   {"text_detection", &all.text_detection},
-                                   {"text_grasp", &all.text_grasping}}) {
-    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf(rate->count));
+  for (const auto& [name, of] : kRates) {
+    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf((table.overall.*of).count));
   }
   json["redraws"] = table.redraws;
-  json["others"] = {{"delivered", table.delivered},
+  json["others"] = {{"delivered", DeliveredOf(table)},
                     {"moved", table.moved_others},
                     {"pushed_off", table.pushed_off},
                     {"brought", table.brought_others}};
@@ -547,22 +550,19 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
     Row& row = table.rows.emplace_back();
     row.object = object;
     row.title = experiment::ValueOr(stamp.data, experiment::kTitlePrefix + object, "");
-    for (const Record& record : records) {
-      if (record.which.group == object) CountRecord(record, row);
-    }
-    for (RowRate Row::*of : kRates) (row.*of).rate = RateOf((row.*of).count);
+  }
+  CountRecords(records, table);
+  for (Row& row : table.rows) {
+    for (const auto& [name, of] : kRates) (row.*of).rate = RateOf((row.*of).count);
     AddPublished(published, row.title, row);
   }
   Row& overall = table.overall;
   overall.object = "overall";
   overall.title = "Overall";
-  for (const Record& record : records) CountRecord(record, overall);
-  for (RowRate Row::*of : kRates) (overall.*of).rate = MeanOf(table.rows, of);
+  for (const auto& [name, of] : kRates) (overall.*of).rate = MeanOf(table.rows, of);
   if (HasAllRows(published, table.rows)) AddPublished(published, "overall", overall);
   ComparePooled(table);
-  CountOthers(records, table);
   table.stage_seconds = experiment::StageTimes(records);
-  table.audit_max = MaxAudit(records);
   return table;
 }
 

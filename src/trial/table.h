@@ -42,8 +42,9 @@ struct Table {
   std::vector<Row> rows;
   Row overall;                         ///< rates: mean of the rows, as in the dissertation
   std::map<std::string, int> redraws;  ///< of arrangements, by reason
-  /// Of all delivered: those that moved other objects, pushed one off the table, brought one along.
-  int delivered = 0, moved_others = 0, pushed_off = 0, brought_others = 0;
+  /// Of overall.outcomes["delivered"]: those that moved other objects, pushed one off the table,
+  /// brought one along.
+  int moved_others = 0, pushed_off = 0, brought_others = 0;
   std::vector<experiment::StageTime> stage_seconds;
   std::map<std::string, double> audit_max;  ///< largest figure over all executed trials
   /// A row with a lower p-value is significantly below the published one: 0.05 over the number of

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <ranges>
-#include <tuple>
 
 #include "base/stopwatch.h"
 #include "base/words.h"
@@ -133,14 +132,15 @@ std::size_t MeasuredSamples(const geometry::Observation& observation) {
 // What the log says of an execution that failed.
 std::string WhyOf(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty()) return log.audit.failed;
-  std::string why = fmt::format(
-      "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, {} slips were "
-      "felt",
-      log.lift_height_m * base::kMmPerM, log.slip_in_hand_m * base::kMmPerM,
-      base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
-  if (log.held_after_carry)
-    why = fmt::format("released {:.0f} mm from the delivery place",
-                      log.final_distance_m * base::kMmPerM);
+  const std::string why =
+      log.held_after_carry
+          ? fmt::format("released {:.0f} mm from the delivery place",
+                        log.final_distance_m * base::kMmPerM)
+          : fmt::format(
+                "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, "
+                "{} slips were felt",
+                log.lift_height_m * base::kMmPerM, log.slip_in_hand_m * base::kMmPerM,
+                base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
   if (log.stopped_by_contact.empty()) return why;
   return why + "; the drives felt something in the way, or fell behind, in: " +
          base::Join(log.stopped_by_contact);
@@ -167,10 +167,11 @@ class AttemptRun {
     } catch (const std::exception& e) {
       End(Outcome::kCrashed, e.what());
     }
-    result_.text = {text_detected_, result_.outcome, result_.detail};
+    result_.text.outcome = result_.outcome;
+    result_.text.detail = result_.detail;
     if (undetected_) {
-      std::tie(result_.outcome, result_.stage, result_.detail) =
-          std::tie(undetected_->outcome, undetected_->stage, undetected_->detail);
+      Begin("perceive");
+      End(undetected_->outcome, undetected_->detail);
     }
     return std::move(result_);
   }
@@ -178,7 +179,7 @@ class AttemptRun {
  private:
   struct Ended {
     Outcome outcome;
-    std::string stage, detail;
+    std::string detail;
   };
 
   void End(Outcome outcome, const std::string& detail) {
@@ -279,7 +280,7 @@ class AttemptRun {
                                                         result_.detected.detection.grasps.size()));
       return false;
     }
-    text_detected_ = true;
+    result_.text.detected = true;
     result_.accepted = !undetected_;
     return true;
   }
@@ -298,7 +299,7 @@ class AttemptRun {
         fmt::format("share of the object {:f}, of the target {:f}", verdict.share_of_object,
                     verdict.share_of_target));
     if (!options_.by_text || verdict.share_of_object == 0.0) return false;
-    undetected_ = Ended{result_.outcome, result_.stage, result_.detail};
+    undetected_ = Ended{result_.outcome, result_.detail};
     return true;
   }
 
@@ -339,7 +340,6 @@ class AttemptRun {
   Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   std::optional<Ended> undetected_;        ///< how it ended by our own verdict, if it goes on
-  bool text_detected_ = false;
   Attempt result_;
 };
 

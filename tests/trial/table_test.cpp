@@ -101,7 +101,7 @@ TEST_F(TableTest, DeliveriesThatTouchedOtherObjectsAreCounted) {
       R"({"detected":true,"others_moved":2,"others_left_table":1,"others_brought":1})";
   results[1].result.data = R"({"detected":true,"others_moved":3})";  // dropped: not a delivery
   const Table table = BuildTable(stamp_, results);
-  EXPECT_EQ(table.delivered, 3);
+  EXPECT_EQ(table.overall.outcomes.at("delivered"), 3);
   EXPECT_EQ(table.moved_others, 1);
   EXPECT_EQ(table.pushed_off, 1);
   EXPECT_EQ(table.brought_others, 1);
