@@ -266,8 +266,7 @@ class Examination {
 };
 
 /// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis, the line
-/// through their axis points, the centre again on it. The circle's axis is the table's normal: that
-/// of one triple's plane is several degrees off and leaves the barrel after a few centimetres.
+/// through their axis points, the centre again on it.
 FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
                             const GivenCylinder& given) {
   const geometry::PointCloud& cloud = context.scene.cloud;
@@ -275,13 +274,15 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
   const Points rim_points = geometry::Select(cloud.points, rim.points);
   const double r = rim.circle_C.radius_m;
   const double distance_m = context.options.barrel.distance_m;
+  Line circle_axis{rim.circle_C.center, rim.circle_C.normal};
+  TurnUp(up, circle_axis);
   FoundCylinder found;
   AddRim(rim, found);
-  found.barrel = BarrelPoints(cloud.points, {rim.circle_C.center, up}, r,
-                              -given.height_m - distance_m, distance_m, distance_m);
-  const auto line = FitLine(AxisPoints(geometry::Select(cloud.points, found.barrel),
-                                       geometry::Select(cloud.normals, found.barrel), r));
-  Line axis = line.value_or(Line{rim.circle_C.center, up});
+  found.barrel = BarrelPoints(cloud.points, circle_axis, r, -given.height_m - distance_m,
+                              distance_m, distance_m);
+  Line axis = FitLine(AxisPoints(geometry::Select(cloud.points, found.barrel),
+                                 geometry::Select(cloud.normals, found.barrel), r))
+                  .value_or(circle_axis);
   TurnUp(up, axis);
   const Eigen::Vector3d c_m = CenterOnAxis(axis, rim_points, up).value_or(rim.circle_C.center);
   found.cylinder_C = {CenterOfGravity(c_m, axis.direction, given.height_m), axis.direction, r,
@@ -432,32 +433,46 @@ void FindCurvature(const Measured& measured, const KdTree& tree,
   scene.edges = PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
 }
 
-void FindFragments(const DetectOptions& options, CylinderScene& scene) {
-  Indices top;
-  std::set_union(scene.curved.begin(), scene.curved.end(), scene.edges.begin(), scene.edges.end(),
-                 std::back_inserter(top));
-  std::erase_if(top, [&](std::uint32_t i) {
+/// Leaves the points out whose normals are not those of a top.
+void KeepTops(const Measured& measured, const DetectOptions& options, const CylinderScene& scene,
+              Indices& points) {
+  const Eigen::Vector3d& up = scene.table.plane.normal;
+  const Eigen::Matrix3d R_CS =
+      SensorAxes(up, geometry::Centroid(measured.places_C) - geometry::Centroid(scene.points_C));
+  const double min_cosine = std::cos(options.curvature.max_tilt_rad);
+  std::erase_if(points, [&](std::uint32_t i) {
     const Eigen::Vector3d& n_C = scene.cloud.normals[i];
-    return options.table_gate
-               ? n_C.dot(scene.table.plane.normal) < std::cos(options.curvature.max_tilt_rad)
-               : !PassesSensorGate(options.R_CS.transpose() * n_C);
+    return options.table_gate ? n_C.dot(up) < min_cosine
+                              : !PassesSensorGate(R_CS.transpose() * n_C);
   });
+}
+
+/// As published all curvature points are segmented (section 4.2.3), and the top ones of each
+/// fragment are looked at (section 4.2.4); with table_gate only the top ones are segmented.
+void FindFragments(const Measured& measured, const DetectOptions& options, CylinderScene& scene) {
+  Indices curved;
+  std::set_union(scene.curved.begin(), scene.curved.end(), scene.edges.begin(), scene.edges.end(),
+                 std::back_inserter(curved));
+  if (options.table_gate) KeepTops(measured, options, scene, curved);
   FragmentOptions as_options = options.fragments;
   if (!options.wide_links) as_options.link = 0.0;
-  scene.fragments = Fragments(geometry::Select(scene.cloud.points, top), as_options);
+  scene.fragments = Fragments(geometry::Select(scene.cloud.points, curved), as_options);
   for (Indices& fragment : scene.fragments) {
-    for (auto& i : fragment) i = top[i];
+    for (auto& i : fragment) i = curved[i];
+    if (!options.table_gate) KeepTops(measured, options, scene, fragment);
   }
+  std::erase_if(scene.fragments, [&](const Indices& fragment) {
+    return fragment.size() < static_cast<std::size_t>(as_options.min_points);
+  });
 }
 
 void FindRims(const DetectOptions& options, base::Rng& rng, CylinderScene& scene) {
-  RandomCircleOptions as_options = options.circle;
-  if (!options.curve_distance) as_options.distance = CircleDistance::kSphere;
+  const auto distance = options.curve_distance ? CircleDistance::kCurve : CircleDistance::kSphere;
   for (const Indices& fragment : scene.fragments) {
     const Points points = geometry::Select(scene.cloud.points, fragment);
-    const auto fit = FitRandomCircle(points, as_options, rng);
+    const auto fit = FitRandomCircle(points, options.circle_draws, rng);
     if (!fit) continue;
-    const double share = ShareOn(*fit, points, as_options.distance, options.accept.rim_distance_m);
+    const double share = ShareOn(*fit, points, distance, options.accept.rim_distance_m);
     if (share > options.accept.min_rim_share) scene.rims.push_back({*fit, share, fragment});
   }
 }
@@ -472,10 +487,7 @@ void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylin
   for (std::size_t g = 0; g < given.size(); ++g) {
     const auto nearest = std::ranges::min_element(
         scene.rims, {}, [&](const Rim& rim) { return RadiusError(rim, given[g]); });
-    if (nearest == scene.rims.end() ||
-        RadiusError(*nearest, given[g]) > context.options.accept.max_rim_error_m) {
-      continue;
-    }
+    if (nearest == scene.rims.end()) continue;
     scene.cylinders.push_back(PublishedPose(context, *nearest, given[g]));
     scene.cylinders.back().given = g;
   }
@@ -548,6 +560,7 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
 DetectOptions AsPublished() {
   DetectOptions options;
   base::SwitchAll<DetectAdditions>(false, options);
+  options.curvature.line_step_m = 0.0;  // the adjacent samples (eq. 4.14)
   return options;
 }
 
@@ -593,7 +606,7 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   FindCurvature(measured, tree, neighbors, options, scene);
   scene.seconds.emplace_back("curvature", watch.Restart());
 
-  FindFragments(options, scene);
+  FindFragments(measured, options, scene);
   scene.seconds.emplace_back("segmentation", watch.Restart());
 
   FindRims(options, rng, scene);

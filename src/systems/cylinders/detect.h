@@ -105,14 +105,12 @@ struct DetectOptions : DetectAdditions {
   perception::SamplingOptions sampling;
   CurvatureOptions curvature;
   FragmentOptions fragments;
-  RandomCircleOptions circle{.draws = 100, .distance = CircleDistance::kCurve};
+  int circle_draws = 100;  ///< of triples (section 4.2.4)
   AcceptOptions accept;
   BarrelOptions barrel;
   BarrelSearchOptions search;
   /// The plane of no table (without robust_table) holds fewer of the points than this share.
   double min_table_share = 0.05;
-  /// The sensor's axes in the cloud's frame, for the gate as published.
-  Eigen::Matrix3d R_CS = Eigen::Matrix3d::Identity();
 };
 
 /// Every addition off.

@@ -160,21 +160,15 @@ geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepare
 RcfOptions RcfAsPrinted() {
   RcfOptions options;
   options.gate = RimGate::kSigned;
-  options.circle.distance = CircleDistance::kSphere;
   options.barrel_rounds = 1;
   options.circle_again = false;
   return options;
 }
 
-bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
-                const Eigen::Vector3d& to_eye, const RcfOptions& options) {
-  const double n_x = normal.dot(up);
-  if (options.gate == RimGate::kHalfway) {
-    const double tilt = std::acos(std::clamp(n_x, -1.0, 1.0));
-    return std::abs(tilt - base::Deg(45.0)) <= options.halfway_rad;
-  }
-  const Eigen::Vector3d y = to_eye.cross(up).stableNormalized();
-  return PassesSensorGate({n_x, normal.dot(y), normal.dot(up.cross(y))});
+bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options) {
+  if (options.gate == RimGate::kSigned) return PassesSensorGate(n_S);
+  const double tilt = std::acos(std::clamp(n_S.x(), -1.0, 1.0));
+  return std::abs(tilt - base::Deg(45.0)) <= options.halfway_rad;
 }
 
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
@@ -194,10 +188,10 @@ RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
 
 geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
                         const RcfOptions& options) {
+  const Eigen::Matrix3d R_CS = SensorAxes(input.up, input.eye - geometry::Centroid(input.points));
   geometry::Indices rim;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
-    if (prepared.curved[i] &&
-        PassesGate(prepared.normals[i], input.up, input.eye - input.points[i], options)) {
+    if (prepared.curved[i] && PassesGate(R_CS.transpose() * prepared.normals[i], options)) {
       rim.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -237,7 +231,7 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
                              const RcfOptions& options, base::Rng& rng) {
   Check(options);
   const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, options));
-  const auto drawn = FitRandomCircle(rim, options.circle, rng);
+  const auto drawn = FitRandomCircle(rim, options.draws, rng);
   if (!drawn) return std::nullopt;
   Circle circle = *drawn;
   Barrel barrel{{circle.center, circle.normal}, circle.radius_m};

@@ -96,10 +96,8 @@ struct RcfOptions {
   /// circle is then that of the rim and not that of a band within it.
   RimGate gate = RimGate::kHalfway;
   double halfway_rad = base::Deg(20.0);  ///< half of kHalfway's range about 45 deg
-  /// Its draws are the iterations of tables 4.3 and 4.4. A sphere passes through a rim wherever on
-  /// the axis its centre is, so that the printed distance leaves the radius open (kSphere).
-  RandomCircleOptions circle{100, CircleDistance::kCurve};
-  double tolerance_m = 0.002;  ///< > 0; of the barrel (section 4.2.4)
+  int draws = 100;                       ///< >= 1; the iterations of tables 4.3 and 4.4
+  double tolerance_m = 0.002;            ///< > 0; of the barrel (section 4.2.4)
   /// Times that the barrel is gathered and its axis fitted: 1 as printed, along the circle's
   /// normal, which a rim of r 10 mm gives to a few degrees: 2 mm at 30 mm from the rim.
   int barrel_rounds = 8;
@@ -120,10 +118,8 @@ struct RcfPreparation {
 /// @throws std::invalid_argument if an option is out of range or a point is not finite.
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
 
-/// Whether a normal is that of a "top curvature point", in a frame whose x axis is `up` and whose
-/// z axis points to the eye.
-bool PassesGate(const Eigen::Vector3d& normal, const Eigen::Vector3d& up,
-                const Eigen::Vector3d& to_eye, const RcfOptions& options);
+/// Whether a normal, in the frame of SensorAxes, is that of a "top curvature point".
+bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options);
 
 /// "Top curvature points": curved, and through the gate. Ascending.
 geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,

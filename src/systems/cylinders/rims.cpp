@@ -35,6 +35,13 @@ double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
   return lengths > 0.0 ? back.dot(ahead) / lengths : -1.0;
 }
 
+Eigen::Matrix3d SensorAxes(const Eigen::Vector3d& up, const Eigen::Vector3d& to_sensor) {
+  const Eigen::Vector3d y = to_sensor.cross(up).stableNormalized();
+  Eigen::Matrix3d axes;
+  axes << up, y, up.cross(y);
+  return axes;
+}
+
 std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
                                const CurvatureOptions& options,
                                const geometry::NeighborLists& known) {
@@ -150,11 +157,10 @@ double DistanceTo(const Circle& circle, const Eigen::Vector3d& p, CircleDistance
   return std::hypot(in_plane - circle.radius_m, off_plane);
 }
 
-double SumOfDistances(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
-                      double enough_m) {
+double SumOfDistances(const Circle& circle, geometry::PointSpan rim, double enough_m) {
   double sum_m = 0.0;
   for (const Eigen::Vector3d& p : rim) {
-    sum_m += DistanceTo(circle, p, distance);
+    sum_m += DistanceTo(circle, p, CircleDistance::kCurve);
     if (sum_m > enough_m) break;
   }
   return sum_m;
@@ -168,19 +174,18 @@ double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance dis
   return static_cast<double>(on) / static_cast<double>(rim.size());
 }
 
-std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, const RandomCircleOptions& options,
-                                      base::Rng& rng) {
-  if (options.draws < 1) throw std::invalid_argument("draws must be at least 1");
+std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng) {
+  if (draws < 1) throw std::invalid_argument("draws must be at least 1");
   if (rim.size() < 3) return std::nullopt;
   std::optional<Circle> best;
   double least_m = std::numeric_limits<double>::infinity();
-  for (int draw = 0; draw < options.draws; ++draw) {
+  for (int draw = 0; draw < draws; ++draw) {
     const std::size_t a = rng.Index(rim.size());
     const std::size_t b = rng.Index(rim.size());
     const std::size_t c = rng.Index(rim.size());
     const auto circle = CircleThrough(rim[a], rim[b], rim[c]);  // none where one is drawn twice
     if (!circle) continue;
-    const double sum_m = SumOfDistances(*circle, rim, options.distance, least_m);
+    const double sum_m = SumOfDistances(*circle, rim, least_m);
     if (best && !(sum_m < least_m)) continue;
     best = circle;
     least_m = sum_m;

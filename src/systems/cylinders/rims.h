@@ -21,6 +21,11 @@ namespace rangegrasp::cylinders {
 double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
                   const Eigen::Vector3d& after);
 
+/// The axes of the sensor's frame S, as columns, by the way up and the way to the sensor: x is up,
+/// as of the cylinder with v = (1, 0, 0) in section 4.4, z is level and towards the sensor. (With z
+/// away from it n_z of all that is seen were below 0, and n_x > n_z would ask nothing.)
+Eigen::Matrix3d SensorAxes(const Eigen::Vector3d& up, const Eigen::Vector3d& to_sensor);
+
 /// n_x > n_y and n_x > n_z of a normal in the sensor's frame (section 4.2.4). Neither component's
 /// size: a normal to -y passes for any n_x > 0, as printed.
 inline bool PassesSensorGate(const Eigen::Vector3d& n_S) {
@@ -115,31 +120,24 @@ std::optional<Circle> CircleThrough(const Eigen::Vector3d& a, const Eigen::Vecto
                                     const Eigen::Vector3d& c);
 
 enum class CircleDistance {
-  kSphere,  ///< | ||p - c_m|| - r |, as eq. 4.24 and 4.26 have it: from the sphere round the circle
-  kCurve,   ///< from the curve itself: what lies on the sphere but off the circle's plane is off
+  kSphere,  ///< | ||p - c_m|| - r | of eq. 4.26: from the sphere round the circle
+  kCurve,   ///< from the circumference: what lies on the sphere but off the circle's plane is off
 };
 /// Distance [m] of p from the circle.
 double DistanceTo(const Circle& circle, const Eigen::Vector3d& p, CircleDistance distance);
 
-/// d_j of eq. 4.24 [m]: the sum of all distances. The text's |r - p_c| is read as | r - ||p_c -
-/// c_m|| |, as eq. 4.26 writes it. Ends early with a value above `enough_m`.
-double SumOfDistances(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
-                      double enough_m);
+/// d_j of eq. 4.24 [m]: the sum of all points' distances "to the circumference". (The equation's
+/// |r - p_c| is a number less a point.) Ends early with a value above `enough_m`.
+double SumOfDistances(const Circle& circle, geometry::PointSpan rim, double enough_m);
 
 /// Share of the points for which eq. 4.26 holds; 0 if there are none.
 double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
                double tolerance_m);
 
-struct RandomCircleOptions {
-  int draws = 100;  ///< >= 1 (section 4.2.4)
-  CircleDistance distance = CircleDistance::kSphere;
-};
-
 /// Of drawn triples of the points the circle with the least sum of distances of all points (RCF,
 /// eq. 4.24, 4.25, section 4.2.4). O(draws n). Depends only on the arguments and the rng's state.
 /// @return nullopt if there are fewer than three points or no triple made a circle.
-/// @throws std::invalid_argument if draws < 1.
-std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, const RandomCircleOptions& options,
-                                      base::Rng& rng);
+/// @param draws  as published 100. @throws std::invalid_argument if < 1.
+std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng);
 
 }  // namespace rangegrasp::cylinders

@@ -132,15 +132,14 @@ TEST(LeastSquares, RefuseWhatIsNoCylinder) {
 const Eigen::Vector3d kAxis = Eigen::Vector3d::UnitX();
 
 TEST(Gate, AsPrintedComparesSigns) {
-  const Eigen::Vector3d to_eye(0.5, 0.0, 1.0);
   RcfOptions options = RcfAsPrinted();
-  // n_x = 0.1, n_y = -0.99, n_z = 0.05: the wall's outline.
-  const Eigen::Vector3d outline = Eigen::Vector3d(0.1, -0.99, 0.05).normalized();
-  EXPECT_TRUE(PassesGate(outline, kAxis, to_eye, options));
-  EXPECT_TRUE(PassesGate(kAxis, kAxis, to_eye, options));
+  // The wall's outline.
+  const Eigen::Vector3d outline_S = Eigen::Vector3d(0.1, -0.99, 0.05).normalized();
+  EXPECT_TRUE(PassesGate(outline_S, options));
+  EXPECT_TRUE(PassesGate(Eigen::Vector3d::UnitX(), options));
   options.gate = RimGate::kHalfway;
-  EXPECT_FALSE(PassesGate(kAxis, kAxis, to_eye, options));
-  EXPECT_TRUE(PassesGate(Eigen::Vector3d(1.0, 0.0, 1.0).normalized(), kAxis, to_eye, options));
+  EXPECT_FALSE(PassesGate(Eigen::Vector3d::UnitX(), options));
+  EXPECT_TRUE(PassesGate(Eigen::Vector3d(1.0, 0.0, 1.0).normalized(), options));
 }
 
 TEST(CircleOnAxis, OfExactPointsIsExactAndStepsOverOutliers) {

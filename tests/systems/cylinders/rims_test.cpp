@@ -167,6 +167,31 @@ TEST(Curvature, SensorGateIsThePublishedOne) {
   EXPECT_TRUE(PassesSensorGate({0.1, -0.99, 0.0}));
 }
 
+TEST(Curvature, SensorGatePassesTopsAndNearlyNothingOfAStandingBarrel) {
+  // Whatever the frame of the cloud: the axes go with the way up and the way to the sensor.
+  base::Rng rng(6);
+  for (int turn = 0; turn < 20; ++turn) {
+    const Vector3d up = RandomVector(rng).normalized();
+    const Vector3d level = up.unitOrthogonal();
+    const Vector3d side = up.cross(level);
+    const Eigen::Matrix3d R_CS = SensorAxes(up, level + 0.75 * up);
+    EXPECT_NEAR((R_CS.transpose() * R_CS - Eigen::Matrix3d::Identity()).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(R_CS.determinant(), 1.0, 1e-12);
+    const auto passes = [&](const Vector3d& n_C) {
+      return PassesSensorGate(R_CS.transpose() * n_C);
+    };
+    EXPECT_TRUE(passes(up));
+    int barrel = 0;
+    for (int degree = -89; degree <= 89; ++degree) {
+      const double angle = base::Deg(degree);  // from the way to the sensor: the visible half
+      const Vector3d out = std::cos(angle) * level + std::sin(angle) * side;
+      barrel += passes(out);
+      EXPECT_TRUE(passes((up + 0.9 * out).normalized())) << degree;
+    }
+    EXPECT_EQ(barrel, 0);
+  }
+}
+
 geometry::Points RandomPoints(int count, base::Rng& rng) {
   geometry::Points points;
   for (int i = 0; i < count; ++i) {
@@ -351,17 +376,16 @@ TEST(CylinderCircle, SumAndShareAreThoseOfTheEquations) {
   const Circle circle{Vector3d(0.1, 0.2, 0.3), Vector3d::UnitZ(), 0.03};
   const auto rim = Arc(circle.center, circle.normal, 0.03, 3.0, 200, 0.002, rng);
   double sum = 0.0;
-  int on = 0;
+  int on_sphere = 0;
   for (const Vector3d& p : rim) {
-    double squared = 0.0;
-    for (int k = 0; k < 3; ++k) squared += (p[k] - circle.center[k]) * (p[k] - circle.center[k]);
-    const double d = std::abs(0.03 - std::sqrt(squared));
-    sum += d;
-    if (d <= 0.002) ++on;
+    // The circle lies in z = 0.3.
+    const double level = std::hypot(p.x() - 0.1, p.y() - 0.2);
+    sum += std::hypot(level - 0.03, p.z() - 0.3);
+    on_sphere += std::abs(0.03 - std::hypot(level, p.z() - 0.3)) <= 0.002;
   }
-  EXPECT_NEAR(SumOfDistances(circle, rim, CircleDistance::kSphere, kNoLimit), sum, 1e-12);
-  EXPECT_GT(SumOfDistances(circle, rim, CircleDistance::kSphere, 0.5 * sum), 0.5 * sum);
-  EXPECT_DOUBLE_EQ(ShareOn(circle, rim, CircleDistance::kSphere, 0.002), on / 200.0);
+  EXPECT_NEAR(SumOfDistances(circle, rim, kNoLimit), sum, 1e-12);
+  EXPECT_GT(SumOfDistances(circle, rim, 0.5 * sum), 0.5 * sum);
+  EXPECT_DOUBLE_EQ(ShareOn(circle, rim, CircleDistance::kSphere, 0.002), on_sphere / 200.0);
   EXPECT_EQ(ShareOn(circle, {}, CircleDistance::kSphere, 0.002), 0.0);
 }
 
@@ -377,13 +401,13 @@ TEST(CylinderCircle, TheLeastSumOfAllDrawsWins) {
     const auto circle = CircleThrough(rim[a], rim[b], rim[c]);
     if (!circle) continue;
     double sum = 0.0;
-    for (const Vector3d& p : rim) sum += std::abs(circle->radius_m - (p - circle->center).norm());
+    for (const Vector3d& p : rim) sum += DistanceTo(*circle, p, CircleDistance::kCurve);
     least = std::min(least, sum);
   }
   base::Rng same(7);
-  const auto fit = FitRandomCircle(rim, {.draws = 100}, same);
+  const auto fit = FitRandomCircle(rim, 100, same);
   ASSERT_TRUE(fit);
-  EXPECT_DOUBLE_EQ(SumOfDistances(*fit, rim, CircleDistance::kSphere, kNoLimit), least);
+  EXPECT_DOUBLE_EQ(SumOfDistances(*fit, rim, kNoLimit), least);
 }
 
 TEST(CylinderCircle, FindsAnArcAmongOutliers) {
@@ -392,7 +416,7 @@ TEST(CylinderCircle, FindsAnArcAmongOutliers) {
     const Vector3d normal = RandomVector(rng).normalized();
     auto rim = Arc({0.5, -0.2, 0.9}, normal, 0.026, 3.5, 160, 0.0002, rng);
     for (int i = 0; i < 30; ++i) rim.push_back(Vector3d(0.5, -0.2, 0.9) + 0.03 * RandomVector(rng));
-    const auto fit = FitRandomCircle(rim, {.draws = 100, .distance = CircleDistance::kCurve}, rng);
+    const auto fit = FitRandomCircle(rim, 100, rng);
     ASSERT_TRUE(fit);
     // The best of some sixty clean triples; a typical one is off by about ten times the noise.
     EXPECT_NEAR(fit->radius_m, 0.026, 0.002);
@@ -402,12 +426,12 @@ TEST(CylinderCircle, FindsAnArcAmongOutliers) {
 
 TEST(CylinderCircle, NoCircleOfTooFewPointsOrOfALine) {
   base::Rng rng(1);
-  EXPECT_FALSE(FitRandomCircle({}, {}, rng));
+  EXPECT_FALSE(FitRandomCircle({}, 100, rng));
   const geometry::Points two = {{0, 0, 0}, {1, 0, 0}};
-  EXPECT_FALSE(FitRandomCircle(two, {}, rng));
+  EXPECT_FALSE(FitRandomCircle(two, 100, rng));
   const geometry::Points line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {4, 0, 0}};
-  EXPECT_FALSE(FitRandomCircle(line, {}, rng));
-  EXPECT_THROW(FitRandomCircle(line, {.draws = 0}, rng), std::invalid_argument);
+  EXPECT_FALSE(FitRandomCircle(line, 100, rng));
+  EXPECT_THROW(FitRandomCircle(line, 0, rng), std::invalid_argument);
 }
 
 }  // namespace

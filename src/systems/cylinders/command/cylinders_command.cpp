@@ -33,17 +33,10 @@ struct CylindersArguments : CloudArguments {
   bool as_published = false;
 };
 
-// "25.75,173" in mm.
 GivenCylinder ParseCylinder(const std::string& text) {
-  double radius_mm = 0.0;
-  double height_mm = 0.0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf%c", &radius_mm, &height_mm, &rest) != 2 ||
-      !std::isfinite(radius_mm + height_mm) || !(radius_mm > 0.0) || !(height_mm > 0.0)) {
-    throw base::InputError("--cylinder '" + text +
-                           "' must be RADIUS,HEIGHT in mm, both above 0, e.g. 25.75,173");
-  }
-  return {radius_mm * base::kMm, height_mm * base::kMm};
+  if (const auto given = cylinders::GivenFrom(text, ',')) return *given;
+  throw base::InputError("--cylinder '" + text +
+                         "' must be RADIUS,HEIGHT in mm, both above 0, e.g. 25.75,173");
 }
 
 std::string Name(const GivenCylinder& given, std::size_t index) {

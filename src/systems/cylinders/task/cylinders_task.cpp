@@ -105,7 +105,7 @@ ComparedFit Rcf(const FitInput& input, const Prepared& prepared, double neighbor
                 Method method, int iterations, std::uint64_t seed) {
   RcfOptions options = method == Method::kPrinted ? RcfAsPrinted() : RcfOptions{};
   options.neighborhood_m = neighborhood_m;
-  options.circle.draws = iterations;
+  options.draws = iterations;
   base::Rng rng(
       base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
   const base::Stopwatch watch;

@@ -67,8 +67,8 @@ struct ComparisonOptions {
 /// range image, which all methods are given; the group is its source.
 const experiment::TaskKind& CylindersTask();
 
-/// `task: cylinder_recall`: how often given cylinders are detected in clutter, on synthetic rays. A
-/// case is one table.
+/// `task: cylinder_recall`: how often given cylinders are detected in clutter, by the line scanner
+/// or on synthetic rays. A case is one table.
 const experiment::TaskKind& RecallTask();
 
 }  // namespace rangegrasp::cylinders

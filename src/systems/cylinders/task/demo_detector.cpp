@@ -19,21 +19,48 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-/// The published gate asks for the largest x of a top's normal: x of that sensor's frame is up.
-const Eigen::Matrix3d kPublishedAxes = (Eigen::Matrix3d() << 0, 0, -1, 0, 1, 0, 1, 0, 0).finished();
-
 }  // namespace
 
-GivenCylinder GivenFrom(const YamlMap& map, const std::string& text) {
-  const auto parts = base::Split(text, 'x');
-  if (parts.size() == 2) {
-    const auto radius_mm = base::NumberFrom<double>(parts[0]);
-    const auto height_mm = base::NumberFrom<double>(parts[1]);
-    if (radius_mm && height_mm && *radius_mm > 0.0 && *height_mm > 0.0) {
-      return {*radius_mm * kMm, *height_mm * kMm};
+std::optional<GivenCylinder> GivenFrom(const std::string& text, char between) {
+  const auto parts = base::Split(text, between);
+  if (parts.size() != 2) return std::nullopt;
+  const auto radius_mm = base::NumberFrom<double>(parts[0]);
+  const auto height_mm = base::NumberFrom<double>(parts[1]);
+  if (!radius_mm || !height_mm || !std::isfinite(*radius_mm + *height_mm)) return std::nullopt;
+  if (!(*radius_mm > 0.0) || !(*height_mm > 0.0)) return std::nullopt;
+  return GivenCylinder{*radius_mm * kMm, *height_mm * kMm};
+}
+
+void ReadGiven(YamlMap& map, TableOptions& options) {
+  std::vector<std::string> given;
+  map.Read("cylinders", given,
+           "the shapes that are given to the program, RADIUSxHEIGHT in mm, of `objects` in order");
+  for (const std::string& text : given) {
+    const auto one = GivenFrom(text, 'x');
+    if (!one) {
+      map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
     }
+    options.given.push_back(*one);
   }
-  map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
+}
+
+void ReadTable(YamlMap& map, const char* count, TableOptions& options) {
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", fmt::format("this task has `{}` in its place", count));
+  }
+  map.Require("cylinders");
+  options.grasping = trial::ReadOptions(map);
+  if (options.grasping.take != grasp::kAnywhere) {
+    map.Fail("grasp", "take: this task has no use for it, `task: grasping` has");
+  }
+  if (options.grasping.method == trial::MethodKind::kPublished) options.detection = AsPublished();
+  const std::size_t objects = options.grasping.objects.size();
+  if (options.given.size() != objects) {
+    map.Fail("cylinders",
+             fmt::format("names {} shapes, objects names {}", options.given.size(), objects));
+  }
+  // Each table has all of them.
+  options.grasping.clutter.always = options.grasping.objects;
 }
 
 DetectOptions FirstLook(const DemoOptions& options) {
@@ -56,10 +83,7 @@ DetectOptions SecondLook(const DemoOptions& options) {
 
 void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
   map.Read("runs", o.runs, 1, 100000, "runs; the given cylinders are wanted in turn");
-  std::vector<std::string> given;
-  map.Read("cylinders", given,
-           "the shapes that are given to the program, RADIUSxHEIGHT in mm, of `objects` in order");
-  for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
+  ReadGiven(map, o);
   auto keys = map.Child("demo", "from the detected cylinder to the person");
   keys.Read("delivery", o.delivery, "what becomes of the cylinder at the end");
   keys.Read("max_tries", o.max_tries, 1, 20,
@@ -74,28 +98,14 @@ void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
 
 DemoOptions ReadDemo(YamlMap& map) {
   DemoOptions options;
-  if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "a demo has `runs` in its place");
-  }
-  map.Require("cylinders");
-  ReadDemoKeys(map, options);
-  options.grasping = trial::ReadOptions(map);
-  if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: cylinder_demo` has no use for it, `task: grasping` has");
-  }
-  if (options.grasping.method == trial::MethodKind::kPublished) {
-    options.detection = AsPublished();
-    options.detection.R_CS = kPublishedAxes;
+  trial::MethodKind method = options.grasping.method;
+  map.Read("method", method);
+  if (method == trial::MethodKind::kPublished) {
     base::SwitchAll<DemoAdditions>(false, options);
     options.max_tries = 1;
   }
-  const std::size_t objects = options.grasping.objects.size();
-  if (options.given.size() != objects) {
-    map.Fail("cylinders",
-             fmt::format("names {} shapes, objects names {}", options.given.size(), objects));
-  }
-  // Each run has all of them on the table.
-  options.grasping.clutter.always = options.grasping.objects;
+  ReadDemoKeys(map, options);
+  ReadTable(map, "runs", options);
   return options;
 }
 

@@ -49,13 +49,17 @@ constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdd
 }
 static_assert(base::AllAdditionsListed<DemoAdditions>());
 
-struct DemoOptions : DemoAdditions {
+/// Tables with given cylinders among other objects, and how the cylinders are looked for.
+struct TableOptions {
   trial::Options grasping;
-  int runs = 50;
   std::vector<GivenCylinder> given;  ///< of `objects` in their order
+  DetectOptions detection;
+};
+
+struct DemoOptions : DemoAdditions, TableOptions {
+  int runs = 50;
   Delivery delivery = Delivery::kHandOver;
   int max_tries = 3;  ///< as published 1
-  DetectOptions detection;
   /// Of the thorough detection: a barrel that shows a fiftieth of the points is drawn 12 times, and
   /// boxes' faces, which are the first candidates, do not use up all that are examined.
   int lying_draws = 600;
@@ -73,8 +77,15 @@ struct DemoOptions : DemoAdditions {
   trial::HandOverOptions hand_over;
 };
 
-/// A value of the key `cylinders`: "RADIUSxHEIGHT" in mm. @throws base::InputError
-GivenCylinder GivenFrom(const base::YamlMap& map, const std::string& text);
+/// "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if the text is neither, or one is not above 0.
+std::optional<GivenCylinder> GivenFrom(const std::string& text, char between);
+
+/// The key `cylinders`. @throws base::InputError
+void ReadGiven(base::YamlMap& map, TableOptions& options);
+/// The keys that a table shares with grasping, to the end of the map.
+/// @param count  the key in place of `trials_per_object`
+/// @throws base::InputError
+void ReadTable(base::YamlMap& map, const char* count, TableOptions& options);
 
 /// How the cylinders are looked for at first, and again if the wanted one was not found.
 DetectOptions FirstLook(const DemoOptions& options);

@@ -135,7 +135,9 @@ void AddTries(const std::vector<Try>& tries, ordered_json& data) {
   int moved = 0;
   int left_table = 0;
   for (const Try& one : tries) {
-    data["tries"].push_back({{"outcome", one.outcome}, {"found", one.found}});
+    data["tries"].push_back({{"outcome", one.outcome},
+                             {"found", one.found},
+                             {"others_moved", one.attempt.others.moved}});
     moved = std::max(moved, one.attempt.others.moved);
     left_table = std::max(left_table, one.attempt.others.left_table);
   }

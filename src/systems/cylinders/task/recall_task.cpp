@@ -17,6 +17,9 @@
 #include "cylinders/task/demo_detector.h"
 #include "cylinders/task/tabletop_scan.h"
 #include "experiment/statistics.h"
+#include "sim/world.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -26,27 +29,37 @@ using experiment::Column;
 using experiment::Result;
 using nlohmann::ordered_json;
 
-struct RecallOptions {
-  std::vector<GivenCylinder> given;
-  int scenes = 500;
+struct RecallOptions : TableOptions {
+  Source source = Source::kScanned;
+  int scenes = 200;
   int samples = 220;
   double noise_m = 0.0003;
-  bool as_published = false;
 };
 
 /// The outcome of a scene.
 constexpr const char* kScored = "scored";
+/// Stamp::data.
+constexpr const char* kSource = "source";
 
-// ---- scenes ----
+// ---- synthetic scenes ----
 
 struct Truth {
   std::size_t given = 0;
   Cylinder cylinder;
+  bool seen = false;
 };
 
 struct Clutter {
   samples::Tabletop tabletop;
   std::vector<Truth> given;
+};
+
+/// A table, what was measured of it, and what is on it.
+struct Table {
+  geometry::Observation observation;
+  std::optional<perception::Workspace> workspace;
+  std::vector<Truth> given;
+  std::vector<Cylinder> cylinders;  ///< all, the given ones among them
 };
 
 /// Places things on the table by the circles about their outlines.
@@ -107,7 +120,7 @@ void AddGiven(const std::vector<GivenCylinder>& given, std::size_t which, base::
   const Cylinder cylinder = lies ? samples::Lying(at->x(), at->y(), turn, r, h)
                                  : samples::Standing(at->x(), at->y(), r, h);
   clutter.tabletop.cylinders.push_back(cylinder);
-  clutter.given.push_back({which, cylinder});
+  clutter.given.push_back({.given = which, .cylinder = cylinder});
 }
 
 void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
@@ -153,6 +166,71 @@ Clutter DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
   return clutter;
 }
 
+/// A quarter of the rays to it end on it, and 200 do.
+bool IsSeen(std::size_t on, std::size_t all) {
+  constexpr double kMinShare = 0.25;
+  constexpr std::size_t kMinRays = 200;
+  return static_cast<double>(on) >= kMinShare * static_cast<double>(all) && on > kMinRays;
+}
+
+ViewCounts RaysTo(const Cylinder& cylinder, const geometry::RangeImage& image) {
+  constexpr double kTolerance_m = 0.003;
+  const geometry::Points points = geometry::ToCloud(image).points;
+  const geometry::Indices place_of(points.size(), 0);
+  return CompareWithView({points, image.origins_C, place_of}, cylinder, kTolerance_m);
+}
+
+Table SyntheticTable(const RecallOptions& options, base::Rng& rng) {
+  Clutter clutter = DrawClutter(options.given, rng);
+  samples::Sensor sensor;
+  sensor.noise_m = options.source == Source::kPerfect ? 0.0 : options.noise_m;
+  sensor.profiles = sensor.samples = options.samples;
+  Table table{.observation = samples::Scan(clutter.tabletop, sensor, rng),
+              .workspace = std::nullopt,
+              .given = std::move(clutter.given),
+              .cylinders = std::move(clutter.tabletop.cylinders)};
+  for (Truth& truth : table.given) {
+    const auto counts = RaysTo(truth.cylinder, table.observation.views.front().image);
+    truth.seen = IsSeen(counts.on, counts.All());
+  }
+  return table;
+}
+
+// ---- scanned scenes ----
+
+/// The cylinder that an object of the world is; its origin is its middle and z its axis.
+Cylinder CylinderOf(const sim::World& world, int object, const GivenCylinder& given) {
+  const base::Pose X_WO = world.ObjectPose(object);
+  return {X_WO.translation(), X_WO.linear().col(2), given.radius_m, given.height_m};
+}
+
+/// Which rays end on a given one say their labels: the robot's calibration is off by millimetres.
+Table ScannedTable(const RecallOptions& options, const trial::Cell& cell, const sim::World& world,
+                   std::uint64_t seed) {
+  const trial::Sensed sensed = trial::Look(cell, world, seed);
+  Table table{.observation = sensed.observation,
+              .workspace = trial::WorkspaceOf(cell.robot, options.grasping.workspace_margin_m),
+              .given = {},
+              .cylinders = {}};
+  const sensing::ScanTruth& truth = sensed.truth.front();
+  const geometry::RangeImage& image = table.observation.views.front().image;
+  for (int object = 0; object < world.objects(); ++object) {
+    const auto& names = options.grasping.objects;
+    const auto name = std::ranges::find(names, world.object_name(object));
+    if (name == names.end()) continue;
+    const auto which = static_cast<std::size_t>(name - names.begin());
+    const Cylinder cylinder = CylinderOf(world, object, options.given[which]);
+    const auto label = static_cast<std::uint32_t>(object) + 1;  // sim::VisualMesh
+    std::size_t on = 0;
+    for (std::size_t i = 0; i < truth.label.size(); ++i) {
+      on += truth.label[i] == label && image.points_C[i].allFinite();
+    }
+    table.given.push_back({which, cylinder, IsSeen(on, RaysTo(cylinder, image).All())});
+    table.cylinders.push_back(cylinder);
+  }
+  return table;
+}
+
 // ---- verdicts ----
 
 enum class Verdict {
@@ -182,18 +260,6 @@ bool IsTwin(const Cylinder& other, const GivenCylinder& given) {
          std::abs(other.height_m - given.height_m) < kHeight_m;
 }
 
-/// A quarter of the rays to it end on it, and 200 do.
-bool IsSeen(const CylinderScene& scene, const Eigen::Vector3d& origin, const Cylinder& truth) {
-  constexpr double kTolerance_m = 0.003;
-  constexpr double kMinShare = 0.25;
-  constexpr std::size_t kMinRays = 200;
-  const geometry::Indices place_of(scene.points_C.size(), 0);
-  const auto counts =
-      CompareWithView({scene.points_C, {&origin, 1}, place_of}, truth, kTolerance_m);
-  return static_cast<double>(counts.on) >= kMinShare * static_cast<double>(counts.All()) &&
-         counts.on > kMinRays;
-}
-
 ordered_json Scored(Verdict verdict, std::size_t given, const Cylinder* truth,
                     const FoundCylinder* found) {
   ordered_json json = {{"verdict", base::Word(verdict)}, {"given", given + 1}};
@@ -216,11 +282,11 @@ ordered_json Scored(Verdict verdict, std::size_t given, const Cylinder* truth,
   return json;
 }
 
-ordered_json Score(const Clutter& clutter, const std::vector<GivenCylinder>& given,
-                   const CylinderScene& scene, const Eigen::Vector3d& origin) {
+ordered_json Score(const Table& table, const std::vector<GivenCylinder>& given,
+                   const CylinderScene& scene) {
   ordered_json list = ordered_json::array();
   std::vector<bool> used(scene.cylinders.size(), false);
-  for (const auto& [which, truth] : clutter.given) {
+  for (const auto& [which, truth, seen] : table.given) {
     const FoundCylinder* match = nullptr;
     for (std::size_t i = 0; i < used.size() && !match; ++i) {
       const auto& found = scene.cylinders[i];
@@ -228,15 +294,13 @@ ordered_json Score(const Clutter& clutter, const std::vector<GivenCylinder>& giv
       used[i] = true;
       match = &found;
     }
-    const Verdict verdict = !IsSeen(scene, origin, truth) ? Verdict::kHidden
-                            : match                       ? Verdict::kFound
-                                                          : Verdict::kMissed;
+    const Verdict verdict = !seen ? Verdict::kHidden : match ? Verdict::kFound : Verdict::kMissed;
     list.push_back(Scored(verdict, which, &truth, match));
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i]) continue;
     const auto& found = scene.cylinders[i];
-    const bool twin = std::ranges::any_of(clutter.tabletop.cylinders, [&](const Cylinder& other) {
+    const bool twin = std::ranges::any_of(table.cylinders, [&](const Cylinder& other) {
       return IsTwin(other, given[found.given]) && IsThere(found.cylinder_C, other);
     });
     list.push_back(Scored(twin ? Verdict::kTwin : Verdict::kFalse, found.given, nullptr, &found));
@@ -250,7 +314,9 @@ ordered_json Score(const Clutter& clutter, const std::vector<GivenCylinder>& giv
 class RecallExperiment : public experiment::Task {
  public:
   RecallExperiment(RecallOptions options, std::uint64_t seed)
-      : options_(std::move(options)), seed_(seed) {}
+      : options_(std::move(options)), seed_(seed) {
+    if (options_.source == Source::kScanned) cell_.emplace(options_.grasping);
+  }
 
   std::vector<Case> Cases() const override {
     std::vector<Case> cases;
@@ -265,40 +331,50 @@ class RecallExperiment : public experiment::Task {
 
   Result Run(const Case& which) const override {
     base::Rng rng(which.seed);
-    const Clutter clutter = DrawClutter(options_.given, rng);
-    samples::Sensor sensor;
-    sensor.noise_m = options_.noise_m;
-    sensor.profiles = sensor.samples = options_.samples;
-    const auto observation = samples::Scan(clutter.tabletop, sensor, rng);
+    if (!cell_) return Detected(SyntheticTable(options_, rng));
+    const auto index = static_cast<std::size_t>(which.params.Int("scene"));
+    const auto& objects = options_.grasping.objects;
+    trial::Redraws redraws;
+    const auto arranged = trial::ArrangeTrial(
+        *cell_, {objects[index % objects.size()], static_cast<int>(index), which.seed}, redraws);
+    if (!arranged) return trial::NoArrangement(redraws);
+    return Detected(ScannedTable(options_, *cell_, arranged->world, which.seed));
+  }
+
+  void AddTo(experiment::Stamp& stamp) const override {
+    if (cell_) trial::AddModelsTo(cell_->options, stamp);
+    stamp.data[kSource] = base::Word(options_.source);
+  }
+
+ private:
+  Result Detected(const Table& table) const {
     base::Rng draws(base::DeriveSeed(seed_, "d"));
-    const auto scene =
-        DetectCylinders(observation, options_.given,
-                        options_.as_published ? AsPublished() : DetectOptions{}, draws);
-    const ordered_json data = {{"cylinders", Score(clutter, options_.given, scene, sensor.origin)}};
+    const auto scene = DetectCylinders(table.observation, options_.given, options_.detection, draws,
+                                       table.workspace);
+    const ordered_json data = {{"cylinders", Score(table, options_.given, scene)}};
     return {kScored, "detect", "", data.dump(), scene.seconds};
   }
 
-  void AddTo(experiment::Stamp&) const override {}
-
- private:
   RecallOptions options_;
   std::uint64_t seed_;
+  std::optional<trial::Cell> cell_;  ///< of scanned tables
 };
 
 void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
-  std::vector<std::string> given = {"25.75x173", "26.75x134"};
-  map.Read("cylinders", given, "RADIUSxHEIGHT in mm of the given cylinders");
-  for (const std::string& text : given) o.given.push_back(GivenFrom(map, text));
-  map.Read("scenes", o.scenes, 1, 1'000'000, "tables with given cylinders, boxes and others");
-  map.Read("samples", o.samples, 20, 2000, "rays on each side of the image");
-  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "white noise along each ray");
-  map.Read("as_published", o.as_published, "the published method without additions");
+  ReadGiven(map, o);
+  map.Read(kSource, o.source,
+           "scanned: tables as of `task: cylinder_demo`, by the sensor; noisy, perfect: synthetic "
+           "rays to boxes and cylinders, with white noise or none");
+  map.Read("scenes", o.scenes, 1, 1'000'000, "tables");
+  map.Read("samples", o.samples, 20, 2000, "noisy, perfect: rays on each side of the image");
+  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "noisy: along each ray");
 }
 
 std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experiment::Common& common) {
   RecallOptions options;
   ReadRecallKeys(map, options);
-  map.Finish();
+  ReadTable(map, "scenes", options);
+  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   return std::make_unique<RecallExperiment>(std::move(options), common.seed);
 }
 
@@ -312,7 +388,7 @@ struct Posture {
   int Seen() const { return found + missed; }
 };
 
-experiment::Report RecallReport(const experiment::Stamp&,
+experiment::Report RecallReport(const experiment::Stamp& stamp,
                                 const std::vector<experiment::Record>& records) {
   std::array<Posture, 3> postures = {{{"standing"}, {"lying"}, {"all"}}};
   int wrong = 0, twins = 0, hits = 0, scenes = 0;
@@ -366,7 +442,10 @@ experiment::Report RecallReport(const experiment::Stamp&,
                                                     {"95 %", ".3f", quantile(0.95)},
                                                     {"largest", ".3f", quantile(1.0)}};
   experiment::Report report;
-  report.sections = {{"Recall on synthetic rays", GridOf(columns, postures)},
+  const std::string source = experiment::ValueOr(stamp.data, kSource, "");
+  const bool scanned = source == base::Word(Source::kScanned);
+  report.sections = {{fmt::format("Recall on {}", scanned ? "scanned tables" : "synthetic rays"),
+                      GridOf(columns, postures)},
                      {"Errors of detected cylinders", GridOf(error_columns, errors)}};
   report.csv = report.sections.front().grid;
   report.notes = {
@@ -384,8 +463,9 @@ const experiment::TaskKind& RecallTask() {
   static const experiment::TaskKind kind{
       .name = "cylinder_recall",
       .description =
-          "How often given cylinders are detected among boxes and other cylinders, on "
-          "synthetic rays of one sensor: recall, precision, errors.",
+          "How often given cylinders are detected among other objects: recall, precision, errors. "
+          "In addition to the keys below it has all of `task: grasping` but `trials_per_object`; "
+          "synthetic rays leave most of them unused.",
       .trials_key = "scenes",
       .uses_seed = true,
       .success = {},
