@@ -48,6 +48,15 @@ Indices NearAxis(const Points& points, const Line& axis, double radius_m, double
   return near;
 }
 
+/// Of a rim's points above the table, the median [m].
+double HeightOf(const Rim& rim, const CylinderScene& scene) {
+  std::vector<double> heights;
+  for (const auto i : rim.points) {
+    heights.push_back(scene.table.plane.Distance(scene.cloud.points[i]));
+  }
+  return base::MedianOf(std::move(heights));
+}
+
 /// Up, away from the table.
 void TurnUp(const Eigen::Vector3d& up, Line& axis) {
   if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
@@ -245,12 +254,8 @@ class Examination {
   /// Only the rim is seen: it stands on the table, below its rim.
   std::optional<FoundCylinder> ByRim(const Rim& rim) const {
     const Eigen::Vector3d& up = Table().normal;
-    std::vector<double> heights;
-    for (const auto i : rim.points) {
-      heights.push_back(Table().Distance(context_.scene.cloud.points[i]));
-    }
-    const double top_m = base::MedianOf(std::move(heights));
-    if (std::abs(top_m - given_.height_m) > accept_.max_height_error_m) return std::nullopt;
+    const double error_m = HeightOf(rim, context_.scene) - given_.height_m;
+    if (std::abs(error_m) > accept_.max_height_error_m) return std::nullopt;
     FoundCylinder found;
     const Eigen::Vector3d foot = Table().Project(rim.circle_C.center);
     found.cylinder_C = {foot + 0.5 * given_.height_m * up, up, rim.circle_C.radius_m,
@@ -481,13 +486,19 @@ double RadiusError(const Rim& rim, const GivenCylinder& given) {
   return std::abs(rim.circle_C.radius_m - given.radius_m);
 }
 
-/// Eq. 4.27: of all rims the one of the nearest radius, for each given cylinder.
+/// Eq. 4.27: of all rims as high above the table as the given cylinder, "the radius and the height
+/// [...] are used" (section 4.2.4), the one of the nearest radius.
 void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylinder> given,
                      CylinderScene& scene) {
   for (std::size_t g = 0; g < given.size(); ++g) {
-    const auto nearest = std::ranges::min_element(
-        scene.rims, {}, [&](const Rim& rim) { return RadiusError(rim, given[g]); });
-    if (nearest == scene.rims.end()) continue;
+    const Rim* nearest = nullptr;
+    for (const Rim& rim : scene.rims) {
+      const double error_m = HeightOf(rim, scene) - given[g].height_m;
+      if (std::abs(error_m) > context.options.accept.rim_distance_m) continue;
+      if (nearest && RadiusError(rim, given[g]) >= RadiusError(*nearest, given[g])) continue;
+      nearest = &rim;
+    }
+    if (!nearest) continue;
     scene.cylinders.push_back(PublishedPose(context, *nearest, given[g]));
     scene.cylinders.back().given = g;
   }

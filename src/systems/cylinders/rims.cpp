@@ -13,13 +13,15 @@ namespace {
 /// corners are collinear to what double precision of coordinates about a metre can say.
 constexpr double kCollinear = 1e-12;
 
-/// The first point at least step_m from point i, going along its scan line by `forward` or back.
+/// The first point at least step_m from point i, going along its scan line by `forward` or back;
+/// with a step of 0 the next or last stored one, on whichever line.
 std::optional<std::size_t> Along(geometry::PointSpan points, std::span<const ScanPlace> places,
                                  std::size_t i, bool forward, double step_m) {
   std::size_t at = i;
   for (;;) {
     if (forward ? at + 1 == points.size() : at == 0) return std::nullopt;
     at = forward ? at + 1 : at - 1;
+    if (!(step_m > 0.0)) return at;
     if (places[at].line != places[i].line) return std::nullopt;
     if ((points[at] - points[i]).squaredNorm() >= step_m * step_m) return at;
   }
