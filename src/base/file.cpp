@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -55,9 +57,7 @@ std::string CsvCell(const std::string& cell) {
   return quoted + "\"";
 }
 
-}  // namespace
-
-std::string ReadFile(const std::filesystem::path& file) {
+std::ifstream Opened(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) throw InputError(file.string() + ": no such file");
@@ -65,7 +65,18 @@ std::string ReadFile(const std::filesystem::path& file) {
     throw InputError(file.string() + ": is a folder; a file is needed");
   }
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be opened for reading");
+  if (!in) {
+    throw InputError(file.string() + ": cannot be opened for reading: " + std::strerror(errno));
+  }
+  return in;
+}
+
+}  // namespace
+
+void CheckReadable(const std::filesystem::path& file) { Opened(file); }
+
+std::string ReadFile(const std::filesystem::path& file) {
+  const std::ifstream in = Opened(file);
   std::ostringstream bytes;
   bytes << in.rdbuf();
   if (in.bad()) throw InputError(file.string() + ": cannot be read to its end");
@@ -109,6 +120,16 @@ void MakeFolderOf(const std::filesystem::path& file) {
   }
 }
 
+void CheckUtf8(std::string_view text, const std::string& name) {
+  if (IsUtf8(text)) return;
+  int line = 1;
+  for (const std::string& one : Split(text, '\n')) {
+    if (!IsUtf8(one)) break;
+    ++line;
+  }
+  throw InputError(fmt::format("{}:{}: is not UTF-8; save the file as UTF-8", name, line));
+}
+
 std::string EndingOf(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -116,6 +137,7 @@ std::string EndingOf(const std::filesystem::path& file) {
 }
 
 CsvTable CsvTable::Parse(std::string_view text, const std::string& name) {
+  CheckUtf8(text, name);
   CsvTable table;
   table.name_ = name;
   int line = 1;

@@ -13,6 +13,9 @@ namespace rangegrasp::base {
 /// @throws InputError naming the file if it is missing, a folder or not readable.
 std::string ReadFile(const std::filesystem::path& file);
 
+/// @throws InputError as ReadFile. For files that a library reads, whose messages say less.
+void CheckReadable(const std::filesystem::path& file);
+
 /// An empty file is an error, too.
 std::string ReadNonEmptyFile(const std::filesystem::path& file);
 
@@ -24,6 +27,9 @@ void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 /// Makes a file's folder. @throws InputError naming the folder.
 void MakeFolderOf(const std::filesystem::path& file);
 
+/// @throws InputError naming the text's line that is not UTF-8.
+void CheckUtf8(std::string_view text, const std::string& name);
+
 /// What a file's name ends with, in small letters: ".ply" of "Cup.PLY".
 std::string EndingOf(const std::filesystem::path& file);
 
@@ -32,7 +38,7 @@ class CsvTable {
  public:
   /// @param name  of the file, for messages
   /// @throws InputError naming file and line if there is no header, a row has another number of
-  /// cells, or a quote is not closed.
+  /// cells, a quote is not closed, or the text is not UTF-8.
   static CsvTable Parse(std::string_view text, const std::string& name);
   static CsvTable Read(const std::filesystem::path& file);
 

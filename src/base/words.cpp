@@ -60,6 +60,26 @@ std::vector<std::string> Split(std::string_view text, char separator) {
   return parts;
 }
 
+bool IsUtf8(std::string_view text) {
+  std::size_t left = 0;  // bytes of the sequence
+  std::uint32_t code = 0, least = 0;
+  for (const unsigned char c : text) {
+    if (left == 0) {
+      if (c < 0x80) continue;
+      left = c >= 0xf0 ? 3 : c >= 0xe0 ? 2 : 1;
+      if (c < 0xc0 || c >= 0xf8) return false;
+      code = c & (0x3fU >> left);
+      least = left == 1 ? 0x80 : left == 2 ? 0x800 : 0x10000;
+      continue;
+    }
+    if ((c & 0xc0U) != 0x80) return false;
+    code = code << 6U | (c & 0x3fU);
+    if (--left > 0) continue;
+    if (code < least || code > 0x10ffff || (code >= 0xd800 && code < 0xe000)) return false;
+  }
+  return left == 0;
+}
+
 std::string XmlEscaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {

@@ -61,6 +61,9 @@ std::string Join(const std::vector<std::string>& words, std::string_view separat
 /// One empty part for an empty text.
 std::vector<std::string> Split(std::string_view text, char separator);
 
+/// Whether a text is UTF-8, which JSON needs: no cut, overlong or surrogate sequence.
+bool IsUtf8(std::string_view text);
+
 /// A text as XML holds it, between tags or in quotes.
 std::string XmlEscaped(std::string_view text);
 

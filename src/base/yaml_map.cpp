@@ -85,7 +85,7 @@ struct YamlMap::Impl {
   std::optional<YAML::Node> Ask(const std::string& key, const std::string& type,
                                 const std::string& default_value, const std::string& range,
                                 const std::string& doc) {
-    asked.push_back(key);
+    if (!Contains(asked, key)) asked.push_back(key);
     KeyDoc& entry = document->Key(prefix + key);
     entry = {prefix + key, type, default_value, range, doc, entry.required};
     const YAML::Node value = ValueOf(key);
@@ -132,6 +132,7 @@ YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& 
   auto impl = std::make_unique<Impl>();
   impl->document = std::make_shared<Document>();
   impl->document->file = file;
+  CheckUtf8(text, file.string());
   try {
     impl->node = YAML::Load(text);
   } catch (const YAML::ParserException& e) {
@@ -185,7 +186,9 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
 
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
   const std::string path = impl_->prefix + key;
-  const bool by_hand = Contains(impl_->document->overridden, path);
+  const bool by_hand = std::ranges::any_of(
+      impl_->document->overridden,
+      [&](const std::string& given) { return (path + ".").starts_with(given + "."); });
   throw InputError((by_hand ? "--set " + path + ": " : impl_->At(impl_->MarkOf(key))) + "key '" +
                    key + "': " + what);
 }

@@ -140,7 +140,7 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
   Layout layout{.points = *header.points, .by_field = header.data == "binary_compressed"};
   for (const Field& field : header.fields) {
     Place place{{field.size, 'f'},
-                layout.columns,
+                layout.columns.size(),
                 layout.row_bytes * (layout.by_field ? layout.points : 1)};
     const auto axis = std::ranges::find(kAxes, field.name) - kAxes.begin();
     if (axis < 3) {
@@ -155,26 +155,22 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
       place.type.kind = field.type == 'F' && header.data == "ascii" ? 'f' : 'u';
       layout.color = {place};
     }
+    const Type column{field.size, field.type == 'F' ? 'f' : field.type == 'U' ? 'u' : 'i'};
     if (field.name == "label" && field.type != 'F' && field.count == 1) {
-      place.type.kind = field.type == 'U' ? 'u' : 'i';
+      place.type = column;
       layout.label = place;
     }
-    layout.columns += field.count;
     layout.row_bytes += field.count * field.size;
-    if (layout.columns >= kEndOfCounts || layout.row_bytes >= kEndOfCounts) {
+    if (layout.row_bytes >= kMaxRow_bytes) {
       lines.Fail("a point of {} bytes is absurd", layout.row_bytes);
     }
+    layout.columns.resize(layout.columns.size() + field.count, column);
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (layout.xyz[axis].type.size > 0) continue;
     lines.Fail("FIELDS has no {}; x, y and z are needed", kAxes[axis]);
   }
   return layout;
-}
-
-[[noreturn]] void FailTruncated(const LineReader& lines, std::size_t is, std::size_t needed) {
-  lines.Fail("the data are {} bytes; the header says {}: the file is truncated, or POINTS is wrong",
-             is, needed);
 }
 
 /// Expands LZF data (Lehmann's liblzf format, as PCD's binary_compressed has it) to exactly `size`
@@ -211,14 +207,14 @@ std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
 
 std::string Expand(const LineReader& lines, std::string_view body, std::size_t needed) {
   std::uint32_t sizes[2];
-  if (body.size() < sizeof(sizes)) FailTruncated(lines, body.size(), sizeof(sizes));
+  if (body.size() < sizeof(sizes)) CheckSize(lines, body.size(), sizeof(sizes));
   std::memcpy(sizes, body.data(), sizeof(sizes));
   body.remove_prefix(sizeof(sizes));
   if (sizes[1] != needed) {
     lines.Fail("the compressed data hold {} bytes; the header says {}", sizes[1], needed);
   }
-  if (body.size() < sizes[0]) FailTruncated(lines, body.size(), sizes[0]);
-  auto expanded = ExpandLzf(body.substr(0, sizes[0]), needed);
+  CheckSize(lines, body.size(), sizes[0]);
+  auto expanded = ExpandLzf(body, needed);
   if (!expanded) lines.Fail("the compressed data are broken");
   return std::move(*expanded);
 }
@@ -244,9 +240,10 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
     ReadBinaryPoints(Expand(lines, body, needed), layout, false, cloud);
     return cloud;
   }
-  if (body.size() + (ascii ? 1 : 0) < needed) FailTruncated(lines, body.size(), needed);
+  if (!ascii || body.size() + 1 < needed) CheckSize(lines, body.size(), needed);
   if (ascii) {
     ReadAsciiPoints(lines, layout, cloud);
+    CheckEnd(lines);
   } else {
     ReadBinaryPoints(body, layout, false, cloud);
   }
@@ -260,12 +257,19 @@ namespace rangegrasp::geometry {
 namespace {
 
 /// Rows keep their places, but a point is either finite or NaN as a whole.
-void Normalize(CloudFile& cloud, double unit_m) {
-  for (Eigen::Vector3d& p : cloud.points) {
+void Normalize(const std::filesystem::path& file, double unit_m, CloudFile& cloud) {
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    Eigen::Vector3d& p = cloud.points[i];
     p *= unit_m;
-    if (!p.allFinite()) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (!p.allFinite()) {
+      p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    } else if (p.cwiseAbs().maxCoeff() > internal::kMaxPoint_m) {  // a name costs time
+      internal::CheckPlace(file, fmt::format("point {} [m]", i), p, internal::kMaxPoint_m);
+    }
   }
-  if (cloud.sensor_origin) *cloud.sensor_origin *= unit_m;
+  if (!cloud.sensor_origin) return;
+  *cloud.sensor_origin *= unit_m;
+  internal::CheckPlace(file, "VIEWPOINT [m]", *cloud.sensor_origin, internal::kMaxPoint_m);
 }
 
 void CheckFields(const RangeImage& image, const std::vector<CloudField>& fields) {
@@ -337,7 +341,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
     throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
   }
   CloudFile cloud = ply ? internal::ReadPlyCloud(file, bytes) : internal::ReadPcd(file, bytes);
-  Normalize(cloud, unit_m);
+  Normalize(file, unit_m, cloud);
   if (std::ranges::none_of(cloud.points, [](const auto& p) { return p.allFinite(); })) {
     throw base::InputError(
         fmt::format("{}: none of its {} points is finite", file.string(), cloud.points.size()));

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <optional>
@@ -89,8 +88,8 @@ void Collect(const aiScene& scene, const aiNode& node, const base::Pose& X_WP,
 void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D& p = mesh.mVertices[i];
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    throw base::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
+    internal::CheckPlace(file, fmt::format("vertex {}", i),
+                         Eigen::Vector3f(p.x, p.y, p.z).cast<double>(), internal::kMaxVertex);
   }
   for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
     const aiFace& face = mesh.mFaces[i];

@@ -126,6 +126,11 @@ TEST(CsvTable, ReadsQuotedCellsAndBothLineEnds) {
   EXPECT_EQ(table.OptionalNumber(1, 1), std::nullopt);
 }
 
+TEST(CsvTable, NamesTheLineThatIsNotUtf8) {
+  EXPECT_THAT(ErrorOf([] { CsvTable::Parse("a,b\n1,2\ncaf\xe9,3\n", "t.csv"); }),
+              HasSubstr("t.csv:3: is not UTF-8"));
+}
+
 TEST(CsvTable, NamesFileLineColumnAndCell) {
   const auto table = CsvTable::Parse("name,n\nx,1\ny,one\n", "t.csv");
   EXPECT_THAT(ErrorOf([&] { table.Number(1, 1); }), HasSubstr("t.csv:3: column 'n': 'one' must"));

@@ -210,11 +210,13 @@ TEST_F(YamlMapTest, AnUnknownKeyNamesTheNearestValidOne) {
   std::string text;
   int count = 0;
   map.Read("name", text);
+  map.Read("name", text);  // by a system, too: stands once in the list
   map.Read("trials_per_object", count, 1, 10);
   EXPECT_THAT(
       ErrorOf([&] { map.Finish(); }),
       AllOf(StartsWith(file_.string() + ":2: "), HasSubstr("unknown key 'trials_per_objct'"),
-            HasSubstr("nearest valid key: 'trials_per_object'")));
+            HasSubstr("nearest valid key: 'trials_per_object'; "
+                      "valid: name, trials_per_object")));
 }
 
 TEST_F(YamlMapTest, AnUnknownKeyOfAChildNamesItsOwnLineAndKeys) {
@@ -298,6 +300,9 @@ TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
   int n = 0;
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n=12"}).Read("n", n, 0, 9); }),
               HasSubstr("--set n: key 'n': '12' must be a whole number from 0 to 9"));
+  auto map = YamlMap::FromFile(file, {"outer={n: 12}"});
+  EXPECT_THAT(ErrorOf([&] { map.Child("outer").Read("n", n, 0, 9); }),
+              HasSubstr("--set outer.n: key 'n'"));
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n"}); }), HasSubstr("must be KEY=VALUE"));
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n.x=1"}); }), HasSubstr("holds no keys"));
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"m=1"}).Finish(); }),

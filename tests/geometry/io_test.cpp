@@ -177,7 +177,7 @@ TEST_F(Io, WhatIsNoColorIsLeftOut) {
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
       "property float z\nproperty uchar red\n";
   Write("a.ply", head + "end_header\n1 2 3 4\n");
-  Write("b.ply", head + "property uchar green\nproperty uchar blue\nend_header\n1 2 3 4 5 300\n");
+  Write("b.ply", head + "property uchar green\nproperty uchar blue\nend_header\n1 2 3 4 5 255\n");
   EXPECT_TRUE(ReadCloud(Path("a.ply")).colors.empty());
   EXPECT_EQ(ReadCloud(Path("b.ply")).colors, (std::vector<Rgb>{{4, 5, 255}}));
 }
@@ -240,6 +240,35 @@ TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
               HasSubstr("no points"));
   EXPECT_THAT(message("FIELDS x y z\nWIDTH 2147483647\nHEIGHT 2147483647\nDATA binary\n"),
               HasSubstr("absurd"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5 6\n7 8 9\n")),
+              AllOf(HasSubstr("broken.pcd:13:"), HasSubstr("more data follow")));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5 6 7\n")),
+              AllOf(HasSubstr("broken.pcd:12:"), HasSubstr("4 values")));
+  // A byte more shifts all numbers behind it.
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", std::string(25, '7'), "binary")),
+              AllOf(HasSubstr("25 bytes"), HasSubstr("says 24")));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5 1e5\n")),
+              AllOf(HasSubstr("broken.pcd: point 1"), HasSubstr("beyond 10000")));
+  // Too large for a double is as good as not measured.
+  const auto cloud = ReadCloud(Write("e.pcd", Ascii("", "x y z", "F F F", "1 2 3\n4 5 1e400\n")));
+  EXPECT_TRUE(cloud.points[1].array().isNaN().all());
+}
+
+TEST_F(Io, AValueThatItsTypeDoesNotHoldIsNamed) {
+  const auto message = [this](const std::string& type, const std::string& value) {
+    const auto file = Write("label.ply",
+                            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                            "property float y\nproperty float z\nproperty " +
+                                type + " label\nend_header\n1 2 3 " + value + "\n");
+    return testing_support::MessageOf<InputError>([&] { ReadCloud(file); });
+  };
+  for (const char* value : {"0.00029", "-1", "4294967296", "nan"}) {
+    EXPECT_THAT(message("uint", value), AllOf(HasSubstr("label.ply:9:"), HasSubstr(value)));
+  }
+  EXPECT_TRUE(message("uint", "4294967295").empty());
+  EXPECT_TRUE(message("char", "-128").empty());
+  EXPECT_THAT(message("char", "128"), HasSubstr("\"128\""));
+  EXPECT_TRUE(message("float", "0.00029").empty());
 }
 
 TEST_F(Io, ReadsPlyCloudsInBothBinaryOrdersAndAscii) {
@@ -272,6 +301,11 @@ TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
   EXPECT_THAT(message(head + "1\nproperty float x\nend_header\n1\n"), HasSubstr("no property y"));
   EXPECT_THAT(message(head + "1\nproperty int x\nend_header\n1\n"), HasSubstr("\"int\""));
   EXPECT_THAT(message(head + "1\nproperty float x\n"), HasSubstr("without end_header"));
+  EXPECT_THAT(message(head + "1" + xyz + "1 2 3\n4 5 6\n"), HasSubstr("more data follow"));
+  EXPECT_THAT(message(head + "1" + xyz + "1 2 3 4\n"), HasSubstr("4 values"));
+  EXPECT_THAT(message("ply\nformat binary_little_endian 1.0\nelement vertex 1" + xyz +
+                      std::string(13, '7')),
+              HasSubstr("13 bytes"));
 }
 
 /// Flips, cuts, doubles or fills bytes at random.
@@ -568,6 +602,8 @@ TEST_F(Io, WhatAMeshDeclaresAndCannotHoldIsToldAtOnce) {
               HasSubstr("face 1 of 2"));
   EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
               HasSubstr("vertex 1 is not finite"));
+  EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 1e30 0\n0 1 0\n3 0 1 2\n"),
+              HasSubstr("vertex 1 is at 1 1e+30 0, beyond 1e+10"));
   EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 x 0\n0 1 0\n3 0 1 2\n"),
               AllOf(HasSubstr("a.off:4:"), HasSubstr("\"x\" is not a number")));
   EXPECT_THAT(message("a.off", "OFF BINARY\n"), HasSubstr("a binary OFF is not read"));

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/image/open_gl.h"
+#include "base/process/program.h"
 
 namespace rangegrasp::image {
 namespace {
@@ -15,6 +16,8 @@ namespace {
 constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each other
 constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
 constexpr GLint kAccumulationBits = 0;
+/// With shadows: where less is left, Mesa crashes.
+constexpr std::size_t kDrawing_bytes = std::size_t{640} << 20;
 constexpr std::size_t kRgba = 4;  // bytes a pixel
 
 // Only the caller's thread draws. Mesa's threads would be missing in a process that is forked
@@ -43,6 +46,7 @@ OffscreenContext::OffscreenContext(int width_px, int height_px)
     throw std::invalid_argument("a picture needs a positive size");
   }
   DrawInThisThread();
+  process::NeedMemory(kDrawing_bytes);
   rgba_.resize(kRgba * IndexAt(0, height_px, width_px));
   context_.reset(
       OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));

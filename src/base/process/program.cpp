@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/types.h>
@@ -370,10 +371,19 @@ bool IsIn(const fs::path& inner, const fs::path& outer) {
   return std::ranges::mismatch(outer, inner).in1 == outer.end();
 }
 
+fs::path TemporaryFolder() {
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  if (!error) return folder;
+  const char* named = std::getenv("TMPDIR");
+  throw base::RunError(fmt::format("there is no folder for temporary files (TMPDIR is '{}')",
+                                   named ? named : "/tmp"));
+}
+
 std::vector<fs::path> HiddenBy(const Box& box) {
   // Temporary folders are shared by all programs of the machine, and sockets in /run command other
   // programs.
-  std::vector<fs::path> paths = {"/tmp", "/var/tmp", "/run", fs::temp_directory_path()};
+  std::vector<fs::path> paths = {"/tmp", "/var/tmp", "/run", TemporaryFolder()};
   paths.insert(paths.end(), box.hidden.begin(), box.hidden.end());
   std::vector<fs::path> hidden;
   for (const fs::path& path : paths) {
@@ -497,8 +507,18 @@ void Feed::Finish() {
   if (code != 0) impl_->Fail(HowItEnded(code));
 }
 
+void NeedMemory(std::size_t bytes) {
+  void* all = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (all == MAP_FAILED) {
+    throw base::RunError(fmt::format(
+        "{} MB of memory are needed, more than the limit of this process leaves (ulimit -v)",
+        bytes >> 20U));
+  }
+  munmap(all, bytes);
+}
+
 OwnFolder::OwnFolder() {
-  std::string name = (fs::temp_directory_path() / "rangegrasp-XXXXXX").string();
+  std::string name = (TemporaryFolder() / "rangegrasp-XXXXXX").string();
   if (!mkdtemp(name.data())) {
     throw base::RunError(name + ": no such folder can be made: " + strerror(errno));
   }

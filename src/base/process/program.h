@@ -69,6 +69,10 @@ class Feed {
   std::unique_ptr<Impl> impl_;
 };
 
+/// For libraries that crash where there is no memory.
+/// @throws base::RunError if a limit of this process (ulimit -v) leaves less.
+void NeedMemory(std::size_t bytes);
+
 /// A new, private temporary folder; it is removed with its contents.
 class OwnFolder {
  public:

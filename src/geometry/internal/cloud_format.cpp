@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -20,6 +21,18 @@ double NumberIn(const LineReader& lines, std::string_view word) {
   const auto value = ParseNumber(word);
   if (!value) lines.Fail("{} is not a number", Quoted(word));
   return *value;
+}
+
+/// A number that a type holds: a whole one in its range, if it is whole.
+double NumberOf(const LineReader& lines, const Type& type, std::string_view word) {
+  const double value = NumberIn(lines, word);
+  if (type.kind == 'f') return value;
+  const double end = std::ldexp(1.0, static_cast<int>(8 * type.size) - (type.kind == 'i' ? 1 : 0));
+  if (value == std::floor(value) && value >= (type.kind == 'i' ? -end : 0.0) && value < end) {
+    return value;
+  }
+  lines.Fail("{} is not a whole number of {} byte(s) {} a sign, as the header says", Quoted(word),
+             type.size, type.kind == 'i' ? "with" : "without");
 }
 
 Rgb Unpacked(double packed, const Type& type) {
@@ -73,6 +86,7 @@ struct PlyHeader {
   std::vector<Element> after;  // behind vertex
 
   bool IsAscii() const { return format == "ascii"; }
+  bool IsLast() const { return elements == vertex.points; }  // nothing stands behind the vertices
   bool IsSwapped() const { return format == "binary_big_endian"; }
 };
 
@@ -114,15 +128,16 @@ void ReadVertexProperty(const LineReader& lines, const WordList& words, PlyHeade
       lines.Fail("property {} is of type {}; float or double is needed", Quoted(words[2]),
                  Quoted(words[1]));
     }
-    vertex.xyz[static_cast<std::size_t>(axis)] = {type, vertex.columns, vertex.row_bytes};
+    vertex.xyz[static_cast<std::size_t>(axis)] = {type, vertex.columns.size(), vertex.row_bytes};
   }
   static constexpr std::array<std::string_view, 3> kChannels = {"red", "green", "blue"};
   const auto channel = std::ranges::find(kChannels, words[2]) - kChannels.begin();
   if (channel < 3 && type.size == 1) {
     vertex.color.resize(3);
-    vertex.color[static_cast<std::size_t>(channel)] = {{1, 'u'}, vertex.columns, vertex.row_bytes};
+    vertex.color[static_cast<std::size_t>(channel)] = {
+        {1, 'u'}, vertex.columns.size(), vertex.row_bytes};
   }
-  ++vertex.columns;
+  vertex.columns.push_back(type);
   vertex.row_bytes += type.size;
 }
 
@@ -275,14 +290,10 @@ std::string_view ReadVertices(const PlyHeader& header, LineReader& lines, CloudF
   const bool ascii = header.IsAscii();
   const std::string_view body = lines.Rest();
   const std::size_t needed = ascii ? 2 * vertex.points - 1 : vertex.points * vertex.row_bytes;
-  if (body.size() < needed) {
-    lines.Fail(
-        "the data are {} bytes; the header says {}{}: the file is truncated, or the count of "
-        "vertices is wrong",
-        body.size(), needed, ascii ? " or more" : "");
-  }
+  if (body.size() < needed || (!ascii && header.IsLast())) CheckSize(lines, body.size(), needed);
   if (ascii) {
     ReadAsciiPoints(lines, vertex, cloud);
+    if (header.IsLast()) CheckEnd(lines);
   } else {
     ReadBinaryPoints(body, vertex, header.IsSwapped(), cloud);
   }
@@ -330,7 +341,9 @@ std::optional<double> ParseNumber(std::string_view word) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || word.empty()) return std::nullopt;
-  if (error == std::errc::result_out_of_range) return value;
+  if (error == std::errc::result_out_of_range) {  // infinite, or nothing
+    return std::strtod(std::string(word).c_str(), nullptr);
+  }
   if (error != std::errc()) return std::nullopt;
   return value;
 }
@@ -341,6 +354,16 @@ Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_v
     p[static_cast<Eigen::Index>(axis)] = NumberIn(lines, words[axis]);
   }
   return p;
+}
+
+void CheckPlace(const std::filesystem::path& file, const std::string& what,
+                const Eigen::Vector3d& p, double max) {
+  if (!p.allFinite()) throw base::InputError(file.string() + ": " + what + " is not finite");
+  if (p.cwiseAbs().maxCoeff() <= max) return;
+  throw base::InputError(
+      fmt::format("{}: {} is at {:g} {:g} {:g}, beyond {:g}: the file is damaged, or its "
+                  "coordinates have another unit",
+                  file.string(), what, p.x(), p.y(), p.z(), max));
 }
 
 std::string Quoted(std::string_view word) {
@@ -354,6 +377,7 @@ std::string Quoted(std::string_view word) {
 
 void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud) {
   cloud.points.reserve(layout.points);
+  std::vector<double> values(layout.columns.size());
   while (cloud.points.size() < layout.points) {
     const auto line = lines.Next();
     if (!line) {
@@ -362,12 +386,27 @@ void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud) 
     }
     const auto words = Words(*line);
     if (words.empty()) continue;
-    if (words.size() < layout.columns) {
-      lines.Fail("a point has {} values; the header names {}", words.size(), layout.columns);
+    if (words.size() != layout.columns.size()) {
+      lines.Fail("a point has {} values; the header names {}", words.size(), layout.columns.size());
+    }
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      values[i] = NumberOf(lines, layout.columns[i], words[i]);
     }
     AppendPointFrom(
-        layout, [&](const Place& place) { return NumberIn(lines, words[place.column]); }, cloud);
+        layout, [&](const Place& place) { return values[place.column]; }, cloud);
   }
+}
+
+void CheckEnd(LineReader& lines) {
+  while (const auto line = lines.Next()) {
+    if (!Words(*line).empty()) lines.Fail("more data follow than the header says");
+  }
+}
+
+void CheckSize(const LineReader& lines, std::size_t is, std::size_t needed) {
+  if (is == needed) return;
+  lines.Fail("the data are {} bytes; the header says {}: {}, or a count in the header is wrong", is,
+             needed, is < needed ? "the file is truncated" : "bytes were inserted");
 }
 
 void ReadBinaryPoints(std::string_view data, const Layout& layout, bool swap_bytes,

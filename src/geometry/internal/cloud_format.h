@@ -21,6 +21,12 @@ namespace rangegrasp::geometry::internal {
 
 /// No count or size in a header may reach this: sums and products of them stay far from overflow.
 constexpr std::size_t kEndOfCounts = std::size_t{1} << 31;
+/// Of a point in a header: the longest known, a histogram of shape, has 1.2 kB.
+constexpr std::size_t kMaxRow_bytes = std::size_t{1} << 20;
+/// Beyond, the file is damaged or has another unit: grids and fits would take all memory for it.
+constexpr double kMaxPoint_m = 1e4;
+/// The same of a mesh, whose unit is not known when it is read: survey coordinates in mm.
+constexpr double kMaxVertex = 1e10;
 /// A header with more lines is none: written ones have about ten, and comments some more.
 constexpr std::size_t kMaxHeaderLines = 1000;
 
@@ -56,6 +62,10 @@ std::optional<double> ParseNumber(std::string_view word);
 /// The point that the first three words are, which may be nan.
 /// @throws base::InputError naming file and line if one is no number.
 Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words);
+/// @throws base::InputError naming the file and `what`, if a coordinate of p is not finite or
+/// beyond `max`.
+void CheckPlace(const std::filesystem::path& file, const std::string& what,
+                const Eigen::Vector3d& p, double max);
 /// A word for a message: shortened, without unprintable bytes, in quotes.
 std::string Quoted(std::string_view word);
 
@@ -82,13 +92,18 @@ struct Layout {
   /// float: what PCL writes), or red, green and blue of a byte each; none without colors.
   std::vector<Place> color{};
   std::optional<Place> label{};
-  std::size_t columns = 0;    ///< of a row of words
-  std::size_t row_bytes = 0;  ///< of a point in binary data
-  bool by_field = false;      ///< the values of one field stand together, not those of one point
+  std::vector<Type> columns{};  ///< of a row of words
+  std::size_t row_bytes = 0;    ///< of a point in binary data
+  bool by_field = false;        ///< the values of one field stand together, not those of one point
 };
 
-/// Reads rows of words, one a point, into a cloud's points and colors.
+/// Reads rows of words, one a point, into a cloud's points and colors: as many values as columns,
+/// each a number of its column's type.
 void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud);
+/// Fails unless only blank lines are left of the text.
+void CheckEnd(LineReader& lines);
+/// Fails unless the data are exactly as many bytes as the header says.
+void CheckSize(const LineReader& lines, std::size_t is, std::size_t needed);
 /// The same of binary data, which must hold them all.
 void ReadBinaryPoints(std::string_view data, const Layout& layout, bool swap_bytes,
                       CloudFile& cloud);

@@ -212,8 +212,7 @@ Counts ReadCounts(LineReader& lines, std::size_t bytes) {
 
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup) {
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
-    if (soup.points[i].allFinite()) continue;
-    throw base::InputError(fmt::format("{}: vertex {} is not finite", file.string(), i));
+    CheckPlace(file, fmt::format("vertex {}", i), soup.points[i], kMaxVertex);
   }
   PolygonMesh result;
   result.polygons = soup.Polygons();

@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/file.h"
+#include "base/process/program.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -256,11 +258,16 @@ Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
   char text[1000] = "";
   // Of a relative path the engine loses what an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
+  base::CheckReadable(file);
   {
     const QuietEngine quiet;
+    process::NeedMemory(mjcf::kEngine_bytes);
     model_.reset(mj_loadXML(path.c_str(), nullptr, text, sizeof(text)));
   }
   if (!model_) Fail(text);
+  if (const std::string far = mjcf::FarAway(*model_); !far.empty()) {
+    Fail(far + ": is further than 10 km away");
+  }
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
 }

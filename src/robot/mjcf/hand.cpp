@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -278,13 +279,36 @@ std::string_view Suffix(std::string_view name) {
 
 int CountOf(const mjModel* model, mjtObj type) {
   const std::pair<mjtObj, std::int64_t> counts[] = {
-      {mjOBJ_BODY, model->nbody},       {mjOBJ_JOINT, model->njnt},  {mjOBJ_GEOM, model->ngeom},
-      {mjOBJ_SITE, model->nsite},       {mjOBJ_CAMERA, model->ncam}, {mjOBJ_ACTUATOR, model->nu},
-      {mjOBJ_NUMERIC, model->nnumeric}, {mjOBJ_TUPLE, model->ntuple}};
+      {mjOBJ_BODY, model->nbody},       {mjOBJ_JOINT, model->njnt},   {mjOBJ_GEOM, model->ngeom},
+      {mjOBJ_SITE, model->nsite},       {mjOBJ_CAMERA, model->ncam},  {mjOBJ_ACTUATOR, model->nu},
+      {mjOBJ_NUMERIC, model->nnumeric}, {mjOBJ_TUPLE, model->ntuple}, {mjOBJ_LIGHT, model->nlight}};
   for (const auto& [counted, count] : counts) {
     if (counted == type) return static_cast<int>(count);
   }
   return 0;
+}
+
+std::string FarAway(const mjModel& model) {
+  constexpr double kMax_m = 1e4;
+  const std::pair<mjtObj, const mjtNum*> kinds[] = {
+      {mjOBJ_BODY, model.body_pos},  {mjOBJ_BODY, model.body_ipos}, {mjOBJ_GEOM, model.geom_pos},
+      {mjOBJ_SITE, model.site_pos},  {mjOBJ_JOINT, model.jnt_pos},  {mjOBJ_CAMERA, model.cam_pos},
+      {mjOBJ_LIGHT, model.light_pos}};
+  const auto title = [&](mjtObj type, int i) {
+    return fmt::format("{} \"{}\"", mju_type2Str(type), NameOf(&model, type, i));
+  };
+  for (const auto& [type, at] : kinds) {
+    for (int i = 0; i < CountOf(&model, type); ++i) {
+      const Eigen::Vector3d p(at + 3 * std::ptrdiff_t{i});
+      if (p.cwiseAbs().maxCoeff() <= kMax_m) continue;
+      return fmt::format("{} at {:g} {:g} {:g}", title(type, i), p.x(), p.y(), p.z());
+    }
+  }
+  for (int i = 0; i < CountOf(&model, mjOBJ_GEOM); ++i) {
+    if (model.geom_rbound[i] <= kMax_m) continue;
+    return fmt::format("{} with a radius of {:g}", title(mjOBJ_GEOM, i), model.geom_rbound[i]);
+  }
+  return "";
 }
 
 int TryFind(const mjModel* model, mjtObj type, std::string_view suffix) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,8 +24,15 @@ struct Deleter {
 using ModelPtr = std::unique_ptr<mjModel, Deleter>;
 using DataPtr = std::unique_ptr<mjData, Deleter>;
 
+/// To load a scene with its textures, with a margin: where less is left, the engine may crash.
+constexpr std::size_t kEngine_bytes = std::size_t{256} << 20;
+
 /// How many elements of a type a model has; 0 of types that have no names here.
 int CountOf(const mjModel* model, mjtObj type);
+
+/// What lies or reaches so far away that the engine and the renderer no longer end, as
+/// "body \"cup\" at 0 0 1e+300"; empty if nothing does.
+std::string FarAway(const mjModel& model);
 
 /// The first element of a type whose name ends so; -1 if there is none.
 int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/process/program.h"
 
 namespace rangegrasp::sim::internal {
 namespace {
@@ -38,6 +39,8 @@ SpecPtr Parse(const std::filesystem::path& file) {
   mjSpec* spec = nullptr;
   // Of a relative path the engine loses what an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
+  base::CheckReadable(file);
+  process::NeedMemory(mjcf::kEngine_bytes);
   CallEngine(nullptr, [&] { spec = mj_parseXML(path.c_str(), nullptr, error, sizeof(error)); });
   if (!spec) throw Wrong(file, error);
   return SpecPtr(spec);
@@ -47,6 +50,10 @@ ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file) {
   mjModel* model = nullptr;
   CallEngine(nullptr, [&] { model = mj_compile(spec, nullptr); });
   if (!model) throw Wrong(file, mjs_getError(spec));
+  if (const std::string far = mjcf::FarAway(*model); !far.empty()) {
+    mj_deleteModel(model);
+    throw Wrong(file, far + ": is further than 10 km away");
+  }
   return ModelPtr(model);
 }
 

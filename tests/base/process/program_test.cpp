@@ -272,5 +272,14 @@ TEST(OwnFolder, GoesWithItsContents) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
+TEST(OwnFolder, SaysWhichFolderIsNotThere) {
+  const char* before = std::getenv("TMPDIR");
+  const std::string folder = before ? before : "";
+  setenv("TMPDIR", "/no/such/folder", 1);
+  EXPECT_THAT(testing_support::ErrorOf<base::RunError>([] { OwnFolder(); }),
+              testing::HasSubstr("TMPDIR is '/no/such/folder'"));
+  before ? setenv("TMPDIR", folder.c_str(), 1) : unsetenv("TMPDIR");
+}
+
 }  // namespace
 }  // namespace rangegrasp::process
