@@ -38,8 +38,8 @@ struct CurvatureOptions {
   double min_angle_rad = base::Deg(20.0);        ///< alpha (section 4.2.3)
   double max_edge_angle_rad = base::Deg(110.0);  ///< beta (section 4.2.3)
   /// How far before and after on the scan line the angle of an edge is looked at. 0: the points
-  /// stored before and after ("line by line", section 4.2.3), so that lines end in edges. 2 mm apart
-  /// there; closer than the noise every point would be an edge.
+  /// stored before and after ("line by line", section 4.2.3), so that lines end in edges. 2 mm
+  /// apart there; closer than the noise every point would be an edge.
   perception::AdaptiveLength line_step_m{0.002, {.noises = 8.0}};
   /// Of a top's normal from the table's (table_gate). Larger: more of a rim's outer side.
   double max_tilt_rad = base::Deg(55.0);
