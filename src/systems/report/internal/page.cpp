@@ -199,7 +199,7 @@ ordered_json StampJson(const experiment::Stamp& stamp) {
 }
 
 ordered_json RunJson(const Run& run) {
-  const auto& [stamp, records] = run.results;
+  const auto& [stamp, records, folder] = run.results;
   std::vector<Chart> charts;
   if (run.kind->charts) charts = run.kind->charts(stamp, records);
   std::ranges::move(RecordCharts(stamp, records, run.kind->success), std::back_inserter(charts));
