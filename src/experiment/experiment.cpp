@@ -195,9 +195,21 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
 }
 
 Report ReportOf(const Results& results) {
-  const auto& [stamp, records] = results;
-  Report report = KindOf(stamp).report(stamp, records);
-  const auto wanted = std::stoull(Need(stamp.identity, "cases"));
+  const auto& [stamp, records, folder] = results;
+  const TaskKind& kind = KindOf(stamp);
+  const auto wanted = CasesOf(stamp);
+  Report report;
+  try {
+    report = kind.report(stamp, records);
+  } catch (const base::RunError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {  // as JSON, counts or words of records cause them
+    throw base::InputError(fmt::format(
+        "{}: no tables can be made: {}",
+        folder.empty() ? Need(stamp.identity, "experiment") : folder.string(), error.what()));
+  }
   if (records.size() < wanted) {
     report.notes.push_back(
         fmt::format("{} of {} cases are missing: the run was stopped, or it is a shard",

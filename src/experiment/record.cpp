@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "base/words.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -156,6 +157,13 @@ const std::string& Need(const std::map<std::string, std::string>& part, const st
                            "' (a run that was killed at its start?); run the experiment again");
   }
   return found->second;
+}
+
+std::size_t CasesOf(const Stamp& stamp) {
+  const std::string& text = Need(stamp.identity, "cases");
+  if (const auto cases = base::NumberFrom<std::size_t>(text)) return *cases;
+  throw base::InputError("the results' number of cases is '" + text +
+                         "', not a whole number: they are damaged");
 }
 
 std::string LineOf(const Stamp& stamp) {

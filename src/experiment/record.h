@@ -104,6 +104,9 @@ std::string ValueOr(const std::map<std::string, std::string>& part, const std::s
 /// @throws base::InputError if the stamp has none (a run that was killed at its start).
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
+/// How many cases the experiment has. @throws base::InputError if that is no whole number.
+std::size_t CasesOf(const Stamp& stamp);
+
 /// "laser_single: rangegrasp 0.2.0 (0123abcd), seed 1, ..." for below a table.
 std::string LineOf(const Stamp& stamp);
 

@@ -61,6 +61,9 @@ std::string HolderIn(int descriptor) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
 }
 
+// Of the names that SQLite takes as URI.
+bool IsSpecial(char c) { return c == '%' || c == '?' || c == '#'; }
+
 struct Database {
   fs::path file;
   sqlite3* handle = nullptr;
@@ -70,12 +73,35 @@ struct Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
+  // Damaged, or with other tables than this program's.
+  bool IsNoStore() const {
+    const int code = sqlite3_errcode(handle);
+    return code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR;
+  }
   [[noreturn]] void Fail() const {
-    throw base::RunError(file.string() + ": " + sqlite3_errmsg(handle) +
-                         " (is the disk full, or the folder not writable?)");
+    const std::string what = file.string() + ": " + sqlite3_errmsg(handle);
+    if (IsNoStore()) {
+      throw base::InputError(what + " (the file is damaged, or no results of this program)");
+    }
+    throw base::RunError(what + (sqlite3_errcode(handle) == SQLITE_BUSY
+                                     ? " (another program is using the file)"
+                                     : " (is the disk full, or the folder not writable?)"));
   }
   void Run(const char* sql) const {
     if (sqlite3_exec(handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
+  }
+  // Opens the file for reading. Beside that of a run that was killed, SQLite makes files of its
+  // own, unless it is to take the file as it is, without a log.
+  bool Reads(bool as_it_is) {
+    sqlite3_close(handle);
+    std::string name = "file:";
+    for (const char c : file.string())
+      name += IsSpecial(c) ? fmt::format("%{:02x}", c) : std::string(1, c);
+    if (as_it_is) name += "?immutable=1";
+    return sqlite3_open_v2(name.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
+                           nullptr) == SQLITE_OK &&
+           sqlite3_exec(handle, "SELECT id FROM cases LIMIT 1", nullptr, nullptr, nullptr) ==
+               SQLITE_OK;
   }
   // All of what `write` writes, or nothing.
   void Transaction(const std::function<void()>& write) const {
@@ -83,7 +109,7 @@ struct Database {
     try {
       write();
       Run("COMMIT");
-    } catch (const base::RunError&) {
+    } catch (...) {
       sqlite3_exec(handle, "ROLLBACK", nullptr, nullptr, nullptr);
       throw;
     }
@@ -158,6 +184,7 @@ class RecordWriter {
 };
 
 fs::path FileIn(const fs::path& folder) { return folder / kFile; }
+fs::path LogOf(const fs::path& folder) { return folder / (std::string(kFile) + "-wal"); }
 
 constexpr std::string_view kSeedPrefix = "seed-";
 
@@ -183,8 +210,7 @@ void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
 // seeds may differ in.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
-  const auto cases =
-      std::stoull(Need(pooled.identity, "cases")) + std::stoull(Need(stamp.identity, "cases"));
+  const auto cases = CasesOf(pooled) + CasesOf(stamp);
   Stamp alike = stamp;
   alike.identity["seed"] = pooled.identity.at("seed");
   alike.identity["cases"] = pooled.identity.at("cases");
@@ -214,7 +240,17 @@ void AllowManyFiles() {
 
 }  // namespace
 
-struct Store::Impl : Database {};
+struct Store::Impl : Database {
+  bool grows = false;
+
+  // What a run has written is one file, which can be read where nothing can be written: no log, no
+  // index of it. Whoever reads at this moment keeps them.
+  ~Impl() {
+    if (!grows) return;
+    sqlite3_busy_timeout(handle, 0);
+    sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
+  }
+};
 
 FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(getpid()) {
   std::error_code error;
@@ -261,7 +297,11 @@ bool Store::Exists(const fs::path& folder) {
   return fs::exists(FileIn(folder), error);
 }
 
-Store Store::Create(const fs::path& folder) { return CreateFile(folder, kFile, kGrowing); }
+Store Store::Create(const fs::path& folder) {
+  Store store = CreateFile(folder, kFile, kGrowing);
+  store.impl_->grows = true;
+  return store;
+}
 
 Store Store::CreateFile(const fs::path& folder, const char* name, const char* pragmas) {
   std::error_code error;
@@ -292,15 +332,14 @@ Store Store::Open(const fs::path& folder) {
   }
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
-  try {
-    if (sqlite3_open_v2(impl->file.c_str(), &impl->handle, SQLITE_OPEN_READONLY, nullptr) !=
-        SQLITE_OK) {
-      impl->Fail();
-    }
-    Statement(*impl, "SELECT COUNT(*) FROM cases");
-  } catch (const base::RunError&) {
-    throw base::InputError(impl->file.string() +
-                           ": no results can be read: " + sqlite3_errmsg(impl->handle));
+  std::error_code error;
+  const bool has_log = fs::file_size(LogOf(folder), error) > 0 && !error;
+  if (!impl->Reads(/*as_it_is=*/false) && (has_log || !impl->Reads(/*as_it_is=*/true))) {
+    if (impl->IsNoStore()) impl->Fail();
+    throw base::InputError(
+        impl->file.string() + ": no results can be read: " + sqlite3_errmsg(impl->handle) +
+        (has_log ? "; the run was killed, or goes on: copy the folder to where it can be written"
+                 : ""));
   }
   return Store(std::move(impl));
 }
@@ -361,11 +400,13 @@ std::unordered_set<std::string> Store::Ids() const {
 }
 
 struct Store::Cursor::Impl {
+  fs::path file;
   Statement times, cases;
   bool times_left;
 
   explicit Impl(const Database& database)
-      : times(database, "SELECT id, stage, seconds FROM seconds ORDER BY id, position"),
+      : file(database.file),
+        times(database, "SELECT id, stage, seconds FROM seconds ORDER BY id, position"),
         cases(database,
               "SELECT id, case_group, seed, params, position, outcome, stage, detail, data "
               "FROM cases ORDER BY id"),
@@ -377,10 +418,20 @@ Store::Cursor::~Cursor() = default;
 Store::Cursor::Cursor(Cursor&&) noexcept = default;
 
 std::optional<Record> Store::Cursor::Next() {
-  auto& [times, cases, times_left] = *impl_;
+  auto& [file, times, cases, times_left] = *impl_;
   if (!cases.Step()) return std::nullopt;
-  Record record{{cases.Text(0), cases.Text(1), std::stoull(cases.Text(2)),
-                 Params::FromJson(cases.Text(3)), cases.Int(4)},
+  const auto fail = [&](const std::string& what) {
+    throw base::InputError(fmt::format("{}: case {}: {}", file.string(), cases.Text(0), what));
+  };
+  const auto seed = base::NumberFrom<std::uint64_t>(cases.Text(2));
+  if (!seed) fail("its seed '" + cases.Text(2) + "' is not a whole number");
+  Params params;
+  try {
+    params = Params::FromJson(cases.Text(3));
+  } catch (const base::InputError& e) {
+    fail(e.what());
+  }
+  Record record{{cases.Text(0), cases.Text(1), *seed, std::move(params), cases.Int(4)},
                 {cases.Text(5), cases.Text(6), cases.Text(7), cases.Text(8), {}}};
   // A run that is under way may have added a case since the first row was read.
   while (times_left && times.Text(0) <= record.which.id) {
@@ -430,6 +481,7 @@ Results ReadResults(const fs::path& folder) {
   Results results;
   for (const auto& path : StoresIn(folder)) {
     const Store store = Store::Open(path);
+    results.folder = folder;
     const Stamp stamp = store.ReadStamp();
     if (results.stamp.identity.empty()) {
       results.stamp = stamp;
@@ -452,7 +504,7 @@ Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool comp
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
-  Merged merged{.cases = 0, .expected = std::stoull(Need(stamp.identity, "cases"))};
+  Merged merged{.cases = 0, .expected = CasesOf(stamp)};
   std::vector<Source> sources;
   for (const auto& folder : shards) {
     const Store& store = sources.emplace_back(folder).store;

@@ -31,7 +31,8 @@ class FolderLock {
 };
 
 /// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
-/// moment loses nothing that it had finished. One process writes; others may read meanwhile.
+/// moment loses nothing that it had finished. One process writes; others may read meanwhile, and
+/// later also where nothing can be written.
 /// @throws base::RunError for errors of the database (a full disk), base::InputError where the file
 /// or folder is not what it should be; both name the file.
 class Store {
@@ -93,6 +94,7 @@ class Store {
 struct Results {
   Stamp stamp;  ///< of several: the first's, with all seeds and the sum of the cases
   std::vector<Record> records;
+  std::filesystem::path folder = {};  ///< for messages
 };
 
 /// Where a run with several seeds keeps the one of a seed: "<folder>/seed-<seed>".

@@ -239,6 +239,58 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
               HasSubstr("no such table"));
 }
 
+TEST(Store, ATruncatedDatabaseIsDamagedAndNoFullDisk) {
+  const TempFolder folder;
+  {
+    Store store = Store::Create(folder.path());
+    for (int i = 0; i < 200; ++i) store.Write(SampleRecord("mug", i));
+  }
+  std::filesystem::resize_file(folder / "results.sqlite", 20000);
+  const std::string message = MessageOf([&] { Store::Open(folder.path()).ReadAll(); });
+  EXPECT_THAT(message, HasSubstr("results.sqlite"));
+  EXPECT_THAT(message, HasSubstr("damaged"));
+  EXPECT_THAT(message, testing::Not(HasSubstr("full")));
+}
+
+TEST(Store, ARecordWithoutASeedIsNamed) {
+  const TempFolder folder;
+  Store::Create(folder.path()).Write(SampleRecord("mug", 0));
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db, "UPDATE cases SET seed = 'x'", nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+  EXPECT_THAT(ErrorOf([&] { Store::Open(folder.path()).ReadAll(); }),
+              testing::AllOf(HasSubstr("results.sqlite: case mug-0"), HasSubstr("seed 'x'")));
+}
+
+// As on a medium that is read-only, or in a folder of another user.
+TEST(Store, IsReadWhereNothingCanBeWritten) {
+  const TempFolder folder;
+  const auto there = folder / "50%#?";
+  Store::Create(there).Write(SampleRecord("mug", 0));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(there), {}), 1);  // one file
+  const auto rows_of_another_user = [&] {
+    return InChild([&] {
+      if (geteuid() == 0 && seteuid(65534) != 0) return -1;
+      return Store::Open(there).Count();
+    });
+  };
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0555));
+  std::filesystem::permissions(there, std::filesystem::perms(0555));
+  EXPECT_EQ(rows_of_another_user(), 1);
+  // As programs left it that did not take it out of the journal's mode.
+  sqlite3* db = nullptr;
+  std::filesystem::permissions(there, std::filesystem::perms(0755));
+  ASSERT_EQ(sqlite3_open((there / "results.sqlite").c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db, "PRAGMA journal_mode=WAL; UPDATE cases SET outcome = 'x'", nullptr, nullptr,
+               nullptr);
+  sqlite3_close(db);
+  std::filesystem::permissions(there, std::filesystem::perms(0555));
+  EXPECT_EQ(rows_of_another_user(), 1);
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  std::filesystem::permissions(there, std::filesystem::perms(0755));
+}
+
 TEST(Store, AFolderWithoutResultsIsAnInputErrorThatSaysWhatToGive) {
   const TempFolder folder;
   EXPECT_FALSE(Store::Exists(folder.path()));
@@ -376,6 +428,8 @@ TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
   EXPECT_THAT(Error({first, folder_ / "copy"}, out), HasSubstr("is in another of the folders too"));
   EXPECT_FALSE(Store::Exists(out));
   EXPECT_THAT(Error({first}, first), HasSubstr("holds results already"));
+  Store::Create(first).WriteStamp({{{"experiment", "demo"}, {"cases", "many"}}, {}, {}});
+  EXPECT_THAT(Error({first}, out), HasSubstr("number of cases is 'many'"));
 }
 
 TEST(Cursor, GivesAllRecordsInTheOrderOfTheirIds) {
