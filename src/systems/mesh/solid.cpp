@@ -1,6 +1,11 @@
 #include "mesh/solid.h"
 
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Delaunay_triangulation_cell_base_with_circumcenter_3.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/IO/facets_in_complex_2_to_triangle_mesh.h>
+#include <CGAL/Implicit_surface_3.h>
+#include <CGAL/Poisson_reconstruction_function.h>
 #include <CGAL/Polygon_mesh_processing/bbox.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
@@ -12,13 +17,18 @@
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/Random.h>
+#include <CGAL/Robust_circumcenter_traits_3.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_cell_base_3.h>
+#include <CGAL/Surface_mesh_complex_2_in_triangulation_3.h>
+#include <CGAL/Surface_mesh_default_criteria_3.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/Surface_mesh_vertex_base_3.h>
 #include <CGAL/alpha_wrap_3.h>
-#include <CGAL/poisson_surface_reconstruction.h>
+#include <CGAL/make_surface_mesh.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -168,6 +178,65 @@ struct Convex {
   }
 };
 
+/// A vertex or cell that CGAL compares by its age instead of its address, so that the mesher takes
+/// all of them in the same order in every process.
+template <class Base>
+class Aged : public Base {
+ public:
+  using Base::Base;
+  using Has_timestamp = CGAL::Tag_true;
+  template <class Tds>
+  struct Rebind_TDS {  // CGAL's names
+    using Other = Aged<typename Base::template Rebind_TDS<Tds>::Other>;
+  };
+  std::size_t time_stamp() const { return age_; }
+  void set_time_stamp(const std::size_t& age) { age_ = age; }
+
+ private:
+  std::size_t age_ = static_cast<std::size_t>(-1);  // as CGAL marks a new one
+};
+
+using MesherKernel = CGAL::Robust_circumcenter_traits_3<Kernel>;
+using MesherCell = CGAL::Delaunay_triangulation_cell_base_with_circumcenter_3<
+    MesherKernel, CGAL::Surface_mesh_cell_base_3<MesherKernel>>;
+using MesherTriangulation = CGAL::Delaunay_triangulation_3<
+    MesherKernel, CGAL::Triangulation_data_structure_3<
+                      Aged<CGAL::Surface_mesh_vertex_base_3<MesherKernel>>, Aged<MesherCell>>>;
+
+/// Meshes where a function is zero within a sphere (Boissonnat and Oudot 2005).
+/// @throws base::InputError once it has been evaluated `max_evaluations` times.
+template <class Function>
+Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double spacing_m,
+               std::size_t max_evaluations) {
+  // CGAL's own choice of the least angle; triangles as large as two thirds of what it takes, for
+  // small things.
+  constexpr double kMinAngle_deg = 20.0;
+  constexpr double kMaxRadius = 20.0;
+  constexpr double kMaxDistance = 0.25;
+  constexpr double kError = 1e-3;  // of a crossing's place, in max. distances
+  std::size_t evaluations = 0;
+  const auto counted = [&](const Point& p) {
+    if (++evaluations > max_evaluations) {
+      throw base::InputError(
+          "the surface does not settle: what was seen is not one thing on a table");
+    }
+    return function(p);
+  };
+  using Implicit = CGAL::Implicit_surface_3<Kernel, decltype(counted)>;
+  const Implicit implicit(counted, sphere,
+                          kError * kMaxDistance * spacing_m / std::sqrt(sphere.squared_radius()));
+  // The mesher starts from points drawn from CGAL's own generator, which the clock would seed.
+  CGAL::get_default_random() = CGAL::Random(0);
+  MesherTriangulation triangulation;
+  CGAL::Surface_mesh_complex_2_in_triangulation_3<MesherTriangulation> complex(triangulation);
+  const CGAL::Surface_mesh_default_criteria_3<MesherTriangulation> criteria(
+      kMinAngle_deg, kMaxRadius * spacing_m, kMaxDistance * spacing_m);
+  CGAL::make_surface_mesh(complex, implicit, criteria, CGAL::Manifold_with_boundary_tag());
+  Surface surface;
+  CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
+  return surface;
+}
+
 }  // namespace
 
 Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
@@ -247,11 +316,6 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   if (cloud.points.size() != cloud.normals.size() || cloud.size() < 100) {
     throw std::invalid_argument("PoissonSurface: needs 100 points or more, and a normal for each");
   }
-  // CGAL's own choice of the least angle; triangles as large as two thirds of what it takes, for
-  // small things.
-  constexpr double kMinAngle_deg = 20.0;
-  constexpr double kMaxRadius = 20.0;
-  constexpr double kMaxDistance = 0.25;
   using Oriented = std::pair<Point, Kernel::Vector_3>;
   std::vector<Oriented> oriented;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -259,14 +323,24 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
     const Eigen::Vector3d& n = cloud.normals[i];
     oriented.emplace_back(Point(p.x(), p.y(), p.z()), Kernel::Vector_3(n.x(), n.y(), n.z()));
   }
-  // The mesher starts from points drawn from CGAL's own generator, which the clock would seed.
-  CGAL::get_default_random() = CGAL::Random(0);
+  using PointMap = CGAL::First_of_pair_property_map<Oriented>;
+  using NormalMap = CGAL::Second_of_pair_property_map<Oriented>;
+  CGAL::Poisson_reconstruction_function<Kernel> inside(oriented.begin(), oriented.end(), PointMap(),
+                                                       NormalMap());
+  if (!inside.compute_implicit_function()) return std::nullopt;
+  // From a point inside, large enough to hold all of the surface.
+  constexpr double kSphere = 5.0;
+  const Kernel::Sphere_3 sphere(inside.get_inner_point(),
+                                kSphere * kSphere * inside.bounding_sphere().squared_radius());
+  // A point: a ball of 4,000 takes 22, one of which a third was seen 164, normals at random 2,100.
+  constexpr std::size_t kMaxEvaluations = 3000;
   Surface surface;
-  const bool found = CGAL::poisson_surface_reconstruction_delaunay(
-      oriented.begin(), oriented.end(), CGAL::First_of_pair_property_map<Oriented>(),
-      CGAL::Second_of_pair_property_map<Oriented>(), surface, spacing_m, kMinAngle_deg, kMaxRadius,
-      kMaxDistance);
-  if (!found || surface.number_of_faces() == 0) return std::nullopt;
+  try {
+    surface = MeshOf(inside, sphere, spacing_m, kMaxEvaluations * cloud.size());
+  } catch (const CGAL::Failure_exception&) {  // crossings that rounding cannot tell apart
+    return std::nullopt;
+  }
+  if (surface.number_of_faces() == 0) return std::nullopt;
   TriangleMesh mesh = FromSurface(surface);
   if (Volume(mesh) < 0.0) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);

@@ -55,13 +55,13 @@ struct Overlap {
 Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& parts);
 
 /// The closed surface whose gradient of inside and outside fits oriented points best (Poisson
-/// reconstruction; Kazhdan, Bolitho and Hoppe 2006; CGAL's). The same points give the same surface,
-/// but not the same triangles: CGAL's Delaunay refinement takes cells in the order of their
-/// addresses.
+/// reconstruction; Kazhdan, Bolitho and Hoppe 2006; CGAL's). The same points give the same
+/// triangles.
 /// @param cloud      with outward unit normals, evenly spread; 100 points at least.
 /// @param spacing_m  of its points: triangles stand off by 0.25 of it at most.
 /// @return faces outward; nullopt if no surface fits.
-/// @throws std::invalid_argument if points and normals are not as many, or too few.
+/// @throws std::invalid_argument if points and normals are not as many, or too few;
+/// base::InputError if the mesher would go on for minutes.
 std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spacing_m);
 
 }  // namespace rangegrasp::geometry

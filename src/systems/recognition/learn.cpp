@@ -19,7 +19,8 @@ using geometry::PointCloud;
 constexpr std::size_t kMinPoints = 200;  // fewer are noise, or too coarse a scan to learn from
 /// A place of the surface was seen if a measured point is no further away, in spacings.
 constexpr double kSeen = 2.5;
-constexpr double kFacesUp = 0.5;  // of a normal's z: the foot's upper end is inside of the thing
+constexpr double kMaxSize = 1000.0;  // in spacings; of an outlier far away the mesher finds no end
+constexpr double kFacesUp = 0.5;     // of a normal's z: the foot's upper end is inside of the thing
 
 /// The table's plane in its own frame: z away from it.
 base::Pose TableFrame(const geometry::Plane& table) {
@@ -110,6 +111,13 @@ LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
     throw base::InputError(fmt::format(
         "{} points of a thing on the table (in cells of {:g} mm); {} at least tell what it is",
         thing.size(), options.spacing_m * 1e3, kMinPoints));
+  }
+  const double size_m = geometry::BoundsOf(thing.points).sizes().maxCoeff();
+  if (size_m > kMaxSize * options.spacing_m) {
+    throw base::InputError(fmt::format(
+        "what is above the table is {:g} m across, more than {:g} points of {:g} mm: is an outlier "
+        "among it? --crop leaves it out",
+        size_m, kMaxSize, options.spacing_m * 1e3));
   }
   PointCloud closed = thing;
   AddFoot(options, closed);

@@ -22,8 +22,7 @@ struct LearntModel {
 
 /// A model of the one thing that stands on a table, from all views that a scene was perceived from:
 /// its measured points with their normals, and the table where it stands on it, closed by Poisson's
-/// reconstruction (mesh/solid.h; its triangles may differ from run to run). What no view saw
-/// is closed smoothly.
+/// reconstruction (mesh/solid.h). What no view saw is closed smoothly.
 /// @throws base::InputError if there is nothing on the table, or no surface fits.
 LearntModel Learn(const perception::Scene& scene, const LearnOptions& options = {});
 

@@ -218,12 +218,15 @@ TEST(PoissonSurface, ClosesWhatIsOpen) {
   EXPECT_TRUE(samples::IsClosed(*mesh));
 }
 
-// Triangles differ from call to call, what they stand for does not.
-TEST(PoissonSurface, TheSamePointsGiveTheSameSurface) {
+TEST(PoissonSurface, TheSamePointsGiveTheSameTrianglesWhereverTheHeapLies) {
   const auto first = PoissonSurface(Ball(3), 0.002);
+  std::vector<std::vector<char>> held;  // blocks of the sizes that the mesher asks for
+  for (std::size_t i = 0; i < 200; ++i) held.emplace_back(1000 * (i % 60 + 1));
+  for (std::size_t i = 0; i < held.size(); i += 3) std::vector<char>().swap(held[i]);
   const auto second = PoissonSurface(Ball(3), 0.002);
   ASSERT_TRUE(first && second);
-  EXPECT_NEAR(Volume(*first) / Volume(*second), 1.0, 0.003);
+  EXPECT_EQ(first->vertices, second->vertices);
+  EXPECT_EQ(first->triangles, second->triangles);
 }
 
 TEST(PoissonSurface, RefusesWhatIsNoOrientedCloud) {

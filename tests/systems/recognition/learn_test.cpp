@@ -75,6 +75,16 @@ TEST(Learn, TellsWhatNobodySaw) {
   EXPECT_NEAR(model.share_seen, 1.0 - 60.0 * 75.0 / (200.0 * 75.0 + 60.0 * 40.0), 0.08);
 }
 
+// A kilometre of surface in triangles of a millimetre has no end.
+TEST(Learn, AnOutlierFarAwayIsNamed) {
+  auto scene = BoxOnTable(base::Pose::Identity());
+  scene.objects[0].points.push_back(static_cast<std::uint32_t>(scene.cloud.size()));
+  scene.cloud.points.emplace_back(0.2, -0.1, 1000.0);
+  scene.cloud.normals.push_back(Vector3d::UnitZ());
+  EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),
+              testing::HasSubstr("is an outlier among it?"));
+}
+
 TEST(Learn, OfAnEmptyTableIsRefused) {
   perception::Scene scene;
   EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),

@@ -125,14 +125,14 @@ void LearnModel(const LearnArguments& arguments) {
   base::Rng rng(1);
   recognition::LearntModel model;
   std::size_t things = 0;
+  geometry::Observation observation;
+  for (const std::string& cloud : arguments.clouds) {
+    CloudArguments one = arguments;
+    one.cloud = cloud;
+    observation.views.push_back(ReadView(one));
+    observation.views.back().colors.clear();
+  }
   try {
-    geometry::Observation observation;
-    for (const std::string& cloud : arguments.clouds) {
-      CloudArguments one = arguments;
-      one.cloud = cloud;
-      observation.views.push_back(ReadView(one));
-      observation.views.back().colors.clear();
-    }
     const auto scene = perception::Perceive(observation, options, rng);
     things = scene.objects.size();
     model = recognition::Learn(scene, learn);
