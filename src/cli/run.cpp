@@ -101,19 +101,24 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
 // One experiment of one seed. The first cases of each group are run before all others, and these
 // only if not all of the first fail in the same way. A run that is resumed after that goes on.
 Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& options) {
-  e.kind->report(e.stamp, {});  // a broken published table shows before hours of trials
+  experiment::ReportOf(
+      {e.stamp, {}, e.common.file});  // a broken published table shows before hours of trials
   const experiment::FolderLock lock(folder);
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
   const auto before = Missing(cases, store).size();
   const base::Stopwatch watch;
   std::string failed = RunTillHopeless(e, cases, store, options);
-  experiment::Results results{store.ReadStamp(), store.ReadAll()};
+  experiment::Results results{store.ReadStamp(), store.ReadAll(), folder};
   auto report = experiment::ReportOf(results);
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
   spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
                before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
                store.file().string());
+  const auto same = experiment::SameFailure(results.records, e.kind->success);
+  if (same && results.records.front().result.outcome == e.kind->unusable) {
+    failed += (failed.empty() ? "" : "\n") + ("all cases ended in " + *same);
+  }
   const auto crashes = experiment::CrashReasons(results.records);
   if (!crashes.empty()) {
     failed += (failed.empty() ? "" : "\n") +

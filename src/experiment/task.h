@@ -74,6 +74,8 @@ struct TaskKind {
   /// Whether a run in which all first cases fail in the same way ends early (Common::stop_after):
   /// false for kinds whose cases are of use even where none of them is a success.
   bool stops_when_hopeless = false;
+  /// The outcome with which a run fails if all its cases end in it, for the same reason.
+  std::string unusable = {};
   /// Reads the kind's keys, to their end (map.Finish()), and makes everything ready; null where
   /// common.on_findings says so.
   /// @throws base::InputError

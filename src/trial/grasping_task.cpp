@@ -111,6 +111,7 @@ const experiment::TaskKind& GraspingTask() {
       .uses_seed = true,
       .success = "delivered",
       .stops_when_hopeless = true,
+      .unusable = std::string(base::Word(Outcome::kDetectorFailed)),
       .read = Read,
       .read_keys = [](base::YamlMap& map) { ReadOptions(map); },
       .report = ReportOf,

@@ -56,7 +56,11 @@ void CheckDetectorAlone(const CheckArguments& arguments) {
   std::vector<std::string> words = base::Split(arguments.detector, ' ');
   std::erase(words, "");
   for (std::size_t i = 1; i < words.size(); ++i) {
-    if (fs::exists(words[i])) words[i] = std::filesystem::absolute(words[i]).string();
+    if (fs::exists(words[i])) {
+      words[i] = std::filesystem::absolute(words[i]).string();
+    } else if (words[i].ends_with(".py")) {
+      throw base::InputError("--detector: no file '" + words[i] + "'");
+    }
   }
   if (!words.empty() && words.front().find('/') != std::string::npos) {
     words.front() = std::filesystem::absolute(words.front()).string();

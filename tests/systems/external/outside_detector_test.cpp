@@ -310,6 +310,7 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
   };
   EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
   EXPECT_THAT(open("{command: [no-such-program]}"), HasSubstr("no program 'no-such-program'"));
+  EXPECT_THAT(open("{command: [sh, missing.py]}"), HasSubstr("--set detector.command: "));
   EXPECT_THAT(open("{command: [sh, missing.py]}"), HasSubstr("experiments/missing.py"));
   EXPECT_THAT(open("{time_limit_s: 3}"), HasSubstr("key 'command': is missing"));
   EXPECT_THAT(open("{command: [sh], time_limit_s: 60}"), HasSubstr("less than trial_limit_s"));

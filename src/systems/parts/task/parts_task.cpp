@@ -186,10 +186,11 @@ class PartsExperiment : public experiment::Task {
   Result RunCase(const Case& which, std::optional<HumanModel>& model,
                  std::optional<Segmentation>& found) const {
     Result result;
-    result.outcome = "failed";
+    result.outcome = experiment::kCrashed;  // what cannot be read fails the run
     result.stage = "read";
     try {
       model = ReadHumanModel(setup_.folder, which.params.Int("model"));
+      result.outcome = "failed";
       result.stage = "method";
       double seconds = 0.0;
       found = Segment(model->shape, which.params, seconds);

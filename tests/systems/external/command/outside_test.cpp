@@ -86,9 +86,11 @@ TEST_F(OutsideRun, TheExampleInPythonIsUnderstood) {
   }
 }
 
-TEST_F(OutsideRun, FailuresStayInTheDenominators) {
+TEST_F(OutsideRun, ADetectorThatAlwaysFailsFailsTheRunButStaysInTheDenominators) {
   const Ran ran = RunProgram(Arguments("failed", {"sh", "-c", "echo oh no >&2; exit 3"}));
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(ran.code, 1) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("all cases ended in detector_failed"));
+  EXPECT_THAT(ran.err, HasSubstr("oh no"));
   const Ran table = RunProgram({"table", Folder("failed"), "--json"});
   const json row = json::parse(table.out)["rows"][0];
   EXPECT_EQ(row["trials"], 2);

@@ -122,7 +122,7 @@ TEST_F(PartsTaskTest, AModelThatFailsSaysWhyAndTheOthersGoOn) {
   for (const Case& which : task_->Cases()) {
     const Result result = task_->Run(which);
     const bool works = which.id.starts_with("peanut-0001");
-    EXPECT_EQ(result.outcome, works ? "scored" : "failed") << which.id;
+    EXPECT_EQ(result.outcome, works ? "scored" : experiment::kCrashed) << which.id;
     if (works) continue;
     EXPECT_EQ(result.data, "{}");
     EXPECT_EQ(result.stage, "read");
@@ -170,7 +170,7 @@ TEST_F(PartsTaskTest, AModelThatCannotBeReadHasNoView) {
   experiment::View view;
   experiment::ReplayOptions options;
   options.view = &view;
-  EXPECT_EQ(task_->Replay(CaseOf("peanut-0002-sdf"), options).outcome, "failed");
+  EXPECT_EQ(task_->Replay(CaseOf("peanut-0002-sdf"), options).outcome, experiment::kCrashed);
   EXPECT_TRUE(view.Empty());
 }
 
