@@ -35,6 +35,21 @@ void SetUpLog() {
   spdlog::set_pattern("%^%l%$: %v");
 }
 
+// What is typed becomes text of messages, files and JSON.
+void CheckArguments(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (base::IsUtf8(argv[i])) continue;
+    throw base::InputError(
+        fmt::format("argument {} is not UTF-8: rename the file, or use a terminal with UTF-8", i));
+  }
+}
+
+// For errors that do not say what they are about.
+std::string CommandOf(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  return base::Join(words, " ");
+}
+
 // CLI11 would only say that a command is missing.
 void CheckCommand(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -217,6 +232,7 @@ int RunProgram(int argc, char** argv) {
   AddShellCommands(app);
   AddVersionCommand(app);
   try {
+    CheckArguments(argc, argv);
     CheckCommand(app, argc, argv);
     app.parse(argc, argv);
     return 0;
@@ -230,8 +246,15 @@ int RunProgram(int argc, char** argv) {
   } catch (const base::InputError& e) {
     spdlog::error(e.what());
     return kBadInput;
-  } catch (const std::exception& e) {
+  } catch (const base::RunError& e) {
     spdlog::error(e.what());
+    return kRunFailed;
+  } catch (const std::bad_alloc&) {
+    spdlog::error("{}: more memory is needed than there is", CommandOf(argc, argv));
+    return kRunFailed;
+  } catch (const std::exception& e) {  // none that the program should let through
+    spdlog::error("{}: an error inside the program, which may be reported as such: {}",
+                  CommandOf(argc, argv), e.what());
     return kRunFailed;
   }
 }

@@ -153,7 +153,11 @@ void AddCompare(CLI::App& app) {
 void Merge(const std::vector<std::string>& folders, const std::string& out, bool complete) {
   const auto merged = experiment::Merge({folders.begin(), folders.end()}, out, complete);
   const bool all = merged.cases == merged.expected;
-  if (all || !complete) spdlog::info("{} folders joined in {}", folders.size(), out);
+  if (all || !complete) {
+    WriteResult(experiment::FileAsRun(Store::Open(out).ReadStamp()),
+                fs::path(out) / "experiment.yaml");
+    spdlog::info("{} folders joined in {}", folders.size(), out);
+  }
   if (all) return;
   // A shard that was forgotten, or whose run was killed.
   const std::string missing =

@@ -139,8 +139,9 @@ std::string WhyOf(const sim::ExecutionLog& log) {
           : fmt::format(
                 "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, "
                 "{} slips were felt",
-                log.lift_height_m * base::kMmPerM, log.slip_in_hand_m * base::kMmPerM,
-                base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
+                std::round(log.lift_height_m * base::kMmPerM) + 0.0,  // no -0
+                log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad),
+                log.slips_heard);
   if (log.stopped_by_contact.empty()) return why;
   return why + "; the drives felt something in the way, or fell behind, in: " +
          base::Join(log.stopped_by_contact);

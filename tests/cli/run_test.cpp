@@ -108,6 +108,8 @@ TEST_F(RunTest, ShardsThatOverlapOrExistAreNotMerged) {
   EXPECT_EQ(RunProgram({"merge", Folder("shard1"), "-o", Folder("single")}).code, 2);
   const Ran one = RunProgram({"merge", Folder("shard1"), "-o", Folder("one")});
   EXPECT_THAT(one.err, HasSubstr("is a shard missing?"));
+  EXPECT_EQ(base::ReadFile(Folder("one") + "/experiment.yaml"),
+            base::ReadFile(Folder("shard1") + "/experiment.yaml"));
 }
 
 TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {

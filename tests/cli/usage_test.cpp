@@ -9,6 +9,7 @@
 
 #include "base/words.h"
 #include "cli/command.h"
+#include "experiment/child.h"
 
 namespace rangegrasp {
 namespace {
@@ -206,6 +207,21 @@ TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {
   ExpectRefused({"run", Experiment(Tabletop(), "[none]"), "--out", Out()}, "nearest: 'thing'");
 }
 
+TEST_F(BadInputTest, AnObjectThatIsNoPlaceOfThisWorldIsNamedAtOnce) {
+  const std::string model = (folder_ / "models/objects/thing/thing.xml").string();
+  for (const char* geom : {"size=\".1\" pos=\"0 0 1e300\"", "size=\"1e300\""}) {
+    Thing("<mujoco><worldbody><body name=\"thing\"><freejoint/><geom name=\"g\" " +
+          std::string(geom) + " mass=\"1\"/></body></worldbody></mujoco>");
+    ExpectRefused({"snapshot", model, "-o", (folder_ / "a.png").string()}, model + ": ");
+  }
+}
+
+TEST_F(BadInputTest, TextThatIsNotUtf8IsNamed) {
+  const std::string file = folder_.Write("e.yaml", "name: demo\n# caf\xe9\n").string();
+  ExpectRefused({"run", file, "--out", Out()}, file + ":2: is not UTF-8");
+  ExpectRefused({"perceive", "a\xff.pcd", "--json"}, "argument 2 is not UTF-8");
+}
+
 TEST_F(BadInputTest, ACloudThatIsNoneIsNamed) {
   const std::string header =
       "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
@@ -222,6 +238,7 @@ TEST_F(BadInputTest, ACloudThatIsNoneIsNamed) {
       {"no_points.pcd", no_points},
       {"nan.pcd", header + "nan nan nan\nnan nan nan\nnan nan nan\n"},
       {"few.pcd", header + "0 0 0\n1 0 0\n0 1 0\n"},
+      {"far.pcd", header + "0 0 0\n1 0 0\n0 1 1e30\n"},
       {"cloud.xyz", "1 2 3\n"},
       {"text.ply", "ply\nformat ascii 1.0\n"},
   };
@@ -250,6 +267,24 @@ TEST_F(BadInputTest, AnOutputThatCannotBeMadeIsNamed) {
   ExpectRefused({"run", experiment, "--out", below}, below);
   ExpectRefused({"run", experiment, "--out", "/proc/self"}, "/proc/self");
   ExpectRefused({"snapshot", Tabletop(), "-o", below + "/a.png", "--size", "16x16"}, below);
+}
+
+// As with `ulimit -v`, at limits at which libraries would crash.
+TEST(LittleMemory, IsSaidAndEndsWithCodeOne) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer needs more address space than any limit leaves";
+#endif
+  const TempFolder folder;
+  const std::string scene = (kUsageSource / "scenes/tabletop.xml").string();
+  for (const rlim_t megabytes : {420, 520, 1000}) {
+    const int code = testing_support::InChild([&] {
+      const rlimit limit{megabytes << 20U, megabytes << 20U};
+      setrlimit(RLIMIT_AS, &limit);
+      const Ran ran = RunProgram({"snapshot", scene, "-o", (folder / "a.png").string()});
+      return ran.code == 1 && ran.err.find("of memory are needed") != std::string::npos ? 0 : 1;
+    });
+    EXPECT_EQ(code, 0) << megabytes;
+  }
 }
 
 TEST(FullDisk, IsSaidAndEndsWithCodeOne) {

@@ -308,7 +308,10 @@ void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
   if (!perceived.error.empty()) spdlog::error(perceived.error);
   if (arguments.json) {
     const ordered_json failed = {{"cloud", arguments.cloud}, {"error", perceived.error}};
-    WriteResult((perceived.error.empty() ? perceived.json : failed).dump() + "\n");
+    // A folder's files may have any names.
+    WriteResult((perceived.error.empty() ? perceived.json : failed)
+                    .dump(-1, ' ', false, ordered_json::error_handler_t::replace) +
+                "\n");
   } else if (perceived.error.empty()) {
     WriteResult(arguments.cloud + "\n" + perceived.text + "\n");
   }
