@@ -82,16 +82,27 @@ std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>
   };
   std::set<std::size_t> made;
   int differing = 0;
+  std::vector<Record> crashed;  // only when they were run again
   ProgressBar bar(0, static_cast<int>(cases.size()));
   experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
                        [&](int done, int total, const Record& replayed) {
                          bar(done, total, replayed);
                          const Shown& stored = *by_id.at(replayed.which.id);
-                         differing += SameButTimes(stored.record, replayed) ? 0 : 1;
+                         if (replayed.result.outcome == experiment::kCrashed &&
+                             stored.record.result.outcome != experiment::kCrashed) {
+                           crashed.push_back(replayed);
+                         } else {
+                           differing += SameButTimes(stored.record, replayed) ? 0 : 1;
+                         }
                          const auto file =
                              request.out / "views" / (std::to_string(stored.number) + ".js");
                          if (fs::exists(file)) made.insert(stored.number);
                        });
+  if (!crashed.empty()) {
+    spdlog::warn("{}: {} of {} cases could not be run again:\n  {}", store.string(),
+                 crashed.size(), cases.size(),
+                 base::Join(experiment::CrashReasons(crashed), "\n  "));
+  }
   if (differing > 0) {
     spdlog::warn(
         "{}: {} of {} cases differ from their records when they are run again: was the program or "
