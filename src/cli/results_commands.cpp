@@ -154,8 +154,10 @@ void Merge(const std::vector<std::string>& folders, const std::string& out, bool
   const auto merged = experiment::Merge({folders.begin(), folders.end()}, out, complete);
   const bool all = merged.cases == merged.expected;
   if (all || !complete) {
-    WriteResult(experiment::FileAsRun(Store::Open(out).ReadStamp()),
-                fs::path(out) / "experiment.yaml");
+    const Stamp stamp = Store::Open(out).ReadStamp();
+    if (stamp.data.contains("experiment_text") && stamp.data.contains("set")) {  // not damaged
+      WriteResult(experiment::FileAsRun(stamp), fs::path(out) / "experiment.yaml");
+    }
     spdlog::info("{} folders joined in {}", folders.size(), out);
   }
   if (all) return;

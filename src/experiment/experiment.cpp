@@ -197,7 +197,8 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
 Report ReportOf(const Results& results) {
   const auto& [stamp, records, folder] = results;
   const TaskKind& kind = KindOf(stamp);
-  const auto wanted = CasesOf(stamp);
+  const std::string where = folder.empty() ? Need(stamp.identity, "experiment") : folder.string();
+  const auto wanted = CasesOf(stamp, where);
   Report report;
   try {
     report = kind.report(stamp, records);
@@ -206,9 +207,7 @@ Report ReportOf(const Results& results) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {  // as JSON, counts or words of records cause them
-    throw base::InputError(fmt::format(
-        "{}: no tables can be made: {}",
-        folder.empty() ? Need(stamp.identity, "experiment") : folder.string(), error.what()));
+    throw base::InputError(where + ": no tables can be made: " + error.what());
   }
   if (records.size() < wanted) {
     report.notes.push_back(

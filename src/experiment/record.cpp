@@ -159,11 +159,12 @@ const std::string& Need(const std::map<std::string, std::string>& part, const st
   return found->second;
 }
 
-std::size_t CasesOf(const Stamp& stamp) {
-  const std::string& text = Need(stamp.identity, "cases");
+std::size_t CasesOf(const Stamp& stamp, const std::string& where) {
+  const std::string text = ValueOr(stamp.identity, "cases", "");
   if (const auto cases = base::NumberFrom<std::size_t>(text)) return *cases;
-  throw base::InputError("the results' number of cases is '" + text +
-                         "', not a whole number: they are damaged");
+  throw base::InputError(where + ": the number of cases is '" + text +
+                         "', not a whole number: the results are damaged, or the run was killed "
+                         "at its start");
 }
 
 std::string LineOf(const Stamp& stamp) {

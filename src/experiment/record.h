@@ -105,7 +105,8 @@ std::string ValueOr(const std::map<std::string, std::string>& part, const std::s
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
 /// How many cases the experiment has. @throws base::InputError if that is no whole number.
-std::size_t CasesOf(const Stamp& stamp);
+/// @param where  the stamp is from, for messages
+std::size_t CasesOf(const Stamp& stamp, const std::string& where);
 
 /// "laser_single: rangegrasp 0.2.0 (0123abcd), seed 1, ..." for below a table.
 std::string LineOf(const Stamp& stamp);

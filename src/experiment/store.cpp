@@ -210,7 +210,7 @@ void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
 // seeds may differ in.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
-  const auto cases = CasesOf(pooled) + CasesOf(stamp);
+  const auto cases = CasesOf(pooled, folder) + CasesOf(stamp, folder);
   Stamp alike = stamp;
   alike.identity["seed"] = pooled.identity.at("seed");
   alike.identity["cases"] = pooled.identity.at("cases");
@@ -504,7 +504,7 @@ Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool comp
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
-  Merged merged{.cases = 0, .expected = CasesOf(stamp)};
+  Merged merged{.cases = 0, .expected = CasesOf(stamp, shards.front().string())};
   std::vector<Source> sources;
   for (const auto& folder : shards) {
     const Store& store = sources.emplace_back(folder).store;
