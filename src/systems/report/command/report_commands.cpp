@@ -99,9 +99,8 @@ std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>
                          if (fs::exists(file)) made.insert(stored.number);
                        });
   if (!crashed.empty()) {
-    spdlog::warn("{}: {} of {} cases could not be run again:\n  {}", store.string(),
-                 crashed.size(), cases.size(),
-                 base::Join(experiment::CrashReasons(crashed), "\n  "));
+    spdlog::warn("{}: {} of {} cases could not be run again:\n  {}", store.string(), crashed.size(),
+                 cases.size(), base::Join(experiment::CrashReasons(crashed), "\n  "));
   }
   if (differing > 0) {
     spdlog::warn(
