@@ -213,8 +213,9 @@ std::string Expand(const LineReader& lines, std::string_view body, std::size_t n
   if (sizes[1] != needed) {
     lines.Fail("the compressed data hold {} bytes; the header says {}", sizes[1], needed);
   }
-  CheckSize(lines, body.size(), sizes[0]);
-  auto expanded = ExpandLzf(body, needed);
+  // Older writers of PCL fill up a page of memory behind the data.
+  if (body.size() < sizes[0]) CheckSize(lines, body.size(), sizes[0]);
+  auto expanded = ExpandLzf(body.substr(0, sizes[0]), needed);
   if (!expanded) lines.Fail("the compressed data are broken");
   return std::move(*expanded);
 }

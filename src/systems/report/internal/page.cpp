@@ -199,7 +199,8 @@ ordered_json StampJson(const experiment::Stamp& stamp) {
 }
 
 ordered_json RunJson(const Run& run) {
-  const auto& [stamp, records, folder] = run.results;
+  const experiment::Stamp& stamp = run.results.stamp;
+  const Records& records = run.results.records;
   std::vector<Chart> charts;
   if (run.kind->charts) charts = run.kind->charts(stamp, records);
   std::ranges::move(RecordCharts(stamp, records, run.kind->success), std::back_inserter(charts));
