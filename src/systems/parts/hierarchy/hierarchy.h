@@ -23,7 +23,7 @@ struct HierarchyOptions {
   double min_area = 0.005;    ///< > 0; of a part
   double solidity = 0.02;     ///< of a part, a ball's is 0.28; patches of a wall and dents are none
   double max_flatness = 0.9;  ///< of a cut: cost over length, times what is seen across, at most
-  double sight = 0.4;         ///< > 0; reach of SeenAcross, of the root of the smaller side's area
+  double sight = 0.4;  ///< >= 0; reach of SeenAcross, of the root of the side; 0: creases alone
   double border_reach = 0.7;  ///< >= 0; how far borders move at last, in widths of a cell
 };
 

@@ -368,7 +368,8 @@ CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candid
     if (Solidity(part, off, side) < options.solidity) continue;
     // A strip along a border that was cut before: the same crease, seen again from next to it.
     if (EdgeShare(part, off, side) > kStrip) continue;
-    const double seen = SeenAcross(part, off, options.sight * std::sqrt(one.smaller));
+    const double seen =
+        part.sees.empty() ? 1.0 : SeenAcross(part, off, options.sight * std::sqrt(one.smaller));
     if (one.flatness * seen > options.max_flatness) continue;
     quality *= seen;
     if (quality < best.quality) best = {quality, geometry::PositionsOf(off)};
