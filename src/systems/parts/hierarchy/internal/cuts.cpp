@@ -31,6 +31,9 @@ constexpr std::size_t kFarBins = 8;
 constexpr double kFarthest = 2.5;
 /// Pairs on one side that a bin needs to be compared with.
 constexpr double kMinPairs = 8.0;
+/// Where fewer of the pairs on one side see each other it is no weakly convex part but a wall, of
+/// which sight says nothing.
+constexpr double kMinConvex = 0.5;
 /// What is seen across a cut counts as no less: a part that sees nothing of the rest is no better.
 constexpr double kMinSeen = 0.1;
 
@@ -325,13 +328,15 @@ double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach)
   for (const Cell a : sides[0]) {
     for (const Cell b : sides[1]) count(across, a, b);
   }
-  double seen = 0.0, expected = 0.0;
+  double seen = 0.0, expected = 0.0, pairs = 0.0;
   for (std::size_t k = 0; k < kFarBins; ++k) {
     if (within[k].pairs < kMinPairs) continue;
     seen += across[k].seen;
+    pairs += across[k].pairs;
     expected += within[k].seen / within[k].pairs * across[k].pairs;
   }
-  return expected > 0.0 ? std::clamp(seen / expected, kMinSeen, 1.0) : 1.0;
+  if (!(expected > kMinConvex * pairs)) return 1.0;
+  return std::clamp(seen / expected, kMinSeen, 1.0);
 }
 
 CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candidates,
