@@ -222,7 +222,7 @@ void Check(const HierarchyOptions& options) {
   if (options.cells < 2 || options.centers < kMinCenters || options.levels < 1 ||
       !(options.fine > 0.0) || !(options.coarse > 0.0) || !(options.concavity >= 0.0) ||
       (options.parts && *options.parts < 1) || !(options.cut_quality > 0.0) ||
-      !(options.min_area > 0.0) || !(options.flat_side > 0.0)) {
+      !(options.min_area > 0.0) || !(options.flat_side > 0.0) || !(options.sight >= 0.0)) {
     throw std::invalid_argument("hierarchy: an option is out of range");
   }
 }
@@ -269,7 +269,8 @@ class Hierarchy {
         BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options_.levels}),
                   {.min_area = MinArea(),
                    .solidity = options_.solidity,
-                   .max_flatness = options_.max_flatness});
+                   .max_flatness = options_.max_flatness,
+                   .sight = options_.sight});
     const int level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
     const PartNode part{parent, level, -1, split.quality};
     nodes_.push_back({std::move(cells), part, std::move(split)});
@@ -330,7 +331,8 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   const FaceFrames& frames = facets.frames;
   std::vector<double> bends;
   const std::vector<double> costs = Costs(mesh, faces, frames, options, bends);
-  const Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
+  Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
+  if (options.sight > 0.0) LookThrough(mesh, frames, cells);
 
   const Hierarchy hierarchy(cells, frames.total_area, options);
   const std::vector<Node>& nodes = hierarchy.nodes();
@@ -375,6 +377,17 @@ Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
   return JoinTurned(mesh, *axis, SegmentMesh(mesh, options));
 }
 
+/// A view has no inside to look through, and noise lets light through thin walls: clouds are cut
+/// along creases alone, by the values that were chosen for that.
+HierarchyOptions OfClouds(HierarchyOptions options) {
+  options.sight = 0.0;
+  options.max_flatness = 0.88;
+  options.cut_quality *= 1.05;
+  options.centers = 20;
+  options.levels = 6;
+  return options;
+}
+
 Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
   const CloudMesh surface = MeshOfCloud(cloud.points);
   if (!surface.mesh.IsMesh()) {
@@ -394,7 +407,7 @@ Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
 
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
   Check(options);
-  return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, options);
+  return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, OfClouds(options));
 }
 
 }  // namespace rangegrasp::parts

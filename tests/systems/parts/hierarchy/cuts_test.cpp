@@ -13,12 +13,14 @@
 namespace rangegrasp::parts {
 namespace {
 
-/// Cells in a row, each a solid lump: its normals look away from the row's middle.
+/// Cells in a row that all see each other, each a solid lump: its normals look away from the row's
+/// middle.
 Cells Row(const std::vector<double>& areas, const std::vector<double>& borders) {
   Cells cells;
   cells.area = areas;
   cells.on_edge.assign(areas.size(), false);
   cells.links.resize(areas.size());
+  cells.sees.assign(areas.size(), std::vector<bool>(areas.size(), true));
   for (std::uint32_t c = 0; c < areas.size(); ++c) {
     cells.center.emplace_back(c, 0.0, 0.0);
     cells.normal.push_back(Eigen::Vector3d::UnitX());
@@ -49,6 +51,31 @@ TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
   EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 3.5, .solidity = -1e9}).quality));
   // And none is solid enough.
   EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 0.5, .solidity = 1e9}).quality));
+}
+
+// Two rooms in a row of eight, with a wall between the third and the fourth cell: no pair across it
+// sees the other, all pairs in a room do. A cut elsewhere is seen through as far as its rooms
+// reach.
+TEST(SeenAcross, IsLeastWhereRoomsMeet) {
+  Cells row = Row(std::vector<double>(8, 1.0), std::vector<double>(7, 1.0));
+  for (std::uint32_t a = 0; a < 8; ++a) {
+    for (std::uint32_t b = 0; b < 8; ++b) row.sees[a][b] = (a < 4) == (b < 4);
+  }
+  EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 0.1);
+  EXPECT_EQ(SeenAcross(row, FirstCells(8, 2), 1.0), 1.0);
+  row.sees.assign(8, std::vector<bool>(8, true));
+  EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 1.0);
+}
+
+// What is far apart sees little of each other anyway, as in a thin bent wall: a cut through it does
+// not become better by that.
+TEST(SeenAcross, ComparesPairsThatAreAsFarApart) {
+  Cells row = Row(std::vector<double>(40, 1.0), std::vector<double>(39, 1.0));
+  for (std::uint32_t a = 0; a < 40; ++a) {
+    for (std::uint32_t b = 0; b < 40; ++b) row.sees[a][b] = a < b ? b - a < 6 : a - b < 6;
+  }
+  // Bins of 15 / 8 mix pairs that see each other with some that do not: within a tenth.
+  EXPECT_NEAR(SeenAcross(row, FirstCells(40, 20), 6.0), 1.0, 0.1);
 }
 
 TEST(Divide, CrumbsGoWithWhatIsTakenOff) {

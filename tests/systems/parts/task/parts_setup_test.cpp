@@ -94,18 +94,18 @@ TEST_F(PartsSetupTest, AFolderWithoutTheDataIsToldBeforeTheRun) {
   EXPECT_THAT(Refused(models), HasSubstr("key 'data': is missing"));
 }
 
-TEST_F(PartsSetupTest, TheShippedExperimentHasTheTenClassesTwoAndTwo) {
+TEST_F(PartsSetupTest, TheShippedExperimentHasFourModelsOfEachClassForTuning) {
   const std::filesystem::path file = RANGEGRASP_SOURCE_DIR "/experiments/parts_psb.yaml";
   auto map = base::YamlMap::FromFile(file, {"data=" + peanuts_.folder.path().string()});
   std::string word;
   map.Read("task", word);  // as the engine does
   map.Read("name", word);
   const auto setup = ReadPartsSetup(map);
-  EXPECT_EQ(setup.classes.size(), 10U);
+  EXPECT_EQ(setup.classes.size(), 19U);
   EXPECT_EQ(setup.methods.size(), base::ValuesOf<Method>().size());
   EXPECT_FALSE(setup.published.empty());
   for (const auto& one : setup.classes) {
-    EXPECT_EQ(one.tune.size(), 2U) << one.name;
+    EXPECT_EQ(one.tune.size(), 4U) << one.name;
     EXPECT_TRUE(one.report.empty()) << one.name;  // ranges, of which this folder holds nothing
   }
 }

@@ -8,6 +8,7 @@
 
 #include "geometry/graph.h"
 #include "geometry/kd_tree.h"
+#include "geometry/ray_caster.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -98,6 +99,12 @@ std::vector<Eigen::Matrix3d> BendsOfBalls(const FaceFrames& patches,
 
 /// Area of a patch of the grid below which it has no seed, of a cube's side: a corner cut off.
 constexpr double kMinPatch = 0.3;
+/// Depth below the surface at which cells look for each other, of the root of the area: deeper than
+/// noise and the bumps of coarse faces; a thin wall's is a quarter of its thickness.
+constexpr double kDepth = 0.005;
+constexpr double kMinDepth = 1e-5;  ///< a wall is thicker
+constexpr double kMaxThickness = 10.0;
+
 /// Times that seeds go to the middle of their cells: the first evens the grid out, more do little.
 constexpr int kRounds = 2;
 
@@ -130,7 +137,8 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
               std::move(sums.center),
               std::move(sums.normal),
               std::move(sums.area),
-              std::vector<bool>(count, false)};
+              std::vector<bool>(count, false),
+              {}};
   std::vector<std::map<std::uint32_t, Cells::Link>> borders(count);
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
     if (of_face[g] == of_face[f]) return;
@@ -194,6 +202,44 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
   return cells;
 }
 
+void LookThrough(const Shape& mesh, const FaceFrames& frames, Cells& cells) {
+  const geometry::TriangleMesh walls{mesh.points, mesh.faces};
+  const geometry::TriangleMesh* const all = &walls;
+  const geometry::RayCaster caster({&all, 1});
+  const double unit = std::sqrt(frames.total_area);
+  const std::uint32_t count = cells.size();
+  const Indices middle =
+      MiddleFaces(frames, cells.of_face, cells.center, std::vector<bool>(count, true));
+  std::vector<geometry::Ray> rays;
+  for (const std::uint32_t f : middle) {
+    const Eigen::Vector3d in = -frames.normal[f];
+    rays.push_back({frames.center[f].cast<float>(), in.cast<float>(),
+                    static_cast<float>(kMinDepth * unit),
+                    static_cast<float>(kMaxThickness * unit)});
+  }
+  std::vector<geometry::Hit> hits;
+  caster.FirstHits(rays, hits);
+  Points below;
+  for (std::uint32_t c = 0; c < count; ++c) {
+    const double thickness = hits[c].found() ? hits[c].distance_m : kMaxThickness * unit;
+    below.push_back(frames.center[middle[c]] -
+                    std::min(kDepth * unit, 0.25 * thickness) * frames.normal[middle[c]]);
+  }
+  cells.sees.assign(count, std::vector<bool>(count, true));
+  std::vector<std::uint8_t> blocked;
+  for (std::uint32_t a = 1; a < count; ++a) {
+    rays.clear();
+    for (std::uint32_t b = 0; b < a; ++b) {
+      const Eigen::Vector3d way = below[b] - below[a];
+      const double length = way.norm();
+      rays.push_back({below[a].cast<float>(), (way / std::max(length, 1e-30)).cast<float>(), 0.0f,
+                      static_cast<float>(length)});
+    }
+    caster.Blocked(rays, blocked);
+    for (std::uint32_t b = 0; b < a; ++b) cells.sees[a][b] = cells.sees[b][a] = blocked[b] == 0;
+  }
+}
+
 Cells Subset(const Cells& cells, const Indices& some) {
   constexpr std::uint32_t kOut = std::numeric_limits<std::uint32_t>::max();
   Indices number(cells.size(), kOut);
@@ -206,6 +252,11 @@ Cells Subset(const Cells& cells, const Indices& some) {
     subset.normal.push_back(cells.normal[c]);
     subset.area.push_back(cells.area[c]);
     subset.on_edge.push_back(cells.on_edge[c]);
+    if (!cells.sees.empty()) {
+      std::vector<bool> row;
+      for (const std::uint32_t other : some) row.push_back(cells.sees[c][other]);
+      subset.sees.push_back(std::move(row));
+    }
     for (const Cells::Link& link : cells.links[c]) {
       if (number[link.to] == kOut) {
         subset.on_edge.back() = true;

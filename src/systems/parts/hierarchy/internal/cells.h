@@ -31,6 +31,8 @@ struct Cells {
   Points normal;  ///< unit, or zero
   std::vector<double> area;
   std::vector<bool> on_edge;  ///< touches cells that were left out
+  /// Whether two cells see each other through the inside: of a weakly convex part most do.
+  std::vector<std::vector<bool>> sees;
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(area.size()); }
 };
@@ -41,6 +43,10 @@ struct Cells {
 Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
                  const std::vector<double>& bends, const std::vector<double>& costs, int count,
                  double crease);
+
+/// Fills in which cells see each other: whether the line between their middles, a little below the
+/// surface, meets no face. O(cells^2 log faces).
+void LookThrough(const Shape& mesh, const FaceFrames& frames, Cells& cells);
 
 /// Some cells as cells of their own, in the order given; of_face stays empty.
 Cells Subset(const Cells& cells, const Indices& some);

@@ -1,6 +1,7 @@
 #include "parts/hierarchy/internal/cuts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -21,6 +22,20 @@ using Cell = std::uint32_t;
 
 /// Share of a side's area in cells at the part's own edge from which it is a strip.
 constexpr double kStrip = 0.5;
+
+/// Cells next to a cut that look across it, at most, of each side: enough for a share of pairs.
+constexpr std::size_t kMaxLookers = 64;
+/// Pairs are compared with others as far apart, in so many bins up to so many times the reach: two
+/// cells are at most twice the reach and the width of the cut apart.
+constexpr std::size_t kFarBins = 8;
+constexpr double kFarthest = 2.5;
+/// Pairs on one side that a bin needs to be compared with.
+constexpr double kMinPairs = 8.0;
+/// Where fewer of the pairs on one side see each other it is no weakly convex part but a wall, of
+/// which sight says nothing.
+constexpr double kMinConvex = 0.5;
+/// What is seen across a cut counts as no less: a part that sees nothing of the rest is no better.
+constexpr double kMinSeen = 0.1;
 
 /// A connected piece on one side of a candidate.
 struct SidePiece {
@@ -55,6 +70,20 @@ std::vector<SidePiece> SidePiecesOf(const Cells& part, const std::vector<bool>& 
     }
   }
   return pieces;
+}
+
+double AreaOf(const Cells& part, const std::vector<bool>& in) {
+  double area = 0.0;
+  for (Cell c = 0; c < part.size(); ++c) area += in[c] ? part.area[c] : 0.0;
+  return area;
+}
+
+/// At most `count` of some cells, evenly spread.
+Indices SomeOf(const Indices& cells, std::size_t count) {
+  Indices some;
+  const std::size_t step = (cells.size() + count - 1) / count;
+  for (std::size_t i = 0; i < cells.size(); i += step) some.push_back(cells[i]);
+  return some;
 }
 
 /// The share of a side's area in cells at the part's own edge.
@@ -262,31 +291,93 @@ double Solidity(const Cells& part, const std::vector<bool>& in, bool side) {
   return volume / std::pow(area, 1.5);
 }
 
+double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach) {
+  std::vector<double> distance(part.size(), ShortestPaths::kFar);
+  const auto expand = [&](Cell c, double d, const auto& lower) {
+    for (const Cells::Link& link : part.links[c]) {
+      lower(link.to, d + (part.center[c] - part.center[link.to]).norm());
+    }
+  };
+  Indices border;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (std::ranges::any_of(part.links[c], [&](const auto& l) { return off[l.to] != off[c]; })) {
+      border.push_back(c);
+    }
+  }
+  ShortestPaths().Lower(border, distance, expand, reach);
+  std::array<Indices, 2> sides;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (distance[c] <= reach) sides[off[c]].push_back(c);
+  }
+  struct Tally {
+    double pairs = 0.0, seen = 0.0;
+  };
+  std::array<Tally, kFarBins> within, across;  // by distance
+  const auto count = [&](std::array<Tally, kFarBins>& tally, Cell a, Cell b) {
+    const double far = (part.center[a] - part.center[b]).norm() / (kFarthest * reach);
+    Tally& bin = tally[static_cast<std::size_t>(kFarBins * std::min(far, 1.0 - 1e-9))];
+    bin.pairs += 1.0;
+    bin.seen += part.sees[a][b];
+  };
+  for (Indices& side : sides) side = SomeOf(side, kMaxLookers);
+  for (const Indices& side : sides) {
+    for (std::size_t i = 0; i < side.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) count(within, side[i], side[j]);
+    }
+  }
+  for (const Cell a : sides[0]) {
+    for (const Cell b : sides[1]) count(across, a, b);
+  }
+  double seen = 0.0, expected = 0.0, pairs = 0.0;
+  for (std::size_t k = 0; k < kFarBins; ++k) {
+    if (within[k].pairs < kMinPairs) continue;
+    seen += across[k].seen;
+    pairs += across[k].pairs;
+    expected += within[k].seen / within[k].pairs * across[k].pairs;
+  }
+  if (!(expected > kMinConvex * pairs)) return 1.0;
+  return std::clamp(seen / expected, kMinSeen, 1.0);
+}
+
 CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candidates,
                  const SplitOptions& options) {
   constexpr double kMaxLoops = 4.0;  // for a quick look; handles with more ends are rare
-  CutOff best{std::numeric_limits<double>::infinity(), {}};
   const double total = std::accumulate(part.area.begin(), part.area.end(), 0.0);
-  for (const std::vector<bool>& candidate : candidates) {
-    Labels of_cell;
-    const std::vector<SidePiece> pieces = SidePiecesOf(part, candidate, of_cell);
-    for (std::int32_t p = 0; p < std::ssize(pieces); ++p) {
+  struct Try {
+    double quality, smaller, flatness;
+    std::size_t candidate;
+    std::int32_t piece;
+  };
+  std::vector<Try> tries;
+  Labels of_cell;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const std::vector<SidePiece> pieces = SidePiecesOf(part, candidates[k], of_cell);
+    // Two pieces are the two sides of one cut.
+    for (std::int32_t p = pieces.size() == 2 ? 1 : 0; p < std::ssize(pieces); ++p) {
       const auto& [area, cost, length] = pieces[p];
       const double smaller = std::min(area, total - area);
       if (!(smaller >= options.min_area && smaller > 0.0)) continue;
-      if (cost > options.max_flatness * length) continue;
-      double quality = cost / std::sqrt(4.0 * base::kPi * smaller);
-      if (quality >= kMaxLoops * best.quality) continue;
-      std::vector<bool> off(part.size());
-      for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == p;
-      quality /= std::min(kMaxLoops, HandleLoops(part, off));
-      if (quality >= best.quality) continue;
-      const bool side = 2.0 * area <= total;
-      if (Solidity(part, off, side) < options.solidity) continue;
-      // A strip along a border that was cut before: the same crease, seen again from next to it.
-      if (EdgeShare(part, off, side) > kStrip) continue;
-      best = {quality, geometry::PositionsOf(off)};
+      tries.push_back({cost / std::sqrt(4.0 * base::kPi * smaller), smaller, cost / length, k, p});
     }
+  }
+  std::ranges::stable_sort(tries, {}, &Try::quality);
+  CutOff best{std::numeric_limits<double>::infinity(), {}};
+  for (const Try& one : tries) {
+    if (one.quality * kMinSeen >= kMaxLoops * best.quality) break;
+    SidePiecesOf(part, candidates[one.candidate], of_cell);
+    std::vector<bool> off(part.size());
+    for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == one.piece;
+    double quality = one.quality / std::min(kMaxLoops, HandleLoops(part, off));
+    if (quality * kMinSeen >= best.quality) continue;
+    const bool side = 2.0 * AreaOf(part, off) <= total;
+    if (Solidity(part, off, side) < options.solidity) continue;
+    // A strip along a border that was cut before: the same crease, seen again from next to it.
+    if (EdgeShare(part, off, side) > kStrip) continue;
+    const double seen =
+        part.sees.empty() ? 1.0 : SeenAcross(part, off, options.sight * std::sqrt(one.smaller));
+    if (one.flatness * seen > options.max_flatness) continue;
+    quality *= seen;
+    if (quality < best.quality) best = {quality, geometry::PositionsOf(off)};
   }
   return best;
 }

@@ -15,16 +15,22 @@ double HandleLoops(const Cells& part, const std::vector<bool>& off);
 /// them and their mean. A ball's is 0.28, a flat patch's 0, a dent's negative.
 double Solidity(const Cells& part, const std::vector<bool>& in, bool side);
 
+/// Weak convexity (van Kaick et al. 2014): how many pairs of cells next to a border see each other
+/// across it, as a share of what pairs as far apart on one side of it do; 0.1 to 1.
+/// @param reach  of cells from the border, along the surface
+double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach);
+
 struct SplitOptions {
   double min_area;  ///< of both sides
   double solidity;  ///< of the smaller side
-  /// Cost of the border over its length, at most: 1 is flat, below is concave. A rod is no two
-  /// parts however long it is.
+  /// Cost of the border over its length, times SeenAcross, at most: 1 is neither concave nor hides
+  /// anything. A rod is no two parts however long it is.
   double max_flatness = 1e9;
+  double sight = 0.4;  ///< reach of SeenAcross, of the root of the smaller side's area
 };
 /// A connected set of cells to cut off.
 struct CutOff {
-  /// Cost / sqrt(4 pi area of the smaller side) / loops; infinite if there is none.
+  /// Cost / sqrt(4 pi area of the smaller side) / loops * SeenAcross; infinite if there is none.
   double quality;
   Indices off;
 };
