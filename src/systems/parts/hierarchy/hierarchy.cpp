@@ -382,7 +382,7 @@ Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
 HierarchyOptions OfClouds(HierarchyOptions options) {
   options.sight = 0.0;
   options.max_flatness = 0.88;
-  options.cut_quality *= 1.05;
+  options.cut_quality *= 0.42 / HierarchyOptions{}.cut_quality;
   options.centers = 20;
   options.levels = 6;
   return options;

@@ -9,15 +9,15 @@ namespace rangegrasp::parts {
 /// Lengths are shares of the root of the surface area, areas of the surface area. Values were
 /// chosen on the first four models of each class of experiments/parts_psb.yaml (docs/parts.md).
 struct HierarchyOptions {
-  int cells = 1000;          ///< >= 2; of faces, the resolution of cuts until their last step
-  double flat_side = 0.03;   ///< > 0; flat pieces are cut along cubes of this side
-  int centers = 30;          ///< >= 4; of the whole; a part has the root of its share, at least 4
-  int levels = 8;            ///< >= 1; sizes of core about each center
-  double fine = 0.02;        ///< > 0; radius in which the surface's bend is measured: creases
-  double coarse = 0.04;      ///< > 0; the same: necks; the more concave of both counts
-  double concavity = 2.5;    ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)
-  double crease = 4.0;       ///< >= 0; the way across a bend of b rad is 1 + crease * b as long
-  double cut_quality = 0.4;  ///< > 0; a cut worse than this is not made
+  int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
+  double flat_side = 0.03;    ///< > 0; flat pieces are cut along cubes of this side
+  int centers = 30;           ///< >= 4; of the whole; a part has the root of its share, at least 4
+  int levels = 8;             ///< >= 1; sizes of core about each center
+  double fine = 0.02;         ///< > 0; radius in which the surface's bend is measured: creases
+  double coarse = 0.04;       ///< > 0; the same: necks; the more concave of both counts
+  double concavity = 2.5;     ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)
+  double crease = 4.0;        ///< >= 0; the way across a bend of b rad is 1 + crease * b as long
+  double cut_quality = 0.38;  ///< > 0; a cut worse than this is not made
   /// >= 1; so many parts, best cuts first, whatever their quality; absent: cut_quality decides.
   std::optional<int> parts = {};
   double min_area = 0.005;    ///< > 0; of a part

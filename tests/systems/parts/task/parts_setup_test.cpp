@@ -106,7 +106,8 @@ TEST_F(PartsSetupTest, TheShippedExperimentHasFourModelsOfEachClassForTuning) {
   EXPECT_FALSE(setup.published.empty());
   for (const auto& one : setup.classes) {
     EXPECT_EQ(one.tune.size(), 4U) << one.name;
-    EXPECT_TRUE(one.report.empty()) << one.name;  // ranges, of which this folder holds nothing
+    // Ranges, of which this folder holds but a few people.
+    EXPECT_EQ(one.report.empty(), one.name != "human") << one.name;
   }
 }
 
