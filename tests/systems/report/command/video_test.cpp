@@ -86,7 +86,7 @@ TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
                         "dextrose,salt_cuboid", "--trials", "1", "--seed", "11", "--set",
                         "detector.command=[/bin/false]", "--out", run})
                 .code,
-            0);
+            1);
   const std::string file = (folder_ / "two.mp4").string();
   const Ran ran = RunProgram({"trial", run, "dextrose-0000", "salt_cuboid-0000", "--video", file});
   ASSERT_EQ(ran.code, 0) << ran.err;
