@@ -26,6 +26,11 @@ bool IsName(const fs::path& experiment) {
   return experiment.has_filename() && (folder.empty() || folder == "experiments");
 }
 
+fs::path& Program() {
+  static fs::path program;
+  return program;
+}
+
 std::vector<WordNotBuilt>& Words() {
   static std::vector<WordNotBuilt> words;
   return words;
@@ -35,13 +40,17 @@ std::vector<WordNotBuilt>& Words() {
 
 fs::path DataFolder() {
   const char* variable = std::getenv(kVariable);
-  if (!variable || !*variable) return DataFolderOf(fs::read_symlink("/proc/self/exe"));
+  if (!variable || !*variable) {
+    return DataFolderOf(Program().empty() ? fs::read_symlink("/proc/self/exe") : Program());
+  }
   if (!IsDataFolder(variable)) {
     throw InputError(fmt::format("{}: the folder '{}' must hold models/, scenes/ and experiments/",
                                  kVariable, variable));
   }
   return variable;
 }
+
+void SetProgram(const fs::path& file) { Program() = file; }
 
 fs::path DataFolderOf(const fs::path& program) {
   const fs::path installed = program.parent_path().parent_path() / "share/rangegrasp";

@@ -10,9 +10,12 @@
 namespace rangegrasp::base {
 
 /// The folder that holds models/, scenes/ and experiments/: that of the environment variable
-/// RANGEGRASP_DATA; else DataFolderOf the running program.
+/// RANGEGRASP_DATA; else DataFolderOf the running program, or of what SetProgram named.
 /// @throws InputError naming where it was looked for if there is none.
 std::filesystem::path DataFolder();
+
+/// For a library that another program has loaded (the Python package): its own file.
+void SetProgram(const std::filesystem::path& file);
 
 /// `../share/rangegrasp` of an installed program's folder; else the nearest folder above it that
 /// holds models/, scenes/ and experiments/ (the source tree around a build folder).

@@ -11,7 +11,6 @@
 #include "cli/output.h"
 #include "cli/run.h"
 #include "experiment/experiment.h"
-#include "experiment/statistics.h"
 #include "experiment/store.h"
 
 namespace rangegrasp::cli {
@@ -119,23 +118,6 @@ void AddTrial(CLI::App& app) {
 
 // ---- compare ----
 
-void Compare(const std::string& first, const std::string& second) {
-  const auto one = experiment::ReadResults(first);
-  const auto two = experiment::ReadResults(second);
-  const auto& kind = KindOf(one.stamp);
-  if (KindOf(two.stamp).name != kind.name) {
-    throw base::InputError(second + ": is of another task than " + first + " (" + kind.name + ")");
-  }
-  const auto c = experiment::Compare(one.records, two.records, kind.success);
-  if (c.pairs == 0) {
-    throw base::InputError(first + ", " + second + ": no case of the same id and seed in both");
-  }
-  WriteTables(fmt::format(
-      "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
-      "same outcome {}\nMcNemar exact p {:g}\n",
-      c.pairs, kind.success, c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
-}
-
 void AddCompare(CLI::App& app) {
   auto* command = app.add_subcommand(
       "compare", "Compare two runs on the same seeds, case by case (McNemar's exact test).");
@@ -145,7 +127,13 @@ void AddCompare(CLI::App& app) {
   command->add_option("second", *second, "results folder")->required();
   command->footer(
       "Example: rangegrasp compare results/laser_single results/laser_single_published");
-  command->callback([first, second] { Compare(*first, *second); });
+  command->callback([first, second] {
+    const auto c = experiment::CompareRuns(*first, *second);
+    WriteTables(fmt::format(
+        "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
+        "same outcome {}\nMcNemar exact p {:g}\n",
+        c.pairs, c.success, c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
+  });
 }
 
 // ---- merge ----

@@ -20,6 +20,7 @@ struct RunIntoOptions {
   bool overwrite = false;  ///< throws them away
   /// What is called after each case of a run of `total` cases; a ProgressBar where absent.
   std::function<experiment::Progress(int before, int total)> progress = {};
+  experiment::Processes processes = {};
 };
 
 /// What a run left.

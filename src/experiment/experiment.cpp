@@ -184,6 +184,22 @@ const TaskKind& KindOf(const Stamp& stamp) {
                          base::Join(KindNames()));
 }
 
+RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
+  const Results one = ReadResults(first);
+  const Results two = ReadResults(second);
+  const TaskKind& kind = KindOf(one.stamp);
+  if (KindOf(two.stamp).name != kind.name) {
+    throw base::InputError(fmt::format("{}: is of another task than {} ({})", second.string(),
+                                       first.string(), kind.name));
+  }
+  const RunComparison compared{Compare(one.records, two.records, kind.success), kind.success};
+  if (compared.pairs == 0) {
+    throw base::InputError(fmt::format("{}, {}: no case of the same id and seed in both",
+                                       first.string(), second.string()));
+  }
+  return compared;
+}
+
 const Case& CaseOf(const Experiment& experiment, const std::string& id) {
   std::vector<std::string> ids;
   for (const Case& c : experiment.cases) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "experiment/statistics.h"
 #include "experiment/store.h"
 #include "experiment/task.h"
 
@@ -59,6 +60,13 @@ const TaskKind& KindOf(const Stamp& stamp);
 
 /// The tables of a results folder; they say how many cases are missing.
 Report ReportOf(const Results& results);
+
+/// Two results folders, case by case.
+struct RunComparison : Comparison {
+  std::string success;  ///< the outcome that counts as one
+};
+/// @throws base::InputError naming the folders if they are of two tasks, or have no case in common.
+RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
 
 /// The case of an id. @throws base::InputError naming the nearest one.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);

@@ -64,13 +64,13 @@ class Worker {
  public:
   // @param run  called in the child; whatever it prints does not mix with what this process prints.
   // @throws base::RunError if no process or pipe can be made.
-  Worker(const Case& which, double limit_s, const CaseRunner& run)
-      : which_(which), limit_s_(limit_s) {
+  Worker(const Case& which, const RunOptions& options, const CaseRunner& run)
+      : which_(which), limit_s_(options.case_limit_s) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) ThrowErrno("pipe");
     log_ = memfd_create("case", MFD_CLOEXEC);
     const pid_t parent = getpid();
-    pid_ = fork();
+    pid_ = options.processes.fork ? options.processes.fork() : fork();
     if (pid_ < 0) ThrowErrno("fork");
     if (pid_ == 0) RunChild(parent, ends[1], run);
     close(ends[1]);
@@ -185,14 +185,22 @@ class Worker {
 };
 
 // Waits until a worker has something to say or has used up its time.
-std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running) {
+std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running,
+                         const Processes& processes) {
   std::vector<pollfd> waits;
   double soonest_s = running.front()->Left();
   for (const auto& worker : running) {
     waits.push_back({worker->pipe(), POLLIN, 0});
     soonest_s = std::min(soonest_s, worker->Left());
   }
-  poll(waits.data(), waits.size(), std::max(1, static_cast<int>(soonest_s * 1000.0)));
+  const auto wait = [&] {
+    poll(waits.data(), waits.size(), std::max(1, static_cast<int>(soonest_s * 1000.0)));
+  };
+  if (processes.wait) {
+    processes.wait(wait);
+  } else {
+    wait();
+  }
   return waits;
 }
 
@@ -272,9 +280,9 @@ void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOp
   int ended_cases = 0;
   while (next < cases.size() || !running.empty()) {
     while (next < cases.size() && running.size() < static_cast<std::size_t>(options.jobs)) {
-      running.push_back(std::make_unique<Worker>(cases[next++], options.case_limit_s, run));
+      running.push_back(std::make_unique<Worker>(cases[next++], options, run));
     }
-    const auto waits = Wait(running);
+    const auto waits = Wait(running, options.processes);
     for (std::size_t i = running.size(); i-- > 0;) {
       const bool ended = waits[i].revents != 0 && running[i]->Read();
       if (!ended && running[i]->Left() > 0.0) continue;

@@ -9,9 +9,19 @@
 
 namespace rangegrasp::experiment {
 
+/// How a run makes processes and waits for them. A program that is not C++ alone (Python) puts its
+/// own in their place.
+struct Processes {
+  /// As fork(2).
+  std::function<int()> fork = {};
+  /// Calls the function, which waits; what it throws then ends the run and its processes.
+  std::function<void(const std::function<void()>& wait)> wait = {};
+};
+
 struct RunOptions {
   int jobs = 1;                ///< cases at the same time, >= 1
   double case_limit_s = 60.0;  ///< wall time after which a case is killed
+  Processes processes = {};
 };
 
 /// Runs a case, in a process of its own.

@@ -158,14 +158,20 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
   return grown;
 }
 
-class OutsideDetector : public Detector {
+// An answer to a question, or why there is none.
+struct Answered {
+  std::unique_ptr<process::OwnFolder> folder;  // of the files that it names
+  std::optional<std::string> text;
+  std::string failure;
+  std::string words;  // what was said besides, "; stderr: ..."
+};
+
+// A detector that answers by JSON, whoever does.
+class AnsweringDetector : public Detector {
  public:
-  OutsideDetector(OutsideOptions outside, const grasp::DetectorOptions& options,
-                  const robot::Robot& robot, SceneObserver observer)
-      : outside_(std::move(outside)),
-        options_(options),
-        robot_(robot),
-        observer_(std::move(observer)) {}
+  AnsweringDetector(const grasp::DetectorOptions& options, const robot::Robot& robot,
+                    SceneObserver observer)
+      : options_(options), robot_(robot), observer_(std::move(observer)) {}
 
   Detected Detect(const geometry::Observation& observation, base::Rng& rng,
                   const Turn& turn) const override {
@@ -175,24 +181,22 @@ class OutsideDetector : public Detector {
     const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
-    const process::OwnFolder folder;
-    const internal::Question question{observation, robot_, scene.sampling.noise_m,
-                                      options_.workspace_margin_m, seed};
-    internal::WriteFiles(question, folder.path());
-    const process::Reply reply =
-        process::Ask(ProgramOf(outside_, folder.path()), internal::TextOf(question));
+    const Answered answered = Ask(
+        {observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
     detected.seconds.emplace_back("detector", watch.Restart());
     try {
-      if (!reply.line) throw DetectorFailed(reply.failure);
-      const Answer answer = internal::ParseAnswer(*reply.line, observation);
-      Understand(answer, folder.path(), observation, turn, scene, detected);
+      if (!answered.text) throw DetectorFailed(answered.failure);
+      const Answer answer = internal::ParseAnswer(*answered.text, observation);
+      Understand(answer, answered.folder->path(), observation, turn, scene, detected);
     } catch (const DetectorFailed& e) {
-      const std::string words = reply.last_words.empty() ? "" : "; stderr: " + reply.last_words;
-      throw DetectorFailed(process::LastWords(e.what(), kDetail) + words);
+      throw DetectorFailed(process::LastWords(e.what(), kDetail) + answered.words);
     }
     detected.seconds.emplace_back("grasp", watch.Restart());
     return detected;
   }
+
+ protected:
+  virtual Answered Ask(const Question& question) const = 0;
 
  private:
   void Understand(const Answer& answer, const fs::path& folder,
@@ -300,10 +304,48 @@ class OutsideDetector : public Detector {
     return samples;
   }
 
-  OutsideOptions outside_;
   const grasp::DetectorOptions& options_;
   const robot::Robot& robot_;
   SceneObserver observer_;
+};
+
+class OutsideDetector : public AnsweringDetector {
+ public:
+  OutsideDetector(OutsideOptions outside, const grasp::DetectorOptions& options,
+                  const robot::Robot& robot, SceneObserver observer)
+      : AnsweringDetector(options, robot, std::move(observer)), outside_(std::move(outside)) {}
+
+ private:
+  Answered Ask(const Question& question) const override {
+    auto folder = std::make_unique<process::OwnFolder>();
+    internal::WriteFiles(question, folder->path());
+    process::Reply reply =
+        process::Ask(ProgramOf(outside_, folder->path()), internal::TextOf(question));
+    return {std::move(folder), std::move(reply.line), std::move(reply.failure),
+            reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
+  }
+
+  OutsideOptions outside_;
+};
+
+class FunctionDetector : public AnsweringDetector {
+ public:
+  FunctionDetector(AnswerFunction answer, const grasp::DetectorOptions& options,
+                   const robot::Robot& robot, SceneObserver observer)
+      : AnsweringDetector(options, robot, std::move(observer)), answer_(std::move(answer)) {}
+
+ private:
+  Answered Ask(const Question& question) const override {
+    Answered answered{std::make_unique<process::OwnFolder>(), {}, {}, {}};
+    try {
+      answered.text = answer_(question);
+    } catch (const DetectorFailed& e) {
+      answered.failure = e.what();
+    }
+    return answered;
+  }
+
+  AnswerFunction answer_;
 };
 
 }  // namespace
@@ -329,6 +371,13 @@ std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                               const grasp::DetectorOptions& options,
                                               const robot::Robot& robot, SceneObserver observer) {
   return std::make_unique<OutsideDetector>(outside, options, robot, std::move(observer));
+}
+
+std::unique_ptr<Detector> MakeFunctionDetector(AnswerFunction answer,
+                                               const grasp::DetectorOptions& options,
+                                               const robot::Robot& robot, SceneObserver observer) {
+  return std::make_unique<FunctionDetector>(std::move(answer), options, robot,
+                                            std::move(observer));
 }
 
 }  // namespace rangegrasp::external

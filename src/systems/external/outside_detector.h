@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,5 +38,24 @@ std::unique_ptr<grasp::Detector> MakeOutsideDetector(const OutsideOptions& outsi
                                                      const grasp::DetectorOptions& options,
                                                      const robot::Robot& robot,
                                                      grasp::SceneObserver observer = {});
+
+/// What a detector is asked about one scan.
+struct Question {
+  const geometry::Observation& observation;
+  const robot::Robot& robot;
+  double noise_m = 0.0;    ///< of the points, measured on the table
+  double margin_m = 0.0;   ///< round the workspace in which things are perceived
+  std::uint64_t seed = 0;  ///< below 2^53, so that every language can hold it
+};
+
+/// Answers by the same JSON as a program. What it throws as grasp::DetectorFailed is an outcome.
+using AnswerFunction = std::function<std::string(const Question&)>;
+
+/// A detector that is a function of this process. The arguments but `answer` must outlive it.
+/// @param observer  as above
+std::unique_ptr<grasp::Detector> MakeFunctionDetector(AnswerFunction answer,
+                                                      const grasp::DetectorOptions& options,
+                                                      const robot::Robot& robot,
+                                                      grasp::SceneObserver observer = {});
 
 }  // namespace rangegrasp::external

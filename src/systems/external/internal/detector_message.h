@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/observation.h"
+#include "external/outside_detector.h"
 #include "grasp/proposals.h"
-#include "robot/robot.h"
 
 /// What goes to a detector from outside and comes back from it: one JSON object a line
 /// (docs/bring-your-own-detector.md).
@@ -17,14 +16,6 @@ namespace rangegrasp::external::internal {
 /// Names of the files in its folder.
 constexpr const char* kCloudFile = "obs.pcd";
 constexpr const char* kHandFile = "hand.stl";
-
-struct Question {
-  const geometry::Observation& observation;
-  const robot::Robot& robot;
-  double noise_m = 0.0;
-  double margin_m = 0.0;   ///< round the workspace in which things are perceived
-  std::uint64_t seed = 0;  ///< below 2^53, so that every language can hold it
-};
 
 /// The line, without its end.
 std::string TextOf(const Question& question);

@@ -1,0 +1,133 @@
+"""Data sets: scans, candidate grasps, and what came of them."""
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, Sequence
+
+import numpy as np
+
+from . import _core
+from ._scene import Scene
+
+FIELDS = {
+    "points": "(scenes, rows, columns, 3) float32 [m]: the scan in W, NaN where nothing was measured",
+    "X_WV": "(scenes, 4, 4): pose of the sensor in W",
+    "target": "(scenes,) text: the object that the arrangement was drawn for; ground truth",
+    "index": "(scenes,) int: of the trial of that object",
+    "scene": "(grasps,) int: position of the grasp's scene in this file",
+    "X_WG": "(grasps, 4, 4): frame of the grasp, x the closing direction, z out of the hand",
+    "approach": "(grasps, 3): unit vector of the straight approach",
+    "width": "(grasps,) [m]: expected width between the closed pads",
+    "score": "(grasps,): of the built-in method",
+    "outcome": "(grasps,) text: delivered, no_grasp, no_path, not_lifted, dropped, misplaced or invalid_physics",
+    "object": "(grasps,) text: the object that the grasp was at; ground truth",
+}
+
+
+def _collect_scene(experiment: str, seed: int, target: str, index: int, grasps: int, set: Sequence[str]) -> dict[str, Any] | None:
+    try:
+        scene = Scene(experiment, seed, target=target, index=index, set=set)
+    except _core.RunError:  # no arrangement came to rest in view
+        return None
+    scan = scene.scan()
+    free = [grasp for grasp in scene.perceive().grasps if not grasp.collides]
+    chosen = np.random.default_rng(scene.seed).permutation(len(free))[:grasps]
+    start = scene.save()
+    tried = []
+    for number, i in enumerate(chosen):
+        if number > 0:
+            scene.restore(start)
+        outcome = scene.grasp(free[i])
+        tried.append((free[i], outcome.word, outcome.log["target"] or ""))
+    return {"points": scan.points.astype(np.float32), "X_WV": scan.X_WV, "target": target, "index": index, "tried": tried}
+
+
+def _write_shard(file: Path, jobs: list[tuple[Any, ...]]) -> int:
+    scenes = [scene for scene in (_collect_scene(*job) for job in jobs) if scene is not None]
+    tried = [(i, *one) for i, scene in enumerate(scenes) for one in scene["tried"]]
+    grasps = [grasp for _, grasp, _, _ in tried]
+    shape = scenes[0]["points"].shape if scenes else (0, 0, 3)
+    arrays = {
+        "points": np.array([scene["points"] for scene in scenes], np.float32).reshape(len(scenes), *shape),
+        "X_WV": np.array([scene["X_WV"] for scene in scenes]).reshape(-1, 4, 4),
+        "target": np.array([scene["target"] for scene in scenes], dtype=np.str_),
+        "index": np.array([scene["index"] for scene in scenes], dtype=np.int64),
+        "scene": np.array([i for i, _, _, _ in tried], dtype=np.int64),
+        "X_WG": np.array([grasp.X_WG for grasp in grasps]).reshape(-1, 4, 4),
+        "approach": np.array([grasp._approach for grasp in grasps]).reshape(-1, 3),
+        "width": np.array([grasp.width for grasp in grasps], dtype=np.float64),
+        "score": np.array([grasp.score for grasp in grasps], dtype=np.float64),
+        "outcome": np.array([word for _, _, word, _ in tried], dtype=np.str_),
+        "object": np.array([name for _, _, _, name in tried], dtype=np.str_),
+    }
+    partial = file.with_suffix(f".{os.getpid()}.part")
+    with open(partial, "wb") as stream:
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+    partial.rename(file)
+    return len(grasps)
+
+
+def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: int = 100, grasps: int = 8, seed: int = 1,
+            scenes_per_shard: int = 20, jobs: int | None = None, set: Sequence[str] = ()) -> Path:
+    """Executes several candidate grasps in each of many scenes, each from the same settled state, and writes what came of them.
+
+    Candidates are drawn evenly from the built-in method's free grasps of the topmost object. The folder holds `shard-00000.npz`, ...
+    and `card.json`, which describes the arrays; NumPy alone reads them. Shards that are there are not made again, so that the same call
+    goes on with a run that was stopped. Neither the number of jobs nor a stop changes a shard.
+
+    Parameters
+    ----------
+    out : path
+        Folder of the data set.
+    experiment : str or path
+        As for `Scene`; its objects are taken in turn.
+    scenes, grasps : int
+        How many scenes, and at most how many grasps in each.
+    seed : int
+    scenes_per_shard : int
+    jobs : int, optional
+        Processes; the number of cores if not given.
+    set : sequence of str
+        Keys of the experiment to change.
+
+    Returns
+    -------
+    Path
+        Of the folder.
+
+    Raises
+    ------
+    InputError
+        For an unknown experiment, or a folder with a data set that was made otherwise.
+    """
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    names = _core.objects(_experiment(experiment), list(set))
+    card = {"made_by": f"rangegrasp {_core.version()}", "experiment": str(experiment), "set": list(set), "seed": seed, "scenes": scenes,
+            "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS}
+    file = folder / "card.json"
+    if file.exists():
+        before = json.loads(file.read_text())
+        for key in ("made_by", "experiment", "set", "seed", "grasps_per_scene", "scenes_per_shard"):
+            if before.get(key) != card[key]:
+                raise _core.InputError(f"{file}: {key} is {before.get(key)!r}, not {card[key]!r}: write another data set elsewhere")
+    file.write_text(json.dumps(card, indent=2) + "\n")
+    tasks = []
+    for number, first in enumerate(range(0, scenes, scenes_per_shard)):
+        shard = folder / f"shard-{number:05d}.npz"
+        if shard.exists():
+            continue
+        numbers = range(first, min(first + scenes_per_shard, scenes))
+        tasks.append((shard, [(experiment, seed, names[i % len(names)], i // len(names), grasps, list(set)) for i in numbers]))
+    with ProcessPoolExecutor(jobs or os.cpu_count(), multiprocessing.get_context("forkserver")) as pool:
+        list(pool.map(_write_shard, *zip(*tasks))) if tasks else None
+    return folder
+
+
+def _experiment(name: str | os.PathLike[str]) -> str:
+    from ._scene import experiment_file
+    return experiment_file(name)

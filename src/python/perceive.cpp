@@ -1,0 +1,121 @@
+#include "perception/perceive.h"
+
+#include <nanobind/stl/optional.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "base/installation.h"
+#include "base/words.h"
+#include "grasp/proposals.h"
+#include "python/grasps.h"
+
+namespace rangegrasp::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A scene's hand is sampled from its model once: that takes longer than perceiving.
+const robot::Robot& RobotOf(const std::string& scene) {
+  static std::map<std::string, robot::Robot> robots;
+  const auto found = robots.find(scene);
+  if (found != robots.end()) return found->second;
+  const fs::path file = scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : fs::path(scene);
+  return robots.emplace(scene, robot::Robot::Load(file)).first->second;
+}
+
+nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
+                  const std::optional<Vector3>& up, const std::string& segmentation,
+                  const std::string& scene_file, std::uint64_t seed) {
+  const geometry::Observation observation = ObservationFrom(scan);
+  perception::PerceptionOptions options;
+  options.segment.method =
+      base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
+  options.noise_m = noise_m;
+  if (up) options.preprocess.up_C = Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(up->data()));
+  const robot::Robot& robot = RobotOf(scene_file);
+  // Of an array nothing is known of a workspace.
+  std::optional<perception::Workspace> workspace;
+  const double radius_m = nb::cast<double>(scan["radius"]);
+  if (std::isfinite(radius_m)) {
+    const auto center = nb::cast<Vector3>(scan["center"]);
+    base::Pose X_WWorkspace = base::Pose::Identity();
+    X_WWorkspace.translation() = Eigen::Map<const Eigen::Vector3d>(center.data());
+    workspace.emplace(X_WWorkspace, radius_m);
+  }
+  perception::Scene scene;
+  std::vector<std::vector<grasp::Grasp>> grasps;
+  {
+    const nb::gil_scoped_release others_may_run;
+    base::Rng rng(seed);
+    scene = perception::Perceive(observation, options, rng, workspace);
+    const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
+                                         2.0 * scene.objects[i].center_C - origin, {}));
+    }
+  }
+  nb::list objects, all;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const perception::PerceivedObject& object = scene.objects[i];
+    nb::dict dict;
+    dict["points"] = ArrayOf(geometry::Select(scene.cloud.points, object.points));
+    dict["samples"] = SamplesOf(scene.SamplesOf(object));
+    dict["rotational"] = object.kind == perception::ObjectKind::kRotational;
+    dict["open"] = object.open;
+    dict["center"] = ArrayOf(object.center_C);
+    dict["size"] = ArrayOf(object.size_m);
+    objects.append(dict);
+    for (const grasp::DetectedGrasp& g : grasp::DetectionFrom(scene, grasps[i], i).grasps) {
+      all.append(DictOf(g, robot.hand()));
+    }
+  }
+  nb::dict found;
+  found["table_normal"] = ArrayOf(scene.table.plane.normal);
+  found["table_offset"] = scene.table.plane.offset_m;
+  found["noise"] = scene.sampling.noise_m;
+  found["objects"] = objects;
+  found["grasps"] = all;
+  return found;
+}
+
+}  // namespace
+
+base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand) {
+  const grasp::Proposal proposal{.width_m = grasp.width_m};
+  return grasp.X_CH * grasp::PlaceHand(proposal, hand, {}).X_CH.inverse();
+}
+
+nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand) {
+  nb::dict dict;
+  dict["X_WG"] = ArrayOf(ProposedPose(grasp, hand));
+  dict["width"] = grasp.width_m;
+  dict["approach"] = ArrayOf(grasp.approach_C);
+  dict["score"] = grasp.score;
+  dict["opening"] = grasp.opening_m;
+  dict["object"] = grasp.object;
+  dict["type"] = nb::str(std::string(base::Word(grasp.type)).c_str());
+  dict["collides"] = grasp.collides;
+  dict["contact_angle"] = grasp.contact_angle_rad;
+  return dict;
+}
+
+nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
+    const std::vector<geometry::SampleId>& samples) {
+  std::vector<std::int64_t> positions;
+  for (const auto& id : samples) positions.push_back(id.sample);
+  return Copied(positions.data(), {positions.size()});
+}
+
+void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan) {
+  scan["center"] = ArrayOf(Eigen::Vector3d(robot.X_WWorkspace.translation()));
+  scan["radius"] = robot.workspace_radius_m + margin_m;
+  scan["max_opening"] = robot.hand().MaxGap();
+}
+
+void AddPerceive(nb::module_& m) {
+  m.def("perceive", &Perceive, nb::arg("scan"), nb::arg("noise_m").none(), nb::arg("up").none(),
+        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"));
+}
+
+}  // namespace rangegrasp::python

@@ -1,0 +1,323 @@
+#include <fmt/format.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/installation.h"
+#include "base/words.h"
+#include "experiment/experiment.h"
+#include "external/outside_detector.h"
+#include "python/grasps.h"
+#include "sim/render.h"
+#include "trial/cell.h"
+#include "trial/grasping_task.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::python {
+namespace {
+
+using nlohmann::json;
+
+experiment::Experiment Open(const std::string& file, const std::vector<std::string>& set,
+                            std::uint64_t seed) {
+  auto e = experiment::OpenExperiment(base::FindExperiment(file), {.set = set, .seed = seed});
+  trial::CellOf(*e.task);  // of another task: an error
+  return e;
+}
+
+// A grasp as Python names it.
+struct Asked {
+  base::Pose X_WG;
+  double width_m = 0.0;
+  Eigen::Vector3d approach_W;
+  std::vector<std::int64_t> samples;  // of its object; empty: what lies between the fingers
+};
+
+std::string AnswerOf(const Asked& asked) {
+  const auto list = [](const Eigen::Vector3d& v) { return json{v.x(), v.y(), v.z()}; };
+  json rotation = json::array();
+  for (int row = 0; row < 3; ++row) rotation.push_back(list(asked.X_WG.linear().row(row)));
+  json answer = {{"grasps",
+                  {{{"position_m", list(asked.X_WG.translation())},
+                    {"rotation", rotation},
+                    {"width_m", asked.width_m},
+                    {"approach", list(asked.approach_W)}}}}};
+  if (!asked.samples.empty()) answer["objects"] = {{{"samples", asked.samples}}};
+  return answer.dump();
+}
+
+// Answers with one grasp of what was found before.
+class Chosen : public grasp::Detector {
+ public:
+  Chosen(const grasp::Detected& found, std::size_t grasp) : found_(found) {
+    found_.detection.grasps = {found.detection.grasps[grasp]};
+    found_.seconds.clear();
+  }
+  grasp::Detected Detect(const geometry::Observation&, base::Rng&,
+                         const grasp::Turn&) const override {
+    return found_;
+  }
+
+ private:
+  grasp::Detected found_;
+};
+
+/// A settled world with its work cell, between two looks or attempts.
+class Scene {
+ public:
+  // The arrangement of an experiment's trial.
+  Scene(const std::string& file, const std::vector<std::string>& set, std::uint64_t seed,
+        const std::string& target, int index)
+      : experiment_(Open(file, set, seed)), cell_(trial::CellOf(*experiment_.task)) {
+    trial::TrialSpec spec = trial::SpecOf(experiment_.cases.front());
+    if (!target.empty()) {
+      const auto& names = cell_.options.objects;
+      if (std::ranges::find(names, target) == names.end()) {
+        throw base::InputError(fmt::format("target '{}' is not among the experiment's objects; "
+                                           "nearest: '{}'",
+                                           target, base::NearestWord(target, names)));
+      }
+      spec.object = target;
+    }
+    spec.index = index;
+    spec.seed = trial::TrialSeed(seed, spec.object, index);
+    seed_ = spec.seed;
+    const nb::gil_scoped_release others_may_run;
+    cell_.sensor->Prepare();
+    trial::Redraws redraws;
+    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    if (!arranged) {
+      throw base::RunError(fmt::format("no arrangement of {} came to rest in view: {}",
+                                       spec.object, trial::Text(redraws)));
+    }
+    world_ = std::make_unique<sim::World>(std::move(arranged->world));
+    target_ = arranged->target;
+  }
+
+  // Objects where they are put; they settle.
+  Scene(const std::string& file, const std::vector<std::string>& set, std::uint64_t seed,
+        const std::vector<std::pair<std::string, Matrix4>>& objects)
+      : experiment_(Open(file, set, seed)), cell_(trial::CellOf(*experiment_.task)), seed_(seed) {
+    std::vector<sim::ObjectModel> models;
+    std::vector<base::Pose> poses;
+    for (const auto& [name, X_WO] : objects) {
+      models.push_back(trial::ObjectModelOf(cell_.options, name));
+      poses.push_back(PoseFrom(X_WO, ("pose of " + name).c_str()));
+    }
+    const nb::gil_scoped_release others_may_run;
+    cell_.sensor->Prepare();
+    world_ = std::make_unique<sim::World>(cell_.options.scene, models, cell_.options.physics);
+    world_->SetArm(cell_.robot.home);
+    for (int i = 0; i < world_->objects(); ++i) {
+      world_->PlaceObject(i, poses[static_cast<std::size_t>(i)]);
+    }
+    base::Rng friction = trial::StageStream(seed, "friction");
+    world_->DrawFriction(friction);
+    world_->Settle();
+  }
+
+  nb::dict Scan(std::uint64_t seed) {
+    {
+      const nb::gil_scoped_release others_may_run;
+      Home();
+      found_.reset();
+      sensed_ = std::make_shared<trial::Sensed>(trial::Look(cell_, *world_, seed));
+    }
+    nb::dict scan = DictOf(sensed_->observation, sensed_);
+    scan["seed"] = seed;
+    AddWorkspace(cell_.robot, cell_.options.workspace_margin_m, scan);
+    return scan;
+  }
+
+  // As a trial perceives.
+  nb::dict Perceive(std::uint64_t seed) {
+    LookOnce();
+    {
+      const nb::gil_scoped_release others_may_run;
+      base::Rng rng = trial::StageStream(seed, "perceive");
+      found_ = cell_.detector->Detect(sensed_->observation, rng);
+    }
+    const grasp::Detected& detected = *found_;
+    nb::list objects, grasps;
+    for (const auto& object : detected.detection.objects) {
+      geometry::Points points;
+      for (const auto& id : object.samples) {
+        points.push_back(sensed_->observation.views[id.view].image.points_C[id.sample]);
+      }
+      Eigen::AlignedBox3d box;
+      for (const auto& p : points) box.extend(p);
+      nb::dict dict;
+      dict["points"] = ArrayOf(points);
+      dict["samples"] = SamplesOf(object.samples);
+      dict["rotational"] = object.rotational;
+      dict["open"] = object.open;
+      dict["center"] = ArrayOf(Eigen::Vector3d(box.center()));
+      dict["size"] = ArrayOf(Eigen::Vector3d(box.sizes()));
+      objects.append(dict);
+    }
+    for (const auto& grasp : detected.detection.grasps) {
+      grasps.append(DictOf(grasp, cell_.robot.hand()));
+    }
+    nb::dict found;
+    found["table_normal"] = ArrayOf(detected.detection.table_C.normal);
+    found["table_offset"] = detected.detection.table_C.offset_m;
+    found["noise"] = 0.0;
+    found["objects"] = objects;
+    found["grasps"] = grasps;
+    return found;
+  }
+
+  nb::tuple Grasp(const Matrix4& X_WG, double width_m, const Vector3& approach_W,
+                  const std::vector<std::int64_t>& samples, std::uint64_t seed) {
+    const Asked asked{PoseFrom(X_WG, "X_WG"), width_m,
+                      Eigen::Map<const Eigen::Vector3d>(approach_W.data()), samples};
+    LookOnce();
+    trial::Attempt attempt;
+    {
+      const nb::gil_scoped_release others_may_run;
+      Home();
+      const auto detector = DetectorOf(asked);
+      attempt = trial::RunAttempt(
+          cell_, *world_,
+          {.seed = seed, .sensed = sensed_.get(), .detector = detector.get()});
+    }
+    if (attempt.log) Forget();
+    nlohmann::ordered_json data = trial::JsonOf(attempt);
+    data["target"] = nullptr;
+    if (attempt.target) data["target"] = world_->object_name(*attempt.target);
+    return nb::make_tuple(std::string(base::Word(attempt.outcome)), attempt.stage, attempt.detail,
+                          ObjectOf(data));
+  }
+
+  nb::object Render(const std::string& camera, int width, int height) {
+    image::Image image;
+    {
+      const nb::gil_scoped_release others_may_run;
+      image = sim::Renderer(*world_, width, height).Render(*world_, camera);
+    }
+    return nb::cast(Copied(image.rgb.data(), {static_cast<std::size_t>(image.height),
+                                              static_cast<std::size_t>(image.width), 3}));
+  }
+
+  // What lies at the delivery place is taken away. @return the names
+  std::vector<std::string> TakeAway() {
+    std::vector<std::string> taken;
+    for (int i = 0; i < world_->objects(); ++i) {
+      if (world_->parked(i) || !trial::IsAtDelivery(*world_, i)) continue;
+      world_->ParkObject(i);
+      taken.push_back(world_->object_name(i));
+    }
+    if (!taken.empty()) Forget();
+    return taken;
+  }
+
+  nb::dict Truth() const {
+    nb::list objects;
+    for (int i = 0; i < world_->objects(); ++i) {
+      if (world_->parked(i)) continue;
+      nb::dict dict;
+      dict["name"] = world_->object_name(i);
+      dict["label"] = i + 1;
+      dict["pose"] = ArrayOf(world_->ObjectPose(i));
+      dict["center_of_mass"] = ArrayOf(world_->ObjectCenterOfMass(i));
+      dict["delivered"] = trial::IsAtDelivery(*world_, i);
+      objects.append(dict);
+    }
+    nb::list labels;
+    if (sensed_) {
+      for (std::size_t i = 0; i < sensed_->truth.size(); ++i) {
+        const auto& image = sensed_->observation.views[i].image;
+        labels.append(Copied(sensed_->truth[i].label.data(),
+                             {static_cast<std::size_t>(image.profiles),
+                              static_cast<std::size_t>(image.samples)}));
+      }
+    }
+    nb::dict truth;
+    truth["objects"] = objects;
+    truth["target"] = target_ ? nb::cast(world_->object_name(*target_)) : nb::none();
+    truth["labels"] = labels;
+    return truth;
+  }
+
+  struct Saved {
+    std::shared_ptr<const sim::SavedWorld> world;
+    const Scene* of = nullptr;
+  };
+  Saved Save() const { return {world_->Save(), this}; }
+  void Restore(const Saved& saved) {
+    if (saved.of != this) throw std::invalid_argument("the state is of another scene");
+    world_->Restore(*saved.world);
+    Forget();
+  }
+
+  std::uint64_t seed() const { return seed_; }
+
+ private:
+  void Home() {
+    if (!world_->ArmPositions().isApprox(cell_.robot.home, 1e-12)) trial::GoHome(cell_, *world_);
+  }
+  void LookOnce() {
+    if (!sensed_) Scan(seed_);
+  }
+  // What was seen of the scene as it was.
+  void Forget() {
+    sensed_.reset();
+    found_.reset();
+  }
+  // A grasp that was perceived keeps all that is known of it; another one is checked like that of
+  // a detector that is a program.
+  std::unique_ptr<grasp::Detector> DetectorOf(const Asked& asked) const {
+    for (std::size_t i = 0; found_ && i < found_->detection.grasps.size(); ++i) {
+      const grasp::DetectedGrasp& grasp = found_->detection.grasps[i];
+      if (grasp.width_m == asked.width_m &&
+          ProposedPose(grasp, cell_.robot.hand()).isApprox(asked.X_WG, 1e-9)) {
+        return std::make_unique<Chosen>(*found_, i);
+      }
+    }
+    return external::MakeFunctionDetector(
+        [&asked](const external::Question&) { return AnswerOf(asked); }, cell_.options,
+        cell_.robot);
+  }
+
+  experiment::Experiment experiment_;
+  const trial::Cell& cell_;
+  std::uint64_t seed_ = 0;
+  std::unique_ptr<sim::World> world_;
+  std::optional<int> target_;
+  std::shared_ptr<trial::Sensed> sensed_;  // since anything last moved
+  std::optional<grasp::Detected> found_;   // in that
+};
+
+}  // namespace
+
+void AddScene(nb::module_& m) {
+  m.def("objects",
+        [](const std::string& file, const std::vector<std::string>& set) {
+          return trial::CellOf(*Open(file, set, 1).task).options.objects;
+        },
+        nb::arg("experiment"), nb::arg("set"));
+  nb::class_<Scene::Saved>(m, "SavedScene");
+  nb::class_<Scene>(m, "Scene")
+      .def(nb::init<const std::string&, const std::vector<std::string>&, std::uint64_t,
+                    const std::string&, int>(),
+           nb::arg("experiment"), nb::arg("set"), nb::arg("seed"), nb::arg("target"),
+           nb::arg("index"))
+      .def(nb::init<const std::string&, const std::vector<std::string>&, std::uint64_t,
+                    const std::vector<std::pair<std::string, Matrix4>>&>(),
+           nb::arg("experiment"), nb::arg("set"), nb::arg("seed"), nb::arg("objects"))
+      .def("scan", &Scene::Scan, nb::arg("seed"))
+      .def("perceive", &Scene::Perceive, nb::arg("seed"))
+      .def("grasp", &Scene::Grasp, nb::arg("X_WG"), nb::arg("width"), nb::arg("approach"),
+           nb::arg("samples"), nb::arg("seed"))
+      .def("render", &Scene::Render, nb::arg("camera"), nb::arg("width"), nb::arg("height"))
+      .def("take_away", &Scene::TakeAway)
+      .def("truth", &Scene::Truth)
+      .def("save", &Scene::Save)
+      .def("restore", &Scene::Restore, nb::arg("state"))
+      .def_prop_ro("seed", &Scene::seed);
+}
+
+}  // namespace rangegrasp::python

@@ -1,0 +1,135 @@
+#include "python/values.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace rangegrasp::python {
+namespace {
+
+constexpr double kRotationError = 1e-3;
+
+// An array that Python owns together with whatever else holds the owner.
+template <typename T>
+nb::ndarray<nb::numpy, T, nb::c_contig> Shared(const T* values, std::vector<std::size_t> shape,
+                                               const std::shared_ptr<const void>& owner) {
+  if (!owner) return Copied(values, std::move(shape));
+  auto* held = new std::shared_ptr<const void>(owner);
+  nb::capsule capsule(held, [](void* p) noexcept {
+    delete static_cast<std::shared_ptr<const void>*>(p);
+  });
+  return {const_cast<T*>(values), shape.size(), shape.data(), capsule};
+}
+
+using PointsIn = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using NoiseIn = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using ColorsIn = nb::ndarray<const std::uint8_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+geometry::View ViewFrom(const nb::dict& dict) {
+  const auto points = nb::cast<PointsIn>(dict["points"]);
+  const std::size_t rows = points.shape(0), columns = points.shape(1);
+  if (points.shape(2) != 3) throw std::invalid_argument("points must be rows x columns x 3");
+  geometry::View view;
+  view.X_CV = PoseFrom(nb::cast<Matrix4>(dict["X_WV"]), "X_WV");
+  view.image.profiles = static_cast<int>(rows);
+  view.image.samples = static_cast<int>(columns);
+  view.image.origins_C = {view.X_CV.translation()};
+  view.image.points_C.resize(rows * columns);
+  std::copy(points.data(), points.data() + points.size(), view.image.points_C.data()->data());
+  if (!dict["noise"].is_none()) {
+    const auto noise = nb::cast<NoiseIn>(dict["noise"]);
+    if (noise.size() != rows * columns) throw std::invalid_argument("noise must be rows x columns");
+    view.noise_m.assign(noise.data(), noise.data() + noise.size());
+  }
+  if (!dict["colors"].is_none()) {
+    const auto colors = nb::cast<ColorsIn>(dict["colors"]);
+    if (colors.size() != 3 * rows * columns) {
+      throw std::invalid_argument("colors must be rows x columns x 3");
+    }
+    view.colors.resize(rows * columns);
+    std::copy(colors.data(), colors.data() + colors.size(),
+              reinterpret_cast<std::uint8_t*>(view.colors.data()));
+  }
+  view.spacing_m = geometry::MedianSpacing(view.image);
+  return view;
+}
+
+}  // namespace
+
+Array ArrayOf(const base::Pose& X) {
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = X.matrix();
+  return Copied(rows.data(), {4, 4});
+}
+
+Array ArrayOf(const Eigen::Vector3d& v) { return Copied(v.data(), {3}); }
+
+Array ArrayOf(const geometry::Points& points) {
+  return Copied(points.empty() ? nullptr : points.data()->data(), {points.size(), 3});
+}
+
+base::Pose PoseFrom(const Matrix4& X, const char* name) {
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(X.data());
+  const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();
+  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  const bool rigid = matrix.allFinite() && error < kRotationError && R.determinant() > 0.0 &&
+                     (matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-9);
+  if (!rigid) {
+    throw std::invalid_argument(fmt::format(
+        "{} must be a 4 x 4 rigid motion: a rotation (R^T R differs from the identity by {:.3g}), "
+        "a translation, and the last row 0 0 0 1",
+        name, error));
+  }
+  return base::MakePose(Eigen::Quaterniond(R).normalized().toRotationMatrix(),
+                        matrix.topRightCorner<3, 1>());
+}
+
+nb::object ObjectOf(const nlohmann::ordered_json& json) {
+  if (json.is_null()) return nb::none();
+  if (json.is_boolean()) return nb::bool_(json.get<bool>());
+  if (json.is_number_integer()) return nb::int_(json.get<std::int64_t>());
+  if (json.is_number()) return nb::float_(json.get<double>());
+  if (json.is_string()) return nb::str(json.get_ref<const std::string&>().c_str());
+  if (json.is_array()) {
+    nb::list list;
+    for (const auto& item : json) list.append(ObjectOf(item));
+    return list;
+  }
+  nb::dict dict;
+  for (const auto& [key, value] : json.items()) dict[key.c_str()] = ObjectOf(value);
+  return dict;
+}
+
+nb::dict DictOf(const geometry::Observation& observation,
+                const std::shared_ptr<const void>& owner) {
+  nb::list views;
+  for (const geometry::View& view : observation.views) {
+    const auto rows = static_cast<std::size_t>(view.image.profiles);
+    const auto columns = static_cast<std::size_t>(view.image.samples);
+    nb::dict dict;
+    dict["points"] = Shared(view.image.points_C.data()->data(), {rows, columns, 3}, owner);
+    dict["noise"] = view.noise_m.empty()
+                        ? nb::none()
+                        : nb::cast(Shared(view.noise_m.data(), {rows, columns}, owner));
+    dict["colors"] =
+        view.colors.empty()
+            ? nb::none()
+            : nb::cast(Shared(reinterpret_cast<const std::uint8_t*>(view.colors.data()),
+                              {rows, columns, 3}, owner));
+    dict["X_WV"] = ArrayOf(view.X_CV);
+    views.append(dict);
+  }
+  nb::dict dict;
+  dict["views"] = views;
+  return dict;
+}
+
+geometry::Observation ObservationFrom(const nb::dict& scan) {
+  geometry::Observation observation;
+  for (const nb::handle view : nb::cast<nb::list>(scan["views"])) {
+    observation.views.push_back(ViewFrom(nb::cast<nb::dict>(view)));
+  }
+  return observation;
+}
+
+}  // namespace rangegrasp::python

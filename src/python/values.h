@@ -1,0 +1,57 @@
+#pragma once
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/frames.h"
+#include "geometry/observation.h"
+#include "geometry/point_cloud.h"
+
+namespace rangegrasp::python {
+
+namespace nb = nanobind;
+
+using Array = nb::ndarray<nb::numpy, double, nb::c_contig>;
+using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Vector3 = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
+
+/// An array of its own with these values.
+template <typename T>
+nb::ndarray<nb::numpy, T, nb::c_contig> Copied(const T* values, std::vector<std::size_t> shape) {
+  std::size_t count = 1;
+  for (const std::size_t n : shape) count *= n;
+  auto* copy = new T[count];
+  std::copy(values, values + count, copy);
+  nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+  return {copy, shape.size(), shape.data(), owner};
+}
+
+Array ArrayOf(const base::Pose& X);              ///< 4 x 4
+Array ArrayOf(const Eigen::Vector3d& v);         ///< 3
+Array ArrayOf(const geometry::Points& points);   ///< n x 3
+
+/// @throws std::invalid_argument (ValueError) naming the argument unless it is a rigid motion
+base::Pose PoseFrom(const Matrix4& X, const char* name);
+
+/// None, numbers, texts, lists and dictionaries.
+nb::object ObjectOf(const nlohmann::ordered_json& json);
+
+/// What perception may know of a scan: {"views": [{"points", "noise", "colors", "X_WV"}]}.
+/// @param owner  keeps the points alive, which are not copied; null: they are
+nb::dict DictOf(const geometry::Observation& observation,
+                const std::shared_ptr<const void>& owner = nullptr);
+
+/// The observation of such a dictionary. Copies the points.
+/// @throws std::invalid_argument naming what is wrong with an array
+geometry::Observation ObservationFrom(const nb::dict& scan);
+
+// What a file of the module adds to it.
+void AddScene(nb::module_& m);
+void AddPerceive(nb::module_& m);
+void AddRun(nb::module_& m);
+
+}  // namespace rangegrasp::python

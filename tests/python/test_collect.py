@@ -1,0 +1,46 @@
+"""A data set does not depend on how it was made."""
+import json
+
+import numpy as np
+import pytest
+
+import rangegrasp as rg
+
+
+def arrays_of(folder):
+    found = {}
+    for file in sorted(folder.glob("shard-*.npz")):
+        with np.load(file) as shard:
+            found[file.name] = {name: shard[name] for name in shard.files}
+    return found
+
+
+def same(a, b):
+    assert a.keys() == b.keys()
+    for name in a:
+        for key in a[name]:
+            assert np.array_equal(a[name][key], b[name][key], equal_nan=key == "points"), (name, key)
+
+
+SMALL = dict(experiment="touching", scenes=4, grasps=3, seed=4711, scenes_per_shard=2)
+
+
+def test_jobs_and_stops_do_not_change_it(tmp_path):
+    whole = arrays_of(rg.collect(tmp_path / "two", jobs=2, **SMALL))
+    part = rg.collect(tmp_path / "one", jobs=1, **{**SMALL, "scenes": 2})
+    first = arrays_of(part)["shard-00000.npz"]
+    again = arrays_of(rg.collect(part, jobs=1, **SMALL))
+    same(whole, again)
+    assert np.array_equal(first["X_WG"], again["shard-00000.npz"]["X_WG"])
+    shard = whole["shard-00001.npz"]
+    assert shard["points"].shape[0] == len(shard["target"]) == 2
+    assert len(shard["X_WG"]) == len(shard["outcome"]) == len(shard["scene"]) <= 6
+    assert set(shard["outcome"]) <= {"delivered", "no_path", "not_lifted", "dropped", "misplaced", "invalid_physics", "no_grasp"}
+
+
+def test_the_card_describes_every_array(tmp_path):
+    folder = rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1, "scenes_per_shard": 1})
+    card = json.loads((folder / "card.json").read_text())
+    assert set(card["fields"]) == set(arrays_of(folder)["shard-00000.npz"])
+    with pytest.raises(rg.InputError, match="seed is 4711"):
+        rg.collect(folder, jobs=1, **{**SMALL, "seed": 5, "scenes_per_shard": 1})

@@ -1,0 +1,156 @@
+"""A function as a detector is scored like any other, whatever it does."""
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import rangegrasp as rg
+from rangegrasp import _core
+
+SEED = 4711
+FEW = dict(trials=1, objects=["coffee_cup", "salt_cuboid", "dextrose"], seed=SEED, progress=False)
+
+
+def built_in(scan):
+    found = rg.perceive(scan)
+    return rg.Detection([g for g in found.grasps if g.object == 0 and not g.collides], [one.samples for one in found.objects])
+
+
+def without_times(results):
+    return [{key: value for key, value in row.items() if key != "seconds"} for row in results.rows]
+
+
+def test_the_built_in_method_gives_the_program_s_records(tmp_path):
+    subprocess.run([sys.executable, "-m", "rangegrasp", "run", "laser_single", "--trials", "1", "--objects",
+                    "coffee_cup,salt_cuboid,dextrose", "--seed", str(SEED), "--out", tmp_path / "cli"], check=True, capture_output=True)
+    expected = without_times(rg.load(tmp_path / "cli"))
+    for jobs in (1, 2):
+        assert without_times(rg.evaluate(None, "single", jobs=jobs, **FEW)) == expected
+
+
+def test_a_function_delivers_and_does_not_depend_on_the_number_of_jobs():
+    one = rg.evaluate(built_in, "single", jobs=1, **FEW)
+    assert without_times(one) == without_times(rg.evaluate(built_in, "single", jobs=2, **FEW))
+    assert [row["outcome"] for row in one.rows].count("delivered") >= 2
+    assert "Coffee" in one.table() and one.table("csv").count("\n") > 3
+
+
+def test_a_batch_in_this_process_answers_the_same():
+    process, sizes = os.getpid(), []
+
+    def batch(scans):
+        assert os.getpid() == process
+        sizes.append(len(scans))
+        return [built_in(scan) for scan in scans]
+    forked = rg.evaluate(built_in, "single", jobs=2, **FEW)
+    batched = rg.evaluate(batch, "single", jobs=2, batch=2, **FEW)
+    same = [{key: row[key] for key in ("id", "outcome", "detail")} for row in forked.rows]
+    assert same == [{key: row[key] for key in ("id", "outcome", "detail")} for row in batched.rows]
+    assert sum(sizes) == 3 and max(sizes) <= 2
+
+
+def loop(scan):
+    while True:
+        pass
+
+
+def hold(scan):
+    ctypes.PyDLL(None).sleep(30)  # not even a signal's handler runs
+
+
+def fail(scan):
+    raise KeyError("no such weight")
+
+
+@pytest.mark.parametrize(("detect", "outcome", "words"), [
+    (fail, "detector_failed", "no such weight"),
+    (lambda scan: [rg.Grasp(np.full((4, 4), np.nan), 0.05)], "detector_failed", "NaN"),
+    (lambda scan: [rg.Grasp(np.eye(3), 0.05)], "detector_failed", "4 x 4|shape"),
+    (lambda scan: [rg.Grasp(2 * np.eye(4), 0.05)], "detector_failed", "rotation"),
+    (lambda scan: rg.Detection([], [[10**9]]), "detector_failed", "position of a sample"),
+    (lambda scan: 7, "detector_failed", "list of Grasp"),
+    (lambda scan: [np.zeros((50_000, 50_000)) + 1.0], "detector_failed", "MemoryError|memory"),
+    (loop, "detector_failed", "time"),
+    (lambda scan: os._exit(3), "crashed", "code 3"),
+    (lambda scan: os.kill(os.getpid(), signal.SIGSEGV), "crashed", "Segmentation"),
+    (lambda scan: [], "not_segmented", ""),
+])
+def test_what_a_function_does_wrong_fails_its_trial_alone(detect, outcome, words):
+    def sometimes(scan):
+        return detect(scan) if scan.seed % 2 else built_in(scan)
+    results = rg.evaluate(sometimes, "single", trials=2, objects=["coffee_cup", "salt_cuboid"], seed=SEED, time_limit=2.0,
+                          progress=False)
+    bad = [row for row in results.rows if row["outcome"] == outcome]
+    assert 0 < len(bad) < 4 and [row for row in results.rows if row["outcome"] == "delivered"]
+    import re
+    assert all(re.search(words, row["detail"]) for row in bad), bad[0]["detail"]
+
+
+def test_what_hangs_beyond_python_is_killed_at_the_trial_s_limit():
+    results = rg.evaluate(hold, "single", trials=1, objects=["coffee_cup"], seed=SEED, time_limit=1.0, progress=False,
+                          set=["trial_limit_s=3"])
+    assert results.rows[0]["outcome"] in ("timed_out", "detector_failed")
+
+
+def test_runs_are_compared_case_by_case():
+    first = rg.evaluate(None, "single", **FEW)
+    second = rg.evaluate(lambda scan: [], "single", **FEW)
+    compared = first.compare(second)
+    assert compared["pairs"] == 3 and compared["only_second"] == 0
+    assert compared["only_first"] == sum(row["outcome"] == "delivered" for row in first.rows)
+
+
+def test_records_are_a_data_frame():
+    pandas = pytest.importorskip("pandas")
+    records = rg.evaluate(None, "single", **FEW).records
+    assert isinstance(records, pandas.DataFrame) and len(records) == 3
+    assert {"id", "outcome", "data.log.lift_height_m", "seconds.trial"} <= {*records.columns} | {"seconds.trial"}
+
+
+def test_results_are_kept_resumed_and_not_mixed(tmp_path):
+    rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
+    with pytest.raises(rg.InputError, match="resume"):
+        rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
+    again = rg.evaluate(built_in, "single", out=tmp_path / "r", resume=True, **{**FEW, "trials": 2})
+    assert len(again.rows) == 6
+    with pytest.raises(rg.InputError, match="detector"):
+        rg.evaluate(lambda scan: [], "single", out=tmp_path / "r", resume=True, **{**FEW, "trials": 2})
+    with pytest.raises(rg.InputError, match="no results"):
+        rg.load(tmp_path / "nothing")
+
+
+def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path):
+    code = ("import rangegrasp as rg, sys\n"
+            f"rg.evaluate(None, 'pile', seed={SEED}, trials=8, objects=['spread', 'dextrose'], jobs=2, out=sys.argv[1], progress=False)\n")
+    process = subprocess.Popen([sys.executable, "-c", code, tmp_path / "r"], stderr=subprocess.PIPE, text=True,
+                               env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        time.sleep(0.2)
+        try:
+            if len(rg.load(tmp_path / "r").rows) >= 2:
+                break
+        except ValueError:
+            continue
+    os.killpg(process.pid, signal.SIGINT)
+    error = process.communicate(timeout=30)[1]
+    assert "KeyboardInterrupt" in error
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+    kept = len(rg.load(tmp_path / "r").rows)
+    assert 2 <= kept < 16
+    whole = dict(seed=SEED, trials=8, objects=["spread", "dextrose"], jobs=2, progress=False)
+    done = rg.evaluate(None, "pile", out=tmp_path / "r", resume=True, **whole)
+    assert without_times(done) == without_times(rg.evaluate(None, "pile", out=tmp_path / "anew", **whole))
+
+
+def test_wrong_use_is_refused():
+    with pytest.raises(rg.InputError, match="nearest"):
+        rg.evaluate(None, "pille", progress=False)
+    with pytest.raises(rg.InputError, match="evaluate"):
+        _core.run("laser_single", ["detector=python"], 1, [], [], "/nonexistent", 1, False, False, None, "", lambda *_: None)

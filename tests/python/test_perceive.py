@@ -1,0 +1,73 @@
+"""Perception of arrays is that of the program."""
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import rangegrasp as rg
+
+
+def cloud_of_a_box(noise=0.0003):
+    """A table with a box of 80 x 60 x 50 mm, seen from above at an angle: rows x columns x 3, in the frame of the table."""
+    rng = np.random.default_rng(1)
+    x, y = np.meshgrid(np.arange(-0.2, 0.2, 0.002), np.arange(-0.2, 0.2, 0.002), indexing="ij")
+    on_box = (np.abs(x) < 0.04) & (np.abs(y) < 0.03)
+    return np.stack([x, y, np.where(on_box, 0.05, 0.0) + noise * rng.standard_normal(x.shape)], axis=-1)
+
+
+def pose_above():
+    X_WV = np.diag([1.0, -1.0, -1.0, 1.0])
+    X_WV[2, 3] = 0.8
+    return X_WV
+
+
+def test_a_box_is_found_with_its_size():
+    found = rg.perceive(cloud_of_a_box(), pose_above())
+    assert len(found.objects) == 1
+    assert np.allclose(found.objects[0].size, [0.08, 0.06, 0.05], atol=0.004)
+    assert np.allclose(found.table_normal, [0, 0, 1], atol=0.01) and abs(found.table_offset) < 0.001
+    best = found.grasps[0]
+    assert not best.collides and abs(best.width - 0.06) < 0.006
+    assert abs(best.X_WG[:3, 0] @ [0, 1, 0]) > 0.95  # closes across the shorter side
+
+
+def test_a_list_of_points_needs_no_rows():
+    points = cloud_of_a_box().reshape(-1, 3)
+    found = rg.perceive(points[np.random.default_rng(2).permutation(len(points))], pose_above())
+    assert len(found.objects) == 1 and len(found.grasps) > 0
+
+
+def test_samples_are_positions_in_the_scan():
+    scan = rg.Scene("pile", seed=42).scan()
+    found = rg.perceive(scan)
+    flat = scan.points.reshape(-1, 3)
+    for one in found.objects:
+        assert np.isfinite(flat[one.samples]).all()
+        assert np.linalg.norm(flat[one.samples].mean(axis=0) - one.points.mean(axis=0)) < 0.002
+
+
+def test_grasps_are_those_of_the_program(tmp_path):
+    import rangegrasp._core as core
+    command = [sys.executable, "-m", "rangegrasp"]
+    subprocess.run([*command, "scan", f"{core.data_folder()}/experiments/laser_single.yaml", "-o", tmp_path / "c.pcd"], check=True)
+    told = json.loads(subprocess.run([*command, "perceive", tmp_path / "c.pcd", "--json", "--crop", "-0.25,-0.25,-1,0.25,0.25,1"],
+                                     check=True, capture_output=True, text=True).stdout)
+    scan = rg.Scene("single", seed=1).scan()
+    scan.points[~(np.abs(scan.points[..., :2]) < 0.25).all(axis=-1)] = np.nan
+    scan.radius = np.inf
+    found = rg.perceive(scan)
+    assert abs(len(found.objects[0].points) - told["objects"][0]["points"]) < 0.02 * told["objects"][0]["points"]
+    assert np.allclose(found.objects[0].size, told["objects"][0]["size_m"], atol=0.003)
+
+
+def test_errors_name_what_is_wrong():
+    with pytest.raises(rg.InputError, match="100 points"):
+        rg.perceive(np.zeros((5, 3)))
+    with pytest.raises(ValueError, match="rows x columns x 3"):
+        rg.perceive(np.zeros((5, 5, 2)))
+    with pytest.raises(ValueError, match="rigid motion"):
+        rg.perceive(cloud_of_a_box(), 3 * np.eye(4))
+    with pytest.raises(rg.InputError, match="convexity"):
+        rg.perceive(cloud_of_a_box(), segmentation="convex")

@@ -1,0 +1,106 @@
+"""A scene gives what a trial sees and does."""
+import resource
+
+import numpy as np
+import pytest
+
+import rangegrasp as rg
+
+SEED = 4711
+
+
+@pytest.fixture(scope="module")
+def pile():
+    return rg.Scene("pile", seed=SEED)
+
+
+def test_a_scan_has_points_noise_and_pose(pile):
+    scan = pile.scan()
+    assert scan.points.shape == (150, 512, 3) and scan.points.dtype == np.float64
+    assert scan.noise.shape == scan.mask.shape == (150, 512)
+    assert np.isnan(scan.points[~scan.mask]).all() and np.isfinite(scan.points[scan.mask]).all()
+    assert scan.mask.mean() > 0.5
+    assert np.allclose(scan.X_WV[:3, :3] @ scan.X_WV[:3, :3].T, np.eye(3))
+
+
+def test_scans_repeat_and_other_seeds_differ(pile):
+    assert np.array_equal(pile.scan(5).points, pile.scan(5).points, equal_nan=True)
+    assert not np.array_equal(pile.scan(5).points, pile.scan(6).points, equal_nan=True)
+
+
+def test_a_scan_is_not_copied_and_outlives_the_scene():
+    scan = rg.Scene("single", seed=SEED).scan()
+    assert not scan.points.flags.owndata
+    assert 0.1 < scan.mask.mean() < 1.0
+
+
+def test_memory_does_not_grow_with_scans():
+    scene = rg.Scene("single", seed=SEED)
+    for _ in range(20):
+        scene.scan()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(200):
+        scene.scan()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 30_000  # KiB: fifteen scans
+
+
+def test_a_grasp_delivers_and_changes_the_scene():
+    scene = rg.Scene("single", seed=SEED, target="salt_cylinder")
+    for grasp in scene.perceive().grasps:  # the arm does not reach each of them
+        outcome = scene.grasp(grasp)
+        if outcome.word != "no_path":
+            break
+    assert outcome.delivered and outcome.word == "delivered" and outcome.log["target"] == "salt_cylinder"
+    assert scene.truth["objects"][0]["delivered"]
+    assert scene.take_away() == ["salt_cylinder"] and scene.truth["objects"] == []
+
+
+def test_a_grasp_of_air_finds_no_object():
+    scene = rg.Scene("single", seed=SEED)
+    X_WG = np.diag([1.0, -1.0, -1.0, 1.0])
+    X_WG[:3, 3] = [0.05, 0.05, 0.3]
+    assert scene.grasp(rg.Grasp(X_WG, 0.04)).word == "not_segmented"
+
+
+def test_restoring_gives_the_same_outcome_again():
+    scene = rg.Scene("touching", seed=SEED)
+    start = scene.save()
+    grasp = scene.perceive().grasps[0]
+    first = scene.grasp(grasp)
+    scene.restore(start)
+    scene.perceive()
+    again = scene.grasp(grasp)
+    assert (first.word, first.detail, first.log) == (again.word, again.detail, again.log)
+    with pytest.raises(ValueError, match="another scene"):
+        rg.Scene("single", seed=SEED).restore(start)
+
+
+def test_own_objects_stand_where_they_are_put():
+    pose = np.eye(4)
+    pose[:3, 3] = [0.03, -0.02, 0.08]
+    scene = rg.Scene(objects={"coffee_cup": pose}, seed=SEED)
+    only = scene.truth["objects"][0]
+    assert only["name"] == "coffee_cup" and np.allclose(only["pose"][:2, 3], pose[:2, 3], atol=0.02)
+    labels = scene.scan() and scene.truth["labels"][0]
+    assert (labels == only["label"]).sum() > 500
+
+
+def test_a_picture_shows_the_scene(pile):
+    picture = pile.render("overview", 320, 240)
+    assert picture.shape == (240, 320, 3) and picture.dtype == np.uint8 and picture.std() > 10
+
+
+@pytest.mark.parametrize(("make", "error", "words"), [
+    (lambda: rg.Scene("pil"), rg.InputError, "nearest"),
+    (lambda: rg.Scene("seam_base"), rg.InputError, "seam"),
+    (lambda: rg.Scene("single", target="cofee_cup"), rg.InputError, "coffee_cup"),
+    (lambda: rg.Scene("single", set=["physics.timestep=1"]), rg.InputError, "timestep_ms"),
+    (lambda: rg.Scene(objects={"cup": np.eye(4)}), rg.InputError, "cup"),
+    (lambda: rg.Scene(objects={"coffee_cup": 2 * np.eye(4)}), ValueError, "rigid motion"),
+    (lambda: rg.Scene(target="spread", objects={"coffee_cup": np.eye(4)}), ValueError, "arrangement"),
+    (lambda: rg.Scene("single").grasp(rg.Grasp(np.eye(3), 0.05)), ValueError, "4 x 4"),
+    (lambda: rg.Scene("single").render("nowhere"), rg.InputError, "overview"),
+])
+def test_errors_name_what_is_wrong(make, error, words):
+    with pytest.raises(error, match=words):
+        make()
