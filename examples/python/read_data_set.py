@@ -1,0 +1,35 @@
+"""Reads a data set of `rangegrasp.collect` with NumPy alone, and as a PyTorch data set where PyTorch is installed (docs/python.md)."""
+import sys
+from pathlib import Path
+
+import numpy as np
+
+
+def grasps_of(folder):
+    """One (points (rows, columns, 3), X_WG (4, 4), width, delivered) after the other."""
+    for file in sorted(Path(folder).glob("shard-*.npz")):
+        with np.load(file) as shard:
+            points = shard["points"]
+            for i, scene in enumerate(shard["scene"]):
+                yield points[scene], shard["X_WG"][i], shard["width"][i], shard["outcome"][i] == "delivered"
+
+
+def torch_data_set(folder):
+    import torch
+
+    class Grasps(torch.utils.data.Dataset):
+        def __init__(self):
+            self.items = [(torch.from_numpy(np.nan_to_num(points)), torch.from_numpy(X), float(width), float(delivered))
+                          for points, X, width, delivered in grasps_of(folder)]
+
+        def __len__(self):
+            return len(self.items)
+
+        def __getitem__(self, i):
+            return self.items[i]
+    return Grasps()
+
+
+if __name__ == "__main__":
+    delivered = [one[3] for one in grasps_of(sys.argv[1])]
+    print(f"{len(delivered)} grasps, {100 * np.mean(delivered):.0f} % delivered")
