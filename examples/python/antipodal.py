@@ -1,9 +1,10 @@
 """Objects of the built-in perception, grasps by the normals of opposite sides (docs/python.md)."""
 import numpy as np
 import rangegrasp as rg
+from numpy.typing import NDArray
 
 
-def normals_of(scan):
+def normals_of(scan: rg.Scan) -> NDArray[np.float64]:
     """Of each sample, from its neighbors in the image, towards the sensor; (rows * columns, 3)."""
     image, normals = scan.points, np.full_like(scan.points, np.nan)
     cross = np.cross(image[2:-2, 4:] - image[2:-2, :-4], image[4:, 2:-2] - image[:-4, 2:-2])
@@ -13,10 +14,10 @@ def normals_of(scan):
     return normals.reshape(-1, 3)
 
 
-def detect(scan):
-    found, normals, grasps = rg.perceive(scan), normals_of(scan), []
+def detect(scan: rg.Scan) -> rg.Detection:
+    found, normals, grasps = rg.perceive(scan), normals_of(scan), list[rg.Grasp]()
     if not found.objects:
-        return []
+        return rg.Detection([])
     up, thing = found.table_normal, found.objects[0]
     points, facing = scan.points.reshape(-1, 3)[thing.samples], normals[thing.samples]
     heights = points @ up + found.table_offset

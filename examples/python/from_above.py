@@ -3,7 +3,7 @@ import numpy as np
 import rangegrasp as rg
 
 
-def detect(scan):
+def detect(scan: rg.Scan) -> list[rg.Grasp]:
     flat = scan.points.reshape(-1, 3)
     near = np.linalg.norm(flat[:, :2] - scan.center[:2], axis=1) < scan.radius
     points = flat[near & (flat[:, 2] > max(0.006, 6 * scan.noise_m))]
@@ -11,7 +11,7 @@ def detect(scan):
         return []
     top = points[np.argmax(points[:, 2])]
     upper = points[(points[:, 2] > top[2] - 0.04) & (np.linalg.norm(points[:, :2] - top[:2], axis=1) < 0.08)]
-    middle, grasps = upper.mean(axis=0), []
+    middle, grasps = upper.mean(axis=0), list[rg.Grasp]()
     for angle in np.arange(16) * 2 * np.pi / 16:
         x, z = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([0.0, 0.0, -1.0])
         y = np.cross(z, x)

@@ -1,12 +1,16 @@
 """Three policies that clear a table: random proposals, the best one, and a score that is learnt from its own attempts (docs/python.md)."""
 import sys
+from typing import Any, Callable, Iterable
 
 import gymnasium
 import numpy as np
 import rangegrasp  # noqa: F401  registers the environments
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 
-def features(seen, tried):
+def features(seen: dict[str, Any], tried: Floats) -> Floats:
     """(proposals, 6): height, tilt, width, the method's score, its rank, and whether it was tried in this episode."""
     proposals = seen["proposals"]
     rank = np.arange(len(proposals)) / len(proposals)
@@ -14,8 +18,9 @@ def features(seen, tried):
     return np.stack([10 * proposals[:, 2], turn - np.pi, 20 * proposals[:, 6], proposals[:, 7], rank, tried], axis=1)
 
 
-def run(env, choose, seeds, learn=None):
-    delivered = attempts = 0
+def run(env: gymnasium.Env[Any, Any], choose: Callable[[Floats], int], seeds: Iterable[int],
+        learn: Callable[[Floats, float], None] | None = None) -> tuple[float, int]:
+    delivered, attempts = 0.0, 0
     for seed in seeds:
         seen, info = env.reset(seed=seed)
         tried, done = np.zeros(len(seen["proposals"])), info["proposals"] == 0
@@ -24,27 +29,27 @@ def run(env, choose, seeds, learn=None):
             action = choose(known)
             tried[action] = 1.0
             seen, reward, ended, truncated, info = env.step(action)
-            done, attempts, delivered = ended or truncated, attempts + 1, delivered + reward
+            done, attempts, delivered = ended or truncated, attempts + 1, delivered + float(reward)
             if reward or info["outcome"] not in ("no_path", "no_grasp"):  # the scene has changed
                 tried[:] = 0.0
             if learn:
-                learn(known[action], reward)
+                learn(known[action], float(reward))
     return delivered, attempts
 
 
 class Learnt:
     """Logistic regression by stochastic gradient ascent; explores with 10 % of its choices."""
 
-    def __init__(self, rng):
+    def __init__(self, rng: np.random.Generator) -> None:
         self.weights, self.rng = np.zeros(7), rng
 
-    def probability(self, known):
-        return 1 / (1 + np.exp(-(np.atleast_2d(known) @ self.weights[:-1] + self.weights[-1])))
+    def probability(self, known: Floats) -> Floats:
+        return np.asarray(1 / (1 + np.exp(-(np.atleast_2d(known) @ self.weights[:-1] + self.weights[-1]))), dtype=np.float64)
 
-    def choose(self, known):
+    def choose(self, known: Floats) -> int:
         return int(self.rng.integers(len(known))) if self.rng.random() < 0.1 else int(np.argmax(self.probability(known)))
 
-    def learn(self, known, reward):
+    def learn(self, known: Floats, reward: float) -> None:
         self.weights += 0.3 * (reward - self.probability(known)[0]) * np.append(known, 1.0)
 
 

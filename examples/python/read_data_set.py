@@ -1,31 +1,33 @@
 """Reads a data set of `rangegrasp.collect` with NumPy alone, and as a PyTorch data set where PyTorch is installed (docs/python.md)."""
 import sys
 from pathlib import Path
+from typing import Any, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 
-def grasps_of(folder):
+def grasps_of(folder: str | Path) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float64], float, bool]]:
     """One (points (rows, columns, 3), X_WG (4, 4), width, delivered) after the other."""
     for file in sorted(Path(folder).glob("shard-*.npz")):
         with np.load(file) as shard:
             points = shard["points"]
             for i, scene in enumerate(shard["scene"]):
-                yield points[scene], shard["X_WG"][i], shard["width"][i], shard["outcome"][i] == "delivered"
+                yield points[scene], shard["X_WG"][i], float(shard["width"][i]), bool(shard["outcome"][i] == "delivered")
 
 
-def torch_data_set(folder):
+def torch_data_set(folder: str | Path) -> Any:
     import torch
 
-    class Grasps(torch.utils.data.Dataset):
-        def __init__(self):
+    class Grasps(torch.utils.data.Dataset):  # type: ignore[misc]
+        def __init__(self) -> None:
             self.items = [(torch.from_numpy(np.nan_to_num(points)), torch.from_numpy(X), float(width), float(delivered))
                           for points, X, width, delivered in grasps_of(folder)]
 
-        def __len__(self):
+        def __len__(self) -> int:
             return len(self.items)
 
-        def __getitem__(self, i):
+        def __getitem__(self, i: int) -> Any:
             return self.items[i]
     return Grasps()
 

@@ -1,0 +1,51 @@
+"""The examples run, and the notebooks from start to end."""
+import contextlib
+import importlib.util
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rangegrasp as rg
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def module_of(name):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / "python" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(("name", "least"), [("straight_down", 2), ("from_above", 3), ("antipodal", 4)])
+def test_a_detector_delivers(name, least):
+    results = rg.evaluate(module_of(name).detect, "single", trials=1, seed=4711, progress=False)
+    outcomes = [row["outcome"] for row in results.rows]
+    assert outcomes.count("delivered") >= least, outcomes
+    assert not {"detector_failed", "crashed", "timed_out"} & set(outcomes)
+
+
+def test_the_policies_clear_tables():
+    told = subprocess.run([sys.executable, EXAMPLES / "python/policies.py", "2"], capture_output=True, text=True, check=True).stdout
+    assert len(told.splitlines()) == 3 and "learnt: " in told
+
+
+def test_a_data_set_is_read(tmp_path):
+    rg.collect(tmp_path / "d", "single", scenes=2, grasps=2, seed=4711, jobs=1)
+    points, X_WG, width, delivered = next(iter(module_of("read_data_set").grasps_of(tmp_path / "d")))
+    assert points.shape == (150, 512, 3) and X_WG.shape == (4, 4) and width > 0 and delivered in (True, False)
+
+
+@pytest.mark.parametrize("file", sorted((EXAMPLES / "notebooks").glob("*.ipynb")), ids=lambda file: file.stem)
+def test_a_notebook_runs(file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "notebook"}
+    cells = [cell for cell in json.loads(file.read_text())["cells"] if cell["cell_type"] == "code"]
+    assert any("image/png" in one.get("data", {}) for cell in cells for one in cell["outputs"]), "stored without its pictures"
+    with contextlib.redirect_stdout(io.StringIO()):
+        for cell in cells:
+            exec(compile("".join(cell["source"]), file.name, "exec"), names)
