@@ -15,7 +15,7 @@ def normals_of(scan: rg.Scan) -> NDArray[np.float64]:
 
 
 def detect(scan: rg.Scan) -> rg.Detection:
-    found, normals, grasps = rg.perceive(scan), normals_of(scan), list[rg.Grasp]()
+    found, normals, grasps = rg.perceive(scan, grasped=0), normals_of(scan), list[rg.Grasp]()
     if not found.objects:
         return rg.Detection([])
     up, thing = found.table_normal, found.objects[0]

@@ -202,6 +202,24 @@ def _name_of(detect: Any) -> str:
     return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
 
 
+class _Detector:
+    """A function with its limits, and where it is called."""
+
+    def __init__(self, detect: Detect | DetectBatch | None, batch: int | None, time_limit: float, memory_mb: int) -> None:
+        self._detect, self._batch, self._time_limit, self._memory_mb = detect, batch, time_limit, memory_mb
+        self.name = "" if detect is None else _name_of(detect)
+
+    @contextlib.contextmanager
+    def asked(self) -> Iterator[Callable[[dict[str, Any]], str] | None]:
+        if self._detect is None:
+            yield None
+        elif self._batch is None:
+            yield _InWorker(self._detect, self._time_limit, self._memory_mb)  # type: ignore[arg-type]
+        else:
+            with _serve(self._detect, self._batch, self._time_limit) as ask:  # type: ignore[arg-type]
+                yield ask
+
+
 class Results:
     """The results of a run, in a folder that the command line reads, too.
 
@@ -212,9 +230,10 @@ class Results:
         What failed of the run as a whole, e.g. trials that crashed; empty if nothing did.
     """
 
-    def __init__(self, folder: str | os.PathLike[str], failed: str = "") -> None:
+    def __init__(self, folder: str | os.PathLike[str], failed: str = "", detector: _Detector | None = None) -> None:
         self.folder = Path(folder)
         self.failed = failed
+        self._detector = detector or _Detector(None, None, 0.0, 0)
 
     def table(self, format: str = "text") -> str:
         """The tables, next to the published ones, as "text", "markdown", "csv" or "json"."""
@@ -237,8 +256,12 @@ class Results:
         return _core.compare(str(self.folder), str(other.folder))
 
     def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1) -> Path:
-        """Writes pages with charts and pictures for a browser, into `folder` or the results' own. Returns the first page."""
-        _core.report(str(self.folder), jobs)
+        """Writes pages with charts and pictures for a browser, into `folder` or the results' own. Returns the first page.
+
+        It runs trials again for their pictures; results of a function that were loaded from a folder have none.
+        """
+        with self._detector.asked() as ask:
+            _core.report(str(self.folder), jobs, ask, self._detector.name)
         pages = self.folder / "report"
         if folder is not None:
             pages = Path(shutil.copytree(pages, folder, dirs_exist_ok=True))
@@ -332,17 +355,12 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
     seeds = [] if seed is None else [seed] if isinstance(seed, int) else list(seed)
     settings = list(set)
     show = progress if progress is not None else sys.stderr.isatty() or "ipykernel" in sys.modules
-    with contextlib.ExitStack() as stack:
-        ask: Callable[[dict[str, Any]], str] | None = None
-        if detect is not None:
+    detector = _Detector(detect, batch, time_limit, memory_mb)
+    with detector.asked() as ask:
+        if ask is not None:
             settings.append("detector=python")
-            if batch is not None:
-                ask = stack.enter_context(_serve(detect, batch, time_limit))  # type: ignore[arg-type]
-            else:
-                ask = _InWorker(detect, time_limit, memory_mb)  # type: ignore[arg-type]
         failed = _core.run(experiment_file(experiment), settings, trials, list(objects), seeds, str(folder),
-                           jobs or os.cpu_count() or 1, resume, overwrite, ask, _name_of(detect) if detect is not None else "",
-                           _progress(show))
+                           jobs or os.cpu_count() or 1, resume, overwrite, ask, detector.name, _progress(show))
     if failed:
         logging.getLogger("rangegrasp").warning("%s", failed)
-    return Results(folder, failed)
+    return Results(folder, failed, detector)

@@ -151,7 +151,8 @@ class Scene:
 
 
 def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | None = None, up: Any = None,
-             segmentation: str = "convexity", scene: str | os.PathLike[str] = "", seed: int = 1) -> Found:
+             segmentation: str = "convexity", scene: str | os.PathLike[str] = "", seed: int = 1,
+             grasped: int | None = None) -> Found:
     """Finds objects and grasps in any cloud of objects on a table, as `rangegrasp perceive` does.
 
     Parameters
@@ -170,6 +171,8 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
         Scene file (MJCF) whose hand is to grasp; the shipped one if not given.
     seed : int
         Of the random draws.
+    grasped : int, optional
+        Find grasps of so many objects only, the topmost first; of all if not given.
 
     Returns
     -------
@@ -191,4 +194,5 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
             array = array[None]
         scan = Scan([View(array, np.eye(4) if X_WV is None else np.asarray(X_WV, dtype=np.float64))])
     upwards: Floats | None = None if up is None else np.ascontiguousarray(up, dtype=np.float64)
-    return Found._from(_core.perceive(scan._core(), noise, upwards, segmentation, str(Path(scene)) if scene else "", seed))
+    return Found._from(_core.perceive(scan._core(), noise, upwards, segmentation, str(Path(scene)) if scene else "", seed,
+                                      2**31 if grasped is None else grasped))

@@ -26,7 +26,7 @@ const robot::Robot& RobotOf(const std::string& scene) {
 
 nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
                   const std::optional<Vector3>& up, const std::string& segmentation,
-                  const std::string& scene_file, std::uint64_t seed) {
+                  const std::string& scene_file, std::uint64_t seed, std::size_t grasped) {
   const geometry::Observation observation = ObservationFrom(scan);
   perception::PerceptionOptions options;
   options.segment.method =
@@ -50,7 +50,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     base::Rng rng(seed);
     scene = perception::Perceive(observation, options, rng, workspace);
     const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    for (std::size_t i = 0; i < std::min(grasped, scene.objects.size()); ++i) {
       grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
                                          2.0 * scene.objects[i].center_C - origin, {}));
     }
@@ -66,6 +66,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     dict["center"] = ArrayOf(object.center_C);
     dict["size"] = ArrayOf(object.size_m);
     objects.append(dict);
+    if (i >= grasps.size()) continue;
     for (const grasp::DetectedGrasp& g : grasp::DetectionFrom(scene, grasps[i], i).grasps) {
       all.append(DictOf(g, robot.hand()));
     }
@@ -115,7 +116,7 @@ void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan) {
 
 void AddPerceive(nb::module_& m) {
   m.def("perceive", &Perceive, nb::arg("scan"), nb::arg("noise_m").none(), nb::arg("up").none(),
-        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"));
+        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"), nb::arg("grasped"));
 }
 
 }  // namespace rangegrasp::python

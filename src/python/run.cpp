@@ -22,15 +22,29 @@ namespace {
 /// The word of the detector that is a Python function.
 constexpr const char* kPython = "python";
 
-// The function, and what it is called in stamps. Never freed: Python may be gone before.
+// The function, and what it is called in stamps; of the run or report that is made.
 struct Function {
   nb::object ask;
   std::string name;
 };
-Function& Present() {
-  static auto* function = new Function;
-  return *function;
+const Function*& Present() {
+  static const Function* function = nullptr;
+  return function;
 }
+
+// While it lives, the function is the detector `python`.
+class Asked {
+ public:
+  Asked(const nb::object& ask, const std::string& name) : function_{ask, name} {
+    Present() = &function_;
+  }
+  ~Asked() { Present() = nullptr; }
+  Asked(const Asked&) = delete;
+  Asked& operator=(const Asked&) = delete;
+
+ private:
+  Function function_;
+};
 
 nb::dict DictOf(const external::Question& question) {
   nb::dict dict = python::DictOf(question.observation);
@@ -43,7 +57,7 @@ nb::dict DictOf(const external::Question& question) {
 std::string Ask(const external::Question& question) {
   const nb::gil_scoped_acquire gil;
   try {
-    return nb::cast<std::string>(Present().ask(DictOf(question)));
+    return nb::cast<std::string>(Present()->ask(DictOf(question)));
   } catch (nb::python_error& e) {
     throw grasp::DetectorFailed(e.what());  // with the traceback
   } catch (const nb::cast_error&) {
@@ -54,7 +68,7 @@ std::string Ask(const external::Question& question) {
 std::unique_ptr<grasp::Detector> MakeDetector(const trial::Options& options,
                                               const robot::Robot& robot,
                                               grasp::SceneObserver observer) {
-  if (!Present().ask.is_valid() || Present().ask.is_none()) {
+  if (!Present() || Present()->ask.is_none()) {
     throw base::InputError(
         "detector: python: is a function of a Python program; rangegrasp.evaluate runs it");
   }
@@ -91,7 +105,7 @@ std::string Run(const std::string& file, const std::vector<std::string>& set,
                 const std::vector<std::uint64_t>& seeds, const std::string& out, int jobs,
                 bool resume, bool overwrite, const nb::object& ask, const std::string& name,
                 const OnProgress& progress) {
-  Present() = {ask, name};
+  const Asked asked(ask, name);
   experiment::Changes changes{.set = set, .trials = trials, .groups = objects};
   if (seeds.size() == 1) changes.seed = seeds.front();
   const cli::RunIntoOptions options{
@@ -136,7 +150,8 @@ nb::dict Compare(const std::string& first, const std::string& second) {
   return dict;
 }
 
-void Report(const std::string& folder, int jobs) {
+void Report(const std::string& folder, int jobs, const nb::object& ask, const std::string& name) {
+  const Asked asked(ask, name);
   const auto make_report = cli::Hooks().make_report;
   if (!make_report) {
     base::CheckBuilt("command", "report");
@@ -151,7 +166,7 @@ void AddRun(nb::module_& m) {
   trial::AddDetector({.word = kPython,
                       .make = MakeDetector,
                       .add_to = [](const trial::Options&, experiment::Stamp& stamp) {
-                        stamp.identity["detector_function"] = Present().name;
+                        stamp.identity["detector_function"] = Present()->name;
                       }});
   m.def("run", &Run, nb::arg("experiment"), nb::arg("set"), nb::arg("trials").none(),
         nb::arg("objects"), nb::arg("seeds"), nb::arg("out"), nb::arg("jobs"), nb::arg("resume"),
@@ -159,7 +174,7 @@ void AddRun(nb::module_& m) {
   m.def("table", &Table, nb::arg("folder"), nb::arg("format"));
   m.def("records", &Records, nb::arg("folder"));
   m.def("compare", &Compare, nb::arg("first"), nb::arg("second"));
-  m.def("report", &Report, nb::arg("folder"), nb::arg("jobs"));
+  m.def("report", &Report, nb::arg("folder"), nb::arg("jobs"), nb::arg("ask").none(), nb::arg("name"));
 }
 
 }  // namespace rangegrasp::python

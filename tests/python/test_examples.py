@@ -3,6 +3,7 @@ import contextlib
 import importlib.util
 import io
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -38,6 +39,20 @@ def test_a_data_set_is_read(tmp_path):
     rg.collect(tmp_path / "d", "single", scenes=2, grasps=2, seed=4711, jobs=1)
     points, X_WG, width, delivered = next(iter(module_of("read_data_set").grasps_of(tmp_path / "d")))
     assert points.shape == (150, 512, 3) and X_WG.shape == (4, 4) and width > 0 and delivered in (True, False)
+
+
+def test_the_page_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = (EXAMPLES.parent / "docs/python.md").read_text()
+    fences = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    assert len(fences) == 3
+    code = "\n".join(fences)
+    for long, short in (("trials=10", "trials=1, objects=['spread', 'dextrose']"), ("scenes=100", "scenes=2"), ("grasps=8", "grasps=2")):
+        assert long in code
+        code = code.replace(long, short)
+    names = {}
+    exec(compile(code, "docs/python.md", "exec"), names)
+    assert names["outcome"].word and (tmp_path / "report/index.html").exists() and (tmp_path / "data/card.json").exists()
 
 
 @pytest.mark.parametrize("file", sorted((EXAMPLES / "notebooks").glob("*.ipynb")), ids=lambda file: file.stem)
