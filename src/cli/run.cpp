@@ -72,9 +72,8 @@ Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int befo
 // @return why it ended early; empty if it did not.
 std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store& store,
                             const RunIntoOptions& options) {
-  const experiment::RunOptions how{.jobs = options.jobs,
-                                   .case_limit_s = e.common.case_limit_s,
-                                   .processes = options.processes};
+  const experiment::RunOptions how{
+      .jobs = options.jobs, .case_limit_s = e.common.case_limit_s, .processes = options.processes};
   const auto run = [&](const Case& which) { return e.task->Run(which); };
   const auto missing = Missing(cases, store);
   const int total = static_cast<int>(missing.size());

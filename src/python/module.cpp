@@ -28,8 +28,9 @@ class LogSink : public spdlog::sinks::base_sink<std::mutex> {
     const nb::gil_scoped_acquire gil;
     const std::string text(message.payload.data(), message.payload.size());
     // Python's levels are ten times spdlog's: info 2 -> 20, warning 3 -> 30, error 4 -> 40.
-    nb::module_::import_("logging").attr("getLogger")("rangegrasp").attr("log")(
-        10 * static_cast<int>(message.level), "%s", text);
+    nb::module_::import_("logging")
+        .attr("getLogger")("rangegrasp")
+        .attr("log")(10 * static_cast<int>(message.level), "%s", text);
   }
   void flush_() override {}
 };
@@ -66,10 +67,12 @@ NB_MODULE(_core, m) {
   m.def("version", &base::Version, "The version, e.g. '0.3.0'.");
   m.def("main", &python::Main, nb::arg("words"),
         "Runs the command line with its words; the first is the program's name.");
-  m.def("data_folder", [] { return base::DataFolder().string(); },
-        "The folder of models/, scenes/ and experiments/.");
-  m.def("experiments", [] { return base::ExperimentNames(base::DataFolder()); },
-        "The names of the experiments that come with the package.");
+  m.def(
+      "data_folder", [] { return base::DataFolder().string(); },
+      "The folder of models/, scenes/ and experiments/.");
+  m.def(
+      "experiments", [] { return base::ExperimentNames(base::DataFolder()); },
+      "The names of the experiments that come with the package.");
   python::AddScene(m);
   python::AddPerceive(m);
   python::AddRun(m);

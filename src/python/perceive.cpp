@@ -20,7 +20,8 @@ const robot::Robot& RobotOf(const std::string& scene) {
   static std::map<std::string, robot::Robot> robots;
   const auto found = robots.find(scene);
   if (found != robots.end()) return found->second;
-  const fs::path file = scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : fs::path(scene);
+  const fs::path file =
+      scene.empty() ? base::DataFolder() / "scenes/tabletop.xml" : fs::path(scene);
   return robots.emplace(scene, robot::Robot::Load(file)).first->second;
 }
 
@@ -29,8 +30,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
                   const std::string& scene_file, std::uint64_t seed, std::size_t grasped) {
   const geometry::Observation observation = ObservationFrom(scan);
   perception::PerceptionOptions options;
-  options.segment.method =
-      base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
+  options.segment.method = base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
   options.noise_m = noise_m;
   if (up) options.preprocess.up_C = Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(up->data()));
   const robot::Robot& robot = RobotOf(scene_file);
@@ -51,8 +51,8 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     scene = perception::Perceive(observation, options, rng, workspace);
     const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
     for (std::size_t i = 0; i < std::min(grasped, scene.objects.size()); ++i) {
-      grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
-                                         2.0 * scene.objects[i].center_C - origin, {}));
+      grasps.push_back(
+          grasp::PlanGrasps(scene, i, robot.hand(), 2.0 * scene.objects[i].center_C - origin, {}));
     }
   }
   nb::list objects, all;

@@ -1,3 +1,5 @@
+#include "cli/run.h"
+
 #include <nanobind/stl/function.h>
 #include <nanobind/stl/optional.h>
 #include <unistd.h>
@@ -9,7 +11,6 @@
 #include "base/installation.h"
 #include "base/words.h"
 #include "cli/commands.h"
-#include "cli/run.h"
 #include "experiment/experiment.h"
 #include "experiment/store.h"
 #include "external/outside_detector.h"
@@ -108,17 +109,16 @@ std::string Run(const std::string& file, const std::vector<std::string>& set,
   const Asked asked(ask, name);
   experiment::Changes changes{.set = set, .trials = trials, .groups = objects};
   if (seeds.size() == 1) changes.seed = seeds.front();
-  const cli::RunIntoOptions options{
-      .jobs = jobs,
-      .resume = resume,
-      .overwrite = overwrite,
-      .progress =
-          [&](int before, int total) -> experiment::Progress {
-        return [&progress, before, total](int done, int, const experiment::Record& last) {
-          progress(before + done, total, last.result.outcome);
-        };
-      },
-      .processes = {.fork = Fork, .wait = Wait}};
+  const cli::RunIntoOptions options{.jobs = jobs,
+                                    .resume = resume,
+                                    .overwrite = overwrite,
+                                    .progress = [&](int before, int total) -> experiment::Progress {
+                                      return [&progress, before, total](
+                                                 int done, int, const experiment::Record& last) {
+                                        progress(before + done, total, last.result.outcome);
+                                      };
+                                    },
+                                    .processes = {.fork = Fork, .wait = Wait}};
   return cli::RunExperiment(base::FindExperiment(file), changes,
                             seeds.size() > 1 ? seeds : std::vector<std::uint64_t>{}, out, options)
       .failed;
@@ -174,7 +174,8 @@ void AddRun(nb::module_& m) {
   m.def("table", &Table, nb::arg("folder"), nb::arg("format"));
   m.def("records", &Records, nb::arg("folder"));
   m.def("compare", &Compare, nb::arg("first"), nb::arg("second"));
-  m.def("report", &Report, nb::arg("folder"), nb::arg("jobs"), nb::arg("ask").none(), nb::arg("name"));
+  m.def("report", &Report, nb::arg("folder"), nb::arg("jobs"), nb::arg("ask").none(),
+        nb::arg("name"));
 }
 
 }  // namespace rangegrasp::python

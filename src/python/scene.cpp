@@ -76,9 +76,10 @@ class Scene {
     if (!target.empty()) {
       const auto& names = cell_.options.objects;
       if (std::ranges::find(names, target) == names.end()) {
-        throw base::InputError(fmt::format("target '{}' is not among the experiment's objects; "
-                                           "nearest: '{}'",
-                                           target, base::NearestWord(target, names)));
+        throw base::InputError(
+            fmt::format("target '{}' is not among the experiment's objects; "
+                        "nearest: '{}'",
+                        target, base::NearestWord(target, names)));
       }
       spec.object = target;
     }
@@ -90,8 +91,8 @@ class Scene {
     trial::Redraws redraws;
     auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
     if (!arranged) {
-      throw base::RunError(fmt::format("no arrangement of {} came to rest in view: {}",
-                                       spec.object, trial::Text(redraws)));
+      throw base::RunError(fmt::format("no arrangement of {} came to rest in view: {}", spec.object,
+                                       trial::Text(redraws)));
     }
     world_ = std::make_unique<sim::World>(std::move(arranged->world));
     target_ = arranged->target;
@@ -181,8 +182,7 @@ class Scene {
       Home();
       const auto detector = DetectorOf(asked);
       attempt = trial::RunAttempt(
-          cell_, *world_,
-          {.seed = seed, .sensed = sensed_.get(), .detector = detector.get()});
+          cell_, *world_, {.seed = seed, .sensed = sensed_.get(), .detector = detector.get()});
     }
     if (attempt.log) Forget();
     nlohmann::ordered_json data = trial::JsonOf(attempt);
@@ -230,9 +230,9 @@ class Scene {
     if (sensed_) {
       for (std::size_t i = 0; i < sensed_->truth.size(); ++i) {
         const auto& image = sensed_->observation.views[i].image;
-        labels.append(Copied(sensed_->truth[i].label.data(),
-                             {static_cast<std::size_t>(image.profiles),
-                              static_cast<std::size_t>(image.samples)}));
+        labels.append(Copied(
+            sensed_->truth[i].label.data(),
+            {static_cast<std::size_t>(image.profiles), static_cast<std::size_t>(image.samples)}));
       }
     }
     nb::dict truth;
@@ -294,11 +294,12 @@ class Scene {
 }  // namespace
 
 void AddScene(nb::module_& m) {
-  m.def("objects",
-        [](const std::string& file, const std::vector<std::string>& set) {
-          return trial::CellOf(*Open(file, set, 1).task).options.objects;
-        },
-        nb::arg("experiment"), nb::arg("set"));
+  m.def(
+      "objects",
+      [](const std::string& file, const std::vector<std::string>& set) {
+        return trial::CellOf(*Open(file, set, 1).task).options.objects;
+      },
+      nb::arg("experiment"), nb::arg("set"));
   nb::class_<Scene::Saved>(m, "SavedScene");
   nb::class_<Scene>(m, "Scene")
       .def(nb::init<const std::string&, const std::vector<std::string>&, std::uint64_t,

@@ -16,9 +16,8 @@ nb::ndarray<nb::numpy, T, nb::c_contig> Shared(const T* values, std::vector<std:
                                                const std::shared_ptr<const void>& owner) {
   if (!owner) return Copied(values, std::move(shape));
   auto* held = new std::shared_ptr<const void>(owner);
-  nb::capsule capsule(held, [](void* p) noexcept {
-    delete static_cast<std::shared_ptr<const void>*>(p);
-  });
+  nb::capsule capsule(
+      held, [](void* p) noexcept { delete static_cast<std::shared_ptr<const void>*>(p); });
   return {const_cast<T*>(values), shape.size(), shape.data(), capsule};
 }
 

@@ -30,9 +30,9 @@ nb::ndarray<nb::numpy, T, nb::c_contig> Copied(const T* values, std::vector<std:
   return {copy, shape.size(), shape.data(), owner};
 }
 
-Array ArrayOf(const base::Pose& X);              ///< 4 x 4
-Array ArrayOf(const Eigen::Vector3d& v);         ///< 3
-Array ArrayOf(const geometry::Points& points);   ///< n x 3
+Array ArrayOf(const base::Pose& X);             ///< 4 x 4
+Array ArrayOf(const Eigen::Vector3d& v);        ///< 3
+Array ArrayOf(const geometry::Points& points);  ///< n x 3
 
 /// @throws std::invalid_argument (ValueError) naming the argument unless it is a rigid motion
 base::Pose PoseFrom(const Matrix4& X, const char* name);

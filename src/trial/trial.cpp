@@ -296,9 +296,11 @@ class AttemptRun {
                         cell_.options.perception.preprocess.table_clearance_m});
     if (verdict.right_target && verdict.segmented) return true;
     const bool none = detection.objects.empty();
+    const std::string& why_none = result_.detected.why_none;
     End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
-        fmt::format("share of the object {:f}, of the target {:f}", verdict.share_of_object,
-                    verdict.share_of_target));
+        none && !why_none.empty() ? why_none
+                                  : fmt::format("share of the object {:f}, of the target {:f}",
+                                                verdict.share_of_object, verdict.share_of_target));
     if (!options_.by_text || verdict.share_of_object == 0.0) return false;
     undetected_ = Ended{result_.outcome, result_.detail};
     return true;
@@ -307,7 +309,10 @@ class AttemptRun {
   bool IsAnything() {
     const bool none = result_.detected.detection.objects.empty();
     if (!none && result_.detected.has_turn && result_.target) return true;
-    End(Outcome::kNotSegmented, none ? "nothing is perceived" : "nothing that may be taken");
+    const std::string& why_none = result_.detected.why_none;
+    End(Outcome::kNotSegmented, !none              ? "nothing that may be taken"
+                                : why_none.empty() ? "nothing is perceived"
+                                                   : why_none);
     return false;
   }
 

@@ -122,18 +122,23 @@ std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Det
 /// @return whether the detector can be used
 bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
+  std::size_t in_air = 0;
   const auto scenes = ScenesOf(cell);
   for (const CheckScene& scene : scenes) {
     try {
       const Detected detected = Ask(*cell.detector, scene);
       text += Describe(cell, scene, detected);
+      if (!detected.why_none.empty()) {
+        ++in_air;
+        text += fmt::format("{}: {}\n", scene.object, detected.why_none);
+      }
       if (&scene == &scenes.back()) text += DescribeSandbox(cell, scene, detected, failed);
     } catch (const DetectorFailed& e) {
       text += fmt::format("{}: detector_failed: {}\n", scene.object, e.what());
       return false;
     }
   }
-  return !failed;
+  return !failed && (in_air < scenes.size() || scenes.empty());
 }
 
 namespace fs = std::filesystem;

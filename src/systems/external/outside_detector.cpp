@@ -158,6 +158,35 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
   return grown;
 }
 
+// Of a wrong unit or frame so many of the best grasps are enough to tell.
+constexpr std::size_t kJudged = 20;
+
+// What a grasp would be if the detector had made a mistake that is often made.
+struct Mistake {
+  std::string words;
+  std::function<grasp::Proposal(const grasp::Proposal&)> corrected;
+};
+
+std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
+  const auto in_unit = [](double unit_m) {
+    return [unit_m](const grasp::Proposal& told) {
+      grasp::Proposal meant = told;
+      meant.X_CG.translation() *= unit_m;
+      meant.width_m *= unit_m;
+      return meant;
+    };
+  };
+  const base::Pose X_WV = observation.views.front().X_CV;
+  const auto in_sensor = [X_WV](const grasp::Proposal& told) {
+    grasp::Proposal meant = told;
+    meant.X_CG = X_WV * told.X_CG;
+    return meant;
+  };
+  return {{"if they were in millimetres; the answer must be in metres", in_unit(1e-3)},
+          {"if they were in centimetres; the answer must be in metres", in_unit(1e-2)},
+          {"if they were in the sensor's frame; the answer must be in the cloud's, W", in_sensor}};
+}
+
 // An answer to a question, or why there is none.
 struct Answered {
   std::unique_ptr<process::OwnFolder> folder;  // of the files that it names
@@ -181,8 +210,8 @@ class AnsweringDetector : public Detector {
     const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
-    const Answered answered = Ask(
-        {observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
+    const Answered answered =
+        Ask({observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
     detected.seconds.emplace_back("detector", watch.Restart());
     try {
       if (!answered.text) throw DetectorFailed(answered.failure);
@@ -204,6 +233,11 @@ class AnsweringDetector : public Detector {
                   Detected& detected) const {
     detected.detection.table_C = scene.table.plane;
     detected.kept = scene.cloud.size();
+    if (!answer.grasps.empty() && HoldSomething(answer, scene, {}) == 0) {
+      RefuseMistakes(answer, observation, scene);
+      detected.why_none = fmt::format(
+          "none of the {} best grasps has a measured point between its fingers", Judged(answer));
+    }
     const auto first = answer.objects
                            ? FirstOfObjects(answer, folder, observation, turn, scene, detected)
                            : FirstOfGrasps(answer, turn, scene, detected);
@@ -232,6 +266,35 @@ class AnsweringDetector : public Detector {
     made.obstacles = std::move(detected.detection.obstacles);
     detected.detection = std::move(made);
     detected.segments = static_cast<int>(scene.objects.size());
+  }
+
+  static std::size_t Judged(const Answer& answer) {
+    return std::min(answer.grasps.size(), kJudged);
+  }
+  // How many of the best grasps have a measured point above the table between their fingers.
+  std::size_t HoldSomething(
+      const Answer& answer, const Scene& scene,
+      const std::function<grasp::Proposal(const grasp::Proposal&)>& corrected) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < Judged(answer); ++i) {
+      const grasp::Proposal& told = answer.grasps[i].proposal;
+      const grasp::Grasp placed =
+          grasp::PlaceHand(corrected ? corrected(told) : told, robot_.hand(), options_.grasp);
+      count += BetweenFingers(placed, robot_.hand(), scene.cloud.points).empty() ? 0 : 1;
+    }
+    return count;
+  }
+  // @throws DetectorFailed naming the mistake that explains why most grasps close on nothing
+  void RefuseMistakes(const Answer& answer, const geometry::Observation& observation,
+                      const Scene& scene) const {
+    for (const Mistake& mistake : LikelyMistakes(observation)) {
+      const std::size_t count = HoldSomething(answer, scene, mistake.corrected);
+      if (2 * count < Judged(answer)) continue;
+      throw DetectorFailed(
+          fmt::format("answer: none of the {} best grasps has a measured point between its "
+                      "fingers; {} of them would {}",
+                      Judged(answer), count, mistake.words));
+    }
   }
 
   // What is nowhere near the workspace counts as colliding.
@@ -376,8 +439,7 @@ std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
 std::unique_ptr<Detector> MakeFunctionDetector(AnswerFunction answer,
                                                const grasp::DetectorOptions& options,
                                                const robot::Robot& robot, SceneObserver observer) {
-  return std::make_unique<FunctionDetector>(std::move(answer), options, robot,
-                                            std::move(observer));
+  return std::make_unique<FunctionDetector>(std::move(answer), options, robot, std::move(observer));
 }
 
 }  // namespace rangegrasp::external

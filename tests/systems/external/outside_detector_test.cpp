@@ -117,6 +117,64 @@ TEST_F(Outside, TheQuestionSaysWhatItNeedsAndNoTruth) {
   EXPECT_GT(geometry::ReadMesh(files_ / "hand.stl").triangles.size(), 100u);
 }
 
+TEST_F(Outside, AWrongUnitOrFrameIsNamed) {
+  const auto target = SamplesOfTarget();
+  json grasp = GraspAtTarget();
+  const auto in_unit = [&](double per_m) {
+    json wrong = grasp;
+    for (json& x : wrong["position_m"]) x = per_m * x.get<double>();
+    wrong["width_m"] = per_m * grasp["width_m"].get<double>();
+    return wrong;
+  };
+  EXPECT_THAT(FailureOfAnswer({{"grasps", {in_unit(1000.0)}}}),
+              ::testing::AnyOf(HasSubstr("millimetres"), HasSubstr("must be in metres")));
+  EXPECT_THAT(FailureOfAnswer({{"grasps", {in_unit(100.0)}}}), HasSubstr("centimetres"));
+  EXPECT_THAT(FailureOfAnswer({{"objects", {{{"samples", target}}}}, {"grasps", {in_unit(100.0)}}}),
+              HasSubstr("centimetres"));
+  const base::Pose X_VW = TheLook().sensed.observation.views.front().X_CV.inverse();
+  const Eigen::Vector3d at = X_VW * MiddleOfTarget();
+  const Eigen::Matrix3d R =
+      X_VW.linear() * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal().toDenseMatrix();
+  json in_sensor = grasp;
+  in_sensor["position_m"] = {at.x(), at.y(), at.z()};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) in_sensor["rotation"][row][column] = R(row, column);
+  }
+  EXPECT_THAT(FailureOfAnswer({{"grasps", {in_sensor}}}), HasSubstr("sensor's frame"));
+  EXPECT_TRUE(Answer({{"grasps", {grasp}}}).why_none.empty());
+}
+
+TEST_F(Outside, GraspsOfAirAreNamed) {
+  json grasp = GraspAtTarget();
+  grasp["position_m"] = {0.05, 0.05, 0.4};
+  EXPECT_THAT(Answer({{"grasps", {grasp, grasp}}}).why_none, HasSubstr("none of the 2 best"));
+}
+
+TEST_F(Outside, AFunctionIsUnderstoodLikeAProgram) {
+  const json answer = {{"grasps", {GraspAtTarget()}}};
+  base::Rng rng(1);
+  const auto detector = external::MakeFunctionDetector(
+      [&](const external::Question& question) {
+        EXPECT_EQ(question.observation.views.size(), 1u);
+        EXPECT_GT(question.noise_m, 0.0);
+        return answer.dump();
+      },
+      options_, TheLook().cell.robot);
+  const Detected detected = detector->Detect(TheLook().sensed.observation, rng);
+  const Detected of_program = Answer(answer);
+  ASSERT_EQ(detected.detection.grasps.size(), 1u);
+  EXPECT_EQ(detected.detection.objects.front().samples,
+            of_program.detection.objects.front().samples);
+  EXPECT_EQ(detected.detection.grasps.front().X_CH.matrix(),
+            of_program.detection.grasps.front().X_CH.matrix());
+  const auto wrong = external::MakeFunctionDetector(
+      [](const external::Question&) { return std::string("not json"); }, options_,
+      TheLook().cell.robot);
+  EXPECT_THAT(testing_support::ErrorOf<DetectorFailed>(
+                  [&] { wrong->Detect(TheLook().sensed.observation, rng); }),
+              HasSubstr("no JSON"));
+}
+
 TEST_F(Outside, ObjectsAndGraspsAreUnderstood) {
   json second = GraspAtTarget();
   second["score"] = 2.0;

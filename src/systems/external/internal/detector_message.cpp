@@ -93,6 +93,10 @@ struct Place {
   }
   Eigen::Vector3d Vector() const {
     if (!value.is_array() || value.size() != 3) Fail("must be three numbers, [x, y, z]");
+    for (const json& number : value) {
+      if (!number.is_number() || std::abs(number.get<double>()) <= kMax_m) continue;
+      Fail(fmt::format("must be in metres, from {:g} to {:g}", -kMax_m, kMax_m));
+    }
     return {At(0).Number(-kMax_m, kMax_m), At(1).Number(-kMax_m, kMax_m),
             At(2).Number(-kMax_m, kMax_m)};
   }
