@@ -18,7 +18,7 @@ from pathlib import Path
 for _file in Path(__file__).parent.parent.glob("rangegrasp.libs/libOSMesa*"):
     ctypes.CDLL(str(_file), ctypes.RTLD_GLOBAL)
 
-from ._core import InputError, RunError, data_folder, experiments  # noqa: E402
+from ._core import InputError, RunError, data_folder, experiments, feature_names  # noqa: E402
 from ._core import version as _version  # noqa: E402
 from ._collect import collect  # noqa: E402
 from ._evaluate import Results, evaluate, load  # noqa: E402
@@ -29,7 +29,7 @@ __version__ = _version()
 
 __all__ = [
     "Detection", "Found", "Grasp", "InputError", "Object", "Outcome", "Results", "RunError", "Scan", "Scene", "View",
-    "collect", "data_folder", "evaluate", "experiments", "load", "perceive",
+    "collect", "data_folder", "evaluate", "experiments", "feature_names", "load", "perceive",
 ]
 
 

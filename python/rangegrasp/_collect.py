@@ -23,6 +23,7 @@ FIELDS = {
     "approach": "(grasps, 3): unit vector of the straight approach",
     "width": "(grasps,) [m]: expected width between the closed pads",
     "score": "(grasps,): of the built-in method",
+    "features": "(grasps, features) float32: what is known of the grasp from the scan; the card's feature_names",
     "outcome": "(grasps,) text: delivered, no_grasp, no_path, not_lifted, dropped, misplaced or invalid_physics",
     "object": "(grasps,) text: the object that the grasp was at; ground truth",
 }
@@ -34,35 +35,40 @@ def _collect_scene(experiment: str, seed: int, target: str, index: int, grasps: 
     except _core.RunError:  # no arrangement came to rest in view
         return None
     scan = scene.scan()
-    free = [grasp for grasp in scene.perceive().grasps if not grasp.collides]
+    found = scene.perceive(features=True)
+    free = [i for i, grasp in enumerate(found.grasps) if not grasp.collides]
     chosen = np.random.default_rng(scene.seed).permutation(len(free))[:grasps]
     start = scene.save()
     tried = []
     for number, i in enumerate(chosen):
         if number > 0:
             scene.restore(start)
-        outcome = scene.grasp(free[i])
-        tried.append((free[i], outcome.word, outcome.log["target"] or ""))
+            scene.perceive()  # so that the grasp is known again
+        grasp = found.grasps[free[i]]
+        outcome = scene.grasp(grasp)
+        features = found.features[free[i]] if found.features is not None else []
+        tried.append((grasp, features, outcome.word, outcome.log["target"] or ""))
     return {"points": scan.points.astype(np.float32), "X_WV": scan.X_WV, "target": target, "index": index, "tried": tried}
 
 
 def _write_shard(file: Path, jobs: list[tuple[Any, ...]]) -> int:
     scenes = [scene for scene in (_collect_scene(*job) for job in jobs) if scene is not None]
     tried = [(i, *one) for i, scene in enumerate(scenes) for one in scene["tried"]]
-    grasps = [grasp for _, grasp, _, _ in tried]
+    grasps = [one[1] for one in tried]
     shape = scenes[0]["points"].shape if scenes else (0, 0, 3)
     arrays = {
         "points": np.array([scene["points"] for scene in scenes], np.float32).reshape(len(scenes), *shape),
         "X_WV": np.array([scene["X_WV"] for scene in scenes]).reshape(-1, 4, 4),
         "target": np.array([scene["target"] for scene in scenes], dtype=np.str_),
         "index": np.array([scene["index"] for scene in scenes], dtype=np.int64),
-        "scene": np.array([i for i, _, _, _ in tried], dtype=np.int64),
+        "scene": np.array([one[0] for one in tried], dtype=np.int64),
         "X_WG": np.array([grasp.X_WG for grasp in grasps]).reshape(-1, 4, 4),
         "approach": np.array([grasp._approach for grasp in grasps]).reshape(-1, 3),
         "width": np.array([grasp.width for grasp in grasps], dtype=np.float64),
         "score": np.array([grasp.score for grasp in grasps], dtype=np.float64),
-        "outcome": np.array([word for _, _, word, _ in tried], dtype=np.str_),
-        "object": np.array([name for _, _, _, name in tried], dtype=np.str_),
+        "features": np.array([one[2] for one in tried], np.float32).reshape(-1, len(_core.feature_names())),
+        "outcome": np.array([one[3] for one in tried], dtype=np.str_),
+        "object": np.array([one[4] for one in tried], dtype=np.str_),
     }
     partial = file.with_suffix(f".{os.getpid()}.part")
     with open(partial, "wb") as stream:
@@ -108,7 +114,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     folder.mkdir(parents=True, exist_ok=True)
     names = _core.objects(_experiment(experiment), list(set))
     card = {"made_by": f"rangegrasp {_core.version()}", "experiment": str(experiment), "set": list(set), "seed": seed, "scenes": scenes,
-            "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS}
+            "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS, "feature_names": _core.feature_names()}
     file = folder / "card.json"
     if file.exists():
         before = json.loads(file.read_text())

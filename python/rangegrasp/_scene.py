@@ -81,15 +81,18 @@ class Scene:
         """
         return Scan._from(self._core.scan(self.seed if seed is None else seed))
 
-    def perceive(self, seed: int | None = None) -> Found:
+    def perceive(self, seed: int | None = None, *, features: bool = False) -> Found:
         """What a trial's built-in method finds in the last scan: grasps are those of the topmost object.
 
         Parameters
         ----------
         seed : int, optional
             Of the method's random draws; that of the trial if not given.
+        features : bool
+            Whether to describe each grasp by numbers, for a score of your own: how free and how well seen the ways of thumb and fingers
+            are, how the object's sides end, how near its neighbors are, ... All from the scan.
         """
-        return Found._from(self._core.perceive(self.seed if seed is None else seed))
+        return Found._from(self._core.perceive(self.seed if seed is None else seed, features))
 
     def grasp(self, grasp: Grasp, seed: int | None = None) -> Outcome:
         """Plans and executes one grasp, and judges it. Contact forces alone act between hand and object.

@@ -189,12 +189,15 @@ class Found:
         Topmost first.
     grasps : list of Grasp
         Of the first object first, each object's best first; those that collide come last within an object.
+    features : (grasps, features) float64 or None
+        What `Scene.perceive(features=True)` says of each grasp; `feature_names()` names the columns.
     """
     table_normal: Floats
     table_offset: float
     noise: float
     objects: list[Object]
     grasps: list[Grasp]
+    features: Floats | None = None
 
     @staticmethod
     def _from(core: dict[str, Any]) -> "Found":

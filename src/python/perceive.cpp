@@ -75,6 +75,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   found["table_normal"] = ArrayOf(scene.table.plane.normal);
   found["table_offset"] = scene.table.plane.offset_m;
   found["noise"] = scene.sampling.noise_m;
+  found["features"] = nb::none();
   found["objects"] = objects;
   found["grasps"] = all;
   return found;

@@ -9,6 +9,7 @@
 #include "base/words.h"
 #include "experiment/experiment.h"
 #include "external/outside_detector.h"
+#include "grasp/features.h"
 #include "python/grasps.h"
 #include "sim/render.h"
 #include "trial/cell.h"
@@ -134,12 +135,24 @@ class Scene {
   }
 
   // As a trial perceives.
-  nb::dict Perceive(std::uint64_t seed) {
+  // @param with_features  of each grasp, of the dissertation's method
+  nb::dict Perceive(std::uint64_t seed, bool with_features) {
     LookOnce();
+    std::vector<double> features;
     {
       const nb::gil_scoped_release others_may_run;
       base::Rng rng = trial::StageStream(seed, "perceive");
-      found_ = cell_.detector->Detect(sensed_->observation, rng);
+      const auto describe = [&](const perception::Scene& scene,
+                                const std::vector<grasp::Grasp>& grasps,
+                                const geometry::Observation& observation) {
+        if (!with_features || scene.objects.empty()) return;
+        const grasp::FeatureMaker maker(observation, scene, 0, cell_.robot.hand());
+        for (const auto& one : grasps) {
+          std::ranges::copy(maker.Of(one), std::back_inserter(features));
+        }
+      };
+      found_ = trial::MakeDetector(cell_.options, cell_.robot, describe)
+                   ->Detect(sensed_->observation, rng);
     }
     const grasp::Detected& detected = *found_;
     nb::list objects, grasps;
@@ -166,6 +179,10 @@ class Scene {
     found["table_normal"] = ArrayOf(detected.detection.table_C.normal);
     found["table_offset"] = detected.detection.table_C.offset_m;
     found["noise"] = 0.0;
+    const std::size_t names = grasp::FeatureNames().size();
+    found["features"] = with_features
+                            ? nb::cast(Copied(features.data(), {features.size() / names, names}))
+                            : nb::none();
     found["objects"] = objects;
     found["grasps"] = grasps;
     return found;
@@ -294,6 +311,10 @@ class Scene {
 }  // namespace
 
 void AddScene(nb::module_& m) {
+  m.def("feature_names", [] {
+    const auto names = grasp::FeatureNames();
+    return std::vector<std::string>(names.begin(), names.end());
+  });
   m.def(
       "objects",
       [](const std::string& file, const std::vector<std::string>& set) {
@@ -310,7 +331,7 @@ void AddScene(nb::module_& m) {
                     const std::vector<std::pair<std::string, Matrix4>>&>(),
            nb::arg("experiment"), nb::arg("set"), nb::arg("seed"), nb::arg("objects"))
       .def("scan", &Scene::Scan, nb::arg("seed"))
-      .def("perceive", &Scene::Perceive, nb::arg("seed"))
+      .def("perceive", &Scene::Perceive, nb::arg("seed"), nb::arg("features"))
       .def("grasp", &Scene::Grasp, nb::arg("X_WG"), nb::arg("width"), nb::arg("approach"),
            nb::arg("samples"), nb::arg("seed"))
       .def("render", &Scene::Render, nb::arg("camera"), nb::arg("width"), nb::arg("height"))

@@ -1,0 +1,158 @@
+#include "grasp/features.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "grasp/fixtures.h"
+#include "grasp/proposals.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using namespace test;
+using Eigen::Vector3d;
+
+using Boxes = std::vector<Eigen::AlignedBox3d>;
+
+// Where a ray meets the first box; no distance is further than the ray's own end, at 1.
+double FirstHit(const Vector3d& from, const Vector3d& to, const Boxes& boxes) {
+  double first = 1.0;
+  for (const auto& box : boxes) {
+    double enters = 0.0, leaves = 1.0;
+    for (int k = 0; k < 3; ++k) {
+      const double way = to(k) - from(k);
+      const double a = (box.min()(k) - from(k)) / way, b = (box.max()(k) - from(k)) / way;
+      enters = std::max(enters, std::min(a, b));
+      leaves = std::min(leaves, std::max(a, b));
+    }
+    if (enters < leaves) first = std::min(first, enters);
+  }
+  return first;
+}
+
+// A sensor at the side of +x looks at boxes on the table.
+geometry::Observation LookAt(const Boxes& boxes) {
+  const Vector3d sensor(0.7, 0.0, 0.5);
+  geometry::RangeImage image;
+  image.profiles = 175;
+  image.samples = 150;
+  image.origins_C = {sensor};
+  for (int i = 0; i < image.profiles; ++i) {
+    for (int j = 0; j < image.samples; ++j) {
+      const Vector3d on_table(-0.4 + 0.004 * i + 1e-5, -0.3 + 0.004 * j + 1e-5, 0.0);
+      image.points_C.push_back(sensor + FirstHit(sensor, on_table, boxes) * (on_table - sensor));
+    }
+  }
+  geometry::Observation observation = geometry::ObservationOf(std::move(image));
+  observation.views.front().X_CV.translation() = sensor;
+  return observation;
+}
+
+// The boxes as objects of what is seen of them.
+perception::Scene SceneOf(const geometry::Observation& observation, const Boxes& boxes) {
+  perception::Scene scene;
+  scene.table.plane.normal = Vector3d::UnitZ();
+  for (const auto& box : boxes) {
+    perception::PerceivedObject object;
+    for (const Vector3d& p : observation.views.front().image.points_C) {
+      if (p.z() < 0.004 || box.exteriorDistance(p) > 1e-6) continue;
+      object.points.push_back(static_cast<std::uint32_t>(scene.cloud.points.size()));
+      scene.cloud.points.push_back(p);
+    }
+    object.center_C = box.center();
+    object.size_m = box.sizes();
+    object.height_m = box.max().z();
+    scene.objects.push_back(object);
+  }
+  return scene;
+}
+
+Eigen::AlignedBox3d BoxAt(double x, double y, const Vector3d& size) {
+  return {Vector3d(x - size.x() / 2, y - size.y() / 2, 0.0),
+          Vector3d(x + size.x() / 2, y + size.y() / 2, size.z())};
+}
+
+const robot::HandModel& Hand() {
+  static const robot::HandModel hand = SensorHand();
+  return hand;
+}
+
+// From above, closing along a level direction, the pads 25 mm below the top.
+Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double width_m) {
+  Eigen::Matrix3d R;
+  R << closing, Vector3d(-Vector3d::UnitZ()).cross(closing), -Vector3d::UnitZ();
+  Vector3d at = box.center();
+  at.z() = box.max().z() - 0.025;
+  return PlaceHand({base::MakePose(R, at), width_m}, Hand(), {});
+}
+
+std::map<std::string_view, double> FeaturesOf(const Boxes& boxes, const Vector3d& closing,
+                                              double width_m) {
+  const auto observation = LookAt(boxes);
+  const auto scene = SceneOf(observation, boxes);
+  const auto values =
+      FeatureMaker(observation, scene, 0, Hand()).Of(GraspOf(boxes.front(), closing, width_m));
+  std::map<std::string_view, double> named;
+  EXPECT_EQ(values.size(), FeatureNames().size());
+  for (std::size_t i = 0; i < values.size(); ++i) named[FeatureNames()[i]] = values[i];
+  EXPECT_EQ(named.size(), values.size()) << "names differ";
+  return named;
+}
+
+const Vector3d kBox(0.05, 0.06, 0.10);
+
+TEST(GraspFeatures, SpaceBehindAnObjectIsUnseenAndBeforeItFree) {
+  // The thumb, at +x, is on the sensor's side.
+  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
+  EXPECT_GT(f.at("side0_free"), 0.9);
+  EXPECT_LT(f.at("side0_unseen"), 0.1);
+  EXPECT_LT(f.at("side0_missing_m"), 0.006);
+  EXPECT_GT(f.at("side1_unseen"), 0.5);
+  EXPECT_GT(f.at("side1_unseen_m"), 0.02);
+  EXPECT_GT(f.at("thumb_way_free"), f.at("fingers_way_free"));
+  const auto turned = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, -Vector3d::UnitX(), 0.05);
+  EXPECT_NEAR(turned.at("side1_free"), f.at("side0_free"), 0.15);
+  EXPECT_NEAR(turned.at("side0_unseen"), f.at("side1_unseen"), 0.15);
+}
+
+TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
+  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
+  EXPECT_GT(f.at("side0_free"), 0.8);
+  EXPECT_GT(f.at("side1_free"), 0.8);
+  EXPECT_EQ(f.at("adjacent"), 0.0);
+  EXPECT_EQ(f.at("thumb_neighbor_m"), 0.05) << "none";
+}
+
+TEST(GraspFeatures, ANeighborStandsInTheWayOfItsSide) {
+  const Boxes boxes{BoxAt(0.0, 0.0, kBox), BoxAt(0.0, 0.07, {0.06, 0.06, 0.12})};
+  const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
+  EXPECT_GT(f.at("side0_other") + f.at("side0_unseen"), 0.5);
+  EXPECT_GT(f.at("side1_free"), 0.8);
+  EXPECT_LT(f.at("thumb_neighbor_m"), 0.02);
+  EXPECT_GT(f.at("fingers_neighbor_m"), 0.04);
+  EXPECT_GT(f.at("adjacent"), 0.0);
+}
+
+TEST(GraspFeatures, WhatStandsBeforeTheObjectHidesIt) {
+  const Boxes boxes{BoxAt(-0.05, 0.0, kBox), BoxAt(0.03, 0.0, {0.03, 0.12, 0.12})};
+  const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
+  const auto alone = FeaturesOf({boxes.front()}, Vector3d::UnitY(), 0.06);
+  EXPECT_GT(f.at("side0_unseen"), alone.at("side0_unseen") + 0.3);
+  EXPECT_LT(f.at("between_own"), alone.at("between_own") + 1e-9);
+  EXPECT_LT(f.at("points"), alone.at("points"));
+}
+
+TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
+  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
+  for (const double y : {-0.012, 0.012}) {
+    const auto moved = FeaturesOf({BoxAt(0.0, y, kBox)}, Vector3d::UnitY(), 0.06);
+    for (const auto& [name, value] : f) {
+      if (name == "workspace_distance") continue;
+      EXPECT_NEAR(moved.at(name), value, name == "points" ? 0.2 : 0.12) << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rangegrasp::grasp
