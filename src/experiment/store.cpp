@@ -500,7 +500,7 @@ Results ReadResults(const fs::path& folder) {
 
 Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool complete) {
   if (Store::Exists(out)) {
-    throw base::InputError(out.string() + ": holds results already; name a new folder");
+    throw base::InputError(out.string() + ": already contains results; name a new folder");
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();

@@ -430,7 +430,7 @@ TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
   std::filesystem::copy(first, folder_ / "copy");
   EXPECT_THAT(Error({first, folder_ / "copy"}, out), HasSubstr("is in another of the folders too"));
   EXPECT_FALSE(Store::Exists(out));
-  EXPECT_THAT(Error({first}, first), HasSubstr("holds results already"));
+  EXPECT_THAT(Error({first}, first), HasSubstr("already contains results"));
   Store::Create(first).WriteStamp({{{"experiment", "demo"}, {"cases", "many"}}, {}, {}});
   EXPECT_THAT(Error({first}, out), HasSubstr("shard0: the number of cases is 'many'"));
 }

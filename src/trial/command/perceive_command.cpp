@@ -416,7 +416,7 @@ std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {
 
 void AddPerceiveCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "perceive", "Objects and grasps of any cloud, or of several; of recorded ones, too.");
+      "perceive", "Find objects and grasps in one or more clouds, recorded or simulated.");
   auto arguments = std::make_shared<PerceiveArguments>();
   auto clouds = std::make_shared<std::vector<std::string>>();
   auto jobs =

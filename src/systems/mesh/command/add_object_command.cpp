@@ -146,8 +146,9 @@ Found Add(const Arguments& a) {
   const std::string name = NameOf(a);
   found.folder = fs::path(a.out) / name;
   if (fs::exists(found.folder) && !a.overwrite) {
-    throw base::InputError(found.folder.string() +
-                           ": is there already; --overwrite replaces it, --name names it anew");
+    throw base::InputError(
+        found.folder.string() +
+        ": already exists; --overwrite replaces it, --name chooses another name");
   }
   // As if it stood where it will stand.
   const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
@@ -167,7 +168,7 @@ Found Add(const Arguments& a) {
   if (base::HasError(found.findings)) {
     const base::Finding& first = found.findings.front();
     throw base::InputError(
-        fmt::format("{}: makes no object: {}; {}", a.mesh, first.what, first.cure));
+        fmt::format("{}: cannot become an object: {}; {}", a.mesh, first.what, first.cure));
   }
   found.poses = sim::StableRestingPoses(model, kMinTipping_rad);
   // Before anything is drawn: that starts threads.
@@ -186,9 +187,8 @@ std::string Text(const Found& found) {
                   found.look.name, mm.x(), mm.y(), mm.z(), o.volume_m3 * kCm3PerM3,
                   o.mass_kg / kGram, o.mass_kg / o.volume_m3, found.look.surface.name);
   for (const std::string& line : o.said) text += line + "\n";
-  text +=
-      fmt::format("hulls: {}; they hold {:.1f} % of the solid, and stand {:.1f} % of it outside\n",
-                  o.hulls_O.size(), 100.0 * o.overlap.covered, 100.0 * o.overlap.beyond);
+  text += fmt::format("hulls: {}; they cover {:.1f} % of the solid and add {:.1f} % outside it\n",
+                      o.hulls_O.size(), 100.0 * o.overlap.covered, 100.0 * o.overlap.beyond);
   text += "resting poses:";
   for (const auto& pose : found.poses) {
     text += fmt::format(" {} {:.0f} % (tips over at {:.0f} deg),", pose.label,

@@ -62,7 +62,8 @@ void BringIt(const BringArguments& a) {
 
 void AddBringCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "bring", "Bring an object: it is looked for among others, taken and handed over, in words.");
+      "bring",
+      "Bring an object: find it among others, grasp it and hand it over; prints each step.");
   auto a = std::make_shared<BringArguments>();
   command->add_option("object", a->object, "what is wanted, e.g. coffee_cup")->required();
   command->add_option("--experiment", a->experiment,
@@ -152,11 +153,10 @@ void LearnModel(const LearnArguments& arguments) {
       arguments.out, size_mm.x(), size_mm.y(), size_mm.z(), model.mesh_B.triangles.size(),
       100.0 * model.share_seen);
   if (things > 1) {
-    spdlog::warn("{} things stand there and are one model: --crop leaves out what is not its",
-                 things);
+    spdlog::warn("{} objects were merged into one model: use --crop to exclude the others", things);
   }
   if (model.share_seen < kWellSeen) {
-    spdlog::warn("what was not seen is guessed: a view from another side would tell it");
+    spdlog::warn("unseen parts are guessed; add a view from another side");
   }
 }
 

@@ -402,11 +402,12 @@ void AddDetect(CLI::App& seam) {
       "--options", arguments->file.options,
       "YAML of what an experiment has below `tracker`, of its `monitor`, and of "
       "`file`");
-  auto* columns = command
-                      ->add_option("--columns-per-mm", arguments->columns_per_mm,
-                                   "of the sensor's line (12; where there is x, as points lie)")
-                      ->check(CLI::Range(0.1, 1000.0))
-                      ->excludes(options);
+  auto* columns =
+      command
+          ->add_option("--columns-per-mm", arguments->columns_per_mm,
+                       "columns per mm of the sensor's line (12; computed if the file has x)")
+          ->check(CLI::Range(0.1, 1000.0))
+          ->excludes(options);
   command->add_option("--rate", arguments->rate_hz, "profiles a second (62)")
       ->check(CLI::Range(0.1, 1e5));
   auto* unit = AddUnit(*command, arguments->file);

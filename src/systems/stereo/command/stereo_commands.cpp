@@ -157,7 +157,7 @@ void AddStereoCommand(CLI::App& app) {
   command->add_option("--step-px", a->step_px, "one point for so many pixels (4)")
       ->check(CLI::Range(1, 64));
   command->add_flag("--keep-blue", a->keep_blue,
-                    "match blue pixels, too, which are the table's else");
+                    "also match blue pixels (default: they belong to the table)");
   command->add_option("--table-mm", a->table_mm,
                       "height of the table in the arm's frame: blue pixels become points on it");
   command->footer(

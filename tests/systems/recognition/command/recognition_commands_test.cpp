@@ -155,7 +155,7 @@ TEST_F(LearnTest, AFrameThatIsNoPoseIsRefused) {
 TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {
   const auto ran = RunProgram({"learn", View(0.0), "-o", Mesh()});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("what was not seen is guessed"));
+  EXPECT_THAT(ran.err, HasSubstr("unseen parts are guessed"));
 }
 
 TEST_F(LearnTest, AnEmptyTableIsRefused) {
