@@ -37,8 +37,8 @@ fs::path DataFolder() {
   const char* variable = std::getenv(kVariable);
   if (!variable || !*variable) return DataFolderOf(fs::read_symlink("/proc/self/exe"));
   if (!IsDataFolder(variable)) {
-    throw InputError(fmt::format("{}: the folder '{}' must hold models/, scenes/ and experiments/",
-                                 kVariable, variable));
+    throw InputError(fmt::format(
+        "{}: the folder '{}' must contain models/, scenes/ and experiments/", kVariable, variable));
   }
   return variable;
 }
@@ -51,8 +51,8 @@ fs::path DataFolderOf(const fs::path& program) {
     if (IsDataFolder(folder)) return folder;
   }
   throw InputError(
-      fmt::format("models/, scenes/ and experiments/ stand neither in {} nor in a folder above {}; "
-                  "name their folder in the environment variable {}",
+      fmt::format("models/, scenes/ and experiments/ are neither in {} nor in a folder above {}; "
+                  "set the environment variable {} to their folder",
                   installed.string(), program.string(), kVariable));
 }
 

@@ -40,7 +40,7 @@ void CheckArguments(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (base::IsUtf8(argv[i])) continue;
     throw base::InputError(
-        fmt::format("argument {} is not UTF-8: rename the file, or use a terminal with UTF-8", i));
+        fmt::format("argument {} is not UTF-8: rename the file, or use a UTF-8 terminal", i));
   }
 }
 

@@ -76,7 +76,7 @@ struct State {
 
   void MakeInfo() {
     info = png ? png_create_info_struct(png) : nullptr;
-    if (!info) throw base::RunError("libpng cannot start");
+    if (!info) throw base::RunError("libpng cannot be initialised");
   }
   static void OnError(png_structp png, png_const_charp text) {
     auto* state = static_cast<State*>(png_get_error_ptr(png));
@@ -205,7 +205,7 @@ std::string EncodePng(const Picture& picture) {
   const auto height = static_cast<std::size_t>(picture.height);
   if (picture.width <= 0 || picture.height <= 0 ||
       values.size() != width * height * Format::kChannels) {
-    throw std::invalid_argument(fmt::format("PNG: {} values are no picture of {} x {} pixels",
+    throw std::invalid_argument(fmt::format("PNG: {} values do not fit a picture of {} x {} pixels",
                                             values.size(), picture.width, picture.height));
   }
   std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);

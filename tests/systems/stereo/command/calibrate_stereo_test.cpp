@@ -44,7 +44,9 @@ class CalibrateStereo : public ::testing::Test {
   const TempFolder folder_;
 };
 
-TEST_F(CalibrateStereo, AFolderWithoutViewsIsRefused) { ExpectRefused({}, "holds no left_01.png"); }
+TEST_F(CalibrateStereo, AFolderWithoutViewsIsRefused) {
+  ExpectRefused({}, "does not contain left_01.png");
+}
 
 TEST_F(CalibrateStereo, PicturesWithoutTheChessboardAreNamed) {
   WriteView("01", 100);
