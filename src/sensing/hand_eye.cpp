@@ -36,8 +36,7 @@ Pose ReadPose(base::YamlMap& map, const std::string& of) {
   read("qy", rotation.y(), 1.0, 1.0, "unit quaternion: the axes ");
   read("qz", rotation.z(), 1.0, 1.0, "unit quaternion: the axes ");
   if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
-    map.Fail("qw",
-             fmt::format("the quaternion's length is {:.6g}; 1 would be right", rotation.norm()));
+    map.Fail("qw", fmt::format("the quaternion's length is {:.6g}; it must be 1", rotation.norm()));
   }
   map.Finish();
   return base::MakePose(rotation.normalized().toRotationMatrix(), position);
