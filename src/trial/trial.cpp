@@ -143,8 +143,8 @@ std::string WhyOf(const sim::ExecutionLog& log) {
                 log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad),
                 log.slips_heard);
   if (log.stopped_by_contact.empty()) return why;
-  return why +
-         "; the drives met an obstacle, or fell behind, in: " + base::Join(log.stopped_by_contact);
+  return why + "; the drives felt something in the way, or fell behind, in: " +
+         base::Join(log.stopped_by_contact);
 }
 
 std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
@@ -307,7 +307,7 @@ class AttemptRun {
   bool IsAnything() {
     const bool none = result_.detected.detection.objects.empty();
     if (!none && result_.detected.has_turn && result_.target) return true;
-    End(Outcome::kNotSegmented, none ? "nothing is perceived" : "no perceived object may be taken");
+    End(Outcome::kNotSegmented, none ? "nothing is perceived" : "nothing that may be taken");
     return false;
   }
 

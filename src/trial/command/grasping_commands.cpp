@@ -201,8 +201,9 @@ void AddSnapshot(CLI::App& app) {
                       "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
                       "overview; for an object, a close view)");
   command->add_option("--size", arguments->size, "size, WIDTHxHEIGHT in pixels");
-  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+  command->add_option("--trial", arguments->trial,
+                      "id of a trial of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
       ->check(CLI::NonNegativeNumber);
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
@@ -294,8 +295,9 @@ void AddScan(CLI::App& app) {
   auto arguments = std::make_shared<ScanArguments>();
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
   command->add_option("-o,--out", arguments->out, "output cloud, .pcd or .ply")->required();
-  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+  command->add_option("--trial", arguments->trial,
+                      "id of a trial of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor,

@@ -32,7 +32,7 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
     EXPECT_EQ(ran.code, 2);
     EXPECT_THAT(ran.out, HasSubstr("arm.xml:"));
     EXPECT_THAT(ran.out, HasSubstr("error: joints arm/joint1"));
-    EXPECT_THAT(ran.out, HasSubstr("cure: armature=\"0.1\""));
+    EXPECT_THAT(ran.out, HasSubstr("fix: armature=\"0.1\""));
     EXPECT_THAT(ran.out, HasSubstr("1 errors, 0 warnings"));
   }
   const auto json = RunProgram({"check", (folder_ / "scene.xml").string(), "--json"});
@@ -71,7 +71,7 @@ TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   const auto ran = Run();
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("ball.xml"));
-  EXPECT_THAT(ran.err, HasSubstr("cure: "));
+  EXPECT_THAT(ran.err, HasSubstr("fix: "));
 }
 
 // The hand that this arm attaches has other options than the arm: the engine would print and log
