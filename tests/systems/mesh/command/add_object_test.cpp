@@ -160,7 +160,7 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
   folder_.Write("label.png", "no picture");
-  ExpectRefused("box.off", "is no PNG", {"--texture", (folder_ / "label.png").string()});
+  ExpectRefused("box.off", "is not a PNG file", {"--texture", (folder_ / "label.png").string()});
 }
 
 TEST_F(AddObjectTest, SurfacesMayBeAdded) {
