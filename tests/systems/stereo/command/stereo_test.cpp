@@ -102,7 +102,7 @@ TEST_F(StereoTest, RefusesPicturesOfDifferentSize) {
 
 TEST_F(StereoTest, RefusesOneGreyAndOneColourPicture) {
   image::WritePng(folder_ / "right.png", RedOf(*right_));
-  ExpectRefused("both must be of one kind");
+  ExpectRefused("both must have the same format");
 }
 
 TEST_F(StereoTest, RefusesABrokenPicture) {

@@ -87,7 +87,7 @@ class ChessboardRecorder {
     // Some ways there is no room between table and arm: then any other.
     while (!Fits(DrawPlace(draws < kDrawsOneWay ? 0.1 : 0.5, place))) {
       if (++draws == kMaxDraws) {
-        throw base::RunError("no place for the chessboard in which both pictures show it whole");
+        throw base::RunError("no pose of the chessboard in which both pictures show it completely");
       }
     }
     base::Rng photo(base::DeriveSeed(seed, "photo"));
@@ -316,7 +316,7 @@ class CalibrationCell {
       if (way && sim::MoveArm(world_, *way).arrived) return;
     }
     throw base::RunError(
-        fmt::format("{}: the arm comes to no place from where the camera sees the chessboard whole "
+        fmt::format("{}: the arm reaches no pose in which the camera sees the complete chessboard "
                     "(picture {}, {} tried)",
                     setup_.scene.string(), view + 1, kTriesAView));
   }
