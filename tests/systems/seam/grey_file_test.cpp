@@ -38,7 +38,7 @@ TEST(Pgm, SaysWhatIsWrong) {
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"", "must begin with P5"},
       {"P7 2 2 65535 12345678", "must begin with P5"},
-      {"P2 2 2 65535 1 2 3 4", "of the kind P2"},
+      {"P2 2 2 65535 1 2 3 4", "has the format P2"},
       {"P5 2 2 255 1234", "8-bit grey"},
       {"P5 2 2 70000 12345678", "from 256 to 65535"},
       {"P5 2 0 65535 1", "height"},
