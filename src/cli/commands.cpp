@@ -169,7 +169,7 @@ void AddListCommand(CLI::App& app) {
 void AddVersionCommand(CLI::App& app) {
   auto* command = app.add_subcommand("version", "Versions of the program and of its libraries.");
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "as JSON");
+  command->add_flag("--json", *json, "print as JSON");
   command->footer("Example: rangegrasp version --json");
   command->callback([json] {
     nlohmann::ordered_json versions = {{"rangegrasp", base::Version()}, {"commit", base::Commit()}};

@@ -102,7 +102,7 @@ void ReplayAll(const TrialArguments& arguments) {
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Run cases of a run again by their ids and print their records as JSON.");
+      "trial", "Run single cases of a run again, by their ids, and print their records as JSON.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   command

@@ -256,10 +256,11 @@ void AddSubmit(CLI::App& app) {
   command->add_option(
       "-o,--out", a->out,
       "results folder on a file system shared by all nodes (results/<experiment name>)");
-  command->add_option("--trials", a->changes.trials, "as for run")->check(CLI::Range(1, 1'000'000));
-  command->add_option("--seed", a->changes.seed, "as for run")->check(CLI::NonNegativeNumber);
-  command->add_option("--objects", a->groups, "as for run");
-  command->add_option("--set", a->changes.set, "as for run")->allow_extra_args(false);
+  command->add_option("--trials", a->changes.trials, "same as for run")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--seed", a->changes.seed, "same as for run")->check(CLI::NonNegativeNumber);
+  command->add_option("--objects", a->groups, "same as for run");
+  command->add_option("--set", a->changes.set, "same as for run")->allow_extra_args(false);
   command->allow_extras();
   command->footer(
       "All other options are passed to sbatch; write them as --option=value.\nExample: rangegrasp "

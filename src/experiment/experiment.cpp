@@ -153,7 +153,7 @@ void ReadCommon(YamlMap& map, Common& common) {
   map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
            "wall time after which a trial, seam or model is stopped");
   map.Read("stop_after", common.stop_after, 0, kMaxStopAfter,
-           "task: grasping: the run ends early if its first trials, this many, taken in turn from "
+           "task: grasping: stop the run early if this number of first trials, taken in turn from "
            "all objects, all fail in the same way; 0: never");
 }
 

@@ -64,7 +64,7 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
            "scattered: objects from which the others are drawn; default: those of `objects`");
   map.Read("standing_share", o.standing_share, 0.0, 1.0,
            "scattered: probability that the target and the objects of `always` stand upright; "
-           "default: as often as after a drop");
+           "default: that of a drop");
   map.Read("min_seen_share", o.min_seen_share, 0.0, 1.0,
            "scattered: minimum visible share of the target, relative to the target alone");
   map.ReadScaled(

@@ -94,7 +94,7 @@ struct State {
 
 void ReadBytes(png_structp png, png_bytep out, std::size_t count) {
   auto* state = static_cast<State*>(png_get_io_ptr(png));
-  if (count > state->bytes.size()) png_error(png, "the file is cut off");
+  if (count > state->bytes.size()) png_error(png, "the file is truncated");
   std::memcpy(out, state->bytes.data(), count);
   state->bytes.remove_prefix(count);
 }
@@ -142,7 +142,7 @@ bool WriteRows(State& state, png_uint_32 width, png_uint_32 height, int bits, in
 }
 
 [[noreturn]] void ThrowDamaged(const State& reader) {
-  throw InputError(std::string("is not a whole PNG image: ") + reader.error.data());
+  throw InputError(std::string("is not a complete PNG image: ") + reader.error.data());
 }
 
 // The first byte of each row. libpng takes rows to write without const, and leaves them alone.

@@ -206,7 +206,8 @@ HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   HandEyeRecord record;
   map.Require("camera");
-  auto camera = map.Child("camera", "its lens, with the distortion of equations 5.10 to 5.12");
+  auto camera =
+      map.Child("camera", "lens of the camera, with the distortion of equations 5.10 to 5.12");
   ReadCamera(camera, record.camera);
   if (map.Has("in_head")) {
     record.X_SC = sensing::ReadPoseOf(map, "in_head", "of the camera in the head's frame");

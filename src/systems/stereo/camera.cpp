@@ -162,8 +162,8 @@ void ReadCamera(base::YamlMap& map, Camera& camera) {
     map.Require(key);
     map.Read(key, value, low, high, doc);
   };
-  read("width_px", camera.width, 1, kMaxSize_px, "of its pictures");
-  read("height_px", camera.height, 1, kMaxSize_px, "of its pictures");
+  read("width_px", camera.width, 1, kMaxSize_px, "width of its pictures");
+  read("height_px", camera.height, 1, kMaxSize_px, "height of its pictures");
   read("fx_px", camera.fx, 1.0, kMaxFocalLength_px, "focal length along a row");
   read("fy_px", camera.fy, 1.0, kMaxFocalLength_px, "focal length along a column");
   read("cx_px", camera.cx, 0.0, kMaxSize_px, "column of the principal point");

@@ -456,7 +456,7 @@ TEST(BadFormats, ImagesNameTheirPixel) {
          "row 2, column 1: level -999.5 is out of range; it must be from -200 to 200");
   expect("p.tif", "{}", "page 2 is 3 columns wide");
   expect("b.tif", "{}", "8-bit whole-number pixels");
-  expect("d.tif", "{}", "is not a whole TIFF image");
+  expect("d.tif", "{}", "is not a complete TIFF image");
   expect("none.tif", "{}", "cannot be read");
 }
 

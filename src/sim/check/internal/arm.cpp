@@ -55,7 +55,7 @@ bool CheckChain(Model& model) {
             "give each joint its own body");
     } else if (model.hand >= 0 && !model.InSubtree(model.hand, body)) {
       wrong(joint, "does not move body \"hand\"",
-            "attach the hand to the arm's last link, or take the joint out of \"arm_joints\"");
+            "attach the hand to the arm's last link, or remove the joint from \"arm_joints\"");
     } else if (i > 0 && !model.InSubtree(body, m.jnt_bodyid[model.arm_joints[i - 1]])) {
       wrong(joint,
             fmt::format(

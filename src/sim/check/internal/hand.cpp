@@ -82,8 +82,7 @@ void CheckGearedHand(Model& model) {
         mjOBJ_GEOM, geom,
         fmt::format("is a fingertip on body \"{}\", which no joint of \"hand_joints\" moves",
                     model.BodyName(body)),
-        "list the joint that moves it in \"hand_joints\", or take the geom out of "
-        "\"fingertips\"");
+        "list the joint that moves it in \"hand_joints\", or remove the geom from \"fingertips\"");
   }
 }
 
@@ -171,7 +170,7 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
                   fmt::format("is a fingertip that moves by {:.1f} mm while the hand closes: no "
                               "drive of \"hand_motors\" moves body \"{}\"",
                               1e3 * way.norm(), model.BodyName(m.geom_bodyid[geom])),
-                  "list the drive that moves it in \"hand_motors\", or take the geom out of "
+                  "list the drive that moves it in \"hand_motors\", or remove the geom from "
                   "\"fingertips\"");
     } else if (m.geom_condim[geom] < kSpinning || m.geom_solref[2 * geom] > kSoft_s ||
                m.geom_priority[geom] < 1) {

@@ -29,7 +29,7 @@ struct Options {
 // The keys but those that it shares with grasping.
 void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   map.Read("runs", o.runs, 1, 100000, "number of arrangements to clear");
-  auto keys = map.Child("clearing", "from one grasp to the next");
+  auto keys = map.Child("clearing", "rules from one grasp to the next");
   keys.Read("rescan", o.rescan,
             "new scan after each grasp, or only after a failed one: then the removed object is "
             "deleted from the last scan");

@@ -148,8 +148,8 @@ void LearnModel(const LearnArguments& arguments) {
   geometry::WriteStl(arguments.out, model.mesh_B);
   const Eigen::Vector3d size_mm = geometry::BoundsOf(model.mesh_B.vertices).sizes() * base::kMmPerM;
   spdlog::info(
-      "{}: {:.0f} x {:.0f} x {:.0f} mm, {} triangles; {:.0f} % of what is above the table "
-      "was seen",
+      "{}: {:.0f} x {:.0f} x {:.0f} mm, {} triangles; {:.0f} % of the surface above the table was "
+      "seen",
       arguments.out, size_mm.x(), size_mm.y(), size_mm.z(), model.mesh_B.triangles.size(),
       100.0 * model.share_seen);
   if (things > 1) {

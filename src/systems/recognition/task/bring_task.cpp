@@ -279,7 +279,8 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
     if (std::ranges::find(known, object) == known.end() && !options.bring.absent) {
       map.Fail(
           "known",
-          fmt::format("has no '{}', which is wanted: add it, or remove it from `objects`", object));
+          fmt::format("has no '{}', which is one of `objects`: add it, or remove it from `objects`",
+                      object));
     }
   }
   return std::make_unique<BringExperiment>(options, common);

@@ -46,7 +46,8 @@ struct TaskOptions {
 
 /// The keys that `task: grasping` has not.
 void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
-  auto keys = map.Child("recognition", "from perceived objects to known objects and their poses");
+  auto keys = map.Child("recognition",
+                        "recognition: from perceived objects to known objects and their poses");
   auto& r = o.recognition;
   keys.Read("without_target", o.without_target,
             "remove the scene's target from the library; it must then stay unknown");

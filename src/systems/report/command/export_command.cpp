@@ -112,7 +112,7 @@ ordered_json AnnotationsOf(const experiment::Stamp& stamp, const std::vector<Rec
         {"stamp", experiment::LineOf(stamp)},
         {"units", "metres, radians, kilograms"},
         {"frame", "W: origin on the table top at the middle of the workspace, z up"},
-        {"poses", "4 x 4, row by row; X_WO takes points of O to W"}}}};
+        {"poses", "4 x 4, row by row; X_WO transforms points from O to W"}}}};
   for (const char* list : {"categories", "clouds", "annotations", "grasps"}) {
     json[list] = ordered_json::array();
   }

@@ -202,7 +202,7 @@ DetectOptions ReadDetectOptions(const ProfileFileArguments& arguments) {
   seam::ReadProfileFileOptions(std::move(file), options.file);
   options.has_columns_per_mm = map.Has("columns_per_mm");
   seam::ReadTrackerOptions(map, options.tracker);
-  seam::ReadMonitorOptions(map.Child("monitor", "what stops the head"), options.monitor);
+  seam::ReadMonitorOptions(map.Child("monitor", "hazards that stop the head"), options.monitor);
   map.Finish();
   return options;
 }

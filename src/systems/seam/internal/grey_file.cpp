@@ -125,8 +125,8 @@ File Open(Memory& memory) {
 }
 
 [[noreturn]] void FailReading(const Memory& memory) {
-  throw InputError("is not a whole TIFF image: " +
-                   (memory.error.empty() ? "the file is cut off" : memory.error));
+  throw InputError("is not a complete TIFF image: " +
+                   (memory.error.empty() ? "the file is truncated" : memory.error));
 }
 
 std::uint16_t Field(TIFF* file, std::uint32_t tag) {
@@ -206,7 +206,7 @@ Grey16 DecodePgm(std::string_view bytes) {
   ++at;  // one blank ends the header
   const std::size_t left = at < bytes.size() ? bytes.size() - at : 0;
   if (left / 2 / width < height) {
-    throw InputError(fmt::format("is cut off in row {} of {}", left / 2 / width + 1, height));
+    throw InputError(fmt::format("is truncated in row {} of {}", left / 2 / width + 1, height));
   }
   Grey16 picture{static_cast<int>(width), static_cast<int>(height), {}};
   picture.grey.resize(width * height);

@@ -270,7 +270,7 @@ CalibrationResult CalibrateInSimulation(const CalibrateArguments& a,
     const auto opened = experiment::OpenExperiment(source, {});
     const trial::Cell& cell = trial::CellOf(*opened.task);
     const fs::path camera = CameraFileOf(cell.options);
-    if (camera.empty()) throw base::InputError(a.source + ": its sensor is no stereo camera");
+    if (camera.empty()) throw base::InputError(a.source + ": its sensor is not a stereo camera");
     setup.scene = cell.options.scene;
     setup.scanner = cell.scanner;
     setup.camera = sensing::ReadStereoCamera(camera);
