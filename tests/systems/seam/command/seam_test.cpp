@@ -138,7 +138,7 @@ TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
                   other[0] + " excludes --calibration");
   }
   ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.png")}).code, 0);
-  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "a grey level");
+  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "its grey levels");
 }
 
 TEST_F(SeamTest, ASingleProfileIsAnswered) {
