@@ -191,7 +191,7 @@ void ProgressBar::operator()(int done_now, int, const experiment::Record& last) 
     // Of what this part of the run has done.
     if (outcome == success_) counts += fmt::format(" ({:.0f} %)", 100.0 * count / done_now);
   }
-  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} a second, {:.0f} s left \033[K", "",
+  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} per second, {:.0f} s left \033[K", "",
              filled, "", kWidth - filled, done, total_, counts, rate_hz, (total_ - done) / rate_hz);
   if (done == total_) fmt::print(stderr, "\n");
   std::fflush(stderr);

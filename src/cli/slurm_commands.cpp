@@ -250,7 +250,7 @@ void AddSubmit(CLI::App& app) {
                          "that joins them. Repeating the command submits failed shards again.");
   auto a = std::make_shared<SubmitArguments>();
   command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
-  command->add_option("--tasks", a->tasks, "shards, each a task of the array job")
+  command->add_option("--tasks", a->tasks, "number of shards; each is a task of the array job")
       ->required()
       ->check(CLI::Range(1, 1'000'000));
   command->add_option(

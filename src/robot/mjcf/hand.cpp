@@ -175,7 +175,7 @@ class Rehearsal {
     mj_solveM(m, data_.get(), response.data(), arm.data(), 1);
     const double mobility = mju_dot(arm.data(), response.data(), static_cast<int>(m->nv));
     if (mobility <= 0.0) {
-      throw base::InputError(fmt::format("actuator \"{}\" of tuple \"hand_motors\" moves nothing",
+      throw base::InputError(fmt::format("actuator \"{}\" of tuple \"hand_motors\" moves no joint",
                                          mj_id2name(m, mjOBJ_ACTUATOR, actuator)));
     }
     return 1.0 / mobility;

@@ -107,8 +107,8 @@ WristScanner::WristScanner(const trial::Options& options, const robot::Robot& ro
   scanner_.color = scanner_.color || options.color;
   if (!robot.X_HWristScanner) {
     throw base::InputError(options.scene.string() +
-                           ": views from the wrist need a site \"wrist_scanner\" on the arm's last "
-                           "link, as scenes/tabletop_wrist.xml has");
+                           ": views by the wrist scanner need a site \"wrist_scanner\" on the "
+                           "arm's last link, as in scenes/tabletop_wrist.xml");
   }
   if (!look_.hand_eye.empty()) {
     BelieveCalibration(*robot.X_HWristScanner);

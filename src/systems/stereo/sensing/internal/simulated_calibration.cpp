@@ -236,8 +236,8 @@ class CalibrationCell {
         rng_(base::DeriveSeed(setup.seed, "hand_eye")) {
     if (!robot_.X_HWristScanner) {
       throw base::InputError(setup.scene.string() +
-                             ": has no site \"wrist_scanner\" on the arm's last link, as "
-                             "scenes/tabletop_wrist.xml has: no camera to calibrate");
+                             ": has no camera to calibrate: a site \"wrist_scanner\" on the arm's "
+                             "last link is needed, as in scenes/tabletop_wrist.xml");
     }
     LayBoard();
     renderer_ = camera_.RendererOf(world_);
