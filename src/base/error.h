@@ -29,13 +29,13 @@ struct Finding {
   std::string cure;     ///< the same; may hold lines to paste
 };
 
-/// "arm.xml:33: error: joint "joint1": WHAT" and "  cure: CURE", lines of the cure indented.
+/// "arm.xml:33: error: joint "joint1": WHAT" and "  fix: CURE", lines of the cure indented.
 inline std::string TextOf(const Finding& finding) {
   std::string text = finding.where + (finding.error ? ": error: " : ": warning: ");
   if (!finding.element.empty()) text += finding.element + ": ";
   text += finding.what;
   if (finding.cure.empty()) return text;
-  text += "\n    cure: ";
+  text += "\n    fix: ";
   for (const char c : finding.cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
   return text;
 }

@@ -42,7 +42,7 @@ std::vector<std::string> TakeRecord(std::string_view& rest, int& line, const std
       cells.back() += c;
     }
   }
-  if (quoted) throw InputError(fmt::format("{}:{}: a quote is not closed", name, first_line));
+  if (quoted) throw InputError(fmt::format("{}:{}: missing closing quote", name, first_line));
   rest.remove_prefix(std::min(i + 1, rest.size()));
   return cells;
 }
@@ -79,7 +79,7 @@ std::string ReadFile(const std::filesystem::path& file) {
   const std::ifstream in = Opened(file);
   std::ostringstream bytes;
   bytes << in.rdbuf();
-  if (in.bad()) throw InputError(file.string() + ": cannot be read to its end");
+  if (in.bad()) throw InputError(file.string() + ": reading failed before the end of the file");
   return std::move(bytes).str();
 }
 
@@ -105,8 +105,8 @@ void WriteFile(const std::filesystem::path& file, std::string_view bytes) {
   if (out && !error) return;
   if (!in_place) std::filesystem::remove(target, error);
   throw RunError(
-      fmt::format("{}: could not be written whole ({} bytes; is the disk full, or the folder not "
-                  "writable?)",
+      fmt::format("{}: could not be written completely ({} bytes; is the disk full, or the folder "
+                  "not writable?)",
                   file.string(), bytes.size()));
 }
 
@@ -116,7 +116,7 @@ void MakeFolderOf(const std::filesystem::path& file) {
   std::filesystem::create_directories(file.parent_path(), error);
   if (error) {
     throw InputError(file.parent_path().string() +
-                     ": the folder cannot be made: " + error.message());
+                     ": the folder cannot be created: " + error.message());
   }
 }
 
@@ -156,7 +156,7 @@ CsvTable CsvTable::Parse(std::string_view text, const std::string& name) {
     table.rows_.push_back({at, std::move(cells)});
   }
   if (table.header_.empty()) {
-    throw InputError(name + ": is empty; a line that names the columns is needed");
+    throw InputError(name + ": is empty; it needs a header line with column names");
   }
   return table;
 }

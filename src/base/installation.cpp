@@ -44,8 +44,8 @@ fs::path DataFolder() {
     return DataFolderOf(Program().empty() ? fs::read_symlink("/proc/self/exe") : Program());
   }
   if (!IsDataFolder(variable)) {
-    throw InputError(fmt::format("{}: the folder '{}' must hold models/, scenes/ and experiments/",
-                                 kVariable, variable));
+    throw InputError(fmt::format(
+        "{}: the folder '{}' must contain models/, scenes/ and experiments/", kVariable, variable));
   }
   return variable;
 }
@@ -60,8 +60,8 @@ fs::path DataFolderOf(const fs::path& program) {
     if (IsDataFolder(folder)) return folder;
   }
   throw InputError(
-      fmt::format("models/, scenes/ and experiments/ stand neither in {} nor in a folder above {}; "
-                  "name their folder in the environment variable {}",
+      fmt::format("models/, scenes/ and experiments/ are neither in {} nor in a folder above {}; "
+                  "set the environment variable {} to their folder",
                   installed.string(), program.string(), kVariable));
 }
 

@@ -72,7 +72,7 @@ struct YamlMap::Impl {
     for (const auto& entry : node) {
       const std::string key = KeyOf(entry);
       if (Contains(seen, key)) {
-        throw InputError(At(entry.first.Mark()) + "key '" + key + "': stands twice");
+        throw InputError(At(entry.first.Mark()) + "key '" + key + "': is given twice");
       }
       seen.push_back(key);
     }
@@ -109,7 +109,7 @@ struct YamlMap::Impl {
     YAML::Node at = node;
     for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
       if (at[keys[i]].IsDefined() && !at[keys[i]].IsMap()) {
-        throw InputError("--set '" + text + "': '" + keys[i] + "' holds no keys");
+        throw InputError("--set '" + text + "': '" + keys[i] + "' has no keys");
       }
       at.reset(at[keys[i]]);
     }
@@ -141,7 +141,7 @@ YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& 
     throw InputError(file.string() + ": cannot be read: " + e.what());
   }
   if (!impl->node.IsMap()) {
-    throw InputError(impl->At(impl->node.Mark()) + "the file must hold 'key: value' lines");
+    throw InputError(impl->At(impl->node.Mark()) + "the file must contain 'key: value' lines");
   }
   impl->CheckNoKeyTwice();
   for (const std::string& one : overrides) impl->Override(one);
@@ -178,7 +178,7 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   impl->prefix = impl_->prefix + key + ".";
   if (Has(key)) {
     impl->node = impl_->ValueOf(key);
-    if (!impl->node.IsMap()) Fail(key, "must hold 'key: value' lines");
+    if (!impl->node.IsMap()) Fail(key, "must contain 'key: value' lines");
     impl->CheckNoKeyTwice();
   }
   return YamlMap(std::move(impl));
@@ -203,7 +203,7 @@ void YamlMap::Require(const std::string& key) {
 void YamlMap::Read(const std::string& key, std::string& value, const std::string& doc) {
   const auto node = impl_->Ask(key, "text", value, "", doc);
   if (!node) return;
-  if (!Convert(*node, value) || value.empty()) Fail(key, Shown(*node) + " is no text");
+  if (!Convert(*node, value) || value.empty()) Fail(key, Shown(*node) + " must be a text");
 }
 
 void YamlMap::Read(const std::string& key, bool& value, const std::string& doc) {
@@ -225,11 +225,13 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
   const auto node = impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
   if (!node) return;
   if (!node->IsSequence()) Fail(key, Shown(*node) + " must be a list, e.g. [a, b]");
-  if (node->size() == 0) Fail(key, "is an empty list; it must name one at least, e.g. [a, b]");
+  if (node->size() == 0) {
+    Fail(key, "is an empty list; it must have at least one element, e.g. [a, b]");
+  }
   value.clear();
   for (const YAML::Node& item : *node) {
     std::string text;
-    if (!Convert(item, text)) Fail(key, "holds something that is no text");
+    if (!Convert(item, text)) Fail(key, "must contain only texts");
     value.push_back(text);
   }
 }
@@ -300,7 +302,7 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
   const auto node = impl_->Ask(key, "path", value.generic_string(), "", doc);
   if (!node) return;
   std::string text;
-  if (!Convert(*node, text) || text.empty()) Fail(key, Shown(*node) + " is no text");
+  if (!Convert(*node, text) || text.empty()) Fail(key, Shown(*node) + " must be a text");
   const std::filesystem::path path =
       (impl_->document->file.parent_path() / text).lexically_normal();
   std::error_code error;

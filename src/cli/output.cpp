@@ -112,7 +112,7 @@ void WriteTables(const experiment::Report& report, const experiment::Stamp& stam
 
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {
   if (std::ranges::find(endings, base::EndingOf(file)) != endings.end()) return;
-  throw base::InputError(fmt::format("{}: its name must end with {}, which is what can be written",
+  throw base::InputError(fmt::format("{}: unsupported file type; the name must end with {}",
                                      file.string(), base::Join(endings, " or ")));
 }
 
@@ -129,7 +129,7 @@ std::pair<int, int> ParseSize(const std::string& text) {
 }
 
 void AddFormatOption(CLI::App& command, std::string& format) {
-  command.add_option("--format", format, "of the tables (text)")
+  command.add_option("--format", format, "format of the tables (text)")
       ->check(CLI::IsMember(base::WordList<experiment::TableFormat>()));
   command.add_flag_callback(
       "--json", [&format] { format = "json"; }, "same as --format json");
@@ -143,7 +143,7 @@ void AddJobsOption(CLI::App& command, const char* cases, int& jobs) {
   jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command
       .add_option("--jobs", jobs,
-                  fmt::format("{} at the same time (default: the number of cores)", cases))
+                  fmt::format("number of {} run in parallel (default: number of cores)", cases))
       ->check(CLI::Range(1, 1024));
 }
 
@@ -191,7 +191,7 @@ void ProgressBar::operator()(int done_now, int, const experiment::Record& last) 
     // Of what this part of the run has done.
     if (outcome == success_) counts += fmt::format(" ({:.0f} %)", 100.0 * count / done_now);
   }
-  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} a second, {:.0f} s left \033[K", "",
+  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} per second, {:.0f} s left \033[K", "",
              filled, "", kWidth - filled, done, total_, counts, rate_hz, (total_ - done) / rate_hz);
   if (done == total_) fmt::print(stderr, "\n");
   std::fflush(stderr);

@@ -27,12 +27,13 @@ void AddTable(CLI::App& app) {
     bool files = false;
   };
   auto* command = app.add_subcommand(
-      "table", "Print the tables of a results folder again, or of a folder of several seeds.");
+      "table", "Print the tables of a results folder, or of a folder with several seeds, again.");
   auto a = std::make_shared<Arguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   AddFormatOption(*command, a->format);
-  command->add_option("--out", a->out, "file instead of stdout");
-  command->add_flag("--files", a->files, "write the rows and figures into the folder again, too");
+  command->add_option("--out", a->out, "output file (default: stdout)");
+  command->add_flag("--files", a->files,
+                    "also write the table files and figures into the results folder");
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([a] {
     const auto results = experiment::ReadResults(a->folder);
@@ -65,7 +66,7 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
   for (const Record& stored : store.ReadAll()) {
     if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
     spdlog::warn(
-        "the replay of {} differs from the stored result: was the program or a model changed "
+        "the replay of {} differs from the stored result: has the program or a model changed "
         "since?",
         which.id);
   }
@@ -100,18 +101,21 @@ void ReplayAll(const TrialArguments& arguments) {
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Replay cases of a run by their ids and print their records as JSON.");
+      "trial", "Run single cases of a run again, by their ids, and print their records as JSON.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
-  command->add_option("id", a->ids, "e.g. coffee_cup-0003; `export DIR` or SQL list them")
+  command
+      ->add_option("id", a->ids,
+                   "ids of cases, e.g. coffee_cup-0003; `export DIR` or SQL lists them")
       ->required();
   command->add_flag(
       "--snapshots", a->snapshots,
-      "pictures and files of every stage into <folder>/snapshots, and all on a sheet");
-  command->add_option("--video", a->video,
-                      "MP4 of the scene, what is perceived, and the state (needs ffmpeg)");
+      "write pictures and files of every stage into <folder>/snapshots, with an overview sheet");
+  command->add_option(
+      "--video", a->video,
+      "write an MP4 with the scene, the perceived objects and the state (needs ffmpeg)");
   command->add_option("--camera", a->camera,
-                      "camera of the scene, where not one that keeps hand and object in view");
+                      "camera of the scene (default: one that keeps hand and object in view)");
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
   command->callback([a] { ReplayAll(*a); });
 }
@@ -151,7 +155,7 @@ void Merge(const std::vector<std::string>& folders, const std::string& out, bool
   if (all) return;
   // A shard that was forgotten, or whose run was killed.
   const std::string missing =
-      fmt::format("{} of the experiment's {} cases are in these folders; is a shard missing?",
+      fmt::format("only {} of the experiment's {} cases are in these folders; is a shard missing?",
                   merged.cases, merged.expected);
   if (complete) throw base::RunError(out + ": not written: " + missing);
   spdlog::warn(missing);
@@ -164,7 +168,7 @@ void AddMerge(CLI::App& app) {
   auto complete = std::make_shared<bool>(false);
   command->add_option("folders", *folders, "results folders")->required();
   command->add_option("-o,--out", *out, "new results folder")->required();
-  command->add_flag("--complete", *complete, "write nothing unless all cases are there");
+  command->add_flag("--complete", *complete, "write nothing unless all cases are present");
   command->footer("Example: rangegrasp merge results/shard1 results/shard2 -o results/all");
   command->callback([folders, out, complete] { Merge(*folders, *out, *complete); });
 }

@@ -35,18 +35,18 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
   if (store.Count() > 0) {
     if (!options.resume) {
       throw base::InputError(folder.string() +
-                             ": holds results already; --resume goes on with them, "
-                             "--overwrite starts anew, --out DIR writes elsewhere");
+                             ": already contains results; --resume continues them, --overwrite "
+                             "deletes them, --out DIR writes elsewhere");
     }
     const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
     if (options.shards > 1 && before != e.stamp.identity.at("cases")) {
       throw base::InputError(folder.string() + ": is a shard of " + before +
-                             " cases; more trials would be shared out otherwise: run them without "
+                             " cases; more trials would change the shards: run them without "
                              "--shard, or into new folders");
     }
     stamp = experiment::Resume(store, e.stamp, e.cases);
     if (stamp.build.contains("resumed_with")) {
-      spdlog::warn("the run was begun by commit {}, other rows are of {}: they may differ",
+      spdlog::warn("the run was started by commit {}, other rows are from {}: they may differ",
                    stamp.build.at("commit"), stamp.build.at("resumed_with"));
     }
   }
@@ -90,8 +90,8 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
     if (failure && !now.empty()) {
       return fmt::format(
           "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
-          "runs them all the same, the key stop_after: 0 never stops; `rangegrasp check {}` looks "
-          "for what is wrong)",
+          "runs them anyway; stop_after: 0 never stops a run; `rangegrasp check {}` looks for "
+          "errors)",
           stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
     }
   }
@@ -140,7 +140,7 @@ void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findin
   }
   if (errors.empty()) return;
   throw base::InputError(
-      fmt::format("{}: this cannot work:\n{}", file.string(), base::Join(errors, "\n")));
+      fmt::format("{}: the experiment has errors:\n{}", file.string(), base::Join(errors, "\n")));
 }
 
 struct RunArguments {
@@ -205,9 +205,9 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
     changes.seed = seed;
     const Experiment e = open(seed == seeds.front() ? refuse_errors : experiment::OnFindings());
     if (Store::Exists(ran.folder)) {
-      throw base::InputError(ran.folder.string() +
-                             ": holds results of one seed; --out DIR writes those of several "
-                             "elsewhere");
+      throw base::InputError(
+          ran.folder.string() +
+          ": contains the results of one seed; --out DIR writes those of several seeds elsewhere");
     }
     const std::string failed = RunInto(experiment::SeedFolder(ran.folder, seed), e, options).failed;
     if (failed.empty()) continue;
@@ -223,7 +223,7 @@ std::vector<std::uint64_t> SeedsFrom(const std::string& text) {
     const auto seed = base::NumberFrom<std::uint64_t>(part);
     if (!seed || std::ranges::find(seeds, *seed) != seeds.end()) {
       throw base::InputError("--seeds '" + text +
-                             "' must be different whole numbers with commas, e.g. 1,2,3");
+                             "' must be different whole numbers separated by commas, e.g. 1,2,3");
     }
     seeds.push_back(*seed);
   }
@@ -238,26 +238,26 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("-o,--out", a->out, "results folder (default: results/<experiment name>)");
   command
       ->add_option("--trials", a->changes.trials,
-                   "trials of each object, seams, or models of each class, instead of the file's")
+                   "number of trials of each object, of seams, or of models of each class; "
+                   "overrides the file")
       ->check(CLI::Range(1, 1'000'000));
   command->add_option("--objects", a->groups,
                       "only these objects, shapes or classes, e.g. coffee_cup,cleaner");
   AddJobsOption(*command, "cases", a->options.jobs);
-  command->add_option("--seed", a->changes.seed, "instead of the file's")
+  command->add_option("--seed", a->changes.seed, "overrides the seed of the file")
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--seeds", a->seeds,
-                   "one run after the other, e.g. 1,2,3, each in a folder of its own below the "
-                   "results folder; the table is that of all")
+                   "one run for each seed, e.g. 1,2,3, each in its own subfolder of the results "
+                   "folder; the table combines them")
       ->excludes("--seed");
-  command->add_option("--set", a->changes.set,
-                      "KEY=VALUE, instead of what the file says, e.g. physics.timestep_ms=1; "
-                      "may stand several times");
-  command->add_flag("--resume", a->options.resume, "go on with a run that was stopped");
-  command->add_flag("--overwrite", a->options.overwrite,
-                    "throw away results that are in the folder");
+  command->add_option(
+      "--set", a->changes.set,
+      "KEY=VALUE, overrides a key of the file, e.g. physics.timestep_ms=1; may be repeated");
+  command->add_flag("--resume", a->options.resume, "continue a stopped run");
+  command->add_flag("--overwrite", a->options.overwrite, "delete existing results in the folder");
   command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
-  command->add_flag("--report", a->report, "then pages for a browser, as `report` writes them");
+  command->add_flag("--report", a->report, "afterwards write the pages of the command `report`");
   AddFormatOption(*command, a->format);
   command->footer(
       "Example: rangegrasp run experiments/laser_single.yaml --objects coffee_cup --trials 3 "

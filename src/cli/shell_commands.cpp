@@ -65,14 +65,14 @@ std::vector<std::string> ChoicesOf(const CLI::Option& option) {
 constexpr const char* kFiles = R"(.SH ENVIRONMENT
 .TP
 .B RANGEGRASP_DATA
-Folder that holds models/, scenes/ and experiments/, instead of the installed one.
+Folder with models/, scenes/ and experiments/, instead of the installed one.
 .SH FILES
 .TP
 .I PREFIX/share/rangegrasp/experiments
-Experiments that can be named without a folder.
+Experiments that can be given without a folder.
 .TP
 .I PREFIX/share/rangegrasp/models, PREFIX/share/rangegrasp/scenes
-What they refer to.
+Models and scenes of these experiments.
 )";
 
 // Text as it stands: no line may begin like a request, a dash is one that can be copied.
@@ -247,7 +247,7 @@ std::string BashCompletion(const CLI::App& program) {
 
 void AddShellCommands(CLI::App& app) {
   auto* completion = app.add_subcommand(
-      "completion", "Print what a shell needs to complete this program's commands and options.");
+      "completion", "Print the shell completion for this program's commands and options.");
   auto what = std::make_shared<std::string>();
   completion
       ->add_option("what", *what,

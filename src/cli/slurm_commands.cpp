@@ -58,7 +58,7 @@ bool HasSlurm() { return std::system("command -v sbatch >/dev/null 2>&1") == 0; 
 Queue QueueOf(const std::string& job_name) {
   return experiment::ParseQueue(
       Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"},
-           ": does Slurm run here?"));
+           ": is Slurm running on this machine?"));
 }
 
 // @return the job's id
@@ -112,18 +112,18 @@ void CheckSame(const Submission& submission) {
   if (!experiment::HasSubmission(submission.folder)) {
     if (!Store::Exists(submission.folder)) return;
     throw base::InputError(submission.folder.string() +
-                           ": holds results already; --out DIR names another folder");
+                           ": already contains results; choose another folder with --out DIR");
   }
   const Submission before = experiment::ReadSubmission(submission.folder);
   if (before.experiment == submission.experiment && before.run == submission.run &&
       before.tasks == submission.tasks) {
     return;
   }
-  throw base::InputError(fmt::format(
-      "{}: was submitted as {} {} --tasks {}; the same again submits what is missing, --out DIR "
-      "names another folder",
-      submission.folder.string(), before.experiment.string(), base::Join(before.run, " "),
-      before.tasks));
+  throw base::InputError(
+      fmt::format("{}: was submitted as {} {} --tasks {}; the same command submits the missing "
+                  "shards, --out DIR chooses another folder",
+                  submission.folder.string(), before.experiment.string(),
+                  base::Join(before.run, " "), before.tasks));
 }
 
 Submission SubmissionFrom(const SubmitArguments& arguments) {
@@ -157,12 +157,12 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
   CheckSame(submission);
   WriteScripts(submission);
   if (!HasSlurm()) {
-    throw base::InputError(fmt::format(
-        "no sbatch on the PATH: this is no machine of a Slurm cluster. What would have been "
-        "submitted stands in {}: `sbatch --array=1-{} {}`, then {}",
-        (submission.folder / "slurm").string(), submission.tasks,
-        submission.File(experiment::kArrayScript).string(),
-        submission.File(experiment::kMergeScript).string()));
+    throw base::InputError(
+        fmt::format("no sbatch on the PATH: this machine is not in a Slurm cluster. The scripts "
+                    "are in {}: submit `sbatch --array=1-{} {}`, then {}",
+                    (submission.folder / "slurm").string(), submission.tasks,
+                    submission.File(experiment::kArrayScript).string(),
+                    submission.File(experiment::kMergeScript).string()));
   }
   if (Store::Exists(submission.folder)) {
     return spdlog::info("all shards are done and joined in {}", submission.folder.string());
@@ -188,7 +188,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
   if (!after.empty()) words.push_back("--dependency=afterany:" + base::Join(after, ":"));
   words.insert(words.end(), {"--output=" + submission.File(experiment::kMergeLog).string(),
                              submission.File(experiment::kMergeScript).string()});
-  spdlog::info("job {}: joins them in {}; `rangegrasp status {}` tells how far it is",
+  spdlog::info("job {}: joins the shards in {}; `rangegrasp status {}` shows the progress",
                Sbatch(words), submission.folder.string(), submission.folder.string());
 }
 
@@ -205,7 +205,7 @@ std::string LastLine(const fs::path& log) {
 void Status(const std::string& folder) {
   const Submission submission = experiment::ReadSubmission(folder);
   const bool slurm = HasSlurm();
-  if (!slurm) spdlog::warn("no squeue on the PATH: what waits and runs is not known here");
+  if (!slurm) spdlog::warn("no squeue on the PATH: pending and running jobs are unknown");
   const Queue queue = slurm ? QueueOf(submission.JobName()) : Queue();
   std::string text;
   std::size_t done = 0;
@@ -229,11 +229,13 @@ void Status(const std::string& folder) {
     text += "\n";
   }
   text += fmt::format("{} of {} cases done", done, cases);
-  if (failed > 0) text += fmt::format("; {} shards failed: the same `submit` goes on", failed);
+  if (failed > 0) {
+    text += fmt::format("; {} shards failed: repeat the same `submit` to run them again", failed);
+  }
   if (Store::Exists(submission.folder)) {
     text += "; joined in " + submission.folder.string();
   } else if (slurm && !QueueOf(submission.MergeJobName()).job_ids.empty()) {
-    text += "; the job that joins them waits or runs";
+    text += "; the job that joins them is pending or running";
   } else if (const std::string last = LastLine(submission.File(experiment::kMergeLog));
              !last.empty()) {
     text += "\nnot joined: " + last;
@@ -242,32 +244,33 @@ void Status(const std::string& folder) {
 }
 
 void AddSubmit(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "submit",
-      "Run an experiment on a Slurm cluster: an array job of shards, and a job that joins them. "
-      "The same command again submits what failed.");
+  auto* command =
+      app.add_subcommand("submit",
+                         "Run an experiment on a Slurm cluster: an array job of shards, and a job "
+                         "that joins them. Repeating the command submits failed shards again.");
   auto a = std::make_shared<SubmitArguments>();
   command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
-  command->add_option("--tasks", a->tasks, "shards, each a task of the array job")
+  command->add_option("--tasks", a->tasks, "number of shards; each is a task of the array job")
       ->required()
       ->check(CLI::Range(1, 1'000'000));
-  command->add_option("-o,--out", a->out,
-                      "results folder that all nodes share (results/<experiment name>)");
-  command->add_option("--trials", a->changes.trials, "as for run")->check(CLI::Range(1, 1'000'000));
-  command->add_option("--seed", a->changes.seed, "as for run")->check(CLI::NonNegativeNumber);
-  command->add_option("--objects", a->groups, "as for run");
-  command->add_option("--set", a->changes.set, "as for run")->allow_extra_args(false);
+  command->add_option(
+      "-o,--out", a->out,
+      "results folder on a file system shared by all nodes (results/<experiment name>)");
+  command->add_option("--trials", a->changes.trials, "same as for run")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--seed", a->changes.seed, "same as for run")->check(CLI::NonNegativeNumber);
+  command->add_option("--objects", a->groups, "same as for run");
+  command->add_option("--set", a->changes.set, "same as for run")->allow_extra_args(false);
   command->allow_extras();
   command->footer(
-      "Every other option is sbatch's, with its value behind '='.\n"
-      "Example: rangegrasp submit experiments/laser_single.yaml --trials 1000 --tasks 100 "
-      "--cpus-per-task=2 --time=01:00:00");
+      "All other options are passed to sbatch; write them as --option=value.\nExample: rangegrasp "
+      "submit experiments/laser_single.yaml --trials 1000 --tasks 100 --cpus-per-task=2 "
+      "--time=01:00:00");
   command->callback([a, command] { Submit(*a, command->remaining()); });
 }
 
 void AddStatus(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("status", "How far the shards are that `submit` gave to Slurm.");
+  auto* command = app.add_subcommand("status", "Show the progress of shards submitted to Slurm.");
   auto folder = std::make_shared<std::string>();
   command->add_option("folder", *folder, "results folder")->required();
   command->footer("Example: rangegrasp status results/laser_single");

@@ -41,7 +41,7 @@ std::vector<std::string> KindNames() {
 
 std::string TaskWord(YamlMap& map) {
   std::string word = "grasping";
-  map.Read("task", word, "the kind of experiment: " + base::Join(KindNames()));
+  map.Read("task", word, "kind of experiment: " + base::Join(KindNames()));
   return word;
 }
 
@@ -91,7 +91,7 @@ void CheckIds(const std::vector<Case>& cases, const fs::path& file) {
   std::set<std::string> seen;
   for (const Case& c : cases) {
     if (!seen.insert(c.id).second) {
-      throw base::InputError(file.string() + ": case '" + c.id + "' stands twice");
+      throw base::InputError(file.string() + ": case '" + c.id + "' is given twice");
     }
   }
 }
@@ -109,8 +109,8 @@ Experiment Open(const std::string& text, const fs::path& file, const Changes& ch
   if (changes.trials) override_key(fmt::format("{}={}", e.kind->trials_key, *changes.trials));
   if (changes.seed) {
     if (!e.kind->uses_seed) {
-      throw base::InputError("--seed: nothing is drawn in an experiment of task '" + e.kind->name +
-                             "', so that there is no use for it");
+      throw base::InputError("--seed: cannot be used with task '" + e.kind->name +
+                             "', which draws no random numbers");
     }
     override_key(fmt::format("seed={}", *changes.seed));
   }
@@ -142,18 +142,19 @@ void AddKind(const TaskKind& kind) { Kinds().push_back(kind); }
 std::span<const TaskKind> AllKinds() { return Kinds(); }
 
 void ReadCommon(YamlMap& map, Common& common) {
-  map.Read("name", common.name, "names the results folder; letters, digits, '_' and '-'");
+  map.Read("name", common.name,
+           "name of the experiment and of its results folder; letters, digits, '_' and '-'");
   if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
     map.Fail("name",
-             "'" + common.name + "' must be letters, digits, '_' and '-': it names a folder");
+             "'" + common.name +
+                 "' must consist of letters, digits, '_' and '-': it is the name of a folder");
   }
-  map.Read("seed", common.seed, "what every random stream is derived from");
+  map.Read("seed", common.seed, "seed of all random numbers");
   map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
-           "wall time after which one trial, seam or model is killed");
-  map.Read(
-      "stop_after", common.stop_after, 0, kMaxStopAfter,
-      "task: grasping: the run ends early when its first so many trials, taken in turn from all "
-      "objects, all fail in the same way; 0: never");
+           "wall time after which a trial, seam or model is stopped");
+  map.Read("stop_after", common.stop_after, 0, kMaxStopAfter,
+           "task: grasping: stop the run early if this number of first trials, taken in turn from "
+           "all objects, all fail in the same way; 0: never");
 }
 
 Experiment OpenExperiment(const fs::path& file, const Changes& changes,
@@ -169,7 +170,7 @@ Experiment OpenAgain(const Stamp& stamp) {
 
 std::string FileAsRun(const Stamp& stamp) {
   const fs::path file = Need(stamp.data, "experiment_file");
-  std::string text = fmt::format("# The file of a run; its relative paths are those of {}.\n",
+  std::string text = fmt::format("# Experiment file of a run; relative paths are relative to {}.\n",
                                  file.parent_path().string());
   for (const std::string& one : SetOf(stamp)) text += "# On the command line: --set " + one + "\n";
   return text + Need(stamp.data, "experiment_text");
@@ -180,7 +181,7 @@ const TaskKind& KindOf(const Stamp& stamp) {
   if (const TaskKind* kind = FindKind(word)) return *kind;
   base::CheckBuilt("task", word, "the results: ");
   throw base::InputError("the results are of task '" + word +
-                         "', which this program does not know; it knows " +
+                         "', which is unknown to this program; it knows " +
                          base::Join(KindNames()));
 }
 
@@ -189,13 +190,14 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const Results two = ReadResults(second);
   const TaskKind& kind = KindOf(one.stamp);
   if (KindOf(two.stamp).name != kind.name) {
-    throw base::InputError(fmt::format("{}: is of another task than {} ({})", second.string(),
+    throw base::InputError(fmt::format("{}: has another task than {} ({})", second.string(),
                                        first.string(), kind.name));
   }
   const RunComparison compared{Compare(one.records, two.records, kind.success), kind.success};
   if (compared.pairs == 0) {
-    throw base::InputError(fmt::format("{}, {}: no case of the same id and seed in both",
-                                       first.string(), second.string()));
+    throw base::InputError(
+        fmt::format("{}, {}: the two runs have no case with the same id and seed", first.string(),
+                    second.string()));
   }
   return compared;
 }
@@ -223,11 +225,11 @@ Report ReportOf(const Results& results) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {  // as JSON, counts or words of records cause them
-    throw base::InputError(where + ": no tables can be made: " + error.what());
+    throw base::InputError(where + ": the tables cannot be written: " + error.what());
   }
   if (records.size() < wanted) {
     report.notes.push_back(
-        fmt::format("{} of {} cases are missing: the run was stopped, or it is a shard",
+        fmt::format("{} of {} cases are missing: the run was stopped, or this is a shard",
                     wanted - records.size(), wanted));
   }
   return report;

@@ -36,8 +36,8 @@ const T& Get(const Params& params, std::string_view name) {
     if (const T* found = std::get_if<T>(&value)) return *found;
     break;
   }
-  throw base::InputError(
-      fmt::format("a case's parameters have no '{}' of the right type: {}", name, ToJson(params)));
+  throw base::InputError(fmt::format("the parameters of a case have no '{}' of the right type: {}",
+                                     name, ToJson(params)));
 }
 
 // The different words of all, in the order in which they first occur.
@@ -60,7 +60,7 @@ Params Params::FromJson(const std::string& text) {
     for (const auto& [name, value] : json.items()) params.Add(name, ValueOf(value));
   } catch (const ordered_json::exception& e) {
     throw base::InputError(
-        fmt::format("a case's parameters are damaged: '{}': {}", text, e.what()));
+        fmt::format("the parameters of a case are damaged: '{}': {}", text, e.what()));
   }
   return params;
 }
@@ -143,10 +143,9 @@ void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& w
     const std::string was = ValueOr(stored.identity, name, "");
     const std::string is = ValueOr(wanted.identity, name, "");
     if (was == is) continue;
-    throw base::InputError(
-        fmt::format("{}: was made with another {} ('{}', not '{}'); use another --out, or "
-                    "--overwrite",
-                    where, name, was, is));
+    throw base::InputError(fmt::format(
+        "{}: contains results with another {} ('{}', not '{}'); use another --out, or --overwrite",
+        where, name, was, is));
   }
 }
 

@@ -70,7 +70,7 @@ std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers
   for (const std::string& number : numbers) {
     if (std::ranges::any_of(all, [&](const auto& one) { return IsChosen(one, number); })) continue;
     throw base::InputError("table " + base::MustBeOneOf(number, known) +
-                           "; a chapter (3 to 6) stands for all of its tables");
+                           "; a chapter (3 to 6) means all of its tables");
   }
   std::vector<PublishedTable> chosen;
   std::ranges::copy_if(all, std::back_inserter(chosen), [&](const PublishedTable& table) {
@@ -115,22 +115,23 @@ Test TestOf(const ClustersEvidence& e, const PublishedFigure& figure) {
     filled += cluster.n > 0 ? 1 : 0;
     n += cluster.n;
   }
-  return {ScoreTest(*figure.own / 100.0, trials, figure.published / 100.0),
-          fmt::format("{} in {} groups, as {:.0f} independent ones", n, filled, trials),
-          "a published rate whose counts are not known, taken as exact: score test, two-sided, "
-          "with as many independent trials as vary like the groups (seams) do"};
+  return {
+      ScoreTest(*figure.own / 100.0, trials, figure.published / 100.0),
+      fmt::format("{} in {} groups, equivalent to {:.0f} independent trials", n, filled, trials),
+      "published rate without counts, taken as exact: two-sided score test with the effective "
+      "number of independent trials, from the variation between groups (seams)"};
 }
 
 Test TestOf(const EventsEvidence& e, const PublishedFigure&) {
   return {PoissonRatesExact(e.own.k, e.own.n, e.published.k, e.published.n),
           CountsOf(e.own, e.published, "in"),
-          "events, of which a run may have several: exact test of two Poisson rates, two-sided"};
+          "events, several per run possible: exact test of two Poisson rates, two-sided"};
 }
 
 Test TestOf(const MeanEvidence& e, const PublishedFigure& figure) {
   const char* words =
-      "a published mean of unknown scatter, taken as exact: Student's test of the own mean, "
-      "two-sided";
+      "published mean of unknown variance, taken as exact: Student's t-test of the reproduced "
+      "mean, two-sided";
   if (!e.own.standard_error) return {std::nullopt, "one measurement", words};
   return {
       StudentTest(e.own, figure.published),
@@ -142,8 +143,8 @@ Test TestOf(const TimesEvidence& e, const PublishedFigure& figure) {
   return {
       std::nullopt,
       fmt::format("{} timed, {:.3g} times as fast", e.measured, figure.published / *figure.own),
-      "times of two computers: no test; better if more than 10 times as fast, which is more "
-      "than a computer of today is faster than the published 2 GHz Core 2 Duo, worse if slower"};
+      "times of two computers: no test; better if more than 10 times as fast (a present computer "
+      "is less than 10 times as fast as the published 2 GHz Core 2 Duo), worse if slower"};
 }
 
 Verdict VerdictOf(const PublishedFigure& figure, const std::optional<double>& p, double threshold) {
@@ -326,7 +327,7 @@ std::vector<std::string> TestNotes(const Reproduction& all) {
   }
   if (!thresholds.empty()) {
     notes.push_back(
-        "a verdict is better or worse where p is below 0.05 over the number of the table's "
+        "a verdict is better or worse if p is below 0.05 divided by the number of the table's "
         "tests: " +
         base::Join(thresholds));
   }
@@ -337,14 +338,15 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
   std::vector<std::string> notes;
   if (all.is_short) {
     notes.emplace_back(
-        "a short run shows only that everything runs: no difference from a published figure is "
-        "significant in so few trials, so there are no verdicts (run it without --short)");
+        "a short run shows only that everything runs: its few trials cannot show significant "
+        "differences from published figures, so there are no verdicts (run it without --short)");
   } else {
     notes.emplace_back(
-        "same: no difference is shown, which is not the same as none: few trials show none");
+        "same: no significant difference; this does not show that there is none, above all with "
+        "few trials");
     notes.emplace_back(
-        "worse without p: all cases were run, and nothing was counted, e.g. no grasp of an object "
-        "that was never detected");
+        "worse without p: all cases were run, but nothing could be counted, e.g. grasps of an "
+        "object that was never detected");
   }
   std::ranges::copy(TestNotes(all), std::back_inserter(notes));
   for (const ReproducedTable& table : all.tables) {
@@ -352,7 +354,7 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
       notes.push_back(fmt::format("{} is left out: {}", table.number, table.left_out));
     }
     if (table.crashed > 0) {
-      notes.push_back(fmt::format("{}: {} of {} cases crashed or timed out, and count as failures",
+      notes.push_back(fmt::format("{}: {} of {} cases crashed or timed out; they count as failures",
                                   table.number, table.crashed, table.done));
     }
   }

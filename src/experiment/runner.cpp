@@ -117,7 +117,7 @@ class Worker {
     pid_ = -1;
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
       if (auto result = Unpacked(text_)) return std::move(*result);
-      return Failed(kCrashed, "the process handed over no result" + LastLine());
+      return Failed(kCrashed, "the process returned no result" + LastLine());
     }
     const std::string how = WIFSIGNALED(status)
                                 ? fmt::format("killed by {}", strsignal(WTERMSIG(status)))
@@ -130,7 +130,7 @@ class Worker {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
     pid_ = -1;
-    return Failed(kTimedOut, "no result within the limit");
+    return Failed(kTimedOut, "no result within the time limit");
   }
 
  private:
@@ -222,10 +222,10 @@ std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case
   for (Record& record : records) {
     const auto found = by_id.find(record.which.id);
     if (found == by_id.end() || found->second->seed != record.which.seed) {
-      throw base::InputError(fmt::format(
-          "{}: holds the case {}, which is not one of these {} cases; as many trials as it was "
-          "begun with, or more, go on with it",
-          where, record.which.id, cases.size()));
+      throw base::InputError(
+          fmt::format("{}: contains the case {}, which is not one of these {} cases; to continue, "
+                      "use at least as many trials as at the start",
+                      where, record.which.id, cases.size()));
     }
     record.which = *found->second;
   }

@@ -34,7 +34,7 @@ std::string ArrayScriptText(const Submission& submission, const fs::path& progra
   for (const std::string& argument : submission.run) run += " " + ShellQuoted(argument);
   return fmt::format(
       R"(#!/bin/bash
-# One shard of {experiment}; what it has done already is kept.
+# One shard of {experiment}; finished cases are kept.
 #SBATCH --job-name={name}
 #SBATCH --open-mode=append
 set -u
@@ -50,7 +50,7 @@ exec {program} run {experiment}{run} --shard "$SLURM_ARRAY_TASK_ID/{tasks}" --re
 std::string MergeScriptText(const Submission& submission, const fs::path& program) {
   return fmt::format(
       R"(#!/bin/bash
-# Joins the shards when all of them have ended; where cases are missing, nothing is written.
+# Joins the shards when all of them have ended; if cases are missing, nothing is written.
 #SBATCH --job-name={name}
 #SBATCH --open-mode=append
 set -eu
@@ -75,7 +75,7 @@ Submission ReadSubmission(const fs::path& folder) {
   const auto file = folder / "slurm" / kSlurmFile;
   if (!HasSubmission(folder)) {
     throw base::InputError(folder.string() + ": nothing was submitted here (no slurm/" +
-                           kSlurmFile + "); give the folder that `submit` named");
+                           kSlurmFile + "); give the results folder of `submit`");
   }
   Submission submission;
   try {

@@ -81,7 +81,8 @@ struct Database {
   [[noreturn]] void Fail() const {
     const std::string what = file.string() + ": " + sqlite3_errmsg(handle);
     if (IsNoStore()) {
-      throw base::InputError(what + " (the file is damaged, or no results of this program)");
+      throw base::InputError(what +
+                             " (the file is damaged, or contains no results of this program)");
     }
     throw base::RunError(what + (sqlite3_errcode(handle) == SQLITE_BUSY
                                      ? " (another program is using the file)"
@@ -268,7 +269,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(g
         throw base::RunError(file_.string() + ": cannot be locked: " + std::strerror(why));
       }
       throw base::InputError(folder.string() + ": is being written to by " + holder +
-                             "; wait for it, or write elsewhere (--out DIR)");
+                             "; wait for it, or choose another folder (--out DIR)");
     }
     // The one before may have removed the file between opening and locking.
     struct stat opened {};
@@ -308,7 +309,7 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
   fs::create_directories(folder, error);
   if (error) {
     throw base::InputError(folder.string() +
-                           ": the output folder cannot be made: " + error.message());
+                           ": the output folder cannot be created: " + error.message());
   }
   auto impl = std::make_unique<Impl>();
   impl->file = folder / name;
@@ -328,7 +329,7 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
 Store Store::Open(const fs::path& folder) {
   if (!Exists(folder)) {
     throw base::InputError(folder.string() + ": no results here (no results.sqlite); " +
-                           "give the folder that `run` wrote");
+                           "give the results folder of `run`");
   }
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
@@ -337,8 +338,8 @@ Store Store::Open(const fs::path& folder) {
   if (!impl->Reads(/*as_it_is=*/false) && (has_log || !impl->Reads(/*as_it_is=*/true))) {
     if (impl->IsNoStore()) impl->Fail();
     throw base::InputError(
-        impl->file.string() + ": no results can be read: " + sqlite3_errmsg(impl->handle) +
-        (has_log ? "; the run was killed, or goes on: copy the folder to where it can be written"
+        impl->file.string() + ": the results cannot be read: " + sqlite3_errmsg(impl->handle) +
+        (has_log ? "; the run was killed, or is still running: copy the folder to a writable place"
                  : ""));
   }
   return Store(std::move(impl));
@@ -500,7 +501,7 @@ Results ReadResults(const fs::path& folder) {
 
 Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool complete) {
   if (Store::Exists(out)) {
-    throw base::InputError(out.string() + ": holds results already; name a new folder");
+    throw base::InputError(out.string() + ": already contains results; name a new folder");
   }
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
@@ -520,7 +521,7 @@ Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool comp
     if (is_new) return;
     const Source& later = *std::max(other->second, &source);
     throw base::InputError(later.store.file().parent_path().string() + ": case " + other->first +
-                           " is in another of the folders too");
+                           " is also in another of the folders");
   };
   for (Source& source : sources) read_next(source);
   Store::WriteWhole(out, stamp, [&]() -> std::optional<Record> {

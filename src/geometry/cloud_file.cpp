@@ -32,7 +32,7 @@ struct Header {
 
 template <class Read>
 void ReadPerField(const LineReader& lines, const WordList& words, Header& header, Read read) {
-  if (header.fields.empty()) lines.Fail("{} stands before FIELDS", Quoted(words[0]));
+  if (header.fields.empty()) lines.Fail("{} must come after FIELDS", Quoted(words[0]));
   if (words.size() != header.fields.size() + 1) {
     lines.Fail("{} has {} values; there are {} FIELDS", words[0], words.size() - 1,
                header.fields.size());
@@ -44,7 +44,7 @@ std::size_t CountOf(const LineReader& lines, const WordList& words, std::size_t 
                     std::size_t min) {
   const auto value = i < words.size() ? base::NumberFrom<std::size_t>(words[i]) : std::nullopt;
   if (!value || *value < min || *value >= kEndOfCounts) {
-    lines.Fail("{} is {}; a whole number from {} to {} is needed", words[0],
+    lines.Fail("{} is {}; it must be a whole number from {} to {}", words[0],
                i < words.size() ? Quoted(words[i]) : "missing", min, kEndOfCounts - 1);
   }
   return *value;
@@ -69,12 +69,12 @@ void ReadKey(const LineReader& lines, const WordList& words, Header& header) {
     ReadPerField(lines, words, header, [&](Field& field, std::size_t i) {
       field.size = CountOf(lines, words, i, 1);
       if (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8) return;
-      lines.Fail("SIZE {} is none of 1, 2, 4, 8", Quoted(words[i]));
+      lines.Fail("SIZE {} is not one of 1, 2, 4, 8", Quoted(words[i]));
     });
   } else if (key == "TYPE") {
     ReadPerField(lines, words, header, [&](Field& field, std::size_t i) {
       if (words[i] != "F" && words[i] != "U" && words[i] != "I") {
-        lines.Fail("TYPE {} is none of F, U, I", Quoted(words[i]));
+        lines.Fail("TYPE {} is not one of F, U, I", Quoted(words[i]));
       }
       field.type = words[i][0];
     });
@@ -92,7 +92,7 @@ void ReadKey(const LineReader& lines, const WordList& words, Header& header) {
   } else if (key == "DATA") {
     header.data = words.size() > 1 ? std::string(words[1]) : "";
     if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
-      lines.Fail("DATA {} is none of ascii, binary, binary_compressed", Quoted(header.data));
+      lines.Fail("DATA {} is not one of ascii, binary, binary_compressed", Quoted(header.data));
     }
   } else if (key != "VERSION") {
     lines.Fail(
@@ -127,7 +127,7 @@ void Complete(const LineReader& lines, Header& header) {
                *header.height);
   }
   if (product == 0) lines.Fail("the cloud has no points (POINTS is 0)");
-  if (product >= kEndOfCounts) lines.Fail("POINTS {} is absurd", product);
+  if (product >= kEndOfCounts) lines.Fail("POINTS {} is too large", product);
 }
 
 /// A field that is a packed color; others of its name are no color.
@@ -145,7 +145,7 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
     const auto axis = std::ranges::find(kAxes, field.name) - kAxes.begin();
     if (axis < 3) {
       if (field.type != 'F' || field.size < 4 || field.count != 1) {
-        lines.Fail("field {} is of TYPE {}, SIZE {}, COUNT {}; F, 4 or 8, and 1 are needed",
+        lines.Fail("field {} has TYPE {}, SIZE {}, COUNT {}; they must be F, 4 or 8, and 1",
                    field.name, field.type, field.size, field.count);
       }
       layout.xyz[static_cast<std::size_t>(axis)] = place;
@@ -162,7 +162,7 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
     }
     layout.row_bytes += field.count * field.size;
     if (layout.row_bytes >= kMaxRow_bytes) {
-      lines.Fail("a point of {} bytes is absurd", layout.row_bytes);
+      lines.Fail("{} bytes per point are too many", layout.row_bytes);
     }
     layout.columns.resize(layout.columns.size() + field.count, column);
   }
@@ -211,12 +211,12 @@ std::string Expand(const LineReader& lines, std::string_view body, std::size_t n
   std::memcpy(sizes, body.data(), sizeof(sizes));
   body.remove_prefix(sizeof(sizes));
   if (sizes[1] != needed) {
-    lines.Fail("the compressed data hold {} bytes; the header says {}", sizes[1], needed);
+    lines.Fail("the compressed data have {} bytes; the header says {}", sizes[1], needed);
   }
   // Older writers of PCL fill up a page of memory behind the data.
   if (body.size() < sizes[0]) CheckSize(lines, body.size(), sizes[0]);
   auto expanded = ExpandLzf(body.substr(0, sizes[0]), needed);
-  if (!expanded) lines.Fail("the compressed data are broken");
+  if (!expanded) lines.Fail("the compressed data are damaged");
   return std::move(*expanded);
 }
 

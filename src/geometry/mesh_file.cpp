@@ -95,7 +95,7 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
     const aiFace& face = mesh.mFaces[i];
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       if (face.mIndices[k] < mesh.mNumVertices) continue;
-      throw base::InputError(fmt::format("{}: a face names vertex {}; there are {}", file.string(),
+      throw base::InputError(fmt::format("{}: a face uses vertex {}; there are {}", file.string(),
                                          face.mIndices[k], mesh.mNumVertices));
     }
   }
@@ -155,7 +155,7 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
   // assimp 5.2 ends the program where an archive is damaged.
   if (base::EndingOf(file) == ".3mf") {
-    throw base::InputError(file.string() + ": 3MF is not read; save it as STL, OBJ or glTF");
+    throw base::InputError(file.string() + ": 3MF is not supported; save it as STL, OBJ or glTF");
   }
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);

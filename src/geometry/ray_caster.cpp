@@ -32,7 +32,7 @@ void CheckMesh(const TriangleMesh& mesh, std::size_t index) {
 void* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t stride,
                 std::size_t count) {
   void* data = rtcSetNewGeometryBuffer(geometry, type, 0, format, stride, count);
-  if (data == nullptr) throw base::RunError("Embree: no memory for a mesh");
+  if (data == nullptr) throw base::RunError("Embree: out of memory for a mesh");
   return data;
 }
 
@@ -95,7 +95,7 @@ struct RayCaster::Embree {
     // "threads=1" alone lets TBB start a worker, which a fork would lose. For the life of the
     // process: lifting the limit starts the worker too, and nothing else here uses TBB.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-    if (device == nullptr) throw base::RunError("Embree: no device could be made");
+    if (device == nullptr) throw base::RunError("Embree: the device could not be created");
     scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);

@@ -180,7 +180,7 @@ class StraightDownDetector : public Detector {
 };
 
 std::string WhereTaken() {
-  std::string text = "where objects are taken: anywhere";
+  std::string text = "where objects are grasped: anywhere";
   for (const GraspSelector& selector : Selectors()) text += ", or " + selector.about;
   return text;
 }
@@ -232,15 +232,16 @@ void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
   GraspOptions& options = all.grasp;
   map.Read("take", all.take, GraspSelectorWords(), WhereTaken());
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
-                 "the hand stays this far above the table");
-  map.Read("max_candidates", options.max_candidates, 1, 200, "grasps that are kept, best first");
+                 "minimum distance between hand and table");
+  map.Read("max_candidates", options.max_candidates, 1, 200,
+           "maximum number of grasps, best first");
   map.Read("power_only", options.power_only,
-           "only power grasps, of rotational objects, too: as on stereo data (section 5.3.2)");
+           "only power grasps, also of rotational objects, as for stereo data (section 5.3.2)");
   map.Read("approach", options.approach,
-           "the hand comes from above; sides_too: and from the sides where few such grasps are "
-           "free; sides: from there alone (section 7.2)");
+           "approach of the hand: from above; sides_too: also from the sides if few grasps from "
+           "above are free; sides: only from the sides (section 7.2)");
   map.Read("preshape", options.preshape,
-           "the hand opens a little wider than the object; off: fully");
+           "open the hand a little wider than the object; off: fully");
   base::ReadAdditions<GraspAdditions>(map, options);
   map.Finish();
 }

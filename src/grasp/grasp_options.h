@@ -165,21 +165,22 @@ constexpr std::array<base::Addition<GraspAdditions>, 9> AdditionsOf(const GraspA
   using A = GraspAdditions;
   return {{
       {"centering", &A::centering,
-       "midway between the expected contacts; off: tool centre over the top surface's centre"},
-      {"pitches", &A::pitches, "the hand is pitched, so that both sides touch at one height"},
+       "center the hand between the expected contacts; off: over the center of the top surface"},
+      {"pitches", &A::pitches, "pitch the hand so that both sides make contact at the same height"},
       {"depths", &A::depths,
-       "as deep as the centre of mass, deeper, or less deep; off: down to contact"},
+       "grasp at the depth of the center of mass, deeper, and less deep; off: down to contact"},
       {"directions", &A::directions,
-       "straight down, across the narrowest side and others, too; off: against the top surface, "
-       "across its principal axis"},
-      {"offsets", &A::offsets, "power grasps beside the middle of the object, too"},
+       "also grasp straight down, across the narrowest side and other directions; off: along the "
+       "normal of the top surface, across its principal axis"},
+      {"offsets", &A::offsets, "also power grasps off the middle of the object"},
       {"contact_ranking", &A::contact_ranking,
-       "candidates are ranked by predicted contacts; off: by how much of the object they touch"},
-      {"narrow_openings", &A::narrow_openings, "a narrower opening where neighbors leave no room"},
+       "rank candidates by their predicted contacts; off: by the share of the object that they "
+       "touch"},
+      {"narrow_openings", &A::narrow_openings, "open the hand less where neighbors leave no room"},
       {"power_fallback", &A::power_fallback,
-       "a power grasp where a rotational object can be held in no other way"},
+       "power grasps of a rotational object if no other grasp is possible"},
       {"crowded", &A::crowded,
-       "more power grasps where neighbors leave few: from all round, leaning, less deep"},
+       "more power grasps if neighbors leave few: from all directions, tilted, less deep"},
   }};
 }
 static_assert(base::AllAdditionsListed<GraspAdditions>());

@@ -110,7 +110,7 @@ void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptio
   base::ReadAdditions<MoverAdditions>(map, options);
   planning::PlanOptions& plan = options.planning;
   map.ReadScaled("approach_mm", plan.approach_m, base::kMm, 20.0, 400.0,
-                 "straight approach before the grasp");
+                 "length of the straight approach before the grasp");
   map.ReadScaled("lift_mm", plan.lift_m, base::kMm, 100.0, 400.0, "height of the lift");
   map.Finish();
 }

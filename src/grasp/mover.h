@@ -36,12 +36,11 @@ constexpr std::array<base::Addition<MoverAdditions>, 3> AdditionsOf(const MoverA
   using A = MoverAdditions;
   return {{
       {"sound_first", &A::sound_first,
-       "grasps whose contacts lie within the friction cone are tried with all motions before "
-       "others are"},
+       "try grasps whose contacts are within the friction cone with all motions before the others"},
       {"through_unseen", &A::through_unseen,
-       "where no motion keeps clear of unseen space, one may pass through it"},
+       "if no motion avoids unseen space, allow one through it"},
       {"brushing", &A::brushing,
-       "where no motion keeps clear of neighbors, the lifted object may push them"},
+       "if no motion avoids the neighbors, allow the lifted object to push them"},
   }};
 }
 static_assert(base::AllAdditionsListed<MoverAdditions>());

@@ -27,11 +27,11 @@ std::array<double, n> Numbers(YamlMap& map, const std::string& key, std::array<d
   std::vector<std::string> texts;
   map.Read(key, texts, doc);
   if (!map.Has(key)) return numbers;
-  if (texts.size() != n) map.Fail(key, fmt::format("holds {} numbers, not {}", texts.size(), n));
+  if (texts.size() != n) map.Fail(key, fmt::format("has {} numbers, not {}", texts.size(), n));
   for (std::size_t i = 0; i < n; ++i) {
     const auto number = base::NumberFrom<double>(texts[i]);
     if (!number || !std::isfinite(*number)) {
-      map.Fail(key, fmt::format("'{}' is no number", texts[i]));
+      map.Fail(key, fmt::format("'{}' is not a number", texts[i]));
     }
     numbers[i] = *number;
   }
@@ -47,7 +47,7 @@ Vector3d Vector(YamlMap& map, const std::string& key, const Vector3d& otherwise,
 Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwise,
                    const std::string& doc) {
   const Vector3d v = Vector(map, key, otherwise, doc);
-  if (v.norm() < 1e-9) map.Fail(key, "has no direction, e.g. [0, 0, -1]");
+  if (v.norm() < 1e-9) map.Fail(key, "must not be zero; a direction is e.g. [0, 0, -1]");
   return v.normalized();
 }
 
@@ -87,8 +87,8 @@ std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given
 std::vector<double> Angles(YamlMap& map, const std::string& key, const std::string& doc) {
   const auto [from, to, step] = Numbers<3>(map, key, {0.0, 0.0, 1.0}, doc);
   if (step <= 0.0 || to < from || (to - from) / step > kMaxAngles) {
-    map.Fail(key, fmt::format("is FROM, TO, STEP with FROM <= TO, STEP > 0 and no more "
-                              "than {} steps, e.g. [0, 345, 15]",
+    map.Fail(key, fmt::format("must be FROM, TO, STEP with FROM <= TO, STEP > 0 and at most {} "
+                              "steps, e.g. [0, 345, 15]",
                               kMaxAngles));
   }
   std::vector<double> turns_rad;
@@ -101,27 +101,28 @@ std::vector<double> Angles(YamlMap& map, const std::string& key, const std::stri
 NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
   NamedGrasp grasp;
   grasp.name = name;
-  map.Read("for", grasp.uses, "what it is for, in your own words: [drink, hand_over]");
-  map.Read("upright", grasp.upright, "only where the object is upright, which it then stays");
+  map.Read("for", grasp.uses, "uses of the grasp, in your own words: [drink, hand_over]");
+  map.Read("upright", grasp.upright, "only if the object is upright; it is then kept upright");
   for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
   const Vector3d at =
-      base::kMm * Vector(map, "at_mm", Vector3d::Zero(), "middle between the pads, x, y, z");
-  const Vector3d approach = Direction(map, "approach", -Vector3d::UnitZ(), "way of the hand");
-  const Vector3d closing =
-      Direction(map, "closing", Vector3d::UnitX(), "from the fingers' pads to the thumb's");
+      base::kMm * Vector(map, "at_mm", Vector3d::Zero(), "center between the pads, x, y, z");
+  const Vector3d approach =
+      Direction(map, "approach", -Vector3d::UnitZ(), "approach direction of the hand");
+  const Vector3d closing = Direction(map, "closing", Vector3d::UnitX(),
+                                     "direction from the fingers' pads to the thumb's");
   if (std::abs(approach.dot(closing)) > std::sin(kSquare_rad)) {
-    map.Fail("closing", "is not square to `approach`");
+    map.Fail("closing", "is not perpendicular to `approach`");
   }
   double width_m = 0.0;
-  map.ReadScaled("width_mm", width_m, base::kMm, 0.1, 1000.0, "what the pads close on");
+  map.ReadScaled("width_mm", width_m, base::kMm, 0.1, 1000.0, "width between the pads");
   Ways ways;
   ways.axis_O = Direction(map, "about", Vector3d::UnitZ(), "axis of `turns_deg`");
   ways.turns_rad = Angles(map, "turns_deg",
-                          "taken turned about `about` through the model's origin, too: from, to "
-                          "and step in degrees, e.g. [0, 345, 15]");
-  ways.leans_rad = Angles(map, "leans_deg",
-                          "taken with the approach turned about `closing`, too: from, to, step");
-  map.Read("either_way", ways.either_way, "thumb and fingers may change sides");
+                          "also turned about `about` through the model's origin: from, to and step "
+                          "in degrees, e.g. [0, 345, 15]");
+  ways.leans_rad =
+      Angles(map, "leans_deg", "also with the approach turned about `closing`: from, to, step");
+  map.Read("either_way", ways.either_way, "also with thumb and fingers exchanged");
   map.Finish();
   grasp.ways_O = Expand(GraspFrame(at, approach, closing), width_m, ways);
   return grasp;
@@ -130,9 +131,9 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
 Eigen::AlignedBox3d BoxFrom(YamlMap map) {
   map.Require("from_mm");
   map.Require("to_mm");
-  const Vector3d from = Vector(map, "from_mm", Vector3d::Zero(), "least x, y, z");
-  const Vector3d to = Vector(map, "to_mm", Vector3d::Zero(), "largest x, y, z");
-  if (!(to.array() > from.array()).all()) map.Fail("to_mm", "is not larger than `from_mm`");
+  const Vector3d from = Vector(map, "from_mm", Vector3d::Zero(), "minimum x, y, z");
+  const Vector3d to = Vector(map, "to_mm", Vector3d::Zero(), "maximum x, y, z");
+  if (!(to.array() > from.array()).all()) map.Fail("to_mm", "must be larger than `from_mm`");
   map.Finish();
   return {base::kMm * from, base::kMm * to};
 }
@@ -143,8 +144,8 @@ NamedGrasps ReadNamedGrasps(const std::filesystem::path& file) {
   NamedGrasps known;
   if (!std::filesystem::exists(file)) return known;
   YamlMap map = YamlMap::FromFile(file);
-  known.up_O = Direction(map, "up", Vector3d::UnitZ(), "up of the object as it is used");
-  auto grasps = map.Child("grasps", "by name, the one that suits best first");
+  known.up_O = Direction(map, "up", Vector3d::UnitZ(), "upward direction of the object in use");
+  auto grasps = map.Child("grasps", "grasps by name, best first");
   for (const std::string& name : grasps.Names()) {
     known.grasps.push_back(GraspFrom(grasps.Child(name), name));
   }

@@ -22,9 +22,9 @@ constexpr std::array<base::Addition<ObstacleAdditions>, 2> AdditionsOf(const Obs
   using A = ObstacleAdditions;
   return {{
       {"leftover_obstacles", &A::leftovers,
-       "motions keep clear of measured points that belong to no object"},
+       "motions avoid measured points that belong to no object"},
       {"unseen_obstacles", &A::unseen,
-       "motions keep clear of the space behind objects but the target"},
+       "motions avoid the unseen space behind objects other than the target"},
   }};
 }
 static_assert(base::AllAdditionsListed<ObstacleAdditions>());

@@ -11,7 +11,7 @@ void ReadLength(YamlMap& map, const std::string& key, AdaptiveLength& length, do
                 double high_mm, const std::string& doc) {
   double value_m = length;
   map.ReadScaled(key, value_m, kMm, low_mm, high_mm,
-                 doc + "; more for a sensor that is noisier or coarser, unless given");
+                 doc + "; default: larger for a noisier or coarser sensor");
   if (map.Has(key)) length = value_m;
 }
 
@@ -37,28 +37,29 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
 }
 
 void ReadOptions(YamlMap map, PerceptionOptions& options) {
-  map.Read("segmentation", options.segment.method, "how points above the table become segments");
+  map.Read("segmentation", options.segment.method, "segmentation of the points above the table");
   map.Read("stated_noise", options.stated_noise,
-           "the noise is what the sensor says of its samples (a stereo camera); off: measured");
+           "use the noise that the sensor states (a stereo camera); off: measure it");
   map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
-           "of the outliers only those that are isolated; off: the test exactly as printed");
+           "remove only isolated outliers; off: the test exactly as printed");
   map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
   ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
-             "neighborhood that a normal is estimated from");
+             "radius of the neighborhood for normal estimation");
   ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
-             "inliers of the table's plane lie this close");
+             "maximum distance of inliers from the table's plane");
   ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
-             "points this far above the table's plane belong to objects");
+             "minimum height of object points above the table's plane");
   auto& features = options.features;
   map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
-           "with higher_tops: share of the fullest plane's points that a higher one must hold");
+           "with higher_tops: minimum number of points of a higher plane, as a share of the "
+           "largest plane's points");
   map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
-           "with open_strays: share of points that may lie in the sphere of an open object");
+           "with open_strays: maximum share of points in the sphere of an open object");
   map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
-                 "with drop_needles: objects that are narrower both ways are left out");
+                 "with drop_needles: objects narrower than this in both directions are removed");
   map.Read("containers", features.containers,
-           "the walls of an open box are obstacles; off: objects like any other");
+           "treat the walls of an open box as obstacles; off: as objects");
   base::ReadAdditions<PreprocessAdditions>(map, options.preprocess);
   base::ReadAdditions<SegmentAdditions>(map, options.segment);
   base::ReadAdditions<FeatureAdditions>(map, options.features);

@@ -19,16 +19,17 @@ constexpr std::array<base::Addition<PreprocessAdditions>, 5> AdditionsOf(
   using A = PreprocessAdditions;
   return {{
       {"adapt_lengths", &A::adapt_lengths,
-       "noise and spacing are measured and lengths adapted to them; off: the published lengths"},
+       "adapt lengths to the measured noise and point spacing; off: the published lengths"},
       {"robust_table", &A::robust_table,
-       "the table is looked for again without the hull's vertices, and as the fullest plane, where "
-       "stray points hide it"},
+       "if stray points hide the table, search again without the hull's vertices, and for the "
+       "plane with most points"},
       {"repeated_filter", &A::repeated_filter,
-       "the outlier filter repeats until it finds none: far outliers hide nearer ones"},
+       "repeat the outlier filter until it finds none: far outliers hide nearer ones"},
       {"neighborhood_normals", &A::neighborhood_normals,
-       "normals from the points within normal_radius_mm; off: of the faces of the segments' mesh"},
+       "estimate normals from the points within normal_radius_mm; off: from the faces of the "
+       "segments' mesh"},
       {"widened_normals", &A::widened_normals,
-       "with neighborhood_normals: from further off where those points all lie on one line"},
+       "with neighborhood_normals: enlarge the neighborhood if its points all lie on one line"},
   }};
 }
 static_assert(base::AllAdditionsListed<PreprocessAdditions>());
@@ -309,35 +310,34 @@ struct FeatureAdditions {   // with the reason where the rows below do not say i
 constexpr std::array<base::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
-      {"ridge_tops", &A::ridge_tops, "a lying cylinder's or roof's ridge is a top"},
+      {"ridge_tops", &A::ridge_tops, "accept the ridge of a lying cylinder or of a roof as top"},
       {"higher_tops", &A::higher_tops,
-       "a plane above the fullest one is the top if it holds top_plane_share of its points"},
-      {"slab_tops", &A::slab_tops,
-       "the highest points stand in for a top where no plane has enough points"},
+       "use a plane above the largest one as top if it has top_plane_share of its points"},
+      {"slab_tops", &A::slab_tops, "use the highest points as top if no plane has enough points"},
       {"rectangle_axes", &A::rectangle_axes,
-       "a top's principal axis is that of the least rectangle; off: of its covariance"},
+       "principal axis of a top from its minimum-area rectangle; off: from its covariance"},
       {"arc_rule", &A::arc_rule,
-       "a circle counts only where the rim goes round by a third and the body by a quarter"},
-      {"bridged_rims", &A::bridged_rims, "rims are tried again with their gaps bridged"},
-      {"upright_axes", &A::upright_axes, "a nearly upright axis is tried as upright"},
+       "accept a circle only if the rim covers a third of it and the body a quarter"},
+      {"bridged_rims", &A::bridged_rims, "test rims again with their gaps bridged"},
+      {"upright_axes", &A::upright_axes, "test a nearly upright axis as upright"},
       {"radial_normals", &A::radial_normals,
-       "points agree with a rotation axis only where their normals pass it"},
-      {"refine_axis", &A::refine_axis, "the body corrects the rim's circle"},
+       "points agree with a rotation axis only if their normals meet it"},
+      {"refine_axis", &A::refine_axis, "correct the rim's circle with the points of the body"},
       {"axis_from_body", &A::axis_from_body,
-       "find an axis from the walls where the rim gives no circle: thin lips, lids with holes"},
+       "find an axis from the walls if the rim gives no circle: thin lips, lids with holes"},
       {"lying_axes", &A::lying_axes, "find rotational bodies that lie on their side"},
       {"lip_tops", &A::lip_tops, "find the axis of bowls from their lips"},
       {"merge_fragments", &A::merge_fragments, "join segments of one object"},
       {"complete_by_symmetry", &A::complete_by_symmetry,
        "mirror the surface of objects that are not rotational"},
       {"complete_leaning", &A::complete_leaning,
-       "close objects that lean square to their top; off: square to the table"},
+       "complete tilted objects perpendicular to their top; off: perpendicular to the table"},
       {"trim_strays", &A::trim_strays,
-       "single points off an object's ends are left out of its completed shape"},
+       "exclude single points beyond an object's ends from its completed shape"},
       {"drop_needles", &A::drop_needles,
-       "objects that are narrower than min_footprint_mm both ways are left out"},
+       "remove objects narrower than min_footprint_mm in both directions"},
       {"open_strays", &A::open_strays,
-       "open_stray_share of the points may lie in the sphere of an open object; off: none"},
+       "allow open_stray_share of the points in the sphere of an open object; off: none"},
   }};
 }
 static_assert(base::AllAdditionsListed<FeatureAdditions>());

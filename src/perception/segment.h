@@ -52,8 +52,9 @@ constexpr std::array<base::Addition<SegmentAdditions>, 2> AdditionsOf(const Segm
   using A = SegmentAdditions;
   return {{
       {"bounded_alpha", &A::bounded_alpha,
-       "bounds on the mesh's alpha, so that one straggler cannot join all; off: d_max as it is"},
-      {"drop_small_segments", &A::drop_small_segments, "segments of less than 40 points are noise"},
+       "limit the mesh's alpha, so that one stray point cannot join all segments; off: d_max "
+       "without limits"},
+      {"drop_small_segments", &A::drop_small_segments, "remove segments of fewer than 40 points"},
   }};
 }
 static_assert(base::AllAdditionsListed<SegmentAdditions>());

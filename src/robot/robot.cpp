@@ -61,7 +61,7 @@ int ArmJoint(const Mjcf& mjcf, int body, const std::vector<int>& arm_joints) {
   const int id = m.body_jntadr[body];
   const auto found = std::ranges::find(arm_joints, id);
   if (m.body_jntnum[body] > 1 || m.jnt_type[id] != mjJNT_HINGE || found == arm_joints.end()) {
-    mjcf.Fail(fmt::format("body \"{}\" should have one hinge joint, listed in \"arm_joints\"",
+    mjcf.Fail(fmt::format("body \"{}\" must have one hinge joint, listed in \"arm_joints\"",
                           mjcf.Name(mjOBJ_BODY, body)));
   }
   return static_cast<int>(found - arm_joints.begin());
@@ -224,8 +224,7 @@ std::optional<base::Pose> WristScanner(const Mjcf& mjcf, int hand) {
   if (site < 0) return std::nullopt;
   const mjModel& m = mjcf.model();
   if (m.body_weldid[m.site_bodyid[site]] != m.body_weldid[hand]) {
-    mjcf.Fail(
-        "site \"wrist_scanner\" should move with body \"hand\": put it on the arm's last link");
+    mjcf.Fail("site \"wrist_scanner\" must move with body \"hand\": put it on the arm's last link");
   }
   return mjcf.BodyPose(hand).inverse() * mjcf.SitePose(site);
 }

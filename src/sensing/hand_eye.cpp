@@ -36,8 +36,7 @@ Pose ReadPose(base::YamlMap& map, const std::string& of) {
   read("qy", rotation.y(), 1.0, 1.0, "unit quaternion: the axes ");
   read("qz", rotation.z(), 1.0, 1.0, "unit quaternion: the axes ");
   if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
-    map.Fail("qw",
-             fmt::format("the quaternion's length is {:.6g}; 1 would be right", rotation.norm()));
+    map.Fail("qw", fmt::format("the quaternion's length is {:.6g}; it must be 1", rotation.norm()));
   }
   map.Finish();
   return base::MakePose(rotation.normalized().toRotationMatrix(), position);
@@ -63,16 +62,17 @@ HandEye ReadHandEye(const std::filesystem::path& file) {
   HandEye hand_eye;
   hand_eye.X_HS = ReadPoseOf(map, "head", "of the sensor's head in the hand's frame");
   map.ReadScaled("error_mm", hand_eye.shift_error_m, kMm, 0.0, 100.0,
-                 "standard error of its place, root mean square");
-  map.ReadScaled("error_deg", hand_eye.turn_error_rad, kDeg, 0.0, 30.0, "and of its turn");
+                 "standard error of its position, root mean square");
+  map.ReadScaled("error_deg", hand_eye.turn_error_rad, kDeg, 0.0, 30.0,
+                 "standard error of its rotation, root mean square");
   map.Finish();
   return hand_eye;
 }
 
 void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file) {
   base::WriteFile(file,
-                  "# Where a sensor's head sits on the hand (axes of the head: x right, y down, z "
-                  "forward), and the\n# standard errors of that.\n" +
+                  "# Pose of a sensor's head on the hand (axes of the head: x right, y down, z "
+                  "forward), and its\n# standard errors.\n" +
                       PoseText("head", hand_eye.X_HS) +
                       fmt::format("error_mm: {:.17g}\nerror_deg: {:.17g}\n",
                                   hand_eye.shift_error_m / kMm, hand_eye.turn_error_rad / kDeg));

@@ -15,24 +15,25 @@ constexpr char kDropoutsDoNotBegin[] = "dropout_begin_deg must be less than drop
 /// Every key with its option, range and documentation. The source is a file, or a check of ranges.
 template <typename Source, typename Options>
 void ReadKeys(Source& from, Options& o) {
-  from.Read("samples", o.samples, 2, 8192, "points of a profile, along the line");
-  from.Read("profiles", o.profiles, 1, 8192, "laser lines of a scan");
+  from.Read("samples", o.samples, 2, 8192, "number of points of a profile, along the line");
+  from.Read("profiles", o.profiles, 1, 8192, "number of profiles of a scan");
   from.ReadScaled("fan_deg", o.fan_rad, kDeg, 0.1, 120.0,
-                  "opening of the laser's fan, and of the camera along the line");
-  from.ReadScaled("pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0,
-                  "angle from the first to the last profile, symmetric round straight ahead");
+                  "opening angle of the laser's fan, and of the camera along the line");
+  from.ReadScaled(
+      "pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0,
+      "angle between the first and the last profile, symmetric about the forward direction");
   from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0,
                   "distance from the laser to the camera");
   from.ReadScaled("focal_length_mm", o.focal_length_m, kMm, 0.5, 500.0,
                   "focal length of the camera's lens");
   from.ReadScaled("pixel_pitch_um", o.pixel_pitch_m, kMicrometer, 0.1, 100.0,
-                  "distance of the camera's pixels");
+                  "pixel size of the camera");
   from.Read("sensor_pixels", o.sensor_pixels, 8, 65536,
-            "pixels that are read across the line, which limits the depths that are seen");
+            "number of pixels that are read across the line; this limits the measurable depths");
   from.ReadScaled("focus_distance_mm", o.focus_distance_m, kMm, 10.0, 100000.0,
                   "depth at which the camera's axis meets the laser's plane");
   from.ReadScaled("near_mm", o.near_m, kMm, 0.0, 10000.0,
-                  "what is nearer to the head is the head itself and neither shows nor hides");
+                  "minimum depth; anything nearer to the head is ignored");
   from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0,
                   "1/e^2 width of the line on a surface");
   from.Read("blur_px", o.blur_px, 0.0, 100.0,
@@ -40,31 +41,32 @@ void ReadKeys(Source& from, Options& o) {
   from.Read("centroid_sigma_px", o.centroid_sigma_px, 0.0, 100.0,
             "white noise of the peak's centroid");
   from.ReadScaled("speckle_sigma_mm", o.speckle_sigma_m, kMm, 0.0, 100.0,
-                  "depth noise by speckle at a depth of 1 m, growing with the distance squared");
+                  "depth noise by speckle at a depth of 1 m, growing with the squared distance");
   from.Read("correlation_samples", o.correlation_samples, 0.01, 10000.0,
             "1/e length of the speckle along the line, in samples");
   from.Read("quantisation_px", o.quantisation_px, 0.0, 100.0,
-            "step in which the centroid is given, 0 for none");
+            "resolution of the centroid; 0: none");
   from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0,
-                  "standard deviation of the pan angle, one value a profile");
+                  "standard deviation of the pan angle, one value per profile");
   from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence from which samples are lost");
+                  "angle of incidence above which samples are lost");
   from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence from which all samples are lost");
+                  "angle of incidence above which all samples are lost");
   from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
-                  "gloss blinds the camera when it is this near to the mirror direction");
-  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
-                  "edge of the patches that incidence and gloss lose as a whole, 0 for samples");
+                  "angle to the mirror direction below which gloss blinds the camera");
+  from.ReadScaled(
+      "dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
+      "size of the patches that incidence and gloss lose as a whole; 0: single samples");
   from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
-                  "error of the known position of the head, root mean square");
+                  "calibration error of the head's position, root mean square");
   from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
-                  "error of its known orientation, root mean square");
-  from.Read("color", o.color, "each sample's color is seen, too, by the room's light");
-  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "its noise, of 255");
+                  "calibration error of the head's orientation, root mean square");
+  from.Read("color", o.color, "the sensor also measures each sample's color, in the room's light");
+  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "noise of the color, of 255");
   from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
-            "of its channels' balance, as a share; one draw a channel and scan");
+            "error of the color channels' balance, relative; one draw per channel and scan");
   from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
-                  "how far beside a sample its color is seen, root mean square; one draw a scan");
+                  "distance between a sample and its color, root mean square; one draw per scan");
 }
 
 bool DropoutsBegin(const LineScannerOptions& options) {
@@ -75,7 +77,7 @@ bool DropoutsBegin(const LineScannerOptions& options) {
 
 LineScannerOptions ReadLineScanner(base::YamlMap& map) {
   std::string type = kType;
-  map.Read("type", type, "the kind of sensor: line_scanner");
+  map.Read("type", type, "type of the sensor: line_scanner");
   if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
   LineScannerOptions options;
   ReadKeys(map, options);

@@ -26,10 +26,11 @@ constexpr double kMaxDensity_kg_m3 = 12000.0;
 
 void ReadGlove(base::YamlMap map, GloveRange& glove) {
   for (const char* key : {"static", "from", "to", "kinetic"}) map.Require(key);
-  map.Read("static", glove.middle, 0.01, kMaxFriction, "middle of what is known");
+  map.Read("static", glove.middle, 0.01, kMaxFriction, "middle of the known range");
   map.Read("from", glove.low, 0.01, kMaxFriction, "lowest static coefficient");
   map.Read("to", glove.high, 0.01, kMaxFriction, "highest static coefficient");
-  map.Read("kinetic", glove.kinetic, 0.01, kMaxFriction, "what goes with the middle");
+  map.Read("kinetic", glove.kinetic, 0.01, kMaxFriction,
+           "kinetic coefficient that belongs to `static`");
   if (!(glove.low < glove.middle)) map.Fail("from", "must be below `static`");
   if (!(glove.high > glove.middle)) map.Fail("to", "must be above `static`");
   if (glove.kinetic > glove.middle) map.Fail("kinetic", "must not be above `static`");
@@ -51,12 +52,12 @@ Surface ReadSurface(base::YamlMap map, const std::string& name) {
   ReadGlove(map.Child("glove"), surface.glove);
   ReadLaminate(map.Child("laminate"), surface.on_laminate);
   map.Read("albedo", surface.optical.albedo, 0.0, 1.0, "diffuse, at 635 nm");
-  map.Read("gloss", surface.optical.gloss, 0.0, 1.0, "share of mirror-like reflection");
+  map.Read("gloss", surface.optical.gloss, 0.0, 1.0, "share of specular reflection");
   map.Read("clarity", surface.optical.clarity, 0.0, 1.0, "1 = fully clear");
-  map.Read("specular", surface.specular, 0.0, 1.0, "of pictures");
-  map.Read("shininess", surface.shininess, 0.0, 1.0, "of pictures");
+  map.Read("specular", surface.specular, 0.0, 1.0, "specular reflection in pictures");
+  map.Read("shininess", surface.shininess, 0.0, 1.0, "shininess in pictures");
   map.Read("density_kg_m3", surface.density_kg_m3, kMinDensity_kg_m3, kMaxDensity_kg_m3,
-           "of what has no mass given");
+           "density of objects whose mass is not given");
   map.Finish();
   return surface;
 }
@@ -129,8 +130,8 @@ const Surface& FindSurface(const std::vector<Surface>& surfaces, std::string_vie
   std::vector<std::string> known;
   for (const Surface& surface : surfaces) known.push_back(surface.name);
   throw base::InputError(
-      fmt::format("surface \"{}\" is not known; known surfaces: {}; a file surfaces.yaml in the "
-                  "object's folder or the one above may add it",
+      fmt::format("unknown surface \"{}\"; known surfaces: {}; a file surfaces.yaml in the "
+                  "object's folder or the one above can add it",
                   name, base::Join(known)));
 }
 

@@ -159,7 +159,7 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->physics = options;
   impl_->scene_option = impl_->model->opt;
   impl_->data = internal::MakeData(model());
-  if (!impl_->data) throw base::RunError("MuJoCo has no memory for the scene's data");
+  if (!impl_->data) throw base::RunError("MuJoCo: out of memory for the scene's data");
   impl_->before.state.resize(mj_stateSize(model(), mjSTATE_INTEGRATION));
   if (internal::TryFind(model(), mjOBJ_TUPLE, "arm_joints") >= 0) {
     const internal::ArmServo servo(model());
@@ -310,7 +310,7 @@ std::shared_ptr<const SavedWorld> World::Save() const {
   auto saved = std::make_shared<SavedWorld>();
   mjData* copy = nullptr;
   internal::CallEngine(nullptr, [&] { copy = mj_copyData(nullptr, model(), data()); });
-  if (!copy) throw base::RunError("MuJoCo has no memory for a copy of the scene's data");
+  if (!copy) throw base::RunError("MuJoCo: out of memory for a copy of the scene's data");
   saved->data.reset(copy);
   for (const ObjectEntry& object : impl_->objects) saved->parked.push_back(object.parked);
   return saved;
@@ -446,7 +446,7 @@ std::string ObjectTitle(const ObjectModel& object) {
   char error[1000] = "";
   const internal::SpecPtr spec(
       mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));
-  if (!spec) throw base::InputError(object.mjcf.string() + ": no MJCF that can be read: " + error);
+  if (!spec) throw base::InputError(object.mjcf.string() + ": cannot be read as MJCF: " + error);
   mjsElement* title = mjs_findElement(spec.get(), mjOBJ_TEXT, "title");
   return title ? mjs_getString(mjs_asText(title)->data) : object.name;
 }

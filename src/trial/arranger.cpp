@@ -108,9 +108,9 @@ class WorldArranger : public Arranger {
 
   void NeedsObjects(int others) const {
     if (options_.objects.size() > static_cast<std::size_t>(others)) return;
-    throw base::InputError(
-        fmt::format("arrangement: {} needs {} objects beside the target's; objects names {} in all",
-                    options_.arranger, others, options_.objects.size()));
+    throw base::InputError(fmt::format(
+        "arrangement: {} needs {} objects in addition to the target; objects lists {} in all",
+        options_.arranger, others, options_.objects.size()));
   }
 
   // The target first, then a drawn number of others.
@@ -190,8 +190,8 @@ class ScatteredArranger : public WorldArranger {
       const std::size_t count = Choice(target).size();
       if (count >= static_cast<std::size_t>(clutter_.max_others)) continue;
       throw base::InputError(
-          fmt::format("arrangement: scattered: clutter.max_others is {}, but clutter.others (by "
-                      "default objects) names {} beside {} and clutter.always",
+          fmt::format("arrangement: scattered: clutter.max_others is {}, but clutter.others "
+                      "(default: objects) lists only {} without {} and clutter.always",
                       clutter_.max_others, count, target));
     }
   }

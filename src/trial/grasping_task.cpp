@@ -106,7 +106,7 @@ const Cell& CellOf(const experiment::Task& task) {
 const experiment::TaskKind& GraspingTask() {
   static const experiment::TaskKind kind{
       .name = "grasping",
-      .description = "Grasp attempts in simulation: one case a trial, one row an object.",
+      .description = "Grasp attempts in simulation: one case per trial, one table row per object.",
       .trials_key = "trials_per_object",
       .uses_seed = true,
       .success = "delivered",

@@ -26,30 +26,30 @@ using base::YamlMap;
 // ---- keys of the experiment file ----
 
 void ReadPhysicsOptions(YamlMap map, sim::PhysicsOptions& o) {
-  map.ReadScaled("timestep_ms", o.timestep_s, kMm, 0.1, 4.0, "time step of the engine");
+  map.ReadScaled("timestep_ms", o.timestep_s, kMm, 0.1, 4.0, "time step of the physics engine");
   map.Read(
       "friction", o.friction,
-      "of the glove on each object: drawn from its range in each trial; the middle, the low or "
-      "the high end; or the kinetic coefficient in place of the static one");
+      "friction of the glove on each object: drawn from its range in each trial; the middle, the "
+      "low or the high end of the range; or the kinetic instead of the static coefficient");
   map.Read("glove_friction", o.glove_friction, 0.0, 2.0,
-           "one coefficient for the glove on everything, in place of the table of pairs");
+           "one friction coefficient of the glove for all objects, instead of the table of pairs");
   map.Finish();
 }
 
 void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions& o) {
   map.Read("initial_force_n", o.initial_force_N, 5.0, 100.0,
-           "first grip at the finger tips; without it the hand's own");
-  map.Read("max_force_n", o.max_force_N, 5.0, 100.0, "strongest grip; without it the hand's own");
-  map.ReadScaled(
-      "firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
-      "faces that lean by more than this are gripped with the strongest force at once; 90: none");
-  map.Read("slip_control", o.slip_control, "grips harder while the load slips");
+           "first grip force at the fingertips; default: the hand's own");
+  map.Read("max_force_n", o.max_force_N, 5.0, 100.0, "maximum grip force; default: the hand's own");
+  map.ReadScaled("firm_from_deg", firm_from_rad, kDeg, 0.0, 90.0,
+                 "faces that are tilted by more than this are gripped with the maximum force at "
+                 "once; 90: none");
+  map.Read("slip_control", o.slip_control, "increase the grip force while the object slips");
   map.ReadScaled("slip_threshold_mm_s", o.slip_threshold_m_s, kMm, 0.1, 1000.0,
-                 "slower sliding along the distal pads is not heard");
+                 "minimum sliding speed at the distal pads that the slip sensors detect");
   map.ReadScaled("slip_delay_ms", o.slip_delay_s, 1e-3, 0.0, 1000.0,
-                 "from a slide to the controller");
+                 "delay between slip and its signal at the controller");
   map.ReadScaled("slip_noise_mm_s", o.slip_noise_m_s, kMm, 0.0, 1000.0,
-                 "standard deviation of what is heard");
+                 "standard deviation of the slip signal");
   if (o.initial_force_N && o.max_force_N && *o.initial_force_N > *o.max_force_N) {
     map.Fail(map.Has("max_force_n") ? "max_force_n" : "initial_force_n",
              fmt::format("the first grip ({:g} N) must not be stronger than the strongest ({:g} N)",
@@ -59,52 +59,56 @@ void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions
 }
 
 void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& box_wall_m) {
-  map.Read("always", o.always, "scattered: objects that lie there in every trial");
+  map.Read("always", o.always, "scattered: objects that are present in every trial");
   map.Read("others", o.others,
-           "scattered: objects that others are drawn from; those of `objects` where it is empty");
+           "scattered: objects from which the others are drawn; default: those of `objects`");
   map.Read("standing_share", o.standing_share, 0.0, 1.0,
-           "scattered: the target and what is always there stand so often; without it as often as "
-           "a drop ends so");
+           "scattered: probability that the target and the objects of `always` stand upright; "
+           "default: that of a drop");
   map.Read("min_seen_share", o.min_seen_share, 0.0, 1.0,
-           "scattered: of what would be seen of the target alone, so much is seen at least");
-  map.ReadScaled("scatter_radius_mm", o.scatter_radius_m, kMm, 10.0, 1000.0,
-                 "scattered: others lie no further from the middle of the workspace");
-  map.Read(
-      "min_others", o.min_others, 1, 30,
-      "scattered, touching, side_by_side: objects next to the target, the number is drawn from "
-      "here ...");
-  map.Read("max_others", o.max_others, 1, 30, "... to here");
+           "scattered: minimum visible share of the target, relative to the target alone");
+  map.ReadScaled(
+      "scatter_radius_mm", o.scatter_radius_m, kMm, 10.0, 1000.0,
+      "scattered: maximum distance of the other objects from the middle of the workspace");
+  map.Read("min_others", o.min_others, 1, 30,
+           "scattered, touching, side_by_side: minimum number of objects next to the target");
+  map.Read("max_others", o.max_others, 1, 30,
+           "scattered, touching, side_by_side: maximum number of objects next to the target");
   map.Read("draw_others", o.draw_others,
-           "box, pile: so many are drawn there, too; off: all others");
+           "box, pile: draw the number of other objects, too; off: all others");
   map.Read("min_touching", o.min_touching, 0, 30,
-           "touching: so many of them the target touches at least");
-  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.0, 5.0, "surfaces this close touch");
+           "touching: minimum number of objects that the target touches");
+  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.0, 5.0,
+                 "maximum distance of surfaces that count as touching");
   map.ReadScaled("drop_height_mm", o.drop_height_m, kMm, 1.0, 300.0,
-                 "objects are let go this high above what lies below");
+                 "height above the objects below from which objects are dropped");
   map.ReadScaled("touching_radius_mm", o.touching_radius_m, kMm, 0.0, 300.0,
-                 "touching: radius of the disc over which objects are let go");
+                 "touching: radius of the disc over which objects are dropped");
   std::optional<double> box_wall_mm;
   map.Read("box_wall_mm", box_wall_mm, 10.0, 500.0,
-           "height of the walls of the scene's box, inside; without it as the scene has them");
+           "inner height of the walls of the scene's box; default: as in the scene");
   if (box_wall_mm) box_wall_m = *box_wall_mm * kMm;
   map.ReadScaled("mouth_radius_mm", o.mouth_radius_m, kMm, 0.0, 300.0,
                  "pile: radius of the bag's mouth");
-  map.Read("interval_s", o.interval_s, 0.01, 5.0, "from one object to the next");
+  map.Read("interval_s", o.interval_s, 0.01, 5.0, "time between the drops of two objects");
   map.Read("max_put_back", o.max_put_back, 0, 1000,
-           "objects that roll off their place are put back, so often at most in one heap");
+           "maximum number of times that objects which roll off are put back in one heap");
   map.Read("target_drops", o.target_drops, 1, 100,
-           "the target is dropped so often at most onto the same heap");
-  map.Read("max_draws", o.max_draws, 1, 1000, "heaps that are drawn before the trial is given up");
+           "maximum number of drops of the target onto the same heap");
+  map.Read("max_draws", o.max_draws, 1, 1000,
+           "maximum number of heaps drawn before the trial is given up");
   map.Read("settle_limit_s", o.settle_limit_s, 0.5, 60.0,
-           "an arrangement that moves for longer is drawn again");
-  map.ReadScaled("rest_speed_mm_s", o.rest_speed_m_s, kMm, 0.01, 100.0, "slower objects rest");
-  map.Read("rest_time_s", o.rest_time_s, 0.05, 5.0, "for as long");
+           "maximum time until an arrangement is at rest; after that it is drawn again");
+  map.ReadScaled("rest_speed_mm_s", o.rest_speed_m_s, kMm, 0.01, 100.0,
+                 "maximum speed of an object at rest");
+  map.Read("rest_time_s", o.rest_time_s, 0.05, 5.0,
+           "time for which objects must be slower than rest_speed_mm_s");
   map.ReadScaled("max_penetration_mm", o.max_penetration_m, kMm, 0.01, 10.0,
-                 "deepest overlap of two things at rest");
+                 "maximum overlap of two bodies at rest");
   if (o.min_others > o.max_others) {
-    map.Fail(
-        map.Has("max_others") ? "max_others" : "min_others",
-        fmt::format("from {} to {}: the first must not be larger", o.min_others, o.max_others));
+    map.Fail(map.Has("max_others") ? "max_others" : "min_others",
+             fmt::format("from {} to {}: the first number must not be larger", o.min_others,
+                         o.max_others));
   }
   map.Finish();
 }
@@ -126,13 +130,13 @@ struct MethodValue {
 };
 const std::vector<MethodValue>& MethodValues() {
   static const std::vector<MethodValue> kValues = {
-      {{"perception.segmentation", "the mesh of section 5.1.2 joins what touches", "convexity",
+      {{"perception.segmentation", "the mesh of section 5.1.2 joins touching objects", "convexity",
         "mesh"},
        [](bool improved, Options& o) {
          o.perception.segment.method =
              improved ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
        }},
-      {{"max_approaches", "the published hand closes where it first meets something", "3", "1"},
+      {{"max_approaches", "the published hand closes at its first contact", "3", "1"},
        [](bool improved, Options& o) {
          o.max_approaches = improved ? Options().max_approaches : 1;
        }}};
@@ -154,8 +158,8 @@ void ReadDetector(YamlMap& map, Options& o) {
     return;
   }
   map.Read("detector", o.detector, DetectorWords(),
-           "what finds objects and grasps: the method of chapter 5; the baseline, straight down on "
-           "the highest cluster of points, across its short side; or a map with the keys below");
+           "grasp detector: the method of chapter 5; a baseline that grasps the highest cluster of "
+           "points straight from above, across its short side; or a map with the keys below");
 }
 
 // ---- files of objects ----
@@ -204,14 +208,14 @@ std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
     return (map.file().parent_path() / path).lexically_normal();
   };
   fs::path only = resolved("../models/objects");
-  map.ReadPath("object_folder", only, "holds NAME/NAME.xml for every object");
+  map.ReadPath("object_folder", only, "folder with NAME/NAME.xml for every object");
   std::vector<std::string> names;
   map.Read("object_folders", names,
-           "several such folders, relative to the file; of two objects with the same name that of "
-           "the first counts, and shipped ones are found too");
+           "several such folders, relative to the file; of two objects with the same name the "
+           "first is used; the program's own objects are also found");
   if (names.empty()) return {only};
   if (map.Has("object_folder")) {
-    map.Fail("object_folders", "goes in place of object_folder: put that folder into the list");
+    map.Fail("object_folders", "cannot be used with object_folder: add that folder to the list");
   }
   std::vector<fs::path> folders;
   for (const std::string& name : names) {
@@ -261,52 +265,55 @@ std::vector<MethodDifference> MethodDifferences() {
 Options ReadOptions(YamlMap& map) {
   Options o;
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
-  map.ReadPath("scene", o.scene, "MJCF of table, arm, hand, scanner");
+  map.ReadPath("scene", o.scene, "MJCF file with table, arm, hand and scanner");
   o.arranger = kSingle;
   std::vector<std::string> arrangements;
   for (const auto& kind : ArrangerKinds()) arrangements.push_back(kind.word);
-  map.Read("arrangement", o.arranger, arrangements, "how the objects of a trial lie");
+  map.Read("arrangement", o.arranger, arrangements, "arrangement of the objects of a trial");
   map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner, a stereo camera, or both");
   o.sensor_type = ReadSensorType(o.sensor);
   ReadDetector(map, o);
   map.Read("method", o.method,
-           "all keys below that go beyond the dissertation at once (`list additions`)");
+           "sets all keys that go beyond the dissertation (`list additions`) at once");
   SetMethod(o.method, o);
-  map.ReadPath("reference", o.reference, "published table, printed next to the own rates");
+  map.ReadPath("reference", o.reference, "published table, printed next to the measured rates");
   o.object_folders = ReadObjectFolders(map);
-  map.Read("objects", o.objects, "one row of the table each");
-  map.Read("trials_per_object", o.trials_per_object, 1, 100000, "trials of each object");
+  map.Read("objects", o.objects, "target objects; each is one row of the table");
+  map.Read("trials_per_object", o.trials_per_object, 1, 100000, "number of trials of each object");
   map.Read("max_plans", o.max_plans, 1, 200,
-           "grasps offered to the mover before the trial is given up");
+           "maximum number of grasps for which motions are planned before the trial is given up");
   map.Read("max_approaches", o.max_approaches, 1, 20,
-           "a hand that meets something early comes down elsewhere, so often at most");
+           "maximum number of approaches of the hand, if it makes contact too early");
   map.ReadScaled("early_mm", o.early_m, kMm, 1.0, 100.0,
-                 "it meets something early with more than this left of the approach");
+                 "remaining length of the approach above which a contact is too early");
   map.ReadScaled("workspace_margin_mm", o.workspace_margin_m, kMm, 50.0, 1000.0,
-                 "points further outside the workspace are not perceived");
+                 "points further outside the workspace than this are ignored");
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,
-                 "resting poses that tip over at a smaller tilt are left out");
-  map.Read("as_drawn", o.as_drawn, "objects stand as their models are drawn, z up");
+                 "resting poses that tip over at a smaller tilt are excluded");
+  map.Read("as_drawn", o.as_drawn, "objects stand as in their models, z up");
   ReadClutterOptions(
-      map.Child("clutter", "how objects come to lie: scattered, touching, side_by_side, box, pile"),
+      map.Child("clutter",
+                "options of the arrangements scattered, touching, side_by_side, box and pile"),
       o.clutter, o.physics.box_wall_m);
   map.Read("color", o.color,
-           "the sensors see colors, too, which tell known objects apart: line scanners as if their "
-           "files said so, of stereo the left picture's");
-  ReadPhysicsOptions(map.Child("physics", "the simulation"), o.physics);
-  ReadHandOptions(map.Child("hand", "the hand's controller"), o.firm_from_rad, o.hand);
+           "the sensors also measure colors, which help to recognize known objects: line scanners "
+           "as with `color: true` in their files, stereo cameras from the left picture");
+  ReadPhysicsOptions(map.Child("physics", "physics simulation"), o.physics);
+  ReadHandOptions(map.Child("hand", "controller of the hand"), o.firm_from_rad, o.hand);
   // A stereo pair's errors are the same over a window of many samples.
   o.perception.stated_noise = FindSensor(o.sensor_type)->states_noise;
-  perception::ReadOptions(map.Child("perception", "from the cloud to objects"), o.perception);
-  grasp::ReadGraspOptions(map.Child("grasp", "from objects to grasps"), o);
+  perception::ReadOptions(map.Child("perception", "perception: from the cloud to objects"),
+                          o.perception);
+  grasp::ReadGraspOptions(map.Child("grasp", "grasp planning: from objects to grasps"), o);
   const bool any_way = o.grasp.approach == grasp::ApproachKind::kAbove;
   if ((o.take != grasp::kAnywhere || !any_way) && o.detector != kDissertation) {
-    map.Fail("grasp", "take, approach: only `detector: dissertation` follows them");
+    map.Fail("grasp", "take and approach need `detector: dissertation`");
   }
   if (o.take != grasp::kAnywhere && !any_way) {
-    map.Fail("grasp", "approach: `take: " + o.take + "` says where the hand comes from");
+    map.Fail("grasp", "approach: `take: " + o.take + "` determines the approach direction");
   }
-  grasp::ReadPlanningOptions(map.Child("planning", "from a grasp to motions"), o, o.obstacles);
+  grasp::ReadPlanningOptions(map.Child("planning", "motion planning: from a grasp to motions"), o,
+                             o.obstacles);
   for (const auto& read_keys : KeyReaders()) read_keys(map, o);
   map.Finish();
   return o;
@@ -337,7 +344,7 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   const auto& folders = options.object_folders;
   if (folders.size() == 1 && !fs::is_directory(folders.front())) {
     map.Fail("object_folder", "no folder " + folders.front().string() +
-                                  " (it must hold NAME/NAME.xml for every object)");
+                                  " (it must contain NAME/NAME.xml for every object)");
   }
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {

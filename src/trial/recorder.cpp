@@ -127,7 +127,7 @@ std::unique_ptr<Recorder> MakeRecorder(const Cell& cell, const std::string& pref
   if (!options.snapshots && options.video.empty()) return std::make_unique<NoRecorder>(cell);
   if (PictureMaker()) return PictureMaker()(cell, prefix, options);
   base::CheckBuilt("option", options.snapshots ? "snapshots" : "video");
-  throw base::InputError("this program was built without pictures and films of trials");
+  throw base::InputError("this program was built without pictures and videos of trials");
 }
 
 ViewRecorder::ViewRecorder(const Cell& cell)

@@ -116,7 +116,7 @@ std::string ReadSensorType(const std::filesystem::path& sensor_file) {
   auto map = base::YamlMap::FromFile(sensor_file);
   std::vector<std::string> words;
   for (const SensorKind& kind : All().sensors) words.push_back(kind.word);
-  map.Read("type", type, words, "what the sensor is");
+  map.Read("type", type, words, "type of the sensor");
   return type;
 }
 

@@ -285,8 +285,8 @@ std::string ComparisonLine(const Table& table) {
     if (IsBelowPublished(table, row)) below.push_back(NameOf(row));
   }
   return fmt::format(
-      "p: Fisher's exact test, one-sided, of a lower rate than the published one; significantly "
-      "below (* p < {:.4f} = 0.05 / rows): {}",
+      "p: one-sided Fisher's exact test for a rate below the published one; significantly below (* "
+      "p < {:.4f} = 0.05 / rows): {}",
       table.p_threshold, below.empty() ? "none" : base::Join(below));
 }
 
@@ -311,7 +311,7 @@ std::string OthersLine(const Table& table) {
 }
 
 constexpr const char* kTextNote =
-    "(text): the first object only has to hold something of the target, as in the dissertation's "
+    "(text): the first object only has to contain a part of the target, as in the dissertation's "
     "\"considered as one object. A grasp will disambiguate the situation\"; the published figures "
     "are compared with this verdict";
 

@@ -479,14 +479,16 @@ bool IsFinite(const sim::World& world) {
 
 void ReadUser(base::YamlMap map, HandOverOptions& options) {
   sim::UserOptions& user = options.user;
-  map.Read("wait_s", user.wait_s, 0.0, 60.0, "the hand holds for so long before anyone pulls");
-  map.Read("force_n", user.force_N, 0.1, 200.0, "what the pull rises to");
-  map.Read("rise_s", user.rise_s, 0.01, 10.0, "in this time");
-  map.Read("patience_s", user.patience_s, 0.0, 60.0, "of pulling in vain");
+  map.Read("wait_s", user.wait_s, 0.0, 60.0, "waiting time before the person pulls");
+  map.Read("force_n", user.force_N, 0.1, 200.0, "maximum force of the pull");
+  map.Read("rise_s", user.rise_s, 0.01, 10.0, "time in which the pull rises to its maximum");
+  map.Read("patience_s", user.patience_s, 0.0, 60.0,
+           "time after which the person stops an unsuccessful pull");
   map.ReadScaled("draw_mm", user.draw_m, base::kMm, 20.0, 1000.0,
-                 "the object is drawn so far once the hand has let go");
+                 "distance by which the person pulls the object away after release");
   map.ReadScaled("spread_deg", options.pull_spread_rad, base::kDeg, 0.0, 90.0,
-                 "the pull's direction is drawn within this of straight out of the open hand");
+                 "maximum angle between the random direction of the pull and the direction "
+                 "straight out of the open hand");
   map.Finish();
 }
 

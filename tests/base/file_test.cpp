@@ -137,7 +137,7 @@ TEST(CsvTable, NamesFileLineColumnAndCell) {
   EXPECT_THAT(ErrorOf([&] { table.Column("nam"); }), HasSubstr("nearest: name"));
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("a,b\n1\n", "t.csv"); }), HasSubstr("t.csv:2: has 1"));
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("a\n\"x\n\n", "t.csv"); }),
-              HasSubstr("t.csv:2: a quote"));
+              HasSubstr("t.csv:2: missing closing quote"));
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("", "t.csv"); }), HasSubstr("t.csv: is empty"));
 }
 

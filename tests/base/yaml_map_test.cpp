@@ -304,7 +304,7 @@ TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
   EXPECT_THAT(ErrorOf([&] { map.Child("outer").Read("n", n, 0, 9); }),
               HasSubstr("--set outer.n: key 'n'"));
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n"}); }), HasSubstr("must be KEY=VALUE"));
-  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n.x=1"}); }), HasSubstr("holds no keys"));
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"n.x=1"}); }), HasSubstr("has no keys"));
   EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"m=1"}).Finish(); }),
               HasSubstr("unknown key"));
 }

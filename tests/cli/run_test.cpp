@@ -103,7 +103,7 @@ TEST_F(RunTest, ShardsThatOverlapOrExistAreNotMerged) {
   const Ran twice =
       RunProgram({"merge", Folder("shard1"), Folder("shard1"), "-o", Folder("twice")});
   EXPECT_EQ(twice.code, 2);
-  EXPECT_THAT(twice.err, HasSubstr("is in another of the folders too"));
+  EXPECT_THAT(twice.err, HasSubstr("is also in another of the folders"));
   EXPECT_FALSE(std::filesystem::exists(Folder("twice")));
   EXPECT_EQ(RunProgram({"merge", Folder("shard1"), "-o", Folder("single")}).code, 2);
   const Ran one = RunProgram({"merge", Folder("shard1"), "-o", Folder("one")});

@@ -114,8 +114,10 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
 
 TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
   const std::string scene = (kUsageSource / "scenes/tabletop.xml").string();
-  ExpectRefused({"scan", scene, "-o", "s.xyz"}, "s.xyz: its name must end with .pcd or .ply");
-  ExpectRefused({"snapshot", scene, "-o", "s.jpg"}, "s.jpg: its name must end with .png");
+  ExpectRefused({"scan", scene, "-o", "s.xyz"},
+                "s.xyz: unsupported file type; the name must end with .pcd or .ply");
+  ExpectRefused({"snapshot", scene, "-o", "s.jpg"},
+                "s.jpg: unsupported file type; the name must end with .png");
 }
 
 // `rangegrasp list keys | true`: whoever reads has gone before the first line is written.

@@ -149,8 +149,10 @@ TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
               HasSubstr("--objects: 'c' is not in"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.trials = 11}); }),
               HasSubstr("--set cases_each"));
-  EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }), HasSubstr("stands twice"));
-  EXPECT_THAT(ErrorOf([&] { Open("task: seedless\n", {.seed = 3}); }), HasSubstr("no use for it"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }),
+              HasSubstr("is given twice"));
+  EXPECT_THAT(ErrorOf([&] { Open("task: seedless\n", {.seed = 3}); }),
+              HasSubstr("draws no random numbers"));
 }
 
 TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
@@ -196,7 +198,7 @@ TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
 
 TEST_F(ExperimentTest, TheKeysPageIsMadeFromTheReadingCode) {
   const std::string page = KeysAsMarkdown();
-  EXPECT_THAT(page, HasSubstr("| `seed` | what every random stream is derived from | `1` |"));
+  EXPECT_THAT(page, HasSubstr("| `seed` | seed of all random numbers | `1` |"));
   EXPECT_THAT(page, HasSubstr("## `task: squares`"));
   EXPECT_THAT(page, HasSubstr("| `cases_each` | cases of each word | `3` | 1 to 10 |"));
 }

@@ -47,7 +47,7 @@ TEST(CheckSameRun, NamesWhatDiffers) {
   Stamp other = kStamp;
   other.identity["seed"] = "2";
   EXPECT_THAT(StampErrorOf(other),
-              HasSubstr("results/demo: was made with another seed ('2', not '1')"));
+              HasSubstr("results/demo: contains results with another seed ('2', not '1')"));
 }
 
 TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {

@@ -450,7 +450,7 @@ TEST_F(ResumeTest, MoreTrialsFindTheirPlaceAmongThoseThatAreThere) {
 TEST_F(ResumeTest, FewerTrialsAreRefusedAndNothingIsChanged) {
   const auto before = store_.ReadAll();
   EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, ResumeStampOf(2), CasesOf(1)); }),
-              HasSubstr("holds the case mug-0001"));
+              HasSubstr("contains the case mug-0001"));
   EXPECT_EQ(store_.ReadStamp(), ResumeStampOf(4));
   const auto after = store_.ReadAll();
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(Row(before[i]), Row(after[i]));

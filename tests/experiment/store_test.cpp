@@ -428,9 +428,10 @@ TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
   const auto first = Shard(0, 3);
   EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out), HasSubstr("another seed"));
   std::filesystem::copy(first, folder_ / "copy");
-  EXPECT_THAT(Error({first, folder_ / "copy"}, out), HasSubstr("is in another of the folders too"));
+  EXPECT_THAT(Error({first, folder_ / "copy"}, out),
+              HasSubstr("is also in another of the folders"));
   EXPECT_FALSE(Store::Exists(out));
-  EXPECT_THAT(Error({first}, first), HasSubstr("holds results already"));
+  EXPECT_THAT(Error({first}, first), HasSubstr("already contains results"));
   Store::Create(first).WriteStamp({{{"experiment", "demo"}, {"cases", "many"}}, {}, {}});
   EXPECT_THAT(Error({first}, out), HasSubstr("shard0: the number of cases is 'many'"));
 }

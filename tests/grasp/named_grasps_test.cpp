@@ -85,7 +85,8 @@ TEST(NamedGrasps, WithoutAFileThereAreNone) {
 
 TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
   const std::string start = "grasps:\n  body:\n    at_mm: [0, 0, 60]\n    approach: [0, 0, -1]\n";
-  EXPECT_THAT(ErrorOf(start + "    closing: [0, 0, 1]\n    width_mm: 12\n"), HasSubstr("square"));
+  EXPECT_THAT(ErrorOf(start + "    closing: [0, 0, 1]\n    width_mm: 12\n"),
+              HasSubstr("perpendicular"));
   EXPECT_THAT(ErrorOf(start + "    closing: [1, 0]\n    width_mm: 12\n"), HasSubstr("not 3"));
   EXPECT_THAT(ErrorOf(start + "    closing: [1, x, 0]\n    width_mm: 12\n"), HasSubstr("'x'"));
   EXPECT_THAT(ErrorOf(start + "    closing: [1, 0, 0]\n"), HasSubstr("width_mm"));

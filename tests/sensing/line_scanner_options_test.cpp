@@ -95,7 +95,7 @@ TEST_F(SensorFile, AWrongTypeIsNamedWithItsLine) {
   EXPECT_THAT(Error("fan_deg: 35\nblur_px: [1]\n"),
               HasSubstr(":2: key 'blur_px': a list or map must be a number"));
   EXPECT_THAT(Error("type: stereo\n"), HasSubstr(":1: key 'type': 'stereo' must be line_scanner"));
-  EXPECT_THAT(Error("- samples\n"), HasSubstr(":1: the file must hold 'key: value' lines"));
+  EXPECT_THAT(Error("- samples\n"), HasSubstr(":1: the file must contain 'key: value' lines"));
 }
 
 TEST_F(SensorFile, AValueOutOfRangeIsNamedWithItsLineAndRange) {
@@ -114,7 +114,7 @@ TEST_F(SensorFile, DropOutsMustBeginBeforeTheyEnd) {
 
 TEST_F(SensorFile, AKeyGivenTwiceIsAnError) {
   EXPECT_THAT(Error("samples: 5\nfan_deg: 30\nsamples: 6\n"),
-              HasSubstr(":3: key 'samples': stands twice"));
+              HasSubstr(":3: key 'samples': is given twice"));
 }
 
 TEST_F(SensorFile, ASyntaxErrorIsNamedWithItsLine) {

@@ -174,7 +174,7 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "object_folders: []\n", 5, "is an empty list"},
       {good_ + "object_folders: [../mine]\n", 5, "no folder '../mine'"},
       {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
-       "in place of object_folder"},
+       "cannot be used with object_folder"},
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: [mog]\n", 4,
        "nearest: 'mug'"},
       {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"

@@ -76,7 +76,7 @@ struct State {
 
   void MakeInfo() {
     info = png ? png_create_info_struct(png) : nullptr;
-    if (!info) throw base::RunError("libpng cannot start");
+    if (!info) throw base::RunError("libpng cannot be initialised");
   }
   static void OnError(png_structp png, png_const_charp text) {
     auto* state = static_cast<State*>(png_get_error_ptr(png));
@@ -94,7 +94,7 @@ struct State {
 
 void ReadBytes(png_structp png, png_bytep out, std::size_t count) {
   auto* state = static_cast<State*>(png_get_io_ptr(png));
-  if (count > state->bytes.size()) png_error(png, "the file is cut off");
+  if (count > state->bytes.size()) png_error(png, "the file is truncated");
   std::memcpy(out, state->bytes.data(), count);
   state->bytes.remove_prefix(count);
 }
@@ -142,7 +142,7 @@ bool WriteRows(State& state, png_uint_32 width, png_uint_32 height, int bits, in
 }
 
 [[noreturn]] void ThrowDamaged(const State& reader) {
-  throw InputError(std::string("is not a whole PNG image: ") + reader.error.data());
+  throw InputError(std::string("is not a complete PNG image: ") + reader.error.data());
 }
 
 // The first byte of each row. libpng takes rows to write without const, and leaves them alone.
@@ -205,7 +205,7 @@ std::string EncodePng(const Picture& picture) {
   const auto height = static_cast<std::size_t>(picture.height);
   if (picture.width <= 0 || picture.height <= 0 ||
       values.size() != width * height * Format::kChannels) {
-    throw std::invalid_argument(fmt::format("PNG: {} values are no picture of {} x {} pixels",
+    throw std::invalid_argument(fmt::format("PNG: {} values do not fit a picture of {} x {} pixels",
                                             values.size(), picture.width, picture.height));
   }
   std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);

@@ -60,8 +60,9 @@ void OffscreenContext::MakeCurrent() {
       OSMesaMakeCurrent(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {
     return;
   }
-  throw base::RunError(fmt::format(
-      "no offscreen OpenGL context of {} x {} pixels can be made (OSMesa)", width_px_, height_px_));
+  throw base::RunError(
+      fmt::format("cannot create an offscreen OpenGL context of {} x {} pixels (OSMesa)", width_px_,
+                  height_px_));
 }
 
 Image OffscreenContext::Picture(int oversampling) const {

@@ -258,7 +258,7 @@ class Guard {
 
 /// An exit code of Guard's in words: "ended with code 3", "killed by Segmentation fault".
 std::string HowItEnded(int code) {
-  if (code == kKilled + SIGXFSZ) return "a file that it wrote was larger than the limit";
+  if (code == kKilled + SIGXFSZ) return "it wrote a file larger than the limit";
   if (code > kKilled) return fmt::format("killed by {}", strsignal(code - kKilled));
   return fmt::format("ended with code {}", code);
 }
@@ -337,7 +337,7 @@ class Conversation {
     const std::size_t end = out_.find('\n', before);
     if (std::min(end, out_.size()) > program_.max_answer_bytes) {
       reply_.failure =
-          fmt::format("an answer of more than {} bytes in one line", program_.max_answer_bytes);
+          fmt::format("an answer line of more than {} bytes", program_.max_answer_bytes);
     } else if (end != std::string::npos) {
       reply_.line = out_.substr(0, end);
     }
@@ -376,8 +376,8 @@ fs::path TemporaryFolder() {
   const fs::path folder = fs::temp_directory_path(error);
   if (!error) return folder;
   const char* named = std::getenv("TMPDIR");
-  throw base::RunError(fmt::format("there is no folder for temporary files (TMPDIR is '{}')",
-                                   named ? named : "/tmp"));
+  throw base::RunError(
+      fmt::format("no folder for temporary files (TMPDIR is '{}')", named ? named : "/tmp"));
 }
 
 std::vector<fs::path> HiddenBy(const Box& box) {
@@ -492,11 +492,11 @@ void Feed::Write(std::span<const std::uint8_t> bytes) {
       sent += static_cast<std::size_t>(n);
       watch.Restart();
     } else if (errno == EAGAIN || errno == EINTR) {
-      impl_->Wait(watch, "takes nothing more");
+      impl_->Wait(watch, "accepts no more input");
     } else {
       impl_->guard.in.Close();
       const int code = impl_->ExitCode();
-      impl_->Fail(HowItEnded(code) + " before it had all");
+      impl_->Fail(HowItEnded(code) + " before it had read all of its input");
     }
   }
 }
@@ -511,7 +511,7 @@ void NeedMemory(std::size_t bytes) {
   void* all = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (all == MAP_FAILED) {
     throw base::RunError(fmt::format(
-        "{} MB of memory are needed, more than the limit of this process leaves (ulimit -v)",
+        "{} MB of memory are needed, but the limit of this process is lower (ulimit -v)",
         bytes >> 20U));
   }
   munmap(all, bytes);
@@ -520,7 +520,7 @@ void NeedMemory(std::size_t bytes) {
 OwnFolder::OwnFolder() {
   std::string name = (TemporaryFolder() / "rangegrasp-XXXXXX").string();
   if (!mkdtemp(name.data())) {
-    throw base::RunError(name + ": no such folder can be made: " + strerror(errno));
+    throw base::RunError(name + ": this folder cannot be created: " + strerror(errno));
   }
   path_ = fs::canonical(name);
 }
@@ -562,7 +562,7 @@ std::optional<std::string> WhyNoSandbox() {
   if (reply.line == "works") return std::nullopt;
   return "bubblewrap cannot start (" +
          (reply.last_words.empty() ? reply.failure : reply.last_words) +
-         "): this system or container does not let programs make namespaces of their own";
+         "): this system or container does not allow programs to create namespaces";
 }
 
 }  // namespace rangegrasp::process

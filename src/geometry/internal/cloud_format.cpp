@@ -31,8 +31,8 @@ double NumberOf(const LineReader& lines, const Type& type, std::string_view word
   if (value == std::floor(value) && value >= (type.kind == 'i' ? -end : 0.0) && value < end) {
     return value;
   }
-  lines.Fail("{} is not a whole number of {} byte(s) {} a sign, as the header says", Quoted(word),
-             type.size, type.kind == 'i' ? "with" : "without");
+  lines.Fail("{} does not fit the type in the header, a whole number of {} byte(s) {} a sign",
+             Quoted(word), type.size, type.kind == 'i' ? "with" : "without");
 }
 
 Rgb Unpacked(double packed, const Type& type) {
@@ -97,7 +97,7 @@ Type TypeOf(const LineReader& lines, std::string_view word) {
       {"int", {4, 'i'}},   {"uint", {4, 'u'}},    {"int32", {4, 'i'}},  {"uint32", {4, 'u'}},
       {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
   const auto type = kTypes.find(word);
-  if (type == kTypes.end()) lines.Fail("{} is not a type of PLY", Quoted(word));
+  if (type == kTypes.end()) lines.Fail("{} is not a PLY type", Quoted(word));
   return type->second;
 }
 
@@ -112,14 +112,15 @@ void ReadElement(const LineReader& lines, const WordList& words, PlyHeader& head
     header.has_vertex = true;
     header.vertex.points = *count;
   } else if (!header.has_vertex && *count > 0) {
-    lines.Fail("element {} stands before vertex; vertex must come first", Quoted(words[1]));
+    lines.Fail("element {} comes before vertex; vertex must come first", Quoted(words[1]));
   } else {
     header.after.push_back({std::string(words[1]), *count, {}});
   }
 }
 
 void ReadVertexProperty(const LineReader& lines, const WordList& words, PlyHeader& header) {
-  if (words.size() != 3) lines.Fail("a property of vertex needs a type and a name, and is no list");
+  if (words.size() != 3)
+    lines.Fail("a property of vertex needs a type and a name; it must not be a list");
   Layout& vertex = header.vertex;
   const Type type = TypeOf(lines, words[1]);
   const auto axis = std::ranges::find(kAxes, words[2]) - kAxes.begin();
@@ -157,7 +158,7 @@ bool IsMissing(const Place& place) { return place.type.size == 0; }
 /// Checks a whole header, and drops a color of which a channel is missing.
 void CheckHeader(const LineReader& lines, PlyHeader& header) {
   if (!header.IsAscii() && !header.IsSwapped() && header.format != "binary_little_endian") {
-    lines.Fail("format {} is none of ascii, binary_little_endian, binary_big_endian",
+    lines.Fail("format {} is not one of ascii, binary_little_endian, binary_big_endian",
                Quoted(header.format));
   }
   if (header.vertex.points == 0) lines.Fail("the cloud has no points");
@@ -237,7 +238,7 @@ class Values {
     if (n >= 0.0 && n == std::floor(n) && n <= static_cast<double>(left)) {
       return static_cast<std::size_t>(n);
     }
-    lines_.Fail("a list of {} values is declared; the file cannot hold them", n);
+    lines_.Fail("a list of {} values is declared; the file is too short for them", n);
   }
   const LineReader& lines() const { return lines_; }
 
@@ -275,8 +276,8 @@ void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
       if (!corners) continue;
       const auto vertices = static_cast<double>(soup.points.size());
       if (!(vertex >= 0.0 && vertex < vertices && vertex == std::floor(vertex))) {
-        values.lines().Fail("face {} names vertex {}; there are {}, from 0", soup.Polygons(),
-                            vertex, soup.points.size());
+        values.lines().Fail("face {} uses vertex {}; there are {}, from 0", soup.Polygons(), vertex,
+                            soup.points.size());
       }
       soup.corner.push_back(static_cast<std::uint32_t>(vertex));
     }
@@ -303,7 +304,7 @@ std::string_view ReadVertices(const PlyHeader& header, LineReader& lines, CloudF
 void CheckElements(const PlyHeader& header, const LineReader& lines) {
   if (header.elements <= lines.Rest().size()) return;
   lines.Fail(
-      "the data are {} bytes; the header says {} elements: the file is truncated, or a count is "
+      "the data have {} bytes; the header says {} elements: the file is truncated, or a count is "
       "wrong",
       lines.Rest().size(), header.elements);
 }
@@ -387,7 +388,7 @@ void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud) 
     const auto words = Words(*line);
     if (words.empty()) continue;
     if (words.size() != layout.columns.size()) {
-      lines.Fail("a point has {} values; the header names {}", words.size(), layout.columns.size());
+      lines.Fail("a point has {} values; the header lists {}", words.size(), layout.columns.size());
     }
     for (std::size_t i = 0; i < words.size(); ++i) {
       values[i] = NumberOf(lines, layout.columns[i], words[i]);
@@ -405,8 +406,8 @@ void CheckEnd(LineReader& lines) {
 
 void CheckSize(const LineReader& lines, std::size_t is, std::size_t needed) {
   if (is == needed) return;
-  lines.Fail("the data are {} bytes; the header says {}: {}, or a count in the header is wrong", is,
-             needed, is < needed ? "the file is truncated" : "bytes were inserted");
+  lines.Fail("the data have {} bytes; the header says {}: {}, or a count in the header is wrong",
+             is, needed, is < needed ? "the file is truncated" : "bytes were inserted");
 }
 
 void ReadBinaryPoints(std::string_view data, const Layout& layout, bool swap_bytes,

@@ -165,7 +165,7 @@ std::uint32_t VertexOf(const LineReader& lines, std::string_view word, std::size
   const auto number = base::NumberFrom<std::int64_t>(word.substr(0, word.find('/')));
   const auto n = static_cast<std::int64_t>(vertices);
   if (!number || *number == 0 || *number > n || *number < -n) {
-    lines.Fail("a face names vertex {}; there are {} up to here, from 1", Quoted(word), vertices);
+    lines.Fail("a face uses vertex {}; there are {} up to here, from 1", Quoted(word), vertices);
   }
   return static_cast<std::uint32_t>(*number > 0 ? *number - 1 : n + *number);
 }
@@ -190,19 +190,20 @@ struct Counts {
 Counts ReadCounts(LineReader& lines, std::size_t bytes) {
   WordList head = NextWords(lines);
   if (head.empty() || !head.front().ends_with("OFF") || head.front().find_first_of("4n") == 0) {
-    lines.Fail("{} is none of OFF, COFF, NOFF, STOFF", head.empty() ? "\"\"" : Quoted(head[0]));
+    lines.Fail("{} is not one of OFF, COFF, NOFF, STOFF", head.empty() ? "\"\"" : Quoted(head[0]));
   }
-  if (head.size() > 1 && head[1] == "BINARY") lines.Fail("a binary OFF is not read; text is");
+  if (head.size() > 1 && head[1] == "BINARY")
+    lines.Fail("binary OFF is not supported; save it as text");
   head.erase(head.begin());
   if (head.empty()) head = NextWords(lines);
   const auto count = [&](std::size_t i) {
     const auto n = i < head.size() ? base::NumberFrom<std::uint32_t>(head[i]) : std::nullopt;
-    if (!n) lines.Fail("the numbers of vertices and faces must stand here, e.g. '8 12 0'");
+    if (!n) lines.Fail("the numbers of vertices and faces are expected here, e.g. '8 12 0'");
     return *n;
   };
   const Counts counts{count(0), count(1)};
   if (kMinVertex_bytes * counts.vertices + kMinFace_bytes * counts.faces > bytes) {
-    lines.Fail("{} vertices and {} faces are declared; a file of {} bytes cannot hold them",
+    lines.Fail("{} vertices and {} faces are declared; a file of {} bytes is too short for them",
                counts.vertices, counts.faces, bytes);
   }
   return counts;
@@ -271,7 +272,7 @@ PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes) {
     for (std::size_t k = 1; k <= *corners; ++k) {
       const auto vertex = base::NumberFrom<std::uint32_t>(words[k]);
       if (!vertex || *vertex >= counts.vertices) {
-        lines.Fail("face {} names vertex '{}'; there are {}, from 0", i, words[k], counts.vertices);
+        lines.Fail("face {} uses vertex '{}'; there are {}, from 0", i, words[k], counts.vertices);
       }
       soup.corner.push_back(*vertex);
     }

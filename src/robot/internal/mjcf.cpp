@@ -266,7 +266,7 @@ Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
   }
   if (!model_) Fail(text);
   if (const std::string far = mjcf::FarAway(*model_); !far.empty()) {
-    Fail(far + ": is further than 10 km away");
+    Fail(far + ": is more than 10 km away");
   }
   data_.reset(mj_makeData(model_.get()));
   mj_kinematics(model_.get(), data_.get());
@@ -289,7 +289,7 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
   for (int id = 0; id < mjcf::CountOf(model_.get(), type); ++id) {
     if (mjcf::Suffix(Name(type, id)) != name) continue;
     if (found >= 0) {
-      Fail(fmt::format("{} is there twice: {} and {}", what, Name(type, found), Name(type, id)));
+      Fail(fmt::format("{} exists twice: {} and {}", what, Name(type, found), Name(type, id)));
     }
     found = id;
   }
@@ -307,7 +307,7 @@ std::vector<int> Mjcf::Tuple(std::string_view name, mjtObj type) const {
   const int* ids = model_->tuple_objid + model_->tuple_adr[id];
   const int size = model_->tuple_size[id];
   if (size == 0 || !std::all_of(types, types + size, [&](int t) { return t == type; })) {
-    Fail(fmt::format("tuple \"{}\" should hold elements of type {}", name, mju_type2Str(type)));
+    Fail(fmt::format("tuple \"{}\" must have elements of type {}", name, mju_type2Str(type)));
   }
   return {ids, ids + size};
 }
@@ -315,7 +315,7 @@ std::vector<int> Mjcf::Tuple(std::string_view name, mjtObj type) const {
 Eigen::VectorXd Mjcf::Numeric(std::string_view name, int size) const {
   const int id = Require(mjOBJ_NUMERIC, name);
   if (model_->numeric_size[id] != size) {
-    Fail(fmt::format("numeric \"{}\" should hold {} values", name, size));
+    Fail(fmt::format("numeric \"{}\" must have {} values", name, size));
   }
   return Eigen::Map<const Eigen::VectorXd>(model_->numeric_data + model_->numeric_adr[id], size);
 }

@@ -43,10 +43,10 @@ int HandBranch(const mjModel* model, int body, int hand) {
 std::vector<double> OneADrive(const mjModel* model, const char* name, std::size_t drives) {
   std::vector<double> values = NumericOf(model, name);
   if (values.size() != drives) {
-    throw base::InputError(fmt::format(
-        "numeric \"{}\" must hold one value for each of the {} drives of tuple \"hand_motors\"; it "
-        "holds {}",
-        name, drives, values.size()));
+    throw base::InputError(
+        fmt::format("numeric \"{}\" must have one value for each of the {} drives of tuple "
+                    "\"hand_motors\"; it has {}",
+                    name, drives, values.size()));
   }
   return values;
 }
@@ -175,7 +175,7 @@ class Rehearsal {
     mj_solveM(m, data_.get(), response.data(), arm.data(), 1);
     const double mobility = mju_dot(arm.data(), response.data(), static_cast<int>(m->nv));
     if (mobility <= 0.0) {
-      throw base::InputError(fmt::format("actuator \"{}\" of tuple \"hand_motors\" moves nothing",
+      throw base::InputError(fmt::format("actuator \"{}\" of tuple \"hand_motors\" moves no joint",
                                          mj_id2name(m, mjOBJ_ACTUATOR, actuator)));
     }
     return 1.0 / mobility;
@@ -189,8 +189,8 @@ class Rehearsal {
     mj_forward(model_.get(), data_.get());
     if (data_->warning[mjWARN_BADQACC].number > 0 || data_->warning[mjWARN_BADQPOS].number > 0) {
       throw base::InputError(
-          "the hand does not stay finite while its drives close it on nothing: its equalities, "
-          "masses or \"hand_open\" and \"hand_closed\" contradict each other");
+          "the simulation of the empty closing hand diverges: its equalities, masses or "
+          "\"hand_open\" and \"hand_closed\" contradict each other");
     }
   }
 
@@ -337,7 +337,7 @@ std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suf
     const int element = model->tuple_adr[tuple] + i;
     if (model->tuple_objtype[element] != type) {
       throw base::InputError(
-          fmt::format("tuple \"{}\" of the scene must hold elements of type {} only", suffix,
+          fmt::format("tuple \"{}\" of the scene must have elements of type {} only", suffix,
                       mju_type2Str(type)));
     }
     ids.push_back(model->tuple_objid[element]);
@@ -410,7 +410,7 @@ std::vector<HandMotor> HandMotors(const mjModel* model) {
   }
   if (std::ranges::none_of(motors, [](const HandMotor& m) { return m.Moves(); })) {
     throw base::InputError(
-        "numerics \"hand_open\" and \"hand_closed\" are the same: nothing closes");
+        "numerics \"hand_open\" and \"hand_closed\" are the same: the hand does not close");
   }
   return motors;
 }

@@ -50,7 +50,7 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
   const std::string element = fmt::format("{} \"{}\"", mju_type2Str(wanted.type), wanted.name);
   if (found.size() > 1) {
     model.Error(model.Where(wanted.type, found[1]), element,
-                fmt::format("is there twice: {}", model.NamesOf(wanted.type, found)),
+                fmt::format("exists twice: {}", model.NamesOf(wanted.type, found)),
                 "rename or remove one of them");
     return false;
   }
@@ -63,18 +63,18 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
 void CheckSceneNames(Model& model) {
   const std::string file = model.file().string();
   for (const Wanted& wanted :
-       {Wanted{mjOBJ_SITE, "workspace", "objects are put and looked for there",
+       {Wanted{mjOBJ_SITE, "workspace", "objects are placed and perceived there",
                "<site name=\"workspace\" type=\"cylinder\" size=\"0.13 0.0005\" group=\"4\"/> on "
                "the table's top (z = 0); its first size is the radius"},
-        Wanted{mjOBJ_SITE, "delivery", "objects are carried there",
+        Wanted{mjOBJ_SITE, "delivery", "objects are delivered there",
                "<site name=\"delivery\" type=\"cylinder\" pos=\"-0.08 -0.42 0\" size=\"0.15 "
                "0.0005\" group=\"4\"/> on the table's top"},
-        Wanted{mjOBJ_SITE, "scanner", "the sensor looks from there",
+        Wanted{mjOBJ_SITE, "scanner", "it is the pose of the sensor",
                "<site name=\"scanner\" group=\"4\"/> with x to the right, y down, z to the "
                "workspace, as in scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "overview", "`snapshot` draws from it",
-               "copy it from scenes/tabletop.xml", false},
-        Wanted{mjOBJ_CAMERA, "close", "`trial --snapshots` looks along it",
+        Wanted{mjOBJ_CAMERA, "overview", "`snapshot` uses it", "copy it from scenes/tabletop.xml",
+               false},
+        Wanted{mjOBJ_CAMERA, "close", "`trial --snapshots` uses it",
                "copy it from scenes/tabletop.xml", false}}) {
     CheckOne(model, wanted, file);
   }
@@ -86,8 +86,7 @@ void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj 
   if (!CheckOne(model, {mjOBJ_TUPLE, name, what_for, cure}, file)) return;
   if (!model.Tuple(name, type).empty()) return;
   model.Error(mjOBJ_TUPLE, name,
-              fmt::format("holds something else than elements of type {}", mju_type2Str(type)),
-              cure);
+              fmt::format("must have only elements of type {}", mju_type2Str(type)), cure);
 }
 
 // A numeric of so many values above 0 (or any).
@@ -98,7 +97,7 @@ void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, s
   const auto above_0 = [](double v) { return v > 0.0; };
   if (values.size() == size && (!positive || std::ranges::all_of(values, above_0))) return;
   model.Error(mjOBJ_NUMERIC, wanted.name,
-              fmt::format("should hold {} {}, it holds {}", size,
+              fmt::format("must have {} {}, it has {}", size,
                           positive ? "numbers above 0" : "numbers", values.size()),
               wanted.cure);
 }
@@ -118,20 +117,21 @@ void CheckArmNames(Model& model) {
   for (const auto& [name, unit, value] :
        {std::array{"joint_velocity", "limits in rad/s", "1"},
         std::array{"joint_acceleration", "limits in rad/s^2", "2"}}) {
-    CheckNumeric(model, file,
-                 {mjOBJ_NUMERIC, name, unit,
-                  NumericBlock(name, n, value) + ", or what the data sheet says, one a joint"},
-                 n, true);
+    CheckNumeric(
+        model, file,
+        {mjOBJ_NUMERIC, name, unit,
+         NumericBlock(name, n, value) + ", or the values of the data sheet, one per joint"},
+        n, true);
   }
   std::string home = SuggestHome(model);
   home = home.empty()
              ? NumericBlock("home", n, "0") +
                    ", in the arm's file or the scene's: the check of the scene proposes one"
              : "in <custom>: " + home;
-  CheckNumeric(
-      model, file,
-      {mjOBJ_NUMERIC, "home", "where the arm waits [rad]", home, model.kind() == Kind::kScene}, n,
-      false);
+  CheckNumeric(model, file,
+               {mjOBJ_NUMERIC, "home", "joint positions of the arm at rest [rad]", home,
+                model.kind() == Kind::kScene},
+               n, false);
 }
 
 // Whether it is to be a hand with one geared motor on hinges, not with drives ("hand_motors").
@@ -146,7 +146,7 @@ void CheckMotorNames(Model& model, const std::string& file) {
   CheckTuple(model, file, "hand_motors", mjOBJ_ACTUATOR, "the drives that close the hand",
              guess.motors);
   CheckTuple(model, file, "fingertips", mjOBJ_GEOM,
-             "the geoms that may hold an object, the thumb's first (geoms need names)",
+             "the geoms that may touch a grasped object, the thumb's first (geoms need names)",
              guess.fingertips);
   const auto ends = [&](const char* name, const char* what, const std::string& values) {
     const std::size_t drives = model.Tuple("hand_motors", mjOBJ_ACTUATOR).size();
@@ -155,12 +155,12 @@ void CheckMotorNames(Model& model, const std::string& file) {
                   NumericBlock(name, 1, values.empty() ? "VALUE ..." : values.c_str())},
                  drives > 0 ? drives : guess.motors.size(), false);
   };
-  ends("hand_open", "where each drive's joint or tendon stands in the open hand [rad or m]",
+  ends("hand_open", "position of each drive's joint or tendon in the open hand [rad or m]",
        guess.open);
-  ends("hand_closed", "where it stands in the closed hand", guess.closed);
+  ends("hand_closed", "the same in the closed hand", guess.closed);
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "grip_force",
-                "the first grip and the strongest one between the two sides [N]",
+                "the first and the maximum grip force between the two sides [N]",
                 "in <custom>: <numeric name=\"grip_force\" data=\"20 40\"/>"},
                2, true);
 }
@@ -173,7 +173,8 @@ void CheckToolSites(Model& model, const std::string& file) {
   for (const char* site : own ? std::vector{"tcp_tip", "tcp_power"} : std::vector{"tcp"}) {
     CheckOne(model,
              {mjOBJ_SITE, site,
-              "the tool's centre: z is the approach, x leads from the fingers' pads to the thumb's",
+              "the tool center: z is the approach direction, x points from the fingers' pads to "
+              "the thumb's",
               cure},
              file);
   }
@@ -183,17 +184,13 @@ void CheckHandNames(Model& model) {
   const std::string file = model.HandFile();
   const char* attach =
       "attach a hand to the last link, e.g. in <asset> <model name=\"hand\" "
-      "file=\"PATH/models/hand/sensorhand.xml\"/> and in the last body\n"
-      "<frame pos=\"FLANGE\" xyaxes=\"0 1 0 0 0 1\">\n"
-      "  <frame pos=\"-0.010 0.075 -0.020\">\n"
-      "    <attach model=\"hand\" body=\"hand\" prefix=\"hand/\"/>\n"
-      "  </frame>\n"
-      "</frame>\n"
-      "where FLANGE is the place of the flange, its axis z";
-  const std::string rename =
-      model.kind() == Kind::kHand && model.m().nbody > 1
-          ? fmt::format("name=\"hand\" in place of \"{}\"", model.BodyName(1))
-          : attach;
+      "file=\"PATH/models/hand/sensorhand.xml\"/> and in the last body\n<frame pos=\"FLANGE\" "
+      "xyaxes=\"0 1 0 0 0 1\">\n  <frame pos=\"-0.010 0.075 -0.020\">\n    <attach model=\"hand\" "
+      "body=\"hand\" prefix=\"hand/\"/>\n  </frame>\n</frame>\nwhere FLANGE is the position of the "
+      "flange, whose axis is z";
+  const std::string rename = model.kind() == Kind::kHand && model.m().nbody > 1
+                                 ? fmt::format("name=\"hand\" instead of \"{}\"", model.BodyName(1))
+                                 : attach;
   if (!CheckOne(model, {mjOBJ_BODY, "hand", "the hand's root", rename},
                 model.HasArm() ? model.ArmFile() : file)) {
     if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
@@ -201,14 +198,15 @@ void CheckHandNames(Model& model) {
   }
   if (IsGeared(model)) {
     CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
-    CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "what closes them", {});
-    CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may hold an object", {});
+    CheckTuple(model, file, "hand_motor", mjOBJ_ACTUATOR, "the drives of these joints", {});
+    CheckTuple(model, file, "fingertips", mjOBJ_GEOM, "the geoms that may touch a grasped object",
+               {});
   } else {
     CheckMotorNames(model, file);
   }
   CheckToolSites(model, file);
   CheckOne(model,
-           {mjOBJ_TUPLE, "grip_sensors", "the hand feels neither pressure nor slip",
+           {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",
             "<touch> sensors on the last segments, named in a tuple of this name", false},
            file);
 }
@@ -299,24 +297,28 @@ class Checked {
   void CheckSize() {
     const double size = LongestEdge(solid_);
     if (size > kMaxSize_m) {
-      Say(true, Body(), fmt::format("what collides is {:.4g} m long: a mesh in millimetres?", size),
+      Say(true, Body(),
+          fmt::format("the collision geometry is {:.4g} m long: is the mesh in millimetres?", size),
           "write scale=\"0.001 0.001 0.001\" in each <mesh>, and correct mass and inertia; "
-          "`rangegrasp add-object` does all of it");
+          "`rangegrasp add-object` does both");
     } else if (size < kMinSize_m) {
-      Say(true, Body(), fmt::format("what collides is {} long: too small for a hand", Mm(size)),
+      Say(true, Body(),
+          fmt::format("the collision geometry is {} long: too small for a hand", Mm(size)),
           "write a scale in each <mesh>, e.g. scale=\"1000 1000 1000\"");
     }
   }
 
   void CheckSeen() {
     if (seen_.empty()) {
-      Say(true, Body(), "no geom is seen: sensors see the groups 0 to 2",
+      Say(true, Body(), "no visible geom: sensors see the groups 0 to 2",
           "add <geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" .../> of its shape");
       return;
     }
     const double seen = LongestEdge(seen_), solid = LongestEdge(solid_);
     if (std::abs(seen - solid) <= kMaxMismatch * std::max(seen, solid)) return;
-    Say(true, Body(), fmt::format("what is seen is {} long, what collides {}", Mm(seen), Mm(solid)),
+    Say(true, Body(),
+        fmt::format("the visible geometry is {} long, the collision geometry {}", Mm(seen),
+                    Mm(solid)),
         "give both the same shape and, in <mesh>, the same scale");
   }
 
@@ -324,15 +326,15 @@ class Checked {
     const geometry::TriangleMesh hull = geometry::ConvexHull(solid_);
     const geometry::MassProperties filled = geometry::MassPropertiesOf(hull);
     if (!(filled.volume_m3 > 0.0)) {
-      Say(true, Body(), "what collides has no volume", "give it a solid shape");
+      Say(true, Body(), "the collision geometry has no volume", "give it a solid shape");
       return;
     }
     const double mass = model()->body_subtreemass[root()];
     const double density = mass / filled.volume_m3;
     if (density < kMinDensity_kg_m3 || density > kMaxDensity_kg_m3) {
       Say(true, Body(),
-          fmt::format("its mass of {:.4g} kg is out of all proportion: {:.3g} kg/m3 in its hull, "
-                      "{:g} to {:g} are possible",
+          fmt::format("its mass of {:.4g} kg is implausible: {:.3g} kg/m3 in its hull, {:g} to "
+                      "{:g} are possible",
                       mass, density, kMinDensity_kg_m3, kMaxDensity_kg_m3),
           "state the mass in kg in <inertial> or in a geom's mass=\"...\"");
       return;
@@ -351,12 +353,11 @@ class Checked {
       if (share >= kMinInertia && share <= kMaxInertia) continue;
       Say(true, Body(),
           fmt::format(
-              "its inertia is out of all proportion: a principal moment of {:.3g} kg m2, "
-              "{:.3g} of what its hull has where its mass fills it evenly ({:g} to {:g} are "
-              "possible)",
+              "its inertia is implausible: a principal moment of {:.3g} kg m2, {:.3g} times that "
+              "of a homogeneous hull of the same mass ({:g} to {:g} are possible)",
               own[axis], share, kMinInertia, kMaxInertia),
-          fmt::format("its hull has diaginertia=\"{:.3g} {:.3g} {:.3g}\"; or leave <inertial> out "
-                      "and give the geoms that collide their mass",
+          fmt::format("diaginertia=\"{:.3g} {:.3g} {:.3g}\" of its hull; or omit <inertial> and "
+                      "set the mass of the collision geoms",
                       even[0], even[1], even[2]));
       return;
     }
@@ -364,14 +365,14 @@ class Checked {
     with_center.push_back(sim::internal::CenterOfMass(model(), data_.get(), root()));
     const double inside = geometry::Volume(hull);
     if (geometry::Volume(geometry::ConvexHull(with_center)) <= inside * (1.0 + 1e-6)) return;
-    Say(true, Body(), "its center of mass lies outside of what collides",
+    Say(true, Body(), "its center of mass is outside the collision geometry",
         "correct pos=\"...\" of <inertial>");
   }
 
   void CheckResting() {
     if (!sim::StableRestingPoses(object_, min_tipping_rad_).empty()) return;
     Say(true, Body(),
-        fmt::format("it rests nowhere: every pose tips over at less than {:.0f} deg",
+        fmt::format("it has no stable resting pose: every pose tips over at less than {:.0f} deg",
                     base::ToDeg(min_tipping_rad_)),
         "give it a flat side, or lower min_tipping_deg in the experiment");
   }
@@ -386,15 +387,16 @@ class Checked {
       if (!(share < kMinConvexity)) continue;
       const char* name = mj_id2name(model(), mjOBJ_MESH, model()->geom_dataid[geom]);
       Say(false, fmt::format("mesh \"{}\"", name == nullptr ? "" : name),
-          fmt::format("is not convex: it collides as its hull, of which it fills {:.0f} %",
-                      100.0 * share),
-          "cut it into convex parts: `rangegrasp add-object` does");
+          fmt::format(
+              "is not convex: its convex hull is used for collisions, of which it fills {:.0f} %",
+              100.0 * share),
+          "cut it into convex parts, e.g. with `rangegrasp add-object`");
     }
   }
 
   void CheckSurface() {
     if (mj_name2id(model(), mjOBJ_TEXT, "surface") >= 0) return;
-    Say(false, Body(), "names no surface: friction and reflection are those of cardboard",
+    Say(false, Body(), "has no surface: friction and reflection of cardboard are used",
         "write <text name=\"surface\" data=\"plastic\"/> in <custom>, or another of "
         "models/surfaces.yaml");
   }
@@ -453,7 +455,7 @@ std::vector<Finding> CheckObject(const sim::ObjectModel& object, double min_tipp
     return Checked(object, min_tipping_rad).Findings();
   } catch (const base::InputError& error) {
     return {{true, object.mjcf.string(), "object", TextOf(object.mjcf, error),
-             "docs/bring-your-own.md shows what an object's file holds"}};
+             "docs/bring-your-own.md shows the content of an object's file"}};
   }
 }
 

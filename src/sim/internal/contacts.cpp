@@ -70,8 +70,9 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
   std::set<int> pad_bodies;
   for (const int sensor : touch_sensors_) {
     if (model->sensor_type[sensor] != mjSENS_TOUCH) {
-      throw base::InputError(fmt::format("tuple \"grip_sensors\": sensor \"{}\" is no touch sensor",
-                                         mj_id2name(model, mjOBJ_SENSOR, sensor)));
+      throw base::InputError(
+          fmt::format("tuple \"grip_sensors\": sensor \"{}\" is not a touch sensor",
+                      mj_id2name(model, mjOBJ_SENSOR, sensor)));
     }
     pad_bodies.insert(model->site_bodyid[model->sensor_objid[sensor]]);
   }

@@ -53,7 +53,7 @@ constexpr double kAtClosedEnd_rad = 0.01;
 
 int MotorOf(const mjModel* model) {
   const auto motors = TupleOf(model, mjOBJ_ACTUATOR, "hand_motor");
-  if (motors.size() != 1) throw base::InputError("tuple \"hand_motor\" must hold one actuator");
+  if (motors.size() != 1) throw base::InputError("tuple \"hand_motor\" must have one actuator");
   return motors[0];
 }
 
@@ -80,7 +80,7 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
     drive.max_force_N = force[1];
   } else if (!force.empty()) {
     throw base::InputError(
-        "numeric \"grip_force\" must hold two values: the first grip and the strongest one [N]");
+        "numeric \"grip_force\" must have two values: the first and the maximum grip force [N]");
   }
   drive.max_force_N = options.max_force_N.value_or(drive.max_force_N);
   drive.first_force_N =

@@ -52,7 +52,7 @@ ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file) {
   if (!model) throw Wrong(file, mjs_getError(spec));
   if (const std::string far = mjcf::FarAway(*model); !far.empty()) {
     mj_deleteModel(model);
-    throw Wrong(file, far + ": is further than 10 km away");
+    throw Wrong(file, far + ": is more than 10 km away");
   }
   return ModelPtr(model);
 }
@@ -121,8 +121,8 @@ void SetBoxWalls(mjSpec* spec, const std::filesystem::path& file, double height_
   mjsElement* element = FindSo(spec, mjOBJ_SITE, "container");
   if (!element) {
     throw Wrong(file,
-                "has no box whose walls could be set; a site \"container\" is expected, a box "
-                "that is its interior");
+                "has no box with adjustable walls; it needs a site \"container\", a box that is "
+                "its interior");
   }
   mjsSite* interior = mjs_asSite(element);
   const double rim_m = interior->pos[2] + interior->size[2];
@@ -150,21 +150,24 @@ mjsBody* ObjectRoot(mjSpec* spec, const std::filesystem::path& file) {
   const mjsBody* world = mjs_findBody(spec, "world");
   const auto roots = Children(world, mjOBJ_BODY, false);
   if (roots.size() != 1) {
-    throw Wrong(file, fmt::format("an object has one root body in its worldbody, this file has {}",
-                                  roots.size()));
+    throw Wrong(file,
+                fmt::format("an object must have one root body in its worldbody, this file has {}",
+                            roots.size()));
   }
   if (!Children(world, mjOBJ_GEOM, false).empty()) {
-    throw Wrong(file,
-                "an object's geoms belong to its root body, this file has some in the worldbody");
+    throw Wrong(
+        file,
+        "an object's geoms must belong to its root body, but this file has some in the worldbody");
   }
   mjsBody* root = mjs_asBody(roots[0]);
   if (!HasFreeJointOnly(root)) {
-    throw Wrong(file, "an object's root body has one <freejoint/> and no other joint");
+    throw Wrong(file, "an object's root body must have one <freejoint/> and no other joint");
   }
   const auto geoms = Children(root, mjOBJ_GEOM, true);
   if (std::ranges::none_of(geoms, ElementCollides)) {
-    throw Wrong(file,
-                "an object has at least one collision geom (contype or conaffinity other than 0)");
+    throw Wrong(
+        file,
+        "an object must have at least one collision geom (contype or conaffinity other than 0)");
   }
   return root;
 }
@@ -213,7 +216,7 @@ void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectE
   entry.dof = model->jnt_dofadr[joint];
   const double mass = model->body_subtreemass[body];
   if (!std::isfinite(mass) || mass <= 0.0)
-    throw Wrong(file, "an object's mass is a number above 0 [kg]");
+    throw Wrong(file, "an object's mass must be a number above 0 [kg]");
   const double mu = entry.surface.on_laminate.kinetic_mu;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (model->body_rootid[model->geom_bodyid[geom]] != body || !Collides(model, geom)) continue;

@@ -342,12 +342,12 @@ Measured Gather(const geometry::Observation& observation,
 }
 
 void CheckGiven(std::span<const GivenCylinder> given) {
-  if (given.empty()) throw base::InputError("no cylinder is given to look for");
+  if (given.empty()) throw base::InputError("no cylinder is given");
   for (const GivenCylinder& one : given) {
     const bool is_finite = std::isfinite(one.radius_m) && std::isfinite(one.height_m);
     if (is_finite && one.radius_m > 0.0 && one.height_m > 0.0) continue;
     throw base::InputError(
-        fmt::format("a cylinder of radius {:g} m and height {:g} m: both must be above 0",
+        fmt::format("cylinder with radius {:g} m and height {:g} m: both must be above 0",
                     one.radius_m, one.height_m));
   }
 }
@@ -393,7 +393,7 @@ void FindTable(const Measured& measured, DetectOptions& options, base::Rng& rng,
   auto table = options.robust_table
                    ? perception::FindTable(scene.points_C, origin, options.preprocess, rng)
                    : DominantPlane(scene.points_C, origin, options, rng);
-  if (!table) throw base::InputError("no table: no plane holds enough of the points");
+  if (!table) throw base::InputError("no table: no plane has enough points");
   scene.table = std::move(*table);
   if (options.adapt_lengths && options.robust_table) AdaptToTable(scene, options);
 }

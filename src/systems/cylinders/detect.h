@@ -37,27 +37,27 @@ constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const Dete
   using A = DetectAdditions;
   return {{
       {"adapt_lengths", &A::adapt_lengths,
-       "noise and spacing are measured and lengths adapted to them; off: the published lengths"},
+       "adapt lengths to the measured noise and point spacing; off: the published lengths"},
       {"robust_table", &A::robust_table,
-       "the table is looked for as perception does; off: the plane that most points are near"},
+       "find the table as in perception; off: the plane with most points near it"},
       {"repeated_filter", &A::repeated_filter,
-       "the outlier filter repeats until it finds none, and leaves points with near neighbors"},
+       "repeat the outlier filter until it finds none, and keep points with near neighbors"},
       {"widened_normals", &A::widened_normals,
-       "normals from further off where all points near lie on one scan line"},
+       "enlarge the neighborhood of normals if all its points lie on one scan line"},
       {"table_gate", &A::table_gate,
-       "points of a top are recognized by the table's normal; off: by n_x > n_y, n_z in the "
-       "sensor's frame"},
+       "recognize points of a top by the table's normal; off: by n_x > n_y, n_z in the sensor's "
+       "frame"},
       {"wide_links", &A::wide_links,
-       "fragments hold together over several mean distances; off: below d_ca"},
+       "connect points of a fragment over several mean distances; off: below d_ca"},
       {"curve_distance", &A::curve_distance,
-       "distance of a rim's points from the circle; off: from the sphere round it"},
+       "distance of a rim's points from the circle; off: from the sphere around it"},
       {"barrel_search", &A::barrel_search,
-       "barrels are found without their rims, lying ones, too; off: by their rims alone"},
+       "find barrels without their rims, also lying ones; off: only by their rims"},
       {"refine_pose", &A::refine_pose,
-       "the pose is fitted to the barrel and its ends; off: by the line through axis points"},
+       "fit the pose to the barrel and its ends; off: the line through axis points"},
       {"check_shape", &A::check_shape,
-       "radius, height and what was seen through must agree with the given cylinder; off: the rim "
-       "alone decides"},
+       "radius, height and free space must agree with the given cylinder; off: only the rim "
+       "decides"},
   }};
 }
 static_assert(base::AllAdditionsListed<DetectAdditions>());

@@ -59,9 +59,9 @@ std::string TargetText(const Cell& cell, const CheckScene& scene,
       trial::JudgeDetection(detection, scene.sensed,
                             {static_cast<std::uint32_t>(scene.target) + 1, cell.TablePlane(),
                              cell.options.perception.preprocess.table_clearance_m});
-  if (!verdict.right_target) return "the first object is not the one that should be taken";
-  return verdict.segmented ? "the first object is the right one"
-                           : "the first object is a part of the right one";
+  if (!verdict.right_target) return "the first object is not the target";
+  return verdict.segmented ? "the first object is the target"
+                           : "the first object is a part of the target";
 }
 
 std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& detected) {
@@ -78,7 +78,7 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
       scene.object, detection.objects.size(),
       detection.objects.empty() || detection.objects.front().whole
           ? ""
-          : " (none named: what lies between the fingers of the best grasp)",
+          : " (none in the answer: the points between the fingers of the best grasp)",
       grasps.size(), inside, free, TargetText(cell, scene, detection), SecondsOf(detected));
 }
 
@@ -94,22 +94,24 @@ bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
 std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Detected& before,
                             bool& failed) {
   if (const auto why = process::WhyNoSandbox()) {
-    return "sandbox: does not work here: " + *why + "\n";
+    return "sandbox: does not work on this machine: " + *why + "\n";
   }
   auto boxed = trial::Of<OutsideOptions>(cell.options, kExternal);
   const bool wanted = boxed.sandbox;
   boxed.sandbox = true;
   try {
     const Detected again = Ask(*MakeOutsideDetector(boxed, cell.options, cell.robot), scene);
-    return std::string("sandbox: works here, and the detector in it; asked again it gave ") +
+    return std::string(
+               "sandbox: works on this machine, and the detector works in it; a repeated question "
+               "gave ") +
            (IsSame(before.detection, again.detection)
                 ? "the same answer\n"
-                : "another answer: draw random numbers from the question's seed\n");
+                : "another answer: use the seed of the question for random numbers\n");
   } catch (const DetectorFailed& e) {
     failed = failed || wanted;
     return fmt::format(
-        "sandbox: works here, but the detector does not work in it (no network, one writable "
-        "folder): {}\n",
+        "sandbox: works on this machine, but the detector does not work in it (no network, one "
+        "writable folder): {}\n",
         e.what());
   }
 }
@@ -155,12 +157,12 @@ void Check(const base::YamlMap& map, const Options& all, double case_limit_s) {
   if (options.command.empty()) map.Fail("detector", "key 'command': is missing and has no default");
   if (options.limit_s >= case_limit_s) {
     map.Fail("detector", fmt::format("time_limit_s is {:g} s: it must be less than trial_limit_s "
-                                     "({:g} s), which the whole trial has",
+                                     "({:g} s), the limit of the whole trial",
                                      options.limit_s, case_limit_s));
   }
   if (!options.sandbox) return;
   if (const auto why = process::WhyNoSandbox()) {
-    map.Fail("detector", "no sandbox can be made: " + *why +
+    map.Fail("detector", "the sandbox cannot be created: " + *why +
                              "; `sandbox: false` (--set detector.sandbox=false) runs the detector "
                              "without one, if you trust it");
   }

@@ -48,8 +48,8 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
   }
   const auto program = process::Find(command.front());
   if (!program) {
-    map.Fail("command", fmt::format("no program '{}' that can be executed (a name is looked for in "
-                                    "PATH, a path from the experiment's folder)",
+    map.Fail("command", fmt::format("no executable program '{}' (a name is searched in PATH, a "
+                                    "path from the experiment's folder)",
                                     command.front()));
   }
   command.front() = program->string();
@@ -99,7 +99,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   const fs::path file = fs::canonical(folder / name, error);
   if (error) fail("does not exist");
   if (file.parent_path() != folder) fail("lies outside the detector's folder");
-  if (!fs::is_regular_file(file)) fail("is no file");
+  if (!fs::is_regular_file(file)) fail("is not a file");
   if (fs::file_size(file) > kMaxSurface_bytes) fail("is larger than 64 MB");
   // Other formats name further files.
   const std::string ending = base::EndingOf(file);
@@ -112,7 +112,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   }
   if (mesh.triangles.size() > kMaxTriangles) fail("has more than 100,000 triangles");
   for (const Eigen::Vector3d& p : mesh.vertices) {
-    if (!(p.norm() < 100.0)) fail("has a vertex that is nowhere near the table");
+    if (!(p.norm() < 100.0)) fail("has a vertex that is far from the table");
   }
   return mesh;
 }
@@ -416,16 +416,17 @@ class FunctionDetector : public AnsweringDetector {
 void ReadOutside(YamlMap map, OutsideOptions& options) {
   if (!map.Names().empty()) map.Require("command");
   map.Read("command", options.command,
-           "a program of your own with its arguments, e.g. [python3, my_detector.py]; files are "
-           "looked for from the experiment's folder");
+           "your own program with its arguments, e.g. [python3, my_detector.py]; relative paths "
+           "are relative to the experiment's folder");
   map.Read("time_limit_s", options.limit_s, 0.1, 86400.0,
-           "from its start to its answer; less than trial_limit_s");
+           "time limit from its start to its answer; less than trial_limit_s");
   map.Read("sandbox", options.sandbox,
-           "it runs without network, writes its own folder only and sees no results (bubblewrap)");
+           "run it without network, with write access only to its own folder, and without access "
+           "to results (bubblewrap)");
   map.Read("memory_mb", options.memory_mb, 0, 10'000'000,
-           "address space of each of its processes; 0: no limit");
+           "maximum address space of each of its processes; 0: no limit");
   map.Read("file_mb", options.file_mb, 0, 10'000'000,
-           "size of each file that it writes; 0: no limit");
+           "maximum size of each file that it writes; 0: no limit");
   map.Finish();
   if (!options.command.empty()) ResolveCommand(map, options);
 }

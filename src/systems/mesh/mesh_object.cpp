@@ -126,18 +126,18 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
               std::vector<std::string>& said) {
   if (options.unit) return MetersOf(*options.unit);
   if (IsGltf(file)) {
-    said.emplace_back("unit: m, as glTF says");
+    said.emplace_back("unit: m, as in every glTF file");
     return MetersOf(LengthUnit::kM);
   }
   const auto guess = GuessUnit(longest);
   if (!guess) {
-    throw base::InputError(fmt::format(
-        "{}: its longest edge is {:.4g}: in mm, cm and m alike that is not between {} and {}. Give "
-        "its --unit, or its size with --height-mm or --size-mm",
-        file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
+    throw base::InputError(
+        fmt::format("{}: its longest edge is {:.4g}: in none of mm, cm and m is that between {} "
+                    "and {}. Give its --unit, or its size with --height-mm or --size-mm",
+                    file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
   }
   said.push_back(
-      fmt::format("unit: {}, guessed since its longest edge is {:.4g} (--unit says otherwise)",
+      fmt::format("unit: {}, guessed from its longest edge of {:.4g} (--unit overrides it)",
                   base::Word(*guess), longest));
   return MetersOf(*guess);
 }
@@ -161,9 +161,9 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
     if (const auto likely = GuessUnit(longest)) {
       cure = fmt::format("is its --unit {}? {}", base::Word(*likely), cure);
     }
-    throw base::InputError(
-        fmt::format("{}: would be {} long; what a hand may want to grasp has {} to {}: {}",
-                    file.string(), Length(size_m), Length(kMinSize_m), Length(kMaxSize_m), cure));
+    throw base::InputError(fmt::format("{}: would be {} long; objects to grasp have {} to {}: {}",
+                                       file.string(), Length(size_m), Length(kMinSize_m),
+                                       Length(kMaxSize_m), cure));
   }
   return scale;
 }
@@ -316,7 +316,7 @@ std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& so
   const Coacd& coacd = Library();
   if (!coacd.there()) {
     throw base::RunError(
-        "CoACD's library lib_coacd.so is not there: scripts/setup fetches it (PyPI wheel coacd)");
+        "CoACD's library lib_coacd.so is missing: scripts/setup installs it (PyPI wheel coacd)");
   }
   coacd.log("off");
   const geometry::TriangleMesh input = geometry::Simplified(solid, kMaxTriangles);
@@ -383,13 +383,13 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
     constexpr std::size_t kMaxSeen = 40000;  // 0.5 mm each on an object of 100 mm
     object.seen_O = geometry::Simplified(solid, kMaxSeen);
     if (object.seen_O.triangles.size() < solid.triangles.size()) {
-      object.said.push_back(fmt::format("what is seen has {} of its {} triangles",
+      object.said.push_back(fmt::format("the visible mesh has {} of its {} triangles",
                                         object.seen_O.triangles.size(), solid.triangles.size()));
     }
     if (keep_uv) {
       object.uv = Unrolled(object.seen_O, BoxOf(object.seen_O));
       object.said.emplace_back(
-          "it has no texture coordinates: the texture goes once round its z axis");
+          "it has no texture coordinates: the texture is wrapped once around its z axis");
     }
   }
   Cut(solid, object);

@@ -99,17 +99,17 @@ Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
   const auto flat = std::erase_if(soup.faces, [&](const std::vector<std::size_t>& f) {
     return CGAL::collinear(soup.points[f[0]], soup.points[f[1]], soup.points[f[2]]);
   });
-  if (flat > 0) done.push_back(Times(flat, "triangle") + " without area dropped");
+  if (flat > 0) done.push_back(Times(flat, "triangle") + " without area removed");
   const std::size_t before = soup.faces.size();
   pmp::merge_duplicate_polygons_in_polygon_soup(soup.points, soup.faces);
   if (const std::size_t twice = before - soup.faces.size(); twice > 0) {
-    done.push_back(Times(twice, "triangle") + " that stood there twice dropped");
+    done.push_back(Times(twice, "triangle") + " removed as duplicates");
   }
   if (soup.faces.empty()) throw base::InputError("has no triangle with an area");
   const std::size_t points = soup.points.size();
   // False where it had to duplicate vertices: edges with three triangles, or a Moebius strip.
   if (!pmp::orient_polygon_soup(soup.points, soup.faces) && soup.points.size() > points) {
-    done.push_back(Times(soup.points.size() - points, "vertex") + " split where sheets meet");
+    done.push_back(Times(soup.points.size() - points, "vertex") + " split where surfaces meet");
   }
   Surface surface = ToSurface(std::move(soup));
   if (const std::size_t seams = pmp::stitch_borders(surface); seams > 0) {
@@ -142,8 +142,8 @@ void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std:
   for (const auto border : borders) widest = std::max(widest, WidthOf(surface, border));
   if (widest > options.max_hole * diagonal) {
     throw base::InputError(fmt::format(
-        "is open: the widest of {} is {:.0f} % of its size across. Close it in a modeller (a cup's "
-        "wall needs a thickness), or let --fill-holes put a lid on every hole",
+        "is open: the widest of {} is {:.0f} % of its size across. Close it in a mesh editor (a "
+        "cup's wall needs a thickness), or close every hole with --fill-holes",
         Times(borders.size(), "hole"), 100.0 * widest / diagonal));
   }
   for (const auto border : borders) {
@@ -218,7 +218,7 @@ Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double 
   const auto counted = [&](const Point& p) {
     if (++evaluations > max_evaluations) {
       throw base::InputError(
-          "the surface does not settle: what was seen is not one thing on a table");
+          "the surface does not converge: the points are not a single object on a table");
     }
     return function(p);
   };
@@ -249,17 +249,18 @@ Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
     CGAL::alpha_wrap_3(surface, options.wrap_gap * diagonal, options.wrap_offset * diagonal, wrap);
     surface = std::move(wrap);
     result.done.push_back(fmt::format(
-        "it crosses itself: wrapped anew, {:.2f} % of its size outside of what was given",
+        "it intersects itself: replaced by a wrap, {:.2f} % of its size outside the given mesh",
         100.0 * options.wrap_offset));
   } else {
     const double before = CGAL::to_double(pmp::volume(surface));
     pmp::orient_to_bound_a_volume(surface);
     result.turned_inside_out = before < 0.0;
-    if (result.turned_inside_out) result.done.emplace_back("it was inside out: turned");
+    if (result.turned_inside_out)
+      result.done.emplace_back("it was inside out: orientation reversed");
   }
   const double volume = CGAL::to_double(pmp::volume(surface));
   if (!(volume > options.min_volume * std::pow(DiagonalOf(surface), 3))) {
-    throw base::InputError("encloses no volume to speak of: a sheet is no solid");
+    throw base::InputError("encloses almost no volume: it is a sheet, not a solid");
   }
   result.mesh = FromSurface(surface);
   return result;

@@ -109,20 +109,20 @@ LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
   const PointCloud thing = MeanOfEachCell(ThingOf(scene, X_CT), options.spacing_m);
   if (thing.size() < kMinPoints) {
     throw base::InputError(fmt::format(
-        "{} points of a thing on the table (in cells of {:g} mm); {} at least tell what it is",
+        "{} points of an object on the table (in cells of {:g} mm); at least {} are needed",
         thing.size(), options.spacing_m * 1e3, kMinPoints));
   }
   const double size_m = geometry::BoundsOf(thing.points).sizes().maxCoeff();
   if (size_m > kMaxSize * options.spacing_m) {
-    throw base::InputError(fmt::format(
-        "what is above the table is {:g} m across, more than {:g} points of {:g} mm: is an outlier "
-        "among it? --crop leaves it out",
-        size_m, kMaxSize, options.spacing_m * 1e3));
+    throw base::InputError(
+        fmt::format("the points above the table are {:g} m across, more than {:g} cells of {:g} "
+                    "mm: is an outlier among them? --crop excludes it",
+                    size_m, kMaxSize, options.spacing_m * 1e3));
   }
   PointCloud closed = thing;
   AddFoot(options, closed);
   auto surface = geometry::PoissonSurface(closed, options.spacing_m);
-  if (!surface) throw base::InputError("no closed surface fits what was seen");
+  if (!surface) throw base::InputError("no closed surface fits the points");
   LearntModel model;
   model.share_seen = ShareSeen(*surface, thing, options);
   Eigen::Vector3d middle = geometry::BoundsOf(surface->vertices).center();

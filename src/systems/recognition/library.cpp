@@ -125,7 +125,7 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
   const std::size_t triangles = mesh_B.triangles.size();
   if ((colors.print && colors.uv.size() != triangles) ||
       (!colors.plain.empty() && colors.plain.size() != triangles)) {
-    throw std::invalid_argument(fmt::format("{}: its colors are of another mesh", name));
+    throw std::invalid_argument(fmt::format("{}: its colors belong to another mesh", name));
   }
   KnownObject object;
   object.name = std::move(name);
@@ -146,7 +146,7 @@ Library::Library(std::vector<KnownObject> objects) {
   for (KnownObject& object : objects) {
     for (const auto& other : prepared->ready) {
       if (other->object.name != object.name) continue;
-      throw std::invalid_argument("two known objects are named " + object.name);
+      throw std::invalid_argument("two known objects have the name " + object.name);
     }
     prepared->ready.push_back(std::make_unique<internal::PreparedObject>(std::move(object)));
   }
@@ -160,7 +160,7 @@ const KnownObject& Library::Find(const std::string& name) const {
     known.push_back(one->object.name);
   }
   throw base::InputError(
-      fmt::format("no known object is named '{}'; known: {}", name, base::Join(known)));
+      fmt::format("unknown object '{}'; known objects: {}", name, base::Join(known)));
 }
 
 }  // namespace rangegrasp::recognition

@@ -79,8 +79,8 @@ void CheckMonotone(const Calibration& calibration) {
   }
   if (rises != 0 && rises != kMonotonySamples) {
     throw base::InputError(
-        "calibration: the fitted function from row to height turns back within the rows seen; "
-        "some scans are wrong or too noisy");
+        "calibration: the fitted function from row to height is not monotonic within the measured "
+        "rows; some scans are wrong or too noisy");
   }
 }
 
@@ -105,7 +105,7 @@ void FitLateral(std::span<const LateralSample> samples, Calibration& calibration
   const Eigen::Vector2d k = normal.ldlt().solve(right);
   calibration.meters_per_column = {k.x(), k.y()};
   if (!(k.x() + k.y() * *heights.begin() > 0.0 && k.x() + k.y() * *heights.rbegin() > 0.0)) {
-    throw base::InputError("calibration: the columns do not ascend along the body");
+    throw base::InputError("calibration: the columns do not increase along the body");
   }
 }
 
@@ -330,18 +330,18 @@ Calibration ReadCalibration(const std::filesystem::path& file) {
        {"columns", "row_min_px", "row_max_px", "meters_per_column", "meters_per_column_per_m"}) {
     map.Require(key);
   }
-  map.Read("columns", c.columns, kMinColumns, kMaxColumns, "columns of the camera");
-  map.Read("row_min_px", c.row_min_px, -kMaxRow_px, kMaxRow_px, "first row that was calibrated");
-  map.Read("row_max_px", c.row_max_px, -kMaxRow_px, kMaxRow_px, "and the last one");
+  map.Read("columns", c.columns, kMinColumns, kMaxColumns, "number of columns of the camera");
+  map.Read("row_min_px", c.row_min_px, -kMaxRow_px, kMaxRow_px, "first calibrated row");
+  map.Read("row_max_px", c.row_max_px, -kMaxRow_px, kMaxRow_px, "last calibrated row");
   for (std::size_t k = 0; k < kTerms; ++k) {
     const std::string key = fmt::format("height_{}_m", k);
     map.Require(key);
     map.Read(key, c.height_m[k], -kMaxBodyHeight_m, kMaxBodyHeight_m,
-             fmt::format("factor of u^{}; u is the row mapped to [-1, 1]", k));
+             fmt::format("coefficient of u^{}; u is the row mapped to [-1, 1]", k));
   }
   map.Read("meters_per_column", c.meters_per_column[0], 1e-9, 1.0, "width of a column at height 0");
   map.Read("meters_per_column_per_m", c.meters_per_column[1], -kMaxBodyHeight_m, kMaxBodyHeight_m,
-           "by which it grows a metre of height");
+           "increase of this width per metre of height");
   map.Finish();
   if (!(c.row_min_px < c.row_max_px)) map.Fail("row_max_px", "must be above row_min_px");
   return c;

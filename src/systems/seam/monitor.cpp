@@ -163,20 +163,21 @@ std::vector<float> Above(std::span<const float> height, const Curve& curve, doub
 template <typename Map>
 void ReadMonitorNumbers(Map& map, MonitorOptions& options) {
   map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
-                 "what rises this far above the surface is an obstacle");
-  map.Read("obstacle_share", options.obstacle_share, 0.1, 1.0,
-           "of that height, as seen from the surface between both mats, is enough");
+                 "minimum height of an obstacle above the surface");
+  map.Read(
+      "obstacle_share", options.obstacle_share, 0.1, 1.0,
+      "share of this height that is sufficient if measured from the surface between both mats");
   map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
-                 "if it is this wide");
+                 "minimum width of an obstacle");
   map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
-           "and this many of the last profiles show it in one place");
+           "number of the last profiles that must show an obstacle in the same place");
   map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
-                 "a lower step is no edge of a mat");
+                 "minimum height of a mat's edge");
   map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
-           "the mats end where this many of the last usable profiles show no edge");
-  map.Read("window", options.window, 1, 1000, "how many the last profiles are");
+           "number of the last usable profiles without an edge that means the end of the mats");
+  map.Read("window", options.window, 1, 1000, "number of the last profiles for these counts");
   map.Read("outage_profiles", options.outage_profiles, 1, 1000,
-           "so many unusable profiles one after the other are an outage of the sensor");
+           "number of consecutive unusable profiles that means an outage of the sensor");
 }
 
 bool WindowSuffices(const MonitorOptions& options) {

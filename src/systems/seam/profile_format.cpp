@@ -20,10 +20,9 @@ void CheckFormat(bool good, const char* what) {
 // A list of numbers, which YAML may write as text.
 void ReadNoValues(YamlMap& map, ProfileFileOptions& options) {
   std::vector<std::string> words;
-  map.Read(
-      "no_values", words,
-      "numbers that mean that nothing was measured, besides nan; none: 0 in images of 16 bits, "
-      "-32768 in signed ones");
+  map.Read("no_values", words,
+           "numbers that stand for missing values, in addition to nan; default: 0 in images of 16 "
+           "bits, -32768 in signed ones");
   if (!map.Has("no_values")) return;
   std::vector<double> numbers;
   for (const std::string& word : words) {
@@ -41,10 +40,10 @@ void ReadImageScale(YamlMap& map, ProfileFileOptions& options) {
   double scale_m = options.grey.unit_m;
   double offset_m = -options.grey.zero * options.grey.unit_m;
   map.ReadScaled("image_scale_mm", scale_m, kMm, 1e-9, 1e3,
-                 "images: height of a grey level; of a floating-point number 1");
+                 "images: height of one grey level; default for floating-point images: 1");
   map.ReadScaled("image_offset_mm", offset_m, kMm, -1e6, 1e6,
-                 "images: height of level 0, so that level 32768 is height 0; 0 with signed and "
-                 "floating-point numbers");
+                 "images: height of level 0; by default level 32768 has height 0; default for "
+                 "signed and floating-point images: 0");
   const bool has_scale = map.Has("image_scale_mm");
   for (HeightScale* scale : {&options.grey, &options.signed_grey, &options.real}) {
     if (has_scale) scale->unit_m = scale_m;
@@ -53,34 +52,41 @@ void ReadImageScale(YamlMap& map, ProfileFileOptions& options) {
 }
 
 void ReadTextColumns(YamlMap& map, TextFormat& text) {
-  map.Read("time_column", text.time_column, "number, from 1, or name of the column of times");
-  map.Read("encoder_column", text.encoder_column, "of the path's encoder");
+  map.Read("time_column", text.time_column, "number, from 1, or name of the time column");
+  map.Read("encoder_column", text.encoder_column, "number or name of the encoder column");
   map.Read("axis_column", text.axis_column,
-           "of what a row holds: Z heights, X the x of the next row; others are left out");
+           "number or name of the column with the type of a row: Z heights, X the x of the next "
+           "row; other rows are skipped");
   map.Read("profile_column", text.profile_column,
-           "layout points: of the profile's number; none: an empty line ends a profile");
-  map.Read("x_column", text.x_column, "layout points: of x; none: the first one not named above");
-  map.Read("z_column", text.z_column, "layout points: of the height; none: the one after x");
+           "layout points: column of the profile's number; default: an empty line ends a profile");
+  map.Read("x_column", text.x_column,
+           "layout points: column of x; default: the first one not named above");
+  map.Read("z_column", text.z_column,
+           "layout points: column of the height; default: the one after x");
   map.Read("first_column", text.first_column,
-           "of the heights (layout pairs, columns: of x); none: the one after all named above");
-  map.Read("x_in_header", text.x_in_header, "whether the header tells the x of each height");
+           "first column of the heights (layouts pairs and columns: of x); default: the one after "
+           "all columns named above");
+  map.Read("x_in_header", text.x_in_header, "whether the header has the x of each height");
 }
 
 void ReadText(YamlMap& map, TextFormat& text) {
-  map.Read("layout", text.layout,
-           "rows: a line is a profile. pairs: a line is a profile x, height, x, height. points: a "
-           "line is a point x, height. columns: the first column is x, every other one a profile");
+  map.Read(
+      "layout", text.layout,
+      "rows: a line is a profile. pairs: a line is a profile x, height, x, height. points: a line "
+      "is a point x, height. columns: the first column is x, each other column is a profile");
   map.Read("separator", text.separator,
-           "between columns; auto: semicolons if there are any, else commas, else blanks");
-  map.Read("decimal_comma", text.decimal_comma, "whether numbers are written 1,5");
+           "separator of columns; auto: semicolons if there are any, else commas, else blanks");
+  map.Read("decimal_comma", text.decimal_comma, "whether numbers have a decimal comma: 1,5");
   map.Read("header_lines", text.header_lines, 0, 10'000,
-           "lines that are left out first; the last of them names the columns");
+           "number of header lines; the last one has the column names");
   map.Read("header", text.header,
-           "instead: first field of the line that names the columns; those before are left out");
+           "instead of header_lines: first field of the line with the column names; lines before "
+           "it are skipped");
   map.Read("sections", text.sections,
-           "only what stands between a line that is one of these words and a line End");
+           "read only the lines between a line with one of these words and a line End");
   ReadTextColumns(map, text);
-  map.ReadScaled("unit_mm", text.scale.unit_m, kMm, 1e-9, 1e6, "unit of heights and x in a text");
+  map.ReadScaled("unit_mm", text.scale.unit_m, kMm, 1e-9, 1e6,
+                 "unit of heights and x in a text file");
 }
 
 // LMI Technologies, "Gocator Line Profile Sensors: User Manual" (2100 series), CSV File Format,
@@ -149,25 +155,27 @@ void ReadProfileFileOptions(YamlMap map, ProfileFileOptions& options) {
   ReadText(map, text);
   ReadImageScale(map, options);
   ReadNoValues(map, options);
-  map.Read("away", options.away, "whether heights grow away from the sensor");
+  map.Read("away", options.away, "whether heights increase away from the sensor");
   map.ReadScaled("min_height_mm", options.min_height_m, kMm, -1e6, 1e6,
-                 "a lower number in the file is out of range");
-  map.ReadScaled("max_height_mm", options.max_height_m, kMm, -1e6, 1e6, "and so is a higher one");
+                 "minimum valid height in the file");
+  map.ReadScaled("max_height_mm", options.max_height_m, kMm, -1e6, 1e6,
+                 "maximum valid height in the file");
   map.Read("time_unit_s", options.time_unit_s, 1e-12, 3600.0, "unit of the time column");
   map.ReadScaled("encoder_mm", options.encoder_m, kMm, -1e3, 1e3,
-                 "path a count; below 0: it counts down");
-  map.ReadScaled("feed_mm_per_s", options.feed_m_per_s, kMm, 1e-3, 1e5,
-                 "an encoder without a time column tells times by it");
+                 "path per encoder count; below 0: it counts down");
+  map.ReadScaled(
+      "feed_mm_per_s", options.feed_m_per_s, kMm, 1e-3, 1e5,
+      "feed speed, from which times are computed if there is an encoder but no time column");
   map.Read("max_gap_s", options.max_gap_s, 0.0, 3600.0,
-           "more time between two rows is an outage; 0: ten times what is between the first two. "
-           "Without a time or encoder column there are no gaps");
+           "maximum time between two rows; more is an outage; 0: ten times the time between the "
+           "first two. Without a time or encoder column there are no gaps");
   if (text.header_lines > 0 && !text.header.empty()) {
-    map.Fail("header", "and header_lines tell the header twice; one of them is needed");
+    map.Fail("header", "cannot be used with header_lines; give one of them");
   }
   if (text.decimal_comma && text.separator == TextSeparator::kComma) {
     map.Fail("decimal_comma",
-             "with commas between columns nobody can tell which is which; "
-             "separator must be semicolon, tab or blank");
+             "with commas between columns, decimal commas are ambiguous; separator must be "
+             "semicolon, tab or blank");
   }
   if (text.x_in_header && text.header_lines == 0 && text.header.empty()) {
     map.Fail("x_in_header", "needs a header: header_lines or header");

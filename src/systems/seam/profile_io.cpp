@@ -212,10 +212,10 @@ std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_
   if (!(pitch > 0.0) || !(high > low)) return std::nullopt;
   const double columns = std::round((high - low) / pitch) + 1.0;
   if (columns > kMaxGridColumns) {
-    throw InputError(fmt::format(
-        "x from {:.6g} to {:.6g} m with {:.6g} columns a metre are {:.0f} columns; at most {:.0f} "
-        "are a line (a wrong unit, or a no-value among x?)",
-        low, high, 1.0 / pitch, columns, kMaxGridColumns));
+    throw InputError(
+        fmt::format("x from {:.6g} to {:.6g} m with {:.6g} columns per metre gives {:.0f} columns; "
+                    "at most {:.0f} are allowed (a wrong unit, or a missing value among x?)",
+                    low, high, 1.0 / pitch, columns, kMaxGridColumns));
   }
   return EvenGrid{low, pitch, static_cast<std::size_t>(columns)};
 }
@@ -290,11 +290,12 @@ class RowFinish {
   std::string FaultOf(const RawRow& row, const Stamp& stamp) const {
     if (last_ && stamp.position_m && last_->position_m && *stamp.position_m < *last_->position_m) {
       return fmt::format(
-          "is at {:.6g} mm of the path, the row before at {:.6g} mm; the encoder must not go back",
+          "is at {:.6g} mm of the path, the previous row at {:.6g} mm; the encoder must not go "
+          "back",
           *stamp.position_m * base::kMmPerM, *last_->position_m * base::kMmPerM);
     }
     if (last_ && stamp.time_s < last_->time_s) {
-      return fmt::format("is of {:.9g} s, the row before of {:.9g} s; time must not go back",
+      return fmt::format("has time {:.9g} s, the previous row {:.9g} s; time must not go back",
                          stamp.time_s, last_->time_s);
     }
     return row.x_m.empty() || grid_ ? "" : "has no two points with a height";
@@ -401,7 +402,7 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
       const ProfileRow& made = read.rows.emplace_back(finish(std::move(row)));
       if (!made.fault.empty()) throw InputError(made.fault);
     }
-    if (read.rows.empty()) throw InputError("holds no profile");
+    if (read.rows.empty()) throw InputError("contains no profile");
     read.grid = finish.grid();
     return read;
   } catch (const InputError& error) {

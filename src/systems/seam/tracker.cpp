@@ -41,131 +41,128 @@ void CheckSteps(const TrackerOptions& options) {
   const double narrowest = std::ranges::min(steps.half_windows);
   const double least_1_m = kBaseColumns_1_m * kMinHalfWindow / narrowest;
   if (options.line.columns_per_m >= least_1_m) return;
-  throw std::invalid_argument(fmt::format(
-      "edge tracker: tracked steps (method steps) need {:.2f} columns a mm, the line has "
-      "{:.2f}; use method voting or weights",
-      least_1_m * kMm, options.line.columns_per_m * kMm));
+  throw std::invalid_argument(
+      fmt::format("edge tracker: tracked steps (method steps) need {:.2f} columns per mm, the line "
+                  "has {:.2f}; use method voting or weights",
+                  least_1_m * kMm, options.line.columns_per_m * kMm));
 }
 
 template <typename Map>
 void ReadFilter(Map map, FilterOptions& options) {
   map.Read("half_width_columns", options.half_width_columns, 1, 512,
-           "columns on each side in which a point looks for others");
+           "half width of the neighborhood of a point, in columns");
   map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
-                 "height above and below within which they count");
-  map.Read(
-      "min_neighbors", options.min_neighbors, 0, 1024,
-      "a point with fewer others about it is dropped; fewer are asked of a profile with holes");
+                 "half height of the neighborhood of a point");
+  map.Read("min_neighbors", options.min_neighbors, 0, 1024,
+           "minimum number of other points in the neighborhood; lower for a profile with holes");
   map.Finish();
 }
 
 template <typename Map>
 void ReadDetectors(Map map, DetectorOptions& options) {
   map.Read("model_levels", options.model_fitting.levels,
-           "which two heights the step of the model fitting has");
+           "the two heights of the step in model fitting");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
-           "columns on each side that vote for a candidate (n of eq. 3.6)");
+           "number of columns on each side that vote for a candidate (n of eq. 3.6)");
   map.Read("step_columns", options.local_weighted_voting.step_columns, 1, 4096,
-           "columns on each side that tell a candidate's height (k of eq. 3.5)");
+           "number of columns on each side that give a candidate's height (k of eq. 3.5)");
   map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096,
-           "columns that local weighted voting chooses from");
-  map.Read(
-      "kernel", options.gradient_accumulation.kernel, 0.001, 0.5,
-      "half length of the largest gradient of gradient accumulation, as a share of the profile");
+           "number of candidate columns of local weighted voting");
+  map.Read("kernel", options.gradient_accumulation.kernel, 0.001, 0.5,
+           "half length of the largest gradient of gradient accumulation, relative to the profile");
   map.Finish();
 }
 
 template <typename Map>
 void ReadStep(Map map, StepOptions& options) {
   map.Read("rule", options.rule,
-           "how its height is measured: fit is by least squares over the millimetres beside it, "
-           "range is as published");
+           "method for measuring the height: fit is a least-squares fit over the millimetres "
+           "beside the step, range is as published");
   map.Read("fitted", options.fitted, 0.0, 1.0,
-           "rule fit: share of min_step_mm from which a step is an edge's");
+           "rule fit: minimum height of an edge's step, relative to min_step_mm");
   map.Read("fitted_first", options.fitted_first, 0.0, 1.0,
-           "rule fit: the same of a step that is not where the last ones were");
+           "rule fit: the same for a step away from the last ones");
   map.ReadScaled("period_ms", options.period_s, kMs, 1.0, 10'000.0,
                  "rule fit: time over which profiles are averaged; an edge that moves by more than "
-                 "a millimetre in it is smeared");
+                 "a millimetre in this time is blurred");
   map.Read("half_window_columns", options.half_window, 1, 512,
-           "columns on each side of an edge in which its height is measured");
+           "number of columns on each side of an edge in which its height is measured");
   map.Read("median_half_width_columns", options.median_half_width, 0, 512,
-           "columns on each side that the median filter before it takes");
+           "half width of the preceding median filter, in columns");
   map.Read("continued", options.continued, 0.0, 1.0,
-           "rule range: share of min_step_mm that an edge needs where the last ones were; 1 is as "
-           "published");
-  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "a lower step is no edge");
+           "rule range: minimum height of an edge near the last ones, relative to min_step_mm; 1 "
+           "is as published");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "minimum height of an edge");
   map.Finish();
 }
 
 template <typename Map>
 void ReadStepTrack(Map map, StepTrackOptions& options) {
   map.ReadScaled("max_step_mm", options.steps.max_step_m, kMm, 0.001, 100.0,
-                 "a higher step is no edge");
-  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "nor is a lower one");
+                 "maximum height of an edge");
+  map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "minimum height of an edge");
   map.Read("memory", options.memory, 0.0, 0.999,
-           "share of the evidence for an edge that each profile keeps");
+           "share of the evidence for an edge that is kept from profile to profile");
   map.Read("speed_columns_per_s", options.speed_columns_per_s, 1.0, 1e6,
-           "how fast an edge may be expected to move on the line (standard deviation)");
+           "expected speed of an edge on the line (standard deviation)");
   map.Read("max_speed_columns_per_s", options.max_speed_columns_per_s, 1.0, 1e6,
-           "and how fast at most");
+           "maximum speed of an edge on the line");
   map.Read("evidence", options.evidence, 0.0, 1e6,
-           "mean log-likelihood ratio over many profiles that makes an edge");
-  map.Read("first_evidence", options.first_evidence, 0.0, 1e6,
-           "what a single profile must have more; n profiles: an n-th of this");
-  map.Read("most_evidence", options.most_evidence, 0.1, 1e6,
-           "evidence that a profile counts for at most");
+           "mean log-likelihood ratio over many profiles that is required for an edge");
+  map.Read(
+      "first_evidence", options.first_evidence, 0.0, 1e6,
+      "additional log-likelihood ratio required of a single profile; n profiles: an n-th of this");
+  map.Read("most_evidence", options.most_evidence, 0.1, 1e6, "maximum evidence of one profile");
   map.Read("uneven", options.uneven, 0.01, 10.0,
-           "share of its height by which an edge varies: the lower, the more a profile without it "
-           "tells of a mat's end");
+           "variation of an edge's height, relative to the height: the lower, the more a profile "
+           "without an edge indicates a mat's end");
   map.Read("continued", options.continued, 0.0, 1.0,
-           "share of the evidence that an edge needs to go on");
+           "share of the required evidence at which a found edge is continued");
   map.Read("line_profiles", options.line_profiles, 2, 1000,
-           "positions that the edge's line is laid through");
+           "number of positions to which the edge's line is fitted");
   map.Finish();
 }
 
 template <typename Map>
 void ReadLinePrediction(Map& map, LinePredictionOptions& options) {
   map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
-           "distance to the predicting line within which a vote supports it");
+           "maximum distance of a supporting vote from the prediction line");
   map.Read("line_max_slope_columns_per_s", options.max_slope_columns_per_s, 1.0, 1e6,
-           "steeper predicting lines are not considered");
+           "maximum slope of the prediction line");
 }
 
 template <typename Map>
 void ReadOtherKeys(Map& map, TrackerOptions& options) {
-  ReadFilter(map.Child("filter", "the geometric filter that drops single points"),
+  ReadFilter(map.Child("filter", "geometric filter that removes isolated points"),
              options.preprocess.filter);
   map.Read("border_columns", options.border_columns, 0, 4096,
-           "no edge is reported this near to the first and the last measured column");
+           "minimum distance of a reported edge from the first and the last measured column");
   map.Read("normalise", options.preprocess.normalise,
            "whether a parabola is subtracted from each profile");
   map.Read("min_columns", options.preprocess.min_columns, 8, 65536,
-           "a profile with fewer points after the filter is unusable");
+           "minimum number of points of a usable profile after the filter");
   ReadDetectors(map.Child("detectors", "the three detectors"), options.detectors);
   map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0,
-                 "two detectors agree if their positions are this near to each other");
+                 "maximum distance between the positions of two detectors that agree");
   map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
                  "time between two packets to the robot");
   map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
-                 "a packet tells where a step fits best to its profiles, this near to what was "
-                 "decided; 0: what was decided");
+                 "a packet has the position of the best-fitting step within this distance of the "
+                 "decision; 0: the decision itself");
   map.ReadScaled("keep_mm", options.keep_m, kMm, 0.0, 100.0,
-                 "what was decided is sent if it is this near to where the step fits best");
+                 "the decision is sent if it is within this distance of the best-fitting step");
   map.Read("confirm", options.confirm,
-           "whether a step counts only if another of the last profiles shows it, too");
+           "whether a step must be confirmed by another of the last profiles");
   ReadLinePrediction(map, options.line_prediction);
   map.Read("history_length", options.history.length, 1, 1000,
-           "earlier positions that raise the weights near them (n of eq. 3.19)");
+           "number of earlier positions that increase the weights near them (n of eq. 3.19)");
   map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0,
-           "width of the bell by which they do");
+           "width of the bell curve of this increase");
   map.Read("memory", options.accumulation.memory, 0.0, 0.999,
-           "method accumulated: share of the sum of weights that each profile keeps");
+           "method accumulated: share of the sum of weights that is kept from profile to profile");
   map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0,
-           "method accumulated: width of the bell that a candidate's weight is spread over");
-  ReadStep(map.Child("step", "the height of a step, which tells whether there is an edge"),
-           options.step);
+           "method accumulated: width of the bell curve over which a candidate's weight is spread");
+  ReadStep(map.Child("step", "test of a step's height: whether there is an edge"), options.step);
   ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
   map.Read("positive_edge", options.positive_edge,
            "whether the edge rises with the column number; false: it falls");
@@ -278,12 +275,11 @@ TrackerOptions AsPublished(TrackerOptions options) {
 
 void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
   map.Read("method", options.method,
-           "how the position of a profile's edge is decided; of the methods as published, "
-           "border_columns, confirm, refine_mm, step.rule and step.continued have no effect");
-  map.ReadScaled(
-      "columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
-      "columns a millimetre of the line; a simulated sensor's own go before it. All windows in "
-      "columns are stated for 12 and scaled to it");
+           "decision method for the position of a profile's edge; the methods as published ignore "
+           "border_columns, confirm, refine_mm, step.rule and step.continued");
+  map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
+                 "columns per millimetre of the line; a simulated sensor's own value has priority. "
+                 "All windows in columns are stated for 12 and scaled to it");
   ReadOtherKeys(map, options);
 }
 

@@ -101,9 +101,9 @@ Corners CornersOf(std::span<const BoardSighting> boards, const ChessboardOptions
   Corners corners;
   for (const BoardSighting& sighting : boards) {
     if (sighting.left_px.size() != board.size() || sighting.right_px.size() != board.size()) {
-      throw std::invalid_argument(fmt::format("{}: {} and {} corners, {} wanted", sighting.name,
-                                              sighting.left_px.size(), sighting.right_px.size(),
-                                              board.size()));
+      throw std::invalid_argument(fmt::format("{}: {} and {} corners; there must be {}",
+                                              sighting.name, sighting.left_px.size(),
+                                              sighting.right_px.size(), board.size()));
     }
     corners.board.push_back(board);
     corners.left.push_back(Points2(sighting.left_px));
@@ -258,13 +258,15 @@ double NormalSpread(std::span<const BoardSighting> boards) {
 
 void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions& options) {
   if (static_cast<int>(boards.size()) < options.min_views) {
-    throw base::InputError(fmt::format("{} views of the chessboard do not calibrate: {} at least",
-                                       boards.size(), options.min_views));
+    throw base::InputError(
+        fmt::format("{} views of the chessboard are too few to calibrate; at least {} are needed",
+                    boards.size(), options.min_views));
   }
   const double spread = NormalSpread(boards);
   if (spread < std::sin(options.min_spread_rad)) {
     throw base::InputError(fmt::format(
-        "the chessboard is tilted too little between its views: by {:.1f} deg, {:.1f} at least",
+        "the chessboard is tilted too little between its views: by {:.1f} deg; at least {:.1f} are "
+        "needed",
         base::ToDeg(std::asin(std::min(1.0, spread))), base::ToDeg(options.min_spread_rad)));
   }
 }
@@ -273,22 +275,22 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
   const double worst_px = std::max(result.camera_px, result.stereo_px);
   if (!(worst_px <= options.max_reprojection_px)) {
     throw base::InputError(fmt::format(
-        "the chessboard's corners are {:.2f} px off the calibrated cameras' (rms; {:.2f} at most): "
-        "is it flat, and is this one camera that was turned by the same angles each time?",
+        "the chessboard's corners are {:.2f} px off the calibrated cameras' (rms; maximum {:.2f}): "
+        "is the board flat, and is this one camera that turned by the same angles each time?",
         worst_px, options.max_reprojection_px));
   }
   constexpr double kSurely = 3.0;  // standard errors
   if (std::abs(result.scale - 1.0) >
       std::max(options.max_scale_error, kSurely * result.scale_error)) {
     throw base::InputError(fmt::format(
-        "the laser's planes do not agree with the chessboard's size: are its squares {:g} mm? They "
-        "would agree with {:.2f} mm",
+        "the laser's planes do not agree with the chessboard's size: are its squares {:g} mm? The "
+        "planes fit squares of {:.2f} mm",
         options.square_m * base::kMmPerM, result.scale * options.square_m * base::kMmPerM));
   }
   if (!(result.registration_m <= options.max_registration_m)) {
     throw base::InputError(fmt::format(
-        "the chessboard's corners are {:.2f} mm off the laser's planes (rms; {:.2f} at most): are "
-        "its squares {:g} mm, and was the same board scanned at the same place?",
+        "the chessboard's corners are {:.2f} mm off the laser's planes (rms; maximum {:.2f}): are "
+        "its squares {:g} mm, and was the same board scanned at the same position?",
         result.registration_m * base::kMmPerM, options.max_registration_m * base::kMmPerM,
         options.square_m * base::kMmPerM));
   }
@@ -362,17 +364,17 @@ std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const s
     const int half = HalfWindow(corners, options.columns);
     cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
   } else if (!cv::findChessboardCornersSB(grey, BoardSize(options), corners)) {
-    throw base::InputError(fmt::format("{}: no chessboard with {} x {} inner corners is seen whole",
-                                       name, options.columns, options.rows));
+    throw base::InputError(
+        fmt::format("{}: no chessboard with {} x {} inner corners is completely visible", name,
+                    options.columns, options.rows));
   }
   for (const bool upright : {false, true}) {
     const double edge_px =
         cv::estimateChessboardSharpness(grey, BoardSize(options), corners, 0.8F, upright)[0];
     if (!(edge_px <= options.max_edge_px)) {
-      throw base::InputError(
-          fmt::format("{}: the chessboard is blurred: its edges are {:.1f} px wide, {:.1f} at most "
-                      "would do",
-                      name, edge_px, options.max_edge_px));
+      throw base::InputError(fmt::format(
+          "{}: the chessboard is blurred: its edges are {:.1f} px wide, at most {:.1f} are allowed",
+          name, edge_px, options.max_edge_px));
     }
   }
   std::vector<Eigen::Vector2d> result;

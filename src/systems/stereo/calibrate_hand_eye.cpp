@@ -124,8 +124,9 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
                                             view.corners_px.size(), corners));
   }
   if (views.size() < static_cast<std::size_t>(options.min_views)) {
-    throw base::InputError(fmt::format("{} views do not calibrate a camera on the hand: {} or more",
-                                       views.size(), options.min_views));
+    throw base::InputError(fmt::format(
+        "{} views are too few to calibrate a camera on the hand; at least {} are needed",
+        views.size(), options.min_views));
   }
   double turned_rad = 0.0;
   for (const HandEyeView& view : views) {
@@ -134,8 +135,8 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
   }
   if (turned_rad < kMinTurn_rad) {
     throw base::InputError(
-        fmt::format("the hand turned by {:.1f} deg between the views: they do not calibrate a "
-                    "camera on it; {:.0f} deg or more, about several axes, do",
+        fmt::format("the hand turned by only {:.1f} deg between the views, too little to calibrate "
+                    "a camera on it; at least {:.0f} deg, about several axes, are needed",
                     turned_rad / base::kDeg, kMinTurn_rad / base::kDeg));
   }
 }
@@ -157,10 +158,10 @@ Eigen::Vector2d FirstSquare(const std::vector<Eigen::Vector2d>& corners, std::si
 std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const std::string& name,
                                               const ChessboardOptions& options) {
   if (options.columns % 2 == options.rows % 2) {
-    throw base::InputError(fmt::format(
-        "a board of {} x {} inner corners looks the same from both ends: one of both numbers must "
-        "be odd and one even, as 9 x 6",
-        options.columns, options.rows));
+    throw base::InputError(
+        fmt::format("a board of {} x {} inner corners looks the same from both ends: one number "
+                    "must be odd and one even, e.g. 9 x 6",
+                    options.columns, options.rows));
   }
   const internal::SingleThread single;
   std::vector<Eigen::Vector2d> corners = FindChessboard(picture, name, options);
@@ -193,8 +194,8 @@ HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera&
   result.rms_m = std::sqrt(squares / static_cast<double>(views.size()));
   if (!(result.rms_px <= options.max_reprojection_px)) {
     throw base::InputError(
-        fmt::format("the corners are {:.2f} px off where a camera on the hand would see them "
-                    "({:g} at most): was the board moved, or is it another camera?",
+        fmt::format("the corners are {:.2f} px from where a camera on the hand would see them "
+                    "(maximum {:g}): was the board moved, or is it another camera?",
                     result.rms_px, options.max_reprojection_px));
   }
   Jackknife(views, camera, corners, result);
@@ -205,7 +206,8 @@ HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   HandEyeRecord record;
   map.Require("camera");
-  auto camera = map.Child("camera", "its lens, with the distortion of equations 5.10 to 5.12");
+  auto camera =
+      map.Child("camera", "lens of the camera, with the distortion of equations 5.10 to 5.12");
   ReadCamera(camera, record.camera);
   if (map.Has("in_head")) {
     record.X_SC = sensing::ReadPoseOf(map, "in_head", "of the camera in the head's frame");
@@ -221,7 +223,7 @@ HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file) {
 
 void WriteHandEyeRecord(const HandEyeRecord& record, const std::filesystem::path& file) {
   std::string text =
-      "# The lens, where the camera is in its head, and the hand in the arm's frame at each "
+      "# The lens, the camera's pose in its head, and the hand's pose in the arm's frame at each "
       "picture.\n" +
       CameraText("camera", record.camera) + sensing::PoseText("in_head", record.X_SC);
   for (std::size_t i = 0; i < record.X_WH.size(); ++i) {

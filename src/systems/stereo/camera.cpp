@@ -59,9 +59,9 @@ void CheckCalibration(const StereoCalibration& calibration, const std::string& n
   }
   const double baseline = (calibration.X_WR.translation() - calibration.X_WL.translation()).norm();
   if (!(baseline >= kMinBaseline_m)) {
-    refuse(
-        fmt::format("left and right stand in one place ({:.4f} mm apart): nothing to triangulate",
-                    baseline * base::kMmPerM));
+    refuse(fmt::format(
+        "left and right have the same position ({:.4f} mm apart): triangulation is impossible",
+        baseline * base::kMmPerM));
   }
 }
 
@@ -70,13 +70,13 @@ void CheckSides(const Eigen::Vector3d& right_L) {
   const double sideways = right_L.x();
   if (std::abs(sideways) < std::abs(right_L.y())) {
     throw base::InputError(
-        "the stereo calibration: one camera stands above the other, not beside it");
+        "the stereo calibration: one camera is above the other; they must be side by side");
   }
   if (sideways <= 0.0) {
-    throw base::InputError(fmt::format(
-        "the stereo calibration: the right camera stands {:.1f} mm to the left of the left one; "
-        "exchange the two",
-        -sideways * base::kMmPerM));
+    throw base::InputError(
+        fmt::format("the stereo calibration: the right camera is {:.1f} mm to the left of the left "
+                    "one; exchange the two",
+                    -sideways * base::kMmPerM));
   }
 }
 
@@ -138,9 +138,9 @@ StereoCalibration ReadStereoCalibration(const fs::path& file) {
   calibration.X_WL = sensing::ReadPoseOf(map, "left", kFrame);
   calibration.X_WR = sensing::ReadPoseOf(map, "right", kFrame);
   map.Read("reprojection_px", calibration.reprojection_px, 0.0, 1e3,
-           "residual of the camera's calibration; 0: not known");
+           "residual of the camera's calibration; 0: unknown");
   map.ReadScaled("registration_mm", calibration.registration_m, base::kMm, 0.0, 1e3,
-                 "residual of the registration to the arm; 0: not known");
+                 "residual of the registration to the arm; 0: unknown");
   map.Finish();
   CheckCalibration(calibration, file.string());
   return calibration;
@@ -148,14 +148,13 @@ StereoCalibration ReadStereoCalibration(const fs::path& file) {
 
 void WriteStereoCalibration(const StereoCalibration& calibration, const fs::path& file) {
   base::WriteFile(
-      file,
-      fmt::format("# One camera that takes two pictures: its model, and where it stands at each in "
-                  "the arm's frame.\n# Axes of the camera: x right, y down, z forward.\n"
-                  "{}{}{}reprojection_px: {:.17g}\nregistration_mm: {:.17g}\n",
-                  CameraText("camera", calibration.camera),
-                  sensing::PoseText("left", calibration.X_WL),
-                  sensing::PoseText("right", calibration.X_WR), calibration.reprojection_px,
-                  calibration.registration_m * base::kMmPerM));
+      file, fmt::format("# One camera that takes two pictures: its model, and its pose in the "
+                        "arm's frame at each.\n# Axes of the camera: x right, y down, z "
+                        "forward.\n{}{}{}reprojection_px: {:.17g}\nregistration_mm: {:.17g}\n",
+                        CameraText("camera", calibration.camera),
+                        sensing::PoseText("left", calibration.X_WL),
+                        sensing::PoseText("right", calibration.X_WR), calibration.reprojection_px,
+                        calibration.registration_m * base::kMmPerM));
 }
 
 void ReadCamera(base::YamlMap& map, Camera& camera) {
@@ -163,8 +162,8 @@ void ReadCamera(base::YamlMap& map, Camera& camera) {
     map.Require(key);
     map.Read(key, value, low, high, doc);
   };
-  read("width_px", camera.width, 1, kMaxSize_px, "of its pictures");
-  read("height_px", camera.height, 1, kMaxSize_px, "of its pictures");
+  read("width_px", camera.width, 1, kMaxSize_px, "width of its pictures");
+  read("height_px", camera.height, 1, kMaxSize_px, "height of its pictures");
   read("fx_px", camera.fx, 1.0, kMaxFocalLength_px, "focal length along a row");
   read("fy_px", camera.fy, 1.0, kMaxFocalLength_px, "focal length along a column");
   read("cx_px", camera.cx, 0.0, kMaxSize_px, "column of the principal point");
@@ -252,10 +251,10 @@ PicturePair Rectifier::Apply(const image::Image& left, const image::Image& right
   const internal::SingleThread single;
   const auto turned = [&](const image::Image& from, const char* name, const Maps::Map& map) {
     if (from.width != camera_.width || from.height != camera_.height) {
-      throw base::InputError(fmt::format(
-          "the {} picture has {} x {} pixels, the camera of the calibration {} x {}: it is another "
-          "camera's",
-          name, from.width, from.height, camera_.width, camera_.height));
+      throw base::InputError(
+          fmt::format("the {} picture has {} x {} pixels, the camera of the calibration {} x {}: "
+                      "it is from another camera",
+                      name, from.width, from.height, camera_.width, camera_.height));
     }
     image::Image to;
     cv::Mat room = internal::Room(cameras_.width, cameras_.height, to);

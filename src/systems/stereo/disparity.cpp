@@ -25,14 +25,17 @@ constexpr int kHalfKept = 128;  // of 255, the mean of a mask over a shrunk pixe
 void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
   const auto check_odd = [](const char* name, int window, int low) {
     if (window >= low && window % 2 == 1) return;
-    throw std::invalid_argument(fmt::format("{} {}: odd and at least {}", name, window, low));
+    throw std::invalid_argument(
+        fmt::format("{} is {}; it must be odd and at least {}", name, window, low));
   };
   check_odd("block_window_px", o.block_window_px, 5);
   check_odd("semi_global_window_px", o.semi_global_window_px, 1);
-  if (o.shrink < 1) throw std::invalid_argument(fmt::format("shrink {}: at least 1", o.shrink));
+  if (o.shrink < 1)
+    throw std::invalid_argument(fmt::format("shrink is {}; it must be at least 1", o.shrink));
   if (!(min_px >= 0.0 && max_px > min_px)) {
     throw std::invalid_argument(
-        fmt::format("disparities from {:.1f} to {:.1f} px: ascending from 0", min_px, max_px));
+        fmt::format("disparities from {:.1f} to {:.1f} px: they must be ascending, from at least 0",
+                    min_px, max_px));
   }
 }
 
@@ -169,7 +172,7 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   if (left.width != right.width || left.height != right.height || left.width != left_mask.width ||
       left.height != left_mask.height || left.width != whole_left.width ||
       left.height != whole_left.height) {
-    throw std::invalid_argument("pictures and mask must be of one size");
+    throw std::invalid_argument("pictures and mask must have the same size");
   }
   Disparity result{left.width, left.height, {}};
   result.grey.assign(left.grey.size(), std::numeric_limits<float>::quiet_NaN());

@@ -162,13 +162,13 @@ PicturePair ReadPicturePair(const std::filesystem::path& left, const std::filesy
   pair.left = ReadPicture(left, pair.colour);
   pair.right = ReadPicture(right, right_colour);
   if (pair.colour != right_colour) {
-    throw base::InputError(fmt::format("{} is {}, {} is {}: both must be of one kind",
+    throw base::InputError(fmt::format("{} is {}, {} is {}: both must have the same format",
                                        left.string(), pair.colour ? "colour" : "grey",
                                        right.string(), right_colour ? "colour" : "grey"));
   }
   if (pair.left.width != pair.right.width || pair.left.height != pair.right.height) {
     throw base::InputError(fmt::format(
-        "{} has {} x {} pixels, {} has {} x {}: both must be of one size", left.string(),
+        "{} has {} x {} pixels, {} has {} x {}: both must have the same size", left.string(),
         pair.left.width, pair.left.height, right.string(), pair.right.width, pair.right.height));
   }
   return pair;

@@ -26,32 +26,37 @@ void ReadWindow(base::YamlMap& map, const char* key, int& value, int low, int hi
 }
 
 void ReadMatch(base::YamlMap& map, MatchOptions& o) {
-  map.Read("matching", o.method,
-           "what finds the disparities; the dissertation's is block matching");
+  map.Read("matching", o.method, "stereo matching method; the dissertation uses block matching");
   map.Read("shrink", o.shrink, 1, 8,
-           "squares of so many pixels are averaged before matching; the following are in these");
+           "pictures are reduced by this factor before matching; the following keys are in reduced "
+           "pixels");
   ReadWindow(map, "block_window_px", o.block_window_px, 5, 255,
-             "block: side of the window whose differences are summed, odd");
-  ReadWindow(map, "semi_global_window_px", o.semi_global_window_px, 1, 15, "semi_global: the same");
+             "block: side of the matching window, odd");
+  ReadWindow(map, "semi_global_window_px", o.semi_global_window_px, 1, 15,
+             "semi_global: side of the matching window, odd");
   map.Read("small_step_cost", o.small_step_cost, 0.0, 1000.0,
-           "semi_global: cost of a disparity that differs by one, in grey levels a pixel");
+           "semi_global: cost of a disparity step of one, in grey levels per pixel");
   map.Read("large_step_cost", o.large_step_cost, 0.0, 1000.0,
-           "semi_global: of one that differs by more");
+           "semi_global: cost of a larger disparity step, in grey levels per pixel");
   map.Read("uniqueness_percent", o.uniqueness_percent, 0, 100,
-           "the second best match must be worse by this share");
-  map.Read("min_texture", o.min_texture, 0, 100000, "block: less slope in a window is no texture");
+           "minimum relative difference between the best and the second best match");
+  map.Read("min_texture", o.min_texture, 0, 100000,
+           "block: minimum texture of a window, the sum of its slopes");
   map.Read("max_left_right_px", o.max_left_right_px, -1, 100,
-           "matches from left and from right agree within this; -1: not checked");
-  map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "smaller patches of matches are removed");
-  map.Read("patch_step_px", o.patch_step_px, 0, 100, "within which the disparity changes less");
+           "maximum difference between left-to-right and right-to-left matches; -1: not checked");
+  map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "minimum size of a patch of matches");
+  map.Read("patch_step_px", o.patch_step_px, 0, 100, "maximum disparity step inside a patch");
   map.Read("consensus_share", o.consensus_share, 0.0, 1.0,
-           "this part of the pixels of like colour round a match share it; 0: not asked for");
-  map.Read("consensus_levels", o.consensus_levels, 1, 255, "like: each channel within this");
-  map.Read("consensus_reach_px", o.consensus_reach_px, 1, 1000, "round it: so far away");
+           "minimum share of the surrounding pixels of similar colour that have the same "
+           "disparity; 0: not checked");
+  map.Read("consensus_levels", o.consensus_levels, 1, 255,
+           "maximum difference of each channel for a similar colour");
+  map.Read("consensus_reach_px", o.consensus_reach_px, 1, 1000,
+           "maximum distance of these surrounding pixels");
   map.Read("min_edges", o.min_edges, 0.0, 100.0,
-           "patches with fewer edge pixels, as a share of their width, are removed; 0: all stay");
+           "minimum number of edge pixels of a patch, relative to its width; 0: not checked");
   map.Read("edge_levels", o.edge_levels, 0.0, 255.0,
-           "grey changes by this from pixel to pixel at an edge");
+           "minimum grey level difference between neighboring pixels at an edge");
   if (o.small_step_cost >= o.large_step_cost) {
     map.Fail(map.Has("small_step_cost") ? "small_step_cost" : "large_step_cost",
              "small_step_cost must be below large_step_cost");
@@ -63,13 +68,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNoiseDeviations = 3.0;
 
 void CheckOptions(const ReconstructOptions& o) {
-  if (o.step_px < 1) throw std::invalid_argument(fmt::format("step_px {}: at least 1", o.step_px));
+  if (o.step_px < 1)
+    throw std::invalid_argument(fmt::format("step_px is {}; it must be at least 1", o.step_px));
   if (!(o.near_m > 0.0 && o.far_m > o.near_m)) {
-    throw std::invalid_argument(
-        fmt::format("depths from {} to {} m: ascending from above 0", o.near_m, o.far_m));
+    throw std::invalid_argument(fmt::format(
+        "depths from {} to {} m: both must be above 0, in ascending order", o.near_m, o.far_m));
   }
   if (o.blue_window_px < 1 || o.blue_window_px % 2 == 0) {
-    throw std::invalid_argument(fmt::format("blue_window_px {}: odd", o.blue_window_px));
+    throw std::invalid_argument(
+        fmt::format("blue_window_px is {}; it must be odd", o.blue_window_px));
   }
 }
 
@@ -325,8 +332,7 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
   const double max_px = grid.MaxDisparity();
   if (max_px == 0.0) {
     throw base::InputError(
-        "the stereo camera does not see the volume that is to be reconstructed: no pixel's ray "
-        "meets it");
+        "the stereo camera does not see the volume for reconstruction: no pixel's ray meets it");
   }
   const Mask right_kept = KeptPixels(result.rectified.right, options);
   result.disparity =
@@ -339,23 +345,27 @@ Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
 
 void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& o) {
   ReadMatch(map, o.match);
-  map.Read("remove_blue", o.remove_blue, "blue pixels are the table's: removed before matching");
+  map.Read("remove_blue", o.remove_blue,
+           "remove blue pixels before matching: they belong to the table");
   map.Read("blue_share", o.blue_share, 0.0, 1.0,
-           "blue exceeds red and green by this share of itself");
-  map.Read("blue_levels", o.blue_levels, 0, 255, "and by so many of 255 levels");
+           "minimum relative difference of blue to red and green in a blue pixel");
+  map.Read("blue_levels", o.blue_levels, 0, 255,
+           "minimum absolute difference of blue to red and green, in levels of 255");
   ReadWindow(map, "blue_window_px", o.blue_window_px, 1, 255,
-             "a pixel's colour is what most of this window's pixels have");
-  map.Read("step_px", o.step_px, 1, 64, "one sample for so many pixels in both directions");
-  map.Read("min_share", o.min_share, 0.0, 1.0, "of which this share must agree ...");
-  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0, "... within this");
+             "side of the window whose majority decides whether a pixel is blue");
+  map.Read("step_px", o.step_px, 1, 64, "distance in pixels between samples in both directions");
+  map.Read("min_share", o.min_share, 0.0, 1.0,
+           "minimum share of a sample's pixels that agree in disparity");
+  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0,
+           "maximum difference between disparities that agree");
   map.Read("min_table_px", o.min_table_px, 0, 1000000,
-           "smaller patches of blue are print, where no table is seen");
+           "minimum size of a blue patch that is the table; smaller ones are print on objects");
   map.ReadScaled("height_mm", o.volume_height_m, kMm, 10.0, 1e4,
-                 "only what is lower than this above the workspace is reconstructed");
-  map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "nearest depth that is searched");
-  map.ReadScaled("far_mm", o.far_m, kMm, 10.0, 1e5, "furthest depth that is searched");
+                 "maximum height above the workspace for reconstruction");
+  map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "minimum depth");
+  map.ReadScaled("far_mm", o.far_m, kMm, 10.0, 1e5, "maximum depth");
   map.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 100.0,
-           "standard deviation of a disparity, which the noise of a sample follows from");
+           "standard deviation of a disparity, from which the noise of a sample is computed");
   if (o.near_m >= o.far_m)
     map.Fail(map.Has("near_mm") ? "near_mm" : "far_mm", "near_mm must be below far_mm");
   map.Finish();

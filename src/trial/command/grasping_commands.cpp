@@ -48,7 +48,7 @@ void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
   std::string text;
   const bool usable = detector->check_answers(cell, text);
   if (!quiet) WriteResult(text);
-  if (!usable) throw base::InputError("the detector cannot be used as it is");
+  if (!usable) throw base::InputError("the detector has errors");
 }
 
 // The detector of a command line in place of the shipped experiment's.
@@ -124,11 +124,11 @@ void Check(const CheckArguments& arguments) {
     for (const base::Finding& finding : findings) text += base::TextOf(finding) + "\n";
     text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
                         kind.find_first_of("aeo") == 0 ? "an" : "a", kind,
-                        findings.empty() ? std::string("nothing is wrong")
+                        findings.empty() ? std::string("no errors")
                                          : fmt::format("{} errors, {} warnings", errors, warnings));
     WriteResult(text);
   }
-  if (errors > 0) throw base::InputError(fmt::format("{}: cannot work as it is", arguments.file));
+  if (errors > 0) throw base::InputError(fmt::format("{}: has errors", arguments.file));
 }
 
 // The settled world of an experiment's trial, or a scene file as it stands.
@@ -181,7 +181,7 @@ Picked Pick(const fs::path& file, const std::string& trial, std::optional<std::u
             const std::string& sensor = "") {
   if (IsExperiment(file)) return PickTrial(file, trial, seed, sensor);
   if (!trial.empty()) {
-    throw base::InputError("--trial goes with an experiment file, not with " + file.string());
+    throw base::InputError("--trial needs an experiment file, but " + file.string() + " is none");
   }
   return PickScene(file, seed);
 }
@@ -192,18 +192,18 @@ void AddSnapshot(CLI::App& app) {
     std::optional<std::uint64_t> seed;
   };
   auto* command = app.add_subcommand(
-      "snapshot",
-      "Picture of a scene, of an object, or of an experiment's trial at its start, as PNG.");
+      "snapshot", "Draw a scene, an object, or the start of an experiment's trial as PNG.");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("file", arguments->file, "scene or object (MJCF) or experiment (YAML)")
       ->required();
   command->add_option("-o,--out", arguments->out, "PNG file")->required();
   command->add_option("--camera", arguments->camera,
                       "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
-                      "overview; near by of an object)");
-  command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels");
-  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+                      "overview; for an object, a close view)");
+  command->add_option("--size", arguments->size, "size, WIDTHxHEIGHT in pixels");
+  command->add_option("--trial", arguments->trial,
+                      "id of a trial of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
       ->check(CLI::NonNegativeNumber);
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
@@ -283,7 +283,7 @@ bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
   const std::string written = picked.cell().sensor->WriteLook(*picked.world, rng, arguments.out);
   if (written.empty()) return false;
   if (arguments.target_only || !arguments.picture.empty()) {
-    throw base::InputError("--picture and --target-only go with a line scanner");
+    throw base::InputError("--picture and --target-only need a line scanner");
   }
   spdlog::info(written);
   return true;
@@ -291,20 +291,20 @@ bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
 
 void AddScan(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "scan", "One simulated scan as an organised PCD or PLY cloud with labels.");
+      "scan", "Simulate one scan and write it as an organised PCD or PLY cloud with labels.");
   auto arguments = std::make_shared<ScanArguments>();
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
-  command->add_option("-o,--out", arguments->out, "cloud, .pcd or .ply")->required();
-  command->add_option("--trial", arguments->trial, "of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "instead of the experiment's")
+  command->add_option("-o,--out", arguments->out, "output cloud, .pcd or .ply")->required();
+  command->add_option("--trial", arguments->trial,
+                      "id of a trial of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--picture", arguments->picture, "PNG of the cloud and both shadows");
-  command->add_option(
-      "--sensor", arguments->sensor,
-      "in place of the experiment's: laser, stereo, or a file (YAML); for a scene a line "
-      "scanner's file");
+  command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
+  command->add_option("--sensor", arguments->sensor,
+                      "laser, stereo, or a sensor file (YAML), instead of the experiment's; for a "
+                      "scene, the file of a line scanner");
   command->add_flag("--target-only", arguments->target_only,
-                    "of an experiment: only the target's points, as for rangegrasp parts");
+                    "experiments only: write only the target's points, e.g. for rangegrasp parts");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
       "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
@@ -346,22 +346,22 @@ void AddScan(CLI::App& app) {
 }  // namespace
 
 void AddCheckCommand(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "check",
-      "Look for what is wrong with a scene, an arm, a hand, an object (MJCF), an experiment "
-      "(YAML) or a detector of your own, and say how one edit cures it.");
+  auto* command =
+      app.add_subcommand("check",
+                         "Check a scene, an arm, a hand, an object (MJCF), an experiment (YAML) or "
+                         "your own detector for errors, and print how to correct each.");
   auto a = std::make_shared<CheckArguments>();
   command->add_option("file", a->file, "MJCF or experiment file");
-  command->add_option("--as", a->as, "what an MJCF file is (default: by what it holds)")
+  command->add_option("--as", a->as, "type of an MJCF file (default: from its content)")
       ->check(CLI::IsMember(base::WordList<check::Kind>()));
   command->add_option("--detector", a->detector,
-                      "in place of a file: a grasp detector of your own, e.g. \"python3 "
-                      "my_detector.py\"; it is asked about a few scans");
+                      "check your own grasp detector on a few scans instead of a file, e.g. "
+                      "\"python3 my_detector.py\"");
   command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
-  command->add_flag("--json", a->json, "findings as JSON");
+  command->add_flag("--json", a->json, "print the findings as JSON");
   command->footer(
-      "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 nothing that keeps it from "
-      "working, 2 errors. `run` does the same before its first trial.");
+      "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 no errors, 2 errors. `run` "
+      "does the same check before its first trial.");
   command->callback([a] { Check(*a); });
 }
 

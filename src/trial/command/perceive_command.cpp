@@ -92,15 +92,14 @@ std::vector<std::string> Warnings(const perception::Scene& scene) {
     const double share = static_cast<double>(object.points.size()) / points;
     if (size_m > kMaxObject_m) {
       warnings.push_back(fmt::format(
-          "object {} is {:.2f} m long: larger than what a hand or a table could hold; try --crop "
-          "or --up",
-          i + 1, size_m));
+          "object {} is {:.2f} m long: too large for a hand or a table; try --crop or --up", i + 1,
+          size_m));
     }
     if (share > kMaxShare) {
-      warnings.push_back(fmt::format(
-          "object {} has {:.0f} % of all points: more than an object on a table; try --crop or "
-          "--up",
-          i + 1, 100.0 * share));
+      warnings.push_back(
+          fmt::format("object {} has {:.0f} % of all points: too many for an object on a table; "
+                      "try --crop or --up",
+                      i + 1, 100.0 * share));
     }
   }
   return warnings;
@@ -293,10 +292,10 @@ std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
     each.back().out = (fs::path(all.out) / stem).string();
     const auto [other, fresh] = cloud_of.try_emplace(stem, cloud);
     if (fresh) continue;
-    throw base::InputError(fmt::format(
-        "{} and {}: have the same name, so that both would be written to {}; perceive them into "
-        "two folders",
-        other->second, cloud, each.back().out));
+    throw base::InputError(
+        fmt::format("{} and {}: have the same name, so that both would be written to {}; use two "
+                    "output folders",
+                    other->second, cloud, each.back().out));
   }
   return each;
 }
@@ -356,14 +355,14 @@ void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
   command.add_option(
       "--sensor-origin", arguments.origin,
-      "x,y,z of the sensor in the cloud's frame [m] (a PCD's viewpoint, else 0,0,0)");
+      "x,y,z of the sensor in the cloud's frame [m] (default: viewpoint of a PCD, else 0,0,0)");
   command
       .add_option("--crop", arguments.crop,
-                  "only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
+                  "use only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
       ->delimiter(',')
       ->expected(6);
-  command.add_option("--up", arguments.up, "direction away from the table, where it is known");
-  command.add_option("--unit", arguments.unit, "of the cloud's coordinates")
+  command.add_option("--up", arguments.up, "direction away from the table, if it is known");
+  command.add_option("--unit", arguments.unit, "unit of the cloud's coordinates")
       ->check(CLI::IsMember({"m", "cm", "mm"}));
 }
 
@@ -416,7 +415,7 @@ std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {
 
 void AddPerceiveCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "perceive", "Objects and grasps of any cloud, or of several; of recorded ones, too.");
+      "perceive", "Find objects and grasps in one or more clouds, recorded or simulated.");
   auto arguments = std::make_shared<PerceiveArguments>();
   auto clouds = std::make_shared<std::vector<std::string>>();
   auto jobs =
@@ -425,21 +424,23 @@ void AddPerceiveCommand(CLI::App& app) {
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--noise-mm", arguments->noise_mm,
-                   "the sensor's noise, where it is known better than it can be measured")
+                   "noise of the sensor (default: measured from the cloud)")
       ->check(CLI::Range(0.0, 50.0));
   command
       ->add_option("--segmentation", arguments->segmentation,
-                   "how points above the table become segments (convexity)")
+                   "segmentation of the points above the table (convexity)")
       ->check(CLI::IsMember(base::WordList<perception::SegmentMethod>()));
   command->add_option("--scene", arguments->scene,
-                      "scene whose hand is to grasp (default: the installed tabletop.xml)");
-  command->add_option("--seed", arguments->seed, "of the random draws")
+                      "scene with the hand (default: the installed tabletop.xml)");
+  command->add_option("--seed", arguments->seed, "seed of the random draws")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", arguments->json, "everything as JSON; of several clouds a line each");
+  command->add_flag("--json", arguments->json, "print the result as JSON; one line per cloud");
   command->add_option("-o,--out", arguments->out,
-                      "folder for perceived.json, perceived.png and each object's object_<n>.ply; "
-                      "of several clouds a folder each below it");
-  command->add_option("--jobs", *jobs, "clouds at the same time (default: the number of cores)")
+                      "output folder for perceived.json, perceived.png and each object's "
+                      "object_<n>.ply; for several clouds one subfolder each");
+  command
+      ->add_option("--jobs", *jobs,
+                   "number of clouds processed in parallel (default: number of cores)")
       ->check(CLI::Range(1, 1024));
   command->footer(
       "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");

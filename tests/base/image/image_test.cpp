@@ -105,7 +105,7 @@ TEST(ReadPng, NamesWhatIsNoPng) {
   ExpectRefused<Image>(folder.Write("e.png", ""), "is not a PNG image");
   ExpectRefused<Image>(folder.Write("t.png", "no picture at all"), "is not a PNG image");
   const std::string whole = EncodePng(RandomPicture<Image>(1));
-  ExpectRefused<Image>(folder.Write("h.png", whole.substr(0, whole.size() / 2)), "cut off");
+  ExpectRefused<Image>(folder.Write("h.png", whole.substr(0, whole.size() / 2)), "truncated");
 }
 
 TEST(DecodePng, NoBeginningOfAFileIsAPicture) {

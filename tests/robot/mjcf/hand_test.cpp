@@ -59,7 +59,7 @@ TEST(HandFile, SaysThatAValueIsMissing) {
     HandMotors(model.get());
     FAIL();
   } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("\"hand_closed\" must hold one value for each of the 3"));
+    EXPECT_THAT(error.what(), HasSubstr("\"hand_closed\" must have one value for each of the 3"));
   }
 }
 

@@ -132,11 +132,11 @@ TEST_F(OwnCell, PrintsTheMissingTupleReadyToPaste) {
 TEST_F(OwnCell, SaysThatATupleHoldsSomethingElse) {
   arm_ = Replaced(arm_, "objtype=\"actuator\" objname=\"drive3\"",
                   "objtype=\"body\" objname=\"link3\"");
-  ExpectOne({"tuple \"arm_actuators\"", "something else than elements of type actuator"});
+  ExpectOne({"tuple \"arm_actuators\"", "must have only elements of type actuator"});
 }
 TEST_F(OwnCell, SaysThatANumericIsTooShort) {
   arm_ = Replaced(arm_, "data=\"2 2 2 2 2.5 2.5 2.5\"", "data=\"2 2 2\"");
-  ExpectOne({"numeric \"joint_velocity\"", "7 numbers above 0, it holds 3"});
+  ExpectOne({"numeric \"joint_velocity\"", "7 numbers above 0, it has 3"});
 }
 TEST_F(OwnCell, SaysThatTheHandIsMissingAndHowToAttachIt) {
   arm_ = Replaced(arm_, "<attach model=\"hand\" body=\"hand\" prefix=\"hand/\"/>", "");
@@ -145,7 +145,7 @@ TEST_F(OwnCell, SaysThatTheHandIsMissingAndHowToAttachIt) {
 TEST_F(OwnCell, SaysThatANameIsThereTwice) {
   scene_ =
       Replaced(scene_, "<body name=\"mount\"", "<site name=\"my/delivery\"/> <body name=\"mount\"");
-  ExpectOne({"site \"delivery\"", "there twice"});
+  ExpectOne({"site \"delivery\"", "exists twice"});
 }
 
 // The arm.
@@ -156,7 +156,7 @@ TEST_F(OwnCell, SaysThatAJointIsNotListed) {
   arm_ = Replaced(arm_, "2 2 2 2 2.5 2.5 2.5", "2 2 2 2.5 2.5 2.5");
   arm_ = Replaced(arm_, "3 3 3 3 5 5 5", "3 3 3 5 5 5");
   SetHome("0 0 -1.67 0 0.5 0");
-  EXPECT_THAT(All(Check()), HasSubstr("lies between the world and the hand, and is not in"));
+  EXPECT_THAT(All(Check()), HasSubstr("is between the world and the hand, but not in"));
 }
 TEST_F(OwnCell, SaysThatTheActuatorsAreInAnotherOrder) {
   arm_ = Replaced(arm_, "objname=\"drive2\"", "objname=\"drive_x\"");
@@ -170,8 +170,8 @@ TEST_F(OwnCell, SaysThatTheActuatorsAreInAnotherOrder) {
 TEST_F(OwnCell, SaysThatADriveIsNoPositionServo) {
   arm_ = Replaced(arm_, "<position name=\"drive4\" joint=\"joint4\" forcerange=\"-87 87\"/>",
                   "<motor name=\"drive4\" joint=\"joint4\"/>");
-  ExpectOne(
-      {"arm.xml:", "actuator \"arm/drive4\"", "no position servo", "<position joint=\"joint4\""});
+  ExpectOne({"arm.xml:", "actuator \"arm/drive4\"", "not a position servo",
+             "<position joint=\"joint4\""});
 }
 TEST_F(OwnCell, SaysThatACommandIsCut) {
   arm_ = Replaced(arm_, "joint=\"joint2\"", "joint=\"joint2\" ctrlrange=\"-1 1\"");
@@ -185,7 +185,8 @@ TEST_F(OwnCell, SaysThatHomeIsOutOfRange) {
 }
 TEST_F(OwnCell, SaysThatThereIsNoArmature) {
   arm_ = Replaced(arm_, " armature=\"0.1\"", "");
-  ExpectOne({"have no armature", "armature=\"0.1\" in the <joint> of the default at", "arm.xml:6"});
+  ExpectOne(
+      {"too little armature", "armature=\"0.1\" in the <joint> of the default at", "arm.xml:6"});
 }
 TEST_F(OwnCell, SaysThatGravityIsNotCompensated) {
   arm_ = Replaced(arm_, "<numeric name=\"gravity_compensation\" data=\"1\"/>", "");
@@ -219,7 +220,7 @@ TEST_F(OwnCell, SaysThatAnInertiaIsOutOfAllProportion) {
   arm_ =
       Replaced(arm_, "<joint name=\"joint4\"",
                "<inertial pos=\"0 0 0\" mass=\"2\" diaginertia=\"9 9 9\"/><joint name=\"joint4\"");
-  ExpectOne({"body \"arm/link4\"", "as if its 2 kg lay", "diaginertia="});
+  ExpectOne({"body \"arm/link4\"", "has the inertia of 2 kg at", "diaginertia="});
 }
 TEST_F(OwnCell, SaysThatAMeshIsInMillimetres) {
   base::WriteFile(folder_ / "part.obj",
@@ -237,18 +238,18 @@ TEST_F(OwnCell, SaysThatALinkDoesNotCollide) {
   arm_ = Replaced(arm_, "<joint name=\"joint2\"",
                   "<inertial pos=\"0 0 0.1\" mass=\"3\" diaginertia=\"0.02 0.02 0.02\"/><joint "
                   "name=\"joint2\"");
-  ExpectOne({"bodies arm/link2", "none of which collides"}, false);
+  ExpectOne({"bodies arm/link2", "have no collision geoms"}, false);
 }
 TEST_F(OwnCell, SaysThatNothingIsSeenAndNothingCollides) {
   arm_ = Replaced(arm_, "<geom group=\"2\" contype", "<geom group=\"4\" contype");
   hand_ = Replaced(hand_, "<geom group=\"2\" contype", "<geom group=\"4\" contype");
-  ExpectOne({"the arm: has no geom that is seen", "group=\"2\""});
+  ExpectOne({"the arm: has no visible geom", "group=\"2\""});
   arm_ = Replaced(arm_, "group=\"4\" contype", "group=\"2\" contype");
   arm_ =
       Replaced(arm_, "group=\"3\" density", "group=\"3\" contype=\"0\" conaffinity=\"0\" density");
   hand_ = Replaced(hand_, "<geom group=\"3\" type=\"capsule\"",
                    "<geom group=\"3\" contype=\"0\" conaffinity=\"0\" type=\"capsule\"");
-  EXPECT_THAT(All(Check()), HasSubstr("the arm: has no geom that collides"));
+  EXPECT_THAT(All(Check()), HasSubstr("the arm: has no collision geom"));
 }
 
 // Contacts.
@@ -267,7 +268,7 @@ TEST_F(OwnCell, NamesWhatTouchesAtHome) {
   scene_ = Replaced(scene_, "<body name=\"mount\"",
                     "<geom name=\"post\" type=\"box\" pos=\"-0.45 0 0.55\" size=\"0.02 0.2 0.01\" "
                     "group=\"3\"/> <body name=\"mount\"");
-  EXPECT_THAT(All(Check()), HasSubstr("mm inside each other there"));
+  EXPECT_THAT(All(Check()), HasSubstr("overlap by"));
 }
 
 // Its first links lie below the table's top, an infinite plane to the engine.
@@ -288,7 +289,7 @@ TEST_F(OwnCell, SaysThatTheEnginesOptionsLetThingsSlip) {
 }
 TEST_F(OwnCell, SaysThatTheTableIsElsewhere) {
   bench_ = Replaced(bench_, "pos=\"0.13 0 0\"/>", "pos=\"0.13 0 -0.05\"/>");
-  EXPECT_THAT(All(Check()), HasSubstr("no table below it whose top is at z = 0"));
+  EXPECT_THAT(All(Check()), HasSubstr("no table below it has its top at z = 0"));
 }
 TEST_F(OwnCell, SaysThatTheArmAtHomeStandsInTheView) {
   SetHome("0 0.3 0 -1.6 0 1.3 0");
@@ -297,7 +298,7 @@ TEST_F(OwnCell, SaysThatTheArmAtHomeStandsInTheView) {
 TEST_F(OwnCell, SaysThatTheWorkspaceIsOutOfReach) {
   scene_ = Replaced(scene_, "pos=\"-0.45 0 0\"", "pos=\"-1.6 0 0\"");
   EXPECT_THAT(All(Check()),
-              HasSubstr("does not bring the hand from above to the workspace's middle"));
+              HasSubstr("does not move the hand from above to the workspace's middle"));
 }
 
 // The hand.
@@ -307,7 +308,7 @@ TEST_F(OwnCell, SaysThatAFingertipIsNotMoved) {
                    "<element objtype=\"geom\" objname=\"index_3\"/><element objtype=\"geom\" "
                    "objname=\"palm\"/>");
   ExpectOne({"hand.xml:", "geom \"arm/hand/palm\"", "fingertip on body \"arm/hand/hand\"",
-             "none of \"hand_joints\" moves"});
+             "no joint of \"hand_joints\" moves"});
 }
 
 TEST_F(OwnCell, PutsWhatTheEngineSaysIntoAFinding) {
@@ -336,7 +337,7 @@ TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
   for (const char* what :
        {"tuple \"arm_joints\": is missing", "objname=\"joint7\"", "tuple \"arm_actuators\"",
         "objname=\"actuator7\"", "numeric \"joint_velocity\"", "numeric \"joint_acceleration\"",
-        "numeric \"home\"", "body \"hand\": is missing", "have no armature", "iiwa14.xml:9",
+        "numeric \"home\"", "body \"hand\": is missing", "too little armature", "iiwa14.xml:9",
         "not compensated for gravity"}) {
     EXPECT_THAT(text, HasSubstr(what));
   }
@@ -390,8 +391,8 @@ TEST_F(CheckObjectTest, ShippedObjectsAreSound) {
 TEST_F(CheckObjectTest, SizesAndWhatIsSeen) {
   ExpectOne(true, "millimetres", Check("<geom type='box' size='20 30 50' mass='0.2'/>"));
   ExpectOne(true, "too small", Check("<geom type='box' size='2e-5 3e-5 5e-5' mass='0.2'/>"));
-  ExpectOne(true, "no geom is seen", Check(kSolid));
-  ExpectOne(true, "what is seen is 50 mm long, what collides 100 mm",
+  ExpectOne(true, "no visible geom", Check(kSolid));
+  ExpectOne(true, "the visible geometry is 50 mm long, the collision geometry 100 mm",
             Check("<geom type='box' size='0.01 0.015 0.025' contype='0' conaffinity='0' group='2' "
                   "mass='0'/>" +
                   kSolid));
@@ -426,9 +427,9 @@ TEST_F(CheckObjectTest, MassAndInertia) {
 TEST_F(CheckObjectTest, WhatStandsNowhereAndWhatNamesNoSurface) {
   // A box of 40 x 60 x 100 mm lies the firmest on its largest side: it tips over at atan(60 / 40).
   ASSERT_THAT(Check(kSeen + kSolid), IsEmpty());
-  ExpectOne(true, "rests nowhere",
+  ExpectOne(true, "no stable resting pose",
             CheckObject({"odd", folder_ / "odd/odd.xml"}, /*min_tipping_rad=*/1.0));
-  ExpectOne(false, "names no surface", Check(kSeen + kSolid, ""));
+  ExpectOne(false, "has no surface", Check(kSeen + kSolid, ""));
 }
 
 // Two boxes in one mesh, apart: its hull is full, the mesh is not.

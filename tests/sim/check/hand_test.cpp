@@ -96,11 +96,11 @@ TEST_F(OwnHand, AsksForTheNameOfTheRootBody) {
   Replace("<body name=\"hand\"", "<body name=\"gripper\"");
   Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
   Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
-  ExpectOne({"body \"hand\"", "name=\"hand\" in place of \"gripper\""});
+  ExpectOne({"body \"hand\"", "name=\"hand\" instead of \"gripper\""});
 }
 TEST_F(OwnHand, AValueForEachDrive) {
   Replace("name=\"hand_closed\" data=\"0\"", "name=\"hand_closed\" data=\"0 0\"");
-  ExpectOne({"numeric \"hand_closed\"", "should hold 1 numbers, it holds 2"});
+  ExpectOne({"numeric \"hand_closed\"", "must have 1 numbers, it has 2"});
 }
 
 // What closing it shows.
@@ -130,7 +130,7 @@ TEST_F(OwnHand, SaysThatADriveStopsShort) {
 TEST_F(OwnHand, SaysThatAnEqualityDoesNotHold) {
   Replace("polycoef=\"0 1 0 0 0\" solref=\"0.005 1\"",
           "polycoef=\"0.08 -1 0 0 0\" solref=\"0.005 1\"");
-  EXPECT_THAT(All(), HasSubstr("does not hold while the hand closes"));
+  EXPECT_THAT(All(), HasSubstr("does not hold while the empty hand closes"));
 }
 TEST_F(OwnHand, SaysThatTheDriveIsTooWeak) {
   Replace("forcerange=\"-200 200\"", "forcerange=\"-60 60\"");
@@ -143,7 +143,7 @@ TEST_F(OwnHand, SaysThatTheToolCentreLooksTheWrongWay) {
 }
 TEST_F(OwnHand, SaysThatThereAreNoTwoSides) {
   Replace("objname=\"finger_pad\"", "objname=\"thumb_plate\"");
-  ExpectOne({"tuple \"fingertips\"", "no two sides"});
+  ExpectOne({"tuple \"fingertips\"", "two sides"});
 }
 TEST_F(OwnHand, SaysThatFingertipsAreSoft) {
   Replace("condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\"0.005 1\"",
@@ -177,8 +177,8 @@ TEST_P(ForeignHand, IsToldWhatItLacks) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Menagerie, ForeignHand,
-    ::testing::Values(std::pair("robotiq_2f85/2f85.xml", "in place of \"base_mount\""),
-                      std::pair("wonik_allegro/right_hand.xml", "in place of \"palm\"")),
+    ::testing::Values(std::pair("robotiq_2f85/2f85.xml", "instead of \"base_mount\""),
+                      std::pair("wonik_allegro/right_hand.xml", "instead of \"palm\"")),
     [](const auto& tested) { return std::string(tested.index == 0 ? "robotiq" : "allegro"); });
 
 }  // namespace

@@ -266,9 +266,9 @@ TEST_F(Outside, WhatIsNoAnswerIsSaidWithItsReason) {
             "ended with code 7 without an answer; stderr: dying");
   EXPECT_THAT(FailureOf("kill -SEGV $$"), HasSubstr("Segmentation fault"));
   EXPECT_THAT(FailureOf("echo loading model; echo '{}'"), HasSubstr("begins with: loading model"));
-  EXPECT_THAT(FailureOf("printf '\\377\\376\\n'"), HasSubstr("no JSON"));
+  EXPECT_THAT(FailureOf("printf '\\377\\376\\n'"), HasSubstr("not JSON"));
   EXPECT_THAT(FailureOf("echo '{\"grasps\": [{\"width_m\": NaN}]}'"), HasSubstr("NaN"));
-  EXPECT_THAT(FailureOf("echo '{\"grasps\": [1e999]}'"), HasSubstr("no JSON"));
+  EXPECT_THAT(FailureOf("echo '{\"grasps\": [1e999]}'"), HasSubstr("not JSON"));
   EXPECT_THAT(FailureOf("echo '{}'"), HasSubstr("'grasps' is missing"));
   EXPECT_THAT(FailureOf("echo '[]'"), HasSubstr("must be {\"objects\""));
   EXPECT_THAT(FailureOf("head -c 8000000 /dev/zero | tr '\\0' '['"), HasSubstr("nested"));
@@ -335,7 +335,7 @@ TEST_F(Outside, ASurfaceComesFromTheDetectorsFolderAlone) {
       HasSubstr("outside the detector's folder"));
   EXPECT_THAT(FailureOf("ln -s " + cube.string() + " own.ply; " + answer("own.ply")),
               HasSubstr("outside the detector's folder"));
-  EXPECT_THAT(FailureOf("mkfifo own.ply; " + answer("own.ply")), HasSubstr("is no file"));
+  EXPECT_THAT(FailureOf("mkfifo own.ply; " + answer("own.ply")), HasSubstr("is not a file"));
   EXPECT_THAT(FailureOf("echo garbage > own.ply; " + answer("own.ply")), HasSubstr("own.ply"));
   EXPECT_THAT(FailureOf("echo > own.obj; " + answer("own.obj")), HasSubstr(".ply or .stl"));
 }
@@ -367,7 +367,8 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
     });
   };
   EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
-  EXPECT_THAT(open("{command: [no-such-program]}"), HasSubstr("no program 'no-such-program'"));
+  EXPECT_THAT(open("{command: [no-such-program]}"),
+              HasSubstr("no executable program 'no-such-program'"));
   EXPECT_THAT(open("{command: [sh, missing.py]}"), HasSubstr("--set detector.command: "));
   EXPECT_THAT(open("{command: [sh, missing.py]}"), HasSubstr("experiments/missing.py"));
   EXPECT_THAT(open("{time_limit_s: 3}"), HasSubstr("key 'command': is missing"));

@@ -89,7 +89,7 @@ TEST(Repair, WrapsWhatCrossesItself) {
   TriangleMesh both = BoxMesh({1, 1, 1});
   Append(BoxMesh({1, 1, 1}, {1, 0.1, 0.1}), both);
   const Repaired repaired = RepairMesh(both);
-  EXPECT_THAT(repaired.done, Contains(HasSubstr("crosses itself")));
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("intersects itself")));
   // The overlap is 1 x 1.9 x 1.9; the wrap stands off by 0.2 % of the size on all sides.
   EXPECT_NEAR(Volume(repaired.mesh), 16.0 - 3.61, 0.06 * 12.39);
 }

@@ -82,13 +82,13 @@ TEST(Learn, AnOutlierFarAwayIsNamed) {
   scene.cloud.points.emplace_back(0.2, -0.1, 1000.0);
   scene.cloud.normals.push_back(Vector3d::UnitZ());
   EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),
-              testing::HasSubstr("is an outlier among it?"));
+              testing::HasSubstr("is an outlier among them?"));
 }
 
 TEST(Learn, OfAnEmptyTableIsRefused) {
   perception::Scene scene;
   EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),
-              testing::HasSubstr("0 points of a thing on the table"));
+              testing::HasSubstr("0 points of an object on the table"));
 }
 
 }  // namespace

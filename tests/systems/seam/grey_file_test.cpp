@@ -38,14 +38,14 @@ TEST(Pgm, SaysWhatIsWrong) {
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"", "must begin with P5"},
       {"P7 2 2 65535 12345678", "must begin with P5"},
-      {"P2 2 2 65535 1 2 3 4", "of the kind P2"},
+      {"P2 2 2 65535 1 2 3 4", "has the format P2"},
       {"P5 2 2 255 1234", "8-bit grey"},
       {"P5 2 2 70000 12345678", "from 256 to 65535"},
       {"P5 2 0 65535 1", "height"},
       {"P5 x 2 65535 1", "width"},
-      {"P5 2 2 65535 12345", "cut off in row 2 of 2"},
+      {"P5 2 2 65535 12345", "truncated in row 2 of 2"},
       {"P5 99999999 2 65535 1", "width"},
-      {"P5 9999999 9999999 65535 1", "cut off in row 1"},
+      {"P5 9999999 9999999 65535 1", "truncated in row 1"},
       {"P5 2 1 256 \x01\x01\x01\x00"s, "row 1, column 1: 257 is above"}};
   for (const auto& [bytes, says] : wrong) {
     try {

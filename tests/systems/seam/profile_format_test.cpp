@@ -374,45 +374,44 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
   const TempFolder folder;
   const std::vector<Bad> all = {
       {"x;z\n1;2\n", "{}",
-       "row 1, column 1: 'x' is not a number; no value is nan, - or nothing; a header: "
+       "row 1, column 1: 'x' is not a number; a missing value is nan, - or empty; for a header use "
        "header_lines"},
       {"1;2\n3;4,5\n", "{}", "row 2, column 2: '4,5' is not a number"},
-      {"1;2\n3;4,5\n", "{}", "a decimal comma: decimal_comma"},
+      {"1;2\n3;4,5\n", "{}", "for a decimal comma use decimal_comma"},
       {"1;2\n3;4.500,5\n", "{decimal_comma: true}", "row 2, column 2: '4.500,5' is not a number"},
       {"1,2\n3,-999.9999\n", "{}",
        "row 2, column 2: '-999.9999' is out of range; it must be from -200 to 200"},
       {"1,2\n3,-999.9999\n", "{no_values: [-999.999]}", "column 2: '-999.9999' is out of range"},
       {"1,2\n3,240\n", "{max_height_mm: 230}", "it must be from -200 to 230"},
       {"1,2,3\n", "{layout: pairs}",
-       "row 1 has 3 columns; pairs of x and height are an even number"},
+       "row 1 has 3 columns; pairs of x and height need an even number"},
       {"1,2,3,4\n1,2,a,4\n", "{layout: pairs}", "row 2, column 3: 'a' is not a number"},
       {"nan,2,3,4\n", "{layout: pairs}", "row 1 has no two points with a height"},
-      {"0,1,1,1,2,1,1e9,1\n", "{layout: pairs}", "columns; at most 65536 are a line"},
-      {"1 2\n2\n", "{layout: points}", "row 1 (line 2) has 1 columns; column 2 is asked for"},
+      {"0,1,1,1,2,1,1e9,1\n", "{layout: pairs}", "columns; at most 65536 are allowed"},
+      {"1 2\n2\n", "{layout: points}", "row 1 (line 2) has 1 columns, but no column 2"},
       {"1 2\n2 2\n\n1 2\n2 b\n", "{layout: points}",
        "row 2 (line 5), column 2: 'b' is not a number"},
       {"1\t2\t3\n1\t2\n", "{layout: columns}", "line 2 has 2 columns instead of 3"},
       {"1\t2\t3\n2\t2\tc\n", "{layout: columns}", "line 2, column 3: 'c' is not a number"},
       {"1\n2\n", "{layout: columns}", "line 1 has 1 columns; x and a height are needed"},
       {"t,z\n1,2\n", "{header_lines: 1, time_column: time}",
-       "time_column: 'time' is neither a column's number, from 1, nor in the header, which has t, "
+       "time_column: 'time' is neither a column number, from 1, nor in the header, which has t, "
        "z"},
       {"1,2\n", "{time_column: time}", "the header, which is missing"},
-      {"1,2\n", "{encoder_column: 3, first_column: 1}",
-       "row 1 has 2 columns; column 3 is asked for"},
+      {"1,2\n", "{encoder_column: 3, first_column: 1}", "row 1 has 2 columns, but no column 3"},
       {"1,2\n-,2\n", "{time_column: 1}",
-       "row 2, column 1: there is no number; time and encoder must have one"},
+       "row 2, column 1: the number is missing; time and encoder need one"},
       {"1.5,2,3\n1.25,2,3\n", "{time_column: 1}",
-       "row 2 is of 1.25 s, the row before of 1.5 s; time must not go back"},
+       "row 2 has time 1.25 s, the previous row 1.5 s; time must not go back"},
       {"10,2,3\n8,2,3\n", "{encoder_column: 1}",
-       "row 2 is at 8 mm of the path, the row before at 10 mm; the encoder must not go back"},
+       "row 2 is at 8 mm of the path, the previous row at 10 mm; the encoder must not go back"},
       {"a,b\n1,2\n", "{header_lines: 1, x_in_header: true}",
        "header, column 1: 'a' is not a number"},
       {"0,1,2\n1,2\n", "{header_lines: 1, x_in_header: true}",
        "row 1 (line 2) has 2 heights and 3 x"},
       {"1,2\n", "{axis_column: 3}", "row 1 has 2 columns; axis_column is 3"},
-      {"Info\n1,2\nEnd\n", "{sections: [Profile]}", "holds no profile"},
-      {"1,2\n", "{header: Frame}", "holds no profile"}};
+      {"Info\n1,2\nEnd\n", "{sections: [Profile]}", "contains no profile"},
+      {"1,2\n", "{header: Frame}", "contains no profile"}};
   for (const Bad& bad : all) {
     const auto file = folder.Write("bad.csv", bad.text);
     try {
@@ -457,7 +456,7 @@ TEST(BadFormats, ImagesNameTheirPixel) {
          "row 2, column 1: level -999.5 is out of range; it must be from -200 to 200");
   expect("p.tif", "{}", "page 2 is 3 columns wide");
   expect("b.tif", "{}", "8-bit whole-number pixels");
-  expect("d.tif", "{}", "is not a whole TIFF image");
+  expect("d.tif", "{}", "is not a complete TIFF image");
   expect("none.tif", "{}", "cannot be read");
 }
 
@@ -465,7 +464,7 @@ TEST(BadFormats, OptionsNameTheirKey) {
   const std::vector<std::pair<std::string, std::string>> all = {
       {"{decimal_comma: true, separator: comma}",
        "key 'decimal_comma': with commas between columns"},
-      {"{header_lines: 1, header: Frame}", "key 'header': and header_lines tell the header twice"},
+      {"{header_lines: 1, header: Frame}", "key 'header': cannot be used with header_lines"},
       {"{x_in_header: true}", "key 'x_in_header': needs a header"},
       {"{encoder_mm: 0}", "key 'encoder_mm': must not be 0"},
       {"{min_height_mm: 200}", "key 'min_height_mm': must be below max_height_mm"},

@@ -181,7 +181,7 @@ TEST(ProfileStream, DamagedRowsAreNotHeldBackForEver) {
 TEST(ProfileStream, ALineWithoutEndFillsNoMemory) {
   const auto rows = Stream(std::string(std::size_t{9} << 20U, '1') + "\n1,2\n");
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_THAT(rows[0].fault, HasSubstr("longer than a profile"));
+  EXPECT_THAT(rows[0].fault, HasSubstr("too long for a profile"));
   EXPECT_EQ(rows[1].fault, "");
 }
 
@@ -199,8 +199,8 @@ TEST(ProfileFiles, BadFilesAreNamedWithTheirRow) {
   const TempFolder folder;
   ExpectRefused(folder / "none.csv", "cannot be read");
   ExpectRefused(folder / "none.png", "cannot be read");
-  ExpectRefused(folder.Write("e.csv", ""), "holds no profile");
-  ExpectRefused(folder.Write("e.csv", "\n# only a note\n"), "holds no profile");
+  ExpectRefused(folder.Write("e.csv", ""), "contains no profile");
+  ExpectRefused(folder.Write("e.csv", "\n# only a note\n"), "contains no profile");
   ExpectRefused(folder.Write("r.csv", "1,2\n1,2,3\n"), "row 2 has 3 columns instead of 2");
   ExpectRefused(folder.Write("n.csv", "1,x\n"), "row 1, column 2: 'x'");
   ExpectRefused(folder.Write("p.png", "no picture"), "");

@@ -206,7 +206,7 @@ TEST(StereoCalibrator, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
   EXPECT_LT(std::abs(right.scale - 1.0), std::max(0.001, 4.0 * right.scale_error));
   ChessboardOptions said;
   said.square_m = 0.0255;
-  EXPECT_THAT(Refusal(Sightings(12, 0.05), said), ContainsRegex("would agree with 2(4.9|5.0). mm"));
+  EXPECT_THAT(Refusal(Sightings(12, 0.05), said), ContainsRegex("fit squares of 2(4.9|5.0). mm"));
 }
 
 TEST(StereoCalibrator, GivesTheSameTwice) {

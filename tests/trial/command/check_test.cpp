@@ -20,7 +20,7 @@ TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
   for (const char* file : {"scene.xml", "own.yaml"}) {
     const auto ran = RunProgram({"check", (folder_ / file).string()});
     EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
-    EXPECT_THAT(ran.out, HasSubstr("nothing is wrong"));
+    EXPECT_THAT(ran.out, HasSubstr("no errors"));
   }
 }
 
@@ -32,7 +32,7 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
     EXPECT_EQ(ran.code, 2);
     EXPECT_THAT(ran.out, HasSubstr("arm.xml:"));
     EXPECT_THAT(ran.out, HasSubstr("error: joints arm/joint1"));
-    EXPECT_THAT(ran.out, HasSubstr("cure: armature=\"0.1\""));
+    EXPECT_THAT(ran.out, HasSubstr("fix: armature=\"0.1\""));
     EXPECT_THAT(ran.out, HasSubstr("1 errors, 0 warnings"));
   }
   const auto json = RunProgram({"check", (folder_ / "scene.xml").string(), "--json"});
@@ -55,7 +55,7 @@ TEST_F(OwnCell, ARunThatCannotWorkIsRefusedWithAllFindings) {
   arm_ = Replaced(arm_, "<numeric name=\"gravity_compensation\" data=\"1\"/>", "");
   const auto ran = Run();
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("cannot work"));
+  EXPECT_THAT(ran.err, HasSubstr("has errors"));
   EXPECT_THAT(ran.err, HasSubstr("armature"));
   EXPECT_THAT(ran.err, HasSubstr("gravity_compensation"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
@@ -71,7 +71,7 @@ TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   const auto ran = Run();
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("ball.xml"));
-  EXPECT_THAT(ran.err, HasSubstr("cure: "));
+  EXPECT_THAT(ran.err, HasSubstr("fix: "));
 }
 
 // The hand that this arm attaches has other options than the arm: the engine would print and log

@@ -144,8 +144,8 @@ TEST_F(PerceiveTest, WarnsOfAnObjectThatNoHandCouldHold) {
     }
     return points;
   };
-  EXPECT_THAT(Perceive(Write(with_wall(0.7))).err, HasSubstr("larger than what a hand"));
-  EXPECT_THAT(Perceive(Write(with_wall(0.5))).err, Not(HasSubstr("larger than what a hand")));
+  EXPECT_THAT(Perceive(Write(with_wall(0.7))).err, HasSubstr("too large for a hand"));
+  EXPECT_THAT(Perceive(Write(with_wall(0.5))).err, Not(HasSubstr("too large for a hand")));
 }
 
 // One line of JSON a cloud, in the order of their names whoever is ready first; a broken one does

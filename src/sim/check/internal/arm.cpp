@@ -46,19 +46,21 @@ bool CheckChain(Model& model) {
     const int joint = model.arm_joints[i];
     const int body = m.jnt_bodyid[joint];
     if (m.jnt_type[joint] != mjJNT_HINGE) {
-      wrong(joint, "is no hinge, and joints of \"arm_joints\" are", "model the arm with hinges");
+      wrong(joint, "is not a hinge; joints of \"arm_joints\" must be hinges",
+            "model the arm with hinges");
     } else if (m.body_jntnum[body] > 1) {
       wrong(joint,
-            fmt::format("body \"{}\" has {} joints, it may have one", model.BodyName(body),
+            fmt::format("body \"{}\" has {} joints; one is allowed", model.BodyName(body),
                         m.body_jntnum[body]),
-            "give each joint a body of its own");
+            "give each joint its own body");
     } else if (model.hand >= 0 && !model.InSubtree(model.hand, body)) {
       wrong(joint, "does not move body \"hand\"",
-            "attach the hand to the arm's last link, or take the joint out of \"arm_joints\"");
+            "attach the hand to the arm's last link, or remove the joint from \"arm_joints\"");
     } else if (i > 0 && !model.InSubtree(body, m.jnt_bodyid[model.arm_joints[i - 1]])) {
       wrong(joint,
-            fmt::format("comes after \"{}\" in \"arm_joints\" and is not behind it",
-                        model.Name(mjOBJ_JOINT, model.arm_joints[i - 1])),
+            fmt::format(
+                "is listed after \"{}\" in \"arm_joints\", but does not follow it in the chain",
+                model.Name(mjOBJ_JOINT, model.arm_joints[i - 1])),
             "list the joints from base to tip, and the actuators in the same order");
     }
   }
@@ -67,7 +69,7 @@ bool CheckChain(Model& model) {
     if (m.body_jntnum[body] == 0) continue;
     const int joint = m.body_jntadr[body];
     if (std::ranges::find(model.arm_joints, joint) != model.arm_joints.end()) continue;
-    wrong(joint, "lies between the world and the hand, and is not in \"arm_joints\"",
+    wrong(joint, "is between the world and the hand, but not in \"arm_joints\"",
           "list it in \"arm_joints\" and its drive in \"arm_actuators\", or remove the joint");
   }
   return right;
@@ -76,10 +78,10 @@ bool CheckChain(Model& model) {
 void CheckCount(Model& model) {
   const int n = static_cast<int>(model.arm_joints.size());
   if (n >= kMinJoints && n <= kMaxJoints) return;
-  model.Report(n < kMinJoints, model.ArmFile(), "the arm",
-               fmt::format("has {} joints; it needs 6 or 7 to bring the hand to any pose", n),
-               n < kMinJoints ? "list all joints in \"arm_joints\""
-                              : "remove joints that it can do without");
+  model.Report(
+      n < kMinJoints, model.ArmFile(), "the arm",
+      fmt::format("has {} joints; it needs 6 or 7 to move the hand to any pose", n),
+      n < kMinJoints ? "list all joints in \"arm_joints\"" : "remove joints that it does not need");
 }
 
 void CheckHome(Model& model) {
@@ -99,7 +101,7 @@ void CheckHome(Model& model) {
   }
   if (bad.empty()) return;
   model.Error(mjOBJ_NUMERIC, "home",
-              "lies outside the joints' ranges [rad]: " + base::Join(bad, "; "),
+              "is outside the joints' ranges [rad]: " + base::Join(bad, "; "),
               fmt::format("<numeric name=\"home\" data=\"{:.4g}\"/>", fmt::join(values, " ")));
 }
 
@@ -124,22 +126,22 @@ void CheckDrive(Model& model, int joint, int actuator) {
   }
   if (m.actuator_biastype[actuator] != mjBIAS_AFFINE || !(gain[0] > 0.0) ||
       std::abs(bias[1] + gain[0]) > kSameGain * gain[0]) {
-    return wrong("is no position servo", "in its place " + ServoBlock(model, joint));
+    return wrong("is not a position servo", "instead " + ServoBlock(model, joint));
   }
   if (const double gear = m.actuator_gear[6 * actuator]; gear != 1.0) {
-    return wrong(fmt::format("has a gear of {:g}, so that its command is no angle", gear),
-                 "in its place " + ServoBlock(model, joint));
+    return wrong(fmt::format("has a gear of {:g}, so that its command is not an angle", gear),
+                 "instead " + ServoBlock(model, joint));
   }
   if (bias[2] == 0.0 && m.dof_damping[m.jnt_dofadr[joint]] == 0.0) {
-    wrong("swings for ever: neither it nor its joint is damped",
+    wrong("oscillates without end: neither it nor its joint is damped",
           "dampratio=\"1\" in a <position>, or the third number of biasprm");
   }
   const mjtNum* command = m.actuator_ctrlrange + 2 * actuator;
   if (!m.actuator_ctrllimited[actuator]) return;
   const auto [low, high] = model.RangeOf(joint, 2.0 * mjPI);
   if (command[0] <= low + kSameRange_rad && command[1] >= high - kSameRange_rad) return;
-  wrong(fmt::format("takes commands from {:.4g} to {:.4g} only, and joint \"{}\" turns from "
-                    "{:.4g} to {:.4g}: motions are cut there",
+  wrong(fmt::format("accepts commands from {:.4g} to {:.4g} only, but joint \"{}\" turns from "
+                    "{:.4g} to {:.4g}: motions are limited there",
                     command[0], command[1], name, low, high),
         fmt::format("ctrlrange=\"{:.6g} {:.6g}\", or the same range for the joint", low, high));
 }
@@ -154,8 +156,8 @@ void CheckArmature(Model& model) {
   const std::string place = model.lines().JointDefaultOf(model.ArmFile());
   model.Error(
       model.Where(mjOBJ_JOINT, light.front()), "joints " + model.NamesOf(mjOBJ_JOINT, light),
-      "have no armature (the inertia of motor and gear), or next to none: what the hand "
-      "holds slips and sinks in",
+      "have no or too little armature (the inertia of motor and gear): grasped objects slip and "
+      "sink into the fingers",
       (place.empty()
            ? "<default> <joint armature=\"0.1\"/> </default> at the top of " + model.ArmFile()
            : "armature=\"0.1\" in the <joint> of the default at " + place) +
@@ -245,7 +247,7 @@ Reached Reach(const robot::Robot& robot, collision::RobotCollider& collider, con
         continue;
       }
       if (SolveIk(robot, FromAbove(robot, start_W, yaw_rad), q, {}, rng).empty()) {
-        ++reached.why["0.2 m above it there is no position of the joints"];
+        ++reached.why["no joint positions reach 0.2 m above it"];
         continue;
       }
       reached.q = q;
@@ -275,9 +277,9 @@ std::vector<VectorXd> CheckReach(Model& model, const robot::Robot& robot) {
     }
     model.Report(
         place.needed, model.file().string(), "the arm",
-        fmt::format("does not bring the hand from above to {}: {}", place.name, Reason(reached)),
-        "move the arm's base nearer or turn it, or move the site; 0.4 to 0.6 of its reach from its "
-        "shoulder is good");
+        fmt::format("does not move the hand from above to {}: {}", place.name, Reason(reached)),
+        "move the arm's base nearer or turn it, or move the site; a distance of 0.4 to 0.6 of the "
+        "reach from the shoulder is good");
   }
   return positions;
 }
@@ -339,8 +341,8 @@ void CheckStrength(Model& model, const std::vector<VectorXd>& positions) {
     if (needed < strength) continue;
     model.Error(
         mjOBJ_ACTUATOR, model.arm_actuators[i],
-        fmt::format("gives {:.3g} Nm, and joint \"{}\" needs {:.3g} Nm to carry arm, hand and "
-                    "{:g} kg where it works",
+        fmt::format("gives {:.3g} Nm, but joint \"{}\" needs {:.3g} Nm to carry arm, hand and {:g} "
+                    "kg in its working poses",
                     strength, model.Name(mjOBJ_JOINT, model.arm_joints[i]), needed, kLoad_kg),
         fmt::format("forcerange=\"-{0:.0f} {0:.0f}\" (and actuatorfrcrange of the joint), or a "
                     "stronger arm",
@@ -395,7 +397,7 @@ bool CheckHold(Model& model, sim::World& world) {
                   "joint \"{}\" by {:.3g} rad",
                   kHold_s, 1e3 * drift_m, model.Name(mjOBJ_JOINT, model.arm_joints[worst]),
                   sag_rad[worst]),
-      fmt::format("kp=\"{:.2g}\" dampratio=\"1\" in place of {:g} (of a <general>: gainprm, and "
+      fmt::format("kp=\"{:.2g}\" dampratio=\"1\" instead of {:g} (for a <general>: gainprm, and "
                   "biasprm with the damping as its third number)",
                   kp * std::max(2.0, 2.0 * drift_m / kHold_m), kp));
   return false;
@@ -454,13 +456,13 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
     slow.push_back(actuator);
     const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
     stiffer.push_back(
-        fmt::format("{:.0f} in place of {:g}", kp * lag[i] / (kSlower * kLag_rad), kp));
+        fmt::format("{:.0f} instead of {:g}", kp * lag[i] / (kSlower * kLag_rad), kp));
   }
   if (slow.empty()) return;
   model.Error(
       model.Where(mjOBJ_ACTUATOR, slow.front()), "actuators " + model.NamesOf(mjOBJ_ACTUATOR, slow),
-      fmt::format("fall up to {:.1f} mrad behind in a motion at the joints' own limits; from "
-                  "5 mrad on that is taken for a thing in the way",
+      fmt::format("fall up to {:.1f} mrad behind in a motion at the joints' own limits; more than "
+                  "5 mrad is taken for an obstacle",
                   1e3 * lag.maxCoeff()),
       fmt::format("<numeric name=\"joint_acceleration\" data=\"{}\"/>, or stiffer drives: kp "
                   "{}, with their damping",

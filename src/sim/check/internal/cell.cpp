@@ -32,7 +32,7 @@ void CheckOptions(Model& model) {
     weak.push_back("an integrator other than implicitfast");
   if (weak.empty()) return;
   model.Error(model.file().string(), "<option>",
-              "has " + base::Join(weak) + ": what the hand holds creeps out",
+              "has " + base::Join(weak) + ": grasped objects creep out of the hand",
               "<option timestep=\"0.002\" integrator=\"implicitfast\" solver=\"Newton\" "
               "cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"10\"/>");
 }
@@ -58,15 +58,16 @@ void CheckTable(Model& model, int workspace) {
   }
   if (std::abs(place[2]) > kTable_m) {
     model.Error(mjOBJ_SITE, workspace,
-                fmt::format("lies at z = {:.4g} m; the table's top is the plane z = 0", place[2]),
+                fmt::format("is at z = {:.4g} m; the table's top is the plane z = 0", place[2]),
                 "raise or lower the scene so that the table's top is at z = 0");
   } else if (nearest < 0.0 || std::abs(nearest - kLook_m) > kTable_m) {
-    model.Error(mjOBJ_SITE, workspace, "there is no table below it whose top is at z = 0",
+    model.Error(mjOBJ_SITE, workspace, "no table below it has its top at z = 0",
                 "<geom type=\"plane\" size=\"0.45 0.62 0.1\" condim=\"6\" friction=\"0.1 0.001 "
                 "0.0001\" group=\"3\"/> at z = 0");
   }
   if (m.site_size[3 * workspace] <= 0.0 || m.site_type[workspace] != mjGEOM_CYLINDER) {
-    model.Error(mjOBJ_SITE, workspace, "is no cylinder, whose first size is the workspace's radius",
+    model.Error(mjOBJ_SITE, workspace,
+                "is not a cylinder; its first size is the workspace's radius",
                 "type=\"cylinder\" size=\"0.13 0.0005\"");
   }
 }
@@ -77,14 +78,13 @@ void CheckView(Model& model) {
   const std::string what =
       seen.in_the_way
           ? fmt::format(
-                "is then within {:.0f} mm of the workspace, where the scanner takes it for an "
-                "object",
+                "is then within {:.0f} mm of the workspace, where it is perceived as an object",
                 1e3 * kPerceived_m)
           : fmt::format("then hides {:.0f} % of the workspace from the scanner",
                         100.0 * seen.hidden);
   const auto home = SuggestHome(model);
   model.Error(mjOBJ_NUMERIC, "home", fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
-              home.empty() ? "a home further back" : home);
+              home.empty() ? "a home position further back" : home);
 }
 
 // No link of an arm that stands at a table reaches further from its joint.
@@ -130,8 +130,8 @@ bool CheckSizes(Model& model, const std::vector<int>& bodies) {
       const int mesh = m.geom_dataid[geom];
       const bool is_mesh = m.geom_type[geom] == mjGEOM_MESH && mesh >= 0;
       if (is_mesh && !reported.insert(mesh).second) continue;
-      const std::string what =
-          fmt::format("reaches {:.0f} m from its middle: millimetres?", m.geom_rbound[geom]);
+      const std::string what = fmt::format(
+          "reaches {:.0f} m from its middle: is it in millimetres?", m.geom_rbound[geom]);
       if (is_mesh) {
         model.Error(mjOBJ_MESH, mesh, what,
                     fmt::format("<mesh ... scale=\"{0} {0} {0}\"/> (or in <default> <mesh "
@@ -158,13 +158,12 @@ void CheckMasses(Model& model, const std::vector<int>& bodies) {
     if (m.body_mass[body] <= 0.0 || reach_m < kSmallBody_m) continue;
     const double gyration = std::sqrt(most / m.body_mass[body]) / reach_m;
     if (gyration <= kMaxGyration && gyration >= kMinGyration) continue;
-    model.Report(
-        gyration > kMaxGyration, mjOBJ_BODY, body,
-        fmt::format("has an inertia as if its {:.3g} kg lay {:.3g} m from their middle, and "
-                    "its geoms reach {:.3g} m",
-                    m.body_mass[body], gyration * reach_m, reach_m),
-        fmt::format("diaginertia=\"{0:.2g} {0:.2g} {0:.2g}\" in its <inertial>",
-                    m.body_mass[body] * 0.16 * reach_m * reach_m));
+    model.Report(gyration > kMaxGyration, mjOBJ_BODY, body,
+                 fmt::format("has the inertia of {:.3g} kg at {:.3g} m from the center, but its "
+                             "geoms reach {:.3g} m",
+                             m.body_mass[body], gyration * reach_m, reach_m),
+                 fmt::format("diaginertia=\"{0:.2g} {0:.2g} {0:.2g}\" in its <inertial>",
+                             m.body_mass[body] * 0.16 * reach_m * reach_m));
   }
   if (!model.HasArm() || (total_kg >= kMinArm_kg && total_kg <= kMaxArm_kg)) return;
   model.Error(model.ArmFile(), "the arm", fmt::format("weighs {:.3g} kg with its hand", total_kg),
@@ -186,16 +185,15 @@ void CheckGeoms(Model& model, const std::vector<int>& bodies) {
   const std::string name = model.HasArm() ? "the arm" : "the hand";
   if (!seen) {
     model.Error(model.file().string(), name,
-                "has no geom that is seen (groups 0 to 2): sensors and pictures pass it over",
-                "group=\"2\" for the geoms that are to be seen");
+                "has no visible geom (groups 0 to 2): sensors and pictures do not show it",
+                "group=\"2\" for the visible geoms");
   }
   if (!collides) {
-    model.Error(model.file().string(), name,
-                "has no geom that collides: it goes through everything",
+    model.Error(model.file().string(), name, "has no collision geom: it passes through everything",
                 "geoms with group=\"3\" and without contype=\"0\" conaffinity=\"0\"");
   } else if (!bare.empty()) {
     model.Warn(model.Where(mjOBJ_BODY, bare.front()), "bodies " + model.NamesOf(mjOBJ_BODY, bare),
-               "have geoms, none of which collides: they go through everything",
+               "have no collision geoms: they pass through everything",
                "a capsule or a box with group=\"3\" in each, or contype=\"1\" on one of its geoms");
   }
 }
@@ -358,10 +356,9 @@ void CheckContacts(Model& model) {
   for (const auto& [pair, distance_m] : at_home) {
     if (counts[pair] >= kAlways * kPoses) continue;
     model.Error(mjOBJ_NUMERIC, "home",
-                fmt::format("{} are {:.1f} mm inside each other there", Both(model, pair),
-                            -1e3 * distance_m),
-                (home.empty() ? "another home" : home) + "; or, if they never meet in reality, " +
-                    Exclusion(model, pair));
+                fmt::format("{} overlap by {:.1f} mm there", Both(model, pair), -1e3 * distance_m),
+                (home.empty() ? "another home position" : home) +
+                    "; or, if they never meet in reality, " + Exclusion(model, pair));
   }
 }
 

@@ -57,7 +57,7 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
 
 bool CheckCollides(Model& model, int fingertip) {
   if (model.Collides(fingertip)) return true;
-  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip that collides with nothing",
+  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
               "remove contype=\"0\" and conaffinity=\"0\"");
   return false;
 }
@@ -71,18 +71,18 @@ void CheckGearedHand(Model& model) {
   for (const int joint : joints) {
     if (m.jnt_limited[joint]) continue;
     model.Error(mjOBJ_JOINT, joint,
-                "has no range, so that nothing says where the hand is open and where closed",
+                "has no range, so that the open and the closed position are unknown",
                 "range=\"OPEN CLOSED\"");
   }
   for (const int geom : tips) {
     const int body = m.geom_bodyid[geom];
     CheckCollides(model, geom);
     if (BelowAny(model, body, roots)) continue;
-    model.Error(mjOBJ_GEOM, geom,
-                fmt::format("is a fingertip on body \"{}\", which none of \"hand_joints\" moves",
-                            model.BodyName(body)),
-                "list the joint that moves it in \"hand_joints\", or take the geom out of "
-                "\"fingertips\"");
+    model.Error(
+        mjOBJ_GEOM, geom,
+        fmt::format("is a fingertip on body \"{}\", which no joint of \"hand_joints\" moves",
+                    model.BodyName(body)),
+        "list the joint that moves it in \"hand_joints\", or remove the geom from \"fingertips\"");
   }
 }
 
@@ -167,16 +167,16 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
     if (!CheckCollides(model, geom)) continue;
     if (way.norm() < kMoved_m) {
       model.Error(mjOBJ_GEOM, geom,
-                  fmt::format("is a fingertip that moves by {:.1f} mm while the hand closes: none "
-                              "of \"hand_motors\" moves body \"{}\"",
+                  fmt::format("is a fingertip that moves by {:.1f} mm while the hand closes: no "
+                              "drive of \"hand_motors\" moves body \"{}\"",
                               1e3 * way.norm(), model.BodyName(m.geom_bodyid[geom])),
-                  "list the drive that moves it in \"hand_motors\", or take the geom out of "
+                  "list the drive that moves it in \"hand_motors\", or remove the geom from "
                   "\"fingertips\"");
     } else if (m.geom_condim[geom] < kSpinning || m.geom_solref[2 * geom] > kSoft_s ||
                m.geom_priority[geom] < 1) {
       model.Warn(mjOBJ_GEOM, geom,
-                 "is a fingertip whose contacts are soft, let things spin, or are those of what it "
-                 "touches",
+                 "is a fingertip with soft contacts, without torsional friction, or with the "
+                 "contact parameters of the touched object",
                  "priority=\"1\" condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\"0.005 1\" "
                  "solimp=\"0.95 0.99 0.001 0.5 2\"");
     }
@@ -195,8 +195,8 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
   const double least_m =
       std::ranges::min_element(closing.points, {}, &mjcf::HandClosing::Point::gap_m)->gap_m;
   const auto swapped = fmt::format(
-      "the other way round: <numeric name=\"hand_open\" data=\"{}\"/> and <numeric "
-      "name=\"hand_closed\" data=\"{}\"/>",
+      "exchange them: <numeric name=\"hand_open\" data=\"{}\"/> and <numeric name=\"hand_closed\" "
+      "data=\"{}\"/>",
       Values(motors, false), Values(motors, true));
   if (closing.points.back().gap_m > open_m) {
     model.Error(mjOBJ_NUMERIC, "hand_closed",
@@ -207,13 +207,13 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
     model.Warn(mjOBJ_NUMERIC, "hand_closed",
                fmt::format("the pads never meet: they open {:.1f} mm and stay {:.1f} mm apart",
                            1e3 * open_m, 1e3 * least_m),
-               "values further on, a wider range of the joints; or let it be: thinner things are "
-               "not held then");
+               "values further closed, or a wider range of the joints; without a change, thinner "
+               "objects cannot be grasped");
   } else if (open_m < kOpens_m) {
     model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "hand_closed")),
                 "numeric \"hand_open\"",
                 fmt::format("the pads are {:.1f} mm apart in the open hand", 1e3 * open_m),
-                "values further to the open end");
+                "values nearer to the open end");
   }
 }
 
@@ -224,16 +224,15 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
         model.HandFile(),
         fmt::format("equality {}{}", closing.equality,
                     name.empty() ? "" : fmt::format(" \"{}\"", name)),
-        fmt::format("does not hold while the hand closes on nothing: it is off by {:.3g} rad "
-                    "or m",
+        fmt::format("does not hold while the empty hand closes: its error is {:.3g} rad or m",
                     closing.equality_m),
-        "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the "
-        "joints' ranges or \"hand_open\" and \"hand_closed\" leave the linkage no way");
+        "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the joints' "
+        "ranges or \"hand_open\" and \"hand_closed\" block the linkage");
   }
   if (closing.behind > kBehind) {
     model.Error(mjOBJ_ACTUATOR, closing.behind_actuator,
                 fmt::format("stops {:.0f} % of its way short of \"hand_closed\": a joint is at the "
-                            "end of its range there",
+                            "end of its range",
                             100.0 * closing.behind),
                 "a value of \"hand_closed\" within the joints' ranges");
   }
@@ -250,14 +249,14 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
   const double z = tool.z_W.dot(R.col(2));
   const double across_m = std::hypot(off.dot(tool.x_W), off.dot(tool.z_W.cross(tool.x_W)));
   if (x > kLean && z > 0.0 && across_m < kOff_m) return;
-  model.Error(
-      mjOBJ_SITE, site,
-      x < 0.0   ? "its x leads from the thumb's pads to the fingers'"
-      : z < 0.0 ? "its z leads into the palm, not away from it"
-                : fmt::format("lies {:.0f} mm beside the middle of the open hand's pads, or its x "
-                              "leans by {:.0f} deg from the line across them",
-                              1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
-      SiteText(model, open.get(), tool));
+  model.Error(mjOBJ_SITE, site,
+              x < 0.0 ? "its x points from the thumb's pads to the fingers'"
+              : z < 0.0
+                  ? "its z points into the palm, not away from it"
+                  : fmt::format("is {:.0f} mm from the middle of the open hand's pads, or its x "
+                                "differs by {:.0f} deg from the line across them",
+                                1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
+              SiteText(model, open.get(), tool));
 }
 
 /// What a drive can press with towards closed, where the hand is half closed.
@@ -298,11 +297,11 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
   if (weakest < 0 || force_N >= wanted[1]) return;
   const double most = std::floor(std::max(1.0, force_N));
   model.Error(mjOBJ_ACTUATOR, weakest,
-              fmt::format("gives {:.3g} N between the pads of the half closed hand, \"grip_force\" "
-                          "asks for {:g} N, {:g} N at most",
+              fmt::format("gives {:.3g} N between the pads of the half closed hand; \"grip_force\" "
+                          "needs {:g} N, at most {:g} N",
                           force_N, wanted[0], wanted[1]),
-              fmt::format("a wider forcerange (of a servo a higher kp, or a wider ctrlrange, too), "
-                          "or <numeric name=\"grip_force\" data=\"{:g} {:g}\"/>",
+              fmt::format("a wider forcerange (for a servo, also a higher kp or a wider "
+                          "ctrlrange), or <numeric name=\"grip_force\" data=\"{:g} {:g}\"/>",
                           std::min(wanted[0], most), most));
 }
 
@@ -346,7 +345,8 @@ void CheckClosing(Model& model) {
   if (model.HasErrors() || model.Tuple("fingertips", mjOBJ_GEOM).empty()) return;
   const mjcf::LastSegments tips = mjcf::LastSegmentsOf(&model.m());
   if (tips.thumb.empty() || tips.fingers.empty()) {
-    model.Error(mjOBJ_TUPLE, "fingertips", "its geoms hang on one finger: there are no two sides",
+    model.Error(mjOBJ_TUPLE, "fingertips",
+                "its geoms belong to one finger: a grasp needs two sides",
                 "list the thumb's geoms first, then those of the fingers that face it");
     return;
   }
@@ -363,8 +363,8 @@ void CheckClosing(Model& model) {
     model.Error(model.HandFile(), "the hand", error.what(), "");
   }
   if (!model.Numeric("gear_backlash").empty()) {
-    model.Warn(mjOBJ_NUMERIC, "gear_backlash",
-               "says nothing of drives of \"hand_motors\": none locks", "remove it");
+    model.Warn(mjOBJ_NUMERIC, "gear_backlash", "names no drive of \"hand_motors\": none locks",
+               "remove it");
   }
 }
 

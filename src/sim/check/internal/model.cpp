@@ -204,7 +204,7 @@ struct SourceLines::Reader {
     pugi::xml_document document;
     const auto read = document.load_buffer(file.text.data(), file.text.size());
     if (!read && depth == 0) {
-      throw base::InputError(path.string() + ": no XML: " + read.description());
+      throw base::InputError(path.string() + ": not XML: " + read.description());
     }
     for (const auto& found : document.select_nodes("//asset/model")) {
       const pugi::xml_node model = found.node();

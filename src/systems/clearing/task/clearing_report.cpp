@@ -191,7 +191,7 @@ Grid ObjectGrid(const Stamp& stamp, const Category& category) {
 }
 
 std::string TimesLine(const Category& category) {
-  std::string line = category.name + ": seconds of computing, median of the runs' means, of one";
+  std::string line = category.name + ": computing time in seconds, median of the runs' means, per";
   for (const char* stage :
        {"scan", "perceive", "grasp", "obstacles", "plan", "execute", "arrange", "clearing"}) {
     const auto found = category.stage_s.find(stage);
@@ -204,8 +204,8 @@ std::string TimesLine(const Category& category) {
 std::string RobotLine(const Category& c) {
   if (c.robot_s.empty()) return c.name + ": no run has a record";
   return fmt::format(
-      "{}: the arm moves for {:.0f} s a run (median), {:.1f} s a grasp; the hand's feeling was "
-      "wrong in {} of {} grasps; brought otherwise {}",
+      "{}: the arm moves for {:.0f} s per run (median), {:.1f} s per grasp; the hand's sensors "
+      "were wrong in {} of {} grasps; objects delivered in another way: {}",
       c.name, base::MedianOf(c.robot_s),
       std::accumulate(c.robot_s.begin(), c.robot_s.end(), 0.0) / std::max(1, c.grasps),
       c.felt_wrong, c.grasps, c.brought);

@@ -28,26 +28,26 @@ struct Options {
 
 // The keys but those that it shares with grasping.
 void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
-  map.Read("runs", o.runs, 1, 100000, "arrangements that are cleared");
-  auto keys = map.Child("clearing", "from one grasp to the next");
+  map.Read("runs", o.runs, 1, 100000, "number of arrangements to clear");
+  auto keys = map.Child("clearing", "rules from one grasp to the next");
+  keys.Read("rescan", o.rescan,
+            "new scan after each grasp, or only after a failed one: then the removed object is "
+            "deleted from the last scan");
   keys.Read(
-      "rescan", o.rescan,
-      "a new scan after each grasp, or only after a failed one: what was taken is left out of "
-      "the last scan");
-  keys.Read("retry", o.retry,
-            "a failed object is tried again at once, or after those with fewer failed tries");
+      "retry", o.retry,
+      "try an object again immediately after a failure, or after the objects with fewer failures");
   keys.Read("tries_per_object", o.tries_per_object, 1, 20,
-            "failed grasps at one object before it is passed over");
+            "number of failed grasps of an object before it is skipped");
   keys.Read("max_grasps", o.max_grasps, 0, 10000,
-            "grasps before the run is given up; 0: tries_per_object for each object");
+            "maximum number of grasps of a run; 0: tries_per_object for each object");
   keys.Read("idle_scans", o.idle_scans, 0, 20,
-            "new scans in which nothing can be done before the run is given up");
+            "number of new scans without a possible grasp before the run is given up");
   keys.Read("same_object_share", o.same_object_share, 0.0, 1.0,
-            "objects of two scans with this share of their samples in common are one");
+            "minimum share of common samples of two scans' objects that count as the same");
   keys.ReadScaled("other_grasp_mm", o.other_grasp_m, base::kMm, 0.0, 1000.0,
-                  "a grasp this far from a failed one is another one");
+                  "minimum distance from a failed grasp to count as a different grasp");
   keys.ReadScaled("other_grasp_deg", o.other_grasp_rad, base::kDeg, 0.0, 180.0,
-                  "and so is a grasp that is turned by more than this");
+                  "minimum rotation from a failed grasp to count as a different grasp");
   keys.Finish();
 }
 
@@ -55,10 +55,12 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "a clearing experiment has `runs` in its place");
+    map.Fail("trials_per_object", "use `runs` in a clearing experiment");
   }
   if (map.Has("views")) {
-    map.Fail("views", "a table is cleared with one look a grasp, by its own sensor");
+    map.Fail(
+        "views",
+        "cannot be used here: clearing takes one scan per grasp, with the experiment's sensor");
   }
   ReadClearingKeys(map, options.clearing);
   options.grasping = trial::ReadOptions(map);
@@ -181,9 +183,8 @@ namespace rangegrasp {
 void RegisterClearing() {
   experiment::AddKind(
       {.name = "clearing",
-       .description =
-           "Tables that are cleared object by object: one case an arrangement. In addition to the "
-           "keys below it has all of `task: grasping` but `trials_per_object`.",
+       .description = "Tables are cleared object by object: one case per arrangement. Besides the "
+                      "keys below it has all keys of `task: grasping` except `trials_per_object`.",
        .trials_key = "runs",
        .uses_seed = true,
        .success = clearing::kCleared,

@@ -52,7 +52,7 @@ std::vector<std::string> Warnings(const CylinderScene& scene,
                                   const std::vector<GivenCylinder>& given) {
   std::vector<std::string> warnings;
   if (!scene.scan_order) {
-    warnings.push_back("the cloud has no scan order: edges along scan lines are left out");
+    warnings.push_back("the cloud has no scan order: edges along scan lines are not detected");
   }
   const double extent_m = geometry::BoundsOf(scene.points_C).diagonal().norm();
   for (std::size_t i = 0; i < given.size(); ++i) {
@@ -170,22 +170,23 @@ void Detect(const CylindersArguments& arguments) {
 
 void AddCylindersCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "cylinders", "Poses of given cylinders among other things on a table, in any cloud.");
+      "cylinders", "Find the poses of given cylinders among other objects on a table in a cloud.");
   auto arguments = std::make_shared<CylindersArguments>();
   command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--cylinder", arguments->given,
-                   "RADIUS,HEIGHT of a cylinder to look for [mm]; may be given again")
+                   "RADIUS,HEIGHT of a cylinder to find [mm]; may be repeated")
       ->required()
       ->expected(1)
       ->take_all();
   command->add_flag("--as-published", arguments->as_published,
-                    "the dissertation's method with its lengths, without what is added here");
-  command->add_option("--seed", arguments->seed, "of the random draws")
+                    "the dissertation's method with its lengths, without later additions");
+  command->add_option("--seed", arguments->seed, "seed of the random draws")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", arguments->json, "everything as JSON");
-  command->add_option("-o,--out", arguments->out, "folder for cylinders.json and cylinders.png");
+  command->add_flag("--json", arguments->json, "print the result as JSON");
+  command->add_option("-o,--out", arguments->out,
+                      "output folder for cylinders.json and cylinders.png");
   command->footer(
       "Example: rangegrasp cylinders table.pcd --cylinder 25.75,173 --cylinder 26.75,134 -o "
       "results/cylinders");

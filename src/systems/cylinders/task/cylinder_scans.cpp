@@ -71,8 +71,8 @@ CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, in
   const double phase_y = rng.Uniform();
   const base::Rng noise(rng.Next());
   return ScanUntilEnough(
-      shape, view, points, 12, "no grid of rays gives so many points of the synthetic cylinder",
-      [&](double pitch) {
+      shape, view, points, 12,
+      "no grid of rays gives this number of points of the synthetic cylinder", [&](double pitch) {
         return GridOfRays(shape, view.Eye(), pitch, {phase_x, phase_y}, noise_m, noise);
       });
 }
@@ -160,7 +160,8 @@ CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::
 
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
                           const ScannedOptions& options, base::Rng& rng) {
-  constexpr const char* kFailure = "the scanner cannot see so many points of the cylinder";
+  constexpr const char* kFailure =
+      "the scanner cannot measure this number of points of the cylinder";
   std::vector<sim::VisualMesh> meshes(2);
   meshes[0].mesh_W = TableOf(-0.5 * shape.height_m, options.table_m);
   meshes[0].label = kTableLabel;

@@ -372,8 +372,8 @@ experiment::Report ComparisonReport(const experiment::Stamp& stamp,
     AddFigures(all, source, report);
   }
   report.notes = {
-      fmt::format("means over the fits that did not fail, with their standard errors; good: radius "
-                  "within {} mm and axis within {} deg, of all; noisy: {} mm along the rays",
+      fmt::format("means over the successful fits, with standard errors; good: share of all fits "
+                  "with radius within {} mm and axis within {} deg; noisy: {} mm along the rays",
                   kGoodRadius_mm, kGoodAxis_deg, experiment::ValueOr(stamp.data, kNoise, "?")),
       "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature"};
   report.published = FiguresOf(all);

@@ -24,7 +24,7 @@ std::vector<double> NumbersOf(const base::YamlMap& map, const std::string& key,
   for (const std::string& part : base::Split(text, ',')) {
     const auto number =
         base::NumberFrom<double>(part.substr(std::min(part.find_first_not_of(' '), part.size())));
-    if (!number) map.Fail(key, fmt::format("'{}' in '{}' is no number", part, text));
+    if (!number) map.Fail(key, fmt::format("'{}' in '{}' is not a number", part, text));
     numbers.push_back(*number);
   }
   return numbers;
@@ -46,12 +46,13 @@ void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
   std::vector<std::string> rows;
   map.Read("rows", rows, "cylinders: \"radius in mm, height in mm, points\" each");
   for (const std::string& row : rows) o.rows.push_back(RowOf(map, row));
-  map.Read("sources", o.sources, "where the points come from");
-  map.Read("methods", o.methods, "fits that are compared");
+  map.Read("sources", o.sources, "sources of the points");
+  map.Read("methods", o.methods, "fits to compare");
   std::vector<std::string> iterations;
   for (const int count : o.iterations) iterations.push_back(fmt::format("{}", count));
-  map.Read("iterations", iterations,
-           "of lsf, triples of rcf and refined, hypotheses of pcl: each is a row or a dot");
+  map.Read(
+      "iterations", iterations,
+      "iterations of lsf, triples of rcf and refined, hypotheses of pcl: each is a row or a dot");
   o.iterations.clear();
   for (const std::string& text : iterations) {
     const double count = NumbersOf(map, "iterations", text).front();
@@ -60,17 +61,18 @@ void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
     }
     o.iterations.push_back(static_cast<int>(count));
   }
-  map.Read("repetitions", o.repetitions, 1, 100000, "range images of each row and source");
+  map.Read("repetitions", o.repetitions, 1, 100000,
+           "number of range images of each row and source");
   map.ReadScaled("neighborhood_mm", o.neighborhood_m, base::kMm, 0.1, 100.0,
-                 "of normals and curvature points");
+                 "neighborhood for normals and curvature points");
   map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0,
-                 "along the rays, of source noisy; 0: the scanner's own at that distance");
+                 "source noisy: noise along the rays; 0: that of the scanner at this distance");
   map.ReadScaled("distance_mm", o.view.distance_m, base::kMm, 300.0, 5000.0,
-                 "from the sensor to the cylinder's middle");
+                 "distance from the sensor to the middle of the cylinder");
   map.ReadScaled("pitch_deg", o.view.pitch_rad, base::kDeg, 0.0, 85.0,
-                 "by which the sensor looks down");
-  map.ReadPath("sensor", o.sensor, "the line scanner, of sources noisy and scanned");
-  map.ReadPath("reference", o.reference, "the published table as CSV");
+                 "downward pitch of the sensor");
+  map.ReadPath("sensor", o.sensor, "sources noisy and scanned: file of the line scanner");
+  map.ReadPath("reference", o.reference, "published table as CSV");
 }
 
 /// To the end of the map.
@@ -236,7 +238,8 @@ class CylindersExperiment : public experiment::Task {
 
   Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
     if (!options.video.empty() || !options.camera.empty()) {
-      throw base::InputError("a cylinder's fit has no video and no camera; its points are a CSV");
+      throw base::InputError(
+          "a cylinder fit has no video and no camera; its points are in a CSV file");
     }
     base::WriteFile(options.folder / which.id / "points.csv", CsvOf(ViewOf(which)));
     return Run(which);
@@ -284,7 +287,7 @@ const experiment::TaskKind& CylindersTask() {
   static const experiment::TaskKind kind{
       .name = "cylinder_fits",
       .description =
-          "Fits of single cylinders compared: radius, axis and time of least squares, random "
+          "Comparison of fits of single cylinders: radius, axis and time of least squares, random "
           "circles, PCL's model and the refined fit (tables 4.3 and 4.4).",
       .trials_key = "repetitions",
       .uses_seed = true,

@@ -33,12 +33,11 @@ std::optional<GivenCylinder> GivenFrom(const std::string& text, char between) {
 
 void ReadGiven(YamlMap& map, TableOptions& options) {
   std::vector<std::string> given;
-  map.Read("cylinders", given,
-           "the shapes that are given to the program, RADIUSxHEIGHT in mm, of `objects` in order");
+  map.Read("cylinders", given, "given shapes of `objects`, in the same order: RADIUSxHEIGHT in mm");
   for (const std::string& text : given) {
     const auto one = GivenFrom(text, 'x');
     if (!one) {
-      map.Fail("cylinders", fmt::format("'{}' is no RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
+      map.Fail("cylinders", fmt::format("'{}' must be RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
     }
     options.given.push_back(*one);
   }
@@ -46,18 +45,18 @@ void ReadGiven(YamlMap& map, TableOptions& options) {
 
 void ReadTable(YamlMap& map, const char* count, TableOptions& options) {
   if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", fmt::format("this task has `{}` in its place", count));
+    map.Fail("trials_per_object", fmt::format("use `{}` in this task", count));
   }
   map.Require("cylinders");
   options.grasping = trial::ReadOptions(map);
   if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: this task has no use for it, `task: grasping` has");
+    map.Fail("grasp", "take: only for `task: grasping`");
   }
   if (options.grasping.method == trial::MethodKind::kPublished) options.detection = AsPublished();
   const std::size_t objects = options.grasping.objects.size();
   if (options.given.size() != objects) {
     map.Fail("cylinders",
-             fmt::format("names {} shapes, objects names {}", options.given.size(), objects));
+             fmt::format("has {} shapes, but objects has {} names", options.given.size(), objects));
   }
   // Each table has all of them.
   options.grasping.clutter.always = options.grasping.objects;
@@ -82,17 +81,18 @@ DetectOptions SecondLook(const DemoOptions& options) {
 }
 
 void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
-  map.Read("runs", o.runs, 1, 100000, "runs; the given cylinders are wanted in turn");
+  map.Read("runs", o.runs, 1, 100000,
+           "number of runs; the target is one of the given cylinders in turn");
   ReadGiven(map, o);
   auto keys = map.Child("demo", "from the detected cylinder to the person");
-  keys.Read("delivery", o.delivery, "what becomes of the cylinder at the end");
+  keys.Read("delivery", o.delivery, "end of the run: hand the cylinder over or place it");
   keys.Read("max_tries", o.max_tries, 1, 20,
-            "a robot that found nothing, no way, or holds nothing looks and tries again, so often "
-            "at most");
+            "maximum number of tries per run: after a failed detection, motion planning or grasp, "
+            "the robot looks and tries again");
   keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
-                  "what is perceived this near to the cylinder is of it");
+                  "maximum distance of points that belong to the cylinder");
   base::ReadAdditions<DemoAdditions>(keys, o);
-  ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
+  ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
 }
 

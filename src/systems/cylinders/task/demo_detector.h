@@ -35,16 +35,16 @@ constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdd
   using A = DemoAdditions;
   return {{
       {"thorough", &A::thorough,
-       "more draws and more candidates than for a quick look; off: as the command `cylinders`"},
+       "more draws and more candidates; off: as in the command `cylinders`"},
       {"purity", &A::purity,
-       "of several that may be the wanted one, the one that is most of what it is part of; off: "
-       "the one with the most points"},
+       "of several possible targets, choose the one that covers the largest share of its segment; "
+       "off: the one with most points"},
       {"second_look", &A::second_look,
-       "a cylinder that must be there and was not found is looked for with lower demands; off: "
-       "the run ends"},
+       "if a cylinder that must be present was not found, search again with lower thresholds; off: "
+       "end the run"},
       {"roomy_grasps", &A::roomy_grasps,
-       "grasps with more air to the neighbors come first, whose far sides nobody saw; off: by "
-       "their score alone"},
+       "prefer grasps with more distance to the neighbors, whose far sides are unseen; off: rank "
+       "by score only"},
   }};
 }
 static_assert(base::AllAdditionsListed<DemoAdditions>());

@@ -296,17 +296,17 @@ experiment::Report DemoReport(const experiment::Stamp&,
   report.csv = ProblemGrid(tally);
   report.sections = {{"", report.csv}, {"how far the runs came", PlaceGrid(runs)}};
   report.notes = {
-      fmt::format("published: 50 runs, one try each; with one try {} of {} runs ended as they "
-                  "should {}, with all tries {} {}",
+      fmt::format("published: 50 runs, one try each; with one try {} of {} runs were successful "
+                  "{}, with all tries {} {}",
                   tally.first_good, tally.runs, share(tally.first_good, tally.runs), tally.good,
                   share(tally.good, tally.runs)),
       "failures: " + (failures.empty() ? "none" : experiment::CountsText(failures)),
       "hand prosthesis: the object was not held, or another one was pushed by more than 5 mm",
-      "a problem has influence if the run failed for it; the others were got over by another try"};
+      "a problem has influence if the run failed because of it; another try solved the others"};
   if (tally.carried > 0) {
-    report.notes.push_back(fmt::format("the pull was felt in {} of {} that were carried {}",
-                                       tally.felt, tally.carried,
-                                       share(tally.felt, tally.carried)));
+    report.notes.push_back(
+        fmt::format("the pull was detected in {} of {} runs that carried the object {}", tally.felt,
+                    tally.carried, share(tally.felt, tally.carried)));
   }
   ordered_json problems = ordered_json::array();
   for (const ProblemRow& row : tally.problems) {

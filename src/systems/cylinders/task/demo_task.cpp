@@ -235,9 +235,9 @@ const experiment::TaskKind& DemoTask() {
   static const experiment::TaskKind kind{
       .name = "cylinder_demo",
       .description =
-          "The live demo of chapter 4: given cylinders among other objects are found, "
-          "grasped and handed over to a person. In addition to the keys below it has all of "
-          "`task: grasping` but `trials_per_object`.",
+          "The live demo of chapter 4: given cylinders among other objects are found, grasped and "
+          "handed over to a person. Besides the keys below it has all keys of `task: grasping` "
+          "except `trials_per_object`.",
       .trials_key = "runs",
       .uses_seed = true,
       .success = trial::kHandedOver,

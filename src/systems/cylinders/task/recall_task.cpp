@@ -363,11 +363,12 @@ class RecallExperiment : public experiment::Task {
 void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
   ReadGiven(map, o);
   map.Read(kSource, o.source,
-           "scanned: tables as of `task: cylinder_demo`, by the sensor; noisy, perfect: synthetic "
-           "rays to boxes and cylinders, with white noise or none");
+           "scanned: simulated scans of tables as in `task: cylinder_demo`; noisy, perfect: "
+           "synthetic rays to boxes and cylinders, with white noise or without noise");
   map.Read("scenes", o.scenes, 1, 1'000'000, "tables");
-  map.Read("samples", o.samples, 20, 2000, "noisy, perfect: rays on each side of the image");
-  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "noisy: along each ray");
+  map.Read("samples", o.samples, 20, 2000,
+           "noisy, perfect: number of rays along each side of the image");
+  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "noisy: noise along each ray");
 }
 
 std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experiment::Common& common) {
@@ -463,9 +464,9 @@ const experiment::TaskKind& RecallTask() {
   static const experiment::TaskKind kind{
       .name = "cylinder_recall",
       .description =
-          "How often given cylinders are detected among other objects: recall, precision, errors. "
-          "In addition to the keys below it has all of `task: grasping` but `trials_per_object`; "
-          "synthetic rays leave most of them unused.",
+          "Detection of given cylinders among other objects: recall, precision, errors. Besides "
+          "the keys below it has all keys of `task: grasping` except `trials_per_object`; "
+          "synthetic rays use few of them.",
       .trials_key = "scenes",
       .uses_seed = true,
       .success = {},

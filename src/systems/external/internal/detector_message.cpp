@@ -79,7 +79,7 @@ struct Place {
   /// @param max_size  larger lists are refused
   std::size_t ListSize(std::size_t max_size) const {
     if (!value.is_array()) Fail("must be a list");
-    if (value.size() > max_size) Fail(fmt::format("must not hold more than {}", max_size));
+    if (value.size() > max_size) Fail(fmt::format("must not have more than {} elements", max_size));
     return value.size();
   }
   double Number(double low, double high) const {
@@ -164,7 +164,7 @@ AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
   if (objects && place.Has("object")) {
     grasp.object = place.At("object").Index(*objects, "an object in the answer");
   } else if (objects && *objects == 0) {
-    place.Fail("is of no object, since objects is empty; leave objects out if there are none");
+    place.Fail("belongs to no object, since objects is empty; omit objects if there are none");
   }
   grasp::Proposal& proposal = grasp.proposal;
   const Eigen::Matrix3d R_CG = RotationOf(place.At("rotation"));
@@ -184,8 +184,8 @@ json ParseLine(const std::string& line) {
     return json::parse(line, shallow);
   } catch (const json::exception& e) {
     throw grasp::DetectorFailed(
-        fmt::format("answer: no JSON ({}); it begins with: {} (print nothing else "
-                    "on stdout: what is for people goes to stderr)",
+        fmt::format("answer: not JSON ({}); it begins with: {} (print nothing else on stdout; "
+                    "messages for people go to stderr)",
                     e.what(), line.substr(0, kShown)));
   }
 }

@@ -78,7 +78,8 @@ objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
   objects::ObjectLook look{name, a.title.empty() ? name : a.title, surface, {}};
   if (!a.texture.empty()) {
     look.texture_png = base::ReadNonEmptyFile(a.texture);
-    if (!look.texture_png.starts_with("\x89PNG")) throw base::InputError(a.texture + ": is no PNG");
+    if (!look.texture_png.starts_with("\x89PNG"))
+      throw base::InputError(a.texture + ": is not a PNG file");
   }
   return look;
 }
@@ -122,8 +123,9 @@ std::string NameOf(const Arguments& a) {
   const std::string name =
       a.name.empty() ? objects::ObjectNameFrom(fs::path(a.mesh).stem().string()) : a.name;
   if (name.empty() || objects::ObjectNameFrom(name) != name) {
-    throw base::InputError("--name '" + name +
-                           "' must be of small letters, digits and '_': it names files and rows");
+    throw base::InputError(
+        "--name '" + name +
+        "' must consist of lowercase letters, digits and '_': it is used for files and table rows");
   }
   return name;
 }
@@ -146,8 +148,9 @@ Found Add(const Arguments& a) {
   const std::string name = NameOf(a);
   found.folder = fs::path(a.out) / name;
   if (fs::exists(found.folder) && !a.overwrite) {
-    throw base::InputError(found.folder.string() +
-                           ": is there already; --overwrite replaces it, --name names it anew");
+    throw base::InputError(
+        found.folder.string() +
+        ": already exists; --overwrite replaces it, --name chooses another name");
   }
   // As if it stood where it will stand.
   const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
@@ -167,7 +170,7 @@ Found Add(const Arguments& a) {
   if (base::HasError(found.findings)) {
     const base::Finding& first = found.findings.front();
     throw base::InputError(
-        fmt::format("{}: makes no object: {}; {}", a.mesh, first.what, first.cure));
+        fmt::format("{}: cannot become an object: {}; {}", a.mesh, first.what, first.cure));
   }
   found.poses = sim::StableRestingPoses(model, kMinTipping_rad);
   // Before anything is drawn: that starts threads.
@@ -186,9 +189,8 @@ std::string Text(const Found& found) {
                   found.look.name, mm.x(), mm.y(), mm.z(), o.volume_m3 * kCm3PerM3,
                   o.mass_kg / kGram, o.mass_kg / o.volume_m3, found.look.surface.name);
   for (const std::string& line : o.said) text += line + "\n";
-  text +=
-      fmt::format("hulls: {}; they hold {:.1f} % of the solid, and stand {:.1f} % of it outside\n",
-                  o.hulls_O.size(), 100.0 * o.overlap.covered, 100.0 * o.overlap.beyond);
+  text += fmt::format("hulls: {}; they cover {:.1f} % of the solid and add {:.1f} % outside it\n",
+                      o.hulls_O.size(), 100.0 * o.overlap.covered, 100.0 * o.overlap.beyond);
   text += "resting poses:";
   for (const auto& pose : found.poses) {
     text += fmt::format(" {} {:.0f} % (tips over at {:.0f} deg),", pose.label,
@@ -232,37 +234,38 @@ std::string Json(const Found& found) {
 }  // namespace
 
 void AddAddObjectCommand(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "add-object",
-      "A mesh becomes an object that experiments can name: weighed, cut into convex "
-      "parts, tried by a lift.");
+  auto* command = app.add_subcommand("add-object",
+                                     "Make an object for experiments from a mesh: repair it, "
+                                     "compute its mass and convex hulls, test it by lifting.");
   auto a = std::make_shared<Arguments>();
-  command->add_option("mesh", a->mesh, "OBJ, STL, PLY, OFF or glTF")->required();
-  command->add_option("--name", a->name, "of the object (default: the file's)");
-  command->add_option("--title", a->title, "as it shall stand in tables (default: the name)");
-  command->add_option("-o,--out", a->out, "folder of objects that it is put into")
+  command->add_option("mesh", a->mesh, "mesh: OBJ, STL, PLY, OFF or glTF")->required();
+  command->add_option("--name", a->name, "name of the object (default: the file's)");
+  command->add_option("--title", a->title, "title in tables (default: the name)");
+  command->add_option("-o,--out", a->out, "output folder, a folder of objects")
       ->capture_default_str();
-  command->add_option("--unit", a->unit, "of the mesh (default: guessed from its size)")
+  command->add_option("--unit", a->unit, "unit of the mesh (default: guessed from its size)")
       ->check(CLI::IsMember(base::WordList<objects::LengthUnit>()));
-  auto* height = command->add_option("--height-mm", a->height_mm, "scaled to this height");
-  command->add_option("--size-mm", a->size_mm, "scaled so that its longest edge is this long")
+  auto* height = command->add_option("--height-mm", a->height_mm, "scale to this height");
+  command->add_option("--size-mm", a->size_mm, "scale so that the longest edge has this length")
       ->excludes(height);
-  command->add_option("--scale", a->scale, "scaled by this, after the unit");
+  command->add_option("--scale", a->scale, "additional scale factor");
   command->add_option("--up", a->up, "axis of the mesh that points up (default: z; y of glTF)")
       ->check(CLI::IsMember(base::WordList<objects::Up>()));
-  auto* mass = command->add_option("--mass", a->mass_g, "in grams");
-  command->add_option("--density", a->density, "in kg/m3 (default: the surface's)")->excludes(mass);
-  command->add_option("--surface", a->surface, "a word of surfaces.yaml")->capture_default_str();
-  command->add_option("--texture", a->texture, "PNG that is printed on it");
-  command->add_flag("--fill-holes", a->fill_holes, "puts a lid on every hole, however large");
-  command->add_option("--lift-trials", a->trials, "of the lift test; 0: none")
+  auto* mass = command->add_option("--mass", a->mass_g, "mass in grams");
+  command->add_option("--density", a->density, "density in kg/m3 (default: the surface's)")
+      ->excludes(mass);
+  command->add_option("--surface", a->surface, "surface, a name in surfaces.yaml")
+      ->capture_default_str();
+  command->add_option("--texture", a->texture, "PNG texture");
+  command->add_flag("--fill-holes", a->fill_holes, "close every hole, regardless of its size");
+  command->add_option("--lift-trials", a->trials, "number of trials of the lift test; 0: none")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  command->add_flag("--overwrite", a->overwrite, "replaces an object of that name");
-  command->add_flag("--json", a->json, "prints what it found as JSON");
+  command->add_flag("--overwrite", a->overwrite, "replace an existing object with this name");
+  command->add_flag("--json", a->json, "print the result as JSON");
   command->footer(
-      "Example: rangegrasp add-object mug.stl --surface ceramic --mass 320 --out objects\n"
-      "Then name it in an experiment: object_folders: [objects], objects: [mug]");
+      "Example: rangegrasp add-object mug.stl --surface ceramic --mass 320 --out objects\nThen "
+      "list it in an experiment: object_folders: [objects], objects: [mug]");
   command->callback([a] {
     const Found found = Add(*a);
     WriteResult(a->json ? Json(found) : Text(found));

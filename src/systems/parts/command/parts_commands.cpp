@@ -47,14 +47,14 @@ void CheckOptions(const SegmentArguments& arguments) {
   const auto check = [&](bool is_given, const std::vector<Method>& methods,
                          const std::string& option, const std::string& reason) {
     if (!is_given || std::ranges::find(methods, method) != methods.end()) return;
-    throw base::InputError(option + ": method '" + arguments.method + "' has no use for it; " +
+    throw base::InputError(option + ": cannot be used with method '" + arguments.method + "'; " +
                            reason);
   };
   check(options.clusters.has_value(), {Method::kHierarchy, Method::kKMeans, Method::kSdf},
         "--parts",
-        "it is for --method hierarchy, kmeans and sdf, the others find the number themselves");
+        "it is for --method hierarchy, kmeans and sdf; the others choose the number of parts");
   check(options.level.has_value(), {Method::kHierarchy, Method::kCore}, "--level",
-        "it is for --method hierarchy and core, the others have no levels");
+        "it is for --method hierarchy and core; the others have no levels");
   check(options.level == 0, {Method::kHierarchy}, "--level 0",
         "core extraction has at least one level");
   check(options.cut_quality.has_value(), {Method::kHierarchy}, "--cut-quality",
@@ -88,7 +88,7 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments, St
     const auto method = base::FromWord<Method>(arguments.method, "--method");
     if (!shape.IsMesh() && !parts::ReadsClouds(method)) {
       throw base::InputError("is a point cloud; method '" + arguments.method +
-                             "' needs a mesh, --method mirror and hierarchy take clouds too");
+                             "' needs a mesh; --method mirror and hierarchy also take clouds");
     }
     line.Begin(
         fmt::format("segmenting {} {}", shape.Elements(), shape.IsMesh() ? "triangles" : "points"));
@@ -273,14 +273,15 @@ void CheckNames(const SegmentArguments& arguments) {
   for (const std::string& file : arguments.files) {
     const auto [at, is_new] = seen.try_emplace(BaseOf(file, arguments), file);
     if (is_new) continue;
-    throw base::InputError(fmt::format("{} and {} would both leave {}.seg; give each its own -o",
+    throw base::InputError(fmt::format("{} and {} would both write {}.seg; give each its own -o",
                                        at->second, file, at->first));
   }
 }
 
 void SegmentFiles(const SegmentArguments& arguments) {
   if (arguments.files.empty()) {
-    throw base::InputError("parts: a FILE (.off, .obj, .stl, .ply, .glb, .gltf, .pcd) must follow");
+    throw base::InputError(
+        "parts: a FILE is missing (.off, .obj, .stl, .ply, .glb, .gltf or .pcd)");
   }
   CheckOptions(arguments);
   CheckNames(arguments);
@@ -297,34 +298,37 @@ void SegmentFiles(const SegmentArguments& arguments) {
 
 /// parts FILE
 void AddPartsCommands(CLI::App& app) {
-  auto* command = app.add_subcommand("parts", "Cuts a mesh or a point cloud into its parts.");
+  auto* command = app.add_subcommand("parts", "Segment a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
   command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY, glTF or PCD, one or more");
   command
-      ->add_option("--method", arguments->method, "mirror and hierarchy take clouds too (mirror)")
+      ->add_option("--method", arguments->method,
+                   "segmentation method; mirror and hierarchy also take clouds (mirror)")
       ->check(CLI::IsMember(base::WordList<Method>()));
   command
-      ->add_option("--parts", arguments->options.clusters,
-                   "hierarchy: so many parts, best cuts first; kmeans, sdf: clusters (5)")
+      ->add_option(
+          "--parts", arguments->options.clusters,
+          "hierarchy: number of parts, best cuts first; kmeans, sdf: number of clusters (5)")
       ->check(CLI::Range(1, 1000));
   command
       ->add_option("--level", arguments->options.level,
-                   "hierarchy: coarser parts, at most so many cuts deep; core: levels (2)")
+                   "hierarchy: maximum depth of cuts; less gives coarser parts; core: levels (2)")
       ->check(CLI::Range(0, 100));
   command
-      ->add_option("--cut-quality", arguments->options.cut_quality,
-                   "hierarchy: cuts worse than this are not made (0.42); more gives more parts")
+      ->add_option(
+          "--cut-quality", arguments->options.cut_quality,
+          "hierarchy: limit on the quality value of a cut (0.38); a larger limit gives more parts")
       ->check(CLI::Range(0.001, 100.0));
   command->add_flag("--meshes", arguments->meshes,
-                    "each part as a mesh too: NAME_part_<label>.stl");
+                    "also write each part as a mesh: NAME_part_<label>.stl");
   command->add_flag("--pose-invariant", arguments->options.pose_invariant,
-                    "mirror: of the shape with its limbs stretched out");
+                    "mirror: segment the shape with its limbs stretched out (section 6.2.3)");
   command->add_flag("--go-on-outside", arguments->options.go_on_outside,
-                    "mirror: also where no center inside of the shape is found");
+                    "mirror: continue if no center inside the shape is found");
   command->add_option("--up", arguments->up, "axis that points up in the picture (z)")
       ->check(CLI::IsMember({"x", "y", "z"}));
-  command->add_option("-o,--out", arguments->out, "folder (results/parts)");
-  command->add_flag("--json", arguments->json, "parts and what was found about them, as JSON");
+  command->add_option("-o,--out", arguments->out, "output folder (results/parts)");
+  command->add_flag("--json", arguments->json, "print the parts and their description as JSON");
   command->footer("Example: rangegrasp parts cup.off --method hierarchy -o results/cup");
   command->callback([arguments] { SegmentFiles(*arguments); });
 }
@@ -337,7 +341,7 @@ namespace rangegrasp {
 void RegisterParts() {
   experiment::AddKind(parts::PartsTask());
   grasp::AddGraspSelector({.word = "handle",
-                           .about = "by the handle that their parts tell (chapter 6)",
+                           .about = "by the handle found by segmentation into parts (chapter 6)",
                            .prepare = parts::JoinCutOffHandle,
                            .plan = parts::PlanHandleGrasps,
                            .firm = true});  // what hangs next to the pads would creep about them

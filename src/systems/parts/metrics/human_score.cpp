@@ -57,9 +57,9 @@ Labels OfShape(const Shape& shape, const Labels& of_input) {
 
 double RandError(std::span<const std::int32_t> a, std::span<const std::int32_t> b) {
   if (a.size() != b.size() || a.size() < 2) {
-    throw std::invalid_argument(
-        fmt::format("RandError: labellings of {} and {} elements; they must be as long, >= 2",
-                    a.size(), b.size()));
+    throw std::invalid_argument(fmt::format(
+        "RandError: labellings of {} and {} elements; they must have equal lengths, >= 2", a.size(),
+        b.size()));
   }
   std::vector<std::pair<std::int32_t, std::int32_t>> both;
   both.reserve(a.size());
@@ -150,7 +150,7 @@ HumanModel ReadHumanModel(const std::filesystem::path& folder, int id) {
     model.humans_of_shape.push_back(OfShape(model.shape, model.humans.back()));
   }
   if (model.humans.empty()) {
-    throw base::InputError(fmt::format("{}: holds no human segmentation {}_<k>.seg of the model",
+    throw base::InputError(fmt::format("{}: contains no human segmentation {}_<k>.seg of the model",
                                        (folder / "seg" / fmt::format("{}", id)).string(), id));
   }
   return model;

@@ -91,8 +91,9 @@ Labels ReadLabels(const std::filesystem::path& file) {
     const std::string_view word = Trimmed(line);
     const auto label = base::NumberFrom<std::int32_t>(word);
     if (!label) {
-      throw base::InputError(fmt::format("{}:{}: '{:.40}' must be a label, one whole number a line",
-                                         file.string(), labels.size() + 1, word));
+      throw base::InputError(
+          fmt::format("{}:{}: '{:.40}' must be a label, one whole number per line", file.string(),
+                      labels.size() + 1, word));
     }
     labels.push_back(*label);
   }

@@ -67,14 +67,14 @@ Section TableOf(const std::string& title, const std::vector<std::string>& header
   return {title, {header, left, {}, false}};
 }
 
-/// "20 models apart from those of tuning".
+/// "20 models without the tuning models".
 std::string ModelsText(const PartsSetup& setup, std::optional<Split> split) {
   std::size_t models = 0;
   for (const ModelClass& one : setup.classes) {
     models += one.report.size() + (split ? 0 : one.tune.size());
   }
   return fmt::format("{} models{}", models,
-                     split ? " apart from those of tuning" : ", those for tuning too");
+                     split ? " without the tuning models" : ", including the tuning models");
 }
 
 Section SummarySection(const PartsSetup& setup, const Rows& rows, std::optional<Split> split) {
@@ -101,7 +101,7 @@ std::string TitleOf(Metric metric) {
 
 Section MetricSection(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric,
                       std::optional<Split> split) {
-  const std::string where = metric == Metric::kRandError ? "" : "where there are cuts, ";
+  const std::string where = metric == Metric::kRandError ? "" : "only models with cuts, ";
   Section section = TableOf(TitleOf(metric) + ", mean and standard error, lower is better, " +
                                 where + ModelsText(setup, split),
                             {"class"});

@@ -44,7 +44,7 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
       map.Fail(key, fmt::format("'{}' must be a number from {} to {}", word, low, high));
     }
     if (std::ranges::count(numbers, *number) > 0) {
-      map.Fail(key, fmt::format("{} stands twice", *number));
+      map.Fail(key, fmt::format("{} is given twice", *number));
     }
     numbers.push_back(*number);
   }
@@ -53,10 +53,10 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
 
 /// Of every number of points every noise.
 std::vector<CloudGrade> ReadClouds(YamlMap& map) {
-  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, scored as well");
+  YamlMap clouds = map.Child("clouds", "clouds sampled from each model, which are also scored");
   const auto points = ReadNumbers(clouds, "points", 100, 10'000'000, "numbers of points");
   const auto noises = ReadNumbers(clouds, "noise_percent", 0.0, 10.0,
-                                  "standard deviations of each coordinate, in percent of the "
+                                  "noise of each coordinate: standard deviations in percent of the "
                                   "diagonal of the model's bounding box");
   clouds.Finish();
   std::vector<CloudGrade> grades;
@@ -78,7 +78,7 @@ Keys ReadKeys(YamlMap& map, PartsSetup& setup) {
   map.Require("classes");
   map.Read("classes", keys.classes, "classes of models, in the order of the tables");
   map.Read("models_per_class", keys.models_per_class, 0, kMaxModels,
-           "at most so many models of each class and split; 0 for all");
+           "maximum number of models of each class and split; 0: all");
   map.ReadPath("runtimes", keys.runtimes, "published table 6.1 as CSV: method, seconds");
   map.Require("data");
   map.Read("data", keys.data,
@@ -89,10 +89,10 @@ Keys ReadKeys(YamlMap& map, PartsSetup& setup) {
 
 void CheckMethods(const YamlMap& map, const PartsSetup& setup) {
   const std::set<Method> different(setup.methods.begin(), setup.methods.end());
-  if (different.size() < setup.methods.size()) map.Fail("methods", "a method stands twice");
+  if (different.size() < setup.methods.size()) map.Fail("methods", "a method is given twice");
   for (const Method method : setup.methods) {
     if (setup.clouds.empty() || ReadsClouds(method)) continue;
-    map.Fail("clouds", fmt::format("method '{}' reads no clouds; mirror and hierarchy do",
+    map.Fail("clouds", fmt::format("method '{}' cannot segment clouds; mirror and hierarchy can",
                                    base::Word(method)));
   }
 }
@@ -115,20 +115,20 @@ std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path&
   std::vector<std::string> words;
   map.Read(key, words,
            split == Split::kTune
-               ? "numbers of models that parameters were chosen on"
-               : "numbers of models that nothing was chosen on; 61-80: all that are at hand");
+               ? "numbers of the models used for tuning"
+               : "numbers of the held-out models; 61-80: all available ones in this range");
   std::vector<int> ids;
   for (const std::string& word : words) {
     const auto range = IdRangeFrom(word);
     if (!range) {
       map.Fail(key, fmt::format("'{}' must be a model's number, as in off/<number>.off, or a range "
-                                "as 61-80 of at most {}",
+                                "such as 61-80 of at most {}",
                                 word, kMaxRange));
     }
     const bool is_range = range->first != range->second && !folder.empty();
     for (int id = range->first; id <= range->second; ++id) {
       if (is_range && !std::filesystem::exists(ModelFile(folder, id))) continue;
-      if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} stands twice", id));
+      if (!seen.insert(id).second) map.Fail(key, fmt::format("model {} is given twice", id));
       ids.push_back(id);
     }
   }
@@ -137,7 +137,7 @@ std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path&
 
 ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesystem::path& folder,
                      std::set<int>& seen) {
-  YamlMap ids = models.Child(name, "models of one class, by the use that was made of them");
+  YamlMap ids = models.Child(name, "models of one class: tuning and held-out models");
   ModelClass one{name, ReadIds(ids, Split::kTune, folder, seen),
                  ReadIds(ids, Split::kReport, folder, seen)};
   ids.Finish();
@@ -159,11 +159,11 @@ std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>
   std::set<std::string> seen_names;
   for (const std::string& name : names) {
     if (!seen_names.insert(name).second) {
-      map.Fail("classes", fmt::format("'{}' stands twice", name));
+      map.Fail("classes", fmt::format("'{}' is given twice", name));
     }
     if (!IsName(name)) {
       map.Fail("classes",
-               fmt::format("'{}' must be of letters, digits, '_', '-' and '.' alone", name));
+               fmt::format("'{}' must consist of letters, digits, '_', '-' and '.'", name));
     }
     if (!models.Has(name)) {
       map.Fail("models", fmt::format("has no models of class '{}', e.g. {}: {{tune: [21, 22], "
@@ -172,7 +172,7 @@ std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>
     }
     classes.push_back(ReadClass(models, name, folder, seen));
     if (classes.back().tune.empty() && classes.back().report.empty()) {
-      models.Fail(name, "must name models under 'tune', 'report' or both");
+      models.Fail(name, "must list models under 'tune', 'report' or both");
     }
   }
   models.Finish();
@@ -183,9 +183,8 @@ void CheckFolder(const YamlMap& map, const std::filesystem::path& folder) {
   for (const char* part : {"off", "seg"}) {
     std::error_code error;
     if (std::filesystem::is_directory(folder / part, error)) continue;
-    map.Fail("data", fmt::format("'{}' has no folder '{}'; the data of the benchmark are laid out "
-                                 "as off/ID.off and seg/ID/ID_K.seg; --set data=DIR names "
-                                 "another folder",
+    map.Fail("data", fmt::format("'{}' has no folder '{}'; the benchmark's files are off/ID.off "
+                                 "and seg/ID/ID_K.seg; choose another folder with --set data=DIR",
                                  folder.string(), part));
   }
 }

@@ -118,8 +118,8 @@ class PartsExperiment : public experiment::Task {
   Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
     if (!options.video.empty() || !options.camera.empty()) {
       throw base::InputError(
-          "--video, --camera: an experiment with parts has nothing that moves; a replay leaves "
-          "labels, a colored mesh and a picture");
+          "--video, --camera: in an experiment with parts nothing moves; a replay writes labels, a "
+          "colored mesh and a picture");
     }
     std::optional<HumanModel> model;
     std::optional<Segmentation> found;
@@ -266,8 +266,7 @@ View PartsView(const HumanModel& model, const std::string& name, const Labels& f
 const experiment::TaskKind& PartsTask() {
   static const experiment::TaskKind kind{
       .name = "parts",
-      .description =
-          "Methods that segment objects into parts, compared with segmentations by people.",
+      .description = "Segmentation of objects into parts, compared with segmentations by people.",
       .trials_key = "models_per_class",
       .uses_seed = false,
       .success = {},

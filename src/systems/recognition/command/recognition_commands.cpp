@@ -62,18 +62,20 @@ void BringIt(const BringArguments& a) {
 
 void AddBringCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "bring", "Bring an object: it is looked for among others, taken and handed over, in words.");
+      "bring",
+      "Bring an object: find it among others, grasp it and hand it over; prints each step.");
   auto a = std::make_shared<BringArguments>();
-  command->add_option("object", a->object, "what is wanted, e.g. coffee_cup")->required();
-  command->add_option("--experiment", a->experiment,
-                      "experiment of `task: bring`: what lies there, and what is known");
-  command->add_option("--scene", a->scene, "MJCF, instead of the experiment's");
+  command->add_option("object", a->object, "the wanted object, e.g. coffee_cup")->required();
+  command->add_option(
+      "--experiment", a->experiment,
+      "experiment of `task: bring`, with the objects on the table and the known objects");
+  command->add_option("--scene", a->scene, "scene (MJCF), instead of the experiment's");
   command->add_option("--arrangement", a->arrangement,
                       "single, scattered, touching, box or pile, instead of the experiment's");
   command->add_option("--run", a->run, "number of the run, from 0")->check(CLI::Range(0, 99'999));
-  command->add_option("--seed", a->changes.seed, "instead of the experiment's")
+  command->add_option("--seed", a->changes.seed, "overrides the seed of the experiment")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--set", a->changes.set, "KEY=VALUE, instead of what the experiment says");
+  command->add_option("--set", a->changes.set, "KEY=VALUE, overrides a key of the experiment");
   command->add_option("--pictures", a->pictures, "folder for pictures of the run");
   command->footer("Example: rangegrasp bring coffee_cup --arrangement pile --pictures results/cup");
   command->callback([a] { BringIt(*a); });
@@ -110,8 +112,7 @@ base::Pose PoseOf(const std::vector<double>& rows) {
       (X.linear() * X.linear().transpose()).isIdentity(kRounding) && X.linear().determinant() > 0.0;
   if (!turns || !matrix.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))) {
     throw base::InputError(
-        "--frame must be the 4 x 4 matrix of a pose, row by row: a rotation, a place in metres, "
-        "and "
+        "--frame must be a 4 x 4 pose matrix, row by row: a rotation, a translation in metres, and "
         "0,0,0,1");
   }
   return X;
@@ -147,35 +148,36 @@ void LearnModel(const LearnArguments& arguments) {
   geometry::WriteStl(arguments.out, model.mesh_B);
   const Eigen::Vector3d size_mm = geometry::BoundsOf(model.mesh_B.vertices).sizes() * base::kMmPerM;
   spdlog::info(
-      "{}: {:.0f} x {:.0f} x {:.0f} mm, {} triangles; {:.0f} % of what is above the table "
-      "was seen",
+      "{}: {:.0f} x {:.0f} x {:.0f} mm, {} triangles; {:.0f} % of the surface above the table was "
+      "seen",
       arguments.out, size_mm.x(), size_mm.y(), size_mm.z(), model.mesh_B.triangles.size(),
       100.0 * model.share_seen);
   if (things > 1) {
-    spdlog::warn("{} things stand there and are one model: --crop leaves out what is not its",
-                 things);
+    spdlog::warn("{} objects were merged into one model: use --crop to exclude the others", things);
   }
   if (model.share_seen < kWellSeen) {
-    spdlog::warn("what was not seen is guessed: a view from another side would tell it");
+    spdlog::warn("unseen parts are guessed; add a view from another side");
   }
 }
 
 void AddLearnCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "learn", "A mesh of a thing that stands alone on a table, from views of it.");
+      "learn", "Make a mesh of a single object on a table from several views of it.");
   auto arguments = std::make_shared<LearnArguments>();
   command
       ->add_option("clouds", arguments->clouds,
-                   "PCD or PLY files in one frame, each seen from the place that it names")
+                   "PCD or PLY files in one frame, each with its sensor position")
       ->required();
-  command->add_option("-o,--out", arguments->out, "the mesh (STL, in metres), for add-object")
+  command->add_option("-o,--out", arguments->out, "output mesh (STL, in metres), for add-object")
       ->required();
-  command->add_option("--spacing-mm", arguments->spacing_mm, "of what the mesh is made of (2)")
+  command
+      ->add_option("--spacing-mm", arguments->spacing_mm,
+                   "spacing of the points that the mesh is made from (2)")
       ->check(CLI::Range(0.2, 20.0));
   command
       ->add_option("--frame", arguments->frame,
-                   "pose of the mesh's frame in that of the clouds: a 4 x 4 matrix, row by row [m] "
-                   "(else z is up from the table, the origin below the middle)")
+                   "pose of the mesh's frame in the clouds' frame: a 4 x 4 matrix, row by row [m] "
+                   "(default: z points up from the table, the origin is below the middle)")
       ->delimiter(',')
       ->expected(16);
   AddCloudOptions(*command, *arguments);
@@ -224,7 +226,7 @@ std::string Text(const std::vector<recognition::FoundObject>& found, std::size_t
         "{}: at {:.1f} {:.1f} {:.1f} mm, turned by {:.4f} {:.4f} {:.4f} {:.4f} (w x y z), score "
         "{:.3f}{}\n",
         one.object, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), one.score,
-        one.alternatives_CB.empty() ? "" : ", other poses fit about as well");
+        one.alternatives_CB.empty() ? "" : ", other poses fit about equally well");
   }
   return text;
 }
@@ -251,18 +253,18 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
 }
 
 void AddRecognizeCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("recognize", "Known objects in a cloud, and their poses.");
+  auto* command = app.add_subcommand("recognize", "Find known objects and their poses in a cloud.");
   auto arguments = std::make_shared<RecognizeArguments>();
   command->add_option("cloud", arguments->cloud, "PCD or PLY file")->required();
   command
       ->add_option("--library", arguments->library,
-                   "folder of known objects (NAME/NAME.xml), or several; of two with one name that "
-                   "of the first counts")
+                   "one or more folders of known objects (NAME/NAME.xml); of two objects with the "
+                   "same name the first is used")
       ->required();
   AddCloudOptions(*command, *arguments);
-  command->add_option("--seed", arguments->seed, "of the random draws")
+  command->add_option("--seed", arguments->seed, "seed of the random draws")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", arguments->json, "everything as JSON");
+  command->add_flag("--json", arguments->json, "print the result as JSON");
   command->footer("Example: rangegrasp recognize table.pcd --library models/objects --json");
   command->callback([arguments] { RecognizeCloud(*arguments); });
 }

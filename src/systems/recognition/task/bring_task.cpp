@@ -117,25 +117,28 @@ experiment::Grid TableOf(const std::vector<Row>& rows) {
 
 /// The keys that `task: grasping` has not.
 void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
-  map.Read("runs_per_object", o.runs_per_object, 1, 100000, "each of `objects` is wanted so often");
+  map.Read("runs_per_object", o.runs_per_object, 1, 100000,
+           "number of runs for each of `objects` as target");
   map.Read("known", o.known,
-           "objects that the program knows the models of; all of `objects` unless given");
-  auto keys = map.Child("bring", "from the word to the hand of a person");
+           "known objects, whose models the program has; default: all of `objects`");
+  auto keys = map.Child("bring", "from the request to the hand of a person");
   keys.Read("absent", o.absent,
-            "the wanted object is taken off the table before the program looks: it has to say so");
+            "remove the wanted object before the program looks: it has to report that the object "
+            "is absent");
   keys.Read("use", o.use,
-            "what it is wanted for: of the grasps in its grasps.yaml those for this use; all");
-  keys.Read("max_tries", o.max_tries, 1, 20, "grasps at the wanted object");
+            "use of the wanted object: only grasps in its grasps.yaml for this use; default: all");
+  keys.Read("max_tries", o.max_tries, 1, 20, "maximum number of grasps of the wanted object");
   keys.Read("max_clear", o.max_clear, 0, 1000,
-            "attempts to clear others away; 0: two for each object");
+            "maximum number of attempts to clear other objects away; 0: two for each object");
   keys.Read("max_looks", o.max_looks, 1, 20,
-            "looks at one table before others are cleared away: the first from the fixed sensor, "
-            "more from the wrist where look.sensor is given");
+            "maximum number of views of one table before other objects are cleared away: the first "
+            "by the fixed sensor, more by the wrist scanner if look.sensor is given");
   keys.ReadScaled("near_mm", o.near_m, base::kMm, 0.0, 1000.0,
-                  "others this near to the wanted one may be in its way");
-  keys.ReadScaled("same_place_mm", o.same_place_m, base::kMm, 0.0, 1000.0,
-                  "objects of two looks whose centers are no further apart are one");
-  trial::ReadUser(keys.Child("user", "the person who takes it"), o.hand_over);
+                  "maximum distance from the wanted object of other objects that may block it");
+  keys.ReadScaled(
+      "same_place_mm", o.same_place_m, base::kMm, 0.0, 1000.0,
+      "maximum distance between the centers of two views' objects that count as the same");
+  trial::ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
   recognition::ReadLibraryOptions(map, o.library);
 }
@@ -256,14 +259,14 @@ class BringExperiment : public experiment::Task {
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "`task: bring` has `runs_per_object` in its place");
+    map.Fail("trials_per_object", "use `runs_per_object` in `task: bring`");
   }
-  if (map.Has("views")) map.Fail("views", "`task: bring` has bring.max_looks in its place");
+  if (map.Has("views")) map.Fail("views", "use bring.max_looks in `task: bring`");
   Options options;
   ReadBringKeys(map, options.bring);
   options.grasping = trial::ReadOptions(map);
   if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: bring` has no use for it, `task: grasping` has");
+    map.Fail("grasp", "take: only for `task: grasping`");
   }
   std::vector<std::string>& known = options.bring.known;
   if (known.empty()) known = options.grasping.objects;
@@ -276,7 +279,8 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
     if (std::ranges::find(known, object) == known.end() && !options.bring.absent) {
       map.Fail(
           "known",
-          fmt::format("has no '{}', which is wanted: add it, or take it off `objects`", object));
+          fmt::format("has no '{}', which is one of `objects`: add it, or remove it from `objects`",
+                      object));
     }
   }
   return std::make_unique<BringExperiment>(options, common);
@@ -288,9 +292,9 @@ const experiment::TaskKind& BringTask() {
   static const experiment::TaskKind kind{
       .name = "bring",
       .description =
-          "A known object among others is looked for, taken as its use asks for and "
-          "handed over to a person. In addition to the keys below it has all of "
-          "`task: grasping` but `trials_per_object`.",
+          "A known object among others is found, grasped as its use requires and handed over to a "
+          "person. Besides the keys below it has all keys of `task: grasping` except "
+          "`trials_per_object`.",
       .trials_key = "runs_per_object",
       .uses_seed = true,
       .success = trial::kHandedOver,
@@ -308,7 +312,7 @@ experiment::Result BringAloud(const experiment::Task& task, const Case& which,
                               const std::function<void(const std::string&)>& say,
                               const experiment::ReplayOptions& options) {
   const auto* bring = dynamic_cast<const BringExperiment*>(&task);
-  if (!bring) throw base::InputError("the experiment is not of `task: bring`");
+  if (!bring) throw base::InputError("the experiment does not have `task: bring`");
   return bring->Aloud(which, say, options);
 }
 
@@ -356,14 +360,13 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   report.csv = TableOf(rows);
   report.sections.push_back({"", report.csv});
   report.notes.push_back(
-      "as wanted: handed over; where it is not there: said so. Upright: of "
-      "objects that stood upright those that stayed within 30 deg. Kept free: "
-      "of those handed over the ones whose part for the person the hand left "
-      "free");
+      "as wanted: handed over or, if the object is absent, reported absent. Upright: share of the "
+      "upright objects that stayed within 30 deg. Kept free: share of the handed-over objects "
+      "whose part for the person the hand left free");
   if (!all.robot_s.empty()) {
     report.notes.push_back(
-        fmt::format("the arm moves for {:.0f} s a run (median); a run takes {:.1f} s of computing "
-                    "(median), 95 % less than {:.1f} s",
+        fmt::format("the arm moves for {:.0f} s per run (median); computing takes {:.1f} s per run "
+                    "(median), in 95 % of the runs less than {:.1f} s",
                     base::MedianOf(all.robot_s), base::MedianOf(all.compute_s),
                     base::InterpolatedQuantileOf(all.compute_s, 0.95)));
   }

@@ -46,27 +46,31 @@ struct TaskOptions {
 
 /// The keys that `task: grasping` has not.
 void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
-  auto keys = map.Child("recognition", "from what is perceived to known objects and their poses");
+  auto keys = map.Child("recognition",
+                        "recognition: from perceived objects to known objects and their poses");
   auto& r = o.recognition;
   keys.Read("without_target", o.without_target,
-            "the library lacks the scene's target, which must stay unknown then");
-  keys.Read("until_sure", o.until_sure,
-            "looks again only at what is not known or whose pose is open, up to `views` in all");
+            "remove the scene's target from the library; it must then stay unknown");
+  keys.Read(
+      "until_sure", o.until_sure,
+      "take another view only if an object is unknown or its pose ambiguous, up to `views` in all");
   keys.ReadScaled("max_distance_mm", o.max_distance_m, kMm, 0.1, 100.0,
-                  "a pose counts as found up to here ...");
-  keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0, "... and here");
+                  "maximum position error of a pose that counts as correct");
+  keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0,
+                  "maximum rotation error of a pose that counts as correct");
   keys.ReadScaled("tolerance_mm", r.tolerance_m, kMm, 0.5, 20.0,
-                  "a sample this near to a model's surface is explained");
-  keys.Read("min_score", r.min_score, 0.0, 1.0, "what is found scores so high at least ...");
-  keys.Read("margin", r.margin, 0.0, 1.0, "... and so much higher than any other object there");
+                  "maximum distance of explained samples from a model's surface");
+  keys.Read("min_score", r.min_score, 0.0, 1.0, "minimum score of a recognized object");
+  keys.Read("margin", r.margin, 0.0, 1.0,
+            "minimum difference to the score of any other object at the same place");
   keys.Read("unexplained_weight", r.unexplained_weight, 0.0, 1.0,
-            "of samples that a model leaves unexplained so much counts");
+            "weight of the samples that a model does not explain");
   keys.Read("color_weight", r.color_weight, 0.0, 1.0,
-            "where the sensors see colors (color): colors that agree nowhere take this share off "
-            "the score");
+            "with `color: true`: share by which completely different colors reduce the score");
   keys.Read("references", r.references, 0, 1000,
-            "points of a segment whose pairs vote for poses; 0: none");
-  keys.Read("registered", r.registered, 1, 1000, "poses of one object that are registered");
+            "number of points of a segment whose pairs vote for poses; 0: none");
+  keys.Read("registered", r.registered, 1, 1000,
+            "number of poses of each object that are refined by registration");
   keys.Finish();
   ReadLibraryOptions(map, o.library);
 }
@@ -199,12 +203,12 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   report.csv = TableOf(rows);
   report.sections.push_back({"Known objects: the scene's target", report.csv});
   report.notes.push_back(fmt::format(
-      "of {} objects that were named in all scenes {} were another one ({} %, 95 %: {})", all.finds,
+      "of {} objects recognized in all scenes, {} were another object ({} %, 95 %: {})", all.finds,
       all.wrong, PercentText(all.wrong, all.finds, 1), IntervalText(all.wrong, all.finds)));
   if (all.others > 0) {
-    report.notes.push_back(fmt::format("of {} others that were named right {} in their pose ({} %)",
-                                       all.others, all.others_near,
-                                       PercentText(all.others_near, all.others, 1)));
+    report.notes.push_back(
+        fmt::format("of {} other objects recognized correctly, {} had the correct pose ({} %)",
+                    all.others, all.others_near, PercentText(all.others_near, all.others, 1)));
   }
   report.notes.push_back(TimesNote(records));
   return report;
@@ -417,7 +421,7 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   ReadRecognitionKeys(map, options);
   options.grasping = trial::ReadOptions(map);
   if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: recognition` has no use for it, `task: grasping` has");
+    map.Fail("grasp", "take: only for `task: grasping`");
   }
   const auto wrist = trial::Of<views::WristViewOptions>(options.grasping, views::kWristViews);
   if (!ModelsPass(map, options.grasping, wrist.views > 1, common)) return nullptr;
@@ -429,10 +433,10 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 }  // namespace
 
 void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options) {
-  auto keys = map.Child("library", "what the program knows of the objects' shapes");
+  auto keys = map.Child("library", "models of the known objects");
   keys.ReadPath("folder", options.folder,
-                "NAME.stl of each object, in metres, in the frame of its model; without it the "
-                "simulator's own meshes, which no real user has");
+                "folder with NAME.stl of each object, in metres, in the frame of its model; "
+                "default: the simulator's own meshes, which are exact");
   keys.ReadScaled("distortion_mm", options.distortion_m, kMm, 0.0, 20.0,
                   "smooth random displacement of the meshes' surfaces, root mean square");
   keys.Finish();
@@ -468,8 +472,8 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
           {.error = false,
            .where = common.file.string(),
            .element = "sensor",
-           .what = "a stereo camera alone found none of 36 known objects: its noise is larger "
-                   "than the 3 mm within which a sample counts for a model",
+           .what = "a stereo camera alone found none of 36 known objects: its noise is larger than "
+                   "the 3 mm within which a model explains a sample",
            .cure = "use a sensor with a laser, e.g. models/sensors/line_scanner.yaml"});
       return common.on_findings(findings);
     };
@@ -482,7 +486,7 @@ Library LoadLibrary(std::span<const std::filesystem::path> folders) {
   for (const auto& folder : folders) {
     if (!std::filesystem::is_directory(folder)) {
       throw base::InputError(folder.string() +
-                             ": no folder (it must hold NAME/NAME.xml for every known object)");
+                             ": no folder (it must contain NAME/NAME.xml for every known object)");
     }
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
@@ -492,7 +496,7 @@ Library LoadLibrary(std::span<const std::filesystem::path> folders) {
   }
   if (files.empty()) {
     throw base::InputError((folders.empty() ? std::string("no folder") : folders.front().string()) +
-                           ": holds no known object (NAME/NAME.xml)");
+                           ": contains no known object (NAME/NAME.xml)");
   }
   std::vector<KnownObject> known;
   for (const auto& [name, mjcf] : files) known.push_back(KnownFrom({name, mjcf}));
@@ -503,8 +507,8 @@ const experiment::TaskKind& RecognitionTask() {
   static const experiment::TaskKind kind{
       .name = "recognition",
       .description =
-          "Known objects (chapter 7): they are found in a scan, with their poses. In addition to "
-          "the keys below it has all of `task: grasping`.",
+          "Known objects (chapter 7) and their poses are recognized in a scan. Besides the keys "
+          "below it has all keys of `task: grasping`.",
       .trials_key = "trials_per_object",
       .uses_seed = true,
       .success = "found",

@@ -39,27 +39,27 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
   map.ReadPath("sensor", options.sensor,
                "file of the line scanner at the scene's site wrist_scanner");
   map.ReadScaled("mount_sigma_mm", options.mount_sigma_m, kMm, 0.0, 20.0,
-                 "how far the head sits elsewhere on the flange than the robot believes, root mean "
-                 "square; one draw a trial");
+                 "position error of the head on the flange, unknown to the robot, root mean "
+                 "square; one draw per trial");
   map.ReadScaled("mount_sigma_deg", options.mount_sigma_rad, kDeg, 0.0, 5.0,
-                 "and how it is turned");
-  map.ReadPath("hand_eye", options.hand_eye,
-               "file of calibrate-hand-eye, in place of the draw: where the head sits");
+                 "rotation error of the head on the flange, root mean square; one draw per trial");
+  map.ReadPath(
+      "hand_eye", options.hand_eye,
+      "calibrated pose of the head, a file from calibrate-hand-eye, instead of the random error");
   for (const char* key : {"mount_sigma_mm", "mount_sigma_deg"}) {
     if (!options.hand_eye.empty() && map.Has(key)) {
       map.Fail(key,
-               "look.hand_eye says where the head sits and how well that is known; only one "
-               "of both");
+               "cannot be used with look.hand_eye, which has the pose of the head and its error");
     }
   }
   map.Read("refine", options.refine,
-           "views are laid onto the earlier ones; off: as the arm says they are");
+           "align each view with the earlier ones; off: use the arm's pose");
   map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
-                 "space about the highest thing that views are chosen for");
+                 "radius of the space around the highest object for which views are chosen");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
-                 "a view that would see less new space there is not taken");
+                 "minimum new space that a view must see there");
   map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
-                 "of the space that it is counted in");
+                 "cell size for counting this space");
   map.Finish();
 }
 
@@ -86,10 +86,10 @@ void ForEachPoint(const geometry::Observation& observation, const Visit& visit) 
 }  // namespace
 
 void ReadWristViewOptions(base::YamlMap& map, WristViewOptions& options) {
-  map.Read(
-      "views", options.views, 1, 10,
-      "looks of a trial: the first with the sensor, others from the wrist, where they tell most");
-  ReadLook(map.Child("look", "looks from the wrist, where there is more than one view"), options);
+  map.Read("views", options.views, 1, 10,
+           "number of views per trial: the first by the sensor, more by the wrist scanner, where "
+           "they add most information");
+  ReadLook(map.Child("look", "views by the wrist scanner, if `views` is above 1"), options);
   if (options.views > 1 && options.sensor.empty()) {
     map.Fail("views",
              "more than one needs look: {sensor: FILE}, the scanner on the wrist "
@@ -107,8 +107,8 @@ WristScanner::WristScanner(const trial::Options& options, const robot::Robot& ro
   scanner_.color = scanner_.color || options.color;
   if (!robot.X_HWristScanner) {
     throw base::InputError(options.scene.string() +
-                           ": views from the wrist need a site \"wrist_scanner\" on the arm's last "
-                           "link, as scenes/tabletop_wrist.xml has");
+                           ": views by the wrist scanner need a site \"wrist_scanner\" on the "
+                           "arm's last link, as in scenes/tabletop_wrist.xml");
   }
   if (!look_.hand_eye.empty()) {
     BelieveCalibration(*robot.X_HWristScanner);
@@ -127,11 +127,11 @@ void WristScanner::BelieveCalibration(const base::Pose& X_HS) {
   mount_error_rad_ = found.turn_error_rad;
   const double off_m = X_SBelieved_.translation().norm();
   if (off_m > kOtherHead_m) {
-    throw base::InputError(fmt::format(
-        "{}: the head that it is of sits {:.0f} mm from the one in {}: another arm's or sensor's "
-        "calibration? `rangegrasp calibrate-hand-eye {}` makes one",
-        look_.hand_eye.string(), off_m * base::kMmPerM, options_.scene.string(),
-        options_.scene.string()));
+    throw base::InputError(
+        fmt::format("{}: its head is {:.0f} mm from the one in {}: is it the calibration of "
+                    "another arm or sensor? `rangegrasp calibrate-hand-eye {}` makes a new one",
+                    look_.hand_eye.string(), off_m * base::kMmPerM, options_.scene.string(),
+                    options_.scene.string()));
   }
 }
 

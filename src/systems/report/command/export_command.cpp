@@ -112,7 +112,7 @@ ordered_json AnnotationsOf(const experiment::Stamp& stamp, const std::vector<Rec
         {"stamp", experiment::LineOf(stamp)},
         {"units", "metres, radians, kilograms"},
         {"frame", "W: origin on the table top at the middle of the workspace, z up"},
-        {"poses", "4 x 4, row by row; X_WO takes points of O to W"}}}};
+        {"poses", "4 x 4, row by row; X_WO transforms points from O to W"}}}};
   for (const char* list : {"categories", "clouds", "annotations", "grasps"}) {
     json[list] = ordered_json::array();
   }
@@ -241,8 +241,8 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
   WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / "annotations.json");
   if (const int differing = Differing(records, made); differing > 0) {
     spdlog::warn(
-        "{} of {} trials ended differently from their records: was the program or a model "
-        "changed since?",
+        "{} of {} trials ended differently from their records: has the program or a model changed "
+        "since?",
         differing, records.size());
   }
   const auto crashes = experiment::CrashReasons(made);
@@ -261,7 +261,8 @@ void Export(const ExportArguments& arguments) {
     ExportRecords(store.ReadAll(), out);
     if (arguments.clouds) {
       if (fs::weakly_canonical(out) == fs::weakly_canonical(folder)) {
-        throw base::InputError(out.string() + ": holds the run itself; --out names another folder");
+        throw base::InputError(out.string() +
+                               ": is the folder of the run; choose another folder with --out");
       }
       ExportClouds(store, folder.string(), arguments, out);
       Store::Remove(out);
@@ -275,18 +276,20 @@ void Export(const ExportArguments& arguments) {
 void AddExportCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "export",
-      "Records of a run as CSV and JSON lines; with --clouds a data set: clouds with labels, poses "
-      "of the objects, all candidate grasps with the outcomes of those that were tried.");
+      "Write the records of a run as CSV and JSON lines; with --clouds also a data set: labelled "
+      "clouds, object poses, all candidate grasps and the outcomes of those that were tried.");
   auto a = std::make_shared<ExportArguments>();
-  command->add_option("folder", a->folder, "results folder, of several seeds, too")->required();
-  command->add_option("-o,--out", a->out, "folder for records.csv, records.jsonl, ...")->required();
-  command->add_flag("--clouds", a->clouds,
-                    "run the trials again and write clouds/<id>.pcd and annotations.json (task: "
-                    "grasping)");
+  command->add_option("folder", a->folder, "results folder, of one or of several seeds")
+      ->required();
+  command->add_option("-o,--out", a->out, "output folder for records.csv, records.jsonl, ...")
+      ->required();
+  command->add_flag(
+      "--clouds", a->clouds,
+      "also run the trials again and write clouds/<id>.pcd and annotations.json (task: grasping)");
   AddJobsOption(*command, "trials", a->jobs);
   command->footer(
-      "Example: rangegrasp export results/laser_single -o data/laser_single --clouds\n"
-      "An export that was stopped goes on when it is called again.");
+      "Example: rangegrasp export results/laser_single -o data/laser_single --clouds\nRepeat the "
+      "command to continue a stopped export.");
   command->callback([a] { Export(*a); });
 }
 

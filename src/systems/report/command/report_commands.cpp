@@ -53,7 +53,7 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
     run.tables = experiment::ReportOf(run.results);
     run.name = fs::weakly_canonical(folder).filename().string();
     if (run.kind == runs.front().kind) continue;
-    throw base::InputError(folder.string() + ": is of another task than " +
+    throw base::InputError(folder.string() + ": has another task than " +
                            request.folders.front().string() + " (" + runs.front().kind->name + ")");
   }
   return runs;
@@ -104,7 +104,7 @@ std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>
   }
   if (differing > 0) {
     spdlog::warn(
-        "{}: {} of {} cases differ from their records when they are run again: was the program or "
+        "{}: {} of {} cases differ from their records when they are run again: has the program or "
         "a model changed since?",
         store.string(), differing, cases.size());
   }
@@ -201,7 +201,7 @@ std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::siz
     }
   }
   if (shown == failed) return "";
-  return fmt::format("{} of {} cases{} can be looked at; --views all makes a view of every case.",
+  return fmt::format("{} of {} cases{} have a 3-D view; --views all makes a view of every case.",
                      shown, failed, success.empty() ? "" : " that failed");
 }
 
@@ -226,7 +226,7 @@ void MakeReport(const ReportRequest& request) {
   const std::string note = is_cut ? NoteOf(runs, views) : "";
   report::WriteData(runs, views, note, request.out);
   if (!note.empty()) spdlog::info(note);
-  spdlog::info("{} cases, {} to look at, in {:.1f} s: open {}", first, views.size(),
+  spdlog::info("{} cases, {} with a 3-D view, in {:.1f} s: open {}", first, views.size(),
                watch.Seconds(), (request.out / "index.html").string());
 }
 
@@ -238,15 +238,16 @@ void AddReportCommand(CLI::App& app) {
   };
   auto* command = app.add_subcommand(
       "report",
-      "Pages of a run that a browser opens from disk: tables, charts, failures, and trials to look "
-      "at from all sides. Several runs are shown side by side, compared in pairs with the first.");
+      "Write a report of a run for the browser: tables, charts, failures, and trials with a 3-D "
+      "view. Several runs are shown side by side, each compared with the first.");
   auto a = std::make_shared<Arguments>();
-  command->add_option("folders", a->folders, "results folders, of several seeds, too")->required();
-  command->add_option("-o,--out", a->out, "folder of the report (default: FOLDER/report)");
+  command->add_option("folders", a->folders, "results folders, of one or of several seeds")
+      ->required();
+  command->add_option("-o,--out", a->out, "output folder (default: FOLDER/report)");
   command
       ->add_option("--views", a->views,
-                   "cases that can be looked at, which are run again: up to 100 that failed and 60 "
-                   "others, 60 MB at most (some), all, none (tasks: grasping, parts, seam)")
+                   "cases with a 3-D view, which are run again: some (up to 100 failed and 60 "
+                   "other cases, at most 60 MB), all or none (tasks: grasping, parts, seam)")
       ->check(CLI::IsMember(base::WordList<report::ViewChoice>()));
   AddJobsOption(*command, "trials", a->jobs);
   command->footer("Example: rangegrasp report results/laser_single -o report");

@@ -43,7 +43,7 @@ class ReproduceProgress {
     run_ = run;
     done_ = 0;
     if (isatty(STDERR_FILENO)) return;
-    spdlog::info("{}: {} cases, {} of them done; {} of {} cases before it, about {} left", name_,
+    spdlog::info("{}: {} cases, {} of them done; {} of {} cases done before, about {} left", name_,
                  run_.all, run_.stored, before_, all_.all, LeftText());
   }
   void OneDone() {
@@ -280,21 +280,23 @@ void Reproduce(const ReproduceArguments& arguments) {
 }  // namespace
 
 void AddReproduceCommand(CLI::App& app) {
-  auto* command = app.add_subcommand("reproduce",
-                                     "Run the published tables and write one page: published and "
-                                     "reproduced figures, with a verdict of "
-                                     "each figure. A run that was stopped goes on where it was.");
+  auto* command = app.add_subcommand(
+      "reproduce",
+      "Run the experiments of the published tables and write one page: published and reproduced "
+      "figures, with a verdict for each. Repeat the command to continue a stopped run.");
   auto a = std::make_shared<ReproduceArguments>();
-  command->add_option("tables", a->tables,
-                      "e.g. 5.2 3.3, or a chapter; without it all (`rangegrasp list tables`)");
+  command->add_option(
+      "tables", a->tables,
+      "tables, e.g. 5.2 3.3, or a chapter; default: all (`rangegrasp list tables`)");
   command->add_flag("--short", a->is_short,
-                    "about a tenth of the trials, in minutes: shows only that everything runs, "
-                    "and has no verdicts");
+                    "about a tenth of the trials, takes minutes: shows only that everything runs, "
+                    "gives no verdicts");
   command->add_option("-o,--out", a->out,
-                      "folder (default: results/reproduced, or results/reproduced_short)");
+                      "output folder (default: results/reproduced, or results/reproduced_short)");
   AddJobsOption(*command, "cases", a->jobs);
-  command->add_option("--seeds", a->seeds,
-                      "instead of each experiment's own, e.g. 1,2,3: as many times the trials");
+  command->add_option(
+      "--seeds", a->seeds,
+      "seeds instead of each experiment's own, e.g. 1,2,3; each seed runs all trials");
   command->add_option("--psb", a->parts_data,
                       "folder of the Princeton Segmentation Benchmark, for table 6.1");
   AddFormatOption(*command, a->format);

@@ -76,7 +76,7 @@ Chart TimesChart(const Records& records) {
   Chart chart{.title = "Time of each stage",
               .unit = "s",
               .along = "stage",
-              .note = "The mark is the median, the line goes from it to the 95 % quantile.",
+              .note = "The mark is the median; the line ends at the 95 % quantile.",
               .series = {{"median", {}}}};
   for (const auto& time : experiment::StageTimes(records)) {
     if (time.stage.find(':') != std::string::npos) continue;  // a step within a stage
@@ -100,7 +100,7 @@ std::vector<Chart> RecordCharts(const experiment::Stamp& stamp, const Records& r
       TimesChart(records)};
   if (!success.empty()) {
     charts.insert(charts.begin(),
-                  OutcomeChart(failed, "Failures by the stage that they ended in", "stage",
+                  OutcomeChart(failed, "Failures by stage", "stage",
                                [](const Record& record) { return record.result.stage; }));
   }
   std::erase_if(charts, [](const Chart& chart) { return chart.labels.empty(); });
@@ -249,15 +249,16 @@ std::vector<std::size_t> Spread(const std::vector<std::size_t>& all, std::size_t
 void PrepareFolder(const fs::path& folder) {
   for (const Library& library : kLibraries) {
     if (fs::exists(library.file)) continue;
-    throw base::InputError(std::string(library.file) + ": is not there, but a report needs it; " +
+    throw base::InputError(std::string(library.file) + ": is missing, but a report needs it; " +
                            "install the Debian package " + library.package);
   }
   std::error_code error;
   const bool is_report = fs::exists(folder / kData);
   if (fs::exists(folder) && !is_report &&
       (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
-    throw base::InputError(folder.string() +
-                           ": holds something that is no report; --out names another folder");
+    throw base::InputError(
+        folder.string() +
+        ": contains files that are not of a report; choose another folder with --out");
   }
   for (const char* part : {"views", "meshes", "records"}) {
     fs::remove_all(folder / part, error);

@@ -67,7 +67,7 @@
   }
 
   function leaf(pages) {
-    const slider = element('input', {type: 'range', min: 0, max: pages.length - 1, value: 0, ariaLabel: 'Which is shown'});
+    const slider = element('input', {type: 'range', min: 0, max: pages.length - 1, value: 0, ariaLabel: 'Page'});
     const name = element('output');
     const holder = element('div');
     let shown = [];

@@ -87,7 +87,7 @@ function figure(chart) {
     rows: chart.labels.map((label, i) => [label, ...chart.series.map(s => valueText(s.values[i], chart.unit))])};
   const made = element('figure', {}, element('figcaption', {textContent: chart.title}), holder);
   if (chart.note) made.append(element('p', {className: 'note', textContent: chart.note}));
-  made.append(element('details', {}, element('summary', {textContent: 'The numbers'}), table(numbers)));
+  made.append(element('details', {}, element('summary', {textContent: 'Numbers'}), table(numbers)));
   const values = {beginAtZero: true, stacked: chart.stacked, title: {display: true, text: chart.unit}};
   if (chart.unit === '%') values.max = 100;
   if (chart.stacked) values.ticks = {precision: 0};
@@ -118,7 +118,7 @@ function showRun(run, number) {
   $('runs').append(section);
   charts.append(...run.charts.map(figure));
   const stamp = {title: run.name, header: ['', ''], left: [true, true], total: false, rows: run.stamp};
-  $('stamps').append(table(stamp), element('details', {}, element('summary', {textContent: 'The experiment file'}),
+  $('stamps').append(table(stamp), element('details', {}, element('summary', {textContent: 'Experiment file'}),
       element('pre', {textContent: run.experiment})));
 }
 
@@ -131,11 +131,11 @@ function showComparison(pair) {
           n => element('td', {className: 'left'}, caseButton(n), ` ${data.cases[n][CASE.outcome]}`))))));
   $('comparisons').append(element('h3', {textContent: `${pair.first} and ${pair.second}`}));
   if (pair.table.rows.length === 0) {
-    $('comparisons').append(element('p', {textContent: 'No case of the same id and seed is in both.'}));
+    $('comparisons').append(element('p', {textContent: 'The two runs have no case with the same id and seed.'}));
     return;
   }
   $('comparisons').append(table(pair.table));
-  if (pair.differing.length > 0) $('comparisons').append(element('details', {open: true}, element('summary', {textContent: 'Which'}), cases));
+  if (pair.differing.length > 0) $('comparisons').append(element('details', {open: true}, element('summary', {textContent: 'Cases that differ'}), cases));
 }
 
 // ---- the list of cases ----
@@ -197,8 +197,8 @@ function setUpList() {
   $('view-note').textContent = data.viewNote;
   addFilter('title', 'Group');
   addFilter('outcome', 'Outcome');
-  addFilter('stage', 'Ended in stage');
-  addFilter('view', 'View', value => value ? 'to look at' : 'without');
+  addFilter('stage', 'Last stage');
+  addFilter('view', 'View', value => value ? 'with 3-D view' : 'without');
   $('list').tHead.rows[0].append(...names.map(name => element('th', {scope: 'col', textContent: name})));
   $('filters').addEventListener('submit', event => event.preventDefault());
   $('more').addEventListener('click', showMore);
@@ -234,7 +234,7 @@ function hideViews() {
 
 async function showView(number) {
   if (!data.cases[number][CASE.view]) {
-    $('view').textContent = 'This case has no view; `rangegrasp report --views all` makes one for each.';
+    $('view').textContent = 'This case has no 3-D view; `rangegrasp report --views all` makes one for each case.';
     return;
   }
   $('view').textContent = 'Loading';

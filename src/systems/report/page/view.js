@@ -47,7 +47,7 @@
     camera.up.set(0, 0, 1);
     const canvas = renderer.domElement;
     canvas.tabIndex = 0;
-    canvas.setAttribute('aria-label', '3-D view: drag or use the arrow keys to turn it, scroll or + and - to come closer');
+    canvas.setAttribute('aria-label', '3-D view: drag or use the arrow keys to rotate, scroll or use + and - to zoom');
     controls = new THREE.OrbitControls(camera, canvas);
     controls.enableKeys = false;  // they would act on the whole page
     controls.addEventListener('change', draw);
@@ -156,7 +156,7 @@
     const named = view.frames.slice(0, frame + 1).reverse().find(one => one.moment !== '');
     let sum = 0;
     for (let i = 0; i < forces.length; i += 6) sum += Math.hypot(...forces.slice(i + 3, i + 6));
-    const forceText = sum > 0 ? `, hand's contacts ${sum.toFixed(1)} N in all` : '';
+    const forceText = sum > 0 ? `, contact forces of the hand ${sum.toFixed(1)} N in total` : '';
     clock.textContent = `${(time - view.frames[0].time).toFixed(1)} s${named ? `, after ${named.moment}` : ''}${forceText}`;
     slider.setAttribute('aria-valuetext', clock.textContent);
     draw();
@@ -322,7 +322,7 @@
     try {
       if (!renderer) setUp();
     } catch (error) {
-      holder.textContent = 'This browser shows no 3-D: WebGL is off.';
+      holder.textContent = 'This browser cannot show 3-D views: WebGL is off.';
       return;
     }
     scene = new THREE.Scene();
@@ -333,7 +333,7 @@
     view.bodies.forEach(addBody);
     const moves = view.frames.length > 0;
     if (moves) layer('contact forces', [0.76, 0.09, 0.36, 1]);
-    present.modes = [modeButton('What was perceived', showPerceived), modeButton('What happened', showHappened)];
+    present.modes = [modeButton('Perception', showPerceived), modeButton('Execution', showHappened)];
     const bar = player(view);
     const picture = element('div', {className: 'picture'}, renderer.domElement, ...present.cells.map(cell => cell.name));
     holder.append(element('div', {className: 'player', hidden: !moves}, ...present.modes),

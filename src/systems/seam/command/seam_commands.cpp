@@ -106,7 +106,7 @@ std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments
     if (i < rows.size()) scans.push_back({{rows[i].profile.height_m, 0.0}, base_m});
   }
   if (rows.size() == bases.rows()) return scans;
-  throw base::InputError(fmt::format("{}: tells the heights of {} scans, {} holds {}",
+  throw base::InputError(fmt::format("{}: has the heights of {} scans, but {} has {} scans",
                                      arguments.bases, bases.rows(), arguments.scans, rows.size()));
 }
 
@@ -120,8 +120,8 @@ void Calibrate(const CalibrateArguments& arguments) {
   }
   seam::WriteCalibration(calibration, arguments.out);
   spdlog::info(
-      "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} "
-      "columns a mm",
+      "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} columns per "
+      "mm",
       arguments.out, calibration.row_min_px, calibration.row_max_px,
       calibration.HeightAt(calibration.row_min_px) * base::kMmPerM,
       calibration.HeightAt(calibration.row_max_px) * base::kMmPerM,
@@ -130,17 +130,19 @@ void Calibrate(const CalibrateArguments& arguments) {
 
 /// `seam generate`: simulated profiles, or scans of the calibration body.
 void AddSeamGenerate(CLI::App& seam) {
-  auto* command = seam.add_subcommand("generate", "Simulated profiles of one seam, with labels.");
+  auto* command = seam.add_subcommand("generate", "Simulate profiles of one seam, with labels.");
   auto arguments = std::make_shared<GenerateArguments>();
   command->add_option("experiment", arguments->experiment, "seam experiment file")->required();
-  command->add_option("-o,--out", arguments->out, "profiles: .csv, or .png/.pgm with 16 bits")
+  command
+      ->add_option("-o,--out", arguments->out, "output profiles: .csv, or .png/.pgm with 16 bits")
       ->required();
-  command->add_option("--seam", arguments->seam, "its number, from 0")
+  command->add_option("--seam", arguments->seam, "number of the seam, from 0")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--seed", arguments->seed, "instead of the experiment's");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment");
   command->add_flag("--raw", arguments->raw,
-                    "camera rows, with the calibration in a file next to them");
-  command->add_flag("--body", arguments->body, "scans of the calibration body instead of a seam");
+                    "write camera rows, with the calibration in a file next to them");
+  command->add_flag("--body", arguments->body,
+                    "number of scans of the calibration body, instead of a seam");
   command->footer(
       "Example: rangegrasp seam generate experiments/seam_base.yaml --seam 3 -o results/seam3.csv");
   command->callback([arguments] { Generate(*arguments); });
@@ -148,26 +150,26 @@ void AddSeamGenerate(CLI::App& seam) {
 
 /// `seam calibrate`: scans of a calibration body to a calibration.
 void AddSeamCalibrate(CLI::App& seam) {
-  auto* command = seam.add_subcommand(
-      "calibrate", "Calibration of a stripe sensor from scans of a stepped body.");
+  auto* command =
+      seam.add_subcommand("calibrate", "Calibrate a stripe sensor from scans of a stepped body.");
   auto arguments = std::make_shared<CalibrateArguments>();
   command
       ->add_option("scans", arguments->scans,
-                   "camera rows, one scan a row: CSV, or 16-bit PNG/PGM (64 grey levels a row)")
+                   "camera rows, one scan per row: CSV, or 16-bit PNG/PGM (64 grey levels per row)")
       ->required();
   command
       ->add_option("--bases", arguments->bases,
-                   "CSV with a header and a line 'scan,base_mm' a scan: the height of the body's "
-                   "base in the sensor's frame")
+                   "CSV with a header and one line 'scan,base_mm' per scan: the height of the "
+                   "body's base in the sensor's frame")
       ->required();
   command
       ->add_option("--step-heights-mm", arguments->step_heights_mm,
-                   "of the body's steps above its base (0,2,5,9,5,2,0)")
+                   "heights of the body's steps above its base (0,2,5,9,5,2,0)")
       ->delimiter(',')
       ->check(CLI::Range(0.0, 1000.0));
-  command->add_option("--step-width-mm", arguments->step_width_mm, "of every step (8)")
+  command->add_option("--step-width-mm", arguments->step_width_mm, "width of each step (8)")
       ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("-o,--out", arguments->out, "calibration, YAML")->required();
+  command->add_option("-o,--out", arguments->out, "output calibration (YAML)")->required();
   command->footer(
       "Example: rangegrasp seam calibrate body.csv --bases body.bases.csv -o sensor.yaml");
   command->callback([arguments] { Calibrate(*arguments); });
@@ -263,7 +265,7 @@ class Detection {
 
   // The file's own times tell that nothing was measured.
   static seam::StopReason OutageBefore(const seam::ProfileRow& row) {
-    spdlog::warn("row {} (line {}): {:.3f} s after the one before it: an outage", row.row, row.line,
+    spdlog::warn("row {} (line {}): {:.3f} s after the previous row: an outage", row.row, row.line,
                  *row.gap_s);
     return seam::StopReason::kOutage;
   }
@@ -271,7 +273,7 @@ class Detection {
   void Begin(int columns, bool has_position) {
     if (columns < seam::kMinColumns) {
       const std::string& file = arguments_.file.profiles;
-      throw base::InputError(fmt::format("{}: its profiles have {} columns; a line has at least {}",
+      throw base::InputError(fmt::format("{}: its profiles have {} columns; at least {} are needed",
                                          file == "-" ? "stdin" : file, columns, seam::kMinColumns));
     }
     options_.line.columns = columns;
@@ -359,14 +361,14 @@ std::size_t DetectStream(std::istream& in, Detection& detection) {
   while (const auto row = next()) {
     rows = row->row;
     if (!row->fault.empty()) {
-      spdlog::warn("stdin: {}; left out", row->fault);
+      spdlog::warn("stdin: {}; skipped", row->fault);
       continue;
     }
     detection.SetGrid(stream.grid());
     detection.Take(*row);
     ++whole;
   }
-  if (whole == 0) throw base::InputError("stdin: held no whole profile");
+  if (whole == 0) throw base::InputError("stdin: contained no complete profile");
   return rows;
 }
 
@@ -388,38 +390,40 @@ void Detect(DetectArguments arguments) {
 
 void AddDetect(CLI::App& seam) {
   auto* command =
-      seam.add_subcommand("detect", "Edge positions in profiles, recorded or streamed.");
+      seam.add_subcommand("detect", "Detect edge positions in profiles, recorded or streamed.");
   auto arguments = std::make_shared<DetectArguments>();
   command
-      ->add_option(
-          "profiles", arguments->file.profiles,
-          "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile a row; - reads CSV "
-          "rows from stdin")
+      ->add_option("profiles", arguments->file.profiles,
+                   "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile per row; - reads "
+                   "CSV rows from stdin")
       ->required();
-  command->add_option("--method", arguments->method, "how a position is decided (steps)")
+  command->add_option("--method", arguments->method, "decision method (steps)")
       ->check(CLI::IsMember(base::WordList<seam::DecisionMethod>()));
   auto* options = command->add_option(
       "--options", arguments->file.options,
-      "YAML of what an experiment has below `tracker`, of its `monitor`, and of "
-      "`file`");
-  auto* columns = command
-                      ->add_option("--columns-per-mm", arguments->columns_per_mm,
-                                   "of the sensor's line (12; where there is x, as points lie)")
-                      ->check(CLI::Range(0.1, 1000.0))
-                      ->excludes(options);
-  command->add_option("--rate", arguments->rate_hz, "profiles a second (62)")
+      "YAML file with the keys `tracker` and `monitor` of an experiment, and `file`");
+  auto* columns =
+      command
+          ->add_option("--columns-per-mm", arguments->columns_per_mm,
+                       "columns per mm of the sensor's line (12; computed if the file has x)")
+          ->check(CLI::Range(0.1, 1000.0))
+          ->excludes(options);
+  command->add_option("--rate", arguments->rate_hz, "profiles per second (62)")
       ->check(CLI::Range(0.1, 1e5));
   auto* unit = AddUnit(*command, arguments->file);
   command
       ->add_option("--calibration", arguments->calibration,
-                   "YAML; the numbers are then camera rows (images: 64 grey levels a row)")
+                   "calibration (YAML); the input numbers are then camera rows (images: 64 grey "
+                   "levels per row)")
       ->excludes(columns)
       ->excludes(unit);
-  command->add_flag("--negative", arguments->negative, "the high mat is at small columns");
-  command->add_flag("--json", arguments->json, "one JSON object a profile");
-  command->add_flag("--xml", arguments->xml, "the packets for the robot, one every 100 ms");
-  command->add_option("--picture", arguments->picture, "SVG of one profile with its detectors");
-  command->add_option("--picture-row", arguments->picture_row, "which profile (1)")
+  command->add_flag("--negative", arguments->negative,
+                    "the high mat is at the small column numbers");
+  command->add_flag("--json", arguments->json, "print one JSON object per profile");
+  command->add_flag("--xml", arguments->xml, "print the packets for the robot, one every 100 ms");
+  command->add_option("--picture", arguments->picture,
+                      "SVG file of one profile with its detectors");
+  command->add_option("--picture-row", arguments->picture_row, "number of this profile (1)")
       ->check(CLI::PositiveNumber);
   AddFormatOptions(*command, arguments->file);
   command->footer(
@@ -430,8 +434,8 @@ void AddDetect(CLI::App& seam) {
 }
 
 void AddSeamCommands(CLI::App& app) {
-  auto* seam =
-      app.add_subcommand("seam", "Edges of overlapping fibre mats in laser-stripe profiles.");
+  auto* seam = app.add_subcommand(
+      "seam", "Detect edges of overlapping fibre mats in laser-stripe profiles.");
   seam->require_subcommand(1);
   seam->footer("Example: rangegrasp seam detect profiles.csv --method weights");
   AddSeamGenerate(*seam);
@@ -447,7 +451,7 @@ namespace rangegrasp {
 void RegisterSeam() {
   experiment::AddKind(seam::SeamTask());
   cli::AddCommand(cli::AddSeamCommands);
-  cli::AddListing({"formats", "every key of formats of profiles: the page docs/profile-formats.md",
+  cli::AddListing({"formats", "every key of profile formats: the page docs/profile-formats.md",
                    cli::ProfileKeysPage, false});
 }
 

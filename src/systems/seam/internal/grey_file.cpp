@@ -35,7 +35,7 @@ std::size_t NextNumber(std::string_view bytes, std::size_t& at, const char* what
   const auto [end, error] = std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), number);
   if (error != std::errc() || number == 0 || number > kMaxSide_px) {
     throw InputError(
-        fmt::format("is not a whole PGM image: the header's {} must be a number from 1 to {}", what,
+        fmt::format("is not a valid PGM image: the header's {} must be a number from 1 to {}", what,
                     kMaxSide_px));
   }
   at = static_cast<std::size_t>(end - bytes.data());
@@ -47,7 +47,7 @@ void CheckKind(std::string_view bytes) {
     throw InputError("is not a PGM image: it must begin with P5");
   }
   if (bytes[1] == '5') return;
-  throw InputError(fmt::format("is of the kind P{}; a binary grey image, P5, is needed", bytes[1]));
+  throw InputError(fmt::format("has the format P{}; a binary grey image, P5, is needed", bytes[1]));
 }
 
 void CheckMaxGrey(std::size_t max_grey) {
@@ -117,7 +117,7 @@ using File = std::unique_ptr<TIFF, FileDeleter>;
 // "rm": to read, without a mapping of the file, for there is none.
 File Open(Memory& memory) {
   const std::unique_ptr<TIFFOpenOptions, OptionsDeleter> options(TIFFOpenOptionsAlloc());
-  if (!options) throw base::RunError("libtiff cannot start");
+  if (!options) throw base::RunError("libtiff cannot be initialised");
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), OnError, &memory);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), OnWarning, &memory);
   return File(TIFFClientOpenExt("", "rm", &memory, ReadBytes, WriteBytes, Seek, Close, SizeOf,
@@ -125,8 +125,8 @@ File Open(Memory& memory) {
 }
 
 [[noreturn]] void FailReading(const Memory& memory) {
-  throw InputError("is not a whole TIFF image: " +
-                   (memory.error.empty() ? "the file is cut off" : memory.error));
+  throw InputError("is not a complete TIFF image: " +
+                   (memory.error.empty() ? "the file is truncated" : memory.error));
 }
 
 std::uint16_t Field(TIFF* file, std::uint32_t tag) {
@@ -177,9 +177,10 @@ void ReadPage(TIFF* file, const Memory& memory, int page, Tiff& tiff) {
   if (page == 1) {
     tiff = {pixel, {static_cast<int>(width), 0, {}}};
   } else if (static_cast<int>(width) != tiff.picture.width || pixel != tiff.pixel) {
-    throw InputError(fmt::format(
-        "page {} is {} columns wide and page 1 {}, or has other pixels; all must be like the first",
-        page, width, tiff.picture.width));
+    throw InputError(
+        fmt::format("page {} is {} columns wide and page 1 {}, or has another pixel format; all "
+                    "pages must be like the first",
+                    page, width, tiff.picture.width));
   }
   if (TIFFIsTiled(file) != 0) throw InputError("is tiled; a TIFF image of strips is needed");
   const std::size_t needed = std::size_t{width} * (pixel == TiffPixel::kFloat32 ? 4 : 2);
@@ -205,7 +206,7 @@ Grey16 DecodePgm(std::string_view bytes) {
   ++at;  // one blank ends the header
   const std::size_t left = at < bytes.size() ? bytes.size() - at : 0;
   if (left / 2 / width < height) {
-    throw InputError(fmt::format("is cut off in row {} of {}", left / 2 / width + 1, height));
+    throw InputError(fmt::format("is truncated in row {} of {}", left / 2 / width + 1, height));
   }
   Grey16 picture{static_cast<int>(width), static_cast<int>(height), {}};
   picture.grey.resize(width * height);

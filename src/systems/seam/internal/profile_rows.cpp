@@ -248,7 +248,7 @@ class TextRows {
     const auto found = std::ranges::find(header, name);
     if (found != header.end()) return static_cast<int>(found - header.begin());
     throw InputError(
-        fmt::format("{}: {} is neither a column's number, from 1, nor in the header, which {}", key,
+        fmt::format("{}: {} is neither a column number, from 1, nor in the header, which {}", key,
                     Quoted(name), header.empty() ? "is missing" : "has " + base::Join(header)));
   }
 
@@ -303,17 +303,17 @@ class TextRows {
   // NaN where there is no value.
   double NumberAt(const Fields& fields, int field) const {
     if (field >= std::ssize(fields)) {
-      throw InputError(
-          fmt::format("has {} columns; column {} is asked for", fields.size(), field + 1));
+      throw InputError(fmt::format("has {} columns, but no column {}", fields.size(), field + 1));
     }
     const std::string_view shown = fields[static_cast<std::size_t>(field)];
     if (IsNoValue(shown)) return std::numeric_limits<double>::quiet_NaN();
     if (const auto number = NumberOf(shown, options_.text.decimal_comma)) return *number;
-    std::string fault = fmt::format("column {}: {} is not a number; no value is nan, - or nothing",
-                                    field + 1, Quoted(shown));
+    std::string fault =
+        fmt::format("column {}: {} is not a number; a missing value is nan, - or empty", field + 1,
+                    Quoted(shown));
     const bool comma = shown.find(',') != std::string_view::npos;
-    if (comma && !options_.text.decimal_comma) fault += "; a decimal comma: decimal_comma";
-    if (row_ == 0) fault += "; a header: header_lines";
+    if (comma && !options_.text.decimal_comma) fault += "; for a decimal comma use decimal_comma";
+    if (row_ == 0) fault += "; for a header use header_lines";
     throw InputError(fault);
   }
 
@@ -346,7 +346,7 @@ class TextRows {
     const double number = NumberAt(fields, column);
     if (!std::isnan(number)) return number * unit;
     throw InputError(
-        fmt::format("column {}: there is no number; time and encoder must have one", column + 1));
+        fmt::format("column {}: the number is missing; time and encoder need one", column + 1));
   }
 
   void ReadStamps(const Fields& fields, RawRow& row) const {
@@ -366,7 +366,7 @@ class TextRows {
   void ReadPairs(const Fields& fields, RawRow& row) const {
     if (row.width % 2 != 0) {
       throw InputError(
-          fmt::format("has {} columns; pairs of x and height are an even number", row.width));
+          fmt::format("has {} columns; pairs of x and height need an even number", row.width));
     }
     for (int i = columns_->first; i < std::ssize(fields); i += 2) ReadPoint(fields, i, i + 1, row);
   }
@@ -375,7 +375,7 @@ class TextRows {
 
   // False for a line that is none: of an axis that is not Z.
   bool ReadProfile(const TextLine& line, RawRow& row) {
-    if (line.too_long) throw InputError("is longer than a profile can be");
+    if (line.too_long) throw InputError("is too long for a profile");
     const Fields fields = ValuesOf(line);
     if (columns_->axis >= std::ssize(fields)) {
       throw InputError(
@@ -388,7 +388,7 @@ class TextRows {
     }
     row.width = fields.size() - std::min(static_cast<std::size_t>(columns_->first), fields.size());
     if (row.width == 0) {
-      throw InputError(fmt::format("has {} columns and no height", fields.size()));
+      throw InputError(fmt::format("has {} columns, but no height", fields.size()));
     }
     if (options_.columns != 0 && row.width != static_cast<std::size_t>(options_.columns)) {
       throw InputError(WidthFault(row.width, options_.columns));
@@ -447,7 +447,7 @@ class TextRows {
       if (first) row.line = line->number;
       try {
         if (first) ReadStamps(fields, row);
-        if (line->too_long) throw InputError("is longer than a point can be");
+        if (line->too_long) throw InputError("is too long for a point");
         ReadPoint(fields, columns_->x, columns_->z, row);
       } catch (const InputError& error) {
         fault = error.what();

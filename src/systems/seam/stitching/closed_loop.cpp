@@ -41,7 +41,7 @@ void CheckElements(const pugi::xml_node& root) {
                                                       "deviation_m", "sure",  "stop"};
   for (const pugi::xml_node& child : root.children()) {
     const std::string name = child.name();
-    if (child.type() != pugi::node_element) Fail("<correction> holds text outside of its elements");
+    if (child.type() != pugi::node_element) Fail("<correction> has text outside its elements");
     if (std::ranges::find(kNames, name) == kNames.end()) Fail("unknown element <" + name + ">");
     if (root.child(name.c_str()) != child) Fail("element <" + name + "> occurs twice");
   }
@@ -52,7 +52,7 @@ std::string ReadText(const pugi::xml_node& root, const char* name) {
   if (!element) Fail("element <" + std::string(name) + "> is missing");
   const pugi::xml_node inside = element.first_child();
   if (inside.next_sibling() || (inside && inside.type() != pugi::node_pcdata)) {
-    Fail("element <" + std::string(name) + "> must hold one plain text");
+    Fail("element <" + std::string(name) + "> must contain one plain text");
   }
   return element.child_value();
 }

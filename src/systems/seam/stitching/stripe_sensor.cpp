@@ -34,38 +34,39 @@ constexpr double kMinDepthShare = 0.5;
 template <typename Map>
 void ReadNumbers(Map& map, Options& o) {
   map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
-           "columns of the camera, along the line");
+           "number of columns of the camera, along the line");
   map.ReadScaled("columns_per_mm", o.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
-                 "columns a millimetre of the line at height 0");
+                 "columns per millimetre of the line at height 0");
   map.Read("rows", o.rows, kMinColumns, kMaxPixels,
-           "rows of the camera; the middle one sees height 0");
+           "number of rows of the camera; the middle one sees height 0");
   map.ReadScaled("standoff_mm", o.standoff_m, kMm, 20.0, 2000.0,
                  "distance of the camera from the point where its axis meets height 0");
-  map.Read("angle_rad", o.angle_rad, 0.1, 1.4, "between the laser plane and that axis");
+  map.Read("angle_rad", o.angle_rad, 0.1, 1.4,
+           "angle between the laser plane and the camera's axis");
   map.ReadScaled("range_below_mm", o.range_below_m, kMm, 1.0, 1000.0,
-                 "heights below 0 that the calibration covers");
-  map.ReadScaled("range_above_mm", o.range_above_m, kMm, 1.0, 1000.0, "and those above 0");
-  map.Read("rate_min_hz", o.rate_min_hz, 1.0, 10'000.0, "profiles a second on black mats");
-  map.Read("rate_max_hz", o.rate_max_hz, 1.0, 10'000.0, "and on bright ones");
+                 "range of heights below 0 that the calibration covers");
+  map.ReadScaled("range_above_mm", o.range_above_m, kMm, 1.0, 1000.0,
+                 "range of heights above 0 that the calibration covers");
+  map.Read("rate_min_hz", o.rate_min_hz, 1.0, 10'000.0, "profiles per second on black mats");
+  map.Read("rate_max_hz", o.rate_max_hz, 1.0, 10'000.0, "profiles per second on bright mats");
   map.Read("row_sigma_px", o.row_sigma_px, 0.0, 50.0,
            "noise of the row of a spot that returns all light, standard deviation");
   map.Read("row_correlation_columns", o.row_correlation_columns, 0.0, 1000.0,
-           "columns over which that noise fades; 0: each column's is its own");
-  map.Read("row_quantum_px", o.row_quantum_px, 0.0, 50.0,
-           "rows are rounded to multiples of this; 0 does not round");
+           "correlation length of this noise in columns; 0: independent columns");
+  map.Read("row_quantum_px", o.row_quantum_px, 0.0, 50.0, "resolution of the rows; 0: no rounding");
   map.Read("speckle", o.speckle, 0.0, 1.0,
            "contrast of the speckle: standard deviation of a spot's strength over its mean");
-  map.Read("lost_return", o.lost_return, 0.0, 1.0, "a weaker spot is not found");
+  map.Read("lost_return", o.lost_return, 0.0, 1.0, "minimum strength of a spot that is found");
   map.Read("outlier_share", o.outlier_share, 0.0, 0.9,
-           "share of the found spots that are really reflections");
+           "share of the found spots that are reflections");
   map.Read("outlier_run_columns", o.outlier_run_columns, 1.0, 1000.0,
-           "columns that a reflection covers, on average");
+           "mean width of a reflection in columns");
   map.Read("outlier_sigma_px", o.outlier_sigma_px, 0.0, 10'000.0,
-           "rows by which a reflection is off, standard deviation");
+           "row error of a reflection, standard deviation");
   map.Read("phantom_share", o.phantom_share, 0.0, 1.0,
-           "share of the lost spots that report the brightest pixel of elsewhere");
+           "share of the lost spots that report the brightest pixel from another place");
   map.Read("phantom_previous_share", o.phantom_previous_share, 0.0, 1.0,
-           "share of those that show the previous line; the others are in any row");
+           "share of these that show the previous line; the others are in a random row");
 }
 
 double RowFromMiddle(const Options& options, double height_m) {
@@ -77,7 +78,7 @@ double RowFromMiddle(const Options& options, double height_m) {
 // Calls fail(key, what is wrong with it) for options that do not go together.
 template <typename Fail>
 void CheckRelations(const Options& options, const Fail& fail) {
-  if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must hold at least one line");
+  if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must have at least one line");
   for (const double ahead : options.lines_ahead_m) {
     const double ahead_mm = ahead / kMm;
     if (ahead_mm >= -kLineSlack_mm && ahead_mm <= kMaxLineAhead_mm + kLineSlack_mm) continue;
@@ -89,7 +90,7 @@ void CheckRelations(const Options& options, const Fail& fail) {
   if (options.range_above_m * std::cos(options.angle_rad) > kMinDepthShare * options.standoff_m) {
     fail("range_above_mm", "comes nearer to the camera than half of standoff_mm");
   }
-  const char* unseen = "is not seen: needs more rows or a smaller range";
+  const char* unseen = "is not visible: more rows or a smaller range are needed";
   const double half = 0.5 * (options.rows - 1);
   if (RowFromMiddle(options, options.range_above_m) > half) fail("range_above_mm", unseen);
   if (-RowFromMiddle(options, -options.range_below_m) > half) fail("range_below_mm", unseen);
@@ -108,7 +109,7 @@ void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
   lines_m.clear();
   for (const std::string& word : words) {
     const auto value = base::NumberFrom<double>(word);
-    if (!value) map.Fail(key, "'" + word + "' is no number");
+    if (!value) map.Fail(key, "'" + word + "' is not a number");
     lines_m.push_back(*value * kMm);
   }
 }
@@ -247,9 +248,9 @@ StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   StripeSensorOptions options;
   std::string type = "stripe_sensor";
-  map.Read("type", type, "the kind of sensor: stripe_sensor");
+  map.Read("type", type, "type of the sensor: stripe_sensor");
   if (type != "stripe_sensor") map.Fail("type", "'" + type + "' must be stripe_sensor");
-  map.Read("name", options.name, "what the sensor is called");
+  map.Read("name", options.name, "name of the sensor");
   ReadLines(map, options.lines_ahead_m);
   ReadNumbers(map, options);
   map.Finish();

@@ -39,29 +39,28 @@ void ReadTexture(YamlMap map, MatTexture& texture) {
   map.ReadScaled("weave_relief_mm", texture.weave_relief_m, kMm, 0.0, 2.0,
                  "height of the woven relief");
   map.ReadScaled("fuzz_mm", texture.fuzz_m, kMm, 0.0, 1.0,
-                 "fine unevenness of the fibres, standard deviation");
+                 "fine roughness of the fibres, standard deviation");
   map.ReadScaled("waviness_mm", texture.waviness_m, kMm, 0.0, 10.0,
-                 "height of the waves that the mats lie in, standard deviation");
+                 "height of the waves of the mats, standard deviation");
   map.ReadScaled("waviness_length_mm", texture.waviness_length_m, kMm, 0.2, 1000.0,
-                 "half of a wave's length, on average");
+                 "mean half wavelength of these waves");
   map.ReadScaled("fray_mm", texture.fray_m, kMm, 0.0, 5.0,
-                 "by which the edge wanders from its course, standard deviation");
+                 "deviation of the edge from its course, standard deviation");
   map.ReadScaled("fray_length_mm", texture.fray_length_m, kMm, 0.2, 100.0,
-                 "length over which it wanders");
+                 "correlation length of this deviation");
   map.ReadScaled("filaments_per_mm", texture.filaments_per_m, 1.0 / kMm, 0.0, 10.0,
-                 "filaments that stand off the edge");
+                 "number of filaments that stick out of the edge");
   map.ReadScaled("loose_filaments_per_mm2", texture.loose_filaments_per_m2, 1e6, 0.0, 1.0,
-                 "filaments that stand off the mats elsewhere");
+                 "number of filaments that stick out of the mats elsewhere");
   map.ReadScaled("filament_height_mm", texture.filament_height_m, kMm, 0.0, 10.0,
                  "height of the highest filament");
   map.Read("detached_share", texture.detached_share, 0.0, 1.0,
-           "share of the edge beside which a bundle of fibres lies that has come off");
+           "share of the edge with a detached bundle of fibres next to it");
   map.Read("gloss", texture.gloss, 0.0, 1.0,
-           "how often a tow sends the light elsewhere: 0 dull, 1 like a mirror");
+           "how often a tow reflects the light away from the camera: 0 dull, 1 like a mirror");
   map.ReadScaled("steep_deg", texture.steep_rad, base::kDeg, 1.0, 89.0,
-                 "slope of the surface from which on no light comes back");
-  map.Read("darkness", texture.darkness, 0.0, 1.0,
-           "how little light comes back: 0 bright, 1 black");
+                 "slope of the surface above which no light returns to the camera");
+  map.Read("darkness", texture.darkness, 0.0, 1.0, "darkness of the mats: 0 bright, 1 black");
   map.Finish();
 }
 
@@ -71,18 +70,19 @@ void ReadTrack(YamlMap map, TrackOptions& options) {
                  "distance of the seam from the edge, on the low side");
   map.ReadScaled("length_mm", options.length_m, kMm, 50.0, 100'000.0,
                  "length of the planned track");
-  map.Read("rotate", head.rotate, "whether the head turns into the seam; false: it only shifts");
+  map.Read("rotate", head.rotate,
+           "whether the head also rotates along the seam; false: it only moves sideways");
   map.ReadScaled("max_lateral_speed_mm_s", head.max_lateral_speed_m_s, kMm, 1.0, 2000.0,
-                 "of the head's corrections");
-  map.ReadScaled(
-      "max_jump_mm", head.max_jump_m, kMm, 0.1, 1000.0,
-      "by which a packet may move the edge, besides what the head can move across in the "
-      "time since the last one; others are ignored");
+                 "maximum lateral speed of the head's corrections");
+  map.ReadScaled("max_jump_mm", head.max_jump_m, kMm, 0.1, 1000.0,
+                 "maximum jump of the edge between two packets, in addition to the possible "
+                 "movement of the head in this time; packets with a larger jump are ignored");
   map.ReadScaled("max_acceleration_mm_s2", head.max_acceleration_m_s2, kMm, 1.0, 20'000.0,
-                 "of the head");
-  map.Read("max_rotation_rad_s", head.max_rotation_rad_s, 0.01, 20.0, "of the head");
+                 "maximum acceleration of the head");
+  map.Read("max_rotation_rad_s", head.max_rotation_rad_s, 0.01, 20.0,
+           "maximum rotation speed of the head");
   map.Read("max_rotation_acceleration_rad_s2", head.max_rotation_acceleration_rad_s2, 0.01, 200.0,
-           "of the head");
+           "maximum rotation acceleration of the head");
   map.Finish();
 }
 
@@ -91,24 +91,26 @@ void CheckOnce(const YamlMap& map, std::vector<DecisionMethod> decisions) {
   std::ranges::sort(decisions);
   const auto twice = std::ranges::adjacent_find(decisions);
   if (twice == decisions.end()) return;
-  map.Fail("decisions", fmt::format("names '{}' twice", base::Word(*twice)));
+  map.Fail("decisions", fmt::format("has '{}' twice", base::Word(*twice)));
 }
 
 void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
-  map.Read("shapes", experiment.shapes, "shapes of the edges, in turn");
-  map.Read("seams", experiment.seams, 1, kMaxSeams,
-           "recorded seams; tracks and hazards: runs with each decision");
+  map.Read("shapes", experiment.shapes, "shapes of the edges, used in turn");
+  map.Read(
+      "seams", experiment.seams, 1, kMaxSeams,
+      "number of recorded seams; tracks and hazards: number of runs with each decision method");
   map.Read("decisions", experiment.decisions,
-           "tracks and hazards: the ways to decide that steer, each in runs of its own");
+           "tracks and hazards: decision methods that control the head, each in separate runs");
   CheckOnce(map, experiment.decisions);
   map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxProfiles,
-           "profiles of a recorded seam");
+           "number of profiles of a recorded seam");
   map.Read("edge_within", experiment.record.edge_within, 0.0, 1.0,
-           "share of the line, about its middle, that the edge of a recorded seam starts in");
-  map.ReadScaled("half_circle_radius_mm", experiment.half_circle_radius_m, kMm, 0.0, 1000.0,
-                 "tracks: of a half circle in the middle of a straight seam; 0: curved seams");
+           "share of the line, around its middle, in which the edge of a recorded seam starts");
+  map.ReadScaled(
+      "half_circle_radius_mm", experiment.half_circle_radius_m, kMm, 0.0, 1000.0,
+      "tracks: radius of a half circle in the middle of a straight seam; 0: curved seams");
   map.ReadScaled("speed_mm_s", experiment.record.speed_m_s, kMm, 1.0, 500.0,
-                 "of the sensor along the seam");
+                 "speed of the sensor along the seam");
 }
 
 std::uint64_t SeedOf(const SeamExperiment& experiment, int number, std::string_view stage) {
@@ -123,21 +125,23 @@ Mats MatsAt(const SeamExperiment& experiment, int number) {
 
 void ReadKeys(YamlMap& map, SeamExperiment& experiment) {
   map.Read("kind", experiment.kind,
-           "what is measured: rates of recorded seams, closed loops along seams, or hazards before "
-           "which a closed loop must stop");
+           "what to measure: detection rates on recorded seams, closed loops along seams, or "
+           "hazards at which a closed loop must stop");
   map.Require("sensor");
   map.ReadPath("sensor", experiment.sensor_file, "file of a stripe sensor");
   ReadSeams(map, experiment);
   map.ReadPath("reference", experiment.reference,
-               "published rates, printed next to the own ones; CSV");
+               "published rates, printed next to the measured ones; CSV");
   map.ReadPath("improvements", experiment.improvements, "published single figures, CSV");
   map.ReadPath("runtimes", experiment.runtimes, "published table 3.1 as CSV");
-  ReadTexture(map.Child("texture", "what the mats look like; each seam's vary about it"),
-              experiment.texture);
-  ReadTrack(map.Child("track", "the closed loop's track and head"), experiment.track);
-  ReadMonitorOptions(map.Child("monitor", "what stops the head; also of seam detect --options"),
-                     experiment.track.monitor);
-  auto tracker = map.Child("tracker", "how an edge is found; also of seam detect --options");
+  ReadTexture(
+      map.Child("texture", "texture of the mats; it varies around these values from seam to seam"),
+      experiment.texture);
+  ReadTrack(map.Child("track", "track and head of the closed loop"), experiment.track);
+  ReadMonitorOptions(
+      map.Child("monitor", "hazards that stop the head; also in seam detect --options"),
+      experiment.track.monitor);
+  auto tracker = map.Child("tracker", "edge detection; also in seam detect --options");
   ReadTrackerOptions(tracker, experiment.track.tracker);
   tracker.Finish();
 }
@@ -159,7 +163,7 @@ SeamExperiment ReadSeamExperiment(const std::filesystem::path& file) {
   common.file = file;
   common.name = file.stem().string();
   std::string task = "seam";
-  map.Read("task", task, "the kind of experiment");
+  map.Read("task", task, "kind of experiment");
   if (task != "seam") map.Fail("task", "'" + task + "' must be seam");
   experiment::ReadCommon(map, common);
   return ReadSeamExperiment(map, common);

@@ -347,8 +347,8 @@ experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& re
                      ShapesSection(facts, seams), ErrorsSection(facts, seams)};
   report.files.emplace_back("rows.csv", SeamRows(seams));
   report.notes.emplace_back(
-      "'as published' has the dissertation's rules alone. The sensor's noise was fitted to the "
-      "published rates of the three single methods: that these agree is no evidence");
+      "'as published' uses only the dissertation's rules. The sensor's noise was fitted to the "
+      "published rates of the three single methods: their agreement is no evidence");
   report.published = FiguresOf(facts, seams);
   std::ranges::move(TimesOf(facts, records, seams), std::back_inserter(report.published));
   return report;
@@ -563,10 +563,10 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
       facts.kind == SeamKind::kRates ? RatesReport(facts, records) : RunsReport(facts, records);
   const auto failed = std::ranges::count_if(records, Failed);
   if (failed > 0) {
-    report.notes.push_back(fmt::format(
-        "{} of {} cases crashed or timed out; they count as not found, not followed or not stopped "
-        "in time, and where on the line their edges lay is not known",
-        failed, records.size()));
+    report.notes.push_back(
+        fmt::format("{} of {} cases crashed or timed out; they count as not found, not followed or "
+                    "not stopped in time, and the positions of their edges on the line are unknown",
+                    failed, records.size()));
   }
   return report;
 }

@@ -298,10 +298,11 @@ class SeamRunner final : public experiment::Task {
 
   Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
     if (!options.video.empty()) {
-      throw base::InputError("--video: a seam has none; its pictures are SVG, in the folder");
+      throw base::InputError(
+          "--video: seams have no video; their pictures are SVG files in the folder");
     }
     if (!options.camera.empty()) {
-      throw base::InputError("--camera: a seam is shown from above; there is none to choose");
+      throw base::InputError("--camera: seams have no cameras; they are shown from above");
     }
     const SeamParams params = ParamsFrom(which.params);
     const base::Stopwatch watch;
@@ -383,7 +384,8 @@ const experiment::TaskKind& SeamTask() {
   static const experiment::TaskKind kind{
       .name = "seam",
       .description =
-          "Edges of overlapping fibre mats in laser-stripe profiles, and a head that follows them.",
+          "Detection of the edges of overlapping fibre mats in laser-stripe profiles, and a head "
+          "that follows them.",
       .trials_key = "seams",
       .uses_seed = true,
       .success = {},

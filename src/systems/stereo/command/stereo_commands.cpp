@@ -82,15 +82,15 @@ void CheckRows(const StereoArguments& a, const Reconstruction& made,
   };
   RowOffset rows = measure(kNearRows);
   if (rows.textured < kMinTextured) {
-    spdlog::warn("{}: only {} places have texture enough to tell whether {} belongs to it", a.left,
+    spdlog::warn("{}: only {} places have enough texture to check whether {} belongs to it", a.left,
                  rows.textured, a.calibration);
     return;
   }
   if (Fits(rows)) {
     if (rows.in_row < kGoodShare * rows.found) {
       spdlog::warn(
-          "{}: of {} places that were found again in {}, {} are not in the same row: is {} "
-          "this camera's?",
+          "{}: of {} places that were matched in {}, {} are not in the same row: does {} belong to "
+          "this camera?",
           a.left, rows.found, a.right, rows.found - rows.in_row, a.calibration);
     }
     return;
@@ -98,10 +98,10 @@ void CheckRows(const StereoArguments& a, const Reconstruction& made,
   rows = measure(std::max(kNearRows, static_cast<int>(kFarRows * cameras.height)));
   if (Fits(rows)) return;
   throw base::InputError(fmt::format(
-      "{}: of {} places with texture in {}, {} were found again in {}, {} of them in the same row "
-      "(median: {:.0f} rows off; at most {:g} would be right). Either the calibration is another "
-      "camera's, or the camera stood elsewhere: calibrate again (rangegrasp calibrate-stereo). Or "
-      "what is seen is not between {:g} and {:g} mm: give --near-mm and --far-mm",
+      "{}: of {} places with texture in {}, {} were matched in {}, {} of them in the same row "
+      "(median: {:.0f} rows off; at most {:g} is right). Either the calibration belongs to another "
+      "camera, or the camera was moved: calibrate again (rangegrasp calibrate-stereo). Or the "
+      "scene is not between {:g} and {:g} mm: give --near-mm and --far-mm",
       a.calibration, rows.textured, a.left, rows.found, a.right, rows.in_row, rows.median_px,
       kRowTolerance_px, a.near_mm, a.far_mm));
 }
@@ -113,7 +113,8 @@ void Stereo(const StereoArguments& a) {
   const Camera& camera = calibration.camera;
   if (pair.left.width != camera.width || pair.left.height != camera.height) {
     throw base::InputError(fmt::format(
-        "{} is of a camera with {} x {} pixels, {} has {} x {}: another camera's calibration",
+        "{} is for a camera with {} x {} pixels, {} has {} x {}: it is the calibration of another "
+        "camera",
         a.calibration, camera.width, camera.height, a.left, pair.left.width, pair.left.height));
   }
   const Rectifier rectifier(calibration);
@@ -136,28 +137,27 @@ void Stereo(const StereoArguments& a) {
 
 void AddStereoCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "stereo", "A cloud from two pictures of a calibrated camera, recorded ones too.");
+      "stereo", "Make a cloud from two pictures of a calibrated camera, recorded or simulated.");
   auto a = std::make_shared<StereoArguments>();
-  command->add_option("left", a->left, "PNG, 8-bit colour or grey")->required();
-  command->add_option("right", a->right, "the same from further right")->required();
+  command->add_option("left", a->left, "left picture: PNG, 8-bit colour or grey")->required();
+  command->add_option("right", a->right, "right picture, in the same format")->required();
   command
       ->add_option("--calibration", a->calibration,
-                   "YAML: the camera, and where it stood at each picture")
+                   "calibration (YAML): the camera, and its pose at each picture")
       ->required();
-  command->add_option("-o,--out", a->out, "cloud in the arm's frame, .pcd or .ply")->required();
+  command->add_option("-o,--out", a->out, "output cloud in the arm's frame, .pcd or .ply")
+      ->required();
   command->add_option("--pictures", a->pictures,
-                      "folder for rectified.png, disparity.png (colours) and disparity16.png "
-                      "(256 levels a pixel)");
-  command->add_option("--matching", a->matching, "what finds the disparities (semi_global)")
+                      "output folder for rectified.png, disparity.png (colours) and "
+                      "disparity16.png (256 levels per pixel)");
+  command->add_option("--matching", a->matching, "stereo matching method (semi_global)")
       ->check(CLI::IsMember(base::WordList<MatchMethod>()));
-  command->add_option("--near-mm", a->near_mm, "nearest depth that is searched (400)")
-      ->check(CLI::Range(10.0, 1e5));
-  command->add_option("--far-mm", a->far_mm, "furthest depth that is searched (1600)")
-      ->check(CLI::Range(10.0, 1e5));
-  command->add_option("--step-px", a->step_px, "one point for so many pixels (4)")
+  command->add_option("--near-mm", a->near_mm, "minimum depth (400)")->check(CLI::Range(10.0, 1e5));
+  command->add_option("--far-mm", a->far_mm, "maximum depth (1600)")->check(CLI::Range(10.0, 1e5));
+  command->add_option("--step-px", a->step_px, "distance in pixels between points (4)")
       ->check(CLI::Range(1, 64));
   command->add_flag("--keep-blue", a->keep_blue,
-                    "match blue pixels, too, which are the table's else");
+                    "also match blue pixels (default: they belong to the table)");
   command->add_option("--table-mm", a->table_mm,
                       "height of the table in the arm's frame: blue pixels become points on it");
   command->footer(
@@ -190,14 +190,14 @@ struct CalibrateHelp {
 void AddCalibrateOptions(CLI::App& command, CalibrateArguments& a, const CalibrateHelp& help) {
   command.add_option("source", a.source, help.source)->required()->check(CLI::ExistingPath);
   command.add_option("-o,--out", a.out, help.out)->required();
-  command.add_option("--corners", a.corners, "inner corners of the board (9x6)");
-  command.add_option("--square-mm", a.square_mm, "edge of its squares (25)")
+  command.add_option("--corners", a.corners, "inner corners of the chessboard (9x6)");
+  command.add_option("--square-mm", a.square_mm, "edge length of its squares (25)")
       ->check(CLI::Range(1.0, 1000.0));
   if (help.camera) {
     command.add_option("--camera", a.camera, help.camera)->check(CLI::ExistingFile);
   }
   command.add_option("--views", a.views, help.views)->check(CLI::Range(1, help.max_views));
-  command.add_option("--seed", a.seed, "of the simulation (1)")->check(CLI::NonNegativeNumber);
+  command.add_option("--seed", a.seed, "seed of the simulation (1)")->check(CLI::NonNegativeNumber);
   command.add_option("--record", a.record, help.record);
 }
 
@@ -208,7 +208,7 @@ ChessboardOptions BoardOf(const CalibrateArguments& a) {
   if (std::sscanf(text.c_str(), "%dx%d%n", &board.columns, &board.rows, &used) != 2 ||
       static_cast<std::size_t>(used) != text.size() || board.columns < 3 || board.rows < 3) {
     throw base::InputError("--corners '" + text +
-                           "' must be COLUMNSxROWS inner corners, 3 each at least, e.g. 9x6");
+                           "' must be COLUMNSxROWS inner corners, at least 3 each, e.g. 9x6");
   }
   board.square_m = a.square_mm * base::kMm;
   return board;
@@ -234,7 +234,7 @@ BoardView ReadView(const fs::path& folder, std::size_t number) {
   const fs::path file = FileOf(folder, "board", number, "pcd");
   geometry::CloudFile cloud = geometry::ReadCloud(file);
   if (!cloud.sensor_origin) {
-    throw base::InputError(file.string() + ": has no VIEWPOINT: where the laser stood");
+    throw base::InputError(file.string() + ": has no VIEWPOINT (the position of the laser)");
   }
   std::erase_if(cloud.points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
   return {fmt::format("view {}", number), std::move(pair.left), std::move(pair.right),
@@ -257,7 +257,7 @@ CalibrationResult CalibrateRecorded(const fs::path& folder, const ChessboardOpti
   }
   if (boards.empty()) {
     throw base::InputError(folder.string() +
-                           ": holds no left_01.png, right_01.png, board_01.pcd and so on");
+                           ": does not contain left_01.png, right_01.png, board_01.pcd and so on");
   }
   return CalibrateStereo(boards, width, height, board);
 }
@@ -270,7 +270,7 @@ CalibrationResult CalibrateInSimulation(const CalibrateArguments& a,
     const auto opened = experiment::OpenExperiment(source, {});
     const trial::Cell& cell = trial::CellOf(*opened.task);
     const fs::path camera = CameraFileOf(cell.options);
-    if (camera.empty()) throw base::InputError(a.source + ": its sensor is no stereo camera");
+    if (camera.empty()) throw base::InputError(a.source + ": its sensor is not a stereo camera");
     setup.scene = cell.options.scene;
     setup.scanner = cell.scanner;
     setup.camera = sensing::ReadStereoCamera(camera);
@@ -288,32 +288,32 @@ void Calibrate(const CalibrateArguments& a) {
                                                               : CalibrateInSimulation(a, board);
   WriteStereoCalibration(result.calibration, a.out);
   spdlog::info(
-      "{} views: corners {:.3f} px off the camera and {:.3f} px off the pair; as one camera sees "
-      "them {:.2f} mm off the laser's planes, triangulated {:.2f} mm (rms); squares of {:.2f} +- "
-      "{:.2f} mm would fit best",
+      "{} views: corner error (rms) {:.3f} px for one camera and {:.3f} px for the pair; distance "
+      "to the laser's planes {:.2f} mm for one camera, {:.2f} mm triangulated (rms); best fit: "
+      "squares of {:.2f} +- {:.2f} mm",
       result.views, result.camera_px, result.stereo_px, result.registration_m * base::kMmPerM,
       result.triangulated_m * base::kMmPerM, result.scale * board.square_m * base::kMmPerM,
       result.scale_error * board.square_m * base::kMmPerM);
 }
 
 void AddCalibrateStereoCommand(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "calibrate-stereo",
-      "Lens and places of the stereo camera from a chessboard that the laser scanned, too.");
+  auto* command = app.add_subcommand("calibrate-stereo",
+                                     "Calibrate the stereo camera, lens and poses, from a "
+                                     "chessboard that the laser also scanned.");
   auto a = std::make_shared<CalibrateArguments>();
   a->views = CalibrationSetup{}.views;
   AddCalibrateOptions(
       *command, *a,
-      {.source = "folder with left_01.png, right_01.png, board_01.pcd and so on; or a scene "
-                 "(MJCF) or experiment (YAML), in which a chessboard is simulated",
-       .out = "calibration (YAML)",
-       .views = "simulated places of the board (16)",
+      {.source = "folder with left_01.png, right_01.png, board_01.pcd and so on; or a scene (MJCF) "
+                 "or experiment (YAML) to simulate a chessboard in",
+       .out = "output calibration (YAML)",
+       .views = "number of simulated board poses (16)",
        .max_views = 200,
-       .record = "folder for the simulated pictures and clouds"});
+       .record = "output folder for the simulated pictures and clouds"});
   command->footer(
-      "Example: rangegrasp calibrate-stereo scenes/tabletop.xml -o stereo.yaml --record boards\n"
-      "A board's cloud holds the laser's points of it in the arm's frame; its VIEWPOINT is where "
-      "the laser stood.");
+      "Example: rangegrasp calibrate-stereo scenes/tabletop.xml -o stereo.yaml --record boards\nA "
+      "board's cloud contains the laser points on it in the arm's frame; its VIEWPOINT is the "
+      "position of the laser.");
   command->callback([a] { Calibrate(*a); });
 }
 
@@ -379,13 +379,13 @@ void CalibrateOnHand(const CalibrateArguments& a) {
   const base::Pose X_HS = result.X_HC * views.record.X_SC.inverse();
   sensing::WriteHandEye({X_HS, result.shift_error_m, result.turn_error_rad}, a.out);
   spdlog::info(
-      "{} views: corners {:.3f} px off, the board {:.2f} mm (rms); the head's place is known to "
-      "{:.2f} mm and {:.3f} deg (standard errors)",
+      "{} views: corner error {:.3f} px, board error {:.2f} mm (rms); standard errors of the "
+      "head's pose {:.2f} mm and {:.3f} deg",
       views.pictures.size(), result.rms_px, result.rms_m * base::kMmPerM,
       result.shift_error_m * base::kMmPerM, result.turn_error_rad / base::kDeg);
   if (!views.X_HS) return;
   const base::Pose apart = views.X_HS->inverse() * X_HS;
-  spdlog::info("in the simulation the head is {:.2f} mm and {:.3f} deg from there",
+  spdlog::info("true error in the simulation: {:.2f} mm and {:.3f} deg",
                apart.translation().norm() * base::kMmPerM,
                Eigen::AngleAxisd(apart.linear()).angle() / base::kDeg);
 }
@@ -393,23 +393,22 @@ void CalibrateOnHand(const CalibrateArguments& a) {
 void AddCalibrateHandEyeCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "calibrate-hand-eye",
-      "Where the sensor on the arm's flange sits, from a chessboard on the table.");
+      "Calibrate the pose of the sensor on the arm's flange from a chessboard on the table.");
   auto a = std::make_shared<CalibrateArguments>();
   a->views = 25;
   AddCalibrateOptions(
       *command, *a,
-      {.source = "folder with views.yaml and view_01.png and so on; or a scene (MJCF) in which "
-                 "the arm is simulated",
-       .out = "calibration (YAML), for look.hand_eye",
-       .camera = "of the simulation (models/sensors/wrist_camera.yaml)",
-       .views = "simulated pictures (25)",
+      {.source = "folder with views.yaml, view_01.png and so on; or a scene (MJCF) to simulate the "
+                 "arm in",
+       .out = "output calibration (YAML), for look.hand_eye",
+       .camera = "sensor file for the simulation (models/sensors/wrist_camera.yaml)",
+       .views = "number of simulated pictures (25)",
        .max_views = 99,
-       .record = "folder for the simulated pictures and poses"});
+       .record = "output folder for the simulated pictures and poses"});
   command->footer(
       "Example: rangegrasp calibrate-hand-eye scenes/tabletop_wrist.xml -o hand_eye.yaml --record "
-      "boards\n"
-      "views.yaml holds the lens (camera), the camera's place in its head (in_head) and the hand's "
-      "pose in the arm's frame at each picture (view_01 ...).");
+      "boards\nviews.yaml contains the lens (camera), the camera's pose in its head (in_head) and "
+      "the hand's pose in the arm's frame at each picture (view_01 ...).");
   command->callback([a] { CalibrateOnHand(*a); });
 }
 

@@ -229,10 +229,10 @@ trial::Sensed StereoSensor::Sense(const sim::World& world, base::Rng& rng) const
 }
 
 void ReadKeys(base::YamlMap& map, trial::Options& options) {
-  auto own = map.Child("stereo", "from a pair of pictures to a cloud");
+  auto own = map.Child("stereo", "stereo reconstruction: from a pair of pictures to a cloud");
   Keys& keys = trial::Of<Keys>(options, kKeys);
   own.ReadPath("calibration", keys.calibration,
-               "of the camera; without it, it is calibrated before the first trial");
+               "calibration of the camera; default: calibrate it before the first trial");
   ReadReconstructOptions(own, keys.reconstruct);
 }
 

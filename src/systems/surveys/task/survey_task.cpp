@@ -38,11 +38,11 @@ constexpr const char* kMeasured = "measured";  ///< the outcome
 
 void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& clouds) {
   map.Read(kMeasure, quantity,
-           "how well touching objects are separated, which objects count as rotational, or what a "
-           "stereo camera reconstructs");
+           "separation of touching objects, detection of rotational objects, or reconstruction by "
+           "a stereo camera");
   map.ReadPath("clouds", clouds,
-               "separation: a folder of recorded PCD clouds with a field `label` (0 nothing "
-               "measured, 1 to 9 table, 20 and more objects) in place of simulated scenes");
+               "separation: folder of recorded PCD clouds with a field `label` (0 nothing "
+               "measured, 1 to 9 table, 20 and more objects), instead of simulated scenes");
 }
 
 /// A case is the scan of a trial; the arm does not move.
@@ -84,7 +84,7 @@ class CloudSurvey : public experiment::Task {
       if (entry.path().extension() == ".pcd") files_.push_back(entry.path());
     }
     std::ranges::sort(files_);
-    if (files_.empty()) throw base::InputError(folder.string() + ": holds no *.pcd");
+    if (files_.empty()) throw base::InputError(folder.string() + ": contains no *.pcd");
   }
 
   std::vector<Case> Cases() const override {
@@ -131,7 +131,7 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   ReadMeasure(map, quantity, clouds);
   map.Require(kMeasure);
   if (!clouds.empty()) {
-    if (quantity != Quantity::kSeparation) map.Fail("clouds", "only `measure: separation` has it");
+    if (quantity != Quantity::kSeparation) map.Fail("clouds", "only for `measure: separation`");
     return ReadClouds(map, clouds);
   }
   trial::Options options = trial::ReadOptions(map);
@@ -170,7 +170,7 @@ void RegisterSurveys() {
   experiment::AddKind(
       {.name = "survey",
        .description = "Surveys of perception: scenes are arranged and scanned, the arm does not "
-                      "move. Besides `measure` it has all keys of `task: grasping`.",
+                      "move. Besides the keys below it has all keys of `task: grasping`.",
        .trials_key = "trials_per_object",
        .uses_seed = true,
        .success = {},

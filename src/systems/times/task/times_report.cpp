@@ -132,8 +132,8 @@ Report StagesReport(const Stamp& stamp, const std::vector<Record>& records) {
   grid.total = true;
   report.sections.push_back({"Table 5.1: times of the calculation steps", grid});
   report.notes.push_back(
-      "own: median over the scenes, grasps for all objects; the sum's median is no sum of medians; "
-      "published: 2 GHz Core 2 Duo");
+      "own: median over the scenes, with grasps for all objects; the median of the sum is not the "
+      "sum of the medians; published: 2 GHz Core 2 Duo");
   report.csv = grid;
   return report;
 }
@@ -233,8 +233,8 @@ Report SegmentationsReport(const Stamp& stamp, const std::vector<Record>& record
   report.sections.push_back(
       {"Figures 5.8 and 5.9: times of the segmentations", SceneGrid(scenes, methods, false)});
   report.notes.push_back(
-      "own: the segmentation alone, without the normals that region growing asks for; median of "
-      "the repeats; published: 2 GHz Core 2 Duo");
+      "own: segmentation only, without the normals that region growing needs; median of the "
+      "repeats; published: 2 GHz Core 2 Duo");
   report.csv = SceneGrid(scenes, methods, true);
   report.files = {{"segmentation_times.csv", experiment::CsvOf(report.csv)},
                   {"segmentation_times.svg", draw::PlotSvg({PanelOf(scenes, methods, false),

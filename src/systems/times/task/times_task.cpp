@@ -92,26 +92,26 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
   map.Read("timed", o.timed,
            "the stages of table 5.1, or the segmentations of figures 5.8 and 5.9");
   map.Read("scenes", o.scenes, 1, 10000,
-           "arrangements; of segmentations at most those of the reference");
+           "number of arrangements; segmentations: at most those of the reference");
   map.Read("object_points", o.size.object_points, 100, kMaxPoints,
-           "of a scan; segmentations: as the reference says");
+           "number of object points in a scan; segmentations: as in the reference");
   map.Read("table_points", o.size.table_points, 100, kMaxPoints,
-           "of the table in a scan; segmentations: as the reference says");
-  map.Read("repeats", o.repeats, 1, 1000, "times that each is timed; the median counts");
-  map.Read("methods", o.methods, "that stages are timed of");
-  map.Read("segmentations", o.segmentations, "that are timed");
+           "number of table points in a scan; segmentations: as in the reference");
+  map.Read("repeats", o.repeats, 1, 1000, "number of repeated measurements; the median is used");
+  map.Read("methods", o.methods, "methods whose stages are timed");
+  map.Read("segmentations", o.segmentations, "segmentations to time");
 }
 
 // All keys, to the end of the map. @throws base::InputError also for a reference that is none.
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "an experiment with times has `scenes` in its place");
+    map.Fail("trials_per_object", "use `scenes` in `task: times`");
   }
   ReadTimesKeys(map, options);
   options.grasping = trial::ReadOptions(map);
   if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: `task: times` has no use for it, `task: grasping` has");
+    map.Fail("grasp", "take: only for `task: grasping`");
   }
   if (options.timed != Timed::kSegmentations) return options;
   if (options.grasping.reference.empty()) {
@@ -287,7 +287,7 @@ geometry::Observation SizedScan(const trial::Cell& cell, const sim::World& world
     observation.views.push_back(std::move(scan.view));
     return observation;
   }
-  throw base::InputError(fmt::format("no scan with {} points of objects and {} of the table",
+  throw base::InputError(fmt::format("no scan with {} object points and {} table points",
                                      size.object_points, size.table_points));
 }
 
@@ -296,21 +296,21 @@ geometry::Observation SizedScan(const trial::Cell& cell, const sim::World& world
 namespace rangegrasp {
 
 void RegisterTimes() {
-  experiment::AddKind({.name = "times",
-                       .description =
-                           "Computing times of perception and grasps on scans of published sizes. "
-                           "In addition to the keys "
-                           "below it has all of `task: grasping` but `trials_per_object`.",
-                       .trials_key = "scenes",
-                       .uses_seed = true,
-                       .success = {},
-                       .read = times::Read,
-                       .read_keys =
-                           [](base::YamlMap& map) {
-                             times::Options options;
-                             times::ReadTimesKeys(map, options);
-                           },
-                       .report = times::ReportOf});
+  experiment::AddKind(
+      {.name = "times",
+       .description =
+           "Computing times of perception and grasp planning on scans of published sizes. Besides "
+           "the keys below it has all keys of `task: grasping` except `trials_per_object`.",
+       .trials_key = "scenes",
+       .uses_seed = true,
+       .success = {},
+       .read = times::Read,
+       .read_keys =
+           [](base::YamlMap& map) {
+             times::Options options;
+             times::ReadTimesKeys(map, options);
+           },
+       .report = times::ReportOf});
 }
 
 }  // namespace rangegrasp

@@ -79,7 +79,7 @@ TEST_F(CylindersTest, SaysThatWithoutScanOrderLineEdgesAreLeftOut) {
   const Ran ran = Cylinders(Write("cloud.ply", Image()),
                             {"--cylinder", "25.75,173", "--sensor-origin", "0.75,0,0.75"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("no scan order: edges along scan lines are left out"));
+  EXPECT_THAT(ran.err, HasSubstr("no scan order: edges along scan lines are not detected"));
   EXPECT_THAT(ran.out, HasSubstr("stands"));
   EXPECT_THAT(ran.out, HasSubstr(" 0 by scan lines"));
 }

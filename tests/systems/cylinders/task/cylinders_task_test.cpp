@@ -86,7 +86,7 @@ TEST(CylindersTask, SaysWhatIsWrongWithARow) {
   };
   EXPECT_THAT(error("0, 100, 1000"), HasSubstr("'0, 100, 1000' must be radius in mm"));
   EXPECT_THAT(error("10, 100"), HasSubstr("'10, 100' must be"));
-  EXPECT_THAT(error("10, x, 1000"), HasSubstr("is no number"));
+  EXPECT_THAT(error("10, x, 1000"), HasSubstr("is not a number"));
   EXPECT_THAT(error("10, 100, 3"), HasSubstr("points"));
 }
 

@@ -72,7 +72,7 @@ TEST_F(AddObjectTest, AMeshCanBeGraspedInOneCommandAndAnExperimentOfFiveLines) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("my_box: 40 x 60 x 100 mm, 240.0 cm3, 200 g (833 kg/m3)"));
   EXPECT_THAT(ran.out, HasSubstr("unit: mm, guessed"));
-  EXPECT_THAT(ran.out, HasSubstr("hulls: 1; they hold 100.0 %"));
+  EXPECT_THAT(ran.out, HasSubstr("hulls: 1; they cover 100.0 %"));
   EXPECT_THAT(ran.out, HasSubstr("resting poses: pose0"));
   EXPECT_THAT(ran.out, HasSubstr("lift test: 2 of 2 delivered"));
   for (const char* file : {"my_box.xml", "my_box.png", "visual.obj", "hull0.obj"}) {
@@ -97,7 +97,7 @@ TEST_F(AddObjectTest, TheSameMeshIsTheSameBytes) {
   const std::string hull = base::ReadFile(fs::path(Out()) / "box/hull0.obj");
   const Ran again = Add("box.off");
   EXPECT_EQ(again.code, 2);
-  EXPECT_THAT(again.err, HasSubstr("is there already; --overwrite"));
+  EXPECT_THAT(again.err, HasSubstr("already exists; --overwrite"));
   ASSERT_EQ(Add("box.off", {"--overwrite"}).code, 0);
   EXPECT_EQ(base::ReadFile(xml), first);
   EXPECT_EQ(base::ReadFile(fs::path(Out()) / "box/hull0.obj"), hull);
@@ -156,11 +156,11 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "--height-mm", {"--height-mm", "-3"});
   ExpectRefused("box.off", "furlong", {"--unit", "furlong"});
   ExpectRefused("box.off", "--mass", {"--mass", "0"});
-  ExpectRefused("box.off", "out of all proportion", {"--mass", "90000"});
+  ExpectRefused("box.off", "implausible", {"--mass", "90000"});
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
   folder_.Write("label.png", "no picture");
-  ExpectRefused("box.off", "is no PNG", {"--texture", (folder_ / "label.png").string()});
+  ExpectRefused("box.off", "is not a PNG file", {"--texture", (folder_ / "label.png").string()});
 }
 
 TEST_F(AddObjectTest, SurfacesMayBeAdded) {

@@ -180,7 +180,7 @@ TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
   std::filesystem::create_directory(folder_ / "again");
   const std::string again = (folder_ / "again/other.off").string();
   std::filesystem::copy_file(mesh_, again);
-  ExpectRefused({other, again}, "would both leave");
+  ExpectRefused({other, again}, "would both write");
 }
 
 TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {

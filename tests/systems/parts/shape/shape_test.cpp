@@ -255,11 +255,11 @@ TEST(ReadShape, AnOffFileThatDoesNotHoldWhatItDeclaresIsRefused) {
   const std::string three = "3 0 1 2\n3 0 1 3\n3 0 2 3\n";
   EXPECT_NO_THROW(ReadShape(folder.Write("a.off", "OFF\n4 4 0\n" + points + three + "3 1 2 3\n")));
   EXPECT_THAT(refused("OFF\n4 4 0\n" + points + three + "3 1 2 4\n"),
-              HasSubstr("a.off:10: face 3 names vertex '4'; there are 4, from 0"));
+              HasSubstr("a.off:10: face 3 uses vertex '4'; there are 4, from 0"));
   EXPECT_THAT(refused("OFF\n4 4 0\n" + points + three + "3 1 2 -1\n"), HasSubstr("a.off:10"));
   EXPECT_THAT(refused("OFF 4 5 0\n" + points + three + "3 1 2 3\n# nothing more\n     \n"),
               HasSubstr("face 4 of 5"));
-  EXPECT_THAT(refused("OFF\n4 400000000 0\n" + points + three), HasSubstr("cannot hold them"));
+  EXPECT_THAT(refused("OFF\n4 400000000 0\n" + points + three), HasSubstr("is too short for them"));
   EXPECT_THAT(refused("OFF\n4\n" + points + three), HasSubstr("numbers of vertices and faces"));
 }
 

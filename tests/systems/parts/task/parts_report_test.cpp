@@ -106,7 +106,7 @@ TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
               1e-12);
   EXPECT_EQ(means[0].over_models.count, 3U);
   const Report report = Make();
-  EXPECT_THAT(report.sections[0].title, HasSubstr("3 models apart from those of tuning"));
+  EXPECT_THAT(report.sections[0].title, HasSubstr("3 models without the tuning models"));
   EXPECT_THAT(report.sections[0].grid.rows[0],
               ElementsAre("mirror", "3", "0.3333", "0.1453", "3", "0.6667", "0.2906"));
   EXPECT_THAT(report.sections[1].grid.rows[0][1], "5");
@@ -164,7 +164,7 @@ TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
   const auto sections = Make().sections;
   ASSERT_EQ(sections.size(), 7U);
   EXPECT_THAT(sections[2].title, HasSubstr("1 - Rand index"));
-  EXPECT_THAT(sections[2].title, HasSubstr("3 models apart from those of tuning"));
+  EXPECT_THAT(sections[2].title, HasSubstr("3 models without the tuning models"));
   EXPECT_THAT(sections[3].title, HasSubstr("5 models"));
   EXPECT_THAT(sections[4].title, HasSubstr("Cut discrepancy"));
   // Of the report split's 0.1 and 0.3 of cups; of one bird there is no error, nor of the classes.

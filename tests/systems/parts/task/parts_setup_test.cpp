@@ -45,10 +45,10 @@ TEST_F(PartsSetupTest, ARangeNamesAllModelsThatAreAtHand) {
   for (const char* wrong : {"3-2", "1-2000", "2-", "-3", "a-b"}) {
     EXPECT_THAT(
         Refused("data: .\nclasses: [a]\nmodels:\n  a: {report: [" + std::string(wrong) + "]}\n"),
-        HasSubstr("must be a model's number, as in off/<number>.off, or a range as 61-80"));
+        HasSubstr("must be a model's number, as in off/<number>.off, or a range such as 61-80"));
   }
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels: {a: {tune: [2], report: [1-3]}}\n"),
-              HasSubstr("model 2 stands twice"));
+              HasSubstr("model 2 is given twice"));
 }
 
 TEST_F(PartsSetupTest, WithoutMethodsAllAreRun) {
@@ -61,7 +61,7 @@ TEST_F(PartsSetupTest, MistakesAreToldWithLineAndKey) {
   EXPECT_THAT(Refused("methods: [kmeens]\nclasses: [a]\n" + models),
               HasSubstr("parts.yaml:1: key 'methods': 'kmeens' must be one of mirror, hierarchy, "
                         "kmeans, sdf, core; nearest: kmeans"));
-  EXPECT_THAT(Refused("methods: [sdf, sdf]\nclasses: [a]\n" + models), HasSubstr("stands twice"));
+  EXPECT_THAT(Refused("methods: [sdf, sdf]\nclasses: [a]\n" + models), HasSubstr("is given twice"));
   EXPECT_THAT(Refused(models), HasSubstr("key 'classes': is missing"));
   EXPECT_THAT(Refused("classes: [a, b]\n" + models),
               HasSubstr("parts.yaml:2: key 'models': has no models of class 'b'"));
@@ -70,13 +70,13 @@ TEST_F(PartsSetupTest, MistakesAreToldWithLineAndKey) {
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {report: [1, x1]}\n"),
               HasSubstr("parts.yaml:4: key 'report': 'x1' must be a model's number"));
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {tune: [1], report: [1]}\n"),
-              HasSubstr("model 1 stands twice"));
-  EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {}\n"), HasSubstr("must name models"));
+              HasSubstr("model 1 is given twice"));
+  EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodels:\n  a: {}\n"), HasSubstr("must list models"));
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodel: {a: {report: [1]}}\n"),
               HasSubstr("key 'models': is missing"));
   EXPECT_THAT(Refused("classes: [a]\nruntimes: none.csv\n" + models), HasSubstr("none.csv"));
   EXPECT_THAT(Refused("data: .\nclasses: ['a,b']\nmodels: {'a,b': {report: [1]}}\n"),
-              HasSubstr("'a,b' must be of letters"));
+              HasSubstr("'a,b' must consist of letters"));
   EXPECT_THAT(Refused("models_per_class: -1\nclasses: [a]\n" + models),
               HasSubstr("key 'models_per_class'"));
 }

@@ -130,7 +130,7 @@ TEST_F(PartsTaskTest, AModelThatFailsSaysWhyAndTheOthersGoOn) {
     EXPECT_EQ(result.detail.find('\n'), std::string::npos);
   }
   EXPECT_THAT(Run("peanut-0002-sdf").detail, HasSubstr("2.off"));
-  EXPECT_THAT(Run("peanut-0003-sdf").detail, HasSubstr("holds no human segmentation 3_<k>.seg"));
+  EXPECT_THAT(Run("peanut-0003-sdf").detail, HasSubstr("contains no human segmentation 3_<k>.seg"));
   EXPECT_THAT(Run("other-0011-sdf").detail, HasSubstr("11_3.seg:3: has 2 labels"));
 }
 

@@ -149,13 +149,13 @@ TEST_F(LearnTest, AFrameThatIsNoPoseIsRefused) {
   const auto ran =
       RunProgram({"learn", View(0.0), "-o", Mesh(), "--frame=2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1"});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("--frame must be the 4 x 4 matrix of a pose"));
+  EXPECT_THAT(ran.err, HasSubstr("--frame must be a 4 x 4 pose matrix"));
 }
 
 TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {
   const auto ran = RunProgram({"learn", View(0.0), "-o", Mesh()});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("what was not seen is guessed"));
+  EXPECT_THAT(ran.err, HasSubstr("unseen parts are guessed"));
 }
 
 TEST_F(LearnTest, AnEmptyTableIsRefused) {
@@ -163,7 +163,7 @@ TEST_F(LearnTest, AnEmptyTableIsRefused) {
   const auto ran = RunProgram(
       {"learn", view, "-o", Mesh(), "--crop", "-0.14", "-0.14", "-0.1", "-0.05", "0.14", "0.3"});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr(view + ": 0 points of a thing on the table"));
+  EXPECT_THAT(ran.err, HasSubstr(view + ": 0 points of an object on the table"));
   EXPECT_FALSE(std::filesystem::exists(Mesh()));
 }
 

@@ -164,7 +164,7 @@ TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
 TEST_F(ExportTest, WhatItCannotExportIsTold) {
   const Ran itself = RunProgram({"export", Folder("run"), "-o", Folder("run"), "--clouds"});
   EXPECT_EQ(itself.code, 2);
-  EXPECT_THAT(itself.err, HasSubstr("holds the run itself"));
+  EXPECT_THAT(itself.err, HasSubstr("is the folder of the run"));
   EXPECT_TRUE(experiment::Store::Exists(Folder("run")));
   ASSERT_EQ(RunProgram({"run", kSource + "/experiments/seam_base.yaml", "--trials", "3", "--out",
                         Folder("seams")})

@@ -20,7 +20,7 @@ TEST(PrepareFolder, TouchesNothingThatIsNoReport) {
   const TempFolder folder;
   base::WriteFile(folder / "views/precious.txt", "mine");
   EXPECT_THAT(testing_support::ErrorOf<base::InputError>([&] { PrepareFolder(folder.path()); }),
-              HasSubstr("no report"));
+              HasSubstr("not of a report"));
   EXPECT_EQ(base::ReadFile(folder / "views/precious.txt"), "mine");
 }
 

@@ -82,7 +82,7 @@ TEST_F(SeamTest, TracksStepsUnlessToldOtherwise) {
 TEST_F(SeamTest, OfALineWithTooFewColumnsForTrackedStepsTheCureIsNamed) {
   const std::string file = folder_.Write("p.csv", Row(100) + Row(100)).string();
   ExpectRefused({"seam", "detect", file, "--unit", "um", "--columns-per-mm", "1"},
-                "need 1.33 columns a mm, the line has 1.00; use method voting or weights");
+                "need 1.33 columns per mm, the line has 1.00; use method voting or weights");
   EXPECT_EQ(Detect({file, "--columns-per-mm", "1.34"}).code, 0);
   EXPECT_EQ(Detect({file, "--columns-per-mm", "1", "--method", "voting"}).code, 0);
 }
@@ -138,7 +138,7 @@ TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
                   other[0] + " excludes --calibration");
   }
   ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.png")}).code, 0);
-  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "a grey level");
+  ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "its grey levels");
 }
 
 TEST_F(SeamTest, ASingleProfileIsAnswered) {
@@ -262,7 +262,7 @@ TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
   const std::string file = folder_.Write("p.csv", text).string();
   const Ran ran = Detect({file, "--time-column", "1"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the one before it: an outage"));
+  EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the previous row: an outage"));
   const auto lines = Lines(ran.out);
   EXPECT_THAT(lines[4], testing::EndsWith(",outage"));
   EXPECT_THAT(lines[5], StartsWith("5,2.0600,edge,90.0"));
@@ -284,8 +284,7 @@ TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
   refused({image, "--unit", "um"}, "file.unit_mm: key 'unit_mm': is for text; " + image);
   refused({image, "--layout", "pairs"}, "key 'layout': is for text");
   refused({image, "--preset", "gocator"}, "--preset gocator:");
-  refused({image, "--preset", "sick"},
-          "--preset sick: image_scale_mm differs from sensor to sensor");
+  refused({image, "--preset", "sick"}, "--preset sick: image_scale_mm differs between sensors");
   refused({text, "--preset", "sick", "--image-scale", "1"}, "key 'image_scale_mm': is for images");
   refused({text, "--preset", "keyence"}, "--preset keyence: ");
   refused({text, "--preset", "other"}, "--preset");
@@ -303,7 +302,7 @@ TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
           "--columns-per-mm excludes");
   for (const char* key : {"image_scale_mm", "away", "min_height_mm"}) {
     refused({image, "--calibration", "c.yaml", "--set", std::string("file.") + key + "=true"},
-            std::string("key '") + key + "': tells of heights; with --calibration");
+            std::string("key '") + key + "': is for heights; with --calibration");
   }
 }
 
@@ -392,7 +391,7 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
   folder_.Write("few.csv", "scan,base_mm\n1,0\n");
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("few.csv"), "-o", File("d")},
-      "few.csv: tells the heights of 1 scans");
+      "few.csv: has the heights of 1 scans");
   folder_.Write("bad.csv", "scan,base_mm\n1,low\n");
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},

@@ -29,11 +29,11 @@ TEST(CalibrateHandEye, OfASimulatedArmFindsTheHeadAndItsRecordDoesAgain) {
   ASSERT_EQ(simulated.code, 0) << simulated.err;
   EXPECT_THAT(simulated.err, HasSubstr("15 views"));
   double off_mm = -1.0, off_deg = -1.0;
-  const auto at = simulated.err.find("the head is ");
+  const auto at = simulated.err.find("true error in the simulation: ");
   ASSERT_NE(at, std::string::npos) << simulated.err;
-  ASSERT_EQ(
-      std::sscanf(simulated.err.c_str() + at, "the head is %lf mm and %lf deg", &off_mm, &off_deg),
-      2);
+  ASSERT_EQ(std::sscanf(simulated.err.c_str() + at,
+                        "true error in the simulation: %lf mm and %lf deg", &off_mm, &off_deg),
+            2);
   EXPECT_LT(off_mm, 0.7);
   EXPECT_LT(off_deg, 0.15);
   const auto said = sensing::ReadHandEye(folder / "a.yaml");

@@ -44,7 +44,9 @@ class CalibrateStereo : public ::testing::Test {
   const TempFolder folder_;
 };
 
-TEST_F(CalibrateStereo, AFolderWithoutViewsIsRefused) { ExpectRefused({}, "holds no left_01.png"); }
+TEST_F(CalibrateStereo, AFolderWithoutViewsIsRefused) {
+  ExpectRefused({}, "does not contain left_01.png");
+}
 
 TEST_F(CalibrateStereo, PicturesWithoutTheChessboardAreNamed) {
   WriteView("01", 100);
@@ -180,13 +182,13 @@ TEST_F(RecordedBoards, ThatAreAllParallelAreRefused) {
 
 TEST_F(RecordedBoards, OfTooFewViewsAreRefused) {
   std::filesystem::remove(Picture("left", 4));
-  ExpectRefused({}, "3 views of the chessboard do not calibrate");
+  ExpectRefused({}, "3 views of the chessboard are too few to calibrate");
 }
 
 TEST_F(RecordedBoards, WithPicturesOfDifferentSizeAreRefused) {
   const image::Image small{320, 240, std::vector<std::uint8_t>(3 * 320 * 240, 90)};
   image::WritePng(Picture("right", 1), small);
-  ExpectRefused({}, "both must be of one size");
+  ExpectRefused({}, "both must have the same size");
   image::WritePng(Picture("left", 1), small);
   ExpectRefused({}, "view 1 (left): no chessboard");
 }
@@ -194,7 +196,7 @@ TEST_F(RecordedBoards, WithPicturesOfDifferentSizeAreRefused) {
 TEST_F(RecordedBoards, WithOneGreyAndOneColourPictureAreRefused) {
   image::WritePng(Picture("left", 1),
                   image::Grey8{480, 360, std::vector<std::uint8_t>(480 * 360, 90)});
-  ExpectRefused({}, "both must be of one kind");
+  ExpectRefused({}, "both must have the same format");
 }
 
 TEST_F(RecordedBoards, WithABrokenPictureAreRefused) {

@@ -102,7 +102,7 @@ TEST_F(StereoTest, RefusesPicturesOfDifferentSize) {
 
 TEST_F(StereoTest, RefusesOneGreyAndOneColourPicture) {
   image::WritePng(folder_ / "right.png", RedOf(*right_));
-  ExpectRefused("both must be of one kind");
+  ExpectRefused("both must have the same format");
 }
 
 TEST_F(StereoTest, RefusesABrokenPicture) {
@@ -115,7 +115,7 @@ TEST_F(StereoTest, RefusesTheCalibrationOfACameraOfAnotherSize) {
   auto calibration = SyntheticCalibration();
   calibration.camera.width = 640;
   stereo::WriteStereoCalibration(calibration, folder_ / "stereo.yaml");
-  ExpectRefused("another camera's calibration");
+  ExpectRefused("the calibration of another camera");
 }
 
 // A camera that was turned since by 0.5 to 6 degrees about any of its axes is another one to the

@@ -112,7 +112,7 @@ class Video {
 
   // @throws base::RunError as Add, or if there was no picture.
   void Finish() {
-    if (!ffmpeg_) throw base::RunError(file_.string() + ": there is nothing to film");
+    if (!ffmpeg_) throw base::RunError(file_.string() + ": there is nothing to record");
     ffmpeg_->Finish();
     ffmpeg_.reset();
     fs::rename(part_, file_);
@@ -151,7 +151,7 @@ class FilmState {
     if (scan_.width > 0) draw::Paste(scan_, kFilmScene_px, 0, picture);
     const std::vector<draw::Trace> traces = {
         {"grip force, commanded [N]", force_N_, kForce_N, kCommand},
-        {"grip force, felt [N]", felt_N_, kForce_N, kFelt},
+        {"grip force, measured [N]", felt_N_, kForce_N, kFelt},
         {"slip in the hand [mm]", slip_mm_, kSlip_mm, kSlip}};
     draw::Paste(draw::DrawStrips(time_s_, traces, stages_, kRight_px, kFilmHeight_px - kScan_px),
                 kFilmScene_px, kScan_px, picture);

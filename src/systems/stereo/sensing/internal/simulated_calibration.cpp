@@ -87,7 +87,7 @@ class ChessboardRecorder {
     // Some ways there is no room between table and arm: then any other.
     while (!Fits(DrawPlace(draws < kDrawsOneWay ? 0.1 : 0.5, place))) {
       if (++draws == kMaxDraws) {
-        throw base::RunError("no place for the chessboard in which both pictures show it whole");
+        throw base::RunError("no pose of the chessboard in which both pictures show it completely");
       }
     }
     base::Rng photo(base::DeriveSeed(seed, "photo"));
@@ -236,8 +236,8 @@ class CalibrationCell {
         rng_(base::DeriveSeed(setup.seed, "hand_eye")) {
     if (!robot_.X_HWristScanner) {
       throw base::InputError(setup.scene.string() +
-                             ": has no site \"wrist_scanner\" on the arm's last link, as "
-                             "scenes/tabletop_wrist.xml has: no camera to calibrate");
+                             ": has no camera to calibrate: a site \"wrist_scanner\" on the arm's "
+                             "last link is needed, as in scenes/tabletop_wrist.xml");
     }
     LayBoard();
     renderer_ = camera_.RendererOf(world_);
@@ -316,7 +316,7 @@ class CalibrationCell {
       if (way && sim::MoveArm(world_, *way).arrived) return;
     }
     throw base::RunError(
-        fmt::format("{}: the arm comes to no place from where the camera sees the chessboard whole "
+        fmt::format("{}: the arm reaches no pose in which the camera sees the complete chessboard "
                     "(picture {}, {} tried)",
                     setup_.scene.string(), view + 1, kTriesAView));
   }
