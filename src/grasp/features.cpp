@@ -200,7 +200,8 @@ struct FeatureMaker::Impl {
     }
     side.missing_m = half_m - measured;
     bool unseen = true;
-    for (double d = kSeenCell_m; d < kFarthest_m; d += kSeenCell_m) {
+    // Rays are free up to a cell before what they meet.
+    for (double d = 2.0 * kSeenCell_m; d < kFarthest_m; d += kSeenCell_m) {
       const Space space = At(middle + (half_m + d) * out);
       unseen = unseen && space == Space::kUnseen;
       if (unseen) side.unseen_m = d;

@@ -159,7 +159,7 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "physics:\n  timestep: 1\n", 6, "nearest valid key: 'timestep_ms'"},
       {good_ + "hand:\n  initial_force_n: 80\n  max_force_n: 60\n", 7, "'max_force_n'"},
       {good_ + "perception:\n  segmentation: magic\n", 6, "mesh, region_growing"},
-      {good_ + "grasp: {take: handle, approach: sides}\n", 5, "`take: handle` says"},
+      {good_ + "grasp: {take: handle, approach: sides}\n", 5, "`take: handle` determines"},
       {good_ + "detector: {command: [cat]}\ngrasp: {approach: sides}\n", 6,
        "detector: dissertation"},
       {good_ + "detector: {command: [cat]}\ngrasp: {take: handle}\n", 6, "detector: dissertation"},

@@ -160,11 +160,13 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
 
 // Of a wrong unit or frame so many of the best grasps are enough to tell.
 constexpr std::size_t kJudged = 20;
+constexpr double kWorkCell_m = 2.0;
 
 // What a grasp would be if the detector had made a mistake that is often made.
 struct Mistake {
   std::string words;
   std::function<grasp::Proposal(const grasp::Proposal&)> corrected;
+  std::function<bool(const grasp::Proposal&)> possible;
 };
 
 std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
@@ -182,9 +184,16 @@ std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
     meant.X_CG = X_WV * told.X_CG;
     return meant;
   };
-  return {{"if they were in millimetres; the answer must be in metres", in_unit(1e-3)},
-          {"if they were in centimetres; the answer must be in metres", in_unit(1e-2)},
-          {"if they were in the sensor's frame; the answer must be in the cloud's, W", in_sensor}};
+  // What is larger than a work cell is in another unit. Centimetres first: as millimetres they all
+  // lie about the origin, where something may stand.
+  const auto beyond = [](const grasp::Proposal& told) {
+    return told.X_CG.translation().norm() > kWorkCell_m;
+  };
+  const auto anywhere = [](const grasp::Proposal&) { return true; };
+  return {{"if they were in centimetres; the answer must be in metres", in_unit(1e-2), beyond},
+          {"if they were in millimetres; the answer must be in metres", in_unit(1e-3), beyond},
+          {"if they were in the sensor's frame; the answer must be in the cloud's, W", in_sensor,
+           anywhere}};
 }
 
 // An answer to a question, or why there is none.
@@ -233,7 +242,7 @@ class AnsweringDetector : public Detector {
                   Detected& detected) const {
     detected.detection.table_C = scene.table.plane;
     detected.kept = scene.cloud.size();
-    if (!answer.grasps.empty() && HoldSomething(answer, scene, {}) == 0) {
+    if (!answer.grasps.empty() && HoldSomething(answer, scene, nullptr) == 0) {
       RefuseMistakes(answer, observation, scene);
       detected.why_none = fmt::format(
           "none of the {} best grasps has a measured point between its fingers", Judged(answer));
@@ -272,14 +281,15 @@ class AnsweringDetector : public Detector {
     return std::min(answer.grasps.size(), kJudged);
   }
   // How many of the best grasps have a measured point above the table between their fingers.
-  std::size_t HoldSomething(
-      const Answer& answer, const Scene& scene,
-      const std::function<grasp::Proposal(const grasp::Proposal&)>& corrected) const {
+  // @param mistake  if the answer was made with it; null: as it is
+  std::size_t HoldSomething(const Answer& answer, const Scene& scene,
+                            const Mistake* mistake) const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < Judged(answer); ++i) {
       const grasp::Proposal& told = answer.grasps[i].proposal;
-      const grasp::Grasp placed =
-          grasp::PlaceHand(corrected ? corrected(told) : told, robot_.hand(), options_.grasp);
+      if (mistake && !mistake->possible(told)) continue;
+      const grasp::Grasp placed = grasp::PlaceHand(mistake ? mistake->corrected(told) : told,
+                                                   robot_.hand(), options_.grasp);
       count += BetweenFingers(placed, robot_.hand(), scene.cloud.points).empty() ? 0 : 1;
     }
     return count;
@@ -288,7 +298,7 @@ class AnsweringDetector : public Detector {
   void RefuseMistakes(const Answer& answer, const geometry::Observation& observation,
                       const Scene& scene) const {
     for (const Mistake& mistake : LikelyMistakes(observation)) {
-      const std::size_t count = HoldSomething(answer, scene, mistake.corrected);
+      const std::size_t count = HoldSomething(answer, scene, &mistake);
       if (2 * count < Judged(answer)) continue;
       throw DetectorFailed(
           fmt::format("answer: none of the {} best grasps has a measured point between its "

@@ -491,7 +491,7 @@ TEST(BadFormats, AStreamGoesOnBehindThem) {
   std::vector<ProfileRow> rows;
   while (auto row = stream.Next()) rows.push_back(*row);
   ASSERT_EQ(rows.size(), 5U);
-  EXPECT_THAT(rows[2].fault, HasSubstr("row 3 is of 0.9 s"));
+  EXPECT_THAT(rows[2].fault, HasSubstr("row 3 has time 0.9 s"));
   EXPECT_THAT(rows[3].fault, HasSubstr("row 4, column 3: 'x'"));
   for (const std::size_t row : {0U, 1U, 4U}) {
     EXPECT_EQ(rows[row].fault, "");

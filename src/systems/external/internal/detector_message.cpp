@@ -87,18 +87,19 @@ struct Place {
     if (number >= low && number <= high) return number;
     Fail(fmt::format("must be a number from {:g} to {:g}", low, high));
   }
+  double Metres() const {
+    if (value.is_number() && std::abs(value.get<double>()) > kMax_m) {
+      Fail(fmt::format("must be a number from {:g} to {:g}, in metres", -kMax_m, kMax_m));
+    }
+    return Number(-kMax_m, kMax_m);
+  }
   std::size_t Index(std::size_t size, const char* what) const {
     if (value.is_number_unsigned() && value.get<std::uint64_t>() < size) return value;
     Fail(fmt::format("must be the position of {}, a whole number from 0 to below {}", what, size));
   }
   Eigen::Vector3d Vector() const {
     if (!value.is_array() || value.size() != 3) Fail("must be three numbers, [x, y, z]");
-    for (const json& number : value) {
-      if (!number.is_number() || std::abs(number.get<double>()) <= kMax_m) continue;
-      Fail(fmt::format("must be in metres, from {:g} to {:g}", -kMax_m, kMax_m));
-    }
-    return {At(0).Number(-kMax_m, kMax_m), At(1).Number(-kMax_m, kMax_m),
-            At(2).Number(-kMax_m, kMax_m)};
+    return {At(0).Metres(), At(1).Metres(), At(2).Metres()};
   }
 };
 
