@@ -61,7 +61,7 @@ void ReadHandOptions(YamlMap map, double& firm_from_rad, sim::HandControlOptions
 void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& box_wall_m) {
   map.Read("always", o.always, "scattered: objects that are present in every trial");
   map.Read("others", o.others,
-           "scattered: objects from which the others are drawn; default: those of `objects`");
+           "scattered: objects from which the others are drawn (default: those of `objects`)");
   map.Read("standing_share", o.standing_share, 0.0, 1.0,
            "scattered: probability that the target and the objects of `always` stand upright; "
            "default: that of a drop");

@@ -120,7 +120,7 @@ void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
   map.Read("runs_per_object", o.runs_per_object, 1, 100000,
            "number of runs for each of `objects` as target");
   map.Read("known", o.known,
-           "known objects, whose models the program has; default: all of `objects`");
+           "known objects, whose models the program has (default: all of `objects`)");
   auto keys = map.Child("bring", "from the request to the hand of a person");
   keys.Read("absent", o.absent,
             "remove the wanted object before the program looks: it has to report that the object "

@@ -118,7 +118,7 @@ TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
   EXPECT_NEAR((stands(moved, 2) - X_WS.translation()).dot(right_W), 0.005, 0.0005);
   moved.translation() += 0.05 * X_HS.linear().col(0);
   EXPECT_THAT(testing_support::ErrorOf([&] { stands(moved, 3); }),
-              testing::HasSubstr("sits 55 mm from the one in"));
+              testing::HasSubstr("is 55 mm from the one in"));
 }
 
 TEST(Looker, TheSameSeedGivesTheSameBytes) {
