@@ -92,7 +92,7 @@ def test_a_picture_shows_the_scene(pile):
 
 @pytest.mark.parametrize(("make", "error", "words"), [
     (lambda: rg.Scene("pil"), rg.InputError, "nearest"),
-    (lambda: rg.Scene("seam_base"), rg.InputError, "seam"),
+    (lambda: rg.Scene("seam_base"), rg.InputError, "seam|grasping"),
     (lambda: rg.Scene("single", target="cofee_cup"), rg.InputError, "coffee_cup"),
     (lambda: rg.Scene("single", set=["physics.timestep=1"]), rg.InputError, "timestep_ms"),
     (lambda: rg.Scene(objects={"cup": np.eye(4)}), rg.InputError, "cup"),
