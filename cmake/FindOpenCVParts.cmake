@@ -1,9 +1,14 @@
-# Finds those libraries of OpenCV that are used here and defines OpenCVParts::core, OpenCVParts::imgproc and OpenCVParts::calib3d.
+# Finds those libraries of OpenCV that are used here and defines OpenCVParts::core, OpenCVParts::imgproc and, as the component calib3d,
+# OpenCVParts::calib3d.
 # By name, since Debian's OpenCVConfig.cmake wants every library that OpenCV has, and libopencv-dev, which holds it, brings hundreds
 # of packages along. OpenCVParts_VERSION is what core/version.hpp says.
 find_path(OPENCVPARTS_INCLUDE_DIR opencv2/core/version.hpp PATH_SUFFIXES opencv4)
 set(_opencvparts_required OPENCVPARTS_INCLUDE_DIR)
-foreach(_part core imgproc calib3d)
+set(_opencvparts core imgproc)
+if("calib3d" IN_LIST OpenCVParts_FIND_COMPONENTS)
+  list(APPEND _opencvparts calib3d)
+endif()
+foreach(_part ${_opencvparts})
   find_library(OPENCVPARTS_${_part}_LIBRARY NAMES opencv_${_part})
   list(APPEND _opencvparts_required OPENCVPARTS_${_part}_LIBRARY)
 endforeach()
@@ -19,7 +24,7 @@ find_package_handle_standard_args(OpenCVParts REQUIRED_VARS ${_opencvparts_requi
   REASON_FAILURE_MESSAGE "Debian's packages are libopencv-core-dev, libopencv-imgproc-dev and libopencv-calib3d-dev")
 
 if(OpenCVParts_FOUND)
-  foreach(_part core imgproc calib3d)
+  foreach(_part ${_opencvparts})
     if(NOT TARGET OpenCVParts::${_part})
       add_library(OpenCVParts::${_part} UNKNOWN IMPORTED)
       set_target_properties(OpenCVParts::${_part} PROPERTIES
@@ -28,5 +33,7 @@ if(OpenCVParts_FOUND)
     endif()
   endforeach()
   set_property(TARGET OpenCVParts::imgproc PROPERTY INTERFACE_LINK_LIBRARIES OpenCVParts::core)
-  set_property(TARGET OpenCVParts::calib3d PROPERTY INTERFACE_LINK_LIBRARIES OpenCVParts::imgproc)
+  if(TARGET OpenCVParts::calib3d)
+    set_property(TARGET OpenCVParts::calib3d PROPERTY INTERFACE_LINK_LIBRARIES OpenCVParts::imgproc)
+  endif()
 endif()
