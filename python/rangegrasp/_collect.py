@@ -129,8 +129,13 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
             continue
         numbers = range(first, min(first + scenes_per_shard, scenes))
         tasks.append((shard, [(experiment, seed, names[i % len(names)], i // len(names), grasps, list(set)) for i in numbers]))
-    with ProcessPoolExecutor(jobs or os.cpu_count(), multiprocessing.get_context("forkserver")) as pool:
-        list(pool.map(_write_shard, *zip(*tasks))) if tasks else None
+    if (jobs or os.cpu_count()) == 1:
+        for task in tasks:
+            _write_shard(*task)
+    elif tasks:
+        # Forked, as trials are: a script of the caller's need not be one that can be imported.
+        with ProcessPoolExecutor(jobs or os.cpu_count(), multiprocessing.get_context("fork")) as pool:
+            list(pool.map(_write_shard, *zip(*tasks)))
     return folder
 
 

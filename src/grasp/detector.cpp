@@ -4,7 +4,9 @@
 
 #include "base/stopwatch.h"
 #include "geometry/kd_tree.h"
+#include "grasp/features.h"
 #include "grasp/proposals.h"
+#include "grasp/score_model.h"
 #include "grasp/surface.h"
 
 namespace rangegrasp::grasp {
@@ -76,6 +78,8 @@ class DissertationDetector : public Detector {
       : options_(options),
         robot_(robot),
         selector_(FindGraspSelector(options.take)),
+        model_(options.score_model.empty() ? nullptr
+                                           : std::make_unique<ScoreModel>(options.score_model)),
         observer_(std::move(observer)) {}
 
   Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
@@ -90,15 +94,20 @@ class DissertationDetector : public Detector {
     detected.has_turn = PutFirst(turn, scene);
     Obstacles obstacles;
     std::vector<Grasp> grasps;
+    std::vector<double> probabilities;
     if (selector_ && selector_->prepare) selector_->prepare(scene);
     if (detected.has_turn && !scene.objects.empty()) {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
       grasps = Grasps(scene, obstacles.measured_C, detected.why_none);
+      if (model_ && !selector_) probabilities = Rank(observation, scene, grasps);
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
     if (observer_) observer_(scene, grasps, observation);
     HandOver(scene, grasps, std::move(obstacles), detected);
+    for (std::size_t i = 0; i < probabilities.size(); ++i) {
+      detected.detection.grasps[i].probability = probabilities[i];
+    }
     if (selector_) {
       for (DetectedGrasp& grasp : detected.detection.grasps) grasp.name = selector_->word;
     }
@@ -106,6 +115,26 @@ class DissertationDetector : public Detector {
   }
 
  private:
+  // Free grasps first, the most probable ones first. @return the probabilities
+  std::vector<double> Rank(const Observation& observation, const Scene& scene,
+                           std::vector<Grasp>& grasps) const {
+    const FeatureMaker maker(observation, scene, 0, robot_.hand());
+    std::vector<std::pair<double, Grasp>> ranked;
+    for (const Grasp& grasp : grasps) {
+      ranked.emplace_back(model_->Probability(maker.Of(grasp)), grasp);
+    }
+    std::ranges::stable_sort(ranked, [](const auto& a, const auto& b) {
+      if (a.second.collides != b.second.collides) return b.second.collides;
+      return a.first > b.first;
+    });
+    std::vector<double> probabilities;
+    for (std::size_t i = 0; i < ranked.size(); ++i) {
+      probabilities.push_back(ranked[i].first);
+      grasps[i] = ranked[i].second;
+    }
+    return probabilities;
+  }
+
   std::vector<Grasp> Grasps(const Scene& scene, std::span<const geometry::TriangleMesh> obstacles_C,
                             std::string& why_none) const {
     if (selector_) {
@@ -119,7 +148,8 @@ class DissertationDetector : public Detector {
 
   const DetectorOptions& options_;
   const robot::Robot& robot_;
-  const GraspSelector* selector_;  ///< null: anywhere
+  const GraspSelector* selector_;      ///< null: anywhere
+  std::unique_ptr<ScoreModel> model_;  ///< null: by rules
   SceneObserver observer_;
 };
 
@@ -231,6 +261,9 @@ std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& option
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
   GraspOptions& options = all.grasp;
   map.Read("take", all.take, GraspSelectorWords(), WhereTaken());
+  map.ReadPath("score_model", all.score_model,
+               "file of a learned score, made by scripts/train-grasp-score: grasps are ranked by "
+               "the predicted probability of delivery; without it by rules");
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "minimum distance between hand and table");
   map.Read("max_candidates", options.max_candidates, 1, 200,

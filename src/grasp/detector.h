@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 
 #include "base/yaml_map.h"
@@ -32,6 +34,7 @@ struct DetectedGrasp {
   double pitch_rad = 0.0;
   bool collides = false;  ///< the detector's own verdict; such a grasp counts but is not tried
   std::string name;       ///< of a known object's own grasp; else empty
+  std::optional<double> probability = {};  ///< of delivery, by a learned score; absent without one
 };
 
 /// What any detector hands over: what motions are planned from and detection is scored by. Nothing
@@ -126,8 +129,9 @@ struct DetectorOptions {
   perception::PerceptionOptions perception;
   GraspOptions grasp;
   ObstacleOptions obstacles;
-  double workspace_margin_m = 0.15;  ///< further out stand the arm, its pedestal, the table's rim
-  std::string take = kAnywhere;      ///< or the word of a selector
+  double workspace_margin_m = 0.15;   ///< further out stand the arm, its pedestal, the table's rim
+  std::string take = kAnywhere;       ///< or the word of a selector
+  std::filesystem::path score_model;  ///< of a learned score (score_model.h); empty: by rules
 };
 
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object. The

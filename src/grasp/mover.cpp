@@ -7,6 +7,9 @@
 namespace rangegrasp::grasp {
 namespace {
 
+// A grasp that is delivered more often than not is worth a bolder motion.
+constexpr double kHolds = 0.5;
+
 planning::PlanningScene SceneFrom(const Detection& detection) {
   planning::PlanningScene scene;
   const auto& plane = detection.table_C;
@@ -58,7 +61,9 @@ class PlannedMover : public Mover {
   // Without sound_first all of them count as sound.
   geometry::Indices Free(const Detection& detection, bool sound) const {
     return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
-      const bool holds = !options_.sound_first || grasp.contact_angle_rad <= friction_cone_rad_;
+      const bool holds = !options_.sound_first ||
+                         (grasp.probability ? *grasp.probability >= kHolds
+                                            : grasp.contact_angle_rad <= friction_cone_rad_);
       return !grasp.collides && holds == sound;
     });
   }

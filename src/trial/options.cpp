@@ -376,6 +376,7 @@ std::string SceneHash(const Options& options) {
   }
   files.insert(options.sensor);
   files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
+  if (!options.score_model.empty()) files.insert(options.score_model);
   for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
   // By name, not by path: the same files in another folder hash alike, each once, however it is
   // reached.

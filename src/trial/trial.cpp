@@ -111,6 +111,7 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
                          {"score", grasp.score}}},
                        {"audit", JsonOf(log.audit)}};
   if (log.hand_over) json["hand_over"] = JsonOf(*log.hand_over);
+  if (grasp.probability) json["grasp"]["probability"] = *grasp.probability;
   return json;
 }
 

@@ -1,0 +1,108 @@
+#include "grasp/score_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/words.h"
+#include "grasp/features.h"
+
+namespace rangegrasp::grasp {
+namespace {
+
+using nlohmann::json;
+
+// The file, for what is said of it.
+struct ModelFile {
+  const std::filesystem::path& path;
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw base::InputError(fmt::format("{}: {}", path.string(), what));
+  }
+  json Read() const {
+    const json model = json::parse(base::ReadFile(path), nullptr, /*allow_exceptions=*/false);
+    if (!model.is_object()) Fail("is not the JSON object of a score model");
+    for (const char* key : {"features", "trees"}) {
+      if (!model.contains(key) || !model[key].is_array()) {
+        Fail(fmt::format("'{}' must be a list", key));
+      }
+    }
+    if (!model.contains("base") || !model["base"].is_number()) Fail("'base' must be a number");
+    return model;
+  }
+  // Positions in FeatureNames().
+  std::vector<std::size_t> Features(const json& names) const {
+    const auto known = FeatureNames();
+    std::vector<std::size_t> features;
+    for (const json& name : names) {
+      const std::string word = name.is_string() ? name.get<std::string>() : name.dump();
+      const auto found = std::ranges::find(known, word);
+      if (found == known.end()) {
+        Fail(fmt::format(
+            "unknown feature '{}'; did you mean '{}'?", word,
+            base::NearestWord(word, std::vector<std::string>(known.begin(), known.end()))));
+      }
+      features.push_back(static_cast<std::size_t>(found - known.begin()));
+    }
+    return features;
+  }
+};
+
+bool IsPosition(const json& value, std::size_t from, std::size_t size) {
+  return value.is_number_unsigned() && value.get<std::size_t>() >= from &&
+         value.get<std::size_t>() < size;
+}
+
+}  // namespace
+
+ScoreModel::ScoreModel(const std::filesystem::path& path) {
+  const ModelFile file{path};
+  const json model = file.Read();
+  const auto features = file.Features(model["features"]);
+  base_ = model["base"];
+  for (std::size_t t = 0; t < model["trees"].size(); ++t) {
+    const json& nodes = model["trees"][t];
+    if (!nodes.is_array() || nodes.empty()) file.Fail(fmt::format("trees[{}] has no node", t));
+    auto& tree = trees_.emplace_back();
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const json& node = nodes[i];
+      const auto wrong = [&] {
+        file.Fail(
+            fmt::format("trees[{}][{}] is {}: must be [LOGIT] or [FEATURE, THRESHOLD, LEFT, "
+                        "RIGHT] with later nodes",
+                        t, i, node.dump()));
+      };
+      if (!node.is_array() ||
+          !std::ranges::all_of(node, [](const json& n) { return n.is_number(); })) {
+        wrong();
+      }
+      if (node.size() == 1) {
+        tree.push_back({0, node[0], {}});
+      } else if (node.size() == 4 && IsPosition(node[0], 0, features.size()) &&
+                 IsPosition(node[2], i + 1, nodes.size()) &&
+                 IsPosition(node[3], i + 1, nodes.size())) {
+        tree.push_back({features[node[0].get<std::size_t>()], node[1], {node[2], node[3]}});
+      } else {
+        wrong();
+      }
+    }
+  }
+}
+
+double ScoreModel::Probability(std::span<const double> features) const {
+  double logit = base_;
+  for (const std::vector<Node>& tree : trees_) {
+    const Node* node = tree.data();
+    while (node->next[0] != 0) {
+      node = &tree[node->next[features[node->feature] <= node->value ? 0 : 1]];
+    }
+    logit += node->value;
+  }
+  return 1.0 / (1.0 + std::exp(-logit));
+}
+
+}  // namespace rangegrasp::grasp

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace rangegrasp::grasp {
+
+/// A learned score: the probability that a grasp is delivered, from its features (features.h).
+/// Gradient-boosted trees (Friedman 2001) whose sum is the logit. scripts/train-grasp-score writes
+/// its file.
+class ScoreModel {
+ public:
+  /// Reads JSON: {"features": [NAME, ...], "base": LOGIT, "trees": [[NODE, ...], ...]}. A NODE is
+  /// [FEATURE, THRESHOLD, LEFT, RIGHT], positions of a feature above and of later nodes of the
+  /// tree, left where the feature is <= the threshold; or a leaf, [LOGIT]. Other keys are ignored.
+  /// @throws base::InputError naming the file and what is wrong in it, e.g. an unknown feature.
+  explicit ScoreModel(const std::filesystem::path& file);
+
+  /// @param features  one value a name of FeatureNames()
+  double Probability(std::span<const double> features) const;
+
+ private:
+  struct Node {
+    std::size_t feature = 0;            ///< position in FeatureNames()
+    double value = 0.0;                 ///< threshold, or a leaf's logit
+    std::array<std::size_t, 2> next{};  ///< 0: a leaf
+  };
+  double base_ = 0.0;
+  std::vector<std::vector<Node>> trees_;
+};
+
+}  // namespace rangegrasp::grasp

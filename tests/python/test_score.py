@@ -1,0 +1,65 @@
+"""A score that is trained on a data set is the same again, is calibrated on what it did not see, and ranks grasps in a run."""
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rangegrasp as rg
+
+pytest.importorskip("lightgbm")
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts/train-grasp-score"
+
+
+def made_up(folder, grasps=1200):
+    """Grasps that are delivered where the ways of the fingers are free."""
+    rng = np.random.default_rng(5)
+    names = rg.feature_names()
+    features = rng.random((grasps, len(names))).astype(np.float32)
+    free = features[:, names.index("fingers_way_free")]
+    delivered = rng.random(grasps) < 0.1 + 0.8 * (free > 0.5)
+    scenes = np.repeat(np.arange(grasps // 6), 6)
+    folder.mkdir()
+    np.savez(folder / "shard-00000.npz", features=features, scene=scenes, target=np.array(["a"] * (grasps // 6)),
+             outcome=np.where(delivered, "delivered", "not_lifted"), object=np.array(["a", "b", "c"] * (grasps // 3)))
+    (folder / "card.json").write_text(json.dumps({"made_by": "test", "experiment": "none", "set": [], "seed": 0, "scenes": grasps // 6,
+                                                  "feature_names": names}))
+    return folder
+
+
+def train(data, out):
+    return subprocess.run([sys.executable, SCRIPT, data, "-o", out, "--rounds", "40"], capture_output=True, text=True)
+
+
+def test_training_finds_what_decides_and_repeats(tmp_path):
+    data = made_up(tmp_path / "data")
+    assert train(data, tmp_path / "a.json").returncode == 0
+    assert train(data, tmp_path / "b.json").returncode == 0
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    card = json.loads((tmp_path / "a.json").read_text())["card"]
+    assert next(iter(card["importance"])) == "fingers_way_free"
+    assert card["brier"]["scenes held out"] < 0.15 < card["brier"]["constant"]
+    best = card["best grasp of a scene delivered"]
+    assert best["rules"] + 0.1 < best["learned, scenes held out"] <= best["any"]
+
+
+def test_a_model_ranks_the_grasps_of_a_run(tmp_path):
+    names = rg.feature_names()
+    tree = [[names.index("workspace_distance"), 0.05, 1, 2], [2.0], [-2.0]]
+    (tmp_path / "model.json").write_text(json.dumps({"features": names, "base": 0.0, "trees": [tree]}))
+    chosen = dict(trials=1, objects=["coffee_cup", "dextrose"], seed=4711, progress=False)
+    results = rg.evaluate(None, "single", set=[f"grasp.score_model={tmp_path / 'model.json'}"], **chosen)
+    for row in results.rows:
+        assert round(row["data"]["log"]["grasp"]["probability"], 4) in (round(1 / (1 + np.exp(2.0)), 4), round(1 / (1 + np.exp(-2.0)), 4))
+    assert all("probability" not in row["data"]["log"]["grasp"] for row in rg.evaluate(None, "single", **chosen).rows)
+    with pytest.raises(rg.InputError, match="score_model"):
+        rg.evaluate(None, "single", set=["grasp.score_model=nowhere.json"], **chosen)
+
+
+def test_too_few_grasps_are_refused(tmp_path):
+    told = train(made_up(tmp_path / "data", 60), tmp_path / "m.json")
+    assert told.returncode == 1 and "collect at least" in told.stderr
+    told = train(tmp_path, tmp_path / "m.json")
+    assert told.returncode == 1 and "card.json" in told.stderr
