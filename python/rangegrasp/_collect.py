@@ -11,7 +11,7 @@ from typing import Any, Sequence
 import numpy as np
 
 from . import _core
-from ._scene import Scene
+from ._scene import Scene, experiment_file
 
 FIELDS = {
     "points": "(scenes, rows, columns, 3) float32 [m]: the scan in W, NaN where nothing was measured",
@@ -112,7 +112,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     """
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    names = _core.objects(_experiment(experiment), list(set))
+    names = _core.objects(experiment_file(experiment), list(set))
     card = {"made_by": f"rangegrasp {_core.version()}", "experiment": str(experiment), "set": list(set), "seed": seed, "scenes": scenes,
             "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS, "feature_names": _core.feature_names()}
     file = folder / "card.json"
@@ -137,8 +137,3 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
         with ProcessPoolExecutor(jobs or os.cpu_count(), multiprocessing.get_context("fork")) as pool:
             list(pool.map(_write_shard, *zip(*tasks)))
     return folder
-
-
-def _experiment(name: str | os.PathLike[str]) -> str:
-    from ._scene import experiment_file
-    return experiment_file(name)

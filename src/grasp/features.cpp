@@ -16,7 +16,6 @@ using robot::HandModel;
 
 constexpr double kSeenCell_m = 0.006;  // about three samples of a scan
 constexpr double kAround_m = 0.06;     // of what is looked at beyond the measured points
-constexpr double kAbove_m = 0.16;      // the hand's length
 constexpr double kOnTable_m = 0.004;   // lower is the table
 constexpr double kWayStep_m = 0.01;
 constexpr int kWaySteps = 7;

@@ -171,23 +171,23 @@ struct Mistake {
 
 std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
   const auto in_unit = [](double unit_m) {
-    return [unit_m](const grasp::Proposal& told) {
-      grasp::Proposal meant = told;
+    return [unit_m](const grasp::Proposal& given) {
+      grasp::Proposal meant = given;
       meant.X_CG.translation() *= unit_m;
       meant.width_m *= unit_m;
       return meant;
     };
   };
   const base::Pose X_WV = observation.views.front().X_CV;
-  const auto in_sensor = [X_WV](const grasp::Proposal& told) {
-    grasp::Proposal meant = told;
-    meant.X_CG = X_WV * told.X_CG;
+  const auto in_sensor = [X_WV](const grasp::Proposal& given) {
+    grasp::Proposal meant = given;
+    meant.X_CG = X_WV * given.X_CG;
     return meant;
   };
   // What is larger than a work cell is in another unit. Centimetres first: as millimetres they all
   // lie about the origin, where something may stand.
-  const auto beyond = [](const grasp::Proposal& told) {
-    return told.X_CG.translation().norm() > kWorkCell_m;
+  const auto beyond = [](const grasp::Proposal& given) {
+    return given.X_CG.translation().norm() > kWorkCell_m;
   };
   const auto anywhere = [](const grasp::Proposal&) { return true; };
   return {{"if they were in centimetres; the answer must be in metres", in_unit(1e-2), beyond},
@@ -286,9 +286,9 @@ class AnsweringDetector : public Detector {
                             const Mistake* mistake) const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < Judged(answer); ++i) {
-      const grasp::Proposal& told = answer.grasps[i].proposal;
-      if (mistake && !mistake->possible(told)) continue;
-      const grasp::Grasp placed = grasp::PlaceHand(mistake ? mistake->corrected(told) : told,
+      const grasp::Proposal& given = answer.grasps[i].proposal;
+      if (mistake && !mistake->possible(given)) continue;
+      const grasp::Grasp placed = grasp::PlaceHand(mistake ? mistake->corrected(given) : given,
                                                    robot_.hand(), options_.grasp);
       count += BetweenFingers(placed, robot_.hand(), scene.cloud.points).empty() ? 0 : 1;
     }
