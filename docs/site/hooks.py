@@ -1,7 +1,9 @@
-"""MkDocs' hooks: pages outside docs/, links to any file of the repository, commands that wrap between words.
+"""MkDocs' hooks: pages outside docs/, notebooks as pages, links to any file of the repository, commands that wrap between words.
 
 README.md is the first page. A file outside docs/ that a page links to (`../LICENSE`) becomes part of the site, as text.
 """
+import base64
+import json
 import pathlib
 import re
 
@@ -10,6 +12,7 @@ from mkdocs.structure.nav import Link
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+NOTEBOOKS = ROOT / "examples/notebooks"
 ASSETS = ("extra.css", "extra.js", "iframe-worker.js")
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
 CODE = re.compile(r"`[^`]*`")
@@ -28,7 +31,29 @@ def of_site(path: pathlib.Path) -> str:
     name = path.relative_to(ROOT).as_posix()
     if name.startswith("docs/"):
         return name.removeprefix("docs/")
+    if path.parent == NOTEBOOKS:
+        return f"notebooks/{path.stem}.md"
     return PAGES.get(name) or f"files/{name}.txt"
+
+
+def shown(output, uri, pictures):
+    """An output of a notebook's cell as Markdown; its picture joins `pictures`, {address in the site: bytes}."""
+    data = output.get("data", {})
+    if "image/png" in data:
+        name = f"{uri.removesuffix('.md')}-{len(pictures) + 1}.png"
+        pictures[name] = base64.b64decode("".join(data["image/png"]))
+        return f"![What the cell above draws]({name.rsplit('/', 1)[-1]})"
+    return "```text\n" + "".join(output.get("text") or data.get("text/plain", "")).rstrip() + "\n```"
+
+
+def page_of(notebook, uri):
+    """Markdown and pictures of a notebook as it is stored, with what its cells put out."""
+    parts, pictures = [], {}
+    for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
+        parts += [shown(output, uri, pictures) for output in cell.get("outputs", [])]
+    return "\n\n".join(parts) + "\n", pictures
 
 
 def source_of(file: File) -> str:
@@ -46,7 +71,15 @@ def on_files(files, config):
         files.append(File.generated(config, f"assets/{asset}", abs_src_path=str(ROOT / "docs/site" / asset)))
     for name, uri in PAGES.items():
         files.append(File.generated(config, uri, abs_src_path=str(ROOT / name)))
+    for notebook in sorted(NOTEBOOKS.glob("*.ipynb")):
+        uri = f"notebooks/{notebook.stem}.md"
+        text, pictures = page_of(notebook, uri)
+        files.append(File.generated(config, uri, content=text))
+        for name, picture in pictures.items():
+            files.append(File.generated(config, name, content=picture))
     for page in list(files.documentation_pages()):
+        if not page.abs_src_path:
+            continue
         for _, target, _ in LINK.findall(page.content_string):
             path = of_repository(source_of(page), target)
             uri = of_site(path) if path.is_relative_to(ROOT) else ""
@@ -60,6 +93,8 @@ def on_page_markdown(markdown, page, **_):
         path = of_repository(source_of(page.file), match[2])
         return f"{match[1]}{of_site(path)}{match[3]}" if path.is_relative_to(ROOT) and path.is_file() else match[0]
 
+    if not page.file.abs_src_path:  # a notebook, without links
+        return markdown
     # In tables, GitHub reads `a\|b` as a|b; Python-Markdown needs no backslash.
     lines = [CODE.sub(lambda code: code[0].replace(r"\|", "|"), line) if line.startswith("|") else line for line in markdown.split("\n")]
     return LINK.sub(to_site, "\n".join(lines))
