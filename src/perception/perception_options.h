@@ -187,10 +187,12 @@ struct MergeOptions {
 
   // Fragments (FindKinship).
   AdaptiveLength fragment_gap_m{0.012, {.noises = 6.0, .gaps = 2.6}};  ///< widest of lost points
+  /// Between a round host and its cap or handle: a shoulder that turns away from the sensor.
+  double hidden_gap_m = 0.030;
   AdaptiveLength footprint_margin_m{0.005, {.spacings = 1.7}};  ///< two and a half point spacings
   AdaptiveLength height_margin_m{0.003, {.noises = 3.0}};       ///< of "not above the top"
   double within_share = 0.7;  ///< of a fragment's points over the footprint that it is in
-  double cap_share = 0.9;     ///< of a cap's points over the cross-section of its host
+  double cap_share = 0.8;     ///< of a cap's points over the cross-section of its host
   /// Between points this near the segmentation has cut: their parts are not joined as kSurface, but
   /// as kHanging. 0: it cuts nothing (perceive.cpp sets it).
   double cut_m = 0.0;
@@ -198,12 +200,13 @@ struct MergeOptions {
   /// table has 0.36, what leans on a host next to none. Larger: handles become objects; smaller:
   /// leaning things become handles.
   double min_free_below = 0.25;
+  double min_free_below_apart = 0.5;  ///< if it is not close to its host: handles had 0.69 and more
   /// Of its points to its host's: a handle has up to 0.195. Larger: what leans is a handle (11
   /// things to 3 handles with 0.5, in 360 scans of clutter); smaller: handles become objects.
   double max_hanging_share = 0.2;
-  // Of a cap, as shares of its host's length and width. The shipped bottles' caps are up to 0.27 as
-  // long and 0.62 as wide. Larger: small things that lie in the middle of others are caps.
-  double max_cap_length = 0.4;
+  // Of a cap, as shares of its host's length and width: the necks of twenty generated bottles are up
+  // to 0.41 as long and 0.65 as wide. Larger: small things that lie in the middle of others are caps.
+  double max_cap_length = 0.45;
   double max_cap_width = 0.7;
   double max_cap_offset = 0.15;  ///< of its middle from its host's: what occlusion makes of it
   /// Of a piece's points under the host's top. Larger: what lies under a thing is of it (13 above

@@ -134,8 +134,8 @@ bool AreCutApart(const ObjectContext& context, const PointPairs& pairs) {
 }
 
 /// Whether nothing but the host can hold the fragment: see kHanging.
-bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f,
-           const Part& host) {
+bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f, const Part& host,
+           double min_free_below) {
   const CompletionOptions& completion = context.options.completion;
   if (f.base_m <= completion.on_table_m) return false;
   if (static_cast<double>(fragment.points.size()) >
@@ -148,9 +148,7 @@ bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& 
     return context.views.IsFree(points[i] - down_m * context.table.normal,
                                 completion.free_margin_m);
   };
-  if (!HoldsForShare(context.options.merge.min_free_below, fragment.points, is_free_below)) {
-    return false;
-  }
+  if (!HoldsForShare(min_free_below, fragment.points, is_free_below)) return false;
   const auto under = std::ranges::count_if(host.points, [&](auto i) {
     return context.table.Distance(points[i]) < f.base_m &&
            f.hull.Distance(f.frame.Flat(points[i])) == 0.0;
@@ -174,6 +172,17 @@ bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprin
                            : IsUnderTop(context, fragment, f, h);
 }
 
+/// Whether the fragment is close, or a round host's shoulder or the root of its handle may be what
+/// was not seen between them.
+bool IsWithinReach(const ObjectContext& context, const Part& fragment, const Part& host,
+                   PartSurface& surface, bool close) {
+  return close || (host.axis && std::ranges::any_of(fragment.points, [&](auto i) {
+           return surface
+               .NearestWithin(context.cloud.points[i], context.options.merge.hidden_gap_m)
+               .has_value();
+         }));
+}
+
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
                   const Part& host, const Footprint& h) {
   const MergeOptions& options = context.options.merge;
@@ -181,8 +190,11 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
   const bool cuts = options.cut_m > 0.0;
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
-  if (close && IsCap(context, fragment, host)) return Kinship::kCap;
-  if (close && cuts && Hangs(context, fragment, f, host)) return Kinship::kHanging;
+  if (IsWithinReach(context, fragment, host, *h.surface, close)) {
+    if (IsCap(context, fragment, host)) return Kinship::kCap;
+    const double free = close ? options.min_free_below : options.min_free_below_apart;
+    if (cuts && Hangs(context, fragment, f, host, free)) return Kinship::kHanging;
+  }
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
   // So small compared with the host, it is more likely a piece of it than of something under it.
   const bool crumb = static_cast<double>(fragment.points.size()) <=
