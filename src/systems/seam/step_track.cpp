@@ -271,11 +271,6 @@ std::vector<LocalStep> BestOf(const std::vector<Windows>& widths, std::size_t pl
   return best;
 }
 
-bool InDoubt(const std::vector<LocalStep>& steps) {
-  return std::ranges::none_of(steps,
-                              [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; });
-}
-
 // Steps that are too high are none, nor are the lower ones that windows next to them see.
 void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& steps) {
   std::vector<bool> none(steps.size(), false);
@@ -362,7 +357,8 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
     windows.inflation = Inflation(windows.fits.t_squared);
   }
   std::vector<LocalStep> best = BestOf(widths, sums.places);
-  if (InDoubt(best)) {
+  const auto beyond_doubt = [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; };
+  if (std::ranges::none_of(best, beyond_doubt)) {
     const double min_inflation =
         kNarrowShare * std::ranges::min_element(widths, {}, &Windows::half)->inflation;
     Fits rest(sums.places);
