@@ -458,11 +458,6 @@ void StepTrack::Follow(double column, const Way& way, double period_s) {
   }
 }
 
-const LocalStep& StepTrack::AtKnown(const std::vector<LocalStep>& steps) const {
-  const long place = std::lround(known_->column / options_.steps.stride);
-  return steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
-}
-
 // What this profile says of the known edge: log-likelihood ratio of a step of its height to none,
 // by the window that knows the step best.
 void StepTrack::Weigh(const LocalStep& step) {
@@ -567,7 +562,9 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
   }
   if (known_) {
-    const LocalStep& there = AtKnown(steps);
+    const long place = std::lround(known_->column / options_.steps.stride);
+    const LocalStep& there =
+        steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
     Weigh(there);
     estimate.sure = IsSure(peak, way, there);
   }

@@ -280,11 +280,11 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
   seam.edge = 200.0;
   seam.speed = 480.0;  // 40 mm/s
   const auto mats_at = [](int) { return Surface{.name = ""}; };
-  int k = 0;
-  for (const auto& found : Tracked(seam, 70, mats_at, rng)) {
-    ASSERT_TRUE(found.column) << k;
-    EXPECT_NEAR(*found.column, seam.EdgeAt(k * kPeriod_s), 6.0) << k;
-    EXPECT_NEAR(found.step_m, 0.6e-3, 0.1e-3) << k++;
+  const auto found = Tracked(seam, 70, mats_at, rng);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    ASSERT_TRUE(found[k].column) << k;
+    EXPECT_NEAR(*found[k].column, seam.EdgeAt(static_cast<double>(k) * kPeriod_s), 6.0) << k;
+    EXPECT_NEAR(found[k].step_m, 0.6e-3, 0.1e-3) << k;
   }
 }
 

@@ -78,16 +78,6 @@ struct CalibrateArguments {
   std::optional<double> step_width_mm;
 };
 
-seam::CalibrationBody BodyFrom(const CalibrateArguments& arguments) {
-  seam::CalibrationBody body;
-  if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
-  for (const double height : arguments.step_heights_mm) {
-    body.step_heights_m.push_back(height / base::kMmPerM);
-  }
-  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / base::kMmPerM;
-  return body;
-}
-
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
   const auto rows = seam::ReadProfileFile(arguments.scans, RowFileOptions()).rows;
   const auto bases = base::CsvTable::Read(arguments.bases);
@@ -104,9 +94,15 @@ std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments
 
 void Calibrate(const CalibrateArguments& arguments) {
   const auto scans = ReadScans(arguments);
+  seam::CalibrationBody body;
+  if (!arguments.step_heights_mm.empty()) body.step_heights_m.clear();
+  for (const double height : arguments.step_heights_mm) {
+    body.step_heights_m.push_back(height / base::kMmPerM);
+  }
+  if (arguments.step_width_mm) body.step_width_m = *arguments.step_width_mm / base::kMmPerM;
   seam::Calibration calibration;
   try {
-    calibration = seam::CalibrateFromBody(BodyFrom(arguments), scans);
+    calibration = seam::CalibrateFromBody(body, scans);
   } catch (const base::InputError& error) {
     throw base::InputError(arguments.scans + ": " + error.what());
   }

@@ -141,6 +141,12 @@ std::vector<Word> Words() {
        "number, from 1, or name of the time column; times in s"},
       {"--encoder-column", "encoder_column", kTextGroup,
        "number or name of the encoder column; see file.encoder_mm, file.feed_mm_per_s"},
+      {"--decimal-comma",
+       "decimal_comma",
+       kTextGroup,
+       "numbers have a decimal comma: 1,5",
+       {},
+       true},
       {"--image-scale", "image_scale_mm", kImageGroup,
        "height of a grey level, mm (0.001; floating point: 1)"},
       {"--image-offset", "image_offset_mm", kImageGroup,
@@ -191,13 +197,6 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
       ->allow_extra_args(false)
       ->delimiter(',')
       ->group(kBothGroup);
-  AddWord(command, arguments,
-          {"--decimal-comma",
-           "decimal_comma",
-           kTextGroup,
-           "numbers have a decimal comma: 1,5",
-           {},
-           true});
   AddWord(command, arguments,
           {"--away", "away", kBothGroup, "heights increase away from the sensor", {}, true});
   command
