@@ -32,10 +32,6 @@ double SumOf(std::span<const float> f) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-bool IsFlat(std::span<const float> f) {
-  return std::ranges::all_of(f, [&](float z) { return z == f[0]; });
-}
-
 // What a step at column j is judged by.
 struct RunningFigures {
   std::vector<float> min_left;   // min of f(i), i < j; j >= 1
@@ -195,7 +191,8 @@ RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size
 
 DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options) {
   const std::size_t m = f.size();
-  if (m < kMinEdgeColumns || IsFlat(f)) return Nothing(m);
+  const auto is_first = [&](float z) { return z == f[0]; };
+  if (m < kMinEdgeColumns || std::ranges::all_of(f, is_first)) return Nothing(m);  // flat
   const std::vector<double> S = SquaredDistances(f, options.levels);
   const auto best = std::min_element(S.begin() + 1, S.end());
   const double max = *std::max_element(S.begin() + 1, S.end());

@@ -233,10 +233,6 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
   throw std::invalid_argument("surface monitor: the window must not be shorter than either count");
 }
 
-std::vector<bool> SurfaceMonitor::Rising(std::span<const float> above) const {
-  return RisingColumns(above, width_, options_.obstacle_share * options_.obstacle_height_m);
-}
-
 // What rises above the surface round it; or, if it is taken for the surface itself (since it is
 // wide, or since the mat round it returns no light), above the surface that was there before: in
 // two profiles, since one may be wrong there by noise. It must be seen in one column again and
@@ -246,14 +242,15 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   if (now.size() < 2 * kStride) return false;
   const double moved_m = profile.moved_m + (seen_.empty() ? 0.0 : seen_.back().moved_m);
   Curve surface = FitSurface(now);
-  auto rising = Rising(Above(now, surface, 0.0));
   // The head steers along the line: over a bent mould the columns themselves rise and fall by it.
-  const auto above_earlier = [&](const Seen& earlier) {
-    return Rising(Above(now, earlier.surface, (moved_m - earlier.moved_m) * columns_per_m_));
+  const auto rising_above = [&](const Curve& curve, double since_m) {
+    return RisingColumns(Above(now, curve, (moved_m - since_m) * columns_per_m_), width_,
+                         options_.obstacle_share * options_.obstacle_height_m);
   };
+  auto rising = rising_above(surface, moved_m);
   if (seen_.size() >= 2) {
-    const auto first = above_earlier(seen_[0]);
-    const auto second = above_earlier(seen_[1]);
+    const auto first = rising_above(seen_[0].surface, seen_[0].moved_m);
+    const auto second = rising_above(seen_[1].surface, seen_[1].moved_m);
     for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || (first[i] && second[i]);
   }
   if (!IsBorneOut(now, surface)) surface.setConstant(std::numeric_limits<double>::quiet_NaN());

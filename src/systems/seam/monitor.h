@@ -72,8 +72,6 @@ class SurfaceMonitor {
  private:
   bool SeesObstacle(const PreparedProfile& profile);
 
-  std::vector<bool> Rising(std::span<const float> above) const;
-
   std::size_t width_;  // columns of the narrowest obstacle
   double columns_per_m_;
   MonitorOptions options_;

@@ -39,15 +39,11 @@ std::size_t LastFinite(std::span<const float> z) {
   return last;
 }
 
-// Sums over finite points z at t: t^0 .. t^4, and z t^0 .. z t^2.
-struct Moments {
-  std::array<double, 5> power{};
-  std::array<double, 3> moment{};
-};
-
-// Of columns first .. last, mapped to t in [-1, 1]. Even and odd columns are summed side by side,
-// which is faster, and always in the same order.
-Moments MomentsOf(std::span<const float> height_m, std::size_t first, std::size_t last) {
+// Sums over the finite points z of columns first .. last, mapped to t in [-1, 1]: t^0 .. t^4, then
+// z t^0 .. z t^2. Even and odd columns are summed side by side, which is faster, and always in the
+// same order.
+std::array<double, 8> MomentsOf(std::span<const float> height_m, std::size_t first,
+                                std::size_t last) {
   constexpr std::size_t kLanes = 2;
   double sums[8][kLanes] = {};
   const double scale = 2.0 / static_cast<double>(last - first);
@@ -72,10 +68,9 @@ Moments MomentsOf(std::span<const float> height_m, std::size_t first, std::size_
       sums[7][lane] += z * t2;
     }
   }
-  Moments result;
-  for (std::size_t k = 0; k < 5; ++k) result.power[k] = sums[k][0] + sums[k][1];
-  for (std::size_t k = 0; k < 3; ++k) result.moment[k] = sums[5 + k][0] + sums[5 + k][1];
-  return result;
+  std::array<double, 8> moments;
+  for (std::size_t k = 0; k < moments.size(); ++k) moments[k] = sums[k][0] + sums[k][1];
+  return moments;
 }
 
 // c0 + c1 t + c2 t^2 with t = p u + q, in powers of u.
@@ -145,18 +140,17 @@ std::array<double, 3> FitQuadratic(std::span<const float> height_m) {
   if (first == m) return {};
   const std::size_t last = LastFinite(height_m);
   if (first == last) return {static_cast<double>(height_m[first]), 0.0, 0.0};
-  const Moments sums = MomentsOf(height_m, first, last);
+  const auto s = MomentsOf(height_m, first, last);
   std::array<double, 3> c{};
-  if (sums.power[0] == 2.0) {
+  if (s[0] == 2.0) {
     const auto left = static_cast<double>(height_m[first]);
     const auto right = static_cast<double>(height_m[last]);
     c = {0.5 * (left + right), 0.5 * (right - left), 0.0};
   } else {
-    const auto& s = sums.power;
     Eigen::Matrix3d normal;
     normal << s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4];
     const Eigen::Vector3d solved =
-        normal.ldlt().solve(Eigen::Map<const Eigen::Vector3d>(sums.moment.data()));
+        normal.ldlt().solve(Eigen::Map<const Eigen::Vector3d>(s.data() + 5));
     c = {solved.x(), solved.y(), solved.z()};
   }
   const auto width = static_cast<double>(last - first);

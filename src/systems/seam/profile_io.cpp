@@ -93,25 +93,21 @@ std::string CsvOf(const std::vector<Profile>& profiles, const ProfileFileOptions
   return text;
 }
 
-// The grey level of a height; 0 is no value, so what would fall on it takes the next one.
-std::uint16_t GreyOf(float height_m, const HeightScale& scale) {
-  if (!std::isfinite(height_m)) return 0;
-  const double grey = std::round(static_cast<double>(height_m) / scale.unit_m + scale.zero);
-  if (grey >= 0.0 && grey <= 65535.0) return static_cast<std::uint16_t>(std::max(grey, 1.0));
-  throw InputError(
-      fmt::format("height {:.6g} m does not fit into 16 bits of {:.6g} m", height_m, scale.unit_m));
-}
-
+// Grey level 0 is no value, so what would fall on it takes the next one.
 image::Grey16 ImageOf(const std::vector<Profile>& profiles, const HeightScale& scale) {
   const std::size_t columns = profiles[0].height_m.size();
   image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
   for (std::size_t row = 0; row < profiles.size(); ++row) {
     for (std::size_t i = 0; i < columns; ++i) {
-      try {
-        image.grey.push_back(GreyOf(profiles[row].height_m[i], scale));
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("row {}, column {}: {}", row + 1, i + 1, error.what()));
+      const float height_m = profiles[row].height_m[i];
+      const double grey = std::round(static_cast<double>(height_m) / scale.unit_m + scale.zero);
+      if (std::isfinite(height_m) && !(grey >= 0.0 && grey <= 65535.0)) {
+        throw InputError(
+            fmt::format("row {}, column {}: height {:.6g} m does not fit into 16 bits of {:.6g} m",
+                        row + 1, i + 1, height_m, scale.unit_m));
       }
+      image.grey.push_back(std::isfinite(height_m) ? static_cast<std::uint16_t>(std::max(grey, 1.0))
+                                                   : std::uint16_t{0});
     }
   }
   return image;

@@ -271,11 +271,6 @@ std::vector<LocalStep> BestOf(const std::vector<Windows>& widths, std::size_t pl
   return best;
 }
 
-bool InDoubt(const std::vector<LocalStep>& steps) {
-  return std::ranges::none_of(steps,
-                              [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; });
-}
-
 // Steps that are too high are none, nor are the lower ones that windows next to them see.
 void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& steps) {
   std::vector<bool> none(steps.size(), false);
@@ -362,7 +357,8 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
     windows.inflation = Inflation(windows.fits.t_squared);
   }
   std::vector<LocalStep> best = BestOf(widths, sums.places);
-  if (InDoubt(best)) {
+  const auto beyond_doubt = [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; };
+  if (std::ranges::none_of(best, beyond_doubt)) {
     const double min_inflation =
         kNarrowShare * std::ranges::min_element(widths, {}, &Windows::half)->inflation;
     Fits rest(sums.places);
@@ -460,11 +456,6 @@ void StepTrack::Follow(double column, const Way& way, double period_s) {
   } else if (sure && ++known_->elsewhere >= kElsewhere) {
     known_ = Known{column, way.Height(), std::min(known_->log_odds, 0.0)};
   }
-}
-
-const LocalStep& StepTrack::AtKnown(const std::vector<LocalStep>& steps) const {
-  const long place = std::lround(known_->column / options_.steps.stride);
-  return steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
 }
 
 // What this profile says of the known edge: log-likelihood ratio of a step of its height to none,
@@ -571,7 +562,9 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
     estimate.column = std::clamp(position, 0.0, static_cast<double>(height_m.size() - 1));
   }
   if (known_) {
-    const LocalStep& there = AtKnown(steps);
+    const long place = std::lround(known_->column / options_.steps.stride);
+    const LocalStep& there =
+        steps[static_cast<std::size_t>(std::clamp(place, 0L, std::ssize(steps) - 1L))];
     Weigh(there);
     estimate.sure = IsSure(peak, way, there);
   }

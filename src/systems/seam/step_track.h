@@ -122,7 +122,6 @@ class StepTrack {
   std::optional<double> AtOnce(std::optional<double> column, const LocalStep& strongest,
                                double place);
   void Follow(double column, const Way& way, double period_s);
-  const LocalStep& AtKnown(const std::vector<LocalStep>& steps) const;
   void Weigh(const LocalStep& step);
   bool IsSure(double column, const Way& way, const LocalStep& there);
 

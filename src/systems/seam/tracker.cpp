@@ -124,14 +124,6 @@ void ReadStepTrack(Map map, StepTrackOptions& options) {
 }
 
 template <typename Map>
-void ReadLinePrediction(Map& map, LinePredictionOptions& options) {
-  map.Read("line_inlier_columns", options.inlier_columns, 0.1, 1024.0,
-           "maximum distance of a supporting vote from the prediction line");
-  map.Read("line_max_slope_columns_per_s", options.max_slope_columns_per_s, 1.0, 1e6,
-           "maximum slope of the prediction line");
-}
-
-template <typename Map>
 void ReadOtherKeys(Map& map, TrackerOptions& options) {
   ReadFilter(map.Child("filter", "geometric filter that removes isolated points"),
              options.preprocess.filter);
@@ -153,7 +145,10 @@ void ReadOtherKeys(Map& map, TrackerOptions& options) {
                  "the decision is sent if it is within this distance of the best-fitting step");
   map.Read("confirm", options.confirm,
            "whether a step must be confirmed by another of the last profiles");
-  ReadLinePrediction(map, options.line_prediction);
+  map.Read("line_inlier_columns", options.line_prediction.inlier_columns, 0.1, 1024.0,
+           "maximum distance of a supporting vote from the prediction line");
+  map.Read("line_max_slope_columns_per_s", options.line_prediction.max_slope_columns_per_s, 1.0,
+           1e6, "maximum slope of the prediction line");
   map.Read("history_length", options.history.length, 1, 1000,
            "number of earlier positions that increase the weights near them (n of eq. 3.19)");
   map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0,
@@ -536,18 +531,14 @@ struct EdgeTracker::Impl {
     followed = followed || decided || goes_on;
   }
 
-  // Where nothing was decided in a period the place is sent to which the edge was followed in it.
-  void OfferFollowed() {
-    if (!candidate && followed) candidate = PacketOf(step_test.MiddleTime(), *place);
-  }
-
   void EndPeriod(double time_s) {
     if (!period_begin_s) period_begin_s = time_s;
     if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
     // Steps that are tracked have been fitted already.
     if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
       if (candidate) Refine();
-      OfferFollowed();
+      // Where nothing was decided, the place to which the edge was followed in the period.
+      if (!candidate && followed) candidate = PacketOf(step_test.MiddleTime(), *place);
     }
     packet = candidate.value_or(EdgePacket{.time_s = time_s});
     if (candidate) {

@@ -7,14 +7,21 @@
 #include "base/file.h"
 #include "base/image/random_pictures.h"
 #include "base/rng.h"
+#include "error_of.h"
 #include "temp_folder.h"
 #include "tiff_file.h"
 
 namespace rangegrasp::image {
 namespace {
 
-using ::testing::HasSubstr;
+using base::InputError;
 using std::string_literals::operator""s;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing_support::ErrorOf;
+using testing_support::TempFolder;
+using testing_support::TiffPage;
+using testing_support::WriteTiff;
 
 TEST(Pgm, GivesBackWhatWasWritten) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
@@ -48,12 +55,7 @@ TEST(Pgm, SaysWhatIsWrong) {
       {"P5 9999999 9999999 65535 1", "truncated in row 1"},
       {"P5 2 1 256 \x01\x01\x01\x00"s, "row 1, column 1: 257 is above"}};
   for (const auto& [bytes, says] : wrong) {
-    try {
-      DecodePgm(bytes);
-      FAIL() << bytes;
-    } catch (const base::InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { DecodePgm(bytes); }), HasSubstr(says)) << bytes;
   }
 }
 
@@ -72,13 +74,6 @@ TEST(Pgm, DamagedBytesGiveAPictureOrAnError) {
   EXPECT_GT(read, 100);  // there is no checksum
 }
 
-using base::InputError;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing_support::TempFolder;
-using testing_support::TiffPage;
-using testing_support::WriteTiff;
-
 class TiffTest : public testing::Test {
  protected:
   template <typename Pixel>
@@ -89,12 +84,7 @@ class TiffTest : public testing::Test {
   }
   template <typename Pixel>
   void ExpectRefused(const std::vector<TiffPage<Pixel>>& pages, const std::string& says) {
-    try {
-      Read(pages);
-      FAIL() << says;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { Read(pages); }), HasSubstr(says));
   }
   TempFolder folder_;
 };

@@ -103,6 +103,12 @@ Reading Told(ProfileStatus status) {
   return reading;
 }
 
+// What a monitor makes of a profile in which the detectors tell of an edge, or of what is told.
+std::optional<StopReason> Update(SurfaceMonitor& monitor, const PreparedProfile& profile,
+                                 ProfileStatus told = ProfileStatus::kEdge) {
+  return monitor.Update(profile, Told(told));
+}
+
 TEST(HeightAboveSurface, MeasuresAnObstacleOnAFlatMat) {
   const LineGeometry line;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
@@ -201,9 +207,7 @@ TEST(SurfaceMonitor, StopsForEveryObstacleOfThreeMillimetres) {
     scene.obstacle_height_m = rng.Uniform(3.3e-3, 20e-3);
     SurfaceMonitor monitor(line, {});
     std::optional<StopReason> stop;
-    for (int i = 0; i < 4; ++i) {
-      stop = monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
-    }
+    for (int i = 0; i < 4; ++i) stop = Update(monitor, Scan(scene, line, rng));
     missed += stop == StopReason::kObstacle ? 0 : 1;
   }
   EXPECT_EQ(missed, 0);
@@ -216,9 +220,7 @@ TEST(SurfaceMonitor, GoesOnOverMatsWithoutObstacle) {
     Scene scene = RandomScene(rng);
     scene.filaments = 5;
     SurfaceMonitor monitor(line, {});
-    for (int i = 0; i < 50; ++i) {
-      ASSERT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << seed;
-    }
+    for (int i = 0; i < 50; ++i) ASSERT_FALSE(Update(monitor, Scan(scene, line, rng))) << seed;
   }
 }
 
@@ -232,7 +234,7 @@ TEST(SurfaceMonitor, WantsAnObstacleInOnePlace) {
   scene.obstacle_height_m = 8e-3;
   for (int i = 0; i < 10; ++i) {
     scene.obstacle_x_m = -0.03 + 0.0065 * i;
-    EXPECT_FALSE(monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge))) << i;
+    EXPECT_FALSE(Update(monitor, Scan(scene, line, rng))) << i;
   }
 }
 
@@ -249,26 +251,19 @@ TEST(SurfaceMonitor, StopsAtTheProfileThatMakesTheCountWithinTheWindow) {
   SurfaceMonitor monitor({}, options);
   const auto block = WithBlock(500, 560);
   const auto level = WithBlock(0, 0);
-  const auto update = [&](const PreparedProfile& profile) {
-    return monitor.Update(profile, Told(ProfileStatus::kEdge));
-  };
-  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
-  for (int i = 1; i < options.window; ++i) EXPECT_FALSE(update(level)) << i;
-  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(update(block)) << i;
-  EXPECT_EQ(update(block), StopReason::kObstacle);
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(Update(monitor, block)) << i;
+  for (int i = 1; i < options.window; ++i) EXPECT_FALSE(Update(monitor, level)) << i;
+  for (int i = 1; i < options.obstacle_profiles; ++i) EXPECT_FALSE(Update(monitor, block)) << i;
+  EXPECT_EQ(Update(monitor, block), StopReason::kObstacle);
 }
 
 // A block over most of the line is taken for the surface: it stands out from what was there before.
 TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
-  }
+  for (int i = 0; i < 2; ++i) EXPECT_FALSE(Update(monitor, WithBlock(0, 0)));
   std::optional<StopReason> stop;
-  for (int i = 0; i < options.obstacle_profiles; ++i) {
-    stop = monitor.Update(WithBlock(300, 1024), Told(ProfileStatus::kEdge));
-  }
+  for (int i = 0; i < options.obstacle_profiles; ++i) stop = Update(monitor, WithBlock(300, 1024));
   EXPECT_EQ(stop, StopReason::kObstacle);
 }
 
@@ -286,7 +281,7 @@ TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
       auto profile = Scan(scene, line, rng);
       profile.moved_m = kMoved_m;
       scene.edge_m -= kMoved_m;
-      return monitor.Update(profile, Told(ProfileStatus::kEdge));
+      return Update(monitor, profile);
     };
     for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
     // Over all that the light comes back from: only what was there before tells it.
@@ -312,9 +307,7 @@ TEST(SurfaceMonitor, StopsForAnObstacleOnAFlankThatReturnsNoLight) {
     scene.flank_lost = 1.0;
     scene.step_m = rng.Uniform(0.3e-3, 1.1e-3);
     SurfaceMonitor monitor(line, options);
-    const auto update = [&] {
-      return monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge));
-    };
+    const auto update = [&] { return Update(monitor, Scan(scene, line, rng)); };
     for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
     scene.obstacle_x_m = scene.edge_m + (seed % 4 < 2 ? -0.018 : 0.018);
     scene.obstacle_width_m = 0.005;
@@ -332,19 +325,17 @@ TEST(SurfaceMonitor, TakesNoMatForAnObstacleBecauseNothingWasSeenBefore) {
   PreparedProfile profile;
   profile.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
   for (int i = 0; i < options.outage_profiles; ++i) {
-    monitor.Update(profile, Told(ProfileStatus::kUnusable));
+    Update(monitor, profile, ProfileStatus::kUnusable);
   }
   profile.original_m.assign(1024, 8e-3F);
-  for (int i = 0; i < 2 * options.window; ++i) {
-    ASSERT_FALSE(monitor.Update(profile, Told(ProfileStatus::kEdge))) << i;
-  }
+  for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(Update(monitor, profile)) << i;
 }
 
 // Detectors may lose an edge that is there: what a fit still sees is no mat end.
 TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
-  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  EXPECT_FALSE(Update(monitor, WithBlock(0, 0)));
   Reading followed = Told(ProfileStatus::kNoEdge);
   followed.followed_step_m = 0.4e-3;
   for (int i = 0; i < 3 * options.window; ++i) {
@@ -376,7 +367,7 @@ TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
     scene.obstacle_width_m = 0.7e-3;  // of 1 mm, but for its borders
     scene.obstacle_height_m = 3e-3;
     SurfaceMonitor monitor(line, options);
-    missed += monitor.Update(Scan(scene, line, rng), Told(ProfileStatus::kEdge)) ? 0 : 1;
+    missed += Update(monitor, Scan(scene, line, rng)) ? 0 : 1;
   }
   EXPECT_EQ(missed, 0);
 }
@@ -413,15 +404,15 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   MonitorOptions options;
   SurfaceMonitor monitor(line, options);
   for (int i = 0; i < 2 * options.window; ++i) {
-    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge)));  // no edge was seen yet
+    EXPECT_FALSE(Update(monitor, flat, ProfileStatus::kNoEdge));  // no edge was seen yet
   }
-  EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kEdge)));
+  EXPECT_FALSE(Update(monitor, flat));
   for (int i = 1; i < options.mat_end_profiles; ++i) {
-    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kNoEdge))) << i;
-    EXPECT_FALSE(monitor.Update(flat, Told(ProfileStatus::kUnusable))) << i;
+    EXPECT_FALSE(Update(monitor, flat, ProfileStatus::kNoEdge)) << i;
+    EXPECT_FALSE(Update(monitor, flat, ProfileStatus::kUnusable)) << i;
   }
-  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kNoEdge)), StopReason::kMatEnd);
-  EXPECT_EQ(monitor.Update(flat, Told(ProfileStatus::kEdge)), StopReason::kMatEnd);
+  EXPECT_EQ(Update(monitor, flat, ProfileStatus::kNoEdge), StopReason::kMatEnd);
+  EXPECT_EQ(Update(monitor, flat), StopReason::kMatEnd);
 }
 
 // A low stretch of an edge looks like its end until the edge comes back; much later there may be
@@ -452,14 +443,14 @@ TEST(SurfaceMonitor, AnOutageIsToldAsLongAsItLasts) {
   SurfaceMonitor monitor({}, options);
   PreparedProfile nothing;
   nothing.original_m.assign(1024, std::numeric_limits<float>::quiet_NaN());
-  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  EXPECT_FALSE(Update(monitor, WithBlock(0, 0)));
   for (int i = 1; i < options.outage_profiles; ++i) {
-    EXPECT_FALSE(monitor.Update(nothing, Told(ProfileStatus::kUnusable))) << i;
+    EXPECT_FALSE(Update(monitor, nothing, ProfileStatus::kUnusable)) << i;
   }
   for (int i = 0; i < 2 * options.window; ++i) {
-    EXPECT_EQ(monitor.Update(nothing, Told(ProfileStatus::kUnusable)), StopReason::kOutage) << i;
+    EXPECT_EQ(Update(monitor, nothing, ProfileStatus::kUnusable), StopReason::kOutage) << i;
   }
-  EXPECT_FALSE(monitor.Update(WithBlock(0, 0), Told(ProfileStatus::kEdge)));
+  EXPECT_FALSE(Update(monitor, WithBlock(0, 0)));
 }
 
 TEST(SurfaceMonitor, RefusesOptionsOutOfRange) {

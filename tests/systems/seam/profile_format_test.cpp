@@ -13,6 +13,7 @@
 #include "base/file.h"
 #include "base/rng.h"
 #include "base/yaml_map.h"
+#include "error_of.h"
 #include "seam/profile_io.h"
 #include "seam/tracker.h"
 #include "temp_folder.h"
@@ -26,7 +27,10 @@ namespace {
 
 using base::InputError;
 using base::Rng;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::StartsWith;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 using testing_support::TiffPage;
 using testing_support::WriteTiff;
@@ -414,13 +418,9 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
       {"1,2\n", "{header: Frame}", "contains no profile"}};
   for (const Bad& bad : all) {
     const auto file = folder.Write("bad.csv", bad.text);
-    try {
-      ReadProfileFile(file, OptionsOf(bad.yaml));
-      ADD_FAILURE() << bad.text << bad.yaml;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::StartsWith(file.string() + ": "));
-      EXPECT_THAT(error.what(), HasSubstr(bad.says)) << bad.text << bad.yaml;
-    }
+    EXPECT_THAT(ErrorOf([&] { ReadProfileFile(file, OptionsOf(bad.yaml)); }),
+                AllOf(StartsWith(file.string() + ": "), HasSubstr(bad.says)))
+        << bad.text << bad.yaml;
   }
 }
 
@@ -442,13 +442,8 @@ TEST(BadFormats, ImagesNameTheirPixel) {
   WriteTiff<std::uint8_t>(folder / "b.tif", {{2, {0, 1}}});
   folder.Write("d.tif", "II*");
   const auto expect = [&](const char* name, const std::string& yaml, const std::string& says) {
-    try {
-      ReadProfileFile(folder / name, OptionsOf(yaml));
-      ADD_FAILURE() << name;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::StartsWith((folder / name).string() + ": "));
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { ReadProfileFile(folder / name, OptionsOf(yaml)); }),
+                AllOf(StartsWith((folder / name).string() + ": "), HasSubstr(says)));
   };
   expect("i.tif", "{image_scale_mm: 0.01}",
          "row 2, column 2: level 30000 is out of range; it must be from -20000 to 20000");
@@ -473,13 +468,8 @@ TEST(BadFormats, OptionsNameTheirKey) {
       {"{image_scale_mm: 0}", "key 'image_scale_mm': '0' must be a number from"},
       {"{unit: um}", "unknown key 'unit'"}};
   for (const auto& [yaml, says] : all) {
-    try {
-      OptionsOf(yaml);
-      ADD_FAILURE() << yaml;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::StartsWith("o.yaml:1: "));
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { OptionsOf(yaml); }), AllOf(StartsWith("o.yaml:1: "), HasSubstr(says)))
+        << yaml;
   }
   EXPECT_THROW(PresetOf("gokator"), InputError);
 }

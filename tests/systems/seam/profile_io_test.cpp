@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/rng.h"
+#include "error_of.h"
 #include "temp_folder.h"
 #include "tiff_file.h"
 
@@ -19,6 +20,7 @@ namespace {
 using base::InputError;
 using base::Rng;
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
 constexpr float kProfileIoNone = std::numeric_limits<float>::quiet_NaN();
@@ -186,13 +188,8 @@ TEST(ProfileStream, ALineWithoutEndFillsNoMemory) {
 }
 
 void ExpectRefused(const std::filesystem::path& file, const std::string& says) {
-  try {
-    ReadProfiles(file, {});
-    FAIL() << file;
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(file.string()));
-    EXPECT_THAT(error.what(), HasSubstr(says));
-  }
+  EXPECT_THAT(ErrorOf([&] { ReadProfiles(file, {}); }),
+              testing::AllOf(HasSubstr(file.string()), HasSubstr(says)));
 }
 
 TEST(ProfileFiles, BadFilesAreNamedWithTheirRow) {

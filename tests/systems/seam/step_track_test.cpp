@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -204,6 +205,26 @@ std::vector<float> StepTrackScan(const Surface& surface, const Seam& seam, doubl
   return z;
 }
 
+// What a track makes of each of a seam's profiles, the k-th of which shows `mats_at(k)`.
+std::vector<StepTrack::Estimate> Tracked(const Seam& seam, int profiles,
+                                         const std::function<Surface(int)>& mats_at, Rng& rng) {
+  StepTrack track({});
+  std::vector<StepTrack::Estimate> found;
+  for (int k = 0; k < profiles; ++k) {
+    const double t = k * kPeriod_s;
+    found.push_back(track.Update(StepTrackScan(mats_at(k), seam, t, rng), t));
+  }
+  return found;
+}
+
+// The same of a random seam.
+std::vector<StepTrack::Estimate> Tracked(std::uint64_t seed, int profiles,
+                                         const std::function<Surface(int)>& mats_at) {
+  Rng rng(seed);
+  const Seam seam(rng);
+  return Tracked(seam, profiles, mats_at, rng);
+}
+
 struct Score {
   int profiles = 0, within = 0, edges = 0;
 };
@@ -213,13 +234,13 @@ Score ScoreOn(const Surface& surface, int seams, int profiles) {
   for (int number = 0; number < seams; ++number) {
     Rng rng(base::DeriveSeed(static_cast<std::uint64_t>(number), surface.name));
     const Seam seam(rng);
-    StepTrack track({});
+    const auto mats_at = [&](int) { return surface; };
+    const auto found = Tracked(seam, profiles, mats_at, rng);
     for (int k = 0; k < profiles; ++k) {
-      const double t = k * kPeriod_s;
-      const auto found = track.Update(StepTrackScan(surface, seam, t, rng), t);
+      const auto& column = found[static_cast<std::size_t>(k)].column;
       ++score.profiles;
-      score.edges += found.column ? 1 : 0;
-      score.within += found.column && std::abs(*found.column - seam.EdgeAt(t)) <= kColumns_1_mm;
+      score.edges += column ? 1 : 0;
+      score.within += column && std::abs(*column - seam.EdgeAt(k * kPeriod_s)) <= kColumns_1_mm;
     }
   }
   return score;
@@ -258,13 +279,12 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
   Seam seam(rng);
   seam.edge = 200.0;
   seam.speed = 480.0;  // 40 mm/s
-  StepTrack track({});
-  for (int k = 0; k < 70; ++k) {
-    const double t = k * kPeriod_s;
-    const auto found = track.Update(StepTrackScan({.name = ""}, seam, t, rng), t);
-    ASSERT_TRUE(found.column) << k;
-    EXPECT_NEAR(*found.column, seam.EdgeAt(t), 6.0) << k;
-    EXPECT_NEAR(found.step_m, 0.6e-3, 0.1e-3) << k;
+  const auto mats_at = [](int) { return Surface{.name = ""}; };
+  const auto found = Tracked(seam, 70, mats_at, rng);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    ASSERT_TRUE(found[k].column) << k;
+    EXPECT_NEAR(*found[k].column, seam.EdgeAt(static_cast<double>(k) * kPeriod_s), 6.0) << k;
+    EXPECT_NEAR(found[k].step_m, 0.6e-3, 0.1e-3) << k;
   }
 }
 
@@ -273,44 +293,23 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
 TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
   for (const double noise : {0.05, 0.2}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      Rng rng(seed);
-      const Seam seam(rng);
-      StepTrack track({});
-      for (int k = 0; k < 60; ++k) {
-        const double step = k < 30 ? 0.6 : 0.0;
-        const double t = k * kPeriod_s;
-        const Surface mats{.name = "", .step = step, .noise = noise};
-        const auto found = track.Update(StepTrackScan(mats, seam, t, rng), t);
-        if (k >= 5 && k < 30) {
-          EXPECT_TRUE(found.goes_on) << seed << ", " << noise << ", " << k;
-        }
-        if (k >= 40) {
-          EXPECT_FALSE(found.goes_on) << seed << ", " << noise << ", " << k;
-        }
-      }
+      const auto found = Tracked(seed, 60, [&](int k) {
+        return Surface{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = noise};
+      });
+      for (std::size_t k = 5; k < 30; ++k) EXPECT_TRUE(found[k].goes_on) << seed << ", " << k;
+      for (std::size_t k = 40; k < 60; ++k) EXPECT_FALSE(found[k].goes_on) << seed << ", " << k;
     }
   }
 }
 
 TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    Rng rng(seed);
-    const Seam seam(rng);
-    StepTrack track({});
-    for (int k = 0; k < 70; ++k) {
-      const double t = k * kPeriod_s;
-      const Surface mats{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = 0.2};
-      const bool sure = track.Update(StepTrackScan(mats, seam, t, rng), t).sure;
-      if (k < 9) {
-        EXPECT_FALSE(sure) << seed << ", " << k;
-      }
-      if (k >= 15 && k < 30) {
-        EXPECT_TRUE(sure) << seed << ", " << k;
-      }
-      if (k >= 35) {
-        EXPECT_FALSE(sure) << seed << ", " << k;
-      }
-    }
+    const auto found = Tracked(seed, 70, [](int k) {
+      return Surface{.name = "", .step = k < 30 ? 0.6 : 0.0, .noise = 0.2};
+    });
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_FALSE(found[k].sure) << seed << ", " << k;
+    for (std::size_t k = 15; k < 30; ++k) EXPECT_TRUE(found[k].sure) << seed << ", " << k;
+    for (std::size_t k = 35; k < 70; ++k) EXPECT_FALSE(found[k].sure) << seed << ", " << k;
   }
 }
 
@@ -322,22 +321,18 @@ TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
   for (const Surface& mats : {Surface{.name = "", .step = 0.3, .noise = 0.6, .lost = 0.3},
                               Surface{.name = "", .step = 0.4, .noise = 0.8, .lost = 0.3}}) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      Rng rng(seed);
-      const Seam seam(rng);
-      StepTrack track({});
-      int unsure = 0;
-      for (int k = 0; k < kEnd + 40; ++k) {
-        const double t = k * kPeriod_s;
+      const auto found = Tracked(seed, kEnd + 40, [&](int k) {
         Surface here = mats;
         if (k >= kEnd) here.step = 0.0;
-        const bool sure = track.Update(StepTrackScan(here, seam, t, rng), t).sure;
-        unsure = sure ? 0 : unsure + 1;
-        if (k >= kFrom && k < kEnd) {
-          EXPECT_LT(unsure, kLong) << seed << ", " << k;
-        }
-        if (k >= kEnd + 10) {
-          EXPECT_FALSE(sure) << seed << ", " << k;
-        }
+        return here;
+      });
+      int unsure = 0;
+      for (std::size_t k = 0; k < kEnd; ++k) {
+        unsure = found[k].sure ? 0 : unsure + 1;
+        EXPECT_TRUE(k < kFrom || unsure < kLong) << seed << ", " << k;
+      }
+      for (std::size_t k = kEnd + 10; k < found.size(); ++k) {
+        EXPECT_FALSE(found[k].sure) << seed << ", " << k;
       }
     }
   }
@@ -346,24 +341,13 @@ TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
 // What looks like the edge some time after its end may be a mould's flank.
 TEST(StepTrack, AnEdgeThatWasGoneTakesLongerToBeSureAgain) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    Rng rng(seed);
-    const Seam seam(rng);
-    StepTrack track({});
-    for (int k = 0; k < 90; ++k) {
-      const double t = k * kPeriod_s;
-      const Surface mats{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
-      const bool sure = track.Update(StepTrackScan(mats, seam, t, rng), t).sure;
-      if (k >= 12 && k < 20) {
-        EXPECT_TRUE(sure) << seed << ", " << k;
-      }
-      // Of the odds alone the first seven profiles that show it again only make up.
-      if (k >= 30 && k < 50 + 7 + 13) {
-        EXPECT_FALSE(sure) << seed << ", " << k;
-      }
-      if (k >= 80) {
-        EXPECT_TRUE(sure) << seed << ", " << k;
-      }
-    }
+    const auto found = Tracked(seed, 90, [](int k) {
+      return Surface{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
+    });
+    for (std::size_t k = 12; k < 20; ++k) EXPECT_TRUE(found[k].sure) << seed << ", " << k;
+    // Of the odds alone the first seven profiles that show it again only make up.
+    for (std::size_t k = 30; k < 50 + 7 + 13; ++k) EXPECT_FALSE(found[k].sure) << seed << ", " << k;
+    for (std::size_t k = 80; k < 90; ++k) EXPECT_TRUE(found[k].sure) << seed << ", " << k;
   }
 }
 
@@ -372,16 +356,11 @@ TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
   int before = 0, after = 0;
   constexpr int kSeams = 20, kBefore = 40, kAfter = 40, kTold = 12;
   for (std::uint64_t seed = 0; seed < kSeams; ++seed) {
-    Rng rng(seed);
-    const Seam seam(rng);
-    StepTrack track({});
-    for (int k = 0; k < kBefore + kAfter; ++k) {
-      const double t = k * kPeriod_s;
-      const Surface mats{.name = "", .step = k < kBefore ? 0.5 : 0.0, .noise = 0.4, .lost = 0.5};
-      const bool goes_on = track.Update(StepTrackScan(mats, seam, t, rng), t).goes_on;
-      if (k >= kTold && k < kBefore) before += goes_on;
-      if (k >= kBefore + kTold) after += goes_on;
-    }
+    const auto found = Tracked(seed, kBefore + kAfter, [](int k) {
+      return Surface{.name = "", .step = k < kBefore ? 0.5 : 0.0, .noise = 0.4, .lost = 0.5};
+    });
+    for (std::size_t k = kTold; k < kBefore; ++k) before += found[k].goes_on;
+    for (std::size_t k = kBefore + kTold; k < kBefore + kAfter; ++k) after += found[k].goes_on;
   }
   EXPECT_GE(before, 0.97 * kSeams * (kBefore - kTold));
   EXPECT_LE(after, 0.02 * kSeams * (kAfter - kTold));

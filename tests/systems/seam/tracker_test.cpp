@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "error_of.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::seam {
@@ -17,6 +18,7 @@ namespace {
 using base::InputError;
 using base::Rng;
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
 constexpr float kTrackerNone = std::numeric_limits<float>::quiet_NaN();
@@ -560,13 +562,9 @@ TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
            {"memory: 1\n", "memory"},
            {"history_length: many\n", "history_length"}}) {
     folder.Write("t.yaml", text);
-    try {
-      OptionsIn(file);
-      FAIL() << text;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { OptionsIn(file); }),
+                testing::AllOf(HasSubstr(file.string() + ":"), HasSubstr(says)))
+        << text;
   }
 }
 

@@ -42,25 +42,6 @@ std::size_t NextNumber(std::string_view bytes, std::size_t& at, const char* what
   return number;
 }
 
-void CheckKind(std::string_view bytes) {
-  if (bytes.size() < 3 || bytes[0] != 'P' || bytes[1] < '1' || bytes[1] > '6') {
-    throw InputError("is not a PGM image: it must begin with P5");
-  }
-  if (bytes[1] == '5') return;
-  throw InputError(fmt::format("has the format P{}; a binary grey image, P5, is needed", bytes[1]));
-}
-
-void CheckMaxGrey(std::size_t max_grey) {
-  if (max_grey <= 255) {
-    throw InputError(
-        fmt::format("is 8-bit grey (maximum value {}); 16-bit grey is needed", max_grey));
-  }
-  if (max_grey > kMaxGrey) {
-    throw InputError(
-        fmt::format("has the maximum value {}; it must be from 256 to {}", max_grey, kMaxGrey));
-  }
-}
-
 // ---- TIFF ----
 
 // libtiff's compressions pack some 1000 to 1 at best (deflate): a header that asks for more than
@@ -106,22 +87,18 @@ toff_t Seek(thandle_t handle, toff_t offset, int from) {
 
 int Close(thandle_t) { return 0; }
 
-struct OptionsDeleter {
-  void operator()(TIFFOpenOptions* options) const { TIFFOpenOptionsFree(options); }
-};
-struct FileDeleter {
-  void operator()(TIFF* file) const { TIFFClose(file); }
-};
-using File = std::unique_ptr<TIFF, FileDeleter>;
+using File = std::unique_ptr<TIFF, void (*)(TIFF*)>;
 
 // "rm": to read, without a mapping of the file, for there is none.
 File Open(Memory& memory) {
-  const std::unique_ptr<TIFFOpenOptions, OptionsDeleter> options(TIFFOpenOptionsAlloc());
+  const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
+                                                                             TIFFOpenOptionsFree);
   if (!options) throw base::RunError("libtiff cannot be initialised");
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), OnError, &memory);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), OnWarning, &memory);
-  return File(TIFFClientOpenExt("", "rm", &memory, ReadBytes, WriteBytes, Seek, Close, SizeOf,
-                                nullptr, nullptr, options.get()));
+  return {TIFFClientOpenExt("", "rm", &memory, ReadBytes, WriteBytes, Seek, Close, SizeOf, nullptr,
+                            nullptr, options.get()),
+          TIFFClose};
 }
 
 [[noreturn]] void FailReading(const Memory& memory) {
@@ -197,12 +174,25 @@ void ReadPage(TIFF* file, const Memory& memory, int page, Tiff& tiff) {
 }  // namespace
 
 Grey16 DecodePgm(std::string_view bytes) {
-  CheckKind(bytes);
+  if (bytes.size() < 3 || bytes[0] != 'P' || bytes[1] < '1' || bytes[1] > '6') {
+    throw InputError("is not a PGM image: it must begin with P5");
+  }
+  if (bytes[1] != '5') {
+    throw InputError(
+        fmt::format("has the format P{}; a binary grey image, P5, is needed", bytes[1]));
+  }
   std::size_t at = 2;
   const std::size_t width = NextNumber(bytes, at, "width");
   const std::size_t height = NextNumber(bytes, at, "height");
   const std::size_t max_grey = NextNumber(bytes, at, "maximum value");
-  CheckMaxGrey(max_grey);
+  if (max_grey <= 255) {
+    throw InputError(
+        fmt::format("is 8-bit grey (maximum value {}); 16-bit grey is needed", max_grey));
+  }
+  if (max_grey > kMaxGrey) {
+    throw InputError(
+        fmt::format("has the maximum value {}; it must be from 256 to {}", max_grey, kMaxGrey));
+  }
   ++at;  // one blank ends the header
   const std::size_t left = at < bytes.size() ? bytes.size() - at : 0;
   if (left / 2 / width < height) {

@@ -217,10 +217,6 @@ class SensorUnit {
   RawProfile previous_;
 };
 
-TrackPoint PointOf(const HeadState& head, double time_s) {
-  return {time_s, head.needle.x(), head.needle.y(), head.heading_rad, 0.0};
-}
-
 // Profiles between two control steps, the head's pose between theirs.
 void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
                   std::vector<std::string>& packets, TrackResult& result) {
@@ -229,10 +225,6 @@ void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
     result.readings.push_back(unit.Measure(head));
     if (const auto correction = unit.TakeCorrection()) packets.push_back(ToXml(*correction));
   }
-}
-
-bool AtRest(const HeadState& head) {
-  return head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;
 }
 
 // ---- the score ----
@@ -376,7 +368,7 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
   for (int step = 0;; ++step) {
     const double time_s = step * kControlPeriod_s;
     control.Record(head);
-    result.path.push_back(PointOf(head, time_s));
+    result.path.push_back({time_s, head.needle.x(), head.needle.y(), head.heading_rad, 0.0});
     std::vector<std::string> packets;
     MeasureUntil(time_s, control, unit, packets, result);
     for (std::string& xml : packets) {
@@ -384,7 +376,8 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
       result.packets.push_back(std::move(xml));
     }
     const HeadCommand command = control.Command();
-    if ((control.end() && AtRest(head)) || time_s > max_s) break;
+    const bool at_rest = head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;
+    if ((control.end() && at_rest) || time_s > max_s) break;
     head = Move(head, command, options.head);
   }
   result.end = control.end().value_or(TrackEnd::kLost);

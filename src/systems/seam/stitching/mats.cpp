@@ -34,73 +34,62 @@ constexpr double kHidingShare = 0.25;
 // Filaments on a black mat return this much less light than on a bright one.
 constexpr double kFilamentDarkness = 0.9;
 
-using Named = std::initializer_list<std::pair<const char*, double>>;
+// What an option must be. Predicates are written so that NaN fails them.
+struct Bound {
+  const char* what;
+  bool (*good)(double value);
+};
+constexpr Bound kPositive = {"above 0", [](double value) { return value > 0.0; }};
+constexpr Bound kNotNegative = {"0 or more", [](double value) { return value >= 0.0; }};
+constexpr Bound kShare = {"from 0 to 1", [](double value) { return value >= 0.0 && value <= 1.0; }};
+constexpr Bound kFinite = {"finite", [](double value) { return std::isfinite(value); }};
+constexpr Bound kTilt = {"from -1 to 1",
+                         [](double value) { return std::abs(value) <= kMaxTilt_rad; }};
+constexpr Bound kNumber = {"a number", [](double value) { return !std::isnan(value); }};
 
-// Predicates are written so that NaN fails them.
-template <typename Predicate>
-void Check(const Named& options, Predicate good, const char* what) {
+void Check(const Bound& bound, std::initializer_list<std::pair<const char*, double>> options) {
   for (const auto& [option, value] : options) {
-    if (!good(value)) throw std::invalid_argument(fmt::format("mats: {} must be {}", option, what));
+    if (bound.good(value)) continue;
+    throw std::invalid_argument(fmt::format("mats: {} must be {}", option, bound.what));
   }
-}
-void CheckPositive(const Named& options) {
-  Check(
-      options, [](double value) { return value > 0.0; }, "above 0");
-}
-void CheckNotNegative(const Named& options) {
-  Check(
-      options, [](double value) { return value >= 0.0; }, "0 or more");
-}
-void CheckShares(const Named& options) {
-  Check(
-      options, [](double value) { return value >= 0.0 && value <= 1.0; }, "from 0 to 1");
-}
-void CheckFinite(const Named& options) {
-  Check(
-      options, [](double value) { return std::isfinite(value); }, "finite");
-}
-
-void CheckTexture(const MatTexture& t) {
-  CheckPositive({{"weave_period_m", t.weave_period_m},
-                 {"fuzz_length_m", t.fuzz_length_m},
-                 {"waviness_length_m", t.waviness_length_m},
-                 {"fray_length_m", t.fray_length_m},
-                 {"filament_reach_m", t.filament_reach_m},
-                 {"steep_rad", t.steep_rad}});
-  CheckNotNegative({{"weave_relief_m", t.weave_relief_m},
-                    {"fuzz_m", t.fuzz_m},
-                    {"waviness_m", t.waviness_m},
-                    {"fray_m", t.fray_m},
-                    {"filaments_per_m", t.filaments_per_m},
-                    {"loose_filaments_per_m2", t.loose_filaments_per_m2},
-                    {"filament_height_m", t.filament_height_m}});
-  CheckShares({{"detached_share", t.detached_share}, {"gloss", t.gloss}, {"darkness", t.darkness}});
 }
 
 void CheckOptions(const MatOptions& o) {
-  CheckNotNegative({{"height_m", o.height_m}, {"double_gap_m", o.double_gap_m}});
-  CheckPositive({{"edge_width_m", o.edge_width_m},
-                 {"slant_width_m", o.slant_width_m},
-                 {"radius_m", o.radius_m}});
-  CheckShares({{"double_share", o.double_share}});
-  CheckFinite({{"mould_x_m", o.mould_x_m},
-               {"course.offset_m", o.course.offset_m},
-               {"course.slope", o.course.slope},
-               {"course.half_circle_radius_m", o.course.half_circle_radius_m}});
-  Check(
-      {{"tilt_rad", o.tilt_rad}}, [](double tilt) { return std::abs(tilt) <= kMaxTilt_rad; },
-      "from -1 to 1");
-  Check(
-      {{"end_y_m", o.end_y_m}}, [](double end) { return !std::isnan(end); }, "a number");
+  const MatTexture& t = o.texture;
+  Check(kNotNegative, {{"height_m", o.height_m}, {"double_gap_m", o.double_gap_m}});
+  Check(kPositive, {{"edge_width_m", o.edge_width_m},
+                    {"slant_width_m", o.slant_width_m},
+                    {"radius_m", o.radius_m}});
+  Check(kShare, {{"double_share", o.double_share}});
+  Check(kFinite, {{"mould_x_m", o.mould_x_m},
+                  {"course.offset_m", o.course.offset_m},
+                  {"course.slope", o.course.slope},
+                  {"course.half_circle_radius_m", o.course.half_circle_radius_m}});
+  Check(kTilt, {{"tilt_rad", o.tilt_rad}});
+  Check(kNumber, {{"end_y_m", o.end_y_m}});
   for (const EdgeCourse::Wave& wave : o.course.waves) {
-    CheckPositive({{"course.waves.length_m", wave.length_m}});
-    CheckFinite({{"course.waves.amplitude_m", wave.amplitude_m}});
+    Check(kPositive, {{"course.waves.length_m", wave.length_m}});
+    Check(kFinite, {{"course.waves.amplitude_m", wave.amplitude_m}});
   }
   for (const MatOptions::Obstacle& obstacle : o.obstacles) {
-    CheckPositive({{"obstacles.size", std::min(obstacle.size_x_m, obstacle.size_y_m)},
-                   {"obstacles.height_m", obstacle.height_m}});
+    Check(kPositive, {{"obstacles.size", std::min(obstacle.size_x_m, obstacle.size_y_m)},
+                      {"obstacles.height_m", obstacle.height_m}});
   }
-  CheckTexture(o.texture);
+  Check(kPositive, {{"weave_period_m", t.weave_period_m},
+                    {"fuzz_length_m", t.fuzz_length_m},
+                    {"waviness_length_m", t.waviness_length_m},
+                    {"fray_length_m", t.fray_length_m},
+                    {"filament_reach_m", t.filament_reach_m},
+                    {"steep_rad", t.steep_rad}});
+  Check(kNotNegative, {{"weave_relief_m", t.weave_relief_m},
+                       {"fuzz_m", t.fuzz_m},
+                       {"waviness_m", t.waviness_m},
+                       {"fray_m", t.fray_m},
+                       {"filaments_per_m", t.filaments_per_m},
+                       {"loose_filaments_per_m2", t.loose_filaments_per_m2},
+                       {"filament_height_m", t.filament_height_m}});
+  Check(kShare,
+        {{"detached_share", t.detached_share}, {"gloss", t.gloss}, {"darkness", t.darkness}});
 }
 
 // Height of the mould and its slope's angle.

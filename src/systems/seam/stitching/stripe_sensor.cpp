@@ -326,38 +326,28 @@ RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double tim
   return profile;
 }
 
-// Follows each column's ray down to the first level face or riser that it meets.
-CalibrationScan StripeSensor::ScanBodyAt(const CalibrationBody& body, double base_m,
-                                         base::Rng& rng) const {
-  const auto columns = static_cast<std::size_t>(options_.line.columns);
-  const std::vector<double> levels = BodyLevels(body, base_m);
-  CalibrationScan scan{{std::vector<float>(columns, kNoRow), 0.0}, base_m};
-  for (std::size_t c = 0; c < columns; ++c) {
-    double height = base_m;
-    for (const double level : levels) {
-      const double x = LateralAt(static_cast<double>(c), level);
-      if (BodyHeight(body, base_m, x) < level) continue;
-      height = level;
-      break;
-    }
-    const double row = RowOf(height) + options_.row_sigma_px * rng.Normal();
-    if (row >= 0.0 && row <= options_.rows - 1.0) {
-      scan.profile.row_px[c] = static_cast<float>(row);
-    }
-  }
-  return scan;
-}
-
 std::vector<CalibrationScan> StripeSensor::ScanBody(const CalibrationBody& body, int distances,
                                                     base::Rng& rng) const {
   if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
   const double top = std::ranges::max(body.step_heights_m);
   const double low = -options_.range_below_m;
   const double high = std::max(low, options_.range_above_m - top);
+  const auto columns = static_cast<std::size_t>(options_.line.columns);
   std::vector<CalibrationScan> scans;
   for (int i = 0; i < distances; ++i) {
     const double base = low + (high - low) * i / (distances - 1);
-    scans.push_back(ScanBodyAt(body, base, rng));
+    const std::vector<double> levels = BodyLevels(body, base);
+    scans.push_back({{std::vector<float>(columns, kNoRow), 0.0}, base});
+    for (std::size_t c = 0; c < columns; ++c) {
+      // The column's ray goes down to the first level face or riser that it meets.
+      const auto met = std::ranges::find_if(levels, [&](double level) {
+        return !(BodyHeight(body, base, LateralAt(static_cast<double>(c), level)) < level);
+      });
+      const double height = met == levels.end() ? base : *met;
+      const double row = RowOf(height) + options_.row_sigma_px * rng.Normal();
+      if (row < 0.0 || row > options_.rows - 1.0) continue;
+      scans.back().profile.row_px[c] = static_cast<float>(row);
+    }
   }
   return scans;
 }

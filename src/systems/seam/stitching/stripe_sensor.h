@@ -74,8 +74,6 @@ class StripeSensor {
                                         base::Rng& rng) const;
 
  private:
-  CalibrationScan ScanBodyAt(const CalibrationBody& body, double base_m, base::Rng& rng) const;
-
   StripeSensorOptions options_;
   double focal_px_, cos_, sin_;
 };

@@ -86,14 +86,6 @@ void ReadTrack(YamlMap map, TrackOptions& options) {
   map.Finish();
 }
 
-// A way that stood there twice would have two cases of one name.
-void CheckOnce(const YamlMap& map, std::vector<DecisionMethod> decisions) {
-  std::ranges::sort(decisions);
-  const auto twice = std::ranges::adjacent_find(decisions);
-  if (twice == decisions.end()) return;
-  map.Fail("decisions", fmt::format("has '{}' twice", base::Word(*twice)));
-}
-
 void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
   map.Read("shapes", experiment.shapes, "shapes of the edges, used in turn");
   map.Read(
@@ -101,7 +93,13 @@ void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
       "number of recorded seams; tracks and hazards: number of runs with each decision method");
   map.Read("decisions", experiment.decisions,
            "tracks and hazards: decision methods that control the head, each in separate runs");
-  CheckOnce(map, experiment.decisions);
+  // A way that stood there twice would have two cases of one name.
+  auto sorted = experiment.decisions;
+  std::ranges::sort(sorted);
+  const auto twice = std::ranges::adjacent_find(sorted);
+  if (twice != sorted.end()) {
+    map.Fail("decisions", fmt::format("has '{}' twice", base::Word(*twice)));
+  }
   map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxProfiles,
            "number of profiles of a recorded seam");
   map.Read("edge_within", experiment.record.edge_within, 0.0, 1.0,

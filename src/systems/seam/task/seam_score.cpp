@@ -26,11 +26,6 @@ double ErrorOf(const std::optional<double>& column, double label) {
   return std::abs(column.value_or(std::numeric_limits<double>::quiet_NaN()) - label);
 }
 
-// Where a hazard begins for who comes along the track.
-double BeginOf(const MatOptions& mats) {
-  return mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
-}
-
 double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>& corners,
                   double wanted_m) {
   double good = 0.0;
@@ -193,9 +188,12 @@ RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int 
   result.hazard = HazardOf(mats, experiment.track.length_m);
   result.end = track.end;
   result.reached_hazard = track.reached_hazard;
-  // A head that still was further from the hazard than its sensor sees stopped for nothing.
+  // Where the hazard begins for who comes along the track: a head that still was further from it
+  // than its sensor sees stopped for nothing.
+  const double begin_m =
+      mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
-  result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < BeginOf(mats) - kSeen_m;
+  result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < begin_m - kSeen_m;
   result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - kSettle_m);
   result.rest_m = last.y_m;
   const auto corners = CornersOf(experiment);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "base/file.h"
 #include "base/units.h"
@@ -80,10 +81,7 @@ bool Failed(const Record& record) {
          record.result.outcome == experiment::kTimedOut;
 }
 
-template <typename Count>
-std::string Text(Count count) {
-  return fmt::format("{}", count);
-}
+std::string Text(auto number) { return fmt::format("{}", number); }
 
 // Without rows; what is not a name stands to the right.
 Section NumberSection(const std::string& title, const Cells& header) {
@@ -529,28 +527,24 @@ void AddPublished(const std::string& name, const std::filesystem::path& file, St
   stamp.data[name + "_file"] = file.filename().string();
 }
 
-std::string ShapeWords(std::vector<EdgeShape> shapes) {
-  std::ranges::sort(shapes);
-  shapes.erase(std::unique(shapes.begin(), shapes.end()), shapes.end());
-  std::vector<std::string> words;
-  for (const EdgeShape shape : shapes) words.emplace_back(base::Word(shape));
-  return base::Join(words, ",");
-}
-
 }  // namespace
 
 void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
   const double wanted_m = experiment.track.length_m - kSettle_m;
   stamp.identity["sensor_hash"] = base::Hex(base::Fnv1a(base::ReadFile(experiment.sensor_file)));
   stamp.data["kind"] = base::Word(experiment.kind);
-  stamp.data["shapes"] = ShapeWords(experiment.shapes);
+  std::vector<std::string> shapes;  // each once
+  for (const auto shape : std::set(experiment.shapes.begin(), experiment.shapes.end())) {
+    shapes.emplace_back(base::Word(shape));
+  }
+  stamp.data["shapes"] = base::Join(shapes, ",");
   stamp.data["profiles_per_seam"] = Text(experiment.record.profiles);
-  stamp.data["columns_per_m"] = fmt::format("{}", experiment.sensor.line.columns_per_m);
-  stamp.data["wanted_m"] = fmt::format("{}", wanted_m);
+  stamp.data["columns_per_m"] = Text(experiment.sensor.line.columns_per_m);
+  stamp.data["wanted_m"] = Text(wanted_m);
   const auto corners = CornersOf(experiment);
   if (!corners.empty()) {
     stamp.data["beside_corners_m"] =
-        fmt::format("{}", wanted_m - 2.0 * kCorner_m * static_cast<double>(corners.size()));
+        Text(wanted_m - 2.0 * kCorner_m * static_cast<double>(corners.size()));
   }
   AddPublished("reference", experiment.reference, stamp);
   AddPublished("improvements", experiment.improvements, stamp);

@@ -287,14 +287,7 @@ class SeamRunner final : public experiment::Task {
     return cases;
   }
 
-  Result Run(const Case& which) const override {
-    const SeamParams params = ParamsFrom(which.params);
-    const base::Stopwatch watch;
-    if (!params.method) {
-      return Measured(params, RecordSeam(experiment_, sensor_, params.number), watch);
-    }
-    return Driven(params, TrackOf(params), watch);
-  }
+  Result Run(const Case& which) const override { return Run(which, nullptr); }
 
   Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
     if (!options.video.empty()) {
@@ -304,25 +297,7 @@ class SeamRunner final : public experiment::Task {
     if (!options.camera.empty()) {
       throw base::InputError("--camera: seams have no cameras; they are shown from above");
     }
-    const SeamParams params = ParamsFrom(which.params);
-    const base::Stopwatch watch;
-    const auto folder = options.folder / which.id;
-    if (!params.method) {
-      const Recording recording = RecordSeam(experiment_, sensor_, params.number);
-      if (options.view) *options.view = SeamView(experiment_, calibration_, recording);
-      if (!options.view) ShowSeam(recording, folder);
-      return Measured(params, recording, watch);
-    }
-    const TrackedRun tracked = TrackOf(params);
-    if (options.view) {
-      *options.view = TrackView(experiment_, tracked);
-      return Driven(params, tracked, watch);
-    }
-    base::WriteFile(folder / "path.csv", PathCsv(tracked.result));
-    base::WriteFile(folder / "packets.xml", base::Join(tracked.result.packets, ""));
-    const auto panels = TrackPanels(tracked, experiment_.track.wanted_distance_m);
-    base::WriteFile(folder / "path.svg", draw::PlotSvg(panels, 900, 320));
-    return Driven(params, tracked, watch);
+    return Run(which, &options);
   }
 
   void AddTo(experiment::Stamp& stamp) const override { seam::AddTo(stamp, experiment_); }
@@ -341,36 +316,52 @@ class SeamRunner final : public experiment::Task {
     return which;
   }
 
-  TrackedRun TrackOf(const SeamParams& params) const {
-    return TrackRun(experiment_, sensor_, calibration_, *params.method, params.number);
-  }
-
-  Result Measured(const SeamParams& params, const Recording& recording,
-                  const base::Stopwatch& watch) const {
-    const SeamResult seam = ScoreSeam(experiment_, calibration_, recording, params.number);
-    Result result{"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
-    for (auto& step : TimeSteps(experiment_, calibration_, recording)) {
-      result.seconds.push_back(std::move(step));
+  Result Run(const Case& which, const experiment::ReplayOptions* replay) const {
+    const SeamParams params = ParamsFrom(which.params);
+    const base::Stopwatch watch;
+    if (!params.method) {
+      const Recording recording = RecordSeam(experiment_, sensor_, params.number);
+      if (replay) Show(recording, *replay, which.id);
+      const SeamResult seam = ScoreSeam(experiment_, calibration_, recording, params.number);
+      Result result{"measured", "score", DetailOf(seam), ToJson(seam), {{"seam", watch.Seconds()}}};
+      std::ranges::move(TimeSteps(experiment_, calibration_, recording),
+                        std::back_inserter(result.seconds));
+      return result;
     }
-    return result;
-  }
-
-  Result Driven(const SeamParams& params, const TrackedRun& tracked,
-                const base::Stopwatch& watch) const {
+    const TrackedRun tracked =
+        TrackRun(experiment_, sensor_, calibration_, *params.method, params.number);
+    if (replay) Show(tracked, *replay, which.id);
     const RunResult run = ScoreRun(experiment_, *params.method, params.number, tracked);
     return {OutcomeOf(run), "score", DetailOf(run), ToJson(run), {{"run", watch.Seconds()}}};
   }
 
   // The recorded profiles with their labels, and a picture of the first one.
-  void ShowSeam(const Recording& recording, const std::filesystem::path& folder) const {
+  void Show(const Recording& recording, const experiment::ReplayOptions& replay,
+            const std::string& id) const {
+    if (replay.view) {
+      *replay.view = SeamView(experiment_, calibration_, recording);
+      return;
+    }
     std::vector<Profile> profiles;
     for (const RawProfile& raw : recording.raw) profiles.push_back(Calibrate(raw, calibration_));
-    base::WriteFile(folder / "labels.csv", LabelsCsv(recording));
-    WriteProfiles(profiles, folder / "profiles.csv", {});
+    base::WriteFile(replay.folder / id / "labels.csv", LabelsCsv(recording));
+    WriteProfiles(profiles, replay.folder / id / "profiles.csv", {});
     EdgeTracker tracker(TrackerFor(experiment_, DecisionMethod::kWeights));
     const Reading reading = tracker.Update(profiles.front());
-    base::WriteFile(folder / "profile.svg",
+    base::WriteFile(replay.folder / id / "profile.svg",
                     draw::PlotSvg(ProfilePanels(tracker, reading, experiment_.sensor.line)));
+  }
+
+  void Show(const TrackedRun& tracked, const experiment::ReplayOptions& replay,
+            const std::string& id) const {
+    if (replay.view) {
+      *replay.view = TrackView(experiment_, tracked);
+      return;
+    }
+    base::WriteFile(replay.folder / id / "path.csv", PathCsv(tracked.result));
+    base::WriteFile(replay.folder / id / "packets.xml", base::Join(tracked.result.packets, ""));
+    const auto panels = TrackPanels(tracked, experiment_.track.wanted_distance_m);
+    base::WriteFile(replay.folder / id / "path.svg", draw::PlotSvg(panels, 900, 320));
   }
 
   SeamExperiment experiment_;

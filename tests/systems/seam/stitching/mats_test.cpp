@@ -11,6 +11,7 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "base/words.h"
+#include "error_of.h"
 #include "seam/stitching/smooth_mats.h"
 
 namespace rangegrasp::seam {
@@ -337,34 +338,19 @@ TEST(EdgeCourse, AHalfCircleBulgesToTheLowSide) {
   EXPECT_DOUBLE_EQ(course.XAt(0.111), 0.002);
 }
 
-void ExpectRefused(const MatOptions& options, const std::string& name) {
-  try {
-    const Mats mats(options, 1);
-    FAIL() << name << " was taken";
-  } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find(name), std::string::npos) << e.what();
-  }
-}
-
 TEST(Mats, OptionsOutOfRangeAreNamed) {
-  MatOptions options;
-  options.edge_width_m = 0.0;
-  ExpectRefused(options, "edge_width_m");
-  options = {};
-  options.double_share = 1.1;
-  ExpectRefused(options, "double_share");
-  options = {};
-  options.height_m = std::nan("");
-  ExpectRefused(options, "height_m");
-  options = {};
-  options.texture.gloss = -0.1;
-  ExpectRefused(options, "gloss");
-  options = {};
-  options.course.waves = {{0.01, 0.0, 0.0}};
-  ExpectRefused(options, "length_m");
-  options = {};
-  options.obstacles = {{0.0, 0.0, 0.0, 0.01, 0.01}};
-  ExpectRefused(options, "obstacles");
+  const auto refused = [](const std::string& name, const auto& change) {
+    MatOptions options;
+    change(options);
+    const auto message = testing_support::ErrorOf<std::invalid_argument>([&] { Mats(options, 1); });
+    EXPECT_NE(message.find(name), std::string::npos) << message;
+  };
+  refused("edge_width_m", [](MatOptions& o) { o.edge_width_m = 0.0; });
+  refused("double_share", [](MatOptions& o) { o.double_share = 1.1; });
+  refused("height_m", [](MatOptions& o) { o.height_m = std::nan(""); });
+  refused("gloss", [](MatOptions& o) { o.texture.gloss = -0.1; });
+  refused("length_m", [](MatOptions& o) { o.course.waves = {{0.01, 0.0, 0.0}}; });
+  refused("obstacles", [](MatOptions& o) { o.obstacles = {{0.0, 0.0, 0.0, 0.01, 0.01}}; });
 }
 
 TEST(RandomMats, StayWithinWhatAProductionShows) {

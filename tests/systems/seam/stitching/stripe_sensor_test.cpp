@@ -275,18 +275,15 @@ TEST(StripeSensor, CalibrationInvertsTheCamera) {
 }
 
 TEST(StripeSensor, OptionsOutOfRangeAreRefused) {
-  StripeSensorOptions options;
-  options.outlier_run_columns = 0.5;
-  EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
-  options = {};
-  options.angle_rad = std::nan("");
-  EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
-  options = {};
-  options.lines_ahead_m.clear();
-  EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
-  options = {};
-  options.range_above_m = 0.5;
-  EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
+  const auto refused = [](const auto& change) {
+    StripeSensorOptions options;
+    change(options);
+    EXPECT_THROW(StripeSensor{options}, std::invalid_argument);
+  };
+  refused([](StripeSensorOptions& o) { o.outlier_run_columns = 0.5; });
+  refused([](StripeSensorOptions& o) { o.angle_rad = std::nan(""); });
+  refused([](StripeSensorOptions& o) { o.lines_ahead_m.clear(); });
+  refused([](StripeSensorOptions& o) { o.range_above_m = 0.5; });
   const StripeSensor sensor{StripeSensorOptions{}};
   base::Rng rng(1);
   EXPECT_THROW(sensor.ScanBody({}, 1, rng), std::invalid_argument);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "error_of.h"
 #include "seam/task/small_experiment.h"
 #include "temp_folder.h"
 
@@ -15,6 +16,7 @@ namespace {
 
 using base::InputError;
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::kSource;
 using testing_support::Shipped;
 using testing_support::Small;
@@ -96,13 +98,9 @@ TEST(ReadSeamExperiment, NamesWhatIsWrong) {
       "sensor: " + (kSource / "models/sensors/stripe_base.yaml").string() + "\n";
   const auto refused = [&](const std::string& text, const std::string& says) {
     const auto file = folder.Write("e.yaml", text);
-    try {
-      ReadSeamExperiment(file);
-      FAIL() << text;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(file.string()));
-      EXPECT_THAT(error.what(), HasSubstr(says));
-    }
+    EXPECT_THAT(ErrorOf([&] { ReadSeamExperiment(file); }),
+                testing::AllOf(HasSubstr(file.string()), HasSubstr(says)))
+        << text;
   };
   refused("name: x\n", "sensor");
   refused("task: parts\n" + sensor, "'parts' must be seam");

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "error_of.h"
 #include "seam/task/seam_score.h"
 #include "seam/task/small_experiment.h"
 #include "temp_folder.h"
@@ -18,6 +19,7 @@ namespace {
 using experiment::Record;
 using experiment::Report;
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::Shipped;
 using testing_support::TempFolder;
 using Cells = std::vector<std::string>;
@@ -256,13 +258,9 @@ TEST(SeamTables, NamesABrokenPublishedTable) {
   const TempFolder folder;
   SeamExperiment experiment = Shipped("seam_base");
   experiment.reference = folder.Write("t.csv", "method,a\nModel-Fitting,many\n");
-  try {
-    ReportOn(experiment, {});
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(experiment.reference.string() + ":2:"));
-    EXPECT_THAT(error.what(), HasSubstr("'many'"));
-  }
+  EXPECT_THAT(
+      ErrorOf([&] { ReportOn(experiment, {}); }),
+      testing::AllOf(HasSubstr(experiment.reference.string() + ":2:"), HasSubstr("'many'")));
 }
 
 TEST(SeamTables, AStampOfAnotherKindIsRefused) { EXPECT_THROW(ReportOf({}, {}), base::InputError); }

@@ -34,13 +34,6 @@ Point Limited(const Point& v, double max) {
   return norm > max ? Point(v * (max / norm)) : v;
 }
 
-// Both limits hold for every point between two points that keep them.
-Point LimitedVelocity(const Point& wanted, const HeadOptions& options) {
-  Point v = Limited(wanted, options.speed_m_s);
-  v.x() = std::clamp(v.x(), -options.max_lateral_speed_m_s, options.max_lateral_speed_m_s);
-  return v;
-}
-
 double WantedRotation(double error_rad, const HeadOptions& options) {
   const double brakes = std::sqrt(2.0 * kBrakingShare * options.max_rotation_acceleration_rad_s2 *
                                   std::abs(error_rad));
@@ -107,7 +100,10 @@ LinePose HeadState::Line(double ahead_m) const {
 HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options) {
   constexpr double dt = kControlPeriod_s;
   HeadState next = head;
-  const Point wanted = LimitedVelocity(command.velocity, options);
+  // Both limits hold for every velocity between two that keep them.
+  Point wanted = Limited(command.velocity, options.speed_m_s);
+  const double lateral = options.max_lateral_speed_m_s;
+  wanted.x() = std::clamp(wanted.x(), -lateral, lateral);
   next.velocity += Limited(wanted - head.velocity, options.max_acceleration_m_s2 * dt);
   next.needle += next.velocity * dt;
   if (!options.rotate) return next;
@@ -213,11 +209,14 @@ std::optional<TrackPoint> ControlUnit::Receive(const std::string& xml) {
   const Point edge(line.x_m + correction.edge_x_m * std::cos(line.heading_rad),
                    line.y_m + correction.edge_x_m * std::sin(line.heading_rad));
   if (IsJump(edge, correction.time_s)) return std::nullopt;
-  last_.push_back({correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0});
+  const TrackPoint point{correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0};
+  last_.push_back(point);
   if (last_.size() > kLast) last_.erase(last_.begin());
   if (correction.sure.value_or(true)) sure_to_y_m_ = std::max(sure_to_y_m_, edge.y());
-  TakeEdge(edge);
-  return TrackPoint{correction.time_s, edge.x(), edge.y(), line.heading_rad, 0.0};
+  const auto y_of = [](const Point& p) { return p.y(); };
+  edge_.insert(std::ranges::upper_bound(edge_, edge.y(), {}, y_of), edge);
+  PlanRoute();
+  return point;
 }
 
 void ControlUnit::TakeStop(const Correction& correction) {
@@ -239,12 +238,6 @@ bool ControlUnit::IsJump(const Point& edge, double time_s) const {
                          options_.head.max_lateral_speed_m_s * std::max(0.0, time_s - p.time_s);
     return std::abs(edge.x() - p.x_m) > reach;
   });
-}
-
-void ControlUnit::TakeEdge(const Point& edge) {
-  const auto y_of = [](const Point& p) { return p.y(); };
-  edge_.insert(std::ranges::upper_bound(edge_, edge.y(), {}, y_of), edge);
-  PlanRoute();
 }
 
 // The edge's offset curve, which takes over from the CAD track smoothly.

@@ -93,7 +93,6 @@ class ControlUnit {
  private:
   void TakeStop(const Correction& correction);
   bool IsJump(const Point& edge, double time_s) const;
-  void TakeEdge(const Point& edge);
   std::vector<Point> EdgeFrom(double from_y);
   void PlanRoute();
   double PathX(const std::vector<Point>& edge, double y_m) const;
