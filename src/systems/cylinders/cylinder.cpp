@@ -32,6 +32,15 @@ bool Meets(const Eigen::Vector3d& origin, const Eigen::Vector3d& p, const Eigen:
   return way.cross(center - origin).squaredNorm() <= radius_m * radius_m * way.squaredNorm();
 }
 
+/// Distance [m] of p from the surface of the closed cylinder.
+double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
+  const About about(cylinder.center, cylinder.axis, p);
+  const double out = about.radial_m - cylinder.radius_m;
+  const double beyond = std::abs(about.along_m) - 0.5 * cylinder.height_m;
+  if (out <= 0.0 && beyond <= 0.0) return std::min(-out, -beyond);
+  return std::hypot(std::max(out, 0.0), std::max(beyond, 0.0));
+}
+
 }  // namespace
 
 geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outward_normals,
@@ -116,14 +125,6 @@ std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3
   const double enters = std::max(enters_round, enters_ends);
   if (enters <= 0.0 || enters >= std::min(leaves_round, leaves_ends)) return std::nullopt;
   return Entry{enters, enters_ends > enters_round};
-}
-
-double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
-  const About about(cylinder.center, cylinder.axis, p);
-  const double out = about.radial_m - cylinder.radius_m;
-  const double beyond = std::abs(about.along_m) - 0.5 * cylinder.height_m;
-  if (out <= 0.0 && beyond <= 0.0) return std::min(-out, -beyond);
-  return std::hypot(std::max(out, 0.0), std::max(beyond, 0.0));
 }
 
 bool IsWithin(const Cylinder& cylinder, double grown_m, const Eigen::Vector3d& p) {

@@ -80,8 +80,6 @@ inline Eigen::Vector3d CenterOfGravity(const Eigen::Vector3d& c_m, const Eigen::
   return c_m - 0.5 * height_m * v;
 }
 
-/// Distance [m] of p from the surface of the closed cylinder.
-double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p);
 /// Whether p is inside the cylinder grown by so much all round.
 bool IsWithin(const Cylinder& cylinder, double grown_m, const Eigen::Vector3d& p);
 /// Ascending positions of the points on its surface, to within the tolerance. O(n).

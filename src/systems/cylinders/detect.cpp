@@ -299,14 +299,6 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
 /// Fewer points are no scan of a table.
 constexpr std::size_t kMinPoints = 100;
 
-Indices PositionsOf(const std::vector<bool>& chosen) {
-  Indices positions;
-  for (std::uint32_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i]) positions.push_back(i);
-  }
-  return positions;
-}
-
 /// What was measured, and from where.
 struct Measured {
   Points points_C;
@@ -401,7 +393,7 @@ void FindTable(const Measured& measured, DetectOptions& options, base::Rng& rng,
 void Filter(const DetectOptions& options, CylinderScene& scene) {
   std::vector<bool> is_above(scene.points_C.size(), true);
   for (const auto i : scene.table.points) is_above[i] = false;
-  const Indices above = PositionsOf(is_above);
+  const Indices above = geometry::PositionsOf(is_above);
   const perception::OutlierFilterOptions as_options{
       options.preprocess.isolated_outliers, options.repeated_filter,
       options.preprocess.filter_unit_m,
@@ -430,12 +422,13 @@ geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree
 void FindCurvature(const Measured& measured, const KdTree& tree,
                    const geometry::NeighborLists& neighbors, const DetectOptions& options,
                    CylinderScene& scene) {
-  scene.curved = PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature, neighbors));
+  scene.curved =
+      geometry::PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature, neighbors));
   scene.scan_order = measured.scan_order;
   if (!scene.scan_order) return;
   std::vector<ScanPlace> places;
   for (const auto i : scene.source) places.push_back(measured.scan[i]);
-  scene.edges = PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
+  scene.edges = geometry::PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
 }
 
 /// Leaves the points out whose normals are not those of a top.

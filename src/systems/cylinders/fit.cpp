@@ -142,6 +142,19 @@ void Check(const RcfOptions& options) {
   }
 }
 
+/// "Top curvature points": curved, and through the gate. Ascending.
+geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
+                        const RcfOptions& options) {
+  const Eigen::Matrix3d R_CS = SensorAxes(input.up, input.eye - geometry::Centroid(input.points));
+  geometry::Indices rim;
+  for (std::size_t i = 0; i < input.points.size(); ++i) {
+    if (prepared.curved[i] && PassesGate(R_CS.transpose() * prepared.normals[i], options)) {
+      rim.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return rim;
+}
+
 geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepared,
                             const Barrel& barrel, double tolerance_m) {
   geometry::PointCloud wall;
@@ -184,18 +197,6 @@ RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
   curvature.min_angle_rad = options.curvature_rad;
   auto curved = CurvedPoints(cloud, tree, curvature, neighbors);
   return {std::move(cloud.normals), std::move(curved)};
-}
-
-geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
-                        const RcfOptions& options) {
-  const Eigen::Matrix3d R_CS = SensorAxes(input.up, input.eye - geometry::Centroid(input.points));
-  geometry::Indices rim;
-  for (std::size_t i = 0; i < input.points.size(); ++i) {
-    if (prepared.curved[i] && PassesGate(R_CS.transpose() * prepared.normals[i], options)) {
-      rim.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return rim;
 }
 
 std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3d& axis,

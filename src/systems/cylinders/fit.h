@@ -121,10 +121,6 @@ RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
 /// Whether a normal, in the frame of SensorAxes, is that of a "top curvature point".
 bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options);
 
-/// "Top curvature points": curved, and through the gate. Ascending.
-geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
-                        const RcfOptions& options);
-
 /// The circle square to the axis with the least sum of distances of the rim (eq. 4.24, seen along
 /// the axis), by reweighted least squares from `start`. The text calculates "the circle centre c_m
 /// again" on the axis; here the radius, too, comes from all of the rim.

@@ -8,6 +8,8 @@
 #include <numeric>
 
 #include "base/rng.h"
+#include "cylinders/fit.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -15,10 +17,7 @@ namespace {
 using Eigen::Vector3d;
 
 Vector3d Noise(double deviation, base::Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  const double z = rng.Normal();
-  return deviation * Vector3d(x, y, z);
+  return deviation * geometry::samples::RandomVector(rng);
 }
 
 /// Adds what is seen of a barrel from low to high along its axis, over `arc` about `facing`.
@@ -53,10 +52,6 @@ geometry::Indices All(const geometry::PointCloud& cloud) {
   geometry::Indices all(cloud.size());
   std::iota(all.begin(), all.end(), 0u);
   return all;
-}
-
-double BarrelAngleBetween(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
 TEST(Barrel, PointsAreThoseNearTheSurfaceBetweenTheEnds) {
@@ -97,7 +92,7 @@ TEST_P(SeededBarrel, IsRefinedFromAnAxisThatIsOff) {
   ASSERT_TRUE(refined);
   // 1500 points of 0.3 mm noise: hundredths of a millimetre and of a degree; ten times that.
   EXPECT_LT(refined->axis.Distance(center), 0.0002);
-  EXPECT_LT(BarrelAngleBetween(refined->axis.direction, axis), base::Deg(0.2));
+  EXPECT_LT(AngleBetween(refined->axis.direction, axis), base::Deg(0.2));
   EXPECT_NEAR(refined->radius_m, 0.02575, 0.0002);
   EXPECT_NEAR(refined->rms_m, 0.0003, 0.0001);
   EXPECT_NEAR(refined->arc_rad, base::Deg(140), base::Deg(20));
@@ -183,8 +178,7 @@ TEST(BarrelSearch, FindsAStandingAndALyingBarrelAmongWalls) {
     const auto lines = FindBarrels(cloud, up, 0.026, 0.14, {}, rng);
     const auto near = [&](const Vector3d& center, const Vector3d& axis) {
       return std::ranges::any_of(lines, [&](const Line& line) {
-        return line.Distance(center) < 0.003 &&
-               BarrelAngleBetween(line.direction, axis) < base::Deg(4) &&
+        return line.Distance(center) < 0.003 && AngleBetween(line.direction, axis) < base::Deg(4) &&
                (line.point - center).norm() < 0.1;
       });
     };
@@ -211,7 +205,7 @@ TEST(BarrelSearch, FindsALeaningBarrelAmongWalls) {
     }
     const auto lines = FindBarrels(cloud, up, 0.026, 0.12, {}, rng);
     EXPECT_TRUE(std::ranges::any_of(lines, [&](const Line& line) {
-      return line.Distance(a) < 0.003 && BarrelAngleBetween(line.direction, axis) < base::Deg(4);
+      return line.Distance(a) < 0.003 && AngleBetween(line.direction, axis) < base::Deg(4);
     })) << seed;
   }
 }

@@ -10,6 +10,7 @@
 
 #include "base/rng.h"
 #include "base/units.h"
+#include "cylinders/fit.h"
 #include "cylinders/task/tabletop_scan.h"
 #include "geometry/random_points.h"
 
@@ -32,17 +33,11 @@ SeenBarrel HalfBarrel(const Vector3d& center, const Vector3d& axis, double radiu
     const double angle = rng.Uniform(-base::kPi / 2, base::kPi / 2);
     const double along = rng.Uniform(-0.5, 0.5) * height_m;
     const Vector3d n = std::cos(angle) * u + std::sin(angle) * v;
-    const double a = rng.Normal();
-    const double b = rng.Normal();
-    const double c = rng.Normal();
     barrel.points.push_back(center + along * axis + radius_m * n);
-    barrel.normals.push_back((n + normal_noise * Vector3d(a, b, c)).normalized());
+    barrel.normals.push_back(
+        (n + normal_noise * geometry::samples::RandomVector(rng)).normalized());
   }
   return barrel;
-}
-
-double AngleBetween(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
 TEST(CylinderAxis, PointsOfABarrelWithExactNormalsGiveItsAxis) {

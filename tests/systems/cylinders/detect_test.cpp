@@ -8,7 +8,9 @@
 #include <limits>
 
 #include "base/error.h"
+#include "cylinders/fit.h"
 #include "cylinders/task/tabletop_scan.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -23,10 +25,6 @@ using samples::StandingBox;
 using samples::Tabletop;
 
 const std::vector<GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
-
-double DetectAngleBetween(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
-}
 
 CylinderScene Detect(const geometry::Observation& observation,
                      const std::vector<GivenCylinder>& given = kGiven,
@@ -47,7 +45,7 @@ void ExpectFound(const CylinderScene& scene, std::size_t given, const Cylinder& 
   const FoundCylinder* found = Find(scene, given, truth);
   ASSERT_TRUE(found) << given;
   EXPECT_NEAR(found->cylinder_C.radius_m, truth.radius_m, 0.0005);
-  EXPECT_LT(DetectAngleBetween(found->cylinder_C.axis, truth.axis), base::Deg(1.0));
+  EXPECT_LT(AngleBetween(found->cylinder_C.axis, truth.axis), base::Deg(1.0));
   EXPECT_LT((found->cylinder_C.center - truth.center).norm(), 0.002);
 }
 
@@ -62,16 +60,10 @@ Tabletop Standing2() {
 TEST(DetectCylinders, SideOfThePlaneIsThatOfTheEquations) {
   base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
-    const auto draw = [&] {
-      const double x = rng.Normal();
-      const double y = rng.Normal();
-      const double z = rng.Normal();
-      return Vector3d(x, y, z);
-    };
-    const Vector3d n = draw().normalized();
-    const Vector3d on = draw();
-    const Vector3d o = draw();
-    const Vector3d p = draw();
+    const Vector3d n = geometry::samples::RandomDirection(rng);
+    const Vector3d on = geometry::samples::RandomVector(rng);
+    const Vector3d o = geometry::samples::RandomVector(rng);
+    const Vector3d p = geometry::samples::RandomVector(rng);
     const double d = -n.x() * on.x() - n.y() * on.y() - n.z() * on.z();    // eq. 4.2
     const double f_c = n.x() * o.x() + n.y() * o.y() + n.z() * o.z() + d;  // eq. 4.3
     const double f_p = n.x() * p.x() + n.y() * p.y() + n.z() * p.z() + d;  // eq. 4.4
@@ -124,7 +116,7 @@ TEST(DetectCylinders, AsPublishedFindsStandingCylindersInTheSensorsFrame) {
       EXPECT_GT(one.rim_share, 0.8);
       const bool there = std::abs(one.cylinder_C.radius_m - truth.radius_m) < 0.002 &&
                          (one.cylinder_C.center - truth.center).norm() < 0.005 &&
-                         DetectAngleBetween(one.cylinder_C.axis, truth.axis) < base::Deg(5.0);
+                         AngleBetween(one.cylinder_C.axis, truth.axis) < base::Deg(5.0);
       found_there += there;
       ++found;
     }

@@ -2,12 +2,64 @@
 
 #include <gtest/gtest.h>
 
-#include "cylinders/seen_cylinder.h"
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "base/frames.h"
+#include "base/rng.h"
+#include "base/units.h"
+#include "geometry/point_cloud.h"
 
 namespace rangegrasp::cylinders {
 namespace {
 
+/// A cylinder along x about the origin, and points of it that an eye at +z sees.
+struct SeenCylinder {
+  double radius_m = 0.02;
+  double height_m = 0.1;
+  Eigen::Vector3d eye = Eigen::Vector3d(0.5, 0.0, 0.7);
+
+  /// Rows along the wall's seen side, the outline left out, and rings over the upper end (+x). Each
+  /// point is moved along its ray by noise.
+  geometry::Points Points(int rows, int columns, bool end, double noise_m, base::Rng& rng) const {
+    geometry::Points points;
+    const double half_angle = std::acos(radius_m / eye.z()) - base::Deg(3.0);
+    for (int i = 0; i < rows; ++i) {
+      for (int k = 0; k < columns; ++k) {
+        const double x = height_m * ((i + 0.5) / rows - 0.5);
+        const double angle = half_angle * (2.0 * (k + 0.5) / columns - 1.0);
+        points.emplace_back(x, radius_m * std::sin(angle), radius_m * std::cos(angle));
+      }
+    }
+    for (int i = 0; end && i < rows / 2; ++i) {
+      for (int k = 0; k < columns; ++k) {
+        const double r = radius_m * std::sqrt((i + 0.5) / (rows / 2));
+        const double angle = 2.0 * base::kPi * k / columns;
+        points.emplace_back(0.5 * height_m, r * std::sin(angle), r * std::cos(angle));
+      }
+    }
+    for (auto& p : points) {
+      const double noise = noise_m * rng.Normal();
+      p += noise * (p - eye).normalized();
+    }
+    return points;
+  }
+};
+
+/// A pose that is none of the axes'.
+base::Pose SomePose() {
+  return base::MakePose(
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix(),
+      {0.3, -0.2, 0.9});
+}
+
 const Barrel kBarrel{{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX()}, 0.02};
+
+TEST(AngleBetween, IsThatOfAxesWhateverTheirSigns) {
+  const Eigen::Vector3d turned(std::cos(0.3), std::sin(0.3), 0.0);
+  EXPECT_NEAR(AngleBetween(Eigen::Vector3d::UnitX(), turned), 0.3, 1e-12);
+  EXPECT_NEAR(AngleBetween(Eigen::Vector3d::UnitX(), -turned), 0.3, 1e-12);
+}
 
 TEST(Incidence, IsThatOfTheNormalWhereTheRayMeetsTheBarrel) {
   const Eigen::Vector3d eye(0.3, 0.0, 0.7);
@@ -57,8 +109,6 @@ TEST(DistanceNoise, IsThatOfDrawnPoints) {
   }
 }
 
-using testing_support::SeenCylinder;
-
 // |(I - d d^T)(p - c)| - r, written out (eq. 2.14) for a unit d.
 double Transcribed(const BarrelParameters& x, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = x.segment<3>(3).normalized();
@@ -96,7 +146,7 @@ TEST(BarrelResidual, GradientIsThatOfFiniteDifferences) {
 TEST(LeastSquares, FindTheCylinderOfExactPointsOfItsSeenSide) {
   base::Rng rng(1);
   const SeenCylinder truth;
-  const base::Pose X_AB = testing_support::SomePose();
+  const base::Pose X_AB = SomePose();
   geometry::Points points = truth.Points(30, 20, false, 0.0, rng);
   for (auto& p : points) p = X_AB * p;
   const auto fit = FitLeastSquares(points);
@@ -206,7 +256,7 @@ TEST(Refined, IsExactForExactPointsAndLeavesTheEndOut) {
 TEST(Refined, MovesWithItsPoints) {
   base::Rng rng(2);
   const SeenCylinder truth;
-  const base::Pose X_AB = testing_support::SomePose();
+  const base::Pose X_AB = SomePose();
   const auto points = truth.Points(40, 30, true, 0.0003, rng);
   geometry::Points moved;
   for (const auto& p : points) moved.push_back(X_AB * p);

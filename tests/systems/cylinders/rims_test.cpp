@@ -32,21 +32,23 @@ geometry::PointCloud Edge() {
   return cloud;
 }
 
+/// The scalar product, written out.
+double Product(const Vector3d& a, const Vector3d& b) {
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
 TEST(Curvature, EdgeCosineIsThatOfTheEquation) {
   base::Rng rng(2);
   for (int i = 0; i < 50; ++i) {
     const Vector3d before = RandomVector(rng);
     const Vector3d p = RandomVector(rng);
     const Vector3d after = RandomVector(rng);
-    double dot = 0.0;
-    double one = 0.0;
-    double other = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      dot += (p[k] - before[k]) * (p[k] - after[k]);
-      one += (p[k] - before[k]) * (p[k] - before[k]);
-      other += (p[k] - after[k]) * (p[k] - after[k]);
-    }
-    EXPECT_NEAR(EdgeCosine(before, p, after), dot / (std::sqrt(one) * std::sqrt(other)), 1e-12);
+    const double one = std::sqrt(Product(p - before, p - before));
+    const double other = std::sqrt(Product(p - after, p - after));
+    EXPECT_NEAR(EdgeCosine(before, p, after), Product(p - before, p - after) / (one * other),
+                1e-12);
   }
   EXPECT_NEAR(EdgeCosine({0, 0, 0}, {1, 0, 0}, {2, 0, 0}), -1.0, 1e-12);
   EXPECT_NEAR(EdgeCosine({0, 0, 0}, {1, 0, 0}, {1, 1, 0}), 0.0, 1e-12);
@@ -310,14 +312,9 @@ TEST(CylinderCircle, ProductsAreThoseOfTheEquations) {
     const Vector3d a = RandomVector(rng);
     const Vector3d b = RandomVector(rng);
     const Vector3d c = RandomVector(rng);
-    double ca = 0.0;
-    double ba = 0.0;
-    double cb = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      ca += (c[k] - a[k]) * (b[k] - a[k]);
-      ba += (c[k] - b[k]) * (a[k] - b[k]);
-      cb += (a[k] - c[k]) * (b[k] - c[k]);
-    }
+    const double ca = Product(c - a, b - a);
+    const double ba = Product(c - b, a - b);
+    const double cb = Product(a - c, b - c);
     const auto p = ProductsOf(a, b, c);
     EXPECT_DOUBLE_EQ(p.d_ca, ca);
     EXPECT_DOUBLE_EQ(p.d_ba, ba);

@@ -10,7 +10,6 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cylinders/detect.h"
-#include "cylinders/internal/draw.h"
 #include "cylinders/task/cylinders_task.h"
 #include "cylinders/task/demo_task.h"
 #include "experiment/experiment.h"

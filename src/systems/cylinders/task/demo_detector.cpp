@@ -14,12 +14,8 @@
 #include "perception/perceive.h"
 
 namespace rangegrasp::cylinders {
-namespace {
-
 using base::kMm;
 using base::YamlMap;
-
-}  // namespace
 
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between) {
   const auto parts = base::Split(text, between);

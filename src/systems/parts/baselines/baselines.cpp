@@ -16,7 +16,8 @@
 
 #include "base/error.h"
 #include "geometry/graph.h"
-#include "parts/shape/shape_graph.h"
+#include "geometry/mesh.h"
+#include "parts/mirror/internal/spherical_mirror.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -178,6 +179,300 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
     result.label[face.idx()] = static_cast<std::int32_t>(segment[face]);
     result.parts = std::max(result.parts, result.label[face.idx()] + 1);
   }
+  return result;
+}
+
+namespace {
+
+// ---- landmarks ----
+
+/// Of the whole; a part has as many as the root of its share of faces. More find smaller feature
+/// points and cost their square.
+constexpr int kLandmarks = 300;
+/// A part with fewer is not looked at: its few cells show no limbs.
+constexpr std::uint32_t kMinLandmarks = 16;
+/// A part stays whole when more of its landmarks lie on their convex hull.
+constexpr double kHullFraction = 0.7;
+
+std::vector<bool> OnHull(const Points& points) {
+  const geometry::TriangleMesh hull = geometry::ConvexHull(points);
+  std::vector<bool> on_hull;
+  for (const Eigen::Vector3d& p : points) {
+    on_hull.push_back(
+        std::ranges::binary_search(hull.vertices, CoordinatesOf(p), {}, CoordinatesOf));
+  }
+  return on_hull;
+}
+
+/// Components of the landmarks that are left when the first `core` of the order are gone, numbered
+/// from 1 where they hold a feature point, else 0. Returns how many do.
+std::int32_t Components(const LandmarkForm& form, const std::vector<bool>& feature,
+                        const Indices& order, std::size_t core, Labels& label) {
+  std::vector<bool> rest(form.size(), true);
+  for (std::size_t k = 0; k < core; ++k) rest[order[k]] = false;
+  label.assign(form.size(), 0);
+  std::int32_t count = 0;
+  Indices front;
+  for (std::uint32_t i = 0; i < form.size(); ++i) {
+    if (!feature[i] || !rest[i] || label[i] != 0) continue;
+    label[i] = ++count;
+    front.push_back(i);
+    while (!front.empty()) {
+      const std::uint32_t at = front.back();
+      front.pop_back();
+      for (const std::uint32_t j : form.neighbors[at]) {
+        if (!rest[j] || label[j] != 0) continue;
+        label[j] = count;
+        front.push_back(j);
+      }
+    }
+  }
+  return count;
+}
+
+/// Grows the core from the hull of the mirrored landmarks outwards, by how deep they lie in it, and
+/// stops where the number of separate components with feature points then stays the same for
+/// longest: growing on until every last feature point is on its own (ears, horns) would leave
+/// stumps of the limbs.
+Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
+  const Points mirrored =
+      MirrorOut(form.embedded, SphereRound(geometry::Centroid(form.embedded), form.embedded));
+  const geometry::TriangleMesh hull = geometry::ConvexHull(mirrored);
+  const std::vector<double> height = HeightsAbove(hull, mirrored);
+  const Indices order = OrderBy(form.size(), [&](std::uint32_t i) { return -height[i]; });
+  double longest = -1.0, since = 0.0;
+  Pieces best, first, candidate;
+  for (std::size_t core = hull.vertices.size(); core < order.size(); ++core) {
+    const double depth = -height[order[core]];
+    candidate.count = Components(form, feature, order, core, candidate.label);
+    if (candidate.count != first.count) {
+      since = depth;
+      first = candidate;
+    }
+    const double lasts = (first.count - 1) * (depth - since);
+    if (first.count > 0 && lasts > longest) {
+      longest = lasts;
+      best = first;
+    }
+  }
+  return best;
+}
+
+/// Feature points and core: a label a landmark, 0 the core, and how many others; none where more
+/// than kHullFraction of the landmarks lie on their convex hull.
+Pieces LabelLandmarks(const LandmarkForm& form) {
+  const std::vector<bool> on_hull = OnHull(form.embedded);
+  const auto convex = static_cast<double>(std::ranges::count(on_hull, true));
+  if (convex > kHullFraction * form.size()) return {};
+  return Separate(form, FeaturePoints(form, on_hull));
+}
+
+// ---- minimum cuts ----
+
+/// Eta of a convex edge (Katz and Tal 2003).
+constexpr double kConvexWeight = 0.2;
+/// How far a boundary may move to its cheapest place, in distances between landmarks. Less leaves
+/// it near the border between two cells, more may find a crease of another part.
+constexpr double kBoundaryReach = 6.0;
+
+/// Of each vertex from the edges between the segment's faces and others.
+std::vector<double> DistancesFromBoundary(const VertexGraph& graph, const FaceGraph& faces,
+                                          std::int32_t segment, const Labels& label) {
+  Indices boundary;
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    if (label[f] != segment || label[g] == segment) return;
+    boundary.insert(boundary.end(), faces.edge[k].begin(), faces.edge[k].end());
+  });
+  return geometry::DistancesFrom(boundary, graph.Links());
+}
+
+/// How far faces of one side may move: not more than half of the way to its farthest vertex, so
+/// that both sides keep something.
+double ReachOf(const Shape& mesh, const std::vector<double>& distance, const Labels& label,
+               std::int32_t side, double width) {
+  double depth = 0.0;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    if (label[f] != side) continue;
+    for (const std::uint32_t v : mesh.faces[f]) {
+      if (distance[v] < geometry::ShortestPaths::kFar) depth = std::max(depth, distance[v]);
+    }
+  }
+  return std::min(width, 0.5 * depth);
+}
+
+// ---- the hierarchy ----
+
+/// Some faces of a mesh as a shape of its own.
+struct CorePiece {
+  Shape shape;
+  std::vector<bool> cut;  ///< a vertex: on an edge where it was cut from the rest
+};
+
+CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& faces) {
+  CorePiece piece;
+  std::vector<bool> within(mesh.faces.size(), false), cut(mesh.points.size(), false);
+  for (const std::uint32_t f : faces) within[f] = true;
+  for (const std::uint32_t f : faces) {
+    piece.shape.faces.push_back(mesh.faces[f]);
+    for (std::uint32_t k = graph.begin[f]; k < graph.begin[f + 1]; ++k) {
+      if (within[graph.neighbor[k]]) continue;
+      for (const std::uint32_t v : graph.edge[k]) cut[v] = true;
+    }
+  }
+  const Indices kept = UseOnly(mesh.points.size(), piece.shape.faces);
+  piece.shape.points = geometry::Select(mesh.points, kept);
+  for (const std::uint32_t v : kept) piece.cut.push_back(cut[v]);
+  return piece;
+}
+
+/// A face has the label of two of its vertices' landmarks, else that of the core.
+Labels LabelFaces(const Shape& mesh, const Indices& landmark, const Labels& of_landmark) {
+  Labels label;
+  for (const auto& [a, b, c] : mesh.faces) {
+    const std::int32_t la = of_landmark[landmark[a]];
+    const std::int32_t lb = of_landmark[landmark[b]];
+    const std::int32_t lc = of_landmark[landmark[c]];
+    label.push_back(la == lb || la == lc ? la : lb == lc ? lb : 0);
+  }
+  return label;
+}
+
+/// The faces of a part as its core and segments; empty if it stays whole.
+std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
+                               const Indices& part) {
+  const double share = static_cast<double>(part.size()) / static_cast<double>(shape.faces.size());
+  const auto landmarks = static_cast<std::uint32_t>(kLandmarks * std::sqrt(share));
+  if (landmarks < kMinLandmarks) return {};
+  const CorePiece piece = Extract(shape, shape_graph, part);
+  const VertexGraph graph = GeodesicGraph(piece.shape);
+  const LandmarkForm form = MakeLandmarkForm(graph, piece.cut, static_cast<int>(landmarks));
+  if (form.size() < kMinLandmarks) return {};
+  const Pieces segments = LabelLandmarks(form);
+  if (segments.count == 0) return {};
+
+  Labels label = LabelFaces(piece.shape, form.spread.nearest, segments.label);
+  const FaceGraph faces = BuildFaceGraph(piece.shape);
+  JoinCrumbs(faces, label);
+  const std::vector<double> costs = CutCosts(piece.shape, faces);
+  for (std::int32_t s = 1; s <= segments.count; ++s) {
+    RefineBoundary(piece.shape, graph, faces, costs, s, kBoundaryReach * form.spread.spacing,
+                   label);
+  }
+  JoinCrumbs(faces, label);
+  std::map<std::int32_t, Indices> by_label;
+  for (std::size_t i = 0; i < label.size(); ++i) by_label[label[i]].push_back(part[i]);
+  std::vector<Indices> split;
+  for (auto& [unused, some] : by_label) split.push_back(std::move(some));
+  return split;
+}
+
+struct Part {
+  Indices faces;
+  bool whole = false;  ///< was looked at and cannot be split
+};
+
+}  // namespace
+
+LandmarkForm MakeLandmarkForm(const VertexGraph& graph, const std::vector<bool>& cut,
+                              int landmarks) {
+  LandmarkForm form;
+  form.spread = SpreadLandmarks(graph, landmarks);
+  const auto n = form.spread.landmark.size();
+  form.distance = BetweenLandmarks(form.spread);
+  form.neighbors.resize(n);
+  form.near_cut.assign(n, false);
+  const Indices& nearest = form.spread.nearest;
+  for (std::uint32_t v = 0; v < nearest.size(); ++v) {
+    if (cut[v]) form.near_cut[nearest[v]] = true;
+  }
+  ForEachLink(graph, [&](std::uint32_t v, std::uint32_t w, std::uint32_t) {
+    if (nearest[w] != nearest[v]) form.neighbors[nearest[v]].insert(nearest[w]);
+  });
+  const Embedding embedding = Smacof(form.distance, {});
+  for (std::size_t i = 0; i < n; ++i) form.embedded.push_back(embedding.positions.row(i));
+  return form;
+}
+
+std::vector<bool> FeaturePoints(const LandmarkForm& form, const std::vector<bool>& on_hull) {
+  const Eigen::VectorXd far = form.distance.rowwise().sum();
+  std::vector<bool> feature(form.size(), false);
+  for (std::uint32_t i = 0; i < form.size(); ++i) {
+    feature[i] = on_hull[i] && !form.near_cut[i];
+    for (const std::uint32_t j : form.neighbors[i]) {
+      if (far[j] >= far[i]) feature[i] = false;
+    }
+  }
+  return feature;
+}
+
+std::vector<double> CutCosts(const Shape& mesh, const FaceGraph& faces) {
+  const FaceFrames frames = BuildFaceFrames(mesh);
+  std::vector<double> costs(faces.neighbor.size());
+  double sum = 0.0;
+  ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+    const bool concave = frames.normal[f].dot(frames.center[g] - frames.center[f]) > 0.0;
+    costs[k] = (concave ? 1.0 : kConvexWeight) * (1.0 - frames.normal[f].dot(frames.normal[g]));
+    sum += costs[k];
+  });
+  const double mean = costs.empty() ? 0.0 : sum / static_cast<double>(costs.size());
+  for (std::size_t k = 0; k < costs.size(); ++k) {
+    costs[k] = LengthOf(mesh.points, faces.edge[k]) / (1.0 + (mean > 0.0 ? costs[k] / mean : 0.0));
+  }
+  return costs;
+}
+
+void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph& faces,
+                    const std::vector<double>& costs, std::int32_t segment, double width,
+                    Labels& label) {
+  const auto distance = DistancesFromBoundary(graph, faces, segment, label);
+  const double inside = ReachOf(mesh, distance, label, segment, width);
+  const double outside = ReachOf(mesh, distance, label, 0, width);
+  std::uint32_t nodes = 2;
+  Indices node(label.size(), kSink);
+  for (std::uint32_t f = 0; f < label.size(); ++f) {
+    double far = 0.0;
+    for (const std::uint32_t v : mesh.faces[f]) far = std::max(far, distance[v]);
+    if (label[f] == segment) {
+      node[f] = far < inside ? nodes++ : kSource;
+    } else if (label[f] == 0 && far < outside) {
+      node[f] = nodes++;
+    }
+  }
+  CutFaces(faces, costs, nodes, node, segment, 0, label);
+}
+
+// The paper looks for feature points and the core in a coarsened mesh; here that is the landmarks
+// and the contacts of their cells, so that there is nothing to simplify and to map back.
+Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options) {
+  if (!shape.IsMesh()) {
+    throw base::InputError("core extraction needs a mesh; the input is a point cloud");
+  }
+  if (options.levels < 1) throw std::invalid_argument("core extraction: levels must be >= 1");
+  const FaceGraph graph = BuildFaceGraph(shape);
+  const Pieces pieces = ConnectedPieces(graph, AnyNeighbors);
+  std::vector<Part> parts(pieces.count);
+  for (std::uint32_t f = 0; f < shape.faces.size(); ++f) parts[pieces.label[f]].faces.push_back(f);
+  Segmentation result;
+  for (int level = 0; level < options.levels; ++level) {
+    std::vector<Part> finer;
+    for (Part& part : parts) {
+      std::vector<Indices> split;
+      if (!part.whole) split = SplitPart(shape, graph, part.faces);
+      if (split.size() < 2) {
+        finer.push_back({std::move(part.faces), true});
+        continue;
+      }
+      result.has_core = result.has_core || finer.empty();
+      for (Indices& faces : split) finer.push_back({std::move(faces)});
+    }
+    parts = std::move(finer);
+  }
+  result.label.assign(shape.faces.size(), 0);
+  for (const Part& part : parts) {
+    for (const std::uint32_t f : part.faces) result.label[f] = result.parts;
+    ++result.parts;
+  }
+  if (!result.has_core) result.note = "no core: no feature points, or nearly convex";
   return result;
 }
 

@@ -237,6 +237,26 @@ void JoinAsIn(const Shape& shape, StandingOut& out) {
       shape.IsMesh() ? BuildFaceFrames(shape).area : std::vector<double>(shape.points.size(), 1.0);
 }
 
+/// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) let their
+/// core grow, into each protrusion as far as it falls apart into limbs (LabelLimbs).
+/// @param shape  as it was given: its elements are joined as they are there
+/// @param form   the same, in the places in which it was segmented
+/// @param remoteness  of each point: its mean geodesic distance to all of the shape
+Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
+                      const std::vector<double>& remoteness, const LimbOptions& options) {
+  const geometry::TriangleMesh hull = geometry::ConvexHull(CorePoints(form, segmentation));
+  if (hull.triangles.empty()) return segmentation;
+  StandingOut out;
+  out.growth = OfElements(form, segmentation,
+                          GrowthToHold(form.points, hull, geometry::Centroid(hull.vertices)));
+  out.remoteness = OfElements(form, segmentation, remoteness);
+  JoinAsIn(shape, out);
+  Segmentation grown = segmentation;
+  grown.label = LabelLimbs(out, options);
+  grown.parts = 1 + *std::ranges::max_element(grown.label);
+  return grown;
+}
+
 /// Steps of a point's own majorisation. Measured on four-legged and armadillo models: all landmarks
 /// and 10 steps come within 1 % of the stress of 30; the linear placement alone has 35-90 % more
 /// stress, and the nearest landmarks alone, or interpolation between them, give a rough surface.
@@ -278,21 +298,6 @@ Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
 Labels LabelLimbs(const StandingOut& elements, const LimbOptions& options) {
   if (elements.growth.empty()) return {};
   return Tree(elements, options).Label();
-}
-
-Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
-                      const std::vector<double>& remoteness, const LimbOptions& options) {
-  const geometry::TriangleMesh hull = geometry::ConvexHull(CorePoints(form, segmentation));
-  if (hull.triangles.empty()) return segmentation;
-  StandingOut out;
-  out.growth = OfElements(form, segmentation,
-                          GrowthToHold(form.points, hull, geometry::Centroid(hull.vertices)));
-  out.remoteness = OfElements(form, segmentation, remoteness);
-  JoinAsIn(shape, out);
-  Segmentation grown = segmentation;
-  grown.label = LabelLimbs(out, options);
-  grown.parts = 1 + *std::ranges::max_element(grown.label);
-  return grown;
 }
 
 Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {

@@ -34,14 +34,6 @@ struct LimbOptions {
 /// @return a label an element: 0 the core, from 1 the limbs by falling weight.
 Labels LabelLimbs(const StandingOut& elements, const LimbOptions& options);
 
-/// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) let their
-/// core grow, into each protrusion as far as it falls apart into limbs (LabelLimbs).
-/// @param shape  as it was given: its elements are joined as they are there
-/// @param form   the same, in the places in which it was segmented
-/// @param remoteness  of each point: its mean geodesic distance to all of the shape
-Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
-                      const std::vector<double>& remoteness, const LimbOptions& options);
-
 struct PoseInvariantOptions {
   int landmarks = 400;  ///< >= 4; shapes with fewer points take all
   SmacofOptions smacof{};

@@ -15,10 +15,19 @@
 #include "parts/task/parts_report.h"
 
 namespace rangegrasp::parts {
+
+using nlohmann::json;
+
+static void to_json(json& word, Method method) { word = base::Word(method); }
+static void from_json(const json& word, Method& method) {
+  method = base::FromWord<Method>(word.get<std::string>(), "stamp: methods");
+}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CloudGrade, points, noise_percent)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModelClass, name, tune, report)
+
 namespace {
 
 using base::YamlMap;
-using nlohmann::json;
 
 /// Numbers of models and of models a class are bounded so that a slip of the pen is an error.
 constexpr int kMaxId = 1'000'000, kMaxModels = 1'000'000, kMaxRange = 1000;
@@ -252,17 +261,9 @@ void ReadPartsKeys(YamlMap& map) {
 }
 
 void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
-  json classes = json::array();
-  for (const ModelClass& one : setup.classes) {
-    classes.push_back({{"name", one.name}, {"tune", one.tune}, {"report", one.report}});
-  }
-  json methods = json::array();
-  for (const Method method : setup.methods) methods.push_back(base::Word(method));
   stamp.identity["models_hash"] = HashOfModels(setup);
-  json parts = {{"classes", classes}, {"methods", methods}};
-  for (const CloudGrade& grade : setup.clouds) {
-    parts["clouds"].push_back({{"points", grade.points}, {"noise_percent", grade.noise_percent}});
-  }
+  json parts = {{"classes", setup.classes}, {"methods", setup.methods}};
+  if (!setup.clouds.empty()) parts["clouds"] = setup.clouds;
   stamp.data["parts"] = parts.dump();
   stamp.data["published_table_6.1"] = setup.published;
 }
@@ -270,15 +271,9 @@ void AddTo(experiment::Stamp& stamp, const PartsSetup& setup) {
 PartsSetup PartsSetupOf(const experiment::Stamp& stamp) {
   PartsSetup setup;
   const json data = json::parse(experiment::Need(stamp.data, "parts"));
-  for (const json& one : data.at("classes")) {
-    setup.classes.push_back({one.at("name"), one.at("tune"), one.at("report")});
-  }
-  for (const json& word : data.at("methods")) {
-    setup.methods.push_back(base::FromWord<Method>(word.get<std::string>(), "stamp: methods"));
-  }
-  for (const json& grade : data.value("clouds", json::array())) {
-    setup.clouds.push_back({grade.at("points"), grade.at("noise_percent")});
-  }
+  data.at("classes").get_to(setup.classes);
+  data.at("methods").get_to(setup.methods);
+  data.value("clouds", json::array()).get_to(setup.clouds);
   setup.published = experiment::Need(stamp.data, "published_table_6.1");
   return setup;
 }

@@ -14,7 +14,9 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "experiment/view.h"
 #include "geometry/mesh.h"
+#include "parts/metrics/human_score.h"
 #include "parts/shape/shape_file.h"
 #include "parts/task/parts_report.h"
 #include "parts/task/parts_setup.h"
@@ -61,6 +63,25 @@ View::Painted PaintedBy(const geometry::TriangleMesh& mesh, const std::string& n
   painted.layer =
       fmt::format("{}: {} part{}", name, position.size(), position.size() == 1 ? "" : "s");
   return painted;
+}
+
+/// A model as a method segments it, next to how people do, in matching colors. The model is moved
+/// and scaled into a box of 1 m.
+/// @param name   of the method
+/// @param found  labels of the input's faces; empty: the method found none
+View PartsView(const HumanModel& model, const std::string& name, const Labels& found) {
+  const geometry::TriangleMesh mesh = InUnitBox(model.input.mesh);
+  View view;
+  if (!found.empty()) view.painted.push_back(PaintedBy(mesh, name, found));
+  for (std::size_t h = 0; h < model.humans.size(); ++h) {
+    const Labels& human = model.humans[h];
+    view.painted.push_back(PaintedBy(mesh, fmt::format("person {}", h + 1),
+                                     found.empty() ? human : MatchedLabels(human, found)));
+  }
+  const draw::View look = LookAtShape(mesh.vertices, kAxisUp);
+  view.eye_W = look.eye;
+  view.target_W = look.target;
+  return view;
 }
 
 // ---- clouds of models ----
@@ -246,21 +267,6 @@ Labels MatchedLabels(const Labels& labels, const Labels& reference) {
     result.push_back(place->second);
   }
   return result;
-}
-
-View PartsView(const HumanModel& model, const std::string& name, const Labels& found) {
-  const geometry::TriangleMesh mesh = InUnitBox(model.input.mesh);
-  View view;
-  if (!found.empty()) view.painted.push_back(PaintedBy(mesh, name, found));
-  for (std::size_t h = 0; h < model.humans.size(); ++h) {
-    const Labels& human = model.humans[h];
-    view.painted.push_back(PaintedBy(mesh, fmt::format("person {}", h + 1),
-                                     found.empty() ? human : MatchedLabels(human, found)));
-  }
-  const draw::View look = LookAtShape(mesh.vertices, kAxisUp);
-  view.eye_W = look.eye;
-  view.target_W = look.target;
-  return view;
 }
 
 const experiment::TaskKind& PartsTask() {

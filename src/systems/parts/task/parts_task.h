@@ -1,8 +1,7 @@
 #pragma once
 
 #include "experiment/task.h"
-#include "experiment/view.h"
-#include "parts/metrics/human_score.h"
+#include "parts/shape/shape.h"
 
 namespace rangegrasp::parts {
 
@@ -11,12 +10,6 @@ namespace rangegrasp::parts {
 /// new ones.
 /// @param labels, reference  >= 0, as many
 Labels MatchedLabels(const Labels& labels, const Labels& reference);
-
-/// A model as a method segments it, next to how people do, in matching colors. The model is moved
-/// and scaled into a box of 1 m.
-/// @param name   of the method
-/// @param found  labels of the input's faces; empty: the method found none
-experiment::View PartsView(const HumanModel& model, const std::string& name, const Labels& found);
 
 /// `task: parts`: methods that segment an object against the segmentations of people (chapter 6,
 /// figures 6.19-6.22, table 6.1). A case is one method on one model, e.g. "cup-0021-mirror"; its

@@ -1,5 +1,3 @@
-#include "parts/baselines/internal/core_extraction.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "cli/command.h"
+#include "parts/task/peanuts.h"
 
 namespace rangegrasp {
 namespace {
@@ -22,48 +23,20 @@ using testing_support::RunProgram;
 using testing_support::TempFolder;
 
 // A ball on the x side of which a rod grows: rings of points along x, with two ends.
-struct Lollipop {
-  std::vector<std::array<double, 3>> points;
-  std::vector<std::array<std::size_t, 3>> faces;
+parts::Shape Lollipop() {
+  const auto x = [](double t) { return -0.99 + 4.0 * t; };
+  return parts::samples::Tube(
+      40, 16, [&](double t) { return Eigen::Vector3d(x(t), 0.0, 0.0); },
+      [&](double t) { return std::max(0.15, std::sqrt(std::max(0.0, 1.0 - x(t) * x(t)))); });
+}
 
-  Lollipop() {
-    constexpr std::size_t kRodRings = 40, kAround = 16;
-    for (std::size_t r = 0; r < kRodRings; ++r) {
-      const double x = -0.99 + 4.0 * static_cast<double>(r) / (kRodRings - 1);
-      const double radius = std::max(0.15, std::sqrt(std::max(0.0, 1.0 - x * x)));
-      for (std::size_t k = 0; k < kAround; ++k) {
-        const double angle = 2.0 * M_PI * static_cast<double>(k) / kAround;
-        points.push_back({x, radius * std::cos(angle), radius * std::sin(angle)});
-      }
-    }
-    points.push_back({-1.0, 0, 0});
-    points.push_back({3.02, 0, 0});
-    for (std::size_t k = 0; k < kAround; ++k) {
-      const std::size_t next = (k + 1) % kAround, last = (kRodRings - 1) * kAround;
-      for (std::size_t r = 0; r + 1 < kRodRings; ++r) {
-        const std::size_t base = r * kAround;
-        faces.push_back({base + k, base + kAround + next, base + next});
-        faces.push_back({base + k, base + kAround + k, base + kAround + next});
-      }
-      faces.push_back({points.size() - 2, k, next});
-      faces.push_back({points.size() - 1, last + next, last + k});
-    }
-  }
-  std::string Off() const {
-    std::ostringstream out;
-    out << "OFF\n" << points.size() << " " << faces.size() << " 0\n";
-    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
-    for (const auto& f : faces) out << "3 " << f[0] << " " << f[1] << " " << f[2] << "\n";
-    return out.str();
-  }
-  std::string Ply() const {
-    std::ostringstream out;
-    out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
-        << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-    for (const auto& p : points) out << p[0] << " " << p[1] << " " << p[2] << "\n";
-    return out.str();
-  }
-};
+std::string PlyOf(const geometry::Points& points) {
+  std::ostringstream out;
+  out << "ply\nformat ascii 1.0\nelement vertex " << points.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  for (const auto& p : points) out << p.transpose() << "\n";
+  return out.str();
+}
 
 // The points of a binary PLY as `scan` writes it: x, y, z as floats and two whole numbers.
 std::vector<std::array<double, 3>> ScannedPoints(const std::string& ply) {
@@ -87,7 +60,9 @@ std::vector<int> LabelsOf(const std::string& seg) {
 
 class PartsTest : public testing::Test {
  protected:
-  PartsTest() { mesh_ = folder_.Write("lollipop.off", Lollipop().Off()).string(); }
+  PartsTest() {
+    mesh_ = folder_.Write("lollipop.off", testing_support::OffOf(Lollipop())).string();
+  }
 
   Ran Parts(std::vector<std::string> more) {
     more.insert(more.begin(), "parts");
@@ -197,7 +172,7 @@ TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
 }
 
 TEST_F(PartsTest, ACloudHasALabelAPoint) {
-  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points)).string();
   const Ran ran = Parts({cloud, "--go-on-outside", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
@@ -266,7 +241,7 @@ TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
 }
 
 TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
-  const std::string cloud = folder_.Write("cloud.ply", Lollipop().Ply()).string();
+  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points)).string();
   ExpectRefused({}, "a FILE");
   ExpectRefused({(folder_ / "none.off").string()}, "none.off");
   ExpectRefused({folder_.Write("a.off", "OFF\nx\n").string()}, "a.off");

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "experiment/view.h"
 #include "parts/method.h"
 #include "parts/metrics/human_score.h"
 #include "parts/task/peanuts.h"

@@ -97,15 +97,20 @@ double EdgeShare(const Cells& part, const std::vector<bool>& in, bool side) {
   return at_edge / area;
 }
 
-/// Cells on both sides of the border, and all that touch them: cells may follow each other along a
-/// border without that they share an edge.
-std::vector<bool> AtBorder(const Cells& part, const std::vector<bool>& off) {
-  std::vector<bool> border(part.size(), false);
+/// Cells on both sides of the border.
+std::vector<bool> BorderOf(const Cells& part, const std::vector<bool>& off) {
+  std::vector<bool> border;
   for (Cell c = 0; c < part.size(); ++c) {
-    for (const Cells::Link& link : part.links[c]) {
-      if (off[c] != off[link.to]) border[c] = true;
-    }
+    border.push_back(
+        std::ranges::any_of(part.links[c], [&](const auto& l) { return off[l.to] != off[c]; }));
   }
+  return border;
+}
+
+/// With all that touch them: cells may follow each other along a border without that they share an
+/// edge.
+std::vector<bool> AtBorder(const Cells& part, const std::vector<bool>& off) {
+  const std::vector<bool> border = BorderOf(part, off);
   std::vector<bool> wide = border;
   for (Cell c = 0; c < part.size(); ++c) {
     for (const Cells::Link& link : part.links[c]) {
@@ -298,13 +303,7 @@ double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach)
       lower(link.to, d + (part.center[c] - part.center[link.to]).norm());
     }
   };
-  Indices border;
-  for (Cell c = 0; c < part.size(); ++c) {
-    if (std::ranges::any_of(part.links[c], [&](const auto& l) { return off[l.to] != off[c]; })) {
-      border.push_back(c);
-    }
-  }
-  ShortestPaths().Lower(border, distance, expand, reach);
+  ShortestPaths().Lower(geometry::PositionsOf(BorderOf(part, off)), distance, expand, reach);
   std::array<Indices, 2> sides;
   for (Cell c = 0; c < part.size(); ++c) {
     if (distance[c] <= reach) sides[off[c]].push_back(c);
