@@ -254,10 +254,7 @@ TEST(Store, ViewsAndTriggersOfADatabaseDoNotRun) {
   for (const char* name : {"view", "trigger"}) {
     Store::Create(folder / name).Write(SampleRecord("mug", 0));
   }
-  run_sql(
-      "view",
-      "DROP TABLE cases; CREATE VIEW cases AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT "
-      "i + 1 FROM n) SELECT i AS id FROM n");
+  run_sql("view", "DROP TABLE cases; CREATE VIEW cases AS SELECT 'mug-0' AS id, '' AS outcome");
   EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder / "view").Ids(); }),
               HasSubstr("view \"cases\" prohibited"));
   run_sql("trigger",
