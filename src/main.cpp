@@ -10,6 +10,7 @@ void RegisterSystems();
 
 // Puts the program together: the core, then what stands on it.
 int main(int argc, char** argv) {
+  rangegrasp::cli::ReportCrashes();
   rangegrasp::RegisterTrial();
   rangegrasp::RegisterSystems();
   return rangegrasp::cli::RunProgram(argc, argv);

@@ -1,10 +1,12 @@
 #include "base/file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -71,6 +73,26 @@ std::ifstream Opened(const std::filesystem::path& file) {
   return in;
 }
 
+// Writes all of the bytes. @param sync  until they are on the disk: a name that the file is given
+// afterwards is never that of half a file, even if power is lost.
+// @return 0, or the errno of what failed.
+int WriteBytes(const std::filesystem::path& file, std::string_view bytes, bool sync) {
+  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd < 0) return errno;
+  int failed = 0;
+  while (!bytes.empty() && failed == 0) {
+    const ssize_t n = write(fd, bytes.data(), bytes.size());
+    if (n >= 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(n));
+    } else if (errno != EINTR) {
+      failed = errno;
+    }
+  }
+  if (failed == 0 && sync && fsync(fd) != 0) failed = errno;
+  if (close(fd) != 0 && failed == 0) failed = errno;  // a full disk may show only here
+  return failed;
+}
+
 }  // namespace
 
 void CheckReadable(const std::filesystem::path& file) { Opened(file); }
@@ -98,16 +120,14 @@ void WriteFile(const std::filesystem::path& file, std::string_view bytes) {
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
   std::filesystem::path target = file;
   if (!in_place) target += fmt::format(".part{}", getpid());
-  std::ofstream out(target, std::ios::binary | std::ios::trunc);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();  // a full disk may show only here
-  if (out && !in_place) std::filesystem::rename(target, file, error);
-  if (out && !error) return;
+  int failed = WriteBytes(target, bytes, !in_place);
+  if (failed == 0 && (in_place || rename(target.c_str(), file.c_str()) == 0)) return;
+  if (failed == 0) failed = errno;
   if (!in_place) std::filesystem::remove(target, error);
   throw RunError(
-      fmt::format("{}: could not be written completely ({} bytes; is the disk full, or the folder "
-                  "not writable?)",
-                  file.string(), bytes.size()));
+      fmt::format("{}: could not be written completely ({} bytes): {} (is the disk full, or the "
+                  "folder not writable?)",
+                  file.string(), bytes.size(), std::strerror(failed)));
 }
 
 void MakeFolderOf(const std::filesystem::path& file) {

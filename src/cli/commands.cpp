@@ -12,6 +12,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -33,6 +34,26 @@ constexpr int kBadInput = 2;
 void SetUpLog() {
   spdlog::set_default_logger(spdlog::stderr_color_mt("rangegrasp"));
   spdlog::set_pattern("%^%l%$: %v");
+}
+
+pid_t reporting_process = 0;
+
+// Calls only what a signal handler may call.
+void EndWithReport(int signal) {
+  if (getpid() == reporting_process) {
+    const std::string_view name = signal == SIGABRT   ? "Aborted"
+                                  : signal == SIGSEGV ? "Segmentation fault"
+                                                      : "Fatal signal";
+    for (const std::string_view part :
+         {std::string_view("error: "), name,
+          std::string_view(": a library ran out of memory, or the program has a defect: please "
+                           "report it\n")}) {
+      if (write(STDERR_FILENO, part.data(), part.size()) < 0) break;
+    }
+    _exit(kRunFailed);
+  }
+  std::signal(signal, SIG_DFL);  // a worker's end is what the runner records
+  std::raise(signal);
 }
 
 // What is typed becomes text of messages, files and JSON.
@@ -213,6 +234,14 @@ std::vector<fs::path> ShippedFiles(const char* folder, const char* ending) {
   return files;
 }
 
+void ReportCrashes() {
+  reporting_process = getpid();
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+    const auto before = std::signal(signal, EndWithReport);
+    if (before != SIG_DFL) std::signal(signal, before);  // a sanitizer's
+  }
+}
+
 int RunProgram(int argc, char** argv) {
   SetUpLog();
   // A reader that goes away (`| head`) is a failed write, which WriteResult knows.
@@ -224,14 +253,14 @@ int RunProgram(int argc, char** argv) {
   app.footer(
       "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 failed run, 2 "
       "wrong usage or input.");
-  AddRunCommand(app);
-  AddResultsCommands(app);
-  AddSlurmCommands(app);
-  AddListCommand(app);
-  for (const CommandAdder add : Adders()) add(app);
-  AddShellCommands(app);
-  AddVersionCommand(app);
   try {
+    AddRunCommand(app);
+    AddResultsCommands(app);
+    AddSlurmCommands(app);
+    AddListCommand(app);
+    for (const CommandAdder add : Adders()) add(app);
+    AddShellCommands(app);
+    AddVersionCommand(app);
     CheckArguments(argc, argv);
     CheckCommand(app, argc, argv);
     app.parse(argc, argv);

@@ -48,6 +48,10 @@ struct ReportHooks {
 };
 ReportHooks& Hooks();
 
+/// From here on this process, but none that it forks, ends with a message and exit code 1 where it
+/// would crash: libraries abort or write to address 0 where there is no memory.
+void ReportCrashes();
+
 /// The program: reads the arguments, runs the command. @return the exit code
 int RunProgram(int argc, char** argv);
 

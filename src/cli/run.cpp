@@ -75,7 +75,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
   const experiment::RunOptions how{
       .jobs = options.jobs, .case_limit_s = e.common.case_limit_s, .processes = options.processes};
   const auto run = [&](const Case& which) { return e.task->Run(which); };
-  const auto missing = Missing(cases, store);
+  auto missing = Missing(cases, store, options.resume);
   const int total = static_cast<int>(missing.size());
   if (total > 0) e.task->Prepare();
   int done = 0;
@@ -83,11 +83,15 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
   if (stop_after > 0 && cases.size() > stop_after && e.kind->stops_when_hopeless) {
     auto first = experiment::InTurn(cases);
     first.resize(stop_after);
-    const auto now = Missing(first, store);
+    const bool begun_before = Missing(first, store).empty();
+    const auto now = Missing(first, store, options.resume);
+    std::erase_if(missing, [&](const Case& c) {
+      return std::ranges::find(now, c.id, &Case::id) != now.end();
+    });
     done = static_cast<int>(now.size());
     RunCases(now, run, store, how, ProgressOf(options, e, 0, total));
     const auto failure = experiment::SameFailure(RecordsOf(first, store), e.kind->success);
-    if (failure && !now.empty()) {
+    if (failure && !begun_before) {
       return fmt::format(
           "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
           "runs them anyway; stop_after: 0 never stops a run; `rangegrasp check {}` looks for "
@@ -95,7 +99,7 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
           stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
     }
   }
-  RunCases(Missing(cases, store), run, store, how, ProgressOf(options, e, done, total));
+  RunCases(missing, run, store, how, ProgressOf(options, e, done, total));
   return "";
 }
 
@@ -107,9 +111,10 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   const experiment::FolderLock lock(folder);
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
-  const auto before = Missing(cases, store).size();
+  const auto before = Missing(cases, store, options.resume).size();
   const base::Stopwatch watch;
   std::string failed = RunTillHopeless(e, cases, store, options);
+  store.Finish();
   experiment::Results results{store.ReadStamp(), store.ReadAll(), folder};
   auto report = experiment::ReportOf(results);
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);

@@ -146,6 +146,9 @@ class Worker {
     std::string bytes;
     try {
       bytes = Packed(run(which_));
+    } catch (const std::bad_alloc&) {
+      dprintf(STDERR_FILENO, "out of memory\n");
+      _exit(kThrew);
     } catch (const std::exception& e) {
       dprintf(STDERR_FILENO, "%s\n", e.what());
       _exit(kThrew);
@@ -153,7 +156,10 @@ class Worker {
     std::size_t sent = 0;
     while (sent < bytes.size()) {
       const ssize_t n = write(out, bytes.data() + sent, bytes.size() - sent);
-      if (n <= 0) _exit(kNotSent);
+      if (n <= 0) {
+        dprintf(STDERR_FILENO, "the result could not be sent: %s\n", strerror(errno));
+        _exit(kNotSent);
+      }
       sent += static_cast<std::size_t>(n);
     }
     close(out);  // whoever waits knows now that it is whole, however long the end takes
@@ -250,8 +256,8 @@ std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards)
   return mine;
 }
 
-std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store) {
-  const auto done = store.Ids();
+std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store, bool again_crashed) {
+  const auto done = store.Ids(again_crashed ? kCrashed : "");
   std::vector<Case> missing = cases;
   std::erase_if(missing, [&](const Case& c) { return done.contains(c.id); });
   return missing;

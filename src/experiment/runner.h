@@ -33,7 +33,10 @@ using Progress = std::function<void(int done, int total, const Record& last)>;
 std::vector<Case> ShardOf(const std::vector<Case>& cases, int shard, int shards);
 
 /// Without those that the store holds.
-std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store);
+/// @param again_crashed  with those that it holds as kCrashed: a process that was killed, or that
+/// had no memory, is no result. Where the crash is the case's own, it gives the same row again.
+std::vector<Case> Missing(const std::vector<Case>& cases, const Store& store,
+                          bool again_crashed = false);
 
 /// Runs each case in a process forked from this one (a crash, an exception or a hang costs one
 /// case), and writes it to the store as it ends. Results do not depend on the number of jobs or on

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <map>
 #include <ranges>
+#include <utility>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -91,6 +92,15 @@ struct Database {
   void Run(const char* sql) const {
     if (sqlite3_exec(handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
   }
+  // The file may come from a stranger: neither views in the place of tables nor triggers of it run,
+  // and damaged pages are looked for.
+  void Distrust() const {
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_exec(handle, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
+  }
   // Opens the file for reading. Beside that of a run that was killed, SQLite makes files of its
   // own, unless it is to take the file as it is, without a log.
   bool Reads(bool as_it_is) {
@@ -99,10 +109,13 @@ struct Database {
     for (const char c : file.string())
       name += IsSpecial(c) ? fmt::format("%{:02x}", c) : std::string(1, c);
     if (as_it_is) name += "?immutable=1";
-    return sqlite3_open_v2(name.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
-                           nullptr) == SQLITE_OK &&
-           sqlite3_exec(handle, "SELECT id FROM cases LIMIT 1", nullptr, nullptr, nullptr) ==
-               SQLITE_OK;
+    if (sqlite3_open_v2(name.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
+        SQLITE_OK) {
+      return false;
+    }
+    Distrust();
+    return sqlite3_exec(handle, "SELECT id FROM cases LIMIT 1", nullptr, nullptr, nullptr) ==
+           SQLITE_OK;
   }
   // All of what `write` writes, or nothing.
   void Transaction(const std::function<void()>& write) const {
@@ -152,11 +165,12 @@ class Statement {
     Step();
   }
 
- private:
   void Bind(int position, const std::string& text) {
     sqlite3_bind_text(statement_, position, text.c_str(), static_cast<int>(text.size()),
                       SQLITE_TRANSIENT);
   }
+
+ private:
   void Bind(int position, int value) { sqlite3_bind_int(statement_, position, value); }
   void Bind(int position, double value) { sqlite3_bind_double(statement_, position, value); }
 
@@ -246,10 +260,11 @@ struct Store::Impl : Database {
 
   // What a run has written is one file, which can be read where nothing can be written: no log, no
   // index of it. Whoever reads at this moment keeps them.
-  ~Impl() {
-    if (!grows) return;
+  ~Impl() { BecomeOneFile(); }
+  int BecomeOneFile() {
+    if (!std::exchange(grows, false)) return SQLITE_OK;
     sqlite3_busy_timeout(handle, 0);
-    sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
+    return sqlite3_exec(handle, "PRAGMA journal_mode=DELETE", nullptr, nullptr, nullptr);
   }
 };
 
@@ -258,7 +273,12 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(g
   fs::create_directories(folder, error);
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) return;  // Store::Create says what is wrong with the folder
+    if (descriptor_ < 0 && errno != EMFILE && errno != ENFILE && errno != ENOMEM) {
+      return;  // Store::Create says what is wrong with the folder
+    }
+    if (descriptor_ < 0) {
+      throw base::RunError(file_.string() + ": cannot be opened: " + std::strerror(errno));
+    }
     struct flock lock {};
     lock.l_type = F_WRLCK;
     if (fcntl(descriptor_, F_SETLK, &lock) != 0) {
@@ -318,6 +338,7 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
                            ": cannot be written: " + sqlite3_errmsg(impl->handle));
   }
   sqlite3_busy_timeout(impl->handle, kBusy_ms);
+  impl->Distrust();
   for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
     if (sqlite3_exec(impl->handle, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
     throw base::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->handle) +
@@ -387,15 +408,21 @@ std::vector<Record> Store::ReadAll() const {
   return records;
 }
 
+void Store::Finish() {
+  const int code = impl_->BecomeOneFile();
+  if (code != SQLITE_OK && code != SQLITE_BUSY && code != SQLITE_LOCKED) impl_->Fail();
+}
+
 int Store::Count() const {
   Statement select(*impl_, "SELECT COUNT(*) FROM cases");
   select.Step();
   return select.Int(0);
 }
 
-std::unordered_set<std::string> Store::Ids() const {
+std::unordered_set<std::string> Store::Ids(const std::string& but) const {
   std::unordered_set<std::string> ids;
-  Statement select(*impl_, "SELECT id FROM cases");
+  Statement select(*impl_, "SELECT id FROM cases WHERE outcome <> ?");
+  select.Bind(1, but);
   while (select.Step()) ids.insert(select.Text(0));
   return ids;
 }
@@ -447,6 +474,8 @@ std::optional<Record> Store::Cursor::Next() {
 void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
                        const std::function<std::optional<Record>()>& next) {
   const auto unfinished = folder / kUnfinished;
+  std::error_code error;
+  fs::remove(unfinished, error);  // of a program that was killed
   try {
     Store store = CreateFile(folder, kUnfinished, kWritten);
     store.WriteStamp(stamp);
@@ -454,13 +483,15 @@ void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
     RecordWriter writer(*store.impl_);
     while (const auto record = next()) writer.Write(*record);
     store.impl_->Run("COMMIT");
+    fs::rename(unfinished, FileIn(folder), error);
+    if (error) {
+      throw base::RunError(FileIn(folder).string() + ": cannot be written: " + error.message());
+    }
   } catch (...) {
-    std::error_code error;
     fs::remove(unfinished, error);
     fs::remove(folder, error);  // where nothing else is in it
     throw;
   }
-  fs::rename(unfinished, FileIn(folder));
 }
 
 fs::path SeedFolder(const fs::path& folder, std::uint64_t seed) {

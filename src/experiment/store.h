@@ -59,8 +59,13 @@ class Store {
   /// All records, in the order of their cases' positions.
   std::vector<Record> ReadAll() const;
   /// How many there are, and the ids of their cases.
+  /// @param but  not of those with this outcome
   int Count() const;
-  std::unordered_set<std::string> Ids() const;
+  std::unordered_set<std::string> Ids(const std::string& but = "") const;
+
+  /// After the last record: what was written is on the disk, in one file, unless somebody reads it
+  /// at this moment. The end of the object does the same, but cannot say what fails.
+  void Finish();
 
   /// All records in the ascending order of their ids, one at a time: for more than memory holds.
   class Cursor {

@@ -150,6 +150,17 @@ TEST(Missing, IsWhatTheStoreDoesNotHoldFailedOnesIncluded) {
   EXPECT_EQ(store.ReadAll().front().result.outcome, kCrashed);
 }
 
+TEST(Missing, MayHoldWhatCrashedAgain) {
+  const TempFolder folder;
+  Store store = Store::Create(folder.path());
+  const auto cases = Cases(4);
+  store.Write({cases[1], {kCrashed, "case", "killed by Killed", "{}", {}}});
+  store.Write({cases[2], {"delivered", "", "", "{}", {}}});
+  std::vector<int> missing;
+  for (const Case& c : Missing(cases, store, /*again_crashed=*/true)) missing.push_back(c.position);
+  EXPECT_EQ(missing, (std::vector<int>{0, 1, 3}));
+}
+
 // What the case changes here it changes there alone; its result comes back, its end costs nothing.
 TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
   const Case which = Cases(1).front();

@@ -242,6 +242,28 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
               HasSubstr("no such table"));
 }
 
+// Results from a stranger: what the schema says is not run.
+TEST(Store, ViewsAndTriggersOfADatabaseDoNotRun) {
+  const TempFolder folder;
+  const auto run_sql = [&](const char* name, const char* sql) {
+    sqlite3* db = nullptr;
+    EXPECT_EQ(sqlite3_open((folder / name / "results.sqlite").c_str(), &db), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+  };
+  for (const char* name : {"view", "trigger"}) {
+    Store::Create(folder / name).Write(SampleRecord("mug", 0));
+  }
+  run_sql("view", "DROP TABLE cases; CREATE VIEW cases AS SELECT 'mug-0' AS id, '' AS outcome");
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder / "view").Ids(); }),
+              HasSubstr("view \"cases\" prohibited"));
+  run_sql("trigger",
+          "CREATE TRIGGER t AFTER INSERT ON cases BEGIN DELETE FROM cases WHERE id = 'mug-0'; END");
+  Store store = Store::Create(folder / "trigger");
+  store.Write(SampleRecord("mug", 1));
+  EXPECT_EQ(store.Count(), 2);
+}
+
 TEST(Store, ATruncatedDatabaseIsDamagedAndNoFullDisk) {
   const TempFolder folder;
   {
@@ -421,6 +443,15 @@ TEST_F(MergeTest, WhereCasesAreMissingItSaysSoOrWritesNothing) {
   // And is completed by the shard that was forgotten.
   EXPECT_EQ(Merge({folder_ / "some", Shard(2, 3)}, folder_ / "all", true).cases, 40u);
   EXPECT_TRUE(Store::Exists(folder_ / "all"));
+}
+
+TEST_F(MergeTest, WhatAKilledMergeLeftDoesNotMatter) {
+  const std::vector<std::filesystem::path> shards = {Shard(0, 1)};
+  Merge(shards, folder_ / "out");
+  std::filesystem::rename(folder_ / "out/results.sqlite",
+                          folder_ / "out/results.sqlite.unfinished");
+  EXPECT_EQ(Merge(shards, folder_ / "out").cases, 40u);
+  EXPECT_EQ(Store::Open(folder_ / "out").Count(), 40);
 }
 
 TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {

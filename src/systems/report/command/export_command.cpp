@@ -224,13 +224,11 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
   const trial::Cell& cell = trial::CellOf(*e.task);
   const auto records = store.ReadAll();
   const auto cases = CasesOf(e, records);
-  if (Store::Exists(out)) {
-    const auto begun = Store::Open(out).ReadStamp();
-    if (!begun.identity.empty()) CheckSameRun(begun, e.stamp, out.string());
-  }
   Store exported = Store::Create(out);
+  const auto begun = exported.ReadStamp();
+  if (!begun.identity.empty()) CheckSameRun(begun, e.stamp, out.string());
   exported.WriteStamp(e.stamp);
-  const auto missing = Missing(cases, exported);
+  const auto missing = Missing(cases, exported, /*again_crashed=*/true);
   if (!missing.empty()) e.task->Prepare();
   RunCases(
       missing,
