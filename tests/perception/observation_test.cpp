@@ -116,7 +116,7 @@ TEST(Workspace, LeavesOutWhatLiesFurtherAwayAndWhatLiesInAFixture) {
   geometry::Shape wall;
   wall.kind = geometry::Shape::Kind::kBox;
   wall.size = {0.01, 0.3, 0.1};
-  wall.X_BS.translation() = {0.1, 0.0, 0.1};
+  wall.X_BS.translation() = Eigen::Vector3d(0.1, 0.0, 0.1);
   const Workspace workspace(base::Pose::Identity(), 0.2, {wall});
   EXPECT_TRUE(workspace.Contains({0.0, 0.0, 0.05}));
   EXPECT_TRUE(workspace.Contains({0.15, 0.0, 0.05})) << "behind the wall";
