@@ -40,6 +40,10 @@ DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
           {}};
 }
 
+// What is measured of a fixture lies so far from its drawn surface at most: the calibration's error
+// (three times 0.1 deg and 1 mm at 1 m), the noise, and what smears at edges.
+constexpr double kFixture_m = 0.010;
+
 std::deque<GraspSelector>& Selectors() {
   static std::deque<GraspSelector> selectors;
   return selectors;
@@ -216,6 +220,23 @@ std::string WhereTaken() {
 }
 
 }  // namespace
+
+perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
+  const double radius_m = robot.workspace_radius_m + margin_m;
+  const Eigen::Vector3d middle_W = robot.X_WWorkspace.translation();
+  std::vector<geometry::Shape> fixtures_W;
+  for (const geometry::Shape& shape : robot.workcell()) {
+    geometry::Shape grown = geometry::Grown(shape, kFixture_m);
+    // How far from the middle it begins in a direction, at least.
+    const auto beyond = [&](const Eigen::Vector3d& u) {
+      return -geometry::Support(grown, base::Pose::Identity(), -u) - u.dot(middle_W) > radius_m;
+    };
+    const auto x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+    if (beyond(x) || beyond(-x) || beyond(y) || beyond(-y)) continue;
+    fixtures_W.push_back(std::move(grown));
+  }
+  return {robot.X_WWorkspace, radius_m, std::move(fixtures_W)};
+}
 
 Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::size_t object) {
   Detection detection;

@@ -82,10 +82,9 @@ const GraspSelector* FindGraspSelector(const std::string& word);
 /// kAnywhere and those of all selectors.
 std::vector<std::string> GraspSelectorWords();
 
-/// What lies within margin_m of the robot's workspace, in W.
-inline perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
-  return {robot.X_WWorkspace, robot.workspace_radius_m + margin_m};
-}
+/// What lies within margin_m of the robot's workspace, in W, without what was measured on the work
+/// cell's fixtures there (Robot::workcell).
+perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m);
 
 /// What a detector hands over, with what a record tells of how it came to it.
 struct Detected {

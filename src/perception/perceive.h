@@ -1,25 +1,39 @@
 #pragma once
 
+#include <utility>
+#include <vector>
+
+#include "geometry/shape.h"
 #include "perception/perception_options.h"
 #include "perception/scene.h"
 
 namespace rangegrasp::perception {
 
 /// A round part of the table: points further than radius_m from the z axis of its frame are left
-/// out (the arm, its pedestal and the table's rim stand there).
+/// out (the arm, its pedestal and the table's rim stand there), and so are points on or in fixtures
+/// whose shape is known.
 class Workspace {
  public:
-  Workspace(const base::Pose& X_CWorkspace, double radius_m)
-      : X_WorkspaceC_(X_CWorkspace.inverse()), radius_m_(radius_m) {}
+  /// @param fixtures_C  grown by the error of what is measured
+  Workspace(const base::Pose& X_CWorkspace, double radius_m,
+            std::vector<geometry::Shape> fixtures_C = {})
+      : X_WorkspaceC_(X_CWorkspace.inverse()),
+        radius_m_(radius_m),
+        fixtures_C_(std::move(fixtures_C)) {}
 
-  /// Whether p is no further than that, at any height.
+  /// Whether p is no further than that, at any height, and on no fixture.
   bool Contains(const Eigen::Vector3d& p_C) const {
-    return (X_WorkspaceC_ * p_C).head<2>().norm() <= radius_m_;
+    if ((X_WorkspaceC_ * p_C).head<2>().norm() > radius_m_) return false;
+    for (const geometry::Shape& fixture_C : fixtures_C_) {
+      if (geometry::Inside(fixture_C, p_C)) return false;
+    }
+    return true;
   }
 
  private:
   base::Pose X_WorkspaceC_;
   double radius_m_;
+  std::vector<geometry::Shape> fixtures_C_;
 };
 
 /// Chapter 5.1 from what sensors measured to objects: table, filters, normals, segments, top

@@ -415,7 +415,9 @@ class Execution {
       moves_freely_ = motion == Motion::kFree;
       Tick();
       moves_freely_ = false;
-      const double lag_rad = servo_.TrackingError(world_.model(), world_.data(), command_);
+      const VectorXd lags_rad = servo_.Lags(world_.model(), world_.data(), command_);
+      const double lag_rad = lags_rad.maxCoeff();
+      if (motion == Motion::kFree || (!holding_ && !TouchNow().hand)) RecordLags(lags_rad);
       if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
       if (lag_rad > kLimit_rad[static_cast<int>(motion)] || (stops && stops())) {
         command_.velocity.setZero();
@@ -424,6 +426,11 @@ class Execution {
     }
     command_.velocity.setZero();
     return true;
+  }
+
+  void RecordLags(const VectorXd& lags_rad) {
+    if (log_.lags_rad.size() == 0) log_.lags_rad = lags_rad;
+    log_.lags_rad = log_.lags_rad.cwiseMax(lags_rad);
   }
 
   // A motion that has to come to its end: if it does not, the grasp has failed.

@@ -147,10 +147,13 @@ struct ExecutionLog {
   double tilt_in_hand_rad = 0.0, slip_in_hand_m = 0.0;
   /// The most that it leaned from when the hand closed until the hand let go, the carry included.
   double lean_rad = 0.0;
-  double grip_force_N = 0.0;      ///< command
-  double felt_force_N = 0.0;      ///< on the pads of the side that is pressed less
-  int slips_heard = 0;            ///< each raised the force
-  double lift_lag_rad = 0.0;      ///< largest, of a joint: what lay about the object was pushed
+  double grip_force_N = 0.0;  ///< command
+  double felt_force_N = 0.0;  ///< on the pads of the side that is pressed less
+  int slips_heard = 0;        ///< each raised the force
+  double lift_lag_rad = 0.0;  ///< largest, of a joint: what lay about the object was pushed
+  /// Largest of each joint behind its command where nothing is in the way: reach, carry, retreat,
+  /// and the approach until the hand touches the target.
+  Eigen::VectorXd lags_rad;
   double tracking_error_m = 0.0;  ///< of the hand before it closed, from where it was sent
   /// Motions that ended early since the drives felt something in the way: "approach" and "lower",
   /// which may touch, and "reach", "lift" (stuck), "carry", "retreat", which end the grasp.

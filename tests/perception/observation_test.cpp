@@ -112,6 +112,19 @@ TEST(Observation, TwoHalvesOfAScanFromOnePlaceAreTheWholeScan) {
   }
 }
 
+TEST(Workspace, LeavesOutWhatLiesFurtherAwayAndWhatLiesInAFixture) {
+  geometry::Shape wall;
+  wall.kind = geometry::Shape::Kind::kBox;
+  wall.size = {0.01, 0.3, 0.1};
+  wall.X_BS.translation() = Eigen::Vector3d(0.1, 0.0, 0.1);
+  const Workspace workspace(base::Pose::Identity(), 0.2, {wall});
+  EXPECT_TRUE(workspace.Contains({0.0, 0.0, 0.05}));
+  EXPECT_TRUE(workspace.Contains({0.15, 0.0, 0.05})) << "behind the wall";
+  EXPECT_TRUE(workspace.Contains({0.1, 0.0, 0.25})) << "over the wall";
+  EXPECT_FALSE(workspace.Contains({0.105, 0.1, 0.05}));
+  EXPECT_FALSE(workspace.Contains({0.0, 0.21, 0.05}));
+}
+
 TEST(Observation, EveryPointIsTracedToItsViewAndSample) {
   const auto front = ScanFrom(kFront, 3);
   const auto back = ScanFrom(kBack, 4);

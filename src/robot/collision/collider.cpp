@@ -212,7 +212,7 @@ bool HandCollider::HitsTable(const base::Pose& X_CH, std::size_t state) const {
   return TableDistance(X_CH, state) < options_.table_clearance_m - kRounding_m;
 }
 
-RobotCollider::RobotCollider(const robot::Robot& robot, double margin_m)
+RobotCollider::RobotCollider(const robot::Robot& robot, double margin_m, double cell_margin_m)
     : robot_(robot), grown_hand_(robot.hand(), {margin_m}), bare_hand_(robot.hand(), {}) {
   for (const robot::Link& link : robot.links()) {
     std::vector<Solid>& solids = links_.emplace_back();
@@ -222,8 +222,12 @@ RobotCollider::RobotCollider(const robot::Robot& robot, double margin_m)
     const bool parent_fixed = link.parent < 0 || fixed_[link.parent];
     fixed_.push_back(parent_fixed && link.joint < 0);
   }
-  for (const geometry::Shape& shape : robot.workcell()) workcell_solids_.emplace_back(shape);
+  for (const geometry::Shape& shape : robot.workcell()) {
+    workcell_solids_.emplace_back(shape);
+    grown_workcell_solids_.emplace_back(shape, SolidOptions{cell_margin_m});
+  }
   workcell_ = PlaceAll(workcell_solids_, kWorld);
+  grown_workcell_ = PlaceAll(grown_workcell_solids_, kWorld);
 }
 
 void RobotCollider::SetScene(double table_z_m, std::span<const geometry::TriangleMesh> obstacles_W,
@@ -276,9 +280,10 @@ std::optional<Touch> RobotCollider::TouchOfScene(const Contacts& contacts) const
     if (!hand && fixed_[i]) continue;
     const bool with_target = contacts.target == Contacts::Target::kObstacle ||
                              (contacts.target == Contacts::Target::kHandMayTouch && !hand);
+    const auto& workcell = hand && contacts.cell_margin ? grown_workcell_ : workcell_;
     for (const PlacedSolid& part : placed_[i]) {
-      for (std::size_t k = 0; k < workcell_.size(); ++k) {
-        if (!robot_.Ignores(i, k) && Hit(part, workcell_[k])) {
+      for (std::size_t k = 0; k < workcell.size(); ++k) {
+        if (!robot_.Ignores(i, k) && Hit(part, workcell[k])) {
           return Touch{i, Touch::Other::kWorkcell, k};
         }
       }
@@ -291,6 +296,22 @@ std::optional<Touch> RobotCollider::TouchOfScene(const Contacts& contacts) const
   return std::nullopt;
 }
 
+/// The held object, its frame at X_WT, against the work cell; with the margin also as far down as
+/// it may reach.
+std::optional<Touch> RobotCollider::HeldInWorkcell(const base::Pose& X_WT,
+                                                   const Contacts& contacts) const {
+  const auto& workcell = contacts.cell_margin ? grown_workcell_ : workcell_;
+  const double below_m = contacts.cell_margin ? contacts.held_below_m : 0.0;
+  for (const double z_m : {0.0, -below_m}) {
+    const PlacedSolid held = Place(target_, X_WT * Eigen::Translation3d(0.0, 0.0, z_m));
+    for (std::size_t k = 0; k < workcell.size(); ++k) {
+      if (Hit(held, workcell[k])) return Touch{placed_.size(), Touch::Other::kWorkcell, k};
+    }
+    if (below_m <= 0.0) break;
+  }
+  return std::nullopt;
+}
+
 /// The held object against table, work cell, obstacles and the arm (not the hand).
 std::optional<Touch> RobotCollider::TouchOfHeld(const base::Pose& X_WH,
                                                 const Contacts& contacts) const {
@@ -298,9 +319,7 @@ std::optional<Touch> RobotCollider::TouchOfHeld(const base::Pose& X_WH,
   const std::size_t self = placed_.size();
   const PlacedSolid held = Place(target_, X_WH * contacts.X_HT);
   if (!contacts.may_touch_table && IsBelowTable(held)) return Touch{self, Touch::Other::kTable};
-  for (std::size_t k = 0; k < workcell_.size(); ++k) {
-    if (Hit(held, workcell_[k])) return Touch{self, Touch::Other::kWorkcell, k};
-  }
+  if (const auto touch = HeldInWorkcell(X_WH * contacts.X_HT, contacts)) return touch;
   for (std::size_t k = 0; k < obstacles_.size(); ++k) {
     const bool ignored = !contacts.held_ignores.empty() && contacts.held_ignores[k];
     if (!ignored && Hit(held, obstacles_[k])) return Touch{self, Touch::Other::kObstacle, k};

@@ -140,7 +140,11 @@ struct Contacts {
   Target target = Target::kObstacle;
   base::Pose X_HT = base::Pose::Identity();  ///< kHeld: the frame of the target in the hand
   std::vector<char> held_ignores;            ///< kHeld: one an obstacle; empty: none is
-  bool may_touch_table = false;              ///< the hand and what it holds; the arm must not
+  /// kHeld: hand and target keep cell_margin_m to the work cell, and the target may reach so much
+  /// lower than what was seen of it.
+  bool cell_margin = false;
+  double held_below_m = 0.0;
+  bool may_touch_table = false;  ///< the hand and what it holds; the arm must not
 };
 
 /// Two things that touch.
@@ -157,7 +161,8 @@ class RobotCollider {
  public:
   /// Keeps a reference to the robot.
   /// @param margin_m  grows about the arm always, about the hand where Contacts::hand_margin asks
-  RobotCollider(const robot::Robot& robot, double margin_m);
+  /// @param cell_margin_m  grows about the work cell where Contacts::cell_margin asks
+  RobotCollider(const robot::Robot& robot, double margin_m, double cell_margin_m = 0.0);
   RobotCollider(const RobotCollider&) = delete;
   RobotCollider& operator=(const RobotCollider&) = delete;
 
@@ -187,6 +192,7 @@ class RobotCollider {
   std::optional<Touch> TouchOfItself() const;
   std::optional<Touch> TouchOfScene(const Contacts& contacts) const;
   std::optional<Touch> TouchOfHeld(const base::Pose& X_WH, const Contacts& contacts) const;
+  std::optional<Touch> HeldInWorkcell(const base::Pose& X_WT, const Contacts& contacts) const;
   std::string NameOfPart(std::size_t part) const;
 
   const robot::Robot& robot_;
@@ -194,8 +200,8 @@ class RobotCollider {
   HandSolids bare_hand_;
   std::vector<std::vector<Solid>> links_;
   std::vector<bool> fixed_;  ///< one a link: does not move
-  std::vector<Solid> workcell_solids_;
-  std::vector<PlacedSolid> workcell_;
+  std::vector<Solid> workcell_solids_, grown_workcell_solids_;
+  std::vector<PlacedSolid> workcell_, grown_workcell_;
   std::vector<Solid> obstacle_solids_;
   std::vector<PlacedSolid> obstacles_;
   Solid target_{geometry::TriangleMesh()};

@@ -56,7 +56,9 @@ void ProjectUpright(const robot::Robot& robot, const Vector3d& up_H, VectorXd& q
 
 struct Planner::Impl {
   Impl(const robot::Robot& a_robot, PlanOptions some_options)
-      : robot(a_robot), options(some_options), check(robot, options.collision_margin_m) {}
+      : robot(a_robot),
+        options(some_options),
+        check(robot, options.collision_margin_m, options.cell_margin_m) {}
 
   /// By the time [s] that the slowest joint needs, and what joints near their limits cost.
   void SortByCost(const VectorXd& from, std::vector<VectorXd>& solutions) const {
@@ -145,8 +147,17 @@ struct Planner::Impl {
   std::optional<base::JointTrajectory> FreeCarry(const BranchBuilder& builder, const Task& task,
                                                  Branch& branch, base::Rng& rng) {
     if (branch.lift.empty()) return {};
-    const Stage stage = builder.CarryStage();
-    const VectorXd& q_lift = branch.lift.back();
+    Stage stage = builder.CarryStage(branch.lift.back());
+    auto carry = FreeCarry(builder, task, stage, branch, rng);
+    if (carry || !stage.contacts.cell_margin) return carry;
+    stage.contacts.cell_margin = false;  // a narrow cell may leave no room for it
+    return FreeCarry(builder, task, stage, branch, rng);
+  }
+
+  std::optional<base::JointTrajectory> FreeCarry(const BranchBuilder& builder, const Task& task,
+                                                 const Stage& stage, Branch& branch,
+                                                 base::Rng& rng) {
+    const VectorXd q_lift = branch.lift.back();
     robot::IkOptions ik;
     ik.max_solutions = options.ik_solutions;
     int goals = 0;

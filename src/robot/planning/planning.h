@@ -47,6 +47,9 @@ struct PlanOptions {
   /// Grows about the arm and the hand; the hand goes without it where the grasp was checked closer:
   /// in the approach, the lift, the lowering and the retreat.
   double collision_margin_m = 0.003;
+  /// In the carry also of the hand and what it holds to the work cell: the calibration's error is
+  /// up to 6 mm (lower_clearance_m), and a joint may lag by 5 mrad, 4 mm at the hand.
+  double cell_margin_m = 0.010;
   double resolution_rad = 0.04;  ///< of path validity checks (2-norm of the joint step)
   int ik_solutions = 6;          ///< branches tried, best first, whose approach is free
   int ik_per_branch = 8;         ///< solutions drawn for each of them: most are blocked

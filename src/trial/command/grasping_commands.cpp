@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "base/image/image.h"
@@ -25,6 +26,7 @@
 #include "trial/grasping_task.h"
 #include "trial/registry.h"
 #include "trial/trial.h"
+#include "trial/tryout.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -37,7 +39,7 @@ struct CheckArguments {
   std::string as;
   std::string detector;
   std::vector<std::string> set;
-  bool json = false;
+  bool json = false, quick = false;
 };
 
 // What its answers on a few scans were understood as. @throws base::InputError if one is wrong
@@ -75,30 +77,55 @@ bool IsExperiment(const fs::path& file) {
   return file.extension() == ".yaml" || file.extension() == ".yml";
 }
 
-Findings CheckFile(const CheckArguments& arguments, std::string& kind) {
+// What is checked, and what came of it.
+struct Checked {
+  std::string kind;
+  Findings findings;
+  std::optional<trial::Tryout> tried;
+
+  // Where nothing else is wrong.
+  void Try(const CheckArguments& arguments, const trial::Options& options) {
+    if (arguments.quick || base::HasError(findings)) return;
+    tried = trial::TryCell(options, [](const std::string& text) { spdlog::info(text); });
+    findings.insert(findings.end(), tried->findings.begin(), tried->findings.end());
+    std::ranges::stable_partition(findings, &base::Finding::error);
+  }
+};
+
+Checked CheckFile(const CheckArguments& arguments) {
+  Checked checked;
   const fs::path file = arguments.file;
   if (IsExperiment(file)) {
-    kind = "experiment";
-    Findings findings;
+    checked.kind = "experiment";
     const auto e =
         experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {
-          findings = found;
+          checked.findings = found;
           return !base::HasError(found);
         });
-    if (e.task && e.kind->name == "grasping") CheckDetectorOf(e, arguments.json);
-    return findings;
+    if (e.task && e.kind->name == "grasping") {
+      CheckDetectorOf(e, arguments.json);
+      checked.Try(arguments, trial::CellOf(*e.task).options);
+    }
+    return checked;
   }
   const check::Kind what = arguments.as.empty() ? check::KindOf(file)
                                                 : base::FromWord<check::Kind>(arguments.as, "--as");
-  kind = base::Word(what);
-  return what == check::Kind::kObject ? check::CheckObject({file.stem().string(), file})
-                                      : check::CheckModel(file, what);
+  checked.kind = base::Word(what);
+  checked.findings = what == check::Kind::kObject ? check::CheckObject({file.stem().string(), file})
+                                                  : check::CheckModel(file, what);
+  if (what == check::Kind::kScene) checked.Try(arguments, trial::OptionsOf(file));
+  return checked;
 }
 
-std::string JsonOf(const std::string& file, const std::string& kind, const Findings& findings) {
+std::string JsonOf(const std::string& file, const Checked& checked) {
   nlohmann::ordered_json json = {
-      {"file", file}, {"kind", kind}, {"findings", nlohmann::ordered_json::array()}};
-  for (const base::Finding& f : findings) {
+      {"file", file}, {"kind", checked.kind}, {"findings", nlohmann::ordered_json::array()}};
+  if (checked.tried) {
+    json["tried"] = {{"trials", checked.tried->trials},
+                     {"detected", checked.tried->detected},
+                     {"delivered", checked.tried->delivered}};
+  }
+  for (const base::Finding& f : checked.findings) {
     json["findings"].push_back({{"severity", f.error ? "error" : "warning"},
                                 {"where", f.where},
                                 {"element", f.element},
@@ -113,17 +140,18 @@ void Check(const CheckArguments& arguments) {
     throw base::InputError("check needs either a file or --detector");
   }
   if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
-  std::string kind;
-  const Findings findings = CheckFile(arguments, kind);
+  const Checked checked = CheckFile(arguments);
+  const Findings& findings = checked.findings;
   const auto errors = std::ranges::count(findings, true, &base::Finding::error);
   const auto warnings = static_cast<std::ptrdiff_t>(findings.size()) - errors;
   if (arguments.json) {
-    WriteResult(JsonOf(arguments.file, kind, findings));
+    WriteResult(JsonOf(arguments.file, checked));
   } else {
     std::string text;
     for (const base::Finding& finding : findings) text += base::TextOf(finding) + "\n";
+    if (checked.tried) text += checked.tried->Text() + "\n";
     text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
-                        kind.find_first_of("aeo") == 0 ? "an" : "a", kind,
+                        checked.kind.find_first_of("aeo") == 0 ? "an" : "a", checked.kind,
                         findings.empty() ? std::string("no errors")
                                          : fmt::format("{} errors, {} warnings", errors, warnings));
     WriteResult(text);
@@ -359,9 +387,12 @@ void AddCheckCommand(CLI::App& app) {
                       "\"python3 my_detector.py\"");
   command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
   command->add_flag("--json", a->json, "print the findings as JSON");
+  command->add_flag("--quick", a->quick,
+                    "without trials: a scene or experiment without errors is else tried on "
+                    "generated boxes, cylinders and balls, which takes about 10 s");
   command->footer(
       "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 no errors, 2 errors. `run` "
-      "does the same check before its first trial.");
+      "does the same check, without trials, before its first trial.");
   command->callback([a] { Check(*a); });
 }
 

@@ -229,6 +229,36 @@ TEST_P(Cell, WhatTheHandCarriesMustClearTheTableUnlessItMayTouchIt) {
   }
 }
 
+// On the highest level thing of the work cell stands a block: with the margin it has to be 10 mm
+// away, and as much further as it may reach below what was seen.
+TEST_P(Cell, WhatTheHandCarriesKeepsAMarginToTheWorkCell) {
+  RobotCollider collider(robot_, 0.0, 0.01);
+  Carried carried(robot_, PointingDown());
+  carried.contacts.held_ignores.clear();
+  carried.contacts.X_HT = carried.X_WH.inverse();
+  double top_m = 0.0;
+  Vector3d middle_W = Vector3d::Zero();
+  for (const geometry::Shape& shape : robot_.workcell()) {
+    const double top = geometry::Support(shape, base::Pose::Identity(), Vector3d::UnitZ());
+    if (top <= top_m || shape.X_BS.linear()(2, 2) < 0.9999) continue;  // of those with a level top
+    top_m = top;
+    middle_W = shape.X_BS.translation();
+  }
+  const auto hits = [&](double above_m, bool margin, double below_m) {
+    const Vector3d half(0.01, 0.01, 0.01);
+    const Vector3d center_W(middle_W.x(), middle_W.y(), top_m + above_m + half.z());
+    collider.SetScene(-10.0, {}, Box(center_W, half));
+    carried.contacts.cell_margin = margin;
+    carried.contacts.held_below_m = below_m;
+    return collider.Hits(carried.links_W, carried.contacts);
+  };
+  EXPECT_FALSE(hits(0.0099, false, 0.02));
+  EXPECT_TRUE(hits(0.0099, true, 0.0));
+  EXPECT_FALSE(hits(0.0101, true, 0.0));
+  EXPECT_TRUE(hits(0.0299, true, 0.02));
+  EXPECT_FALSE(hits(0.0301, true, 0.02));
+}
+
 // The target among the obstacles, between the fingers, and gone.
 TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
   RobotCollider collider(robot_, 0.003);

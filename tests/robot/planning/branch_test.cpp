@@ -215,7 +215,7 @@ TEST_P(InCell, ACarryHoldsTheObjectUprightAndMayTouchNothing) {
   scene_.obstacles_W = {BoxMesh(center_W_ - lift, kHalf), BoxMesh(center_W_, kHalf)};
   Place();
   const Task task = Make();
-  const Stage stage = BranchBuilder(robot_, options_, check_, task).CarryStage();
+  const Stage stage = BranchBuilder(robot_, options_, check_, task).CarryStage(robot_.home);
   EXPECT_TRUE(stage.contacts.held_ignores.empty());
   EXPECT_EQ(stage.contacts.target, collision::Contacts::Target::kHeld);
   EXPECT_EQ(stage.contacts.hand_state, task.closed_state);

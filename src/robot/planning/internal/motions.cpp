@@ -230,7 +230,10 @@ Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickR
   task.may_brush = request.may_brush;
   task.base_W = robot.links().front().X_PB.translation();
   double below = seen ? box_W.min().z() - scene.table_z_m : 0.0;
-  if (below < options.standing_m) below = 0.0;
+  if (below < options.standing_m) {
+    task.below_m = std::max(0.0, below);
+    below = 0.0;
+  }
   const double hand = std::min(collider.LowestOfHand(request.X_WH, task.open_state),
                                collider.LowestOfHand(request.X_WH, task.closed_state));
   const double drop = std::max(0.0, std::min(below, hand - scene.table_z_m - kHandClearance_m));
@@ -278,11 +281,14 @@ Stage BranchBuilder::HeldStage() const {
   return stage;
 }
 
-Stage BranchBuilder::CarryStage() const {
+Stage BranchBuilder::CarryStage(const VectorXd& q_lift) const {
   Stage stage = HeldStage();
   stage.contacts.may_touch_table = false;
   stage.up_H = task_.X_WH.linear().transpose() * Vector3d::UnitZ();
   stage.min_upright = std::cos(options_.carry_tilt_rad);
+  stage.contacts.held_below_m = task_.below_m;
+  stage.contacts.cell_margin = true;
+  stage.contacts.cell_margin = check_.Free(q_lift, stage);
   return stage;
 }
 
@@ -367,7 +373,7 @@ std::vector<base::Pose> BranchBuilder::ArcPoses(double yaw_rad, const base::Pose
 }
 
 bool BranchBuilder::CarryOnArc(Branch& branch) const {
-  const Stage stage = CarryStage();
+  const Stage stage = CarryStage(branch.lift.back());
   for (double yaw_rad : DeliveryYaws(task_, options_.carry_yaws)) {
     auto path = robot::FollowPoses(robot_, branch.lift.back(),
                                    ArcPoses(yaw_rad, robot_.HandPose(branch.lift.back())));

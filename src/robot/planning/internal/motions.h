@@ -44,8 +44,8 @@ bool EdgeFree(const std::function<bool(const Eigen::VectorXd&)>& free, const Eig
 /// Joint limits, tilt and collisions along joint paths.
 class MotionCheck {
  public:
-  MotionCheck(const robot::Robot& robot, double margin_m)
-      : robot_(robot), collider_(robot, margin_m) {}
+  MotionCheck(const robot::Robot& robot, double margin_m, double cell_margin_m = 0.0)
+      : robot_(robot), collider_(robot, margin_m, cell_margin_m) {}
 
   collision::RobotCollider& collider() { return collider_; }
 
@@ -69,6 +69,7 @@ struct Task {
   Eigen::Vector3d delivered_W;  ///< the same point when it is let go
   Eigen::Vector3d base_W;       ///< the arm's, that carries turn about
   double approach_m = 0.0, lift_m = 0.0;
+  double below_m = 0.0;  ///< that a standing object reaches below what was seen of it
   std::size_t open_state = 0, closed_state = 0;  ///< of HandModel::states
   bool may_brush = false;                        ///< PickRequest
 };
@@ -109,8 +110,9 @@ class BranchBuilder {
 
   /// With the hand open, before the grasp and away from it.
   Stage ReachStage() const;
-  /// With the object in the hand; nothing that was perceived may be touched.
-  Stage CarryStage() const;
+  /// With the object in the hand; nothing that was perceived may be touched. Clear of the work cell
+  /// by the margin unless the object stood nearer to it, so that it is nearer where it was lifted.
+  Stage CarryStage(const Eigen::VectorXd& q_lift) const;
 
  private:
   Stage HeldStage() const;  ///< the same, but the table may be touched

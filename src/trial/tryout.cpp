@@ -1,0 +1,378 @@
+#include "trial/tryout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <map>
+
+#include "base/file.h"
+#include "base/installation.h"
+#include "base/process/program.h"
+#include "base/words.h"
+#include "trial/registry.h"
+#include "trial/trial.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+using base::Finding;
+using base::kMmPerM;
+using Eigen::VectorXd;
+
+constexpr int kTrialsPerObject = 3;
+constexpr double kLimit_s = 45.0;  // of computing
+// Of the hand's opening, or of what a table's things measure, that objects are wide.
+constexpr std::array<double, 3> kWidths = {0.4, 0.6, 0.8};
+constexpr double kWidest_m = 0.1;
+constexpr double kHeight_m = 0.1;
+constexpr double kDensity_kg_m3 = 600.0;  // of a full carton
+constexpr double kFoot = 0.4;             // of a ball's radius: what it stands on does not roll
+constexpr double kPasses = 0.9;           // delivered of all trials
+// Of 5 mrad that count as contact in an approach (sim/execute.cpp).
+constexpr double kLag_rad = 0.004;
+constexpr double kSlower = 0.8;  // a round of a cure is slower by this at least
+constexpr int kRounds = 6;
+// Slower limits are no cure below this share of the file's: the drives are too weak.
+constexpr double kUsable = 0.1;
+constexpr double kPressed = 0.6;  // of the commanded grip that arrives at the pads
+constexpr double kSlid_m = 0.01;
+constexpr std::uint64_t kSeed = 101;
+
+// Of this process, so that other processes do not change what is found.
+double Computed_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+struct Thing {
+  std::string name, geom;
+};
+
+std::vector<Thing> Things(double opening_m) {
+  std::vector<Thing> things;
+  for (const double share : kWidths) {
+    const double w = share * std::min(opening_m, kWidest_m);
+    const int mm = static_cast<int>(std::lround(w * kMmPerM));
+    const double r = 0.5 * w;
+    things.push_back(
+        {fmt::format("box_{}_mm", mm),
+         fmt::format("type=\"box\" size=\"{:.5f} {:.5f} {:.5f}\"", r, 0.6 * w, 0.5 * kHeight_m)});
+    things.push_back({fmt::format("cylinder_{}_mm", mm),
+                      fmt::format("type=\"cylinder\" size=\"{:.5f} {:.5f}\"", r, 0.5 * kHeight_m)});
+    things.push_back(
+        {fmt::format("ball_{}_mm", mm), fmt::format("type=\"sphere\" size=\"{:.5f}\"", r)});
+    things.back().geom += fmt::format("|type=\"cylinder\" size=\"{:.5f} 0.001\" pos=\"0 0 {:.5f}\"",
+                                      kFoot * r, 0.001 - r);
+  }
+  return things;
+}
+
+void Write(const std::filesystem::path& folder, const Thing& thing) {
+  std::string geoms;
+  for (const std::string& geom : base::Split(thing.geom, '|')) {
+    geoms += fmt::format(
+        "<geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" {0}/>"
+        "<geom group=\"3\" condim=\"6\" friction=\"0.25 0.003 0.0005\" solref=\"0.005 1\" "
+        "solimp=\"0.95 0.99 0.001 0.5 2\" density=\"{1:g}\" {0}/>",
+        geom, kDensity_kg_m3);
+  }
+  std::filesystem::create_directories(folder / thing.name);
+  base::WriteFile(folder / thing.name / (thing.name + ".xml"),
+                  fmt::format("<mujoco model=\"{0}\"><custom><text name=\"surface\" "
+                              "data=\"cardboard\"/></custom><worldbody><body name=\"{0}\">"
+                              "<freejoint/>{1}</body></worldbody></mujoco>",
+                              thing.name, geoms));
+}
+
+// The generated objects alone on the table, by the method of chapter 5.
+Options Generated(Options options, const std::filesystem::path& folder) {
+  const double opening_m = robot::Robot::Load(options.scene).hand().MaxGap();
+  options.object_folders = {folder};
+  options.objects.clear();
+  for (const Thing& thing : Things(opening_m)) {
+    Write(folder, thing);
+    options.objects.push_back(thing.name);
+  }
+  options.arranger = kSingle;
+  options.detector = kDissertation;
+  options.take = grasp::kAnywhere;
+  options.clutter.always.clear();
+  options.clutter.others.clear();
+  options.trials_per_object = kTrialsPerObject;
+  return options;
+}
+
+// What keeps a trial of a kind from its end, and what would help.
+struct Cause {
+  std::string element, what, cure;
+};
+
+// By the figures of the audit (sim/internal/audit.cpp).
+std::string CureOf(const std::string& failed) {
+  const std::array<std::pair<const char*, const char*>, 8> cures = {{
+      {"equality",
+       "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on the hand's <equality>, or a "
+       "lower \"grip_force\""},
+      {"penetration",
+       "solref=\"0.005 1\" solimp=\"0.95 0.99 0.001 0.5 2\" priority=\"1\" on the "
+       "fingertips, or a lower \"grip_force\""},
+      {"creep",
+       "condim=\"4\" priority=\"1\" on the fingertips, impratio=\"10\" cone=\"elliptic\" "
+       "noslip_iterations=\"10\" in <option>"},
+      {"unrest", "a higher first \"grip_force\""},
+      {"drive_limit", "a wider forcerange of the arm's drives, or a lower \"joint_acceleration\""},
+      {"tracking", "a lower \"joint_acceleration\", or stiffer drives"},
+      {"grip", "a lower \"grip_force\", or a narrower forcerange of the hand's drives"},
+      {"", "a smaller timestep, and armature and damping in the joints of hand and arm"},
+  }};
+  for (const auto& [word, cure] : cures) {
+    if (failed.find(word) != std::string::npos) return cure;
+  }
+  return "";
+}
+
+const char* const kStronger =
+    "a wider forcerange or a higher kp of the drives that close the hand, less damping of their "
+    "joints, or a lower \"grip_force\"";
+
+bool PressesLess(const sim::ExecutionLog& log) {
+  return log.felt_force_N > 0.0 && log.felt_force_N < kPressed * log.grip_force_N;
+}
+
+Cause OfTheGrip(const Attempt& attempt) {
+  const sim::ExecutionLog& log = *attempt.log;
+  if (!log.stopped_by_contact.empty() && !log.held_after_carry) {
+    return {"the arm",
+            fmt::format("is stopped in {}: a joint is {:.1f} mrad behind there, 5 mrad count as "
+                        "contact",
+                        log.stopped_by_contact.front(), 1e3 * log.audit.tracking_error_rad),
+            "a lower \"joint_acceleration\", stiffer drives, or free room"};
+  }
+  if (PressesLess(log)) {
+    return {"the hand",
+            fmt::format("presses with {:.0f} N where \"grip_force\" asks for {:.0f} N",
+                        log.felt_force_N, log.grip_force_N),
+            kStronger};
+  }
+  if (log.felt_force_N <= 0.0 && log.grip_force_N > 0.0 && log.lift_height_m < kSlid_m) {
+    return {"the hand", "closes without any pressure on the object",
+            "a wider forcerange or a higher kp of the drives of \"hand_motors\", \"hand_closed\" "
+            "further closed, a site \"tcp\" between the pads"};
+  }
+  return {"the hand",
+          fmt::format("loses the object: it slides by {:.0f} mm and turns by {:.0f} deg in the "
+                      "hand, at a grip of {:.0f} N",
+                      log.slip_in_hand_m * kMmPerM, base::ToDeg(log.tilt_in_hand_rad),
+                      log.grip_force_N),
+          "a higher \"grip_force\" (with drives that can give it), \"grip_sensors\" so that slips "
+          "are felt, condim=\"4\" and priority=\"1\" on the fingertips"};
+}
+
+std::string FirstSeen(const Attempt& attempt) {
+  const auto& objects = attempt.detected.detection.objects;
+  if (objects.empty() || objects.front().surface_C.vertices.empty()) return "something else";
+  const auto box = geometry::BoundsOf(objects.front().surface_C.vertices);
+  return fmt::format("what stands at x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z up to {:.0f} mm",
+                     box.min().x() * kMmPerM, box.max().x() * kMmPerM, box.min().y() * kMmPerM,
+                     box.max().y() * kMmPerM, box.max().z() * kMmPerM);
+}
+
+Cause CauseOf(const Attempt& attempt) {
+  switch (attempt.outcome) {
+    case Outcome::kWrongTarget:
+      return {"the scene", "is taken for an object: " + FirstSeen(attempt),
+              "a collision geom (group=\"3\") of its shape, so that it is known; or move it; or a "
+              "smaller `workspace_margin_mm` in the experiment"};
+    case Outcome::kNotSegmented:
+      return {"the sensor", "does not show the object as one thing: " + attempt.detail,
+              "a sensor nearer to the workspace, or free sight"};
+    case Outcome::kNoGrasp:
+      return {"the hand", "finds no grasp that is free of collisions: " + attempt.detail,
+              "a hand that opens wider (\"hand_open\"), a site \"tcp\" between the pads"};
+    case Outcome::kNoPath:
+      return {"the arm", "finds no motion: " + attempt.detail,
+              "another mount or flange of hand and arm, or free room there"};
+    case Outcome::kInvalidPhysics:
+      return {"the physics", "is not valid: " + attempt.detail, CureOf(attempt.detail)};
+    case Outcome::kNotLifted:
+    case Outcome::kDropped:
+      return OfTheGrip(attempt);
+    case Outcome::kMisplaced:
+      return {"the release", attempt.detail, "a hand that opens wider (\"hand_open\")"};
+    default:
+      return {"a trial", attempt.detail, ""};
+  }
+}
+
+// Trials of one cell, one after the other.
+class Trying {
+ public:
+  Trying(Cell& cell, const std::function<void(const std::string&)>& say) : cell_(cell), say_(say) {}
+
+  Tryout Run() {
+    const std::vector<experiment::Case> cases = Cases();
+    if (say_) {
+      say_(fmt::format("tries {} trials: reach, grasp, lift, carry and release of {}", cases.size(),
+                       base::Join(cell_.options.objects)));
+    }
+    for (const experiment::Case& which : cases) {
+      if (Computed_s() - start_s_ > kLimit_s) break;
+      Try(SpecOf(which));
+    }
+    const bool error = tried_.delivered < kPasses * tried_.trials;
+    CheckLag();
+    CheckGrip();
+    for (const auto& [key, group] : groups_) Report(error, group);
+    std::ranges::stable_partition(tried_.findings, &Finding::error);
+    return std::move(tried_);
+  }
+
+ private:
+  struct Group {
+    Cause first;
+    std::map<std::string, int> outcomes;
+    std::vector<std::string> objects;
+    int count = 0;
+  };
+
+  std::vector<experiment::Case> Cases() const {
+    std::vector<experiment::Case> cases;
+    for (int i = 0; i < cell_.options.trials_per_object; ++i) {
+      for (const std::string& object : cell_.options.objects) {
+        cases.push_back(CaseOf({object, i, TrialSeed(kSeed, object, i)}));
+      }
+    }
+    return cases;
+  }
+
+  void Try(const TrialSpec& spec) {
+    Attempt attempt;
+    RunTrial(cell_, spec, nullptr, {}, &attempt);
+    if (attempt.stage == "arrange") return;  // of the objects, not of the cell
+    ++tried_.trials;
+    tried_.detected += attempt.accepted ? 1 : 0;
+    tried_.delivered += attempt.outcome == Outcome::kDelivered ? 1 : 0;
+    if (attempt.log && attempt.log->lags_rad.size() > 0) {
+      if (attempt.log->lags_rad.maxCoeff() > worst_lag_rad_) {
+        worst_lag_rad_ = attempt.log->lags_rad.maxCoeff();
+        worst_ = spec;
+      }
+      lags_rad_ = lags_rad_.size() == 0 ? attempt.log->lags_rad
+                                        : VectorXd(lags_rad_.cwiseMax(attempt.log->lags_rad));
+    }
+    if (attempt.log && PressesLess(*attempt.log)) ++weak_;
+    if (attempt.outcome == Outcome::kDelivered) return;
+    const Cause cause = CauseOf(attempt);
+    Group& group = groups_[cause.element + cause.cure];
+    if (group.count++ == 0) group.first = cause;
+    ++group.outcomes[std::string(base::Word(attempt.outcome))];
+    AddOnce({spec.object}, group.objects);
+  }
+
+  void Report(bool error, const Group& group) {
+    std::vector<std::string> outcomes;
+    for (const auto& [word, count] : group.outcomes)
+      outcomes.push_back(fmt::format("{} {}", word, count));
+    tried_.findings.push_back(
+        {error, cell_.options.scene.string(), group.first.element,
+         fmt::format("{} ({} of {} trials, {}: {})", group.first.what, group.count, tried_.trials,
+                     base::Join(outcomes), base::Join(group.objects)),
+         group.first.cure});
+  }
+
+  // Drives that do not give the grip hold nothing heavier than what was tried.
+  void CheckGrip() {
+    if (2 * weak_ <= tried_.trials || tried_.delivered < kPasses * tried_.trials) return;
+    tried_.findings.push_back(
+        {false, cell_.options.scene.string(), "the hand",
+         fmt::format("presses with less than {:.0f} % of the commanded grip in {} of {} trials",
+                     100.0 * kPressed, weak_, tried_.trials),
+         kStronger});
+  }
+
+  // Drives that fall behind stop where nothing is: an error even where all went well this time.
+  void CheckLag() {
+    if (worst_lag_rad_ <= kLag_rad) return;
+    std::vector<std::string> slow;
+    for (Eigen::Index i = 0; i < lags_rad_.size(); ++i) {
+      if (lags_rad_[i] > kLag_rad) slow.push_back(fmt::format("{}", i + 1));
+    }
+    tried_.findings.push_back(
+        {true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
+         fmt::format("fall up to {:.1f} mrad behind in the motions of a trial; more than 5 mrad is "
+                     "taken for contact, more than 8 mrad ends the grasp",
+                     1e3 * worst_lag_rad_),
+         SlowEnough()});
+  }
+
+  // Limits with which the worst trial's drives follow.
+  std::string SlowEnough() {
+    robot::Robot& robot = cell_.robot;
+    const VectorXd velocity = robot.velocity, acceleration = robot.acceleration;
+    VectorXd lags_rad = lags_rad_;
+    for (int round = 0; round < kRounds && lags_rad.maxCoeff() > kLag_rad; ++round) {
+      for (Eigen::Index i = 0; i < lags_rad.size(); ++i) {
+        if (lags_rad[i] <= kLag_rad) continue;
+        const double slower = std::min(kSlower, kLag_rad / lags_rad[i]);
+        robot.acceleration[i] = Rounded(slower * robot.acceleration[i]);
+        if (round > 0) robot.velocity[i] = Rounded(slower * robot.velocity[i]);
+      }
+      Attempt attempt;
+      RunTrial(cell_, worst_, nullptr, {}, &attempt);
+      if (!attempt.log || attempt.log->lags_rad.size() == 0) break;
+      lags_rad = attempt.log->lags_rad;
+    }
+    const auto line = [](const char* name, const VectorXd& values) {
+      return fmt::format("<numeric name=\"{}\" data=\"{:g}\"/>", name,
+                         fmt::join(values.begin(), values.end(), " "));
+    };
+    std::string cure = line("joint_acceleration", robot.acceleration);
+    if (robot.velocity != velocity) cure += "\n" + line("joint_velocity", robot.velocity);
+    const VectorXd robot_acceleration = robot.acceleration;
+    robot.velocity = velocity;
+    robot.acceleration = acceleration;
+    const double slowest = (VectorXd(robot_acceleration).array() / acceleration.array()).minCoeff();
+    const std::string stiffer =
+        fmt::format("kp of their drives {:.0f} times as high, or less damping of the joints",
+                    std::ceil(worst_lag_rad_ / (kSlower * kLag_rad)));
+    const bool held = lags_rad.maxCoeff() <= kLag_rad;
+    return held && slowest >= kUsable ? "tried: " + cure + "\nor " + stiffer : stiffer;
+  }
+
+  static double Rounded(double v) { return std::max(0.01, std::floor(100.0 * v) / 100.0); }
+
+  Cell& cell_;
+  const std::function<void(const std::string&)>& say_;
+  double start_s_ = Computed_s();
+  Tryout tried_;
+  std::map<std::string, Group> groups_;
+  VectorXd lags_rad_;  ///< largest, of each joint
+  double worst_lag_rad_ = 0.0;
+  TrialSpec worst_;
+  int weak_ = 0;  ///< trials in which the grip did not arrive
+};
+
+}  // namespace
+
+std::string Tryout::Text() const {
+  return fmt::format("{} trials tried: {} detected, {} delivered", trials, detected, delivered);
+}
+
+Options OptionsOf(const std::filesystem::path& scene) {
+  Options options;
+  options.scene = scene;
+  options.sensor = base::DataFolder() / "models/sensors/line_scanner.yaml";
+  options.sensor_type = kLineScanner;
+  options.perception.stated_noise = FindSensor(kLineScanner)->states_noise;
+  SetMethod(MethodKind::kImproved, options);
+  return options;
+}
+
+Tryout TryCell(Options options, const std::function<void(const std::string&)>& say) {
+  const process::OwnFolder folder;
+  Cell cell(Generated(std::move(options), folder.path()));
+  cell.sensor->Prepare();
+  return Trying(cell, say).Run();
+}
+
+}  // namespace rangegrasp::trial

@@ -1,0 +1,120 @@
+#include "trial/tryout.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <regex>
+
+#include "base/file.h"
+#include "sim/check/check.h"
+#include "temp_folder.h"
+
+namespace rangegrasp::trial {
+namespace {
+
+using testing::HasSubstr;
+
+const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+
+// The shipped arm with the shipped hand or the parallel jaw, as texts to be broken in one place.
+struct Texts {
+  std::string arm, hand, scene;
+};
+
+void Replace(std::string& text, const std::string& pattern, const std::string& by) {
+  const std::string before = text;
+  text = std::regex_replace(text, std::regex(pattern), by);
+  EXPECT_NE(text, before) << pattern;
+}
+
+// All numbers of the values that the pattern's only group finds, times a factor.
+void Scale(std::string& text, const std::string& pattern, double factor) {
+  std::string out;
+  std::size_t last = 0;
+  const std::regex wanted(pattern);
+  for (std::sregex_iterator it(text.begin(), text.end(), wanted), end; it != end; ++it) {
+    out += text.substr(last, it->position(1) - last);
+    std::istringstream values((*it)[1].str());
+    for (double value; values >> value;) out += std::to_string(factor * value) + " ";
+    last = it->position(1) + it->length(1);
+  }
+  EXPECT_GT(last, 0u) << pattern;
+  text = out + text.substr(last);
+}
+
+class Broken : public testing::Test {
+ protected:
+  Broken()
+      : texts_{base::ReadFile(kSource / "models/arm/lwa3.xml"),
+               base::ReadFile(kSource / "models/hand/sensorhand.xml"),
+               base::ReadFile(kSource / "scenes/tabletop.xml")} {}
+
+  void TakeTheParallelJaw() {
+    texts_.hand = base::ReadFile(kSource / "models/hand/parallel_jaw.xml");
+    Replace(texts_.arm,
+            R"(<frame xyaxes="0 1 0 0 0 1">\s*<frame pos="[^"]*">\s*(<attach[^>]*>)\s*</frame>)",
+            "<frame>$1");
+  }
+
+  std::filesystem::path Write() {
+    Replace(texts_.arm, "\\.\\./hand/sensorhand\\.xml", "hand.xml");
+    Replace(texts_.scene, "\\.\\./models/arm/lwa3\\.xml", "arm.xml");
+    folder_.Write("arm.xml", texts_.arm);
+    folder_.Write("hand.xml", texts_.hand);
+    return folder_.Write("scene.xml", texts_.scene);
+  }
+
+  // As the command does it.
+  std::string Check() {
+    const auto scene = Write();
+    auto findings = check::CheckModel(scene, check::Kind::kScene);
+    if (!base::HasError(findings)) {
+      tryout_ = TryCell(OptionsOf(scene));
+      findings.insert(findings.end(), tryout_.findings.begin(), tryout_.findings.end());
+    }
+    std::string text;
+    for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
+    return text;
+  }
+
+  testing_support::TempFolder folder_;
+  Texts texts_;
+  Tryout tryout_;
+};
+
+TEST_F(Broken, NothingIsSaidOfTheShippedCell) {
+  EXPECT_EQ(Check(), "");
+  EXPECT_EQ(tryout_.delivered, tryout_.trials);
+  EXPECT_EQ(tryout_.trials, 27);
+}
+TEST_F(Broken, LimitsThatTheDrivesDoNotHoldAreNamedWithThoseThatTheyHold) {
+  Scale(texts_.arm, "joint_acceleration\" data=\"([^\"]*)\"", 4.0);
+  EXPECT_THAT(Check(), HasSubstr("<numeric name=\"joint_acceleration\" data=\""));
+}
+TEST_F(Broken, WeakServosOfTheArm) {
+  Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.1);
+  EXPECT_THAT(Check(), HasSubstr("kp"));
+}
+TEST_F(Broken, NoArmature) {
+  Replace(texts_.arm, " armature=\"[^\"]*\"", "");
+  EXPECT_THAT(Check(), HasSubstr("armature"));
+}
+TEST_F(Broken, MissingGripSensors) {
+  Replace(texts_.hand, "<tuple name=\"grip_sensors\">[^]*?</tuple>", "");
+  EXPECT_THAT(Check(), HasSubstr("grip_sensors"));
+}
+TEST_F(Broken, AWallThatIsSeenButHasNoKnownShape) {
+  Replace(texts_.scene, "<worldbody>",
+          "<worldbody><geom group=\"2\" contype=\"0\" conaffinity=\"0\" type=\"box\" pos=\"0 -0.19 "
+          "0.1\" size=\"0.3 0.01 0.1\"/>");
+  EXPECT_THAT(Check(), HasSubstr("is taken for an object"));
+}
+TEST_F(Broken, AWallOfKnownShapeIsNoObject) {
+  Replace(texts_.scene, "<worldbody>",
+          "<worldbody><geom group=\"2\" type=\"box\" pos=\"0 -0.19 0.1\" size=\"0.3 0.01 0.1\"/>");
+  EXPECT_EQ(Check(), "");
+}
+
+}  // namespace
+}  // namespace rangegrasp::trial
