@@ -14,6 +14,7 @@
 #include "robot/robot.h"
 #include "sensing/line_scanner.h"
 #include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/world.h"
 #include "trial/arranger.h"
 #include "trial/options.h"
@@ -47,6 +48,9 @@ class Sensor {
 /// The line scanner at its site. The options must outlive it.
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const base::Pose& X_WScanner);
+
+/// A depth camera at its site or place.
+std::unique_ptr<Sensor> MakeDepthCamera(sensing::DepthCameraOptions options);
 
 /// What all trials of an experiment share: its options, what they name, and four parts. Made once,
 /// before processes are forked; stays where it was made, since the parts refer to it.

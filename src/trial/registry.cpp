@@ -93,6 +93,17 @@ void AddParts() {
        .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
        .make =
            [](const Cell& cell) { return MakeLineScanner(cell.scanner, cell.robot.X_WScanner); }});
+  AddSensor({.word = sensing::kDepthCamera,
+             .states_noise = true,
+             .laser = [](const std::filesystem::path&) { return std::filesystem::path(); },
+             .files =
+                 [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
+             .make =
+                 [](const Cell& cell) {
+                   auto options = sensing::ReadDepthCamera(cell.options.sensor);
+                   options.color = options.color || cell.options.color;
+                   return MakeDepthCamera(std::move(options));
+                 }});
   AddDetector({.word = kDissertation,
                .make = [](const Options& options, const robot::Robot& robot,
                           grasp::SceneObserver observer) {
