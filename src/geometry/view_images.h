@@ -28,10 +28,10 @@ struct WrittenImages {
   /// What reads them has to know, as an object of a JSON library.
   template <typename Json>
   Json Described() const {
-    return {{"depth", depth},     {"depth_unit_m", ViewImages::kDepthUnit_m},
-            {"color", color},     {"rows", images.depth.height},
-            {"fx", images.fx},    {"columns", images.depth.width},
-            {"fy", images.fy},    {"cx", images.cx},
+    return {{"depth", depth},  {"depth_unit_m", ViewImages::kDepthUnit_m},
+            {"color", color},  {"rows", images.depth.height},
+            {"fx", images.fx}, {"columns", images.depth.width},
+            {"fy", images.fy}, {"cx", images.cx},
             {"cy", images.cy}};
   }
 };

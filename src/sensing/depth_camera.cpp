@@ -48,6 +48,13 @@ void RunningSum(std::span<const std::int32_t> in, std::span<std::int32_t> out, i
   }
 }
 
+/// Albedo at 850 nm: what is printed absorbs the near infrared no more than the color that it
+/// reflects most; only black absorbs it, too. An estimate.
+double InfraredAlbedo(const sim::VisualMesh& mesh, const Hit& hit) {
+  const auto printed = mesh.colors.PrintAt(hit);
+  return printed ? PrintAlbedo(std::ranges::max(*printed)) : mesh.surface.albedo;
+}
+
 /// The share of normal numbers below x, to 0.01 (a logistic curve).
 double ShareBelow(double x) { return 1.0 / (1.0 + std::exp(-1.702 * x)); }
 
@@ -87,8 +94,8 @@ class Look {
         patches_(options.dropout_patch_m, seed_),
         disparity_sigma_px_(options.disparity_sigma_px * Averaged(options)),
         sigma_at_1m_(stereo_ ? StereoSigma(options, 1.0) : FlightSigma(options, 1.0, 1.0)),
-        harmless_{std::cos(options.dropout_begin_rad), std::cos(0.5 * options.saturation_angle_rad)} {
-  }
+        harmless_{std::cos(options.dropout_begin_rad),
+                  std::cos(0.5 * options.saturation_angle_rad)} {}
 
   Scan Run() {
     Scan scan = EmptyScan();
@@ -168,7 +175,7 @@ class Look {
 
   void Meet(std::size_t i, double along_ray, const Ray& ray, const Hit& hit, Scan& scan) {
     const sim::VisualMesh& mesh = meshes_[hit.mesh];
-    const double albedo = AlbedoAt(mesh, hit);
+    const double albedo = InfraredAlbedo(mesh, hit);
     const double facing = std::abs(hit.normal_W.dot(ray.direction_W));
     Pixel& pixel = pixels_[i];
     pixel.depth_m = static_cast<float>(hit.distance_m / along_ray);
@@ -273,8 +280,8 @@ class Look {
     Pixel seen = pixels_[i];
     if (edges_[i].other != kNone && !CrossEdge(i, seen, scan)) return SampleState::kDropout;
     const double along_ray = ray_S.norm();
-    const double depth_m = stereo_ ? StereoDepth(seen.depth_m, noise_[i])
-                                   : FlightDepth(seen, along_ray, noise_[i]);
+    const double depth_m =
+        stereo_ ? StereoDepth(seen.depth_m, noise_[i]) : FlightDepth(seen, along_ray, noise_[i]);
     if (!(depth_m >= options_.min_depth_m && depth_m <= options_.max_depth_m)) {
       return SampleState::kOutOfView;
     }
@@ -340,8 +347,8 @@ class Look {
     const auto down = std::lround(shift_px * rng.Normal());
     view.colors.resize(size_);
     for (std::size_t i = 0; i < size_; ++i) {
-      const auto row = std::clamp<std::ptrdiff_t>(
-          static_cast<std::ptrdiff_t>(i / width_) + down, 0, options_.height - 1);
+      const auto row = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(i / width_) + down, 0,
+                                                  options_.height - 1);
       const auto column = std::clamp<std::ptrdiff_t>(
           static_cast<std::ptrdiff_t>(i % width_) + right, 0, options_.width - 1);
       const Vector3f& light =
@@ -413,9 +420,9 @@ std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {
   std::vector<std::uint8_t> hidden(disparity_px.size(), 0);
   for (std::ptrdiff_t column = 0; column < width; ++column) {
     const std::ptrdiff_t at = place(column);
-    const bool seen = at >= 0 && nearest[static_cast<std::size_t>(at)] <=
-                                     disparity_px[static_cast<std::size_t>(column)] +
-                                         kDisparityEdge_px;
+    const bool seen =
+        at >= 0 && nearest[static_cast<std::size_t>(at)] <=
+                       disparity_px[static_cast<std::size_t>(column)] + kDisparityEdge_px;
     hidden[static_cast<std::size_t>(column)] = seen ? 0 : 1;
   }
   return hidden;

@@ -45,12 +45,12 @@ struct DepthCameraOptions : RangeSensorOptions {
 
   // Depth edges
   double edge_reach_px = 3.0;
-  double edge_loss = 0.3;
-  double flying_share = 0.1;
+  double edge_loss = 0.1;
+  double flying_share = 0.05;
   double lateral_sigma_px = 0.8;
 
-  std::string site = "scanner";       ///< of the scene
-  std::optional<base::Pose> X_WS;     ///< instead of a site
+  std::string site = "scanner";    ///< of the scene
+  std::optional<base::Pose> X_WS;  ///< instead of a site
 };
 
 /// Reads models/sensors/depth_camera_*.yaml; what is not given keeps its default.

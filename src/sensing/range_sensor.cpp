@@ -39,11 +39,12 @@ RangeSensor ReadRangeSensor(const std::filesystem::path& file) {
 }
 
 const RangeSensorOptions& SharedOf(const RangeSensor& sensor) {
-  return std::visit([](const RangeSensorOptions& shared) -> const RangeSensorOptions& { return shared; },
-                    sensor);
+  return std::visit(
+      [](const RangeSensorOptions& shared) -> const RangeSensorOptions& { return shared; }, sensor);
 }
 RangeSensorOptions& SharedOf(RangeSensor& sensor) {
-  return std::visit([](RangeSensorOptions& shared) -> RangeSensorOptions& { return shared; }, sensor);
+  return std::visit([](RangeSensorOptions& shared) -> RangeSensorOptions& { return shared; },
+                    sensor);
 }
 
 geometry::Field FieldOf(const RangeSensor& sensor) {
@@ -58,8 +59,8 @@ base::Pose PoseIn(const sim::World& world, const RangeSensor& sensor) {
 
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const RangeSensor& sensor, base::Rng& rng) {
-  return std::visit(
-      [&](const auto& options) { return ScanScene(meshes, X_WS, options, rng); }, sensor);
+  return std::visit([&](const auto& options) { return ScanScene(meshes, X_WS, options, rng); },
+                    sensor);
 }
 
 }  // namespace rangegrasp::sensing

@@ -6,6 +6,7 @@
 
 #include "base/stopwatch.h"
 #include "geometry/view_images.h"
+#include "sensing/range_sensor.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::trial {
@@ -44,7 +45,7 @@ class LineScanner : public Sensor {
 
 class DepthCamera : public Sensor {
  public:
-  explicit DepthCamera(sensing::DepthCameraOptions options) : sensor_(std::move(options)) {}
+  explicit DepthCamera(const sensing::DepthCameraOptions& options) : sensor_(options) {}
 
   Sensed Sense(const sim::World& world, base::Rng& rng) const override {
     return SensedOf(
@@ -100,8 +101,8 @@ std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& optio
   return std::make_unique<LineScanner>(options, X_WScanner);
 }
 
-std::unique_ptr<Sensor> MakeDepthCamera(sensing::DepthCameraOptions options) {
-  return std::make_unique<DepthCamera>(std::move(options));
+std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options) {
+  return std::make_unique<DepthCamera>(options);
 }
 
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,

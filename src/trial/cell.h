@@ -14,10 +14,13 @@
 #include "robot/robot.h"
 #include "sensing/line_scanner.h"
 #include "sensing/line_scanner_options.h"
-#include "sensing/range_sensor.h"
 #include "sim/world.h"
 #include "trial/arranger.h"
 #include "trial/options.h"
+
+namespace rangegrasp::sensing {
+struct DepthCameraOptions;
+}
 
 namespace rangegrasp::trial {
 
@@ -50,7 +53,7 @@ std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& optio
                                         const base::Pose& X_WScanner);
 
 /// A depth camera at its site or place.
-std::unique_ptr<Sensor> MakeDepthCamera(sensing::DepthCameraOptions options);
+std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options);
 
 /// What all trials of an experiment share: its options, what they name, and four parts. Made once,
 /// before processes are forked; stays where it was made, since the parts refer to it.

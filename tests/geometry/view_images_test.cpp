@@ -53,7 +53,8 @@ TEST(ViewImages, OfASensorThatTurnsThereAreNone) {
   for (std::size_t i = 0; i < view.image.points_C.size(); ++i) {
     const double pan = 0.02 * static_cast<double>(i / kColumns);
     view.image.points_C[i] =
-        view.X_CV * Vector3d(std::sin(pan), 0.01 * static_cast<double>(i % kColumns), std::cos(pan));
+        view.X_CV *
+        Vector3d(std::sin(pan), 0.01 * static_cast<double>(i % kColumns), std::cos(pan));
   }
   EXPECT_FALSE(ImagesOf(view));
   const testing_support::TempFolder folder;
@@ -66,7 +67,8 @@ TEST(ViewImages, AreWrittenUnderNamesOfTheirOwn) {
   View view = CameraView();
   const auto written = WriteImages(view, folder / "", "a");
   ASSERT_TRUE(written);
-  EXPECT_EQ(image::ReadPng<image::Grey16>(folder / written->depth).grey, written->images.depth.grey);
+  EXPECT_EQ(image::ReadPng<image::Grey16>(folder / written->depth).grey,
+            written->images.depth.grey);
   EXPECT_EQ(image::ReadPng<image::Image>(folder / written->color).rgb, written->images.color.rgb);
   view.colors.clear();
   EXPECT_EQ(WriteImages(view, folder / "", "b")->color, "");

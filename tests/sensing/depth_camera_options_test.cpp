@@ -73,9 +73,8 @@ TEST_F(DepthCameraFile, ErrorsNameTheKey) {
   EXPECT_THAT(Error("type: depth_camera\nprinciple: sonar\n"), HasSubstr("time_of_flight"));
   EXPECT_THAT(Error("type: depth_camera\nplace: {x_mm: 1}\n"), HasSubstr("look_x_mm"));
   EXPECT_THAT(Error("type: depth_camera\nsite: a\nplace: {x_mm: 1}\n"), HasSubstr("site"));
-  EXPECT_THAT(testing_support::ErrorOf([&] {
-                ReadRangeSensor(folder_.Write("stereo.yaml", "type: stereo_camera\n"));
-              }),
+  EXPECT_THAT(testing_support::ErrorOf(
+                  [&] { ReadRangeSensor(folder_.Write("stereo.yaml", "type: stereo_camera\n")); }),
               HasSubstr("depth_camera"));
 }
 

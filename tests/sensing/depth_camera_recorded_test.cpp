@@ -41,7 +41,7 @@ Disparities DisparitiesOf(int width, int height, const geometry::Points& points_
 
 /// What is compared.
 struct NoiseFigures {
-  std::vector<double> sigma_px;  ///< of planes' residuals, one a window
+  std::vector<double> sigma_px;                       ///< of planes' residuals, one a window
   std::vector<double> alike_1, alike_4, alike_below;  ///< correlation 1 and 4 columns, 1 row apart
   double near_holes = 0, near = 0, flat_holes = 0, flat = 0, hanging = 0, edges = 0;
 
@@ -206,7 +206,8 @@ TEST(DepthCameraRecorded, ItsNoiseIsThatOfRecordedClouds) {
   print("holes elsewhere", recorded.FlatShare(), simulated.FlatShare());
   print("hanging samples at depth edges", recorded.HangingShare(), simulated.HangingShare());
   EXPECT_LT(std::abs(std::log(recorded.NearShare() / simulated.NearShare())), std::log(2.0));
-  EXPECT_NEAR(recorded.FlatShare(), simulated.FlatShare(), 0.01);
+  EXPECT_NEAR(recorded.FlatShare(), simulated.FlatShare(), 0.015);
+  EXPECT_NEAR(recorded.HangingShare(), simulated.HangingShare(), 0.01);
 }
 
 }  // namespace

@@ -150,7 +150,7 @@ TEST(DepthCamera, TheSecondLensMissesAStripAsWideAsTheStepOfDisparity) {
   std::fill(disparity.begin() + 100, disparity.begin() + 200, 45.0F);
   const std::vector<std::uint8_t> hidden = HiddenFromRight(disparity);
   for (std::size_t c = 0; c < hidden.size(); ++c) {
-    const bool beyond = c < 20;                  // outside the right image
+    const bool beyond = c < 20;                    // outside the right image
     const bool behind = c >= 100 - 25 && c < 100;  // left of what is near
     EXPECT_EQ(hidden[c] != 0, beyond || behind) << c;
   }
@@ -221,8 +221,9 @@ TEST(DepthCamera, LosesGlossThatFacesItAndDarkAndGrazingSurfaces) {
   const double tilt = base::Deg(75.0);
   const Vector3d along(0.0, std::sin(tilt), std::cos(tilt));
   options.field_right_rad = base::Deg(4.0);
-  const auto grazing = test::Plate(Vector3d(-9, 0, 0.7) - 0.5 * Vector3d(0, std::cos(tilt), std::sin(tilt)),
-                                   {18, 0, 0}, Vector3d(0, std::cos(tilt), std::sin(tilt)));
+  const auto grazing =
+      test::Plate(Vector3d(-9, 0, 0.7) - 0.5 * Vector3d(0, std::cos(tilt), std::sin(tilt)),
+                  {18, 0, 0}, Vector3d(0, std::cos(tilt), std::sin(tilt)));
   EXPECT_NEAR(share_lost(grazing), 0.75, 0.1) << along.transpose();
 }
 

@@ -19,6 +19,7 @@
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
 #include "sensing/line_scanner.h"
+#include "sensing/range_sensor.h"
 #include "sim/check/check.h"
 #include "sim/render.h"
 #include "trial/cell.h"
@@ -321,10 +322,10 @@ void AddScan(CLI::App& app) {
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
     if (WriteItsLook(picked, *arguments)) return;
-    const sensing::RangeSensor sensor = picked.experiment.task ? picked.cell().scanner
-                         : arguments->sensor.empty()
-                             ? sensing::LineScannerOptions{}
-                             : sensing::ReadRangeSensor(SensorFile(arguments->sensor));
+    const sensing::RangeSensor sensor =
+        picked.experiment.task      ? picked.cell().scanner
+        : arguments->sensor.empty() ? sensing::LineScannerOptions{}
+                                    : sensing::ReadRangeSensor(SensorFile(arguments->sensor));
     if (!arguments->picture.empty() &&
         !std::holds_alternative<sensing::LineScannerOptions>(sensor)) {
       throw base::InputError(kNeedsLaser);

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "geometry/cloud_file.h"
-#include "geometry/view_images.h"
 #include "geometry/mesh_file.h"
+#include "geometry/view_images.h"
 #include "grasp/detector.h"
 
 namespace rangegrasp::external::internal {
