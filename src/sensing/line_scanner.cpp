@@ -44,20 +44,6 @@ constexpr float kFarAway_m = 20.0f;
 // (0.2 um at 2 m), below the thickness of all things.
 constexpr float kLiftOff_m = 1e-4f;
 
-// Of the room's light so much comes from lamps above, the rest from everywhere.
-constexpr double kFromAbove = 0.5;
-
-double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {
-  const auto printed = mesh.colors.PrintAt(hit);
-  return printed ? PrintAlbedo((*printed)[0]) : mesh.surface.albedo;
-}
-
-// What is of no known color is grey.
-Vector3d LightFrom(const sim::VisualMesh& mesh, const Hit& hit) {
-  const auto color = mesh.colors.At(hit);
-  return color ? geometry::LightOf(*color) : Vector3d::Constant(mesh.surface.albedo);
-}
-
 /// What the laser lights on meshes, and what of it the camera sees. Keeps references to its
 /// arguments.
 class Illumination {
@@ -84,8 +70,7 @@ class Illumination {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       light[i].setZero();
       if (!hits_[i].found()) continue;
-      const double lit = 1.0 - kFromAbove + kFromAbove * std::max(0.0f, hits_[i].normal_W.z());
-      light[i] = lit * LightFrom(meshes_[hits_[i].mesh], hits_[i]);
+      light[i] = RoomLight(meshes_[hits_[i].mesh], hits_[i]);
     }
   }
 
@@ -164,9 +149,6 @@ constexpr double kFaintShare = 0.15;
 constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
 constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
 
-// Places that count as different where each sample is drawn by itself: below any spacing.
-constexpr double kSinglePlace_m = 1e-5;
-
 // exp(-8 a^2): 1/e^2 at a = 0.5.
 double LineWeight(double across) { return std::exp(-8.0 * across * across); }
 
@@ -181,6 +163,7 @@ class Sweep {
         illumination_(meshes, options),
         noise_seed_(rng.Next()),
         X_WS_known_(X_WS * CalibrationError()),
+        patches_(options.dropout_patch_m, noise_seed_),
         first_slope_(sensing::Slope(options, 0.0)),
         slope_step_(sensing::Slope(options, 1.0) - first_slope_) {}
 
@@ -211,13 +194,6 @@ class Sweep {
   Pose CalibrationError() const {
     base::Rng rng(base::DeriveSeed(noise_seed_, "calibration"));
     return base::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
-  }
-
-  Vector3d PatchShift() const {
-    base::Rng rng(base::DeriveSeed(noise_seed_, "patches"));
-    Vector3d shift;
-    for (double& coordinate : shift) coordinate = rng.Uniform();
-    return shift;
   }
 
   Scan EmptyScan() const {
@@ -332,23 +308,6 @@ class Sweep {
     return merged;
   }
 
-  /// Whether the patch of the surface that a spot is on is lost, by one draw for all of it.
-  bool IsPatchLost(const Spot& spot, double loss) const {
-    if (loss <= 0.0) return false;
-    std::uint64_t patch = base::DeriveSeed(noise_seed_, "patch");
-    for (int axis = 0; axis < 3; ++axis) {
-      const float place = spot.point_W[axis];
-      // Without patches each place is its own. A grid with a corner in the origin would, by
-      // rounding, tear the table's plane in two.
-      const double cell = options_.dropout_patch_m > 0.0
-                              ? std::floor(static_cast<double>(place) / options_.dropout_patch_m +
-                                           patch_shift_[axis])
-                              : std::round(static_cast<double>(place) / kSinglePlace_m);
-      patch = base::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
-    }
-    return base::Rng(patch).Uniform() < loss;
-  }
-
   void Measure(std::size_t profile, Scan& scan) const {
     base::Rng rng(base::DeriveSeed(noise_seed_, profile));
     const Matrix3d R_WP =
@@ -393,7 +352,7 @@ class Sweep {
                               angle(mirrored_W, spot.to_camera_W)};
     const sim::OpticalSurface& surface = meshes_[spot.hit.mesh].surface;
     if (dropout_draw < SampleLoss(spot.albedo, surface.clarity) ||
-        IsPatchLost(spot, PatchLoss(options_, surface.gloss, encounter))) {
+        patches_.IsLost(spot.point_W, PatchLoss(options_, surface.gloss, encounter))) {
       return SampleState::kDropout;
     }
     double column_px = spot.column_px + noise_px;
@@ -437,7 +396,7 @@ class Sweep {
   Illumination illumination_;
   std::uint64_t noise_seed_;
   Pose X_WS_known_;  // as calibrated
-  Vector3d patch_shift_ = PatchShift();
+  Patches patches_;
   double first_slope_, slope_step_;
   std::vector<Spot> spots_;  // one a sample
   std::vector<std::uint8_t> edge_;

@@ -1,7 +1,5 @@
 #include "sensing/line_scanner_options.h"
 
-#include <stdexcept>
-
 namespace rangegrasp::sensing {
 namespace {
 
@@ -10,7 +8,6 @@ using base::kMm;
 
 constexpr double kMicrometer = 1e-6;
 constexpr char kType[] = "line_scanner";
-constexpr char kDropoutsDoNotBegin[] = "dropout_begin_deg must be less than dropout_end_deg";
 
 /// Every key with its option, range and documentation. The source is a file, or a check of ranges.
 template <typename Source, typename Options>
@@ -48,29 +45,7 @@ void ReadKeys(Source& from, Options& o) {
             "resolution of the centroid; 0: none");
   from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0,
                   "standard deviation of the pan angle, one value per profile");
-  from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which samples are lost");
-  from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which all samples are lost");
-  from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
-                  "angle to the mirror direction below which gloss blinds the camera");
-  from.ReadScaled(
-      "dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
-      "size of the patches that incidence and gloss lose as a whole; 0: single samples");
-  from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
-                  "calibration error of the head's position, root mean square");
-  from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
-                  "calibration error of the head's orientation, root mean square");
-  from.Read("color", o.color, "the sensor also measures each sample's color, in the room's light");
-  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "noise of the color, of 255");
-  from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
-            "error of the color channels' balance, relative; one draw per channel and scan");
-  from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
-                  "distance between a sample and its color, root mean square; one draw per scan");
-}
-
-bool DropoutsBegin(const LineScannerOptions& options) {
-  return options.dropout_begin_rad < options.dropout_end_rad;
+  ReadSharedKeys(from, o);
 }
 
 }  // namespace
@@ -81,11 +56,7 @@ LineScannerOptions ReadLineScanner(base::YamlMap& map) {
   if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
   LineScannerOptions options;
   ReadKeys(map, options);
-  map.Finish();
-  if (!DropoutsBegin(options)) {
-    map.Fail(map.Has("dropout_begin_deg") ? "dropout_begin_deg" : "dropout_end_deg",
-             kDropoutsDoNotBegin);
-  }
+  FinishShared(map, options);
   return options;
 }
 
@@ -98,7 +69,7 @@ void CheckOptions(const LineScannerOptions& options) {
   const std::string what = "line scanner";
   const base::RangeCheck check(what);
   ReadKeys(check, options);
-  if (!DropoutsBegin(options)) throw std::invalid_argument(what + ": " + kDropoutsDoNotBegin);
+  CheckShared(what, options);
 }
 
 }  // namespace rangegrasp::sensing

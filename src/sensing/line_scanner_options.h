@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "base/yaml_map.h"
+#include "sensing/range_sensor_options.h"
 
 namespace rangegrasp::sensing {
 
@@ -15,7 +16,7 @@ namespace rangegrasp::sensing {
 ///
 /// Defaults: a 512 x 512 sensor with 9.5 um pixels and a lens that sees the whole fan with the 512
 /// columns; of its rows a window is read that ends before the floor behind the table.
-struct LineScannerOptions {
+struct LineScannerOptions : RangeSensorOptions {
   // The keys of line_scanner_options.cpp document the fields.
   int samples = 512;  ///< evenly spaced in the tangent of the fan's angle
   int profiles = 150;
@@ -34,18 +35,6 @@ struct LineScannerOptions {
   double correlation_samples = 2.0;
   double quantisation_px = 0.0625;
   double pan_jitter_rad = base::Deg(0.02);
-  double dropout_begin_rad = base::Deg(60.0);
-  double dropout_end_rad = base::Deg(80.0);
-  double saturation_angle_rad = base::Deg(5.0);
-  double dropout_patch_m = 0.008;
-  // By how far the head's pose, as the robot knows it, is off: one draw a scan.
-  double calibration_sigma_m = 0.001;
-  double calibration_sigma_rad = base::Deg(0.1);
-  // The camera's second exposure, in color and by the room's light, with the laser off.
-  bool color = false;
-  double color_noise_levels = 2.0;
-  double color_gain_sigma = 0.05;
-  double color_shift_m = 0.001;  ///< along and across the line at the focus distance
 };
 
 /// Reads models/sensors/*.yaml; what is not given keeps its default.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/rng.h"
+
 namespace rangegrasp::sensing {
 namespace {
 
@@ -18,6 +20,12 @@ constexpr double kDarkLoss = 0.5;
 constexpr double kBlackLoss = 0.9;
 constexpr double kInkAlbedo = 0.04;
 constexpr double kPaperAlbedo = 0.85;
+
+// Of the room's light so much comes from lamps above, the rest from everywhere.
+constexpr double kFromAbove = 0.5;
+
+// Places that count as different where each sample is drawn by itself: below any spacing.
+constexpr double kSinglePlace_m = 1e-5;
 
 Blob Sum(std::span<const Glint> group) {
   Blob blob;
@@ -98,7 +106,7 @@ double CentroidSigma(const LineScannerOptions& options) {
   return std::sqrt(variance_px2);
 }
 
-double IncidenceLoss(const LineScannerOptions& options, double incidence_rad) {
+double IncidenceLoss(const RangeSensorOptions& options, double incidence_rad) {
   const double span_rad = options.dropout_end_rad - options.dropout_begin_rad;
   return std::clamp((incidence_rad - options.dropout_begin_rad) / span_rad, 0.0, 1.0);
 }
@@ -111,7 +119,7 @@ double AlbedoLoss(double albedo) {
   return kDarkLoss + (kBlackLoss - kDarkLoss) * (kDarkAlbedo - albedo) / kDarkAlbedo;
 }
 
-double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad) {
+double GlossLoss(const RangeSensorOptions& options, double gloss, double mirror_offset_rad) {
   return mirror_offset_rad <= options.saturation_angle_rad ? gloss : 0.0;
 }
 
@@ -119,7 +127,7 @@ double SampleLoss(double albedo, double clarity) {
   return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - clarity);
 }
 
-double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter) {
+double PatchLoss(const RangeSensorOptions& options, double gloss, const Encounter& encounter) {
   return 1.0 - (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
                    (1.0 - GlossLoss(options, gloss, encounter.mirror_offset_rad));
 }
@@ -136,6 +144,36 @@ double PrintAlbedo(std::uint8_t red) {
     return table;
   }();
   return albedo[red];
+}
+
+double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {
+  const auto printed = mesh.colors.PrintAt(hit);
+  return printed ? PrintAlbedo((*printed)[0]) : mesh.surface.albedo;
+}
+
+Vector3d RoomLight(const sim::VisualMesh& mesh, const Hit& hit) {
+  const auto color = mesh.colors.At(hit);
+  const double lit = 1.0 - kFromAbove + kFromAbove * std::max(0.0f, hit.normal_W.z());
+  return lit * (color ? geometry::LightOf(*color) : Vector3d::Constant(mesh.surface.albedo));
+}
+
+Patches::Patches(double size_m, std::uint64_t seed)
+    : size_m_(size_m), seed_(base::DeriveSeed(seed, "patch")) {
+  base::Rng rng(base::DeriveSeed(seed, "patches"));
+  for (double& coordinate : shift_) coordinate = rng.Uniform();
+}
+
+bool Patches::IsLost(const Eigen::Vector3f& point_W, double loss) const {
+  if (loss <= 0.0) return false;
+  std::uint64_t patch = seed_;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto place = static_cast<double>(point_W[axis]);
+    // A grid with a corner in the origin would, by rounding, tear the table's plane in two.
+    const double cell = size_m_ > 0.0 ? std::floor(place / size_m_ + shift_[axis])
+                                      : std::round(place / kSinglePlace_m);
+    patch = base::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));
+  }
+  return base::Rng(patch).Uniform() < loss;
 }
 
 Blob BrightestBlob(std::span<Glint> glints, double width_px) {

@@ -87,21 +87,42 @@ struct Encounter {
 
 /// Probabilities of losing a sample that the camera could see.
 /// 0 up to dropout_begin, linear to 1 at dropout_end.
-double IncidenceLoss(const LineScannerOptions& options, double incidence_rad);
+double IncidenceLoss(const RangeSensorOptions& options, double incidence_rad);
 /// 0 from an albedo of 0.10 up, 0.5 at 0.05, 0.9 at 0, linear between.
 double AlbedoLoss(double albedo);
 /// The gloss itself within saturation_angle of the mirror direction, else 0: a share of the patches
 /// of a surface is smooth enough to blind the camera.
-double GlossLoss(const LineScannerOptions& options, double gloss, double mirror_offset_rad);
+double GlossLoss(const RangeSensorOptions& options, double gloss, double mirror_offset_rad);
 /// Loss of a single sample: for darkness and, independently, for clarity: that share of the light
 /// goes through or is mirrored away inside.
 double SampleLoss(double albedo, double clarity);
 /// Loss of a whole patch of a surface: for grazing light and, independently, gloss.
-double PatchLoss(const LineScannerOptions& options, double gloss, const Encounter& encounter);
+double PatchLoss(const RangeSensorOptions& options, double gloss, const Encounter& encounter);
 
 /// Diffuse albedo at 635 nm of a printed color with this red channel (sRGB): linear from the 4 %
 /// that the darkest inks and coatings send back to the 85 % of white board. Estimates.
 double PrintAlbedo(std::uint8_t red);
+
+/// Albedo at 635 nm where a ray met a mesh: of the print, where there is one.
+double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit);
+
+/// What the room's light, half of it from above, shows where a ray met a mesh: each channel 0..1.
+/// What is of no known color is grey.
+Eigen::Vector3d RoomLight(const sim::VisualMesh& mesh, const Hit& hit);
+
+/// Parts of surfaces that are lost as a whole: one draw for all that lies in a cell of a grid.
+class Patches {
+ public:
+  /// @param size_m  of a cell; 0: each place is its own
+  Patches(double size_m, std::uint64_t seed);
+  /// Whether a point's patch is lost, which it is with the probability `loss`.
+  bool IsLost(const Eigen::Vector3f& point_W, double loss) const;
+
+ private:
+  double size_m_;
+  std::uint64_t seed_;
+  Eigen::Vector3d shift_;
+};
 
 /// Light of a part of the line as the camera sees it.
 struct Glint {

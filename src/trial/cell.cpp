@@ -1,5 +1,12 @@
 #include "trial/cell.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/stopwatch.h"
+#include "geometry/view_images.h"
+#include "sensing/range_sensor.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::trial {
@@ -15,22 +22,55 @@ sensing::LineScannerOptions ScannerOf(const Options& options) {
   return scanner;
 }
 
+Sensed SensedOf(sensing::Scan scan) {
+  Sensed sensed;
+  sensed.observation.views.push_back(std::move(scan.view));
+  sensed.truth.push_back(std::move(scan.truth));
+  return sensed;
+}
+
 class LineScanner : public Sensor {
  public:
   LineScanner(const sensing::LineScannerOptions& options, const base::Pose& X_WScanner)
       : options_(options), X_WScanner_(X_WScanner) {}
 
   Sensed Sense(const sim::World& world, base::Rng& rng) const override {
-    sensing::Scan scan = sensing::ScanScene(world.VisualMeshes(), X_WScanner_, options_, rng);
-    Sensed sensed;
-    sensed.observation.views.push_back(std::move(scan.view));
-    sensed.truth.push_back(std::move(scan.truth));
-    return sensed;
+    return SensedOf(sensing::ScanScene(world.VisualMeshes(), X_WScanner_, options_, rng));
   }
 
  private:
   const sensing::LineScannerOptions& options_;
   base::Pose X_WScanner_;
+};
+
+class DepthCamera : public Sensor {
+ public:
+  explicit DepthCamera(const sensing::DepthCameraOptions& options) : sensor_(options) {}
+
+  Sensed Sense(const sim::World& world, base::Rng& rng) const override {
+    return SensedOf(
+        sensing::ScanScene(world.VisualMeshes(), sensing::PoseIn(world, sensor_), sensor_, rng));
+  }
+
+  /// The pictures lie next to the cloud.
+  std::string WriteLook(const sim::World& world, base::Rng& rng,
+                        const std::filesystem::path& cloud) const override {
+    const auto meshes = world.VisualMeshes();
+    base::Stopwatch watch;
+    const sensing::Scan scan =
+        sensing::ScanScene(meshes, sensing::PoseIn(world, sensor_), sensor_, rng);
+    const double seconds = watch.Seconds();
+    geometry::WriteCloud(cloud, scan.view.image, TruthFields(scan.view, scan.truth));
+    const auto written =
+        geometry::WriteImages(scan.view, cloud.parent_path(), cloud.stem().string());
+    return fmt::format("{} points of {} x {} pixels, {:.0f} ms{}",
+                       std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured),
+                       scan.view.image.samples, scan.view.image.profiles, seconds * 1e3,
+                       written ? "; pictures: " + written->depth + " " + written->color : "");
+  }
+
+ private:
+  sensing::RangeSensor sensor_;
 };
 
 }  // namespace
@@ -59,6 +99,10 @@ geometry::Plane Cell::TablePlane() const {
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const base::Pose& X_WScanner) {
   return std::make_unique<LineScanner>(options, X_WScanner);
+}
+
+std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options) {
+  return std::make_unique<DepthCamera>(options);
 }
 
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,

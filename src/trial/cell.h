@@ -18,6 +18,10 @@
 #include "trial/arranger.h"
 #include "trial/options.h"
 
+namespace rangegrasp::sensing {
+struct DepthCameraOptions;
+}
+
 namespace rangegrasp::trial {
 
 /// What a sensor measured, with the truth that only the judge may read.
@@ -47,6 +51,9 @@ class Sensor {
 /// The line scanner at its site. The options must outlive it.
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const base::Pose& X_WScanner);
+
+/// A depth camera at its site or place.
+std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options);
 
 /// What all trials of an experiment share: its options, what they name, and four parts. Made once,
 /// before processes are forked; stays where it was made, since the parts refer to it.

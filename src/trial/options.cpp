@@ -270,7 +270,9 @@ Options ReadOptions(YamlMap& map) {
   std::vector<std::string> arrangements;
   for (const auto& kind : ArrangerKinds()) arrangements.push_back(kind.word);
   map.Read("arrangement", o.arranger, arrangements, "arrangement of the objects of a trial");
-  map.ReadPath("sensor", o.sensor, "file of the sensor: a line scanner, a stereo camera, or both");
+  map.ReadPath(
+      "sensor", o.sensor,
+      "file of the sensor: a line scanner, a depth camera, a stereo camera, or laser and stereo");
   o.sensor_type = ReadSensorType(o.sensor);
   ReadDetector(map, o);
   map.Read("method", o.method,
@@ -297,10 +299,11 @@ Options ReadOptions(YamlMap& map) {
       o.clutter, o.physics.box_wall_m);
   map.Read("color", o.color,
            "the sensors also measure colors, which help to recognize known objects: line scanners "
-           "as with `color: true` in their files, stereo cameras from the left picture");
+           "and depth cameras as with `color: true` in their files, stereo cameras from the left "
+           "picture");
   ReadPhysicsOptions(map.Child("physics", "physics simulation"), o.physics);
   ReadHandOptions(map.Child("hand", "controller of the hand"), o.firm_from_rad, o.hand);
-  // A stereo pair's errors are the same over a window of many samples.
+  // Matched pictures' errors are the same over a window of many samples.
   o.perception.stated_noise = FindSensor(o.sensor_type)->states_noise;
   perception::ReadOptions(map.Child("perception", "perception: from the cloud to objects"),
                           o.perception);

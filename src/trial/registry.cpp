@@ -10,6 +10,7 @@
 #include "cli/commands.h"
 #include "experiment/experiment.h"
 #include "libraries.h"
+#include "sensing/depth_camera_options.h"
 #include "sim/surfaces.h"
 #include "sim/world.h"
 #include "trial/command/grasping_commands.h"
@@ -93,6 +94,17 @@ void AddParts() {
        .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
        .make =
            [](const Cell& cell) { return MakeLineScanner(cell.scanner, cell.robot.X_WScanner); }});
+  AddSensor(
+      {.word = sensing::kDepthCamera,
+       .states_noise = true,
+       .laser = [](const std::filesystem::path&) { return std::filesystem::path(); },
+       .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
+       .make =
+           [](const Cell& cell) {
+             auto options = sensing::ReadDepthCamera(cell.options.sensor);
+             options.color = options.color || cell.options.color;
+             return MakeDepthCamera(options);
+           }});
   AddDetector({.word = kDissertation,
                .make = [](const Options& options, const robot::Robot& robot,
                           grasp::SceneObserver observer) {

@@ -5,6 +5,7 @@
 #include "base/stopwatch.h"
 #include "grasp/grasp.h"
 #include "robot/planning/planning.h"
+#include "sensing/depth_camera.h"
 #include "tabletop.h"
 
 namespace rangegrasp::bench {
@@ -33,6 +34,26 @@ void Scan(State& state) {
   state.counters["points"] = static_cast<double>(FiveObjectsCloud().size());
 }
 BENCHMARK(Scan)->Unit(benchmark::kMillisecond);
+
+// One image of 640 x 480 pixels with its noise. Arguments: the principle (active stereo, time of
+// flight), and whether with colors.
+void DepthImage(State& state) {
+  auto camera = sensing::ReadDepthCamera(RANGEGRASP_SOURCE_DIR
+                                         "/models/sensors/depth_camera_active_stereo.yaml");
+  camera.principle = static_cast<sensing::DepthPrinciple>(state.range(0));
+  camera.color = state.range(1) != 0;
+  const std::vector<sim::VisualMesh> meshes = FiveObjects().VisualMeshes();
+  for (auto _ : state) {
+    base::Rng rng(1);
+    benchmark::DoNotOptimize(sensing::ScanScene(meshes, *camera.X_WS, camera, rng));
+  }
+}
+BENCHMARK(DepthImage)
+    ->ArgNames({"time_of_flight", "color"})
+    ->Args({0, 0})
+    ->Args({1, 0})
+    ->Args({0, 1})
+    ->Unit(benchmark::kMillisecond);
 
 std::vector<grasp::Grasp> GraspsForTheTopmost() {
   const auto& cell = Cell();

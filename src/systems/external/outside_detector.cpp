@@ -391,9 +391,8 @@ class OutsideDetector : public AnsweringDetector {
  private:
   Answered Ask(const Question& question) const override {
     auto folder = std::make_unique<process::OwnFolder>();
-    internal::WriteFiles(question, folder->path());
-    process::Reply reply =
-        process::Ask(ProgramOf(outside_, folder->path()), internal::TextOf(question));
+    const std::string line = internal::WriteFiles(question, folder->path());
+    process::Reply reply = process::Ask(ProgramOf(outside_, folder->path()), line);
     return {std::move(folder), std::move(reply.line), std::move(reply.failure),
             reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
   }

@@ -20,6 +20,7 @@
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
 #include "sensing/line_scanner.h"
+#include "sensing/range_sensor.h"
 #include "sim/check/check.h"
 #include "sim/render.h"
 #include "trial/cell.h"
@@ -302,6 +303,8 @@ struct ScanArguments {
   bool target_only = false;
 };
 
+constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
+
 // The sensor writes the cloud itself, with what lies between. @return whether it does that
 bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
   if (!picked.experiment.task || picked.cell().options.sensor_type == trial::kLineScanner) {
@@ -311,7 +314,7 @@ bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
   const std::string written = picked.cell().sensor->WriteLook(*picked.world, rng, arguments.out);
   if (written.empty()) return false;
   if (arguments.target_only || !arguments.picture.empty()) {
-    throw base::InputError("--picture and --target-only need a line scanner");
+    throw base::InputError(kNeedsLaser);
   }
   spdlog::info(written);
   return true;
@@ -330,7 +333,7 @@ void AddScan(CLI::App& app) {
   command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor,
                       "laser, stereo, or a sensor file (YAML), instead of the experiment's; for a "
-                      "scene, the file of a line scanner");
+                      "scene, the file of a line scanner or depth camera");
   command->add_flag("--target-only", arguments->target_only,
                     "experiments only: write only the target's points, e.g. for rangegrasp parts");
   command->footer(
@@ -340,30 +343,36 @@ void AddScan(CLI::App& app) {
       "true`.\n--picture draws the shadows that the objects throw on the table: laser red, "
       "camera yellow, both dark.\nOf a stereo camera, a folder next to the cloud holds "
       "left.png, right.png, rectified.png, disparity.png, disparity16.png and "
-      "calibration.yaml, as rangegrasp stereo takes them.");
+      "calibration.yaml, as rangegrasp stereo takes them. Of a depth camera, NAME_depth.png (16 "
+      "bits, 0.1 mm a level) and NAME_color.png.");
   command->callback([arguments] {
     CheckEnding(arguments->out, {".pcd", ".ply"});
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
     Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
     if (WriteItsLook(picked, *arguments)) return;
-    const auto options = picked.experiment.task ? picked.cell().scanner
-                         : arguments->sensor.empty()
-                             ? sensing::LineScannerOptions{}
-                             : sensing::ReadLineScanner(SensorFile(arguments->sensor));
+    const sensing::RangeSensor sensor =
+        picked.experiment.task      ? picked.cell().scanner
+        : arguments->sensor.empty() ? sensing::LineScannerOptions{}
+                                    : sensing::ReadRangeSensor(SensorFile(arguments->sensor));
+    if (!arguments->picture.empty() &&
+        !std::holds_alternative<sensing::LineScannerOptions>(sensor)) {
+      throw base::InputError(kNeedsLaser);
+    }
     if (arguments->target_only && !picked.experiment.task) {
       throw base::InputError("--target-only: a scene has no target; give an experiment");
     }
     const auto meshes = picked.world->VisualMeshes();
-    const base::Pose X_WS = picked.world->SitePose("scanner");
+    const base::Pose X_WS = sensing::PoseIn(*picked.world, sensor);
     base::Rng rng(base::DeriveSeed(picked.seed, "scan"));
     base::Stopwatch watch;
-    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, options, rng);
+    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, sensor, rng);
     const double seconds = watch.Seconds();
     geometry::WriteCloud(arguments->out,
                          arguments->target_only ? TargetOnly(scan) : scan.view.image,
                          trial::TruthFields(scan.view, scan.truth));
     if (!arguments->picture.empty()) {
-      image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, options));
+      image::WritePng(arguments->picture,
+                      DrawScan(scan, meshes, X_WS, std::get<sensing::LineScannerOptions>(sensor)));
     }
     const auto measured = std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured);
     spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured,

@@ -9,6 +9,7 @@
 
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
+#include "geometry/view_images.h"
 #include "grasp/detector.h"
 
 namespace rangegrasp::external::internal {
@@ -193,12 +194,20 @@ json ParseLine(const std::string& line) {
 
 }  // namespace
 
-std::string TextOf(const Question& question) {
+std::string WriteFiles(const Question& question, const std::filesystem::path& folder) {
+  geometry::WriteCloud(folder / kCloudFile, WholeCloud(question.observation));
+  geometry::WriteStl(folder / kHandFile, OpenHand(question.robot.hand()));
   auto views = ordered_json::array();
+  auto images = ordered_json::array();
   for (const auto& view : question.observation.views) {
     views.push_back({{"X_WV", JsonOf(view.X_CV)},
                      {"rows", view.image.profiles},
                      {"columns", view.image.samples}});
+    const std::string stem = fmt::format("view{}", views.size());
+    if (const auto written = geometry::WriteImages(view, folder, stem)) {
+      images.push_back(written->Described<ordered_json>());
+      images.back()["view"] = views.size() - 1;
+    }
   }
   const robot::Robot& robot = question.robot;
   const robot::HandModel& hand = robot.hand();
@@ -217,14 +226,9 @@ std::string TextOf(const Question& question) {
         {"mesh", kHandFile},
         {"tcp", JsonOf(hand.X_HG_tip)}}},
       {"arm", {{"base_m", JsonOf(robot.links().front().X_PB.translation())}}},
-      {"images", ordered_json::array()},
+      {"images", images},
       {"seed", question.seed}};
   return message.dump();
-}
-
-void WriteFiles(const Question& question, const std::filesystem::path& folder) {
-  geometry::WriteCloud(folder / kCloudFile, WholeCloud(question.observation));
-  geometry::WriteStl(folder / kHandFile, OpenHand(question.robot.hand()));
 }
 
 Answer ParseAnswer(const std::string& line, const geometry::Observation& observation) {

@@ -17,10 +17,10 @@ namespace rangegrasp::external::internal {
 constexpr const char* kCloudFile = "obs.pcd";
 constexpr const char* kHandFile = "hand.stl";
 
-/// The line, without its end.
-std::string TextOf(const Question& question);
-/// Writes what the line names.
-void WriteFiles(const Question& question, const std::filesystem::path& folder);
+/// Writes what the line names: the cloud, the open hand, and each view's pictures, where its sensor
+/// takes some.
+/// @return the line, without its end
+std::string WriteFiles(const Question& question, const std::filesystem::path& folder);
 
 struct AnsweredObject {
   std::vector<geometry::SampleId> samples;  ///< that were measured; ascending, each once

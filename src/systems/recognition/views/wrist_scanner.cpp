@@ -37,7 +37,7 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
   using base::kMm;
   constexpr double kCm3 = 1e-6;
   map.ReadPath("sensor", options.sensor,
-               "file of the line scanner at the scene's site wrist_scanner");
+               "file of the line scanner or depth camera at the scene's site wrist_scanner");
   map.ReadScaled("mount_sigma_mm", options.mount_sigma_m, kMm, 0.0, 20.0,
                  "position error of the head on the flange, unknown to the robot, root mean "
                  "square; one draw per trial");
@@ -61,17 +61,6 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
   map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
                  "cell size for counting this space");
   map.Finish();
-}
-
-/// What a scanner sees: its rows, 1 / z within a span about 1 / focus distance.
-geometry::Field FieldOf(const sensing::LineScannerOptions& scanner) {
-  const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
-                      (scanner.focal_length_m * scanner.baseline_m);
-  const double at_focus = 1.0 / scanner.focus_distance_m;
-  return {.half_right_rad = 0.5 * scanner.pan_range_rad,
-          .half_down_rad = 0.5 * scanner.fan_rad,
-          .near_m = std::max(scanner.near_m, 1.0 / (at_focus + span)),
-          .far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0};
 }
 
 template <typename Visit>
@@ -103,8 +92,9 @@ WristScanner::WristScanner(const trial::Options& options, const robot::Robot& ro
       look_(trial::Of<WristViewOptions>(options, kWristViews)),
       robot_(robot),
       seed_(base::DeriveSeed(seed, "looks")),
-      scanner_(sensing::ReadLineScanner(look_.sensor)) {
-  scanner_.color = scanner_.color || options.color;
+      scanner_(sensing::ReadRangeSensor(look_.sensor)) {
+  auto& shared = sensing::SharedOf(scanner_);
+  shared.color = shared.color || options.color;
   if (!robot.X_HWristScanner) {
     throw base::InputError(options.scene.string() +
                            ": views by the wrist scanner need a site \"wrist_scanner\" on the "
@@ -184,7 +174,7 @@ Eigen::AlignedBox3d WristScanner::AroundWorkspace(double below_m) const {
 std::optional<PlannedView> WristScanner::NextView(const geometry::Observation& so_far,
                                                   const Eigen::AlignedBox3d& region_W,
                                                   const Eigen::VectorXd& q_now) const {
-  const ViewRequest request{region_W, AroundWorkspace(0.0), FieldOf(scanner_),
+  const ViewRequest request{region_W, AroundWorkspace(0.0), sensing::FieldOf(scanner_),
                             *robot_.X_HWristScanner, q_now};
   base::Rng rng = Stream("next");
   return NextBestView(robot_, so_far, request, look_.next, options_.planning, rng);
@@ -206,6 +196,7 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
   const Eigen::AlignedBox3d box_W = AroundWorkspace(0.05);
   // The first view is of the cell's scanner, and off by its own calibration.
   const sensing::LineScannerOptions fixed;
+  const sensing::RangeSensorOptions& scanner = sensing::SharedOf(scanner_);
   const auto rms = [](std::initializer_list<double> parts) {
     double sum = 0.0;
     for (const double part : parts) sum += part * part;
@@ -213,10 +204,10 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
   };
   RefineOptions refine;
   refine.error.shift_m =
-      rms({mount_error_m_, scanner_.calibration_sigma_m, fixed.calibration_sigma_m,
+      rms({mount_error_m_, scanner.calibration_sigma_m, fixed.calibration_sigma_m,
            fixed.calibration_sigma_rad * kFixedDistance_m});
   refine.error.turn_rad =
-      rms({mount_error_rad_, scanner_.calibration_sigma_rad, fixed.calibration_sigma_rad});
+      rms({mount_error_rad_, scanner.calibration_sigma_rad, fixed.calibration_sigma_rad});
   geometry::View& view = look.observation.views.front();
   Refinement refinement;
   if (look_.refine) refinement = Refine(to.observation, view, box_W, refine);

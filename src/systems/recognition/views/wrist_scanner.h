@@ -10,7 +10,7 @@
 #include "base/yaml_map.h"
 #include "recognition/views/merge.h"
 #include "recognition/views/next_view.h"
-#include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/world.h"
 #include "trial/trial.h"
 
@@ -84,7 +84,7 @@ class WristScanner {
   const WristViewOptions look_;
   const robot::Robot& robot_;
   std::uint64_t seed_;
-  sensing::LineScannerOptions scanner_;
+  sensing::RangeSensor scanner_;
   base::Pose X_SBelieved_;  ///< the head as the robot believes it to be, in its true frame
   double mount_error_m_;    ///< of that, root mean square
   double mount_error_rad_;

@@ -16,6 +16,7 @@
 #include "experiment/report.h"
 #include "experiment/runner.h"
 #include "geometry/cloud_file.h"
+#include "geometry/view_images.h"
 #include "report/command/report_commands.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
@@ -37,6 +38,9 @@ ordered_json JsonOf(const base::Pose& X) {
   return std::vector<double>(rows.data(), rows.data() + rows.size());
 }
 
+constexpr std::string_view kCloud = ".pcd";
+
+/// Pictures of a cloud, null where its sensor takes none, are named like it.
 ordered_json WriteClouds(const Sensed& sensed, const std::string& id, const fs::path& folder) {
   ordered_json clouds = ordered_json::array();
   for (std::size_t i = 0; i < sensed.observation.views.size(); ++i) {
@@ -45,12 +49,18 @@ ordered_json WriteClouds(const Sensed& sensed, const std::string& id, const fs::
         i == 0 ? fmt::format("clouds/{}.pcd", id) : fmt::format("clouds/{}_view{}.pcd", id, i + 1);
     geometry::WriteCloud(folder / file, view.image, trial::TruthFields(view, sensed.truth[i]));
     const auto& states = sensed.truth[i].state;
+    ordered_json images;
+    if (const auto written =
+            geometry::WriteImages(view, folder, file.substr(0, file.size() - kCloud.size()))) {
+      images = written->Described<ordered_json>();
+    }
     clouds.push_back({{"file_name", file},
                       {"rows", view.image.profiles},
                       {"columns", view.image.samples},
                       {"X_WV", JsonOf(view.X_CV)},
                       {"spacing_m", view.spacing_m},
-                      {"measured", std::ranges::count(states, sensing::SampleState::kMeasured)}});
+                      {"measured", std::ranges::count(states, sensing::SampleState::kMeasured)},
+                      {"images", images}});
   }
   return clouds;
 }

@@ -1,0 +1,464 @@
+#include "sensing/depth_camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "sensing/optics.h"
+
+namespace rangegrasp::sensing {
+namespace {
+
+using base::Pose;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr double kWhite = 0.85;  // albedo that noise is stated for
+// Of less light than this share nothing can be measured; keeps the noise finite.
+constexpr double kFaint = 0.02;
+// Neighbors whose disparity differs by more see two surfaces: a slope of 85 deg at ten baselines.
+constexpr float kDisparityEdge_px = 1.0F;
+// The same for time of flight, of the depth: at 1 m, a slope of 85 deg from pixel to pixel.
+constexpr float kDepthEdge = 0.02F;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+/// Nearly normal numbers of mean 0: sums of uniform whole numbers (Irwin and Hall).
+constexpr int kUniforms = 4;
+constexpr double kUniformSize = 65536.0;
+const double kSumSigma = std::sqrt(kUniforms * (kUniformSize * kUniformSize - 1.0) / 12.0);
+std::int32_t SumOfUniforms(std::uint64_t bits) {
+  constexpr auto kMean = static_cast<std::int32_t>(kUniforms * (kUniformSize - 1.0) / 2.0);
+  const std::uint64_t sum =
+      (bits & 0xFFFF) + ((bits >> 16) & 0xFFFF) + ((bits >> 32) & 0xFFFF) + (bits >> 48);
+  return static_cast<std::int32_t>(sum) - kMean;
+}
+
+/// out[i] = sum of `window` values from in[i] on.
+void RunningSum(std::span<const std::int32_t> in, std::span<std::int32_t> out, int window) {
+  const auto last = static_cast<std::size_t>(window - 1);
+  std::int32_t sum = 0;
+  for (std::size_t i = 0; i < last; ++i) sum += in[i];
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    sum += in[i + last];
+    out[i] = sum;
+    sum -= in[i];
+  }
+}
+
+/// Albedo at 850 nm: what is printed absorbs the near infrared no more than the color that it
+/// reflects most; only black absorbs it, too. An estimate.
+double InfraredAlbedo(const sim::VisualMesh& mesh, const Hit& hit) {
+  const auto printed = mesh.colors.PrintAt(hit);
+  return printed ? PrintAlbedo(std::ranges::max(*printed)) : mesh.surface.albedo;
+}
+
+/// The share of normal numbers below x, to 0.01 (a logistic curve).
+double ShareBelow(double x) { return 1.0 / (1.0 + std::exp(-1.702 * x)); }
+
+/// The share of the noise that averaging over images leaves.
+double Averaged(const DepthCameraOptions& options) {
+  return std::sqrt(options.fixed_share + (1.0 - options.fixed_share) / options.frames);
+}
+
+/// What a pixel's ray meets.
+struct Pixel {
+  float depth_m = kNaN;  ///< along z
+  std::uint32_t mesh = kNone;
+  float reflected = 0.0F;  ///< albedo times the cosine of incidence
+};
+
+/// A depth edge near a pixel.
+struct Edge {
+  std::uint32_t other = kNone;  ///< the nearest pixel across it
+  float distance_px = 0.0F;     ///< to that one
+};
+
+class Look {
+ public:
+  Look(std::span<const sim::VisualMesh> meshes, const Pose& X_WS, const DepthCameraOptions& options,
+       base::Rng& rng)
+      : meshes_(meshes),
+        X_WS_(X_WS),
+        options_(options),
+        caster_(meshes),
+        width_(static_cast<std::size_t>(options.width)),
+        size_(width_ * static_cast<std::size_t>(options.height)),
+        focal_px_(FocalLength(options)),
+        stereo_(options.principle == DepthPrinciple::kActiveStereo),
+        fb_(stereo_ ? focal_px_ * options.baseline_m : 0.0),
+        seed_(rng.Next()),
+        X_WS_known_(X_WS * CalibrationError()),
+        patches_(options.dropout_patch_m, seed_),
+        disparity_sigma_px_(options.disparity_sigma_px * Averaged(options)),
+        sigma_at_1m_(stereo_ ? StereoSigma(options, 1.0) : FlightSigma(options, 1.0, 1.0)),
+        harmless_{std::cos(options.dropout_begin_rad),
+                  std::cos(0.5 * options.saturation_angle_rad)} {}
+
+  Scan Run() {
+    Scan scan = EmptyScan();
+    MeetSurfaces(scan);
+    if (stereo_) HideFromRight(scan);
+    FindEdges();
+    Measure(scan);
+    scan.view.spacing_m = geometry::MedianSpacing(MiddleColumns(scan.view.image));
+    if (options_.color) SeeColors(scan.view);
+    return scan;
+  }
+
+ private:
+  double Right(std::size_t column) const {
+    return (static_cast<double>(column) + 0.5 - 0.5 * options_.width) / focal_px_;
+  }
+  double Down(std::size_t row) const {
+    return (static_cast<double>(row) + 0.5 - 0.5 * options_.height) / focal_px_;
+  }
+  std::size_t Rows() const { return static_cast<std::size_t>(options_.height); }
+
+  Pose CalibrationError() const {
+    base::Rng rng(base::DeriveSeed(seed_, "calibration"));
+    return base::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
+  }
+
+  Scan EmptyScan() const {
+    Scan scan;
+    scan.view.image = {.profiles = options_.height,
+                       .samples = options_.width,
+                       .points_C = geometry::Points(size_, Vector3d::Constant(kNaN)),
+                       .origins_C = {X_WS_known_.translation()}};
+    scan.view.X_CV = X_WS_known_;
+    scan.view.noise_m.assign(size_, kNaN);
+    scan.truth.state.assign(size_, SampleState::kOutOfView);
+    scan.truth.label.assign(size_, 0);
+    scan.truth.true_range_m.assign(size_, kNaN);
+    return scan;
+  }
+
+  /// An eighth of the image that shows all distances: the median of all takes longer to find.
+  geometry::RangeImage MiddleColumns(const geometry::RangeImage& image) const {
+    constexpr std::size_t kShare = 8;
+    const std::size_t first = width_ / 2 - width_ / (2 * kShare);
+    const std::size_t columns = std::max<std::size_t>(width_ / kShare, 2);
+    geometry::RangeImage middle{image.profiles, static_cast<int>(columns), {}, image.origins_C};
+    for (std::size_t row = 0; row < Rows(); ++row) {
+      const auto begin = image.points_C.begin() + static_cast<std::ptrdiff_t>(row * width_ + first);
+      middle.points_C.insert(middle.points_C.end(), begin,
+                             begin + static_cast<std::ptrdiff_t>(columns));
+    }
+    return middle;
+  }
+
+  void MeetSurfaces(Scan& scan) {
+    pixels_.resize(size_);
+    if (options_.color) light_.assign(size_, Vector3f::Zero());
+    constexpr float kRayEnd_m = 100.0F;
+    std::vector<Ray> rays(width_);
+    std::vector<double> along_rays(width_);  // of them for each m of depth
+    std::vector<Hit> hits;
+    for (std::size_t row = 0; row < Rows(); ++row) {
+      for (std::size_t column = 0; column < width_; ++column) {
+        const Vector3d ray_S(Right(column), Down(row), 1.0);
+        along_rays[column] = ray_S.norm();
+        rays[column] = {X_WS_.translation().cast<float>(),
+                        (X_WS_.linear() * ray_S / along_rays[column]).cast<float>(), 0.0F,
+                        kRayEnd_m};
+      }
+      caster_.FirstHits(rays, hits);
+      for (std::size_t column = 0; column < width_; ++column) {
+        if (!hits[column].found()) continue;
+        Meet(row * width_ + column, along_rays[column], rays[column], hits[column], scan);
+      }
+    }
+  }
+
+  void Meet(std::size_t i, double along_ray, const Ray& ray, const Hit& hit, Scan& scan) {
+    const sim::VisualMesh& mesh = meshes_[hit.mesh];
+    const double albedo = InfraredAlbedo(mesh, hit);
+    const double facing = std::abs(hit.normal_W.dot(ray.direction_W));
+    Pixel& pixel = pixels_[i];
+    pixel.depth_m = static_cast<float>(hit.distance_m / along_ray);
+    pixel.mesh = hit.mesh;
+    pixel.reflected = static_cast<float>(albedo * facing);
+    scan.truth.label[i] = mesh.label;
+    scan.truth.true_range_m[i] = hit.distance_m;
+    scan.truth.state[i] = SampleState::kMeasured;
+    if (options_.color) light_[i] = RoomLight(mesh, hit).cast<float>();
+    if (IsLost(i, albedo, facing, ray.origin_W + hit.distance_m * ray.direction_W, mesh.surface)) {
+      scan.truth.state[i] = SampleState::kDropout;
+    }
+  }
+
+  /// Light comes from the camera: it is mirrored back where a surface faces it.
+  bool IsLost(std::size_t i, double albedo, double facing, const Vector3f& point_W,
+              const sim::OpticalSurface& surface) const {
+    if (facing < harmless_.low || facing > harmless_.high) {
+      const double incidence_rad = std::acos(std::min(1.0, facing));
+      const double loss = PatchLoss(options_, surface.gloss, {incidence_rad, 2.0 * incidence_rad});
+      if (patches_.IsLost(point_W, loss)) return true;
+    }
+    const double sample_loss = SampleLoss(albedo, surface.clarity);
+    if (sample_loss <= 0.0) return false;
+    return base::Rng(base::DeriveSeed(seed_, std::uint64_t{i})).Uniform() < sample_loss;
+  }
+
+  float Disparity(std::size_t i) const {
+    return pixels_[i].mesh == kNone ? 0.0F : static_cast<float>(fb_) / pixels_[i].depth_m;
+  }
+
+  void HideFromRight(Scan& scan) const {
+    std::vector<float> disparity_px(width_);
+    for (std::size_t row = 0; row < Rows(); ++row) {
+      const std::size_t first = row * width_;
+      for (std::size_t c = 0; c < width_; ++c) disparity_px[c] = Disparity(first + c);
+      const std::vector<std::uint8_t> hidden = HiddenFromRight(disparity_px);
+      for (std::size_t c = 0; c < width_; ++c) {
+        if (hidden[c] == 0 || pixels_[first + c].mesh == kNone) continue;
+        const bool beyond = static_cast<float>(c) < disparity_px[c];
+        scan.truth.state[first + c] = beyond ? SampleState::kOutOfView : SampleState::kCameraShadow;
+      }
+    }
+  }
+
+  bool IsEdge(std::size_t i, std::size_t j) const {
+    const bool nothing = pixels_[i].mesh == kNone || pixels_[j].mesh == kNone;
+    if (nothing) return false;
+    const float step = std::abs(pixels_[i].depth_m - pixels_[j].depth_m);
+    const float both = pixels_[i].depth_m * pixels_[j].depth_m;
+    if (stereo_) return static_cast<float>(fb_) * step > kDisparityEdge_px * both;
+    return step * step > kDepthEdge * kDepthEdge * both;
+  }
+
+  /// Tells the pixels from `near` on, away from the edge, what lies across it.
+  void Tell(std::size_t near, std::size_t across, std::ptrdiff_t step, std::ptrdiff_t room) {
+    for (std::ptrdiff_t k = 0; k < room; ++k) {
+      const auto distance_px = static_cast<float>(k + 1);
+      if (distance_px > options_.edge_reach_px) return;
+      Edge& edge = edges_[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(near) + k * step)];
+      if (edge.other != kNone && edge.distance_px <= distance_px) continue;
+      edge = {static_cast<std::uint32_t>(across), distance_px};
+    }
+  }
+
+  void FindEdges() {
+    edges_.assign(size_, {});
+    const auto columns = static_cast<std::ptrdiff_t>(width_);
+    const auto rows = static_cast<std::ptrdiff_t>(Rows());
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+      for (std::ptrdiff_t column = 0; column < columns; ++column) {
+        const auto i = static_cast<std::size_t>(row * columns + column);
+        if (column + 1 < columns && IsEdge(i, i + 1)) {
+          Tell(i, i + 1, -1, column + 1);
+          Tell(i + 1, i, 1, columns - column - 1);
+        }
+        if (row + 1 < rows && IsEdge(i, i + width_)) {
+          Tell(i, i + width_, -columns, row + 1);
+          Tell(i + width_, i, columns, rows - row - 1);
+        }
+      }
+    }
+  }
+
+  void Measure(Scan& scan) {
+    noise_ = stereo_ ? WindowNoise(options_.width, options_.height, options_.window_px,
+                                   options_.window_rows_px, seed_)
+                     : WindowNoise(options_.width, options_.height, 1, 1, seed_);
+    base::Rng rng(base::DeriveSeed(seed_, "offset"));
+    offset_m_ = options_.range_offset_m * rng.Normal();
+    for (std::size_t row = 0; row < Rows(); ++row) {
+      for (std::size_t column = 0; column < width_; ++column) {
+        const std::size_t i = row * width_ + column;
+        if (scan.truth.state[i] != SampleState::kMeasured) continue;
+        const Vector3d ray_S(Right(column), Down(row), 1.0);
+        scan.truth.state[i] = MeasurePixel(i, ray_S, scan);
+      }
+    }
+  }
+
+  SampleState MeasurePixel(std::size_t i, const Vector3d& ray_S, Scan& scan) const {
+    Pixel seen = pixels_[i];
+    if (edges_[i].other != kNone && !CrossEdge(i, seen, scan)) return SampleState::kDropout;
+    const double along_ray = ray_S.norm();
+    const double depth_m =
+        stereo_ ? StereoDepth(seen.depth_m, noise_[i]) : FlightDepth(seen, along_ray, noise_[i]);
+    if (!(depth_m >= options_.min_depth_m && depth_m <= options_.max_depth_m)) {
+      return SampleState::kOutOfView;
+    }
+    scan.view.image.points_C[i] = X_WS_known_ * (depth_m * ray_S);
+    const double sigma_m = stereo_ ? along_ray * depth_m * depth_m * sigma_at_1m_
+                                   : FlightNoise(along_ray * depth_m, seen.reflected);
+    scan.view.noise_m[i] = static_cast<float>(sigma_m);
+    return SampleState::kMeasured;
+  }
+
+  /// What a pixel next to a depth edge sees; false: nothing. What is decided by the field of noise
+  /// is the same over a window. Its values far away serve as draws of their own.
+  bool CrossEdge(std::size_t i, Pixel& seen, Scan& scan) const {
+    const auto draw = [&](std::size_t k) { return noise_[(i + k * size_ / 5) % size_]; };
+    const Edge& edge = edges_[i];
+    if (ShareBelow(draw(1)) < options_.edge_loss) return false;
+    const Pixel& other = pixels_[edge.other];
+    double share = 0.0;  // of what lies across the edge
+    if (ShareBelow(draw(2)) < options_.flying_share) {
+      share = ShareBelow(draw(3));
+    } else if (options_.lateral_sigma_px * draw(4) > edge.distance_px - 0.5) {
+      share = 1.0;
+    }
+    if (share > 0.5) {
+      scan.truth.label[i] = meshes_[other.mesh].label;
+      scan.truth.true_range_m[i] *= other.depth_m / seen.depth_m;
+      seen.mesh = other.mesh;
+      seen.reflected = other.reflected;
+    }
+    seen.depth_m += static_cast<float>(share) * (other.depth_m - seen.depth_m);
+    return true;
+  }
+
+  double StereoDepth(double depth_m, double draw) const {
+    double disparity_px = fb_ / depth_m + disparity_sigma_px_ * draw;
+    if (options_.disparity_step_px > 0.0) {
+      disparity_px =
+          std::nearbyint(disparity_px / options_.disparity_step_px) * options_.disparity_step_px;
+    }
+    return disparity_px > 0.0 ? fb_ / disparity_px : -1.0;
+  }
+
+  double FlightDepth(const Pixel& seen, double along_ray, double draw) const {
+    const double range_m = along_ray * seen.depth_m;
+    return (range_m + offset_m_ + FlightNoise(range_m, seen.reflected) * draw) / along_ray;
+  }
+
+  /// FlightSigma.
+  double FlightNoise(double range_m, double reflected) const {
+    return sigma_at_1m_ * range_m / std::sqrt(std::max(reflected, kFaint));
+  }
+
+  /// The color camera stands next to the lens, and its picture is laid over the depth image.
+  void SeeColors(geometry::View& view) const {
+    base::Rng rng(base::DeriveSeed(seed_, "color"));
+    Vector3f gain;
+    for (float& channel : gain) {
+      channel = static_cast<float>(std::exp(options_.color_gain_sigma * rng.Normal()));
+    }
+    const double shift_px =
+        view.spacing_m > 0.0 ? options_.color_shift_m / std::sqrt(2.0) / view.spacing_m : 0.0;
+    const auto right = std::lround(shift_px * rng.Normal());
+    const auto down = std::lround(shift_px * rng.Normal());
+    view.colors.resize(size_);
+    for (std::size_t i = 0; i < size_; ++i) {
+      const auto row = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(i / width_) + down, 0,
+                                                  options_.height - 1);
+      const auto column = std::clamp<std::ptrdiff_t>(
+          static_cast<std::ptrdiff_t>(i % width_) + right, 0, options_.width - 1);
+      const Vector3f& light =
+          light_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)];
+      view.colors[i] = geometry::ColorOf(gain.cwiseProduct(light).cast<double>());
+      for (std::uint8_t& level : view.colors[i]) {
+        const double noise = options_.color_noise_levels / kSumSigma * SumOfUniforms(rng.Next());
+        level = static_cast<std::uint8_t>(std::lround(std::clamp(level + noise, 0.0, 255.0)));
+      }
+    }
+  }
+
+  std::span<const sim::VisualMesh> meshes_;
+  const Pose& X_WS_;
+  const DepthCameraOptions& options_;
+  RayCaster caster_;
+  std::size_t width_, size_;
+  double focal_px_;
+  bool stereo_;
+  double fb_;  ///< focal length times baseline [px m]
+  std::uint64_t seed_;
+  Pose X_WS_known_;  // as calibrated
+  Patches patches_;
+  double disparity_sigma_px_;
+  double sigma_at_1m_;  ///< of stereo; by time of flight with an albedo of 1
+  struct {
+    double low, high;
+  } harmless_;  ///< cosines of incidence that lose no patches
+  double offset_m_ = 0.0;
+  std::vector<Pixel> pixels_;
+  std::vector<Vector3f> light_;
+  std::vector<Edge> edges_;
+  std::vector<float> noise_;
+};
+
+}  // namespace
+
+double StereoSigma(const DepthCameraOptions& options, double depth_m) {
+  const double sigma_px = std::hypot(options.disparity_sigma_px * Averaged(options),
+                                     options.disparity_step_px / std::sqrt(12.0));
+  return depth_m * depth_m / (FocalLength(options) * options.baseline_m) * sigma_px;
+}
+
+double FlightSigma(const DepthCameraOptions& options, double range_m, double reflected) {
+  return options.range_sigma_m * Averaged(options) * range_m *
+         std::sqrt(kWhite / std::max(reflected, kFaint));
+}
+
+std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {
+  const auto width = static_cast<std::ptrdiff_t>(disparity_px.size());
+  const auto place = [&](std::ptrdiff_t column) {
+    return static_cast<std::ptrdiff_t>(
+        std::lrint(static_cast<float>(column) - disparity_px[static_cast<std::size_t>(column)]));
+  };
+  std::vector<float> nearest(disparity_px.size(), 0.0F);  // of the right image
+  for (std::ptrdiff_t column = 0; column < width; ++column) {
+    const float d = disparity_px[static_cast<std::size_t>(column)];
+    std::ptrdiff_t end = place(column);
+    // A surface that the right lens sees wider has no gaps there.
+    if (column + 1 < width &&
+        std::abs(disparity_px[static_cast<std::size_t>(column + 1)] - d) <= kDisparityEdge_px) {
+      end = std::max(end, place(column + 1) - 1);
+    }
+    for (std::ptrdiff_t at = std::max<std::ptrdiff_t>(place(column), 0); at <= end && at < width;
+         ++at) {
+      nearest[static_cast<std::size_t>(at)] = std::max(nearest[static_cast<std::size_t>(at)], d);
+    }
+  }
+  std::vector<std::uint8_t> hidden(disparity_px.size(), 0);
+  for (std::ptrdiff_t column = 0; column < width; ++column) {
+    const std::ptrdiff_t at = place(column);
+    const bool seen =
+        at >= 0 && nearest[static_cast<std::size_t>(at)] <=
+                       disparity_px[static_cast<std::size_t>(column)] + kDisparityEdge_px;
+    hidden[static_cast<std::size_t>(column)] = seen ? 0 : 1;
+  }
+  return hidden;
+}
+
+std::vector<float> WindowNoise(int width, int height, int window, int rows, std::uint64_t seed) {
+  const auto w = static_cast<std::size_t>(width);
+  const int all_columns = width + window - 1;
+  const int all_rows = height + rows - 1;
+  const std::uint64_t noise_seed = base::DeriveSeed(seed, "noise");
+  std::uint64_t drawn = 0;
+  std::vector<std::int32_t> white(static_cast<std::size_t>(all_columns));
+  std::vector<std::int32_t> summed(w * static_cast<std::size_t>(all_rows));
+  for (std::size_t row = 0; row < static_cast<std::size_t>(all_rows); ++row) {
+    for (std::int32_t& value : white) value = SumOfUniforms(base::DeriveSeed(noise_seed, drawn++));
+    RunningSum(white, std::span(summed).subspan(row * w, w), window);
+  }
+  std::vector<std::int32_t> sum(w, 0);
+  const auto add = [&](std::size_t row, int sign) {
+    for (std::size_t c = 0; c < w; ++c) sum[c] += sign * summed[row * w + c];
+  };
+  for (std::size_t row = 0; row + 1 < static_cast<std::size_t>(rows); ++row) add(row, 1);
+  const auto scale = static_cast<float>(1.0 / (kSumSigma * std::sqrt(1.0 * window * rows)));
+  std::vector<float> noise(w * static_cast<std::size_t>(height));
+  for (std::size_t row = 0; row < static_cast<std::size_t>(height); ++row) {
+    add(row + static_cast<std::size_t>(rows) - 1, 1);
+    for (std::size_t c = 0; c < w; ++c) noise[row * w + c] = scale * static_cast<float>(sum[c]);
+    add(row, -1);
+  }
+  return noise;
+}
+
+Scan ScanScene(std::span<const sim::VisualMesh> meshes, const Pose& X_WS,
+               const DepthCameraOptions& options, base::Rng& rng) {
+  CheckOptions(options);
+  return Look(meshes, X_WS, options, rng).Run();
+}
+
+}  // namespace rangegrasp::sensing

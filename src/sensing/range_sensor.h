@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <variant>
+
+#include "base/frames.h"
+#include "base/rng.h"
+#include "geometry/observation.h"
+#include "sensing/depth_camera_options.h"
+#include "sensing/line_scanner.h"
+#include "sim/visual_mesh.h"
+#include "sim/world.h"
+
+namespace rangegrasp::sensing {
+
+/// A sensor whose samples are rays from one head.
+using RangeSensor = std::variant<LineScannerOptions, DepthCameraOptions>;
+
+/// Reads a sensor's file by the `type` in it. @throws base::InputError naming file, line and key.
+RangeSensor ReadRangeSensor(const std::filesystem::path& file);
+
+const RangeSensorOptions& SharedOf(const RangeSensor& sensor);
+RangeSensorOptions& SharedOf(RangeSensor& sensor);
+
+/// What it sees from its frame S.
+geometry::Field FieldOf(const RangeSensor& sensor);
+
+/// Where it stands in a world. @throws base::InputError if the scene has no such site
+base::Pose PoseIn(const sim::World& world, const RangeSensor& sensor);
+
+/// ScanScene of either.
+Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
+               const RangeSensor& sensor, base::Rng& rng);
+
+}  // namespace rangegrasp::sensing
