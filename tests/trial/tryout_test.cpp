@@ -89,7 +89,7 @@ TEST_F(Broken, NothingIsSaidOfTheShippedCell) {
   EXPECT_EQ(tryout_.trials, 27);
 }
 TEST_F(Broken, LimitsThatTheDrivesDoNotHoldAreNamedWithThoseThatTheyHold) {
-  Scale(texts_.arm, "joint_acceleration\" data=\"([^\"]*)\"", 4.0);
+  Scale(texts_.arm, "joint_acceleration\" data=\"([^\"]*)\"", 10.0);
   EXPECT_THAT(Check(), HasSubstr("<numeric name=\"joint_acceleration\" data=\""));
 }
 TEST_F(Broken, WeakServosOfTheArm) {
