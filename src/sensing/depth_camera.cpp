@@ -136,9 +136,9 @@ class Look {
     return scan;
   }
 
-  /// An eighth of the image that shows all distances: the median of all takes longer to find.
+  /// A part of the image that shows all distances: the median of all takes longer to find.
   geometry::RangeImage MiddleColumns(const geometry::RangeImage& image) const {
-    constexpr std::size_t kShare = 8;
+    constexpr std::size_t kShare = 16;
     const std::size_t first = width_ / 2 - width_ / (2 * kShare);
     const std::size_t columns = std::max<std::size_t>(width_ / kShare, 2);
     geometry::RangeImage middle{image.profiles, static_cast<int>(columns), {}, image.origins_C};
@@ -157,13 +157,13 @@ class Look {
     std::vector<Ray> rays(width_);
     std::vector<double> along_rays(width_);  // of them for each m of depth
     std::vector<Hit> hits;
+    const Vector3f lens_W = X_WS_.translation().cast<float>();
+    const Eigen::Matrix3f R_WS = X_WS_.linear().cast<float>();
     for (std::size_t row = 0; row < Rows(); ++row) {
       for (std::size_t column = 0; column < width_; ++column) {
         const Vector3d ray_S(Right(column), Down(row), 1.0);
         along_rays[column] = ray_S.norm();
-        rays[column] = {X_WS_.translation().cast<float>(),
-                        (X_WS_.linear() * ray_S / along_rays[column]).cast<float>(), 0.0F,
-                        kRayEnd_m};
+        rays[column] = {lens_W, R_WS * (ray_S / along_rays[column]).cast<float>(), 0.0F, kRayEnd_m};
       }
       caster_.FirstHits(rays, hits);
       for (std::size_t column = 0; column < width_; ++column) {
@@ -285,7 +285,8 @@ class Look {
     if (!(depth_m >= options_.min_depth_m && depth_m <= options_.max_depth_m)) {
       return SampleState::kOutOfView;
     }
-    scan.view.image.points_C[i] = X_WS_known_ * (depth_m * ray_S);
+    scan.view.image.points_C[i] =
+        X_WS_known_.translation() + depth_m * (X_WS_known_.linear() * ray_S);
     const double sigma_m = stereo_ ? along_ray * depth_m * depth_m * sigma_at_1m_
                                    : FlightNoise(along_ray * depth_m, seen.reflected);
     scan.view.noise_m[i] = static_cast<float>(sigma_m);
