@@ -37,7 +37,7 @@ DepthCameraOptions ExactFlight() {
 }
 
 /// Fills the image at a depth.
-sim::VisualMesh Wall(double z_m, std::uint32_t label = 0) {
+sim::VisualMesh WallAt(double z_m, std::uint32_t label = 0) {
   return test::Level(z_m, -9.0, 9.0, -9.0, 9.0, label);
 }
 
@@ -63,7 +63,7 @@ double SigmaOf(const std::vector<double>& values) {
 
 TEST(DepthCamera, WithoutNoiseMeasuresAWallOnThePixelsRays) {
   for (const DepthCameraOptions& options : {Exact(), ExactFlight()}) {
-    const Scan scan = LookAt({Wall(0.7, 3)}, options);
+    const Scan scan = LookAt({WallAt(0.7, 3)}, options);
     const double f = FocalLength(options);
     int measured = 0;
     for (std::size_t i = 0; i < scan.view.image.points_C.size(); ++i) {
@@ -87,7 +87,7 @@ TEST(DepthCamera, StereoNoiseGrowsWithTheSquaredDepthAsPredicted) {
   options.disparity_step_px = 1.0 / 32.0;
   options.window_px = options.window_rows_px = 1;
   for (const double depth_m : {0.5, 1.0, 2.0}) {
-    const Scan scan = LookAt({Wall(depth_m)}, options);
+    const Scan scan = LookAt({WallAt(depth_m)}, options);
     const double sigma_m = SigmaOf(Depths(scan));
     const double expected_m = depth_m * depth_m / (FocalLength(options) * 0.05) *
                               std::hypot(0.08, 1.0 / 32.0 / std::sqrt(12.0));
@@ -102,12 +102,12 @@ TEST(DepthCamera, FlightNoiseGrowsWithTheRangeAndOnDarkSurfaces) {
   DepthCameraOptions options = ExactFlight();
   options.range_sigma_m = 0.002;
   options.field_right_rad = base::Deg(2.0);  // facing the wall
-  CameraMeshes meshes = {Wall(1.0)};
+  CameraMeshes meshes = {WallAt(1.0)};
   meshes[0].surface.albedo = 0.85;
   EXPECT_NEAR(SigmaOf(Depths(LookAt(meshes, options))), 0.002, 0.0001);
   meshes[0].surface.albedo = 0.85 / 4.0;
   EXPECT_NEAR(SigmaOf(Depths(LookAt(meshes, options))), 0.004, 0.0002);
-  CameraMeshes far = {Wall(2.0)};
+  CameraMeshes far = {WallAt(2.0)};
   far[0].surface.albedo = 0.85;
   EXPECT_NEAR(SigmaOf(Depths(LookAt(far, options))), 0.004, 0.0002);
 }
@@ -167,7 +167,7 @@ TEST(DepthCamera, FlyingPixelsLieBetweenTheTwoSurfaces) {
   DepthCameraOptions options = ExactFlight();
   options.flying_share = 1.0;
   options.edge_reach_px = 1.0;
-  const CameraMeshes meshes = {Wall(1.0), test::Level(0.6, -0.1, 0.1, -0.1, 0.1, 1)};
+  const CameraMeshes meshes = {WallAt(1.0), test::Level(0.6, -0.1, 0.1, -0.1, 0.1, 1)};
   std::size_t near = 0, far = 0, between = 0;
   for (const double z_m : Depths(LookAt(meshes, options))) {
     if (z_m < 0.6 + 1e-4) {
@@ -187,7 +187,7 @@ TEST(DepthCamera, LosesTheShareOfSamplesAtDepthEdgesThatItSays) {
   DepthCameraOptions options = ExactFlight();
   options.edge_reach_px = 1.0;
   options.edge_loss = 0.4;
-  const CameraMeshes meshes = {Wall(1.0), test::Level(0.6, -0.1, 0.1, -0.1, 0.1, 1)};
+  const CameraMeshes meshes = {WallAt(1.0), test::Level(0.6, -0.1, 0.1, -0.1, 0.1, 1)};
   int lost = 0;
   constexpr int kSeeds = 20;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -208,13 +208,13 @@ TEST(DepthCamera, LosesGlossThatFacesItAndDarkAndGrazingSurfaces) {
     const auto measured = std::ranges::count(scan.truth.state, SampleState::kMeasured);
     return static_cast<double>(lost) / static_cast<double>(lost + measured);
   };
-  EXPECT_EQ(share_lost(Wall(0.7)), 0.0);
-  sim::VisualMesh glossy = Wall(0.7);
+  EXPECT_EQ(share_lost(WallAt(0.7)), 0.0);
+  sim::VisualMesh glossy = WallAt(0.7);
   glossy.surface.gloss = 1.0;
   // Light comes back within 10 deg where the wall is seen within 5: a disc of tan(5 deg) f pixels.
   const double radius_px = std::tan(base::Deg(5.0)) * FocalLength(options);
   EXPECT_NEAR(share_lost(glossy), base::kPi * radius_px * radius_px / (153.0 * 120.0), 0.002);
-  sim::VisualMesh black = Wall(0.7);
+  sim::VisualMesh black = WallAt(0.7);
   black.surface.albedo = 0.05;
   EXPECT_NEAR(share_lost(black), 0.5, 0.03);  // optics.h: half
   // Seen at 75 deg: three quarters between 60 (none) and 80 (all).
@@ -231,9 +231,9 @@ TEST(DepthCamera, MeasuresWithinItsRangeOnly) {
   DepthCameraOptions options = Exact();
   options.min_depth_m = 0.5;
   options.max_depth_m = 1.5;
-  EXPECT_TRUE(Depths(LookAt({Wall(0.49)}, options)).empty());
-  EXPECT_TRUE(Depths(LookAt({Wall(1.51)}, options)).empty());
-  EXPECT_FALSE(Depths(LookAt({Wall(1.0)}, options)).empty());
+  EXPECT_TRUE(Depths(LookAt({WallAt(0.49)}, options)).empty());
+  EXPECT_TRUE(Depths(LookAt({WallAt(1.51)}, options)).empty());
+  EXPECT_FALSE(Depths(LookAt({WallAt(1.0)}, options)).empty());
   EXPECT_TRUE(Depths(LookAt({}, options)).empty());
 }
 
@@ -244,8 +244,8 @@ TEST(DepthCamera, TheSameSeedGivesTheSameImageAndAnObjectElsewhereChangesNoNoise
     noisy.height = 120;
     return noisy;
   }();
-  const CameraMeshes alone = {Wall(1.0)};
-  const CameraMeshes together = {Wall(1.0), test::Level(0.6, -0.3, -0.2, -0.1, 0.1, 1)};
+  const CameraMeshes alone = {WallAt(1.0)};
+  const CameraMeshes together = {WallAt(1.0), test::Level(0.6, -0.3, -0.2, -0.1, 0.1, 1)};
   const Scan a = LookAt(alone, options), again = LookAt(alone, options);
   const Scan b = LookAt(together, options), other = LookAt(alone, options, 2);
   int same = 0, different = 0;
@@ -262,9 +262,9 @@ TEST(DepthCamera, TheSameSeedGivesTheSameImageAndAnObjectElsewhereChangesNoNoise
 TEST(DepthCamera, SeesColorsWhereItIsAskedTo) {
   DepthCameraOptions options = Exact();
   options.color_noise_levels = options.color_gain_sigma = options.color_shift_m = 0.0;
-  EXPECT_TRUE(LookAt({Wall(0.7)}, options).view.colors.empty());
+  EXPECT_TRUE(LookAt({WallAt(0.7)}, options).view.colors.empty());
   options.color = true;
-  sim::VisualMesh red = Wall(0.7);
+  sim::VisualMesh red = WallAt(0.7);
   red.colors.plain.assign(red.mesh_W.triangles.size(), geometry::Rgb{200, 20, 20});
   const Scan scan = LookAt({red}, options);
   ASSERT_EQ(scan.view.colors.size(), scan.view.image.points_C.size());
