@@ -146,7 +146,7 @@ TEST(FindKinship, ACapIsInTheMiddleOfTheEndSmallAndNear) {
       {{.over_m = 0.012}, {.over_m = 0.016}},      // half of it over the section and its margin
       {{.gap_m = 0.011}, {.gap_m = 0.013}},        // of 12 mm
       {{.gap_m = -0.004}, {.gap_m = -0.012}},      // 5 mm
-      {{.length_m = 0.038}, {.length_m = 0.044}},  // 0.4 of 100 mm
+      {{.length_m = 0.042}, {.length_m = 0.048}},  // 0.45 of 100 mm
       {{.radius_m = 0.020}, {.radius_m = 0.022}},  // 0.7 of 60 mm
   };
   for (std::size_t i = 0; i < caps.size(); ++i) {
@@ -166,6 +166,29 @@ TEST(FindKinship, WhatLiesOnABottleOrBesideItIsNoCap) {
   given.options.merge.cut_m = 0.004;
   EXPECT_EQ(KinshipOf(given, on, bottle), Kinship::kNone);
   EXPECT_EQ(KinshipOf(given, beside, bottle), Kinship::kNone);
+}
+
+/// With the cap behind a shoulder that was not seen.
+Kinship KinshipOfHidden(double gap_m, bool rotational) {
+  Analytic shape;
+  const Vector3d end(0.0, 0.05, 0.02);
+  const Indices body = AddFlatBottle(shape, end, Vector3d::UnitY(), Vector3d::UnitZ());
+  const Indices cap =
+      AddCap(shape, end, Vector3d::UnitY(), Vector3d::UnitZ(), {.gap_m = gap_m, .length_m = 0.02});
+  Given given(shape.cloud, {}, {0.0, 0.8, 0.62});
+  given.options.merge.cut_m = 0.004;
+  Part host = given.Describe(body);
+  host.axis.reset();
+  if (rotational) host.axis.emplace();
+  Part fragment = given.Describe(cap);
+  fragment.axis.reset();
+  return FindKinship(given.Context(), fragment, host);
+}
+
+TEST(FindKinship, ARoundBottlesShoulderMayBeHidden) {
+  EXPECT_EQ(KinshipOfHidden(0.028, true), Kinship::kCap);
+  EXPECT_EQ(KinshipOfHidden(0.032, true), Kinship::kNone);
+  EXPECT_EQ(KinshipOfHidden(0.028, false), Kinship::kNone);
 }
 
 TEST(FindKinship, ASlopeGoesOnAcrossAGapUpwardsAndNotSideways) {
