@@ -39,7 +39,7 @@ struct WrittenImages {
 /// nullopt if the view's samples do not lie on the rays of a camera's pixels, as a line scanner's.
 std::optional<ViewImages> ImagesOf(const View& view);
 
-/// Writes <stem>_depth.png (16 bits) and, where it has colors, <stem>_color.png into a folder.
+/// Writes STEM_depth.png (16 bits) and, where it has colors, STEM_color.png into a folder.
 /// @return nullopt as ImagesOf: nothing is written
 std::optional<WrittenImages> WriteImages(const View& view, const std::filesystem::path& folder,
                                          const std::string& stem);

@@ -88,10 +88,6 @@ TEST_F(Broken, NothingIsSaidOfTheShippedCell) {
   EXPECT_EQ(tryout_.delivered, tryout_.trials);
   EXPECT_EQ(tryout_.trials, 27);
 }
-TEST_F(Broken, LimitsThatTheDrivesDoNotHoldAreNamedWithThoseThatTheyHold) {
-  Scale(texts_.arm, "joint_acceleration\" data=\"([^\"]*)\"", 10.0);
-  EXPECT_THAT(Check(), HasSubstr("<numeric name=\"joint_acceleration\" data=\""));
-}
 TEST_F(Broken, WeakServosOfTheArm) {
   Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.1);
   EXPECT_THAT(Check(), HasSubstr("kp"));
