@@ -204,8 +204,9 @@ struct MergeOptions {
   /// Of its points to its host's: a handle has up to 0.195. Larger: what leans is a handle (11
   /// things to 3 handles with 0.5, in 360 scans of clutter); smaller: handles become objects.
   double max_hanging_share = 0.2;
-  // Of a cap, as shares of its host's length and width: the necks of twenty generated bottles are up
-  // to 0.41 as long and 0.65 as wide. Larger: small things that lie in the middle of others are caps.
+  // Of a cap, as shares of its host's length and width: the necks of twenty generated bottles are
+  // up to 0.41 as long and 0.65 as wide. Larger: small things that lie in the middle of others are
+  // caps.
   double max_cap_length = 0.45;
   double max_cap_width = 0.7;
   double max_cap_offset = 0.15;  ///< of its middle from its host's: what occlusion makes of it

@@ -177,10 +177,10 @@ bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprin
 bool IsWithinReach(const ObjectContext& context, const Part& fragment, const Part& host,
                    PartSurface& surface, bool close) {
   return close || (host.axis && std::ranges::any_of(fragment.points, [&](auto i) {
-           return surface
-               .NearestWithin(context.cloud.points[i], context.options.merge.hidden_gap_m)
-               .has_value();
-         }));
+                     return surface
+                         .NearestWithin(context.cloud.points[i], context.options.merge.hidden_gap_m)
+                         .has_value();
+                   }));
 }
 
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
