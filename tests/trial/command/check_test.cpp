@@ -18,10 +18,19 @@ using testing_support::RunProgram;
 TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
   Write();
   for (const char* file : {"scene.xml", "own.yaml"}) {
-    const auto ran = RunProgram({"check", (folder_ / file).string()});
+    const auto ran = RunProgram({"check", (folder_ / file).string(), "--quick"});
     EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("no errors"));
   }
+}
+
+TEST_F(OwnCell, CheckRunsTrialsAndNamesTheRareFailure) {
+  Write();
+  const auto ran = RunProgram({"check", (folder_ / "scene.xml").string()});
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("tries 27 trials"));
+  EXPECT_THAT(ran.out, HasSubstr("27 trials tried: 27 detected, 26 delivered"));
+  EXPECT_THAT(ran.out, HasSubstr("penetration_p95_m"));
 }
 
 TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
@@ -80,7 +89,7 @@ TEST_F(OwnCell, TheEngineLeavesNoLogFile) {
   Write();
   const std::filesystem::path log = "MUJOCO_LOG.TXT";
   std::filesystem::remove(log);
-  EXPECT_EQ(RunProgram({"check", (folder_ / "scene.xml").string()}).err, "");
+  EXPECT_EQ(RunProgram({"check", (folder_ / "scene.xml").string(), "--quick"}).err, "");
   EXPECT_FALSE(std::filesystem::exists(log));
 }
 
