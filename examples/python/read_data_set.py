@@ -19,7 +19,7 @@ def grasps_of(folder: str | Path) -> Iterator[tuple[NDArray[np.float32], NDArray
 def torch_data_set(folder: str | Path) -> Any:
     import torch
 
-    class Grasps(torch.utils.data.Dataset):  # type: ignore[misc]
+    class Grasps:  # as torch.utils.data.DataLoader takes it
         def __init__(self) -> None:
             self.items = [(torch.from_numpy(np.nan_to_num(points)), torch.from_numpy(X), float(width), float(delivered))
                           for points, X, width, delivered in grasps_of(folder)]
