@@ -253,12 +253,10 @@ class Trying {
     tried_.detected += attempt.accepted ? 1 : 0;
     tried_.delivered += attempt.outcome == Outcome::kDelivered ? 1 : 0;
     if (attempt.log && attempt.log->lags_rad.size() > 0) {
-      if (attempt.log->lags_rad.maxCoeff() > worst_lag_rad_) {
-        worst_lag_rad_ = attempt.log->lags_rad.maxCoeff();
-        worst_ = spec;
-      }
-      lags_rad_ = lags_rad_.size() == 0 ? attempt.log->lags_rad
-                                        : VectorXd(lags_rad_.cwiseMax(attempt.log->lags_rad));
+      const VectorXd& lags_rad = attempt.log->lags_rad;
+      if (lags_rad_.size() == 0) lags_rad_ = VectorXd::Zero(lags_rad.size());
+      if (lags_rad.maxCoeff() > lags_rad_.maxCoeff()) worst_ = spec;
+      lags_rad_ = lags_rad_.cwiseMax(lags_rad);
     }
     if (attempt.log && PressesLess(*attempt.log)) ++weak_;
     if (attempt.outcome == Outcome::kDelivered) return;
@@ -292,7 +290,7 @@ class Trying {
 
   // Drives that fall behind stop where nothing is: an error even where all went well this time.
   void CheckLag() {
-    if (worst_lag_rad_ <= kLag_rad) return;
+    if (lags_rad_.size() == 0 || lags_rad_.maxCoeff() <= kLag_rad) return;
     std::vector<std::string> slow;
     for (Eigen::Index i = 0; i < lags_rad_.size(); ++i) {
       if (lags_rad_[i] > kLag_rad) slow.push_back(fmt::format("{}", i + 1));
@@ -301,7 +299,7 @@ class Trying {
         {true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
          fmt::format("fall up to {:.1f} mrad behind in the motions of a trial; more than 5 mrad is "
                      "taken for contact, more than 8 mrad ends the grasp",
-                     1e3 * worst_lag_rad_),
+                     1e3 * lags_rad_.maxCoeff()),
          SlowEnough()});
   }
 
@@ -328,13 +326,12 @@ class Trying {
     };
     std::string cure = line("joint_acceleration", robot.acceleration);
     if (robot.velocity != velocity) cure += "\n" + line("joint_velocity", robot.velocity);
-    const VectorXd robot_acceleration = robot.acceleration;
+    const double slowest = (robot.acceleration.array() / acceleration.array()).minCoeff();
     robot.velocity = velocity;
     robot.acceleration = acceleration;
-    const double slowest = (VectorXd(robot_acceleration).array() / acceleration.array()).minCoeff();
     const std::string stiffer =
         fmt::format("kp of their drives {:.0f} times as high, or less damping of the joints",
-                    std::ceil(worst_lag_rad_ / (kSlower * kLag_rad)));
+                    std::ceil(lags_rad_.maxCoeff() / (kSlower * kLag_rad)));
     const bool held = lags_rad.maxCoeff() <= kLag_rad;
     return held && slowest >= kUsable ? "tried: " + cure + "\nor " + stiffer : stiffer;
   }
@@ -347,9 +344,8 @@ class Trying {
   Tryout tried_;
   std::map<std::string, Group> groups_;
   VectorXd lags_rad_;  ///< largest, of each joint
-  double worst_lag_rad_ = 0.0;
-  TrialSpec worst_;
-  int weak_ = 0;  ///< trials in which the grip did not arrive
+  TrialSpec worst_;    ///< of the trial with the largest
+  int weak_ = 0;       ///< trials in which the grip did not arrive
 };
 
 }  // namespace

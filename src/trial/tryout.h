@@ -27,7 +27,7 @@ Options OptionsOf(const std::filesystem::path& scene);
 /// nine of ten trials deliver, else warnings. The same options give the same findings, unless the
 /// time (45 s, then it stops with what it has) runs out.
 /// @param options  of a cell without errors (sim/check/check.h)
-/// @param say  is told what is being done; may be empty
+/// @param say  called with what is being done; may be empty
 Tryout TryCell(Options options, const std::function<void(const std::string&)>& say = {});
 
 }  // namespace rangegrasp::trial
