@@ -43,7 +43,6 @@ def _collect_scene(experiment: str, seed: int, target: str, index: int, grasps: 
     for number, i in enumerate(chosen):
         if number > 0:
             scene.restore(start)
-            scene.perceive()  # so that the grasp is known again
         grasp = found.grasps[free[i]]
         outcome = scene.grasp(grasp)
         features = found.features[free[i]] if found.features is not None else []

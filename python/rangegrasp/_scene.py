@@ -118,11 +118,11 @@ class Scene:
         return self._core.take_away()
 
     def save(self) -> Any:
-        """The state of the scene, to go back to with `restore`."""
+        """The state of the scene and what was seen of it, to go back to with `restore`."""
         return self._core.save()
 
     def restore(self, state: Any) -> None:
-        """Goes back to a state of this scene. The next attempt scans anew."""
+        """Goes back to a state of this scene, with the scan and the grasps that it had then."""
         self._core.restore(state)
 
     def render(self, camera: str = "overview", width: int = 640, height: int = 480) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 #include <deque>
 
+#include "base/installation.h"
 #include "base/stopwatch.h"
 #include "geometry/kd_tree.h"
 #include "grasp/features.h"
@@ -279,12 +280,26 @@ std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& option
   return std::make_unique<StraightDownDetector>(options, robot, std::move(observer));
 }
 
+static void ReadScore(YamlMap& map, DetectorOptions& all) {
+  ScoreKind score = ScoreKind::kRules;
+  map.Read("score", score,
+           "what ranks grasps; learned: the predicted probability of delivery. `method: published` "
+           "always ranks by rules");
+  std::filesystem::path file;
+  map.ReadPath("score_model", file,
+               "file of the learned score, made by scripts/train-grasp-score; without it the "
+               "shipped one, models/grasp_score.json");
+  if (score == ScoreKind::kLearned) {
+    all.score_model = file.empty() ? base::DataFolder() / "models" / "grasp_score.json" : file;
+  } else if (!file.empty()) {
+    map.Fail("score_model", "is used with `score: learned` only");
+  }
+}
+
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
   GraspOptions& options = all.grasp;
   map.Read("take", all.take, GraspSelectorWords(), WhereTaken());
-  map.ReadPath("score_model", all.score_model,
-               "file of a learned score, made by scripts/train-grasp-score: grasps are ranked by "
-               "the predicted probability of delivery; without it by rules");
+  ReadScore(map, all);
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "minimum distance between hand and table");
   map.Read("max_candidates", options.max_candidates, 1, 200,

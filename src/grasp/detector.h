@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
 #include "base/yaml_map.h"
 #include "grasp/grasp.h"
@@ -122,6 +125,10 @@ using SceneObserver = std::function<void(const perception::Scene&, const std::ve
 
 /// Where the sensors stood, one a view.
 geometry::Points PlacesOf(const geometry::Observation& observation);
+
+/// What ranks free grasps: the planner's own score, or a learned one (score_model.h).
+enum class ScoreKind { kRules, kLearned };
+constexpr std::array<std::string_view, 2> WordsOf(ScoreKind) { return {"rules", "learned"}; }
 
 /// What a detector is given with the observation.
 struct DetectorOptions {

@@ -151,8 +151,9 @@ class Scene {
           std::ranges::copy(maker.Of(one), std::back_inserter(features));
         }
       };
-      found_ = trial::MakeDetector(cell_.options, cell_.robot, describe)
-                   ->Detect(sensed_->observation, rng);
+      found_ = std::make_shared<const grasp::Detected>(
+          trial::MakeDetector(cell_.options, cell_.robot, describe)
+              ->Detect(sensed_->observation, rng));
     }
     const grasp::Detected& detected = *found_;
     nb::list objects, grasps;
@@ -261,13 +262,16 @@ class Scene {
 
   struct Saved {
     std::shared_ptr<const sim::SavedWorld> world;
+    std::shared_ptr<trial::Sensed> sensed;
+    std::shared_ptr<const grasp::Detected> found;
     const Scene* of = nullptr;
   };
-  Saved Save() const { return {world_->Save(), this}; }
+  Saved Save() const { return {world_->Save(), sensed_, found_, this}; }
   void Restore(const Saved& saved) {
     if (saved.of != this) throw std::invalid_argument("the state is of another scene");
     world_->Restore(*saved.world);
-    Forget();
+    sensed_ = saved.sensed;
+    found_ = saved.found;
   }
 
   std::uint64_t seed() const { return seed_; }
@@ -304,8 +308,8 @@ class Scene {
   std::uint64_t seed_ = 0;
   std::unique_ptr<sim::World> world_;
   std::optional<int> target_;
-  std::shared_ptr<trial::Sensed> sensed_;  // since anything last moved
-  std::optional<grasp::Detected> found_;   // in that
+  std::shared_ptr<trial::Sensed> sensed_;         // since anything last moved
+  std::shared_ptr<const grasp::Detected> found_;  // in that
 };
 
 }  // namespace

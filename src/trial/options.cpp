@@ -247,6 +247,7 @@ void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
   VisitSwitches(options, [&](const char*, auto& switches) { base::SwitchAll(on, switches); });
   for (const MethodValue& value : MethodValues()) value.set(on, options);
+  if (!on) options.score_model.clear();
   options.method = method;
 }
 
@@ -308,6 +309,7 @@ Options ReadOptions(YamlMap& map) {
   perception::ReadOptions(map.Child("perception", "perception: from the cloud to objects"),
                           o.perception);
   grasp::ReadGraspOptions(map.Child("grasp", "grasp planning: from objects to grasps"), o);
+  if (o.method == MethodKind::kPublished) o.score_model.clear();
   const bool any_way = o.grasp.approach == grasp::ApproachKind::kAbove;
   if ((o.take != grasp::kAnywhere || !any_way) && o.detector != kDissertation) {
     map.Fail("grasp", "take and approach need `detector: dissertation`");

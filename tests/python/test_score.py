@@ -50,12 +50,17 @@ def test_a_model_ranks_the_grasps_of_a_run(tmp_path):
     tree = [[names.index("workspace_distance"), 0.05, 1, 2], [2.0], [-2.0]]
     (tmp_path / "model.json").write_text(json.dumps({"features": names, "base": 0.0, "trees": [tree]}))
     chosen = dict(trials=1, objects=["coffee_cup", "dextrose"], seed=4711, progress=False)
-    results = rg.evaluate(None, "single", set=[f"grasp.score_model={tmp_path / 'model.json'}"], **chosen)
+    results = rg.evaluate(None, "single", set=["grasp.score=learned", f"grasp.score_model={tmp_path / 'model.json'}"], **chosen)
     for row in results.rows:
         assert round(row["data"]["log"]["grasp"]["probability"], 4) in (round(1 / (1 + np.exp(2.0)), 4), round(1 / (1 + np.exp(-2.0)), 4))
     assert all("probability" not in row["data"]["log"]["grasp"] for row in rg.evaluate(None, "single", **chosen).rows)
-    with pytest.raises(rg.InputError, match="score_model"):
-        rg.evaluate(None, "single", set=["grasp.score_model=nowhere.json"], **chosen)
+    shipped = rg.evaluate(None, "single", set=["grasp.score=learned"], **chosen)
+    assert all(0 < row["data"]["log"]["grasp"]["probability"] < 1 for row in shipped.rows)
+    published = rg.evaluate(None, "single", set=["grasp.score=learned", "method=published"], **chosen)
+    assert all("probability" not in row["data"]["log"].get("grasp", {}) for row in published.rows if row["data"].get("log"))
+    for value, reason in (("nowhere.json", "nowhere.json"), (tmp_path / "model.json", "score: learned")):
+        with pytest.raises(rg.InputError, match=reason):
+            rg.evaluate(None, "single", set=[f"grasp.score_model={value}"], **chosen)
 
 
 def test_too_few_grasps_are_refused(tmp_path):
