@@ -129,47 +129,85 @@ std::string SummaryOf(const fs::path& experiment) {
              : summary;
 }
 
-std::string Kinds() {
-  std::string text;
-  for (const auto& kind : experiment::AllKinds()) text += ListingLine(kind.name, kind.description);
-  return text;
+std::vector<ListEntry> Kinds() {
+  std::vector<ListEntry> entries;
+  for (const auto& kind : experiment::AllKinds()) entries.push_back({kind.name, kind.description});
+  return entries;
 }
 
-std::string Experiments() {
-  std::string text;
+std::vector<ListEntry> Experiments() {
+  std::vector<ListEntry> entries;
   for (const std::string& name : base::ExperimentNames(base::DataFolder())) {
-    text += ListingLine(name, SummaryOf(base::DataFolder() / "experiments" / (name + ".yaml")));
+    entries.push_back({name, SummaryOf(base::DataFolder() / "experiments" / (name + ".yaml"))});
   }
-  return text;
+  return entries;
 }
 
-std::string Tables() {
-  std::string text;
-  for (const auto& table : experiment::PublishedTables())
-    text += ListingLine(table.number, table.title);
-  return text;
+std::vector<ListEntry> Tables() {
+  std::vector<ListEntry> entries;
+  for (const auto& table : experiment::PublishedTables()) {
+    entries.push_back({table.number, table.title});
+  }
+  return entries;
 }
 
-std::string Keys() { return kKeysPage + experiment::KeysAsMarkdown(); }
+std::vector<ListEntry> Keys() {
+  std::vector<ListEntry> entries;
+  for (const auto& [task, keys] : experiment::KeysByTask()) {
+    for (const base::KeyDoc& key : keys) {
+      entries.push_back(EntryOf(key));
+      if (!task.empty()) entries.back().more.emplace_back("task", task);
+    }
+  }
+  return entries;
+}
+
+std::string KeysPage() { return kKeysPage + experiment::KeysAsMarkdown(); }
 
 std::vector<Listing>& Listings() {
   static std::vector<Listing> listings = {
       {"kinds", "kinds of experiments", Kinds},
       {"experiments", "experiments installed with the program", Experiments},
       {"tables", "published tables, for `reproduce`", Tables},
-      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false}};
+      {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false,
+       KeysPage}};
   return listings;
 }
 
-std::string TextOf(const std::string& word) {
+std::string TextOf(const Listing& listing) {
+  if (listing.page) return listing.page();
   std::string text;
-  for (const Listing& listing : Listings()) {
-    if (listing.word == word) return listing.text();
-    if (word.empty() && listing.in_overview) {
-      text += listing.description + ":\n" + listing.text() + "\n";
-    }
+  for (const ListEntry& entry : listing.entries()) {
+    text +=
+        entry.text.empty() ? entry.name + "\n" : fmt::format("{:<30} {}\n", entry.name, entry.text);
   }
   return text;
+}
+
+nlohmann::ordered_json JsonOf(const Listing& listing) {
+  auto json = nlohmann::ordered_json::array();
+  for (const ListEntry& entry : listing.entries()) {
+    auto& one = json.emplace_back();
+    one["name"] = entry.name;
+    if (!entry.text.empty()) one["text"] = entry.text;
+    for (const auto& [name, value] : entry.more) one[name] = value;
+  }
+  return json;
+}
+
+// All in the overview, without a word.
+std::string ListingOf(const std::string& word, bool as_json) {
+  std::string text;
+  nlohmann::ordered_json json;
+  for (const Listing& listing : Listings()) {
+    if (word.empty() ? !listing.in_overview : listing.word != word) continue;
+    if (as_json) {
+      json[listing.word] = JsonOf(listing);
+    } else {
+      text += word.empty() ? listing.description + ":\n" + TextOf(listing) + "\n" : TextOf(listing);
+    }
+  }
+  return as_json ? json.dump(2) + "\n" : text;
 }
 
 void AddListCommand(CLI::App& app) {
@@ -183,8 +221,13 @@ void AddListCommand(CLI::App& app) {
   }
   command->add_option("what", *what, "one of the words below; default: an overview")
       ->check(CLI::IsMember(words));
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "print as JSON");
   command->footer(footer);
-  command->callback([what] { WriteTables(TextOf(*what)); });
+  command->callback([what, json] {
+    const std::string text = ListingOf(*what, *json);
+    *json ? WriteResult(text) : WriteTables(text);
+  });
 }
 
 void AddVersionCommand(CLI::App& app) {
@@ -221,8 +264,12 @@ void AddLibrary(const std::string& name, const std::string& version) {
 
 void AddListing(const Listing& listing) { Listings().push_back(listing); }
 
-std::string ListingLine(const std::string& name, const std::string& text) {
-  return fmt::format("{:<30} {}\n", name, text);
+ListEntry EntryOf(const base::KeyDoc& key) {
+  ListEntry entry{key.path, key.doc, {{"type", key.type}}};
+  if (!key.range.empty()) entry.more.emplace_back("values", key.range);
+  if (!key.default_value.empty()) entry.more.emplace_back("default", key.default_value);
+  if (key.required) entry.more.emplace_back("needed", "true");
+  return entry;
 }
 
 std::vector<fs::path> ShippedFiles(const char* folder, const char* ending) {

@@ -2,11 +2,16 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
 class App;
 }  // namespace CLI
+
+namespace rangegrasp::base {
+struct KeyDoc;
+}  // namespace rangegrasp::base
 
 namespace rangegrasp::cli {
 
@@ -22,16 +27,22 @@ void AddRunCommand(CLI::App& app);       ///< run
 void AddShellCommands(CLI::App& app);    ///< completion, man
 void AddSlurmCommands(CLI::App& app);    ///< submit, status
 
+/// A line of a listing.
+struct ListEntry {
+  std::string name, text;
+  std::vector<std::pair<std::string, std::string>> more = {};  ///< for --json: name -> value
+};
+/// Of a key of a file, with its default and its values.
+ListEntry EntryOf(const base::KeyDoc& key);
 /// What `list` can list, by the word for it.
 struct Listing {
   std::string word;
   std::string description;  ///< for --help, and the heading of the overview
-  std::string (*text)() = nullptr;
+  std::vector<ListEntry> (*entries)() = nullptr;
   bool in_overview = true;
+  std::string (*page)() = nullptr;  ///< what is printed in place of the entries; may be null
 };
 void AddListing(const Listing& listing);
-/// A line of a listing.
-std::string ListingLine(const std::string& name, const std::string& text);
 /// Those files in a folder of what the program comes with that have the ending, sorted.
 std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* ending);
 

@@ -3,10 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/installation.h"
 #include "base/process/program.h"
+#include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/run.h"
@@ -56,13 +58,33 @@ void AddTable(CLI::App& app) {
 struct TrialArguments {
   std::string folder, video, camera;
   std::vector<std::string> ids;
-  bool snapshots = false;
+  bool snapshots = false, json = false;
 };
 
+// "spread-0000: delivered (score)", why, then the record's figures without those of the log.
+std::string SummaryOf(const Record& record) {
+  const auto& [which, result] = record;
+  std::string text = fmt::format("{}: {} (stage {})\n", which.id, result.outcome, result.stage);
+  if (!result.detail.empty()) text += "  " + result.detail + "\n";
+  std::vector<std::string> figures, times;
+  for (const auto& [name, value] : nlohmann::ordered_json::parse(result.data).items()) {
+    if (value.is_primitive() && !value.is_null() && value != "") {
+      figures.push_back(name + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+    }
+  }
+  for (const auto& [stage, seconds] : result.seconds) {
+    if (stage.find(':') == std::string::npos) {
+      times.push_back(fmt::format("{} {:.3f}", stage, seconds));
+    }
+  }
+  text += "  " + base::Join(figures) + "\n  seconds: " + base::Join(times) + "\n";
+  return text;
+}
+
 void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
-            const experiment::ReplayOptions& options) {
+            const experiment::ReplayOptions& options, bool json) {
   const Record replayed{which, e.task->Replay(which, options)};
-  WriteResult(experiment::ToJson(replayed) + "\n");
+  WriteResult(json ? experiment::ToJson(replayed) + "\n" : SummaryOf(replayed));
   for (const Record& stored : store.ReadAll()) {
     if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
     spdlog::warn(
@@ -90,7 +112,7 @@ void ReplayAll(const TrialArguments& arguments) {
     if (!arguments.video.empty() && cases.size() > 1) {
       options.video = parts.emplace_back(films.path() / (which->id + ".mp4"));
     }
-    Replay(e, store, *which, options);
+    Replay(e, store, *which, options, arguments.json);
   }
   if (!parts.empty()) {
     if (!Hooks().join_films) base::CheckBuilt("option", "video");
@@ -101,7 +123,7 @@ void ReplayAll(const TrialArguments& arguments) {
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Run single cases of a run again, by their ids, and print their records as JSON.");
+      "trial", "Run single cases of a run again, by their ids, and print what became of them.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   command
@@ -116,6 +138,7 @@ void AddTrial(CLI::App& app) {
       "write an MP4 with the scene, the perceived objects and the state (needs ffmpeg)");
   command->add_option("--camera", a->camera,
                       "camera of the scene (default: one that keeps hand and object in view)");
+  command->add_flag("--json", a->json, "print the whole records as JSON, a line each");
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
   command->callback([a] { ReplayAll(*a); });
 }

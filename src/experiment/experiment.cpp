@@ -250,17 +250,29 @@ std::string KeyTable(const std::vector<base::KeyDoc>& keys) {
   return text;
 }
 
-std::string KeysAsMarkdown() {
+std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> KeysByTask() {
   auto common_map = YamlMap::ForDocumentation();
   Common common;
   TaskWord(common_map);
   ReadCommon(common_map, common);
-  std::string text = "## Every experiment\n\n" + KeyTable(common_map.Keys());
+  std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> by_task = {
+      {"", common_map.Keys()}};
   for (const TaskKind& kind : Kinds()) {
     auto map = YamlMap::ForDocumentation();
     kind.read_keys(map);
+    by_task.emplace_back(kind.name, map.Keys());
+  }
+  return by_task;
+}
+
+std::string KeysAsMarkdown() {
+  const auto by_task = KeysByTask();
+  std::string text = "## Every experiment\n\n" + KeyTable(by_task.front().second);
+  for (const TaskKind& kind : Kinds()) {
+    const auto keys =
+        std::ranges::find(by_task, kind.name, [](const auto& one) { return one.first; });
     text += fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n{}", kind.name,
-                        kind.description, kind.trials_key, KeyTable(map.Keys()));
+                        kind.description, kind.trials_key, KeyTable(keys->second));
   }
   return text;
 }

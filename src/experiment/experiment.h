@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiment/statistics.h"
@@ -74,6 +75,9 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id);
 /// Keys as a table in Markdown.
 std::string KeyTable(const std::vector<base::KeyDoc>& keys);
 
+/// The keys of every experiment file (task "") and those of each kind, made from the code that
+/// reads them.
+std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> KeysByTask();
 /// The keys of every experiment file and those of each kind, as a Markdown page made from the code
 /// that reads them.
 std::string KeysAsMarkdown();

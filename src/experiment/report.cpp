@@ -121,11 +121,12 @@ std::string CountsText(const std::map<std::string, int>& counts) {
   return base::Join(words);
 }
 
-std::string IntervalText(int k, int n) {
-  if (n == 0) return "-";
-  const auto [low, high] = WilsonInterval(k, n);
-  return Fixed(low * 100.0, 0) + "-" + Fixed(high * 100.0, 0);
+std::string IntervalText(const std::optional<std::pair<double, double>>& interval) {
+  if (!interval) return "-";
+  return Fixed(interval->first * 100.0, 0) + "-" + Fixed(interval->second * 100.0, 0);
 }
+
+std::string IntervalText(int k, int n) { return n == 0 ? "-" : IntervalText(WilsonInterval(k, n)); }
 
 Grid FlatGridOf(const std::vector<Record>& records) {
   Grid grid;

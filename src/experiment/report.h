@@ -88,7 +88,9 @@ std::string Fixed(double value, int digits);
 std::string PercentText(int k, int n, int digits);
 /// "no_path 1, dropped 2"
 std::string CountsText(const std::map<std::string, int>& counts);
-/// "low-high" in whole per cent, of Wilson's 95 % interval of k of n; "-" for n = 0.
+/// "low-high" in whole per cent; "-" without one.
+std::string IntervalText(const std::optional<std::pair<double, double>>& interval);
+/// That of Wilson's 95 % interval of k of n; "-" for n = 0.
 std::string IntervalText(int k, int n);
 
 // What a comparison with a published figure rests on.

@@ -64,6 +64,23 @@ std::pair<double, double> WilsonInterval(int k, int n) {
   return Wilson({k, n}, n);
 }
 
+std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Count>& counts) {
+  double sum = 0.0, below = 0.0, above = 0.0;
+  int rates = 0;
+  for (const auto& [k, n] : counts) {
+    if (n == 0) continue;
+    const auto [low, high] = WilsonInterval(k, n);
+    const double rate = static_cast<double>(k) / n;
+    sum += rate;
+    below += (rate - low) * (rate - low);
+    above += (high - rate) * (high - rate);
+    ++rates;
+  }
+  if (rates == 0) return std::nullopt;
+  return std::pair(std::max(0.0, (sum - std::sqrt(below)) / rates),
+                   std::min(1.0, (sum + std::sqrt(above)) / rates));
+}
+
 double EffectiveTrials(const std::vector<Count>& clusters) {
   const auto [k, n] = SumOf(clusters);
   const double p = static_cast<double>(k) / n;

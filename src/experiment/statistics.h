@@ -20,6 +20,13 @@ struct Count {
 /// @throws std::invalid_argument unless 0 <= k <= n and n >= 1.
 std::pair<double, double> WilsonInterval(int k, int n);
 
+/// The 95 % interval of the mean of independent rates, from Wilson's interval [l, u] of each rate p
+/// (Zou, Huang and Zhang 2009, "A note on confidence interval estimation for a linear function of
+/// binomial proportions"): of R rates, mean(p) - sqrt(sum (p - l)^2) / R to
+/// mean(p) + sqrt(sum (u - p)^2) / R. Counts without trials are left out; nullopt if all are.
+/// @throws std::invalid_argument unless 0 <= k <= n for each.
+std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Count>& counts);
+
 /// The number of independent trials whose rate has the variance of that of clustered trials, which
 /// depend on each other within a cluster (Korn and Graubard 1998: n over the design effect of a
 /// ratio of cluster totals). From the number of clusters to that of trials.

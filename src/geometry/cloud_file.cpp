@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <regex>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -251,6 +252,122 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
   return cloud;
 }
 
+// ---- NPY: a Python dict as header, then the numbers ----
+
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
+constexpr std::size_t kMaxNpyHeader_bytes = 4096;  ///< NumPy writes 118
+
+[[noreturn]] void FailNpy(const std::filesystem::path& file, const std::string& message) {
+  throw base::InputError(file.string() + ": NPY header: " + message);
+}
+
+/// The dict, after magic, version and its length; moves bytes behind it.
+std::string NpyHeader(const std::filesystem::path& file, std::string_view& bytes) {
+  const auto byte = [&](std::size_t i) {
+    return std::size_t{static_cast<unsigned char>(bytes[i])};
+  };
+  const bool has_version = bytes.size() > kNpyMagic.size() + 4;
+  const std::size_t version = has_version ? byte(kNpyMagic.size()) : 0;
+  if (version < 1 || version > 3) FailNpy(file, "byte 6: no format version 1, 2 or 3");
+  const std::size_t start = version == 1 ? 10 : 12;
+  std::size_t length = 0;
+  for (std::size_t i = std::min(start, bytes.size()); i-- > 8;) length = length << 8 | byte(i);
+  if (length > kMaxNpyHeader_bytes || bytes.size() < start + length) {
+    FailNpy(file, fmt::format("byte 8: {} bytes of header; the file has {}, and {} are the most",
+                              length, bytes.size(), kMaxNpyHeader_bytes));
+  }
+  std::string header(bytes.substr(start, length));
+  bytes.remove_prefix(start + length);
+  return header;
+}
+
+std::string NpyValue(const std::filesystem::path& file, const std::string& header, const char* key,
+                     const char* pattern) {
+  std::smatch match;
+  const std::regex entry(fmt::format(R"('{}' *: *{})", key, pattern));
+  if (std::regex_search(header, match, entry)) return match[1];
+  FailNpy(file, fmt::format("no valid '{}' in {}", key, Quoted(header)));
+}
+
+/// Points as an array of N x 3 or H x W x 3 real numbers. @throws base::InputError.
+CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
+  const std::string header = NpyHeader(file, bytes);
+  const std::string type = NpyValue(file, header, "descr", "'([^']{1,20})'");
+  static const std::regex kReal("([<>])f([48])");
+  std::smatch real;
+  if (!std::regex_match(type, real, kReal)) {
+    FailNpy(file, fmt::format("'descr' is {}; the numbers must be float32 or float64 (<f4, <f8)",
+                              Quoted(type)));
+  }
+  if (NpyValue(file, header, "fortran_order", "(True|False)") == "True") {
+    FailNpy(file, "'fortran_order' is True; save numpy.ascontiguousarray(points)");
+  }
+  const std::string shape = NpyValue(file, header, "shape", R"(\(([0-9 ,]{1,60})\))");
+  std::vector<std::size_t> counts;
+  for (const std::string& word : base::Split(shape, ',')) {
+    const std::string digits = word.substr(std::min(word.find_first_not_of(' '), word.size()));
+    if (digits.empty()) continue;  // behind the last comma
+    counts.push_back(base::NumberFrom<std::size_t>(digits).value_or(kEndOfCounts));
+  }
+  const auto is_count = [](std::size_t count) { return count > 0 && count < kEndOfCounts; };
+  if ((counts.size() != 2 && counts.size() != 3) || counts.back() != 3 ||
+      !std::ranges::all_of(counts, is_count)) {
+    FailNpy(file, fmt::format("'shape' is ({}); N x 3 or H x W x 3 are needed", shape));
+  }
+  const std::size_t size = real[2] == "4" ? 4 : 8;
+  Layout layout{.points = counts.size() == 2 ? counts[0] : counts[0] * counts[1],
+                .row_bytes = 3 * size};
+  for (std::size_t axis = 0; axis < 3; ++axis) layout.xyz[axis] = {{size, 'f'}, 0, axis * size};
+  if (layout.points >= kEndOfCounts || bytes.size() != layout.points * layout.row_bytes) {
+    FailNpy(file, fmt::format("'shape' ({}) needs {} bytes of data; there are {}", shape,
+                              layout.points * layout.row_bytes, bytes.size()));
+  }
+  CloudFile cloud;
+  cloud.height = static_cast<int>(counts.size() == 2 ? 1 : counts[0]);
+  cloud.width = static_cast<int>(counts[counts.size() - 2]);
+  ReadBinaryPoints(bytes, layout, real[1] == ">", cloud);
+  return cloud;
+}
+
+/// Text, a point a line: x, y, z and other numbers, which are not used; "#" begins a comment line.
+CloudFile ReadXyz(const std::filesystem::path& file, std::string_view text) {
+  LineReader lines(text, file);
+  CloudFile cloud;
+  std::size_t columns = 0;
+  while (const auto line = lines.Next()) {
+    const WordList words = Words(*line);
+    if (words.empty() || words[0].front() == '#') continue;
+    if (words.size() < 3) {
+      lines.Fail("{} has {} value(s); x, y and z with blanks between them are needed",
+                 Quoted(*line), words.size());
+    }
+    if (columns == 0) columns = words.size();
+    if (words.size() != columns) {
+      lines.Fail("has {} values; the lines before have {}", words.size(), columns);
+    }
+    for (const std::string_view word : words) {
+      if (!ParseNumber(word)) lines.Fail("{} is not a number", Quoted(word));
+    }
+    cloud.points.push_back(PointFrom(lines, words));
+  }
+  cloud.width = static_cast<int>(cloud.points.size());
+  return cloud;
+}
+
+CloudFile ReadAny(const std::filesystem::path& file, const std::string& bytes) {
+  const std::string ending = base::EndingOf(file);
+  if (IsPly(bytes)) return ReadPlyCloud(file, bytes);
+  if (ending == ".ply") {
+    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
+  }
+  if (bytes.starts_with(kNpyMagic)) return ReadNpy(file, bytes);
+  if (ending == ".npy") {
+    throw base::InputError(file.string() + ": byte 0: an NPY file starts with \\x93NUMPY");
+  }
+  if (ending == ".xyz" || ending == ".txt") return ReadXyz(file, bytes);
+  return ReadPcd(file, bytes);
+}
+
 }  // namespace
 }  // namespace rangegrasp::geometry::internal
 
@@ -337,11 +454,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
     throw std::invalid_argument("ReadCloud: unit_m must be a finite number > 0");
   }
   const std::string bytes = base::ReadNonEmptyFile(file);
-  const bool ply = internal::IsPly(bytes);
-  if (!ply && base::EndingOf(file) == ".ply") {
-    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
-  }
-  CloudFile cloud = ply ? internal::ReadPlyCloud(file, bytes) : internal::ReadPcd(file, bytes);
+  CloudFile cloud = internal::ReadAny(file, bytes);
   Normalize(file, unit_m, cloud);
   if (std::ranges::none_of(cloud.points, [](const auto& p) { return p.allFinite(); })) {
     throw base::InputError(

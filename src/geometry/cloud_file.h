@@ -26,8 +26,8 @@ struct CloudFile {
   std::optional<Eigen::Vector3d> sensor_origin;
 };
 
-/// Reads PCD (ascii, binary, binary_compressed) or PLY (ascii, binary of either byte order), as the
-/// first line says. x, y and z must be float or double. `unit_m` is the file's unit (0.001: mm).
+/// Reads PCD, PLY (all their encodings) or NPY (N x 3 or H x W x 3, in C order), as the first bytes
+/// say, or .xyz and .txt, lines "x y z ...". x, y, z: float or double. `unit_m`: 0.001 for mm.
 /// @throws base::InputError naming the file, the line or key, the value and what would be right.
 /// @throws std::invalid_argument if unit_m is not a finite number > 0.
 CloudFile ReadCloud(const std::filesystem::path& file, double unit_m = 1.0);

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <map>
+#include <utility>
 
 namespace rangegrasp::grasp {
 namespace {
@@ -92,7 +95,9 @@ class PlannedMover : public Mover {
       ++failures[std::string(base::Word(planned.failure)) +
                  (planned.blocked_by.empty() ? "" : " (" + planned.blocked_by + ")")];
     }
-    for (const auto& [word, count] : failures) {
+    std::vector<std::pair<std::string, int>> ranked(failures.begin(), failures.end());
+    std::ranges::stable_sort(ranked, std::greater{}, &std::pair<std::string, int>::second);
+    for (const auto& [word, count] : ranked) {
       move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);
     }
     return move;

@@ -12,8 +12,9 @@ struct Move {
   int tried = 0;          ///< grasps that were offered to the planner
   bool blind = false;     ///< the motion passes through space that was not seen
   bool brushes = false;   ///< the object may push its neighbors while it is lifted
-  std::string
-      failures;  ///< "no_ik x3, approach_blocked (link5 and the hand) x2", of what was given up
+  /// "no_ik x3, approach_blocked (link5 and the hand) x2", of what was given up; most frequent
+  /// first
+  std::string failures;
 };
 
 /// Stage 4: plans the arm's motions for the first object, its best grasps first.

@@ -446,7 +446,7 @@ std::string ObjectTitle(const ObjectModel& object) {
   char error[1000] = "";
   const internal::SpecPtr spec(
       mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));
-  if (!spec) throw base::InputError(object.mjcf.string() + ": cannot be read as MJCF: " + error);
+  if (!spec) throw base::InputError(mjcf::EngineMessage(object.mjcf, error));
   mjsElement* title = mjs_findElement(spec.get(), mjOBJ_TEXT, "title");
   return title ? mjs_getString(mjs_asText(title)->data) : object.name;
 }

@@ -41,41 +41,44 @@ const Kind* Find(const std::deque<Kind>& kinds, const std::string& word) {
 
 // What `rangegrasp list` lists.
 
-std::string ListObjects() {
-  std::string text;
+using Entries = std::vector<cli::ListEntry>;
+
+Entries ListObjects() {
+  Entries entries;
   for (const auto& file : cli::ShippedFiles("models/objects", ".xml")) {
     const std::string name = file.stem().string();
     if (file.parent_path().filename() == name) {
-      text += cli::ListingLine(name, sim::ObjectTitle({name, file}));
+      entries.push_back({name, sim::ObjectTitle({name, file})});
     }
   }
-  return text;
+  return entries;
 }
 
-std::string ListSurfaces() {
-  std::string text;
+Entries ListSurfaces() {
+  Entries entries;
   for (const auto& surface : sim::ReadSurfaces(sim::ShippedSurfaces())) {
-    text += cli::ListingLine(surface.name, fmt::format("friction of the glove {:.2f} to {:.2f}",
-                                                       surface.glove.low, surface.glove.high));
+    entries.push_back({surface.name, fmt::format("friction of the glove {:.2f} to {:.2f}",
+                                                 surface.glove.low, surface.glove.high)});
   }
-  return text;
+  return entries;
 }
 
-std::string ListFiles(const char* folder, const char* ending) {
-  std::string text;
-  for (const auto& file : cli::ShippedFiles(folder, ending)) text += file.stem().string() + "\n";
-  return text;
+Entries ListFiles(const char* folder, const char* ending) {
+  Entries entries;
+  for (const auto& file : cli::ShippedFiles(folder, ending)) {
+    entries.push_back({file.stem().string(), ""});
+  }
+  return entries;
 }
 
-std::string ListAdditions() {
-  std::string text;
+Entries ListAdditions() {
+  Entries entries;
   for (const auto& [key, doc, improved, published] : MethodDifferences()) {
-    text += cli::ListingLine(
-        key, improved == "true"
-                 ? doc
-                 : fmt::format("{} (improved: {}; published: {})", doc, improved, published));
+    entries.push_back({key, improved == "true" ? doc
+                                               : fmt::format("{} (improved: {}; published: {})",
+                                                             doc, improved, published)});
   }
-  return text;
+  return entries;
 }
 
 void AddListings() {

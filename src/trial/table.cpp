@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -27,6 +28,7 @@ using experiment::Stamp;
 using nlohmann::ordered_json;
 using Data = nlohmann::json;  // of a record
 using Rate = std::optional<double>;
+using Interval = std::optional<std::pair<double, double>>;
 
 // ---- counts and rates ----
 
@@ -100,8 +102,28 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
   if (detected) Add(delivered, grasping.count);
 }
 
+// A record's reason without figures, for counting: the first line up to ';' or '(', and without
+// words that have a digit or no letter. Of several with their numbers ("no_ik x3, no_carry x1") the
+// first.
+std::string ReasonWithoutFigures(const std::string& detail) {
+  constexpr std::size_t kMaxLength = 60;  // of a cell
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  std::string reason;
+  for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
+    const bool has_digit = std::ranges::any_of(word, is_digit);
+    if ((has_digit && word[0] == 'x') || reason.size() + word.size() > kMaxLength) break;
+    if (has_digit || !std::ranges::any_of(word, is_letter) || !base::IsUtf8(word)) continue;
+    reason += (reason.empty() ? "" : " ") + word;
+  }
+  return reason;
+}
+
 void CountRecord(const Record& record, const Data& data, Row& row) {
-  ++row.outcomes[record.result.outcome];
+  const std::string& outcome = record.result.outcome;
+  ++row.outcomes[outcome];
+  const std::string reason = ReasonWithoutFigures(record.result.detail);
+  if (!reason.empty()) ++row.reasons[outcome][reason];
   CountTrial(data.value("detected", false), record.result.outcome == kDelivered, row.detection,
              row.grasping);
   // A record of an older version has none; a trial that crashed has no data at all.
@@ -117,13 +139,21 @@ Rate RateOf(const Count& count) {
   return static_cast<double>(count.k) / count.n;
 }
 
+Interval IntervalOf(const Count& count) {
+  if (count.n == 0) return std::nullopt;
+  return experiment::WilsonInterval(count.k, count.n);
+}
+
 // The mean of those rows that have the rate: the dissertation's "overall".
-Rate MeanOf(const std::vector<Row>& rows, RowRate Row::*rate) {
+void SetMean(const std::vector<Row>& rows, RowRate Row::*of, Row& overall) {
   std::vector<double> rates;
+  std::vector<Count> counts;
   for (const Row& row : rows) {
-    if ((row.*rate).rate) rates.push_back(*(row.*rate).rate);
+    if ((row.*of).rate) rates.push_back(*(row.*of).rate);
+    counts.push_back((row.*of).count);
   }
-  return experiment::MeanOf(rates).mean;
+  (overall.*of).rate = experiment::MeanOf(rates).mean;
+  (overall.*of).interval = experiment::MeanRateInterval(counts);
 }
 
 Count PublishedCount(double rate, int trials) {
@@ -227,7 +257,6 @@ int DeliveredOf(const Table& table) {
 
 std::string NameOf(const Row& row) { return row.title.empty() ? row.object : row.title; }
 std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : "-"; }
-std::string IntervalText(const Count& count) { return IntervalText(count.k, count.n); }
 
 // A p-value, marked where it is below the threshold.
 std::string PText(const Table& table, const Rate& p) {
@@ -235,11 +264,19 @@ std::string PText(const Table& table, const Rate& p) {
   return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
 }
 
-// "no_path 1, dropped 2"
+// "dropped 2 (slid in the hand 2), no_path 3 (no_ik 2)": with the most frequent reason of each.
 std::string Failures(const Row& row) {
-  auto failures = row.outcomes;
-  failures.erase(kDelivered);
-  return experiment::CountsText(failures);
+  std::vector<std::string> texts;
+  for (const auto& [outcome, count] : row.outcomes) {
+    if (outcome == kDelivered) continue;
+    std::string& text = texts.emplace_back(fmt::format("{} {}", outcome, count));
+    const auto reasons = row.reasons.find(outcome);
+    if (reasons == row.reasons.end()) continue;
+    const auto most =
+        std::ranges::max_element(reasons->second, {}, [](const auto& one) { return one.second; });
+    text += fmt::format(" ({} {})", most->first, most->second);
+  }
+  return base::Join(texts);
 }
 
 std::vector<Row> AllRows(const Table& table) {
@@ -259,7 +296,8 @@ Grid GridOf(const Table& table) {
       {"trials", "", [](const Row& row) { return row.detection.count.n; }}};
   const auto add_rate = [&](const char* title, RowRate Row::*of) {
     columns.push_back({title, "", [of](const Row& row) { return Percent((row.*of).rate); }});
-    columns.push_back({"95 %", "", [of](const Row& row) { return IntervalText((row.*of).count); }});
+    columns.push_back(
+        {"95 %", "", [of](const Row& row) { return IntervalText((row.*of).interval); }});
   };
   const auto add_compared = [&](const char* title, RowRate Row::*of) {
     add_rate(title, of);
@@ -291,7 +329,8 @@ std::string ComparisonLine(const Table& table) {
 }
 
 std::string PooledText(const RowRate& rate) {
-  return fmt::format("{} % [{}]", Percent(RateOf(rate.count)), IntervalText(rate.count));
+  return fmt::format("{} % [{}]", Percent(RateOf(rate.count)),
+                     IntervalText(IntervalOf(rate.count)));
 }
 
 std::string PooledLine(const Table& table) {
@@ -324,12 +363,6 @@ std::string TimesLine(const Table& table) {
   return line;
 }
 
-// Wilson's; nullopt for n = 0.
-std::pair<Rate, Rate> Interval(const Count& count) {
-  if (count.n == 0) return {};
-  return experiment::WilsonInterval(count.k, count.n);
-}
-
 Grid CsvGridOf(const Table& table) {
   std::vector<Column<Row>> columns = {
       {"object", "", &Row::object},
@@ -343,8 +376,10 @@ Grid CsvGridOf(const Table& table) {
   for (const auto& [word, of] : kRates) {
     const std::string name(word);
     add(name + "_rate", of, [](const RowRate& rate) { return rate.rate; });
-    add(name + "_low", of, [](const RowRate& r) { return Interval(r.count).first; });
-    add(name + "_high", of, [](const RowRate& r) { return Interval(r.count).second; });
+    add(name + "_low", of,
+        [](const RowRate& r) { return r.interval ? Rate(r.interval->first) : std::nullopt; });
+    add(name + "_high", of,
+        [](const RowRate& r) { return r.interval ? Rate(r.interval->second) : std::nullopt; });
   }
   const auto published = [](const RowRate& rate) { return rate.published; };
   add("published_detection_rate", &Row::text_detection, published);
@@ -355,9 +390,8 @@ Grid CsvGridOf(const Table& table) {
 
 ordered_json Json(const Rate& rate) { return rate ? ordered_json(*rate) : ordered_json(nullptr); }
 
-ordered_json IntervalJson(const Count& count) {
-  const auto [low, high] = Interval(count);
-  return low ? ordered_json{*low, *high} : ordered_json(nullptr);
+ordered_json Json(const Interval& interval) {
+  return interval ? ordered_json{interval->first, interval->second} : ordered_json(nullptr);
 }
 
 ordered_json RowJson(const Table& table, const Row& row) {
@@ -371,18 +405,19 @@ ordered_json RowJson(const Table& table, const Row& row) {
                        {"detected", detection.count.k},
                        {"delivered", grasping.count.k},
                        {"detection_rate", Json(detection.rate)},
-                       {"detection_interval", IntervalJson(detection.count)},
+                       {"detection_interval", Json(detection.interval)},
                        {"grasp_rate", Json(grasping.rate)},
-                       {"grasp_interval", IntervalJson(grasping.count)},
+                       {"grasp_interval", Json(grasping.interval)},
                        {"text_detected", by_text.count.k},
                        {"text_delivered", text_grasping.count.k},
                        {"text_detection_rate", Json(by_text.rate)},
-                       {"text_detection_interval", IntervalJson(by_text.count)},
+                       {"text_detection_interval", Json(by_text.interval)},
                        {"text_grasp_rate", Json(text_grasping.rate)},
-                       {"text_grasp_interval", IntervalJson(text_grasping.count)},
+                       {"text_grasp_interval", Json(text_grasping.interval)},
                        {"published_detection_rate", Json(by_text.published)},
                        {"published_grasp_rate", Json(text_grasping.published)},
-                       {"outcomes", row.outcomes}};
+                       {"outcomes", row.outcomes},
+                       {"reasons", row.reasons}};
   if (!row.published_trials) return json;
   json["published_trials"] = *row.published_trials;
   json["published_detected"] = by_text.published_count.k;
@@ -398,7 +433,9 @@ ordered_json JsonOf(const Table& table) {
   for (const Row& row : table.rows) json["rows"].push_back(RowJson(table, row));
   json["overall"] = RowJson(table, table.overall);
   for (const auto& [name, of] : kRates) {
-    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf((table.overall.*of).count));
+    const Count& pooled = (table.overall.*of).count;
+    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf(pooled));
+    json["overall"][fmt::format("pooled_{}_interval", name)] = Json(IntervalOf(pooled));
   }
   json["redraws"] = table.redraws;
   json["others"] = {{"delivered", DeliveredOf(table)},
@@ -553,13 +590,16 @@ Table BuildTable(const Stamp& stamp, const std::vector<Record>& records) {
   }
   CountRecords(records, table);
   for (Row& row : table.rows) {
-    for (const auto& [name, of] : kRates) (row.*of).rate = RateOf((row.*of).count);
+    for (const auto& [name, of] : kRates) {
+      (row.*of).rate = RateOf((row.*of).count);
+      (row.*of).interval = IntervalOf((row.*of).count);
+    }
     AddPublished(published, row.title, row);
   }
   Row& overall = table.overall;
   overall.object = "overall";
   overall.title = "Overall";
-  for (const auto& [name, of] : kRates) (overall.*of).rate = MeanOf(table.rows, of);
+  for (const auto& [name, of] : kRates) SetMean(table.rows, of, overall);
   if (HasAllRows(published, table.rows)) AddPublished(published, "overall", overall);
   ComparePooled(table);
   table.stage_seconds = experiment::StageTimes(records);

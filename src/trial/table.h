@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiment/record.h"
@@ -16,6 +17,8 @@ namespace rangegrasp::trial {
 struct RowRate {
   experiment::Count count;     ///< of this run
   std::optional<double> rate;  ///< k / n; in the overall row the mean of the rows
+  /// Wilson's of the counts; in the overall row that of the mean (experiment::MeanRateInterval).
+  std::optional<std::pair<double, double>> interval;
   std::optional<double> published;
   experiment::Count published_count;  ///< zero where Row::published_trials is absent
   /// Fisher's exact test, one-sided: how likely so low a count is if the rate is the published one.
@@ -32,6 +35,8 @@ struct Row {
   RowRate text_detection;  ///< the same by the text's verdict
   RowRate text_grasping;
   std::map<std::string, int> outcomes;  ///< only those that occurred
+  /// By outcome: how often each reason was given, without its figures.
+  std::map<std::string, std::map<std::string, int>> reasons;
   /// Trials of the published row, where the published table states them: its counts are its rates
   /// times these.
   std::optional<int> published_trials;

@@ -130,22 +130,51 @@ std::size_t MeasuredSamples(const geometry::Observation& observation) {
   return static_cast<std::size_t>(count);
 }
 
-// What the log says of an execution that failed.
+std::string FiguresOf(const sim::ExecutionLog& log) {
+  if (log.held_after_carry) {
+    return fmt::format("released {:.0f} mm from the delivery place",
+                       log.final_distance_m * base::kMmPerM);
+  }
+  return fmt::format(
+      "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, {} slips were "
+      "felt",
+      std::round(log.lift_height_m * base::kMmPerM) + 0.0,  // no -0
+      log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
+}
+
+// What the log says of an execution that failed; the cause, then the figures (tables count causes).
 std::string WhyOf(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty()) return log.audit.failed;
-  const std::string why =
-      log.held_after_carry
-          ? fmt::format("released {:.0f} mm from the delivery place",
-                        log.final_distance_m * base::kMmPerM)
-          : fmt::format(
-                "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, "
-                "{} slips were felt",
-                std::round(log.lift_height_m * base::kMmPerM) + 0.0,  // no -0
-                log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad),
-                log.slips_heard);
-  if (log.stopped_by_contact.empty()) return why;
-  return why + "; the drives felt something in the way, or fell behind, in: " +
-         base::Join(log.stopped_by_contact);
+  if (!log.stopped_by_contact.empty()) {
+    return "the drives felt something in the way or lagged in " +
+           base::Join(log.stopped_by_contact, " and ") + "; " + FiguresOf(log);
+  }
+  if (!log.held_after_carry) {
+    return (log.slips_heard > 0 ? "slid in the hand; " : "no hold; ") + FiguresOf(log);
+  }
+  const char* const cause = log.touched_by_hand ? "the hand still touches it; "
+                            : !log.on_support   ? "it does not stand on the support; "
+                            : !log.at_rest      ? "it still moves; "
+                                                : "too far away; ";
+  return cause + FiguresOf(log);
+}
+
+// What an attempt without a free grasp lacks.
+std::string NoFreeGrasp(const Detected& detected) {
+  if (!detected.why_none.empty()) return detected.why_none;
+  const std::size_t candidates = detected.detection.grasps.size();
+  return candidates == 0 ? "no candidates" : fmt::format("all candidates collide; {}", candidates);
+}
+
+std::string NotTheTarget(const Detected& detected, const DetectionVerdict& verdict) {
+  if (detected.detection.objects.empty()) {
+    return detected.why_none.empty() ? "nothing is perceived" : detected.why_none;
+  }
+  return fmt::format("{}; share of the object {:f}, of the target {:f}",
+                     verdict.right_target             ? "a part of the target"
+                     : verdict.share_of_object == 0.0 ? "another object"
+                                                      : "joined with others",
+                     verdict.share_of_object, verdict.share_of_target);
 }
 
 std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
@@ -276,10 +305,7 @@ class AttemptRun {
     if (options_.target ? !MayTake(sensed) : !IsAnything()) return false;
     if (FreeGrasps(result_.detected.detection) == 0) {
       Begin("grasp");
-      const std::string& why = result_.detected.why_none;
-      End(Outcome::kNoGrasp, !why.empty() ? why
-                                          : fmt::format("{} candidates, all collide",
-                                                        result_.detected.detection.grasps.size()));
+      End(Outcome::kNoGrasp, NoFreeGrasp(result_.detected));
       return false;
     }
     result_.text.detected = true;
@@ -297,11 +323,8 @@ class AttemptRun {
                         cell_.options.perception.preprocess.table_clearance_m});
     if (verdict.right_target && verdict.segmented) return true;
     const bool none = detection.objects.empty();
-    const std::string& why_none = result_.detected.why_none;
     End(none || verdict.right_target ? Outcome::kNotSegmented : Outcome::kWrongTarget,
-        none && !why_none.empty() ? why_none
-                                  : fmt::format("share of the object {:f}, of the target {:f}",
-                                                verdict.share_of_object, verdict.share_of_target));
+        NotTheTarget(result_.detected, verdict));
     if (!options_.by_text || verdict.share_of_object == 0.0) return false;
     undetected_ = Ended{result_.outcome, result_.detail};
     return true;

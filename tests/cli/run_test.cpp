@@ -212,12 +212,16 @@ TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
 }
 
 TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
-  const Ran ran = RunProgram({"trial", Folder("single"), "spread-0000"});
+  const Ran ran = RunProgram({"trial", Folder("single"), "spread-0000", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_EQ(ran.err, "");  // no warning that it differs
   auto replayed = nlohmann::ordered_json::parse(ran.out);
   replayed["seconds"] = nlohmann::ordered_json::object();
   EXPECT_EQ(replayed.dump(), Rows("single").front());
+  const std::string text = RunProgram({"trial", Folder("single"), "spread-0000"}).out;
+  EXPECT_THAT(text, testing::StartsWith("spread-0000: " + replayed["outcome"].get<std::string>()));
+  EXPECT_THAT(text, HasSubstr("scene_objects 1"));
+  EXPECT_THAT(text, HasSubstr("seconds: arrange 0."));
   const Ran bad = RunProgram({"trial", Folder("single"), "spread-0001"});
   EXPECT_EQ(bad.code, 2);
   EXPECT_THAT(bad.err, HasSubstr("spread-0001"));

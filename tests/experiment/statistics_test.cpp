@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -47,6 +48,50 @@ TEST(Wilson, ReachesItsEndsWhereAllOrNoneSucceed) {
 TEST(Wilson, RejectsImpossibleCounts) {
   EXPECT_THROW(WilsonInterval(1, 0), std::invalid_argument);
   EXPECT_THROW(WilsonInterval(3, 2), std::invalid_argument);
+}
+
+TEST(MeanRateInterval, IsWilsonsOfOneRate) {
+  const auto interval = MeanRateInterval({{7, 9}, {0, 0}});
+  const auto [low, high] = WilsonInterval(7, 9);
+  ASSERT_TRUE(interval);
+  EXPECT_DOUBLE_EQ(interval->first, low);
+  EXPECT_DOUBLE_EQ(interval->second, high);
+  EXPECT_FALSE(MeanRateInterval({{0, 0}}));
+}
+
+// Wilson's bounds of 10 of 10 and 0 of 10 are z^2 / (10 + z^2) = 0.27753 away: of the mean of one
+// each 0.27753 / 2, of four alike 0.27753 / sqrt(4).
+TEST(MeanRateInterval, NarrowsWithTheSquareRootOfTheRates) {
+  const auto two = MeanRateInterval({{10, 10}, {0, 10}});
+  EXPECT_NEAR(two->first, 0.5 - 0.138765, 1e-5);
+  EXPECT_NEAR(two->second, 0.5 + 0.138765, 1e-5);
+  const auto four = MeanRateInterval({{10, 10}, {10, 10}, {10, 10}, {10, 10}});
+  EXPECT_NEAR(four->first, 1.0 - 0.138765, 1e-5);
+  EXPECT_EQ(four->second, 1.0);
+}
+
+// All outcomes of three rates of 5, 10 and 20 trials, weighted by their chance. With so few trials
+// the interval is not exactly at 95 %.
+TEST(MeanRateInterval, CoversTheMeanInNineteenOfTwenty) {
+  const auto chance = [](int k, int n, double p) {
+    return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0)) *
+           std::pow(p, k) * std::pow(1.0 - p, n - k);
+  };
+  for (const auto& p : {std::array{0.5, 0.9, 0.97}, {0.2, 0.5, 0.8}, {0.95, 0.95, 0.95}}) {
+    double covered = 0.0;
+    for (int a = 0; a <= 5; ++a) {
+      for (int b = 0; b <= 10; ++b) {
+        for (int c = 0; c <= 20; ++c) {
+          const auto interval = MeanRateInterval({{a, 5}, {b, 10}, {c, 20}});
+          const double mean = (p[0] + p[1] + p[2]) / 3.0;
+          if (mean < interval->first || mean > interval->second) continue;
+          covered += chance(a, 5, p[0]) * chance(b, 10, p[1]) * chance(c, 20, p[2]);
+        }
+      }
+    }
+    EXPECT_GT(covered, 0.93);
+    EXPECT_LT(covered, 0.99);
+  }
 }
 
 TEST(ClusteredInterval, IsWilsonsWhereClustersDifferAsIndependentTrialsDo) {

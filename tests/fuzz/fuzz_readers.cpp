@@ -283,6 +283,8 @@ const std::map<std::string, Reader>& Readers() {
   };
   static const std::map<std::string, Reader> readers = {
       {"pcd", [](std::string_view b) { geometry::ReadCloud(FileOf(b, "file.pcd")); }},
+      {"npy", [](std::string_view b) { geometry::ReadCloud(FileOf(b, "file.npy")); }},
+      {"xyz", [](std::string_view b) { geometry::ReadCloud(FileOf(b, "file.xyz")); }},
       {"ply",
        [](std::string_view b) {
          const fs::path file = FileOf(b, "file.ply");

@@ -294,6 +294,91 @@ TEST_F(Io, ReadsPlyCloudsInBothBinaryOrdersAndAscii) {
   }
 }
 
+// As numpy.save writes it: the header ends in a newline at a multiple of 64 bytes.
+std::string Npy(const std::string& shape, const std::string& descr, const std::string& data,
+                const std::string& fortran = "False") {
+  std::string header =
+      "{'descr': '" + descr + "', 'fortran_order': " + fortran + ", 'shape': (" + shape + "), }";
+  header += std::string((64 - (header.size() + 11) % 64) % 64, ' ') + "\n";
+  const auto length = static_cast<char>(header.size());
+  return std::string("\x93NUMPY\x01\x00", 8) + length + '\0' + header + data;
+}
+
+template <class Real>
+std::string BytesOf(std::initializer_list<Real> values) {
+  std::string bytes;
+  for (const Real value : values) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  return bytes;
+}
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST_F(Io, ReadsArraysOfNumPy) {
+  const auto rows =
+      ReadCloud(Write("a.npy", Npy("2, 3", "<f4", BytesOf({1.f, 2.f, 3.f, 4.f, 5.f, 6.f}))));
+  EXPECT_EQ(rows.points, (Points{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(rows.width, 2);
+  EXPECT_EQ(rows.height, 1);
+  EXPECT_FALSE(rows.sensor_origin);
+  const auto image = ReadCloud(
+      Write("b.npy", Npy("2, 1, 3", "<f8", BytesOf({1.0, 2.0, 3.0, 4.0, kNan, 6.0}))), 0.001);
+  EXPECT_EQ(image.width, 1);
+  EXPECT_EQ(image.height, 2);
+  EXPECT_TRUE(image.points[0].isApprox(Eigen::Vector3d(0.001, 0.002, 0.003)));
+  EXPECT_FALSE(image.points[1].array().isFinite().any());  // NaN as a whole
+  std::string swapped = BytesOf({3.0f, 2.0f, 1.0f});
+  std::ranges::reverse(swapped);
+  EXPECT_EQ(ReadCloud(Write("c.npy", Npy("1, 3", ">f4", swapped))).points, (Points{{1, 2, 3}}));
+}
+
+TEST_F(Io, BrokenArraysAreNamedWithTheirCause) {
+  const auto told = [&](const std::string& bytes) {
+    const auto file = Write("bad.npy", bytes);
+    return ErrorOf([&] { ReadCloud(file); });
+  };
+  const std::string six = BytesOf({1.f, 2.f, 3.f, 4.f, 5.f, 6.f});
+  EXPECT_THAT(told("PK"), HasSubstr("bad.npy: byte 0: an NPY file starts with"));
+  EXPECT_THAT(told(std::string("\x93NUMPY\x04\x00" "aaaa", 12)),
+              HasSubstr("byte 6: no format version"));
+  EXPECT_THAT(told(std::string("\x93NUMPY\x01\x00\xff\x7f{}", 12)),
+              HasSubstr("byte 8: 32767 bytes"));
+  EXPECT_THAT(told(Npy("2, 3", "<i4", six)), HasSubstr("'descr' is \"<i4\"; the numbers must be"));
+  EXPECT_THAT(told(Npy("2, 3", "<f4", six, "True")), HasSubstr("numpy.ascontiguousarray"));
+  EXPECT_THAT(told(Npy("2, 3", "<f4", six, "0")), HasSubstr("no valid 'fortran_order'"));
+  for (const char* shape :
+       {"6,", "3, 2", "1, 1, 2, 3", "0, 3", "-2, 3", "99999999999999999999, 3"}) {
+    EXPECT_THAT(told(Npy(shape, "<f4", six)), HasSubstr("N x 3 or H x W x 3 are needed")) << shape;
+  }
+  EXPECT_THAT(told(Npy("3, 3", "<f4", six)),
+              HasSubstr("(3, 3) needs 36 bytes of data; there are 24"));
+  EXPECT_THAT(told(Npy("2147483647, 2147483647, 3", "<f4", six)), HasSubstr("bytes of data"));
+  EXPECT_THAT(told(Npy("1, 3", "<f4", six)), HasSubstr("needs 12 bytes"));
+  EXPECT_THAT(told(Npy("1, 3", "<f8", BytesOf({kNan, 0.0, 0.0}))),
+              HasSubstr("none of its 1 points"));
+  EXPECT_THAT(told(Npy("1, 3", "<f8", BytesOf({1e9, 0.0, 0.0}))),
+              HasSubstr("point 0 [m] is at 1e+09"));
+}
+
+TEST_F(Io, ReadsRowsOfText) {
+  const auto cloud = ReadCloud(Write("a.xyz", "# x y z intensity\r\n1 2 3 0.5\n\n4\tnan 6 0.1\n"));
+  EXPECT_EQ(cloud.width, 2);
+  EXPECT_EQ(cloud.height, 1);
+  EXPECT_EQ(cloud.points[0], Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(cloud.points[1].array().isFinite().any());
+  EXPECT_EQ(ReadCloud(Write("a.TXT", "1 2 3")).points, (Points{{1, 2, 3}}));
+  const auto told = [&](const std::string& text) {
+    const auto file = Write("bad.xyz", text);
+    return ErrorOf([&] { ReadCloud(file); });
+  };
+  EXPECT_THAT(told("1 2 3\n1,2,3\n"), HasSubstr("bad.xyz:2: \"1,2,3\" has 1 value(s)"));
+  EXPECT_THAT(told("1 2 3\n1 2 3 4\n"),
+              HasSubstr("bad.xyz:2: has 4 values; the lines before have 3"));
+  EXPECT_THAT(told("1 2 x\n"), HasSubstr("bad.xyz:1: \"x\" is not a number"));
+  EXPECT_THAT(told("# nothing\n"), HasSubstr("none of its 0 points"));
+}
+
 TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
   const auto message = [this](const std::string& text) {
     const auto file = Write("broken.ply", text);
@@ -353,7 +438,8 @@ TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
   pcl::PCDWriter().writeBinaryCompressed(Path("2").string(), cloud);
   WriteCloud(Path("3.ply"), RandomImage(rng));
   const std::vector<std::string> seeds = {base::ReadFile(Path("0")), base::ReadFile(Path("1")),
-                                          base::ReadFile(Path("2")), base::ReadFile(Path("3.ply"))};
+                                          base::ReadFile(Path("2")), base::ReadFile(Path("3.ply")),
+                                          Npy("2, 3", "<f4", std::string(24, '\0'))};
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   int refused = 0;

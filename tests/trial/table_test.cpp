@@ -135,6 +135,44 @@ TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
   EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][1].get<double>(), high);
 }
 
+// Of the mean of rows that the row prints, in every format; that of all trials has its own name.
+TEST_F(TableTest, TheOverallIntervalIsOfTheMeanOfRows) {
+  const auto [low, high] = experiment::MeanRateInterval({{3, 4}, {1, 2}}).value();
+  const auto report = ReportOf(stamp_, results_);
+  const auto json = nlohmann::json::parse(report.json)["overall"];
+  EXPECT_EQ(json["detection_interval"], (nlohmann::json{low, high}));
+  const auto [pooled_low, pooled_high] = experiment::WilsonInterval(4, 6);
+  EXPECT_EQ(json["pooled_detection_interval"], (nlohmann::json{pooled_low, pooled_high}));
+  EXPECT_EQ(report.sections[0].grid.rows.back()[4], experiment::IntervalText({{low, high}}));
+  const auto csv = base::CsvTable::Parse(
+      experiment::Format(report, stamp_, experiment::TableFormat::kCsv), "csv");
+  EXPECT_NEAR(csv.Number(3, csv.Column("detection_low")), low, 5e-5);
+  EXPECT_NEAR(csv.Number(3, csv.Column("detection_high")), high, 5e-5);
+}
+
+// Two of three slid, with figures of their own.
+TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
+  auto results = results_;
+  const auto add = [&](const std::string& outcome, const std::string& detail) {
+    results.push_back(TableTrial("box", 9, true, outcome));
+    results.back().result.detail = detail;
+  };
+  add("not_lifted", "no hold; lifted by 0 mm");
+  add("not_lifted", "slid in the hand; lifted by 3 mm");
+  add("not_lifted", "slid in the hand; lifted by 40 mm");
+  add("no_path", "no_ik x3, no_carry x1");
+  add("invalid_physics", "unrest_s 1.9 > 1.5");
+  const auto report = ReportOf(stamp_, results);
+  const std::string failures =
+      "dropped 1, invalid_physics 1 (unrest_s 1), no_path 1 (no_ik 1), not_lifted 3 (slid in the "
+      "hand 2), not_segmented 1";
+  EXPECT_EQ(report.sections[0].grid.rows[0].back(), failures);
+  EXPECT_EQ(report.csv.rows[0].back(), failures);
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_EQ(json["rows"][0]["reasons"]["not_lifted"],
+            nlohmann::json({{"no hold", 1}, {"slid in the hand", 2}}));
+}
+
 // As numbers of their own columns, for who makes figures of them.
 TEST_F(TableTest, TheCsvHasIntervalsAndFailures) {
   const auto csv = base::CsvTable::Parse(

@@ -264,7 +264,7 @@ Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
     process::NeedMemory(mjcf::kEngine_bytes);
     model_.reset(mj_loadXML(path.c_str(), nullptr, text, sizeof(text)));
   }
-  if (!model_) Fail(text);
+  if (!model_) throw base::InputError(mjcf::EngineMessage(file, text));
   if (const std::string far = mjcf::FarAway(*model_); !far.empty()) {
     Fail(far + ": is more than 10 km away");
   }

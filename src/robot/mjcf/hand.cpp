@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <regex>
 #include <utility>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/words.h"
 
 namespace rangegrasp::mjcf {
@@ -29,6 +31,32 @@ geometry::TriangleMesh MeshWithFaces(const mjModel* model, int mesh, const int* 
         {std::uint32_t(faces[0]), std::uint32_t(faces[1]), std::uint32_t(faces[2])});
   }
   return result;
+}
+
+/// Adds an MJCF file and those that it includes or attaches.
+void AddFilesOf(const std::filesystem::path& file, std::vector<std::filesystem::path>& files) {
+  if (!std::filesystem::is_regular_file(file) || std::ranges::find(files, file) != files.end()) {
+    return;
+  }
+  files.push_back(file);
+  const std::string text = base::ReadFile(file);
+  constexpr std::string_view kFile = "file=";
+  for (std::size_t at = text.find(kFile); at != std::string::npos; at = text.find(kFile, at)) {
+    at += kFile.size() + 1;
+    if (at >= text.size()) return;
+    const std::string name = text.substr(at, text.find(text[at - 1], at) - at);
+    if (name.ends_with(".xml")) AddFilesOf((file.parent_path() / name).lexically_normal(), files);
+  }
+}
+
+std::string LineOf(const std::filesystem::path& file, std::size_t line) {
+  const auto lines = base::Split(base::ReadFile(file), '\n');
+  return line >= 1 && line <= lines.size() ? lines[line - 1] : "";
+}
+
+std::string MatchIn(const std::string& text, const char* pattern) {
+  std::smatch match;
+  return std::regex_search(text, match, std::regex(pattern)) ? match[1].str() : "";
 }
 
 /// The topmost body with a joint on the way from a body up to the hand's root.
@@ -286,6 +314,31 @@ int CountOf(const mjModel* model, mjtObj type) {
     if (counted == type) return static_cast<int>(count);
   }
   return 0;
+}
+
+std::string EngineMessage(const std::filesystem::path& file, const std::string& message) {
+  std::vector<std::string> parts;
+  for (const std::string& part : base::Split(message, '\n')) {
+    if (!part.empty()) parts.push_back(part);
+  }
+  const std::string text = base::Join(parts, "; ");
+  const auto line = base::NumberFrom<std::size_t>(MatchIn(text, "line ([0-9]+)"));
+  if (!line) return file.string() + ": " + text;
+  // "Element 'geom', line 4", or "Element name 'arm/link1', id 3, line 4".
+  const std::string tag = MatchIn(text, "Element '([^']{1,80})'");
+  const std::string name = MatchIn(text, "Element name '([^']{1,80})'");
+  std::vector<std::filesystem::path> files;
+  AddFilesOf(file.lexically_normal(), files);
+  if (files.size() > 1) {
+    std::erase_if(files, [&](const std::filesystem::path& one) {
+      const std::string there = LineOf(one, *line);
+      return there.find("<" + tag) == std::string::npos ||
+             there.find(Suffix(name)) == std::string::npos;
+    });
+  }
+  if (files.size() == 1) return fmt::format("{}:{}: {}", files.front().string(), *line, text);
+  return fmt::format("{}: {} of it, or of a file that it includes or attaches", file.string(),
+                     text);
 }
 
 std::string FarAway(const mjModel& model) {

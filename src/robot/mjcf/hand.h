@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,11 @@ int CountOf(const mjModel* model, mjtObj type);
 /// What lies or reaches so far away that the engine and the renderer no longer end, as
 /// "body \"cup\" at 0 0 1e+300"; empty if nothing does.
 std::string FarAway(const mjModel& model);
+
+/// A message of the engine on a file, in one line: "arm.xml:33: ..." where it names a line of the
+/// file, or of one that it includes or attaches and that has such an element there; else "file:
+/// ...".
+std::string EngineMessage(const std::filesystem::path& file, const std::string& message);
 
 /// The first element of a type whose name ends so; -1 if there is none.
 int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);

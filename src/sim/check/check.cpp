@@ -213,18 +213,16 @@ void CheckHandNames(Model& model) {
 
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
 
-// What the engine or a loader says, without the file's name, which stands before it.
-std::string TextOf(const std::filesystem::path& mjcf, const base::InputError& error) {
-  std::string what = error.what();
-  const std::string file = mjcf.string() + ": ";
-  if (what.starts_with(file)) what.erase(0, file.size());
-  return what;
-}
-
-Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& error) {
-  std::string what = TextOf(mjcf, error);
-  while (what.ends_with('\n')) what.pop_back();
-  return {true, mjcf.string(), "", what, ""};
+// What the engine or a loader says; its file and line, where it begins with them, stand apart.
+Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& error,
+                  const std::string& element = "", const std::string& cure = "") {
+  const std::string what = error.what();
+  const std::size_t end = what.find(": ");
+  const std::string where = what.substr(0, end);
+  if (end == std::string::npos || where.find(".xml") == std::string::npos) {
+    return {true, mjcf.string(), element, what, cure};
+  }
+  return {true, where, element, what.substr(end + 2), cure};
 }
 
 // ---- objects ----
@@ -454,8 +452,8 @@ std::vector<Finding> CheckObject(const sim::ObjectModel& object, double min_tipp
   try {
     return Checked(object, min_tipping_rad).Findings();
   } catch (const base::InputError& error) {
-    return {{true, object.mjcf.string(), "object", TextOf(object.mjcf, error),
-             "docs/bring-your-own.md shows the content of an object's file"}};
+    return {FindingOf(object.mjcf, error, "object",
+                      "docs/bring-your-own.md shows the content of an object's file")};
   }
 }
 

@@ -28,8 +28,10 @@ void RefuseNan(const std::filesystem::path& file) {
       "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*\\bnan\\b",
       std::regex::icase);
   std::smatch match;
-  if (std::regex_search(text, match, nan))
-    throw Wrong(file, match[1].str() + " is nan; a number is expected");
+  if (!std::regex_search(text, match, nan)) return;
+  const auto line = 1 + std::count(text.cbegin(), match[0].first, '\n');
+  throw base::InputError(
+      fmt::format("{}:{}: {} is nan; a number is expected", file.string(), line, match[1].str()));
 }
 
 SpecPtr Parse(const std::filesystem::path& file) {
@@ -42,14 +44,14 @@ SpecPtr Parse(const std::filesystem::path& file) {
   base::CheckReadable(file);
   process::NeedMemory(mjcf::kEngine_bytes);
   CallEngine(nullptr, [&] { spec = mj_parseXML(path.c_str(), nullptr, error, sizeof(error)); });
-  if (!spec) throw Wrong(file, error);
+  if (!spec) throw base::InputError(mjcf::EngineMessage(file, error));
   return SpecPtr(spec);
 }
 
 ModelPtr Compile(mjSpec* spec, const std::filesystem::path& file) {
   mjModel* model = nullptr;
   CallEngine(nullptr, [&] { model = mj_compile(spec, nullptr); });
-  if (!model) throw Wrong(file, mjs_getError(spec));
+  if (!model) throw base::InputError(mjcf::EngineMessage(file, mjs_getError(spec)));
   if (const std::string far = mjcf::FarAway(*model); !far.empty()) {
     mj_deleteModel(model);
     throw Wrong(file, far + ": is more than 10 km away");
@@ -233,7 +235,7 @@ mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& fi
   root->gravcomp = 1.0;
   mjsFrame* frame = mjs_addFrame(mjs_findBody(scene, "world"), nullptr);
   mjsElement* attached = mjs_attach(frame->element, root->element, prefix.c_str(), "");
-  if (!attached) throw Wrong(file, mjs_getError(scene));
+  if (!attached) throw base::InputError(mjcf::EngineMessage(file, mjs_getError(scene)));
   return attached;
 }
 

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -224,7 +225,7 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
     scene = perception::Perceive(points, origin, options, rng);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() +
-                           Advice(points, origin, options, rng));
+                           Advice(points, origin, options, rng) + OriginAdvice(arguments, origin));
   }
   GraspLists grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -261,6 +262,7 @@ void PerceiveOne(const PerceiveArguments& arguments) {
 
 // Files as they are named, and those of folders in the order of their names.
 std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
+  constexpr std::array<std::string_view, 4> kEndings = {".pcd", ".ply", ".npy", ".xyz"};
   std::vector<std::string> clouds;
   for (const std::string& name : named) {
     if (!fs::is_directory(name)) {
@@ -270,9 +272,12 @@ std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
     std::vector<std::string> inside;
     for (const auto& entry : fs::directory_iterator(name)) {
       const std::string ending = base::EndingOf(entry.path());
-      if (ending == ".pcd" || ending == ".ply") inside.push_back(entry.path().string());
+      if (std::ranges::find(kEndings, ending) != kEndings.end())
+        inside.push_back(entry.path().string());
     }
-    if (inside.empty()) throw base::InputError(name + ": a folder without a .pcd or .ply file");
+    if (inside.empty()) {
+      throw base::InputError(name + ": a folder without a .pcd, .ply, .npy or .xyz file");
+    }
     std::ranges::sort(inside);
     std::ranges::move(inside, std::back_inserter(clouds));
   }
@@ -406,6 +411,13 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
   return file.sensor_origin.value_or(Eigen::Vector3d::Zero());
 }
 
+std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin) {
+  // PCL's viewpoint of a cloud that has none is 0 0 0, too.
+  if (!arguments.origin.empty() || !origin.isZero()) return "";
+  return "; the sensor is taken to be at 0,0,0: if it was not, give its place by --sensor-origin "
+         "x,y,z";
+}
+
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {
   if (arguments.up.empty()) return std::nullopt;
   const Eigen::Vector3d up = ParseVector(arguments.up, "--up");
@@ -420,7 +432,8 @@ void AddPerceiveCommand(CLI::App& app) {
   auto clouds = std::make_shared<std::vector<std::string>>();
   auto jobs =
       std::make_shared<int>(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-  command->add_option("clouds", *clouds, "PCD or PLY files, or folders of them")->required();
+  command->add_option("clouds", *clouds, "PCD, PLY, NPY or XYZ files, or folders of them")
+      ->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--noise-mm", arguments->noise_mm,

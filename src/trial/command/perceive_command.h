@@ -36,6 +36,10 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments);
 /// Where the sensor stood: as the option says, else the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
+/// For errors of perception: "; ... give --sensor-origin" where neither the option nor the file
+/// says where the sensor stood, else empty.
+std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin);
+
 /// The direction away from the table, unit; nullopt without the option.
 /// @throws base::InputError.
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "robot/mjcf/example_hands.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::mjcf {
 namespace {
@@ -31,6 +32,21 @@ TEST(HandFile, ADriveHasAnOpenAndAClosedEnd) {
   EXPECT_EQ(motors[0].closed, 0.0);
   EXPECT_TRUE(HasMotors(model.get()));
   EXPECT_FALSE(HasMotors(LoadHand("sensorhand").get()));
+}
+
+TEST(EngineMessage, NamesTheFileAndLineThatTheEngineMeans) {
+  const testing_support::TempFolder folder;
+  const auto main = folder.Write("main.xml", "<mujoco>\n<include file=\"arm.xml\"/>\n</mujoco>\n");
+  const auto arm = folder.Write("arm.xml", "<mujoco>\n\n<joint name=\"a\"/>\n</mujoco>\n");
+  const std::string message = "XML Error: bad\nElement 'joint', line 3\n";
+  EXPECT_EQ(EngineMessage(main, message),
+            arm.string() + ":3: XML Error: bad; Element 'joint', line 3");
+  EXPECT_EQ(EngineMessage(main, "no memory"), main.string() + ": no memory");
+  // Of two files that may be meant none is named, and of one it needs no element.
+  folder.Write("main.xml", "<mujoco>\n<include file=\"arm.xml\"/>\n<joint/>\n</mujoco>\n");
+  EXPECT_THAT(EngineMessage(main, message),
+              HasSubstr("line 3 of it, or of a file that it includes"));
+  EXPECT_EQ(EngineMessage(arm, "tags differ, line 9"), arm.string() + ":9: tags differ, line 9");
 }
 
 TEST(HandFile, TheFirstFingertipIsTheThumbs) {

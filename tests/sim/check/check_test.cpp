@@ -316,6 +316,21 @@ TEST_F(OwnCell, PutsWhatTheEngineSaysIntoAFinding) {
   const auto findings = Check();
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_THAT(base::TextOf(findings[0]), HasSubstr("hing"));
+  // With the line of the file that the scene attaches.
+  EXPECT_TRUE(std::regex_search(findings[0].where, std::regex("arm\\.xml:[0-9]+$")))
+      << findings[0].where;
+}
+
+TEST_F(OwnCell, NamesTheLineOfWhatIsNoXml) {
+  scene_ = Replaced(scene_, "</mujoco>", "</mujoc>");
+  try {
+    Check();
+    FAIL();
+  } catch (const base::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("not XML"));
+    const auto lines = std::count(scene_.begin(), scene_.end(), '\n');
+    EXPECT_THAT(error.what(), HasSubstr("scene.xml:" + std::to_string(lines) + ": "));
+  }
 }
 
 // An arm that a user arrives with, cured by what its check says.

@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
+#include "base/units.h"
 #include "error_of.h"
 #include "geometry/sample_meshes.h"
 #include "geometry/shape.h"
@@ -146,6 +150,34 @@ TEST_F(MeshObjectTest, IsScaledToAHeightOrALongestEdge) {
   options = {};
   options.longest_m = 0.12;
   EXPECT_NEAR(MakeMeshObject(Box("c.obj", 1e-5), options).size_m.maxCoeff(), 0.12, 1e-7);
+}
+
+// A cup of 80 x 95 mm with a wall of 3 mm, of 48 sides: hulls over two or three sides stand off by
+// 0.7 mm at most and a third of that on average, but that is a tenth of the wall.
+TEST_F(MeshObjectTest, AThinWallIsCutIntoFewHulls) {
+  constexpr int kSides = 48;
+  const std::array<std::pair<double, double>, 4> rings = {{{40, 0}, {40, 95}, {37, 95}, {37, 3}}};
+  std::string text;
+  for (const auto& [radius, z] : rings) {
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2.0 * base::kPi * i / kSides;
+      text += fmt::format("v {} {} {}\n", radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  }
+  text += "v 0 0 0\nv 0 0 3\n";
+  for (int i = 1; i <= kSides; ++i) {
+    const int j = i % kSides + 1;
+    for (int ring = 0; ring < 3; ++ring) {
+      const int a = ring * kSides + i, b = ring * kSides + j;
+      text += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, b + kSides, a, b + kSides, a + kSides);
+    }
+    text += fmt::format("f {} {} {}\n", j, i, 4 * kSides + 1);
+    text += fmt::format("f {} {} {}\n", 3 * kSides + i, 3 * kSides + j, 4 * kSides + 2);
+  }
+  const MeshObject cup = MakeMeshObject(folder_.Write("cup.obj", text), {});
+  EXPECT_LE(cup.hulls_O.size(), 30u);
+  EXPECT_GT(cup.overlap.covered, 0.99);
+  EXPECT_LT(cup.overlap.beyond, 0.2);
 }
 
 TEST_F(MeshObjectTest, TurnsWhatIsInsideOut) {

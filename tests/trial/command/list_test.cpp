@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "base/file.h"
 #include "cli/command.h"
@@ -34,6 +36,24 @@ TEST(List, TellsWhatThereIsByItsWord) {
     EXPECT_THAT(ran.out, HasSubstr(one)) << word;
     EXPECT_EQ(overview.find(ran.out) != std::string::npos, word != "additions") << word;
   }
+}
+
+TEST(List, HasTheSameAsJson) {
+  const auto all = nlohmann::json::parse(RunProgram({"list", "--json"}).out);
+  EXPECT_TRUE(all.contains("kinds"));
+  EXPECT_FALSE(all.contains("keys"));  // as the overview
+  const auto objects = nlohmann::json::parse(RunProgram({"list", "objects", "--json"}).out);
+  EXPECT_EQ(objects["objects"], all["objects"]);
+  EXPECT_THAT(objects["objects"].dump(), HasSubstr(R"({"name":"coffee_cup","text":"Coffee Cup"})"));
+  const auto keys = nlohmann::json::parse(RunProgram({"list", "keys", "--json"}).out)["keys"];
+  const auto margin = std::ranges::find_if(keys, [](const auto& key) {
+    return key["name"] == "workspace_margin_mm" && key["task"] == "grasping";
+  });
+  ASSERT_NE(margin, keys.end());
+  EXPECT_EQ((*margin)["type"], "number");
+  EXPECT_TRUE(margin->contains("default") && margin->contains("text"));
+  const auto formats = nlohmann::json::parse(RunProgram({"list", "formats", "--json"}).out);
+  EXPECT_GT(formats["formats"].size(), 5u);
 }
 
 TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {

@@ -80,6 +80,15 @@ TEST_F(PerceiveTest, TellsNoiseAndSpacingAndWarnsOfNothing) {
   EXPECT_EQ(told["noise_m"], 0.002);
 }
 
+TEST_F(PerceiveTest, AnErrorNamesTheSensorsPlaceWhereNothingSaysIt) {
+  const std::string cloud =
+      Write({{0.0, 0.0, 1.0}, {0.0, 0.1, 1.0}, {0.1, 0.0, 1.1}, {0.1, 0.2, 1.0}});
+  const Ran ran = RunProgram({"perceive", cloud});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("give its place by --sensor-origin x,y,z"));
+  EXPECT_THAT(Perceive(cloud).err, testing::Not(HasSubstr("sensor-origin")));
+}
+
 TEST_F(PerceiveTest, SaysThatThereAreNoObjects) {
   const Ran ran = Perceive(Write(Table()));
   EXPECT_EQ(ran.code, 0);

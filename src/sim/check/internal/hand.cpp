@@ -217,6 +217,26 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
   }
 }
 
+/// Joints of the closed hand that their range stops.
+std::vector<int> AtRangeEnds(const Model& model, const mjcf::HandClosing& closing) {
+  constexpr double kEnd = 0.01;  // of the range: limits are soft
+  const mjModel& m = model.m();
+  std::vector<int> ended;
+  for (std::size_t i = 0; i < closing.joints.size(); ++i) {
+    const int joint = closing.joints[i];
+    const auto [low, high] = model.RangeOf(joint, mjMAXVAL);
+    const double left = kEnd * (high - low);
+    const double before = closing.points.front().positions[i];
+    const double q = closing.points.back().positions[i];
+    // A joint that began at an end and stays there is not what stops the hand.
+    const bool moved = std::abs(q - before) > left;
+    if (m.jnt_limited[joint] && moved && (q < low + left || q > high - left)) {
+      ended.push_back(joint);
+    }
+  }
+  return ended;
+}
+
 void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
   if (closing.equality_m > kEquality) {
     const std::string name = model.Name(mjOBJ_EQUALITY, closing.equality);
@@ -230,11 +250,17 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
         "ranges or \"hand_open\" and \"hand_closed\" block the linkage");
   }
   if (closing.behind > kBehind) {
-    model.Error(mjOBJ_ACTUATOR, closing.behind_actuator,
-                fmt::format("stops {:.0f} % of its way short of \"hand_closed\": a joint is at the "
-                            "end of its range",
-                            100.0 * closing.behind),
-                "a value of \"hand_closed\" within the joints' ranges");
+    const std::vector<int> ended = AtRangeEnds(model, closing);
+    const bool joint = !ended.empty();
+    model.Error(
+        mjOBJ_ACTUATOR, closing.behind_actuator,
+        fmt::format("stops {:.0f} % of its way short of \"hand_closed\": {}",
+                    100.0 * closing.behind,
+                    joint ? "at the end of its range is joint " + model.NamesOf(mjOBJ_JOINT, ended)
+                          : "no joint is at the end of its range, so an equality or a "
+                            "spring holds it back"),
+        joint ? "a value of \"hand_closed\" within the joints' ranges"
+              : "a \"hand_closed\" that it reaches, a softer spring, or another equality");
   }
 }
 
@@ -294,7 +320,8 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
     force_N = gives;
     weakest = motors[k].actuator;
   }
-  if (weakest < 0 || force_N >= wanted[1]) return;
+  constexpr double kRounding = 1e-3;  // a drive of 70 N comes out as 69.99
+  if (weakest < 0 || force_N >= (1.0 - kRounding) * wanted[1]) return;
   const double most = std::floor(std::max(1.0, force_N));
   model.Error(mjOBJ_ACTUATOR, weakest,
               fmt::format("gives {:.3g} N between the pads of the half closed hand; \"grip_force\" "

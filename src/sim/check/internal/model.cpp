@@ -204,7 +204,10 @@ struct SourceLines::Reader {
     pugi::xml_document document;
     const auto read = document.load_buffer(file.text.data(), file.text.size());
     if (!read && depth == 0) {
-      throw base::InputError(path.string() + ": not XML: " + read.description());
+      const auto end = file.text.cbegin() + std::max<std::ptrdiff_t>(0, read.offset);
+      throw base::InputError(fmt::format("{}:{}: not XML: {}", path.string(),
+                                         1 + std::count(file.text.cbegin(), end, '\n'),
+                                         read.description()));
     }
     for (const auto& found : document.select_nodes("//asset/model")) {
       const pugi::xml_node model = found.node();

@@ -153,7 +153,7 @@ void Detect(const CylindersArguments& arguments) {
         geometry::ObservationOf({file.height, file.width, std::move(file.points), {origin}});
     scene = cylinders::DetectCylinders(observation, given, options, rng);
   } catch (const base::InputError& e) {
-    throw base::InputError(arguments.cloud + ": " + e.what());
+    throw base::InputError(arguments.cloud + ": " + e.what() + OriginAdvice(arguments, origin));
   }
   const std::string json = Json(arguments, scene, given).dump(2) + "\n";
   for (const std::string& warning : Warnings(scene, given)) spdlog::warn("{}", warning);
@@ -171,7 +171,7 @@ void AddCylindersCommand(CLI::App& app) {
   auto* command = app.add_subcommand(
       "cylinders", "Find the poses of given cylinders among other objects on a table in a cloud.");
   auto arguments = std::make_shared<CylindersArguments>();
-  command->add_option("cloud", arguments->cloud, "PCD or PLY")->required();
+  command->add_option("cloud", arguments->cloud, "PCD, PLY, NPY or XYZ")->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--cylinder", arguments->given,

@@ -142,6 +142,16 @@ void RefuseNumbers(const Arguments& a) {
   positive("--density", a.density);
 }
 
+// Lighter than foam, but not with a thousand times the mass: the mass was meant in kilograms.
+void RefuseKilograms(const Arguments& a, const objects::MeshObject& object) {
+  constexpr double kFoam_kg_m3 = 20.0, kLead_kg_m3 = 12000.0;
+  const double density = object.mass_kg / object.volume_m3;
+  if (!a.mass_g || density >= kFoam_kg_m3 || density / kGram > kLead_kg_m3) return;
+  throw base::InputError(fmt::format(
+      "--mass {0:g}: {1:.2g} kg/m3 is lighter than foam; the unit is grams: {2:g} for {0:g} kg",
+      *a.mass_g, density, *a.mass_g / kGram));
+}
+
 Found Add(const Arguments& a) {
   RefuseNumbers(a);
   Found found;
@@ -156,7 +166,12 @@ Found Add(const Arguments& a) {
   const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
   const sim::Surface& surface = sim::FindSurface(surfaces, a.surface);
   found.look = LookOf(a, name, surface);
-  found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
+  {
+    StepLine line(a.mesh);  // its thread ends before trials are forked
+    line.Begin("repair, then cutting into convex hulls");
+    found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
+  }
+  RefuseKilograms(a, found.object);
 
   const process::OwnFolder workshop;
   const fs::path folder = workshop.path() / name;

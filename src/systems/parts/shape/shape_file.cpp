@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -61,11 +62,12 @@ double DistanceFor(geometry::PointSpan points, const draw::View& view,
 
 geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 5> kMeshes = {".off", ".obj", ".stl", ".glb", ".gltf"};
+  constexpr std::array<std::string_view, 4> kClouds = {".ply", ".pcd", ".npy", ".xyz"};
   const std::string ending = base::EndingOf(file);
   const bool mesh = std::ranges::find(kMeshes, ending) != kMeshes.end();
-  if (!mesh && ending != ".ply" && ending != ".pcd") {
+  if (!mesh && std::ranges::find(kClouds, ending) == kClouds.end()) {
     throw base::InputError(file.string() + ": unknown ending '" + ending +
-                           "'; a shape is .off, .obj, .stl, .ply, .glb, .gltf or .pcd");
+                           "'; a shape is .off, .obj, .stl, .ply, .glb, .gltf, .pcd, .npy or .xyz");
   }
   if (mesh || (ending == ".ply" && geometry::PlyHoldsMesh(file))) {
     return geometry::ReadPolygonMesh(file);

@@ -102,6 +102,14 @@ geometry::View ReadView(const CloudArguments& arguments) {
   return view;
 }
 
+std::string AdviceOf(const CloudArguments& arguments, const geometry::Observation& observation) {
+  for (const geometry::View& view : observation.views) {
+    const std::string advice = OriginAdvice(arguments, view.X_CV.translation());
+    if (!advice.empty()) return advice;
+  }
+  return "";
+}
+
 /// A pose from its 4 x 4 matrix, row by row.
 base::Pose PoseOf(const std::vector<double>& rows) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
@@ -138,8 +146,9 @@ void LearnModel(const LearnArguments& arguments) {
     things = scene.objects.size();
     model = recognition::Learn(scene, learn);
   } catch (const base::InputError& e) {
-    throw base::InputError(fmt::format("{}{}: {}", arguments.clouds.front(),
-                                       arguments.clouds.size() > 1 ? " and others" : "", e.what()));
+    throw base::InputError(fmt::format("{}{}: {}{}", arguments.clouds.front(),
+                                       arguments.clouds.size() > 1 ? " and others" : "", e.what(),
+                                       AdviceOf(arguments, observation)));
   }
   if (!arguments.frame.empty()) {
     const base::Pose X_CF = PoseOf(arguments.frame);
@@ -166,7 +175,7 @@ void AddLearnCommand(CLI::App& app) {
   auto arguments = std::make_shared<LearnArguments>();
   command
       ->add_option("clouds", arguments->clouds,
-                   "PCD or PLY files in one frame, each with its sensor position")
+                   "PCD, PLY, NPY or XYZ files in one frame, each with its sensor position")
       ->required();
   command->add_option("-o,--out", arguments->out, "output mesh (STL, in metres), for add-object")
       ->required();
@@ -247,7 +256,7 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
     perceived = scene.objects.size();
     found = recognition::Recognize(observation, scene, library, {}, rng);
   } catch (const base::InputError& e) {
-    throw base::InputError(arguments.cloud + ": " + e.what());
+    throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
   }
   WriteResult(arguments.json ? JsonText(found, perceived) : Text(found, perceived));
 }
@@ -255,7 +264,7 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
 void AddRecognizeCommand(CLI::App& app) {
   auto* command = app.add_subcommand("recognize", "Find known objects and their poses in a cloud.");
   auto arguments = std::make_shared<RecognizeArguments>();
-  command->add_option("cloud", arguments->cloud, "PCD or PLY file")->required();
+  command->add_option("cloud", arguments->cloud, "PCD, PLY, NPY or XYZ file")->required();
   command
       ->add_option("--library", arguments->library,
                    "one or more folders of known objects (NAME/NAME.xml); of two objects with the "

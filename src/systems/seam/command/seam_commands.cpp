@@ -182,7 +182,7 @@ void RegisterSeam() {
   experiment::AddKind(seam::SeamTask());
   cli::AddCommand(cli::AddSeamCommands);
   cli::AddListing({"formats", "every key of profile formats: the page docs/profile-formats.md",
-                   cli::ProfileKeysPage, false});
+                   cli::ProfileKeys, false, cli::ProfileKeysPage});
 }
 
 }  // namespace rangegrasp

@@ -419,6 +419,13 @@ void Detect(const DetectArguments& arguments) {
   detection.Finish(rows);
 }
 
+std::vector<base::KeyDoc> DocumentedKeys() {
+  auto map = YamlMap::ForDocumentation();
+  seam::ProfileFileOptions options;
+  seam::ReadProfileFileOptions(map.Child("file", "format of a profile file"), options);
+  return map.Keys();
+}
+
 }  // namespace
 
 seam::ProfileFileOptions RowFileOptions() {
@@ -477,11 +484,14 @@ void AddSeamDetect(CLI::App& seam) {
   command->callback([arguments] { Detect(*arguments); });
 }
 
+std::vector<ListEntry> ProfileKeys() {
+  std::vector<ListEntry> entries;
+  for (const base::KeyDoc& key : DocumentedKeys()) entries.push_back(EntryOf(key));
+  return entries;
+}
+
 std::string ProfileKeysPage() {
-  auto map = YamlMap::ForDocumentation();
-  seam::ProfileFileOptions options;
-  seam::ReadProfileFileOptions(map.Child("file", "format of a profile file"), options);
-  std::string page = kPage + experiment::KeyTable(map.Keys()) + "\n## Presets\n";
+  std::string page = kPage + experiment::KeyTable(DocumentedKeys()) + "\n## Presets\n";
   for (const auto& preset : seam::FormatPresets()) {
     page += fmt::format(
         "\n`{}`: {}.{}\n\n```yaml{}```\n", preset.name, preset.about,

@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
+#include "cli/commands.h"
 #include "seam/profile_format.h"
 
 namespace rangegrasp::cli {
@@ -15,5 +17,7 @@ void AddSeamDetect(CLI::App& seam);
 
 /// The page of the keys below `file` and of the presets.
 std::string ProfileKeysPage();
+/// Those keys, for `list formats --json`.
+std::vector<ListEntry> ProfileKeys();
 
 }  // namespace rangegrasp::cli
