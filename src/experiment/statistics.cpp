@@ -17,18 +17,19 @@ double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
-// Of k of n trials, with the variance of n trials, which need not be whole.
-std::pair<double, double> Wilson(const Count& count, double n) {
+// Of a rate with the variance of n trials, which need not be whole.
+std::pair<double, double> Wilson(double p, double n) {
   constexpr double z = 1.959963984540054;  // 97.5 % point of the normal
-  const auto& [k, of] = count;
-  const double p = static_cast<double>(k) / of;
   const double denominator = 1.0 + z * z / n;
   const double center = (p + z * z / (2.0 * n)) / denominator;
   const double half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / denominator;
-  // At k = 0 and at all the bound is exactly 0 and 1; rounding must not leave it short.
-  return {k == 0 ? 0.0 : std::max(0.0, center - half),
-          k == of ? 1.0 : std::min(1.0, center + half)};
+  // Where none and where all succeed the bound is exactly 0 and 1; rounding must not leave it
+  // short.
+  return {p == 0.0 ? 0.0 : std::max(0.0, center - half),
+          p == 1.0 ? 1.0 : std::min(1.0, center + half)};
 }
+
+double RateOf(const Count& count) { return static_cast<double>(count.k) / count.n; }
 
 Count SumOf(const std::vector<Count>& clusters) {
   Count sum;
@@ -61,24 +62,23 @@ Pairs PairsOf(const std::vector<Record>& first, const std::vector<Record>& secon
 
 std::pair<double, double> WilsonInterval(int k, int n) {
   if (n < 1 || k < 0 || k > n) throw std::invalid_argument("Wilson: needs 0 <= k <= n, n >= 1");
-  return Wilson({k, n}, n);
+  return Wilson(RateOf({k, n}), n);
 }
 
 std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Count>& counts) {
-  double sum = 0.0, below = 0.0, above = 0.0;
+  double sum = 0.0, inverse = 0.0;
   int rates = 0;
-  for (const auto& [k, n] : counts) {
-    if (n == 0) continue;
-    const auto [low, high] = WilsonInterval(k, n);
-    const double rate = static_cast<double>(k) / n;
-    sum += rate;
-    below += (rate - low) * (rate - low);
-    above += (high - rate) * (high - rate);
+  for (const Count& count : counts) {
+    if (count.k < 0 || count.k > count.n) {
+      throw std::invalid_argument("MeanRateInterval: needs 0 <= k <= n");
+    }
+    if (count.n == 0) continue;
+    sum += RateOf(count);
+    inverse += 1.0 / count.n;
     ++rates;
   }
   if (rates == 0) return std::nullopt;
-  return std::pair(std::max(0.0, (sum - std::sqrt(below)) / rates),
-                   std::min(1.0, (sum + std::sqrt(above)) / rates));
+  return Wilson(sum / rates, rates * rates / inverse);
 }
 
 double EffectiveTrials(const std::vector<Count>& clusters) {
@@ -96,7 +96,7 @@ double EffectiveTrials(const std::vector<Count>& clusters) {
 }
 
 std::pair<double, double> ClusteredInterval(const std::vector<Count>& clusters) {
-  return Wilson(SumOf(clusters), EffectiveTrials(clusters));
+  return Wilson(RateOf(SumOf(clusters)), EffectiveTrials(clusters));
 }
 
 double McNemarExact(int b, int c) {

@@ -20,10 +20,10 @@ struct Count {
 /// @throws std::invalid_argument unless 0 <= k <= n and n >= 1.
 std::pair<double, double> WilsonInterval(int k, int n);
 
-/// The 95 % interval of the mean of independent rates, from Wilson's interval [l, u] of each rate p
-/// (Zou, Huang and Zhang 2009, "A note on confidence interval estimation for a linear function of
-/// binomial proportions"): of R rates, mean(p) - sqrt(sum (p - l)^2) / R to
-/// mean(p) + sqrt(sum (u - p)^2) / R. Counts without trials are left out; nullopt if all are.
+/// Wilson's 95 % interval of the mean of R independent rates, with R^2 / sum(1 / n) as the number
+/// of trials: that of rates with equal weights (Kish 1965, Survey Sampling, design effect of
+/// weights). A little wide where the rates differ. Counts without trials are left out; nullopt if
+/// all are.
 /// @throws std::invalid_argument unless 0 <= k <= n for each.
 std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Count>& counts);
 

@@ -340,15 +340,16 @@ TEST_F(Io, BrokenArraysAreNamedWithTheirCause) {
   };
   const std::string six = BytesOf({1.f, 2.f, 3.f, 4.f, 5.f, 6.f});
   EXPECT_THAT(told("PK"), HasSubstr("bad.npy: byte 0: an NPY file starts with"));
-  EXPECT_THAT(told(std::string("\x93NUMPY\x04\x00" "aaaa", 12)),
+  EXPECT_THAT(told(std::string("\x93NUMPY\x04\x00"
+                               "aaaa",
+                               12)),
               HasSubstr("byte 6: no format version"));
   EXPECT_THAT(told(std::string("\x93NUMPY\x01\x00\xff\x7f{}", 12)),
               HasSubstr("byte 8: 32767 bytes"));
   EXPECT_THAT(told(Npy("2, 3", "<i4", six)), HasSubstr("'descr' is \"<i4\"; the numbers must be"));
   EXPECT_THAT(told(Npy("2, 3", "<f4", six, "True")), HasSubstr("numpy.ascontiguousarray"));
   EXPECT_THAT(told(Npy("2, 3", "<f4", six, "0")), HasSubstr("no valid 'fortran_order'"));
-  for (const char* shape :
-       {"6,", "3, 2", "1, 1, 2, 3", "0, 3", "-2, 3", "99999999999999999999, 3"}) {
+  for (const char* shape : {"6,", "3, 2", "1, 1, 2, 3", "0, 3", "99999999999999999999, 3"}) {
     EXPECT_THAT(told(Npy(shape, "<f4", six)), HasSubstr("N x 3 or H x W x 3 are needed")) << shape;
   }
   EXPECT_THAT(told(Npy("3, 3", "<f4", six)),
