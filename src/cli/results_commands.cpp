@@ -56,7 +56,7 @@ void AddTable(CLI::App& app) {
 struct TrialArguments {
   std::string folder, video, camera;
   std::vector<std::string> ids;
-  bool snapshots = false;
+  bool snapshots = false, run_detector = false;
 };
 
 void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
@@ -75,7 +75,7 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   const Store store = Store::Open(arguments.folder);
-  const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder);
+  const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
   for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
   experiment::ReplayOptions options{.folder = std::filesystem::path(arguments.folder) / "snapshots",
@@ -116,6 +116,7 @@ void AddTrial(CLI::App& app) {
       "write an MP4 with the scene, the perceived objects and the state (needs ffmpeg)");
   command->add_option("--camera", a->camera,
                       "camera of the scene (default: one that keeps hand and object in view)");
+  AddRunDetectorOption(*command, a->run_detector);
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
   command->callback([a] { ReplayAll(*a); });
 }
