@@ -255,13 +255,14 @@ class Results:
         (McNemar's exact test of the success rate)."""
         return _core.compare(str(self.folder), str(other.folder))
 
-    def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1) -> Path:
+    def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1, run_detector: bool = False) -> Path:
         """Writes pages with charts and pictures for a browser, into `folder` or the results' own. Returns the first page.
 
-        It runs trials again for their pictures; results of a function that were loaded from a folder have none.
+        It runs trials again for their pictures; results of a function that were loaded from a folder have none. A program that the
+        results name as their detector is started only with `run_detector`, if you trust them.
         """
         with self._detector.asked() as ask:
-            _core.report(str(self.folder), jobs, ask, self._detector.name)
+            _core.report(str(self.folder), jobs, ask, self._detector.name, run_detector)
         pages = self.folder / "report"
         if folder is not None:
             pages = Path(shutil.copytree(pages, folder, dirs_exist_ok=True))

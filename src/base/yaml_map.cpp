@@ -310,6 +310,11 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
     Fail(key, "'" + text + "' does not exist (looked for " + path.string() +
                   "; paths are relative to the YAML file)");
   }
+  // Results may name what never ends.
+  if (!std::filesystem::is_regular_file(path, error) &&
+      !std::filesystem::is_directory(path, error)) {
+    Fail(key, "'" + text + "' is a device or pipe; it must be a file or folder");
+  }
   value = path;
 }
 

@@ -55,7 +55,8 @@ struct ReportHooks {
   void (*join_films)(const std::vector<std::filesystem::path>& films,
                      const std::filesystem::path& into) = nullptr;
   /// What a run does with its results when `run --report` asks for pages.
-  void (*make_report)(const std::filesystem::path& results, int jobs) = nullptr;
+  /// @param run_detector  as in experiment::OpenAgain
+  void (*make_report)(const std::filesystem::path& results, int jobs, bool run_detector) = nullptr;
 };
 ReportHooks& Hooks();
 

@@ -58,7 +58,7 @@ void AddTable(CLI::App& app) {
 struct TrialArguments {
   std::string folder, video, camera;
   std::vector<std::string> ids;
-  bool snapshots = false, json = false;
+  bool snapshots = false, json = false, run_detector = false;
 };
 
 // "spread-0000: delivered (score)", why, then the record's figures without those of the log.
@@ -97,7 +97,7 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   const Store store = Store::Open(arguments.folder);
-  const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder);
+  const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
   for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
   experiment::ReplayOptions options{.folder = std::filesystem::path(arguments.folder) / "snapshots",
@@ -139,6 +139,7 @@ void AddTrial(CLI::App& app) {
   command->add_option("--camera", a->camera,
                       "camera of the scene (default: one that keeps hand and object in view)");
   command->add_flag("--json", a->json, "print the whole records as JSON, a line each");
+  AddRunDetectorOption(*command, a->run_detector);
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
   command->callback([a] { ReplayAll(*a); });
 }

@@ -182,7 +182,7 @@ void Run(RunArguments a) {
     const auto results = experiment::ReadResults(ran.folder);
     WriteTables(experiment::ReportOf(results), results.stamp, format);
   }
-  if (a.report) make_report(ran.folder, a.options.jobs);
+  if (a.report) make_report(ran.folder, a.options.jobs, /*run_detector=*/true);
   if (!ran.failed.empty()) throw base::RunError(ran.failed);
 }
 
@@ -270,9 +270,15 @@ void AddRunCommand(CLI::App& app) {
   command->callback([a] { Run(*a); });
 }
 
-experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder) {
+void AddRunDetectorOption(CLI::App& command, bool& run_detector) {
+  command.add_flag("--run-detector", run_detector,
+                   "start the program that the results name as their detector, if you trust them");
+}
+
+experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,
+                                        bool run_detector) {
   try {
-    auto e = experiment::OpenAgain(stamp);
+    auto e = experiment::OpenAgain(stamp, run_detector);
     for (const auto& [name, value] : e.stamp.identity) {
       if (experiment::ValueOr(stamp.identity, name, value) != value) {
         spdlog::warn("the {} has changed since the run: results may differ", name);

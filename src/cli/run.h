@@ -9,6 +9,10 @@
 #include "experiment/experiment.h"
 #include "experiment/runner.h"
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace rangegrasp::cli {
 
 /// How an experiment is run into a folder.
@@ -44,8 +48,12 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
 /// "1,2,3"; none of an empty text. @throws base::InputError.
 std::vector<std::uint64_t> SeedsFrom(const std::string& text);
 
+/// --run-detector, for commands that reopen experiments.
+void AddRunDetectorOption(CLI::App& command, bool& run_detector);
+
 /// The experiment of a results folder, as it was run; warns of what has changed since.
-/// @throws base::InputError naming the folder.
-experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder);
+/// @throws base::InputError naming the folder; also as experiment::OpenAgain.
+experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,
+                                        bool run_detector);
 
 }  // namespace rangegrasp::cli

@@ -1,6 +1,7 @@
 #include "experiment/experiment.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
@@ -96,9 +97,22 @@ void CheckIds(const std::vector<Case>& cases, const fs::path& file) {
   }
 }
 
+// `detector.command` is the only key that names a program.
+void RefuseDetectorCommand(YamlMap map) {
+  if (!map.HoldsMap("detector")) return;
+  std::vector<std::string> command;
+  map.Child("detector").Read("command", command, "");
+  if (command.empty()) return;
+  // Quoted: a stranger's words may hold control characters.
+  map.Fail("detector", fmt::format("cases run again would start the program {} that the results "
+                                   "name; --run-detector allows it, if you trust them",
+                                   command));
+}
+
 Experiment Open(const std::string& text, const fs::path& file, const Changes& changes,
-                const OnFindings& on_findings) {
+                const OnFindings& on_findings, bool run_detector) {
   std::vector<std::string> set = changes.set;
+  if (!run_detector) RefuseDetectorCommand(YamlMap::FromText(text, file, set));
   YamlMap map = YamlMap::FromText(text, file, set);
   Experiment e;
   e.kind = &ReadKind(map);
@@ -159,13 +173,13 @@ void ReadCommon(YamlMap& map, Common& common) {
 
 Experiment OpenExperiment(const fs::path& file, const Changes& changes,
                           const OnFindings& on_findings) {
-  return Open(base::ReadFile(file), file, changes, on_findings);
+  return Open(base::ReadFile(file), file, changes, on_findings, /*run_detector=*/true);
 }
 
-Experiment OpenAgain(const Stamp& stamp) {
+Experiment OpenAgain(const Stamp& stamp, bool run_detector) {
   return Open(Need(stamp.data, "experiment_text"), Need(stamp.data, "experiment_file"),
-              {.set = SetOf(stamp), .groups = base::Split(Need(stamp.identity, "groups"), ',')},
-              {});
+              {.set = SetOf(stamp), .groups = base::Split(Need(stamp.identity, "groups"), ',')}, {},
+              run_detector);
 }
 
 std::string FileAsRun(const Stamp& stamp) {

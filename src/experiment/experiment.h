@@ -49,8 +49,10 @@ Experiment OpenExperiment(const std::filesystem::path& file, const Changes& chan
 
 /// The experiment of a store, from the text that its stamp keeps; relative paths are those of the
 /// experiment file's folder.
-/// @throws base::InputError also if the stamp is not whole.
-Experiment OpenAgain(const Stamp& stamp);
+/// @param run_detector  whether its cases may start the program that the stamp names as detector
+/// @throws base::InputError also if the stamp is not whole, or names such a program that may not be
+/// started.
+Experiment OpenAgain(const Stamp& stamp, bool run_detector);
 
 /// The experiment file that a stamp keeps; comments before it say what the command line changed.
 /// @throws base::InputError if the stamp is not whole.

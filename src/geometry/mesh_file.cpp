@@ -1,5 +1,6 @@
 #include "geometry/mesh_file.h"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -150,6 +151,37 @@ std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& f
   return std::nullopt;
 }
 
+// What a mesh names is opened if it lies in the mesh's folder, links followed: the mesh may be a
+// stranger's, and name a private file or a device that has no end.
+class FolderOnly : public Assimp::DefaultIOSystem {
+ public:
+  explicit FolderOnly(const std::filesystem::path& file)
+      : file_(file),
+        folder_(std::filesystem::weakly_canonical(std::filesystem::absolute(file).parent_path())) {}
+
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    if (name != file_ && !IsInside(name)) {
+      refused_ = name;
+      return nullptr;
+    }
+    return DefaultIOSystem::Open(name, mode);
+  }
+  /// Empty where nothing was.
+  const std::string& refused() const { return refused_; }
+
+ private:
+  bool IsInside(const std::filesystem::path& name) const {
+    std::error_code error;
+    const auto real =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(name, error), error);
+    if (error || *real.lexically_relative(folder_).begin() == "..") return false;
+    return std::filesystem::is_regular_file(real, error) || !std::filesystem::exists(real, error);
+  }
+
+  std::filesystem::path file_, folder_;
+  std::string refused_;
+};
+
 TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
   if (base::EndingOf(file) == ".stl") CheckStl(file, bytes);
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
@@ -164,7 +196,14 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
+  auto* const folder = new FolderOnly(file);
+  importer.SetIOHandler(folder);  // which owns it
   const auto check = [&](const aiScene* scene) {
+    if (!folder->refused().empty()) {
+      throw base::InputError(
+          fmt::format("{}: names {:?}, which is not a file in the folder of the mesh or below it",
+                      file.string(), folder->refused()));
+    }
     if (scene != nullptr && scene->mRootNode != nullptr) return scene;
     throw base::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
                                        file.string(), importer.GetErrorString()));

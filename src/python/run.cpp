@@ -150,14 +150,15 @@ nb::dict Compare(const std::string& first, const std::string& second) {
   return dict;
 }
 
-void Report(const std::string& folder, int jobs, const nb::object& ask, const std::string& name) {
+void Report(const std::string& folder, int jobs, const nb::object& ask, const std::string& name,
+            bool run_detector) {
   const Asked asked(ask, name);
   const auto make_report = cli::Hooks().make_report;
   if (!make_report) {
     base::CheckBuilt("command", "report");
     throw base::InputError("this package was built without reports");
   }
-  make_report(folder, jobs);
+  make_report(folder, jobs, run_detector);
 }
 
 }  // namespace
@@ -175,7 +176,7 @@ void AddRun(nb::module_& m) {
   m.def("records", &Records, nb::arg("folder"));
   m.def("compare", &Compare, nb::arg("first"), nb::arg("second"));
   m.def("report", &Report, nb::arg("folder"), nb::arg("jobs"), nb::arg("ask").none(),
-        nb::arg("name"));
+        nb::arg("name"), nb::arg("run_detector"));
 }
 
 }  // namespace rangegrasp::python

@@ -253,7 +253,7 @@ TEST_F(YamlMapTest, PathsAreRelativeToTheFile) {
   const auto file = folder_.Write(
       "experiments/e.yaml",
       "scene: ../scenes/table.xml\nabsolute: " + (folder_ / "scenes/table.xml").string() +
-          "\nbad: ../scenes/tabel.xml\n");
+          "\nbad: ../scenes/tabel.xml\ndevice: /dev/zero\n");
   YamlMap map = YamlMap::FromFile(file);
   std::filesystem::path scene;
   std::filesystem::path absolute;
@@ -265,6 +265,8 @@ TEST_F(YamlMapTest, PathsAreRelativeToTheFile) {
   EXPECT_THAT(ErrorOf([&] { map.ReadPath("bad", bad); }),
               AllOf(StartsWith(file.string() + ":3: key 'bad': "), HasSubstr("../scenes/tabel.xml"),
                     HasSubstr((folder_ / "scenes/tabel.xml").string())));
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("device", bad); }),
+              AllOf(HasSubstr(":4: key 'device': '/dev/zero'"), HasSubstr("device or pipe")));
   EXPECT_EQ(bad, "kept");
 }
 

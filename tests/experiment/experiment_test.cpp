@@ -161,10 +161,10 @@ TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
   changes.groups = {"b"};
   const auto e = Open("task: squares\nname: first\n", changes);
   folder_.Write("demo.yaml", "task: squares\nname: second\n");
-  const auto again = OpenAgain(e.stamp);
+  const auto again = OpenAgain(e.stamp, false);
   EXPECT_EQ(Ids(again), Ids(e));
   EXPECT_EQ(again.stamp.identity, e.stamp.identity);
-  EXPECT_THROW(OpenAgain(Stamp{}), base::InputError);
+  EXPECT_THROW(OpenAgain(Stamp{}, false), base::InputError);
 }
 
 TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {

@@ -717,6 +717,30 @@ TEST_F(Io, ReadsGltf) {
   EXPECT_THAT(ErrorOf([&] { ReadMesh(Write("a.3mf", "PK")); }), HasSubstr("3MF is not supported"));
 }
 
+TEST_F(Io, WhatAMeshNamesLiesInItsFolder) {
+  std::string triangle;
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) {
+    triangle.append(reinterpret_cast<const char*>(&x), sizeof(x));
+  }
+  Write("secret.bin", triangle);
+  Write("mesh/data/own.bin", triangle);
+  std::filesystem::create_symlink(Path("secret.bin"), Path("mesh/link.bin"));
+  const auto read = [&](const std::string& uri) {
+    return ReadMesh(Write("mesh/t.gltf",
+                          R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "buffers": [{"byteLength": 36, "uri": ")" +
+                              uri + R"("}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                           "min": [0, 0, 0], "max": [1, 1, 0]}]})"));
+  };
+  EXPECT_EQ(read("data/own.bin").triangles.size(), 1U);
+  for (const std::string uri : {"../secret.bin", "link.bin"}) {
+    EXPECT_THAT(ErrorOf([&] { read(uri); }),
+                AllOf(HasSubstr("t.gltf"), HasSubstr(uri), HasSubstr("folder of the mesh")));
+  }
+}
+
 TEST_F(Io, BytesBehindABinaryStlDoNotCount) {
   const TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};

@@ -194,7 +194,7 @@ experiment::Result ExportTrial(const trial::Cell& cell, const trial::TrialSpec& 
 struct ExportArguments {
   std::string folder, out;
   int jobs = 1;
-  bool clouds = false;
+  bool clouds = false, run_detector = false;
 };
 
 void ExportRecords(const std::vector<Record>& records, const fs::path& out) {
@@ -228,7 +228,7 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
 void ExportClouds(const Store& store, const std::string& folder, const ExportArguments& arguments,
                   const fs::path& out) {
   const auto stamp = store.ReadStamp();
-  const auto e = ReopenExperiment(stamp, folder);
+  const auto e = ReopenExperiment(stamp, folder, arguments.run_detector);
   e.task->Hide(folder);
   e.task->Hide(out);
   const trial::Cell& cell = trial::CellOf(*e.task);
@@ -294,6 +294,7 @@ void AddExportCommand(CLI::App& app) {
   command->add_flag(
       "--clouds", a->clouds,
       "also run the trials again and write clouds/<id>.pcd and annotations.json (task: grasping)");
+  AddRunDetectorOption(*command, a->run_detector);
   AddJobsOption(*command, "trials", a->jobs);
   command->footer(
       "Example: rangegrasp export results/laser_single -o data/laser_single --clouds\nRepeat the "

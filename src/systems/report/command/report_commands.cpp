@@ -36,6 +36,7 @@ struct ReportRequest {
   fs::path out;
   report::ViewChoice views = report::ViewChoice::kSome;
   int jobs = 1;
+  bool run_detector = false;
 };
 
 // A case that can be looked at, and its number in the report.
@@ -63,7 +64,8 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
 // @return numbers of those that have a view now
 std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>& shown,
                                  const ReportRequest& request) {
-  const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string());
+  const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string(),
+                                  request.run_detector);
   for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
   std::map<std::string, const Shown*> by_id;
@@ -235,6 +237,7 @@ void AddReportCommand(CLI::App& app) {
     std::vector<std::string> folders;
     std::string out, views = "some";
     int jobs = 1;
+    bool run_detector = false;
   };
   auto* command = app.add_subcommand(
       "report",
@@ -249,6 +252,7 @@ void AddReportCommand(CLI::App& app) {
                    "cases with a 3-D view, which are run again: some (up to 100 failed and 60 "
                    "other cases, at most 60 MB), all or none (tasks: grasping, parts, seam)")
       ->check(CLI::IsMember(base::WordList<report::ViewChoice>()));
+  AddRunDetectorOption(*command, a->run_detector);
   AddJobsOption(*command, "trials", a->jobs);
   command->footer("Example: rangegrasp report results/laser_single -o report");
   command->callback([a] {
@@ -257,6 +261,7 @@ void AddReportCommand(CLI::App& app) {
     request.out = a->out.empty() ? request.folders.front() / "report" : fs::path(a->out);
     request.views = base::FromWord<report::ViewChoice>(a->views, "--views");
     request.jobs = a->jobs;
+    request.run_detector = a->run_detector;
     MakeReport(request);
   });
 }
@@ -270,8 +275,11 @@ void RegisterReport() {
   trial::PictureMaker() = report::MakeRecorder;
   cli::Hooks() = {
       .join_films = report::JoinVideos,
-      .make_report = [](const std::filesystem::path& results, int jobs) {
-        cli::MakeReport({.folders = {results}, .out = results / "report", .jobs = jobs});
+      .make_report = [](const std::filesystem::path& results, int jobs, bool run_detector) {
+        cli::MakeReport({.folders = {results},
+                         .out = results / "report",
+                         .jobs = jobs,
+                         .run_detector = run_detector});
       }};
   cli::AddLibrary("opencv", RANGEGRASP_OPENCV_VERSION);
   cli::AddCommand(cli::AddReportCommand);

@@ -26,8 +26,9 @@ using experiment::ValueOr;
 using nlohmann::ordered_json;
 using Records = std::vector<Record>;
 
-// What marks a folder as a report's.
+// What marks a folder as a report's, and as one's that failed or is being made: it can be repeated.
 constexpr const char* kData = "data.js";
+constexpr const char* kUnfinished = "report.unfinished";
 
 struct Library {
   const char* package;  // of Debian
@@ -253,14 +254,19 @@ void PrepareFolder(const fs::path& folder) {
                            "install the Debian package " + library.package);
   }
   std::error_code error;
-  const bool is_report = fs::exists(folder / kData);
+  bool is_report = false;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    is_report = is_report || name == kData || name.starts_with(kUnfinished);
+  }
   if (fs::exists(folder) && !is_report &&
       (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
     throw base::InputError(
         folder.string() +
         ": contains files that are not of a report; choose another folder with --out");
   }
-  for (const char* part : {"views", "meshes", "records"}) {
+  base::WriteFile(folder / kUnfinished, "");
+  for (const char* part : {kData, "views", "meshes", "records"}) {
     fs::remove_all(folder / part, error);
   }
 }
@@ -294,6 +300,8 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
   }
   WriteRecords(records, folder);
   base::WriteFile(folder / "data.js", Script("rangegrasp.data", json));
+  std::error_code ignored;
+  fs::remove(folder / kUnfinished, ignored);
 }
 
 std::vector<std::size_t> ChooseViews(const std::vector<experiment::Record>& records,

@@ -15,8 +15,9 @@
 
 namespace rangegrasp::report {
 
-/// Makes a folder ready for a report; removes an earlier report's data. @throws base::InputError if
-/// something else is in it, or the libraries that the page draws with are not installed.
+/// Makes a folder ready for a report; removes the data of an earlier one, which may have failed.
+/// @throws base::InputError if something else is in it, or the libraries that the page draws with
+/// are not installed.
 void PrepareFolder(const std::filesystem::path& folder);
 
 /// Writes the page itself, and in `lib` the libraries with their licences: it needs no network.

@@ -63,7 +63,7 @@ TEST_F(OutsideRun, TheExampleInCppDeliversAndItsBytesDoNotDependOnTheWorkers) {
     delivered += record.result.outcome == "delivered" ? 1 : 0;
   }
   EXPECT_GT(delivered, 0);
-  const Ran replay = RunProgram({"trial", Folder("1"), "spread-0001"});
+  const Ran replay = RunProgram({"trial", Folder("1"), "spread-0001", "--run-detector"});
   EXPECT_EQ(replay.code, 0) << replay.err;
   EXPECT_THAT(replay.err, testing::Not(HasSubstr("differs")));
   const Ran compare = RunProgram({"compare", Folder("1"), Folder("2")});
@@ -116,6 +116,34 @@ TEST_F(OutsideRun, AKilledRunLeavesNoDetectorBehind) {
   run.Kill();
   while (kill(pid, 0) == 0 && watch.Seconds() < 70.0) usleep(10'000);
   EXPECT_NE(kill(pid, 0), 0);
+}
+
+// A stranger's results, with a command that shows whether it was started.
+TEST_F(OutsideRun, AProgramThatResultsNameIsStartedOnlyWithTheOption) {
+  const auto trace = Folder("started");
+  const json command = {"sh", "-c", "echo >" + trace + "; printf '\033[2J'; exit 3"};
+  ASSERT_EQ(RunProgram(Arguments("theirs", command)).code, 1);  // it never answers
+  ASSERT_TRUE(std::filesystem::remove(trace));
+  const std::string theirs = Folder("theirs");
+  const std::vector<std::vector<std::string>> commands = {
+      {"trial", theirs, "spread-0001"},
+      {"export", theirs, "--clouds", "-o", Folder("set")},
+      {"report", theirs, "-o", Folder("pages")}};
+  for (auto words : commands) {
+    const Ran refused = RunProgram(words);
+    EXPECT_EQ(refused.code, 2) << words.front();
+    for (const std::string& said :
+         {theirs, std::string(R"(["sh", "-c", "echo >)"), std::string("--run-detector")}) {
+      EXPECT_THAT(refused.err, HasSubstr(said));
+    }
+    EXPECT_THAT(refused.err, testing::Not(HasSubstr("\033")));
+    EXPECT_FALSE(std::filesystem::exists(trace)) << words.front();
+    words.emplace_back("--run-detector");
+    EXPECT_EQ(RunProgram(words).code, 0) << words.front();
+    EXPECT_TRUE(std::filesystem::remove(trace)) << words.front();
+  }
+  EXPECT_EQ(RunProgram({"report", theirs, "--views", "none"}).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(trace));
 }
 
 TEST_F(OutsideRun, InTheSandboxResultsAreOutOfSight) {

@@ -32,6 +32,17 @@ TEST(PrepareFolder, LeavesNoViewOfAnEarlierReport) {
   EXPECT_FALSE(std::filesystem::exists(folder / "views"));
 }
 
+TEST(PrepareFolder, AReportThatFailedCanBeRepeated) {
+  const TempFolder folder;
+  const auto report = folder / "report";
+  PrepareFolder(report);
+  base::WriteFile(report / "views/3.js", "");
+  PrepareFolder(report);
+  EXPECT_FALSE(std::filesystem::exists(report / "views"));
+  WriteData({}, {}, "", report);
+  EXPECT_FALSE(std::filesystem::exists(report / "report.unfinished"));
+}
+
 // A page that opens from disk may ask for nothing from elsewhere.
 TEST(WritePage, NamesNoPlaceOutsideTheReport) {
   const TempFolder folder;
