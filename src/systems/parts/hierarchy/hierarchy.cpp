@@ -248,7 +248,7 @@ class Hierarchy {
  public:
   Hierarchy(const Cells& cells, double total_area, const HierarchyOptions& options)
       : cells_(cells), total_area_(total_area), options_(options) {
-    for (Indices& piece : ConnectedSets(cells, std::vector<bool>(cells.size(), false))) {
+    for (Indices& piece : ConnectedSets(cells, Sides(cells.size(), 0))) {
       Add(std::move(piece), -1);
     }
     leaves_ = static_cast<int>(nodes_.size());
@@ -332,7 +332,9 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   std::vector<double> bends;
   const std::vector<double> costs = Costs(mesh, faces, frames, options, bends);
   Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
-  if (options.sight > 0.0) LookThrough(mesh, frames, cells);
+  if (options.sight > 0.0) cells.sight = std::make_shared<Sight>(mesh, frames, cells);
+  cells.name.resize(cells.size());
+  std::iota(cells.name.begin(), cells.name.end(), 0u);
 
   const Hierarchy hierarchy(cells, frames.total_area, options);
   const std::vector<Node>& nodes = hierarchy.nodes();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 
 #include "base/rng.h"
@@ -13,32 +14,46 @@
 namespace rangegrasp::parts {
 namespace {
 
+std::shared_ptr<Sight> SightOf(std::uint32_t cells, bool (*sees)(std::uint32_t, std::uint32_t)) {
+  std::vector<std::vector<bool>> all(cells);
+  for (std::uint32_t a = 0; a < cells; ++a) {
+    for (std::uint32_t b = 0; b < cells; ++b) all[a].push_back(sees(a, b));
+  }
+  return std::make_shared<Sight>(all);
+}
+
 /// Cells in a row that all see each other, each a solid lump: its normals look away from the row's
 /// middle.
-Cells Row(const std::vector<double>& areas, const std::vector<double>& borders) {
+/// @param ring  the last touches the first
+Cells Row(const std::vector<double>& areas, const std::vector<double>& borders, bool ring = false) {
   Cells cells;
+  const auto count = static_cast<std::uint32_t>(areas.size());
   cells.area = areas;
-  cells.on_edge.assign(areas.size(), false);
-  cells.links.resize(areas.size());
-  cells.sees.assign(areas.size(), std::vector<bool>(areas.size(), true));
-  for (std::uint32_t c = 0; c < areas.size(); ++c) {
+  cells.on_edge.assign(count, 0);
+  cells.begin = {0};
+  cells.sight = SightOf(count, [](std::uint32_t, std::uint32_t) { return true; });
+  for (std::uint32_t c = 0; c < count; ++c) {
+    cells.name.push_back(c);
     cells.center.emplace_back(c, 0.0, 0.0);
     cells.normal.push_back(Eigen::Vector3d::UnitX());
-    if (c > 0) cells.links[c].push_back({c - 1, borders[c - 1], borders[c - 1]});
-    if (c + 1 < areas.size()) cells.links[c].push_back({c + 1, borders[c], borders[c]});
+    if (ring && c + 1 == count) cells.links.push_back({0, 1.0, 1.0});
+    if (c > 0) cells.links.push_back({c - 1, borders[c - 1], borders[c - 1]});
+    if (c + 1 < count) cells.links.push_back({c + 1, borders[c], borders[c]});
+    if (ring && c == 0) cells.links.push_back({count - 1, 1.0, 1.0});
+    cells.begin.push_back(static_cast<std::uint32_t>(cells.links.size()));
   }
   return cells;
 }
 
-std::vector<bool> FirstCells(std::size_t n, std::size_t count) {
-  std::vector<bool> set(n, false);
-  std::fill(set.begin(), set.begin() + static_cast<std::ptrdiff_t>(count), true);
+Sides FirstCells(std::size_t n, std::size_t count) {
+  Sides set(n, 0);
+  std::fill(set.begin(), set.begin() + static_cast<std::ptrdiff_t>(count), 1);
   return set;
 }
 
 TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
   const Cells row = Row({1, 1, 1, 1, 1, 1}, {5, 2, 3, 1, 5});
-  std::vector<std::vector<bool>> candidates;
+  std::vector<Sides> candidates;
   for (std::size_t k = 1; k < 6; ++k) candidates.push_back(FirstCells(6, k));
   // Any solidity: all normals look the same way.
   const CutOff best = BestSplit(row, candidates, {.min_area = 0.5, .solidity = -1e9});
@@ -58,12 +73,10 @@ TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
 // reach.
 TEST(SeenAcross, IsLeastWhereRoomsMeet) {
   Cells row = Row(std::vector<double>(8, 1.0), std::vector<double>(7, 1.0));
-  for (std::uint32_t a = 0; a < 8; ++a) {
-    for (std::uint32_t b = 0; b < 8; ++b) row.sees[a][b] = (a < 4) == (b < 4);
-  }
+  row.sight = SightOf(8, [](std::uint32_t a, std::uint32_t b) { return (a < 4) == (b < 4); });
   EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 0.1);
   EXPECT_EQ(SeenAcross(row, FirstCells(8, 2), 1.0), 1.0);
-  row.sees.assign(8, std::vector<bool>(8, true));
+  row.sight = SightOf(8, [](std::uint32_t, std::uint32_t) { return true; });
   EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 1.0);
 }
 
@@ -71,9 +84,7 @@ TEST(SeenAcross, IsLeastWhereRoomsMeet) {
 // not become better by that.
 TEST(SeenAcross, ComparesPairsThatAreAsFarApart) {
   Cells row = Row(std::vector<double>(40, 1.0), std::vector<double>(39, 1.0));
-  for (std::uint32_t a = 0; a < 40; ++a) {
-    for (std::uint32_t b = 0; b < 40; ++b) row.sees[a][b] = a < b ? b - a < 6 : a - b < 6;
-  }
+  row.sight = SightOf(40, [](std::uint32_t a, std::uint32_t b) { return a < b + 6 && b < a + 6; });
   // Bins of 15 / 8 mix pairs that see each other with some that do not: within a tenth.
   EXPECT_NEAR(SeenAcross(row, FirstCells(40, 20), 6.0), 1.0, 0.1);
 }
@@ -94,30 +105,25 @@ TEST(Divide, TheLargestRestStaysHoweverSmall) {
 // A row has one border between its ends, a ring has two; a border at what was cut off before is
 // none.
 TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
-  Cells row = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
-  const std::vector<bool> off = FirstCells(16, 6);
+  const Cells row = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
+  const Sides off = FirstCells(16, 6);
   EXPECT_EQ(HandleLoops(row, off), 1.0);
-  Cells ring = row;
-  ring.links[0].push_back({15, 1.0, 1.0});
-  ring.links[15].push_back({0, 1.0, 1.0});
+  Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0), true);
   EXPECT_EQ(HandleLoops(ring, off), 2.0);
-  ring.on_edge[5] = true;
+  ring.on_edge[5] = 1;
   EXPECT_EQ(HandleLoops(ring, off), 1.0);
 }
 
 // Two borders of a ring are the price of one handle: half of what a row's would cost.
 TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
-  Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
-  ring.links[0].push_back({15, 1.0, 1.0});
-  ring.links[15].push_back({0, 1.0, 1.0});
+  const Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0), true);
   const CutOff split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
   EXPECT_NEAR(split.quality, 0.5 * 2.0 / std::sqrt(4.0 * base::kPi * 6.0), 1e-12);
 }
 
 TEST(ConnectedSets, AreThoseOfEachSide) {
   const Cells row = Row({1, 1, 1, 1, 1}, {1, 1, 1, 1});
-  EXPECT_EQ(ConnectedSets(row, {true, false, false, true, true}),
-            (std::vector<Indices>{{0}, {1, 2}, {3, 4}}));
+  EXPECT_EQ(ConnectedSets(row, {1, 0, 0, 1, 1}), (std::vector<Indices>{{0}, {1, 2}, {3, 4}}));
 }
 
 // One edge of length 2, bent by b: e^-gb where it is concave, 1 + g / 4 |b| where it is convex.

@@ -338,8 +338,8 @@ TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
   for (std::uint32_t c = 0; c < ball.cells.size(); ++c) {
     area += ball.cells.area[c];
     EXPECT_GT(ball.cells.area[c], 0.0);
-    for (const Cells::Link& link : ball.cells.links[c]) {
-      const auto& back = ball.cells.links[link.to];
+    for (const Cells::Link& link : ball.cells.LinksOf(c)) {
+      const auto back = ball.cells.LinksOf(link.to);
       EXPECT_TRUE(std::any_of(back.begin(), back.end(), [&](const Cells::Link& other) {
         return other.to == c && std::abs(other.cost - link.cost) < 1e-12;
       }));
@@ -350,22 +350,40 @@ TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
   EXPECT_NEAR(area, ball.frames.total_area, 1e-9);
 }
 
+// A ball's cells see all but those next to them, two balls' cells not each other.
+TEST(Sight, IsThroughTheInside) {
+  const Shape two = samples::Twice(samples::Ball(20, [](const Vector3d&) { return 1.0; }));
+  const CellsOf balls(two);
+  Sight sight(two, balls.frames, balls.cells);
+  Indices before;
+  for (std::uint32_t a = 0; a < balls.cells.size(); ++a) {
+    sight.Look(a, before);
+    for (const std::uint32_t b : before) {
+      const double apart = (balls.cells.center[a] - balls.cells.center[b]).norm();
+      if (apart > 0.7) {
+        EXPECT_EQ(sight.Sees(b, a), apart < 2.0) << apart;
+      }
+    }
+    before.push_back(a);
+  }
+}
+
 TEST(Split, SolidityTellsBallsFromPatchesAndDents) {
   const CellsOf ball(samples::Ball(20, [](const Vector3d&) { return 2.0; }));
-  std::vector<bool> all(ball.cells.size(), true);
-  EXPECT_NEAR(Solidity(ball.cells, all, true), 1.0 / std::sqrt(4.0 * std::numbers::pi), 0.01);
+  const Sides all(ball.cells.size(), 1);
+  EXPECT_NEAR(Solidity(ball.cells, all), 1.0 / std::sqrt(4.0 * std::numbers::pi), 0.01);
   Cells dent = ball.cells;
   for (Vector3d& n : dent.normal) n = -n;
-  EXPECT_LT(Solidity(dent, all, true), 0.0);
-  std::vector<bool> face(ball.cells.size(), false);
+  EXPECT_LT(Solidity(dent, all), 0.0);
   const CellsOf box(Box(Vector3d(1, 1, 1), 20));
+  Sides face(box.cells.size());
   for (std::uint32_t c = 0; c < box.cells.size(); ++c) face[c] = box.cells.center[c].x() > 0.499;
-  EXPECT_NEAR(Solidity(box.cells, face, true), 0.0, 0.02);
+  EXPECT_NEAR(Solidity(box.cells, face), 0.0, 0.02);
 }
 
 TEST(Split, OnlyAHandleHasTwoLoops) {
   const CellsOf pot(PotWithHandle());
-  std::vector<bool> handle(pot.cells.size()), slice(pot.cells.size());
+  Sides handle(pot.cells.size()), slice(pot.cells.size());
   for (std::uint32_t c = 0; c < pot.cells.size(); ++c) {
     handle[c] = pot.cells.center[c].norm() > 1.15;
     slice[c] = pot.cells.center[c].x() < -0.3 && pot.cells.center[c].x() > -0.7;

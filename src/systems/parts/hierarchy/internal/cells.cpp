@@ -8,7 +8,6 @@
 
 #include "geometry/graph.h"
 #include "geometry/kd_tree.h"
-#include "geometry/ray_caster.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -133,11 +132,13 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
                 const std::vector<double>& costs, const Labels& of_face, std::size_t count) {
   FaceFrames sums = GroupFrames(frames, of_face, count);
   Cells cells{of_face,
-              std::vector<std::vector<Cells::Link>>(count),
+              {0},
+              {},
               std::move(sums.center),
               std::move(sums.normal),
               std::move(sums.area),
-              std::vector<bool>(count, false),
+              std::vector<std::uint8_t>(count, 0),
+              {},
               {}};
   std::vector<std::map<std::uint32_t, Cells::Link>> borders(count);
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
@@ -148,7 +149,8 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
     border.length += LengthOf(mesh.points, faces.edge[k]);
   });
   for (std::size_t c = 0; c < count; ++c) {
-    for (const auto& [to, border] : borders[c]) cells.links[c].push_back(border);
+    for (const auto& [to, border] : borders[c]) cells.links.push_back(border);
+    cells.begin.push_back(static_cast<std::uint32_t>(cells.links.size()));
   }
   return cells;
 }
@@ -202,41 +204,61 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
   return cells;
 }
 
-void LookThrough(const Shape& mesh, const FaceFrames& frames, Cells& cells) {
+Sight::Sight(const Shape& mesh, const FaceFrames& frames, const Cells& cells) {
   const geometry::TriangleMesh walls{mesh.points, mesh.faces};
   const geometry::TriangleMesh* const all = &walls;
-  const geometry::RayCaster caster({&all, 1});
+  caster_ = std::make_unique<geometry::RayCaster>(std::span(&all, 1));
   const double unit = std::sqrt(frames.total_area);
   const std::uint32_t count = cells.size();
   const Indices middle =
       MiddleFaces(frames, cells.of_face, cells.center, std::vector<bool>(count, true));
-  std::vector<geometry::Ray> rays;
   for (const std::uint32_t f : middle) {
     const Eigen::Vector3d in = -frames.normal[f];
-    rays.push_back({frames.center[f].cast<float>(), in.cast<float>(),
-                    static_cast<float>(kMinDepth * unit),
-                    static_cast<float>(kMaxThickness * unit)});
+    rays_.push_back({frames.center[f].cast<float>(), in.cast<float>(),
+                     static_cast<float>(kMinDepth * unit),
+                     static_cast<float>(kMaxThickness * unit)});
   }
   std::vector<geometry::Hit> hits;
-  caster.FirstHits(rays, hits);
-  Points below;
+  caster_->FirstHits(rays_, hits);
   for (std::uint32_t c = 0; c < count; ++c) {
     const double thickness = hits[c].found() ? hits[c].distance_m : kMaxThickness * unit;
-    below.push_back(frames.center[middle[c]] -
-                    std::min(kDepth * unit, 0.25 * thickness) * frames.normal[middle[c]]);
+    below_.push_back(frames.center[middle[c]] -
+                     std::min(kDepth * unit, 0.25 * thickness) * frames.normal[middle[c]]);
   }
-  cells.sees.assign(count, std::vector<bool>(count, true));
-  std::vector<std::uint8_t> blocked;
-  for (std::uint32_t a = 1; a < count; ++a) {
-    rays.clear();
-    for (std::uint32_t b = 0; b < a; ++b) {
-      const Eigen::Vector3d way = below[b] - below[a];
-      const double length = way.norm();
-      rays.push_back({below[a].cast<float>(), (way / std::max(length, 1e-30)).cast<float>(), 0.0f,
-                      static_cast<float>(length)});
-    }
-    caster.Blocked(rays, blocked);
-    for (std::uint32_t b = 0; b < a; ++b) cells.sees[a][b] = cells.sees[b][a] = blocked[b] == 0;
+  rank_.resize(count);
+  // By multiples of the golden section: no part of the surface comes first.
+  for (std::uint32_t k = 0; k < count; ++k) rank_[k] = k * 0x9e3779b9u;
+  known_.assign(PairOf(count, 0), false);
+  sees_ = known_;
+}
+
+Sight::Sight(const std::vector<std::vector<bool>>& sees)
+    : rank_(sees.size()), known_(PairOf(sees.size(), 0), true), sees_(known_) {
+  for (std::uint32_t a = 0; a < sees.size(); ++a) {
+    rank_[a] = a;
+    for (std::uint32_t b = 0; b < a; ++b) sees_[PairOf(a, b)] = sees[a][b];
+  }
+}
+
+void Sight::Look(std::uint32_t from, std::span<const std::uint32_t> others) {
+  rays_.clear();
+  asked_.clear();
+  for (const std::uint32_t to : others) {
+    const std::size_t pair = PairOf(from, to);
+    if (known_[pair]) continue;
+    // From the larger number on, whoever asks: rounding may decide.
+    const auto [a, b] = std::minmax(from, to);
+    const Eigen::Vector3d way = below_[a] - below_[b];
+    const double length = way.norm();
+    rays_.push_back({below_[b].cast<float>(), (way / std::max(length, 1e-30)).cast<float>(), 0.0f,
+                     static_cast<float>(length)});
+    asked_.push_back(pair);
+  }
+  if (rays_.empty()) return;
+  caster_->Blocked(rays_, blocked_);
+  for (std::size_t k = 0; k < asked_.size(); ++k) {
+    known_[asked_[k]] = true;
+    sees_[asked_[k]] = blocked_[k] == 0;
   }
 }
 
@@ -245,25 +267,22 @@ Cells Subset(const Cells& cells, const Indices& some) {
   Indices number(cells.size(), kOut);
   for (std::uint32_t k = 0; k < some.size(); ++k) number[some[k]] = k;
   Cells subset;
-  subset.links.resize(some.size());
-  for (std::uint32_t k = 0; k < some.size(); ++k) {
-    const std::uint32_t c = some[k];
+  subset.begin.push_back(0);
+  subset.sight = cells.sight;
+  for (const std::uint32_t c : some) {
     subset.center.push_back(cells.center[c]);
     subset.normal.push_back(cells.normal[c]);
     subset.area.push_back(cells.area[c]);
     subset.on_edge.push_back(cells.on_edge[c]);
-    if (!cells.sees.empty()) {
-      std::vector<bool> row;
-      for (const std::uint32_t other : some) row.push_back(cells.sees[c][other]);
-      subset.sees.push_back(std::move(row));
-    }
-    for (const Cells::Link& link : cells.links[c]) {
+    if (cells.sight) subset.name.push_back(cells.name[c]);
+    for (const Cells::Link& link : cells.LinksOf(c)) {
       if (number[link.to] == kOut) {
-        subset.on_edge.back() = true;
+        subset.on_edge.back() = 1;
       } else {
-        subset.links[k].push_back({number[link.to], link.cost, link.length});
+        subset.links.push_back({number[link.to], link.cost, link.length});
       }
     }
+    subset.begin.push_back(static_cast<std::uint32_t>(subset.links.size()));
   }
   return subset;
 }

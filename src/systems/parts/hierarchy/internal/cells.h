@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <span>
+
+#include "geometry/ray_caster.h"
 #include "parts/shape/shape_graph.h"
 
 namespace rangegrasp::parts {
@@ -18,6 +22,8 @@ std::vector<double> EdgeBends(const Shape& mesh, const FaceGraph& faces, const F
 std::vector<double> BendCosts(const Shape& mesh, const FaceGraph& faces,
                               const std::vector<double>& bends, double gain);
 
+class Sight;
+
 /// A mesh in cells of faces that end at concave creases.
 struct Cells {
   struct Link {
@@ -26,16 +32,51 @@ struct Cells {
     double length;  ///< of the border
   };
   Labels of_face;
-  std::vector<std::vector<Link>> links;  ///< to touching cells, ascending
+  Indices begin;            ///< cells + 1
+  std::vector<Link> links;  ///< of cell c to touching ones, ascending: [begin[c], begin[c+1])
   Points center;
   Points normal;  ///< unit, or zero
   std::vector<double> area;
-  std::vector<bool> on_edge;  ///< touches cells that were left out
-  /// Whether two cells see each other through the inside: of a weakly convex part most do.
-  std::vector<std::vector<bool>> sees;
+  std::vector<std::uint8_t> on_edge;  ///< touches cells that were left out
+  std::shared_ptr<Sight> sight;       ///< null: cells are not looked through
+  Indices name;                       ///< of each cell: its number in `sight`
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(area.size()); }
+  std::span<const Link> LinksOf(std::uint32_t c) const {
+    return std::span(links).subspan(begin[c], begin[c + 1] - begin[c]);
+  }
 };
+
+/// Whether two cells see each other through the inside: of a weakly convex part most do. Whether
+/// the line between their middles, a little below the surface, meets no face, is found out when it
+/// is asked for first. O(log faces) a pair.
+class Sight {
+ public:
+  Sight(const Shape& mesh, const FaceFrames& frames, const Cells& cells);
+  /// All is known.
+  explicit Sight(const std::vector<std::vector<bool>>& sees);
+
+  /// Finds out what one cell sees of some others.
+  void Look(std::uint32_t from, std::span<const std::uint32_t> others);
+  /// After Look, either way; of two cells.
+  bool Sees(std::uint32_t a, std::uint32_t b) const { return sees_[PairOf(a, b)]; }
+  /// Of each cell, its place in an order of which any beginning is spread over the surface.
+  const Indices& rank() const { return rank_; }
+
+ private:
+  static std::size_t PairOf(std::size_t a, std::size_t b) {
+    return a > b ? a * (a - 1) / 2 + b : b * (b - 1) / 2 + a;
+  }
+
+  std::unique_ptr<const geometry::RayCaster> caster_;
+  Points below_;  ///< where cells look from
+  Indices rank_;
+  std::vector<bool> known_, sees_;  ///< of pairs
+  std::vector<geometry::Ray> rays_;
+  std::vector<std::size_t> asked_;  ///< pairs
+  std::vector<std::uint8_t> blocked_;
+};
+
 /// About `count` cells: one round a seed in each cube of a grid, faces to the nearest. A way across
 /// faces is as long as it is, times 1 + crease * the concave bend it crosses. Seeds move to their
 /// cells' middles, and faces choose again. Every connected piece has a cell.
@@ -43,10 +84,6 @@ struct Cells {
 Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
                  const std::vector<double>& bends, const std::vector<double>& costs, int count,
                  double crease);
-
-/// Fills in which cells see each other: whether the line between their middles, a little below the
-/// surface, meets no face. O(cells^2 log faces).
-void LookThrough(const Shape& mesh, const FaceFrames& frames, Cells& cells);
 
 /// Some cells as cells of their own, in the order given; of_face stays empty.
 Cells Subset(const Cells& cells, const Indices& some);

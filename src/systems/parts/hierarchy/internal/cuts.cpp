@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <unordered_set>
 #include <utility>
 
 #include "base/units.h"
@@ -37,85 +38,122 @@ constexpr double kMinConvex = 0.5;
 /// What is seen across a cut counts as no less: a part that sees nothing of the rest is no better.
 constexpr double kMinSeen = 0.1;
 
-/// A connected piece on one side of a candidate.
-struct SidePiece {
-  double area = 0.0;
-  double cost = 0.0, length = 0.0;  ///< of the border
+/// What adds up over some cells: all that a side is judged by before anybody looks across.
+struct Sums {
+  double area = 0.0, at_edge = 0.0;  ///< of it in cells at the part's own edge
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  double flux = 0.0;
+
+  void Add(const Cells& part, Cell c) {
+    const double a = part.area[c];
+    area += a;
+    if (part.on_edge[c]) at_edge += a;
+    moment += a * part.center[c];
+    normal += a * part.normal[c];
+    flux += a * part.normal[c].dot(part.center[c]);
+  }
+  Sums Without(const Sums& other) const {
+    return {area - other.area, at_edge - other.at_edge, moment - other.moment,
+            normal - other.normal, flux - other.flux};
+  }
+  double Solidity() const { return (flux - normal.dot(moment) / area) / std::pow(area, 1.5); }
 };
 
+/// A connected piece on one side of a candidate.
+struct SidePiece {
+  Sums sums;
+  double cost = 0.0, length = 0.0;  ///< of the border
+  std::uint64_t name = 0;           ///< the same for the same cells
+};
+
+/// A number of a cell such that sums of some are the same for the same cells only (splitmix64).
+std::uint64_t NameOf(Cell c) {
+  std::uint64_t z = (c + 1) * 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/// Visits the cells piece by piece: those that are connected on the same side.
 /// @param of_cell  the piece of each cell
-std::vector<SidePiece> SidePiecesOf(const Cells& part, const std::vector<bool>& candidate,
-                                    Labels& of_cell) {
-  std::vector<SidePiece> pieces;
+/// @param enter    enter(c), cells of a piece one after the other
+/// @param cross    cross(c, link) over the border
+/// @return how many pieces there are
+template <class Enter, class Cross>
+std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, const Enter& enter,
+                         const Cross& cross) {
   of_cell.assign(part.size(), -1);
-  std::vector<Cell> front;
+  std::int32_t pieces = 0;
+  Indices front;
   for (Cell first = 0; first < part.size(); ++first) {
     if (of_cell[first] >= 0) continue;
-    SidePiece& piece = pieces.emplace_back();
-    of_cell[first] = static_cast<std::int32_t>(pieces.size() - 1);
+    of_cell[first] = pieces;
     front.push_back(first);
     while (!front.empty()) {
       const Cell c = front.back();
       front.pop_back();
-      piece.area += part.area[c];
-      for (const Cells::Link& link : part.links[c]) {
-        if (candidate[link.to] != candidate[c]) {
-          piece.cost += link.cost;
-          piece.length += link.length;
+      enter(c);
+      for (const Cells::Link& link : part.LinksOf(c)) {
+        if (side[link.to] != side[c]) {
+          cross(c, link);
         } else if (of_cell[link.to] < 0) {
-          of_cell[link.to] = of_cell[first];
+          of_cell[link.to] = pieces;
           front.push_back(link.to);
         }
       }
     }
+    ++pieces;
   }
   return pieces;
 }
 
-double AreaOf(const Cells& part, const std::vector<bool>& in) {
-  double area = 0.0;
-  for (Cell c = 0; c < part.size(); ++c) area += in[c] ? part.area[c] : 0.0;
-  return area;
+std::int32_t CountPieces(const Cells& part, const Sides& side, Labels& of_cell) {
+  return VisitPieces(
+      part, side, of_cell, [](Cell) {}, [](Cell, const Cells::Link&) {});
 }
 
-/// At most `count` of some cells, evenly spread.
-Indices SomeOf(const Indices& cells, std::size_t count) {
-  Indices some;
-  const std::size_t step = (cells.size() + count - 1) / count;
-  for (std::size_t i = 0; i < cells.size(); i += step) some.push_back(cells[i]);
-  return some;
+std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, Labels& of_cell) {
+  std::vector<SidePiece> pieces;
+  const auto own = [&](Cell c) -> SidePiece& {
+    if (std::ssize(pieces) <= of_cell[c]) pieces.emplace_back();
+    return pieces[of_cell[c]];
+  };
+  VisitPieces(
+      part, candidate, of_cell,
+      [&](Cell c) {
+        SidePiece& piece = own(c);
+        piece.sums.Add(part, c);
+        piece.name += NameOf(c);
+      },
+      [&](Cell c, const Cells::Link& link) {
+        SidePiece& piece = own(c);
+        piece.cost += link.cost;
+        piece.length += link.length;
+      });
+  return pieces;
 }
 
-/// The share of a side's area in cells at the part's own edge.
-double EdgeShare(const Cells& part, const std::vector<bool>& in, bool side) {
-  double area = 0.0, at_edge = 0.0;
-  for (Cell c = 0; c < part.size(); ++c) {
-    if (in[c] != side) continue;
-    area += part.area[c];
-    if (part.on_edge[c]) at_edge += part.area[c];
-  }
-  return at_edge / area;
+Indices CellsOn(const Sides& side) {
+  return geometry::PositionsWhere(side, [](std::uint8_t in) { return in != 0; });
 }
 
 /// Cells on both sides of the border.
-std::vector<bool> BorderOf(const Cells& part, const std::vector<bool>& off) {
-  std::vector<bool> border;
+Sides BorderOf(const Cells& part, const Sides& off) {
+  Sides border(part.size(), 0);
   for (Cell c = 0; c < part.size(); ++c) {
-    border.push_back(
-        std::ranges::any_of(part.links[c], [&](const auto& l) { return off[l.to] != off[c]; }));
+    for (const Cells::Link& link : part.LinksOf(c)) border[c] |= off[link.to] != off[c];
   }
   return border;
 }
 
 /// With all that touch them: cells may follow each other along a border without that they share an
 /// edge.
-std::vector<bool> AtBorder(const Cells& part, const std::vector<bool>& off) {
-  const std::vector<bool> border = BorderOf(part, off);
-  std::vector<bool> wide = border;
+Sides AtBorder(const Cells& part, const Sides& off) {
+  const Sides border = BorderOf(part, off);
+  Sides wide = border;
   for (Cell c = 0; c < part.size(); ++c) {
-    for (const Cells::Link& link : part.links[c]) {
-      if (border[c]) wide[link.to] = true;
-    }
+    if (!border[c]) continue;
+    for (const Cells::Link& link : part.LinksOf(c)) wide[link.to] = 1;
   }
   return wide;
 }
@@ -174,7 +212,7 @@ Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::u
   Indices order;
   const auto expand = [&](std::uint32_t c, double, const auto& reach) {
     order.push_back(c);
-    for (const Cells::Link& link : cells.links[c]) reach(link.to, depth[link.to]);
+    for (const Cells::Link& link : cells.LinksOf(c)) reach(link.to, depth[link.to]);
   };
   ShortestPaths().LowerFrom(start, depth[start], reached, expand);
   return order;
@@ -188,7 +226,7 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, std::size
   for (std::size_t k = 0; k < end; ++k) node[order[k]] = k < begin ? kSource : nodes++;
   std::vector<CutLink> links;
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
-    for (const Cells::Link& link : cells.links[c]) {
+    for (const Cells::Link& link : cells.LinksOf(c)) {
       if (c < link.to && node[c] != node[link.to]) {
         links.push_back({node[c], node[link.to], link.cost});
       }
@@ -202,13 +240,14 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, std::size
 
 void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& options,
               std::set<std::vector<bool>>& candidates) {
+  std::vector<double> before;  // area of those before in the order
   double total = 0.0;
-  for (const std::uint32_t c : order) total += cells.area[c];
+  for (const std::uint32_t c : order) {
+    before.push_back(total);
+    total += cells.area[c];
+  }
   const auto first_at = [&](double area) {
-    double sum = 0.0;
-    std::size_t k = 0;
-    while (k < order.size() && sum < area) sum += cells.area[order[k++]];
-    return k;
+    return static_cast<std::size_t>(std::ranges::lower_bound(before, area) - before.begin());
   };
   const double growth =
       std::pow(options.max_share / options.min_share, 1.0 / std::max(1, options.levels - 1));
@@ -260,18 +299,18 @@ void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vec
 
 }  // namespace
 
-std::vector<Indices> ConnectedSets(const Cells& cells, const std::vector<bool>& side) {
+std::vector<Indices> ConnectedSets(const Cells& cells, const Sides& side) {
   Labels of_cell;
-  std::vector<Indices> sets(SidePiecesOf(cells, side, of_cell).size());
+  std::vector<Indices> sets(CountPieces(cells, side, of_cell));
   for (Cell c = 0; c < cells.size(); ++c) sets[of_cell[c]].push_back(c);
   return sets;
 }
 
-double HandleLoops(const Cells& part, const std::vector<bool>& off) {
+double HandleLoops(const Cells& part, const Sides& off) {
   Labels of_cell;
-  if (SidePiecesOf(part, off, of_cell).size() != 2) return 1.0;
-  const std::vector<bool> border = AtBorder(part, off);
-  std::vector<bool> loop(SidePiecesOf(part, border, of_cell).size(), true);
+  if (CountPieces(part, off, of_cell) != 2) return 1.0;
+  const Sides border = AtBorder(part, off);
+  std::vector<bool> loop(CountPieces(part, border, of_cell), true);
   for (Cell c = 0; c < part.size(); ++c) {
     // A border that ends at cells outside of the part is no loop.
     if (!border[c] || part.on_edge[c]) loop[of_cell[c]] = false;
@@ -279,54 +318,53 @@ double HandleLoops(const Cells& part, const std::vector<bool>& off) {
   return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
-double Solidity(const Cells& part, const std::vector<bool>& in, bool side) {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  double area = 0.0;
+double Solidity(const Cells& part, const Sides& in) {
+  Sums sums;
   for (Cell c = 0; c < part.size(); ++c) {
-    if (in[c] != side) continue;
-    center += part.area[c] * part.center[c];
-    area += part.area[c];
+    if (in[c]) sums.Add(part, c);
   }
-  center /= area;
-  double volume = 0.0;
-  for (Cell c = 0; c < part.size(); ++c) {
-    if (in[c] != side) continue;
-    volume += part.area[c] * part.normal[c].dot(part.center[c] - center);
-  }
-  return volume / std::pow(area, 1.5);
+  return sums.Solidity();
 }
 
-double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach) {
+double SeenAcross(const Cells& part, const Sides& off, double reach) {
   std::vector<double> distance(part.size(), ShortestPaths::kFar);
   const auto expand = [&](Cell c, double d, const auto& lower) {
-    for (const Cells::Link& link : part.links[c]) {
+    for (const Cells::Link& link : part.LinksOf(c)) {
       lower(link.to, d + (part.center[c] - part.center[link.to]).norm());
     }
   };
-  ShortestPaths().Lower(geometry::PositionsOf(BorderOf(part, off)), distance, expand, reach);
+  ShortestPaths().Lower(CellsOn(BorderOf(part, off)), distance, expand, reach);
   std::array<Indices, 2> sides;
   for (Cell c = 0; c < part.size(); ++c) {
     if (distance[c] <= reach) sides[off[c]].push_back(c);
+  }
+  for (Indices& side : sides) {
+    if (side.size() <= kMaxLookers) continue;
+    // The same ones for one cut after the other, so that they look once.
+    const auto rank = [&](Cell c) { return part.sight->rank()[part.name[c]]; };
+    std::ranges::nth_element(side, side.begin() + kMaxLookers, {}, rank);
+    side.resize(kMaxLookers);
   }
   struct Tally {
     double pairs = 0.0, seen = 0.0;
   };
   std::array<Tally, kFarBins> within, across;  // by distance
-  const auto count = [&](std::array<Tally, kFarBins>& tally, Cell a, Cell b) {
-    const double far = (part.center[a] - part.center[b]).norm() / (kFarthest * reach);
-    Tally& bin = tally[static_cast<std::size_t>(kFarBins * std::min(far, 1.0 - 1e-9))];
-    bin.pairs += 1.0;
-    bin.seen += part.sees[a][b];
-  };
-  for (Indices& side : sides) side = SomeOf(side, kMaxLookers);
-  for (const Indices& side : sides) {
-    for (std::size_t i = 0; i < side.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) count(within, side[i], side[j]);
+  Indices names;
+  const auto count = [&](std::array<Tally, kFarBins>& tally, Cell a, std::span<const Cell> others) {
+    names.clear();
+    for (const Cell b : others) names.push_back(part.name[b]);
+    part.sight->Look(part.name[a], names);
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      const double far = (part.center[a] - part.center[others[k]]).norm() / (kFarthest * reach);
+      Tally& bin = tally[static_cast<std::size_t>(kFarBins * std::min(far, 1.0 - 1e-9))];
+      bin.pairs += 1.0;
+      bin.seen += part.sight->Sees(part.name[a], names[k]);
     }
+  };
+  for (const Indices& side : sides) {
+    for (std::size_t i = 0; i < side.size(); ++i) count(within, side[i], std::span(side).first(i));
   }
-  for (const Cell a : sides[0]) {
-    for (const Cell b : sides[1]) count(across, a, b);
-  }
+  for (const Cell a : sides[0]) count(across, a, sides[1]);
   double seen = 0.0, expected = 0.0, pairs = 0.0;
   for (std::size_t k = 0; k < kFarBins; ++k) {
     if (within[k].pairs < kMinPairs) continue;
@@ -338,52 +376,60 @@ double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach)
   return std::clamp(seen / expected, kMinSeen, 1.0);
 }
 
-CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candidates,
+CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
                  const SplitOptions& options) {
   constexpr double kMaxLoops = 4.0;  // for a quick look; handles with more ends are rare
-  const double total = std::accumulate(part.area.begin(), part.area.end(), 0.0);
+  Sums all;
+  std::uint64_t all_name = 0;
+  for (Cell c = 0; c < part.size(); ++c) {
+    all.Add(part, c);
+    all_name += NameOf(c);
+  }
   struct Try {
     double quality, smaller, flatness;
     std::size_t candidate;
     std::int32_t piece;
   };
   std::vector<Try> tries;
+  std::unordered_set<std::uint64_t> known;
   Labels of_cell;
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const std::vector<SidePiece> pieces = SidePiecesOf(part, candidates[k], of_cell);
     // Two pieces are the two sides of one cut.
     for (std::int32_t p = pieces.size() == 2 ? 1 : 0; p < std::ssize(pieces); ++p) {
-      const auto& [area, cost, length] = pieces[p];
-      const double smaller = std::min(area, total - area);
-      if (!(smaller >= options.min_area && smaller > 0.0)) continue;
-      tries.push_back({cost / std::sqrt(4.0 * base::kPi * smaller), smaller, cost / length, k, p});
+      const auto& [sums, cost, length, name] = pieces[p];
+      const Sums side = 2.0 * sums.area <= all.area ? sums : all.Without(sums);
+      if (!(side.area >= options.min_area && side.area > 0.0)) continue;
+      if (side.Solidity() < options.solidity) continue;
+      // A strip along a border that was cut before: the same crease, seen again from next to it.
+      if (side.at_edge > kStrip * side.area) continue;
+      // Many candidates hold the same piece, or all but that.
+      if (!known.insert(std::min(name, all_name - name)).second) continue;
+      tries.push_back(
+          {cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k, p});
     }
   }
   std::ranges::stable_sort(tries, {}, &Try::quality);
   CutOff best{std::numeric_limits<double>::infinity(), {}};
   for (const Try& one : tries) {
     if (one.quality * kMinSeen >= kMaxLoops * best.quality) break;
-    SidePiecesOf(part, candidates[one.candidate], of_cell);
-    std::vector<bool> off(part.size());
+    CountPieces(part, candidates[one.candidate], of_cell);
+    Sides off(part.size());
     for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == one.piece;
     double quality = one.quality / std::min(kMaxLoops, HandleLoops(part, off));
     if (quality * kMinSeen >= best.quality) continue;
-    const bool side = 2.0 * AreaOf(part, off) <= total;
-    if (Solidity(part, off, side) < options.solidity) continue;
-    // A strip along a border that was cut before: the same crease, seen again from next to it.
-    if (EdgeShare(part, off, side) > kStrip) continue;
     const double seen =
-        part.sees.empty() ? 1.0 : SeenAcross(part, off, options.sight * std::sqrt(one.smaller));
+        part.sight ? SeenAcross(part, off, options.sight * std::sqrt(one.smaller)) : 1.0;
     if (one.flatness * seen > options.max_flatness) continue;
     quality *= seen;
-    if (quality < best.quality) best = {quality, geometry::PositionsOf(off)};
+    if (quality < best.quality) best = {quality, CellsOn(off)};
   }
   return best;
 }
 
 std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_area) {
-  std::vector<bool> side(part.size(), false);
-  for (const Cell c : off) side[c] = true;
+  Sides side(part.size(), 0);
+  for (const Cell c : off) side[c] = 1;
   std::vector<Indices> rest = ConnectedSets(part, side);
   std::erase_if(rest, [&](const Indices& set) { return side[set.front()]; });
   const auto area_of = [&](const Indices& set) {
@@ -394,7 +440,7 @@ std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_ar
   const auto largest = std::ranges::max_element(rest, {}, area_of);
   for (const Indices& set : rest) {
     if (&set == &*largest || area_of(set) >= min_area) continue;
-    for (const Cell c : set) side[c] = true;
+    for (const Cell c : set) side[c] = 1;
   }
   return ConnectedSets(part, side);
 }
@@ -415,8 +461,7 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
   return std::isfinite(radius) ? Eigen::Vector3d(p - radius * n) : p;
 }
 
-std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
-                                                const CandidateOptions& options) {
+std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& options) {
   std::set<std::vector<bool>> candidates;
   std::vector<double> radius(cells.size());
   Points center(cells.size());
@@ -432,7 +477,9 @@ std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
     grow(MirrorDepths(cells.center, center[c]), c);
     grow(radius, c);
   }
-  return {candidates.begin(), candidates.end()};
+  std::vector<Sides> sides;
+  for (const std::vector<bool>& one : candidates) sides.emplace_back(one.begin(), one.end());
+  return sides;
 }
 
 void MoveBorders(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,

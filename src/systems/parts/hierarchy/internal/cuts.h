@@ -4,21 +4,24 @@
 
 namespace rangegrasp::parts {
 
+/// Of each cell on which of two sides it is, 0 or 1.
+using Sides = std::vector<std::uint8_t>;
+
 /// The connected sets of cells on the same side, by their first cells.
-std::vector<Indices> ConnectedSets(const Cells& cells, const std::vector<bool>& side);
+std::vector<Indices> ConnectedSets(const Cells& cells, const Sides& side);
 
 /// How many closed borders a set of cells has with the rest of its part, if it can be taken off
 /// without that the rest comes apart (a handle has two); else 1.
-double HandleLoops(const Cells& part, const std::vector<bool>& off);
+double HandleLoops(const Cells& part, const Sides& off);
 
-/// sum_c A_c n_c . (x_c - x_mean) / A^1.5 over the cells on a side: three times the volume between
+/// sum_c A_c n_c . (x_c - x_mean) / A^1.5 over the cells in a set: three times the volume between
 /// them and their mean. A ball's is 0.28, a flat patch's 0, a dent's negative.
-double Solidity(const Cells& part, const std::vector<bool>& in, bool side);
+double Solidity(const Cells& part, const Sides& in);
 
 /// Weak convexity (van Kaick et al. 2014): how many pairs of cells next to a border see each other
 /// across it, as a share of what pairs as far apart on one side of it do; 0.1 to 1.
 /// @param reach  of cells from the border, along the surface
-double SeenAcross(const Cells& part, const std::vector<bool>& off, double reach);
+double SeenAcross(const Cells& part, const Sides& off, double reach);
 
 struct SplitOptions {
   double min_area;  ///< of both sides
@@ -35,7 +38,7 @@ struct CutOff {
   Indices off;
 };
 /// The best of all connected pieces into which a candidate cuts a part; ties: the first.
-CutOff BestSplit(const Cells& part, const std::vector<std::vector<bool>>& candidates,
+CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
                  const SplitOptions& options);
 
 /// The connected sets that are left of a part without `off`, and `off`. Crumbs smaller than
@@ -61,8 +64,7 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c);
 /// cells next to the center, best seen first; another grows where the shape is thinnest first (the
 /// radius of the inscribed ball), which follows a handle to its other end. Cores of several sizes
 /// are cut off where it is cheapest between them and a core some times as large.
-std::vector<std::vector<bool>> MirrorCandidates(const Cells& cells,
-                                                const CandidateOptions& options);
+std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& options);
 
 /// Moves the border of any two parts to the cheapest place (sum of `costs`, parallel to
 /// FaceGraph::neighbor) within `width` of where it is: a minimum cut between their faces that are
