@@ -719,7 +719,7 @@ TEST_F(Io, ReadsGltf) {
 
 TEST_F(Io, WhatAMeshNamesLiesInItsFolder) {
   std::string triangle;
-  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) {
+  for (const float x : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F}) {
     triangle.append(reinterpret_cast<const char*>(&x), sizeof(x));
   }
   Write("secret.bin", triangle);

@@ -323,14 +323,12 @@ TEST_F(OwnCell, PutsWhatTheEngineSaysIntoAFinding) {
 
 TEST_F(OwnCell, NamesTheLineOfWhatIsNoXml) {
   scene_ = Replaced(scene_, "</mujoco>", "</mujoc>");
-  try {
-    Check();
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("not XML"));
-    const auto lines = std::count(scene_.begin(), scene_.end(), '\n');
-    EXPECT_THAT(error.what(), HasSubstr("scene.xml:" + std::to_string(lines) + ": "));
-  }
+  const auto findings = Check();
+  ASSERT_EQ(findings.size(), 1u);
+  const auto lines = std::count(scene_.begin(), scene_.end(), '\n');
+  EXPECT_THAT(
+      base::TextOf(findings[0]),
+      testing::AllOf(HasSubstr("scene.xml:" + std::to_string(lines) + ":"), HasSubstr("XML")));
 }
 
 // An arm that a user arrives with, cured by what its check says.
