@@ -67,7 +67,8 @@ std::string SummaryOf(const Record& record) {
   std::string text = fmt::format("{}: {} (stage {})\n", which.id, result.outcome, result.stage);
   if (!result.detail.empty()) text += "  " + result.detail + "\n";
   std::vector<std::string> figures, times;
-  for (const auto& [name, value] : nlohmann::ordered_json::parse(result.data).items()) {
+  const auto data = nlohmann::ordered_json::parse(result.data);
+  for (const auto& [name, value] : data.items()) {
     if (value.is_primitive() && !value.is_null() && value != "") {
       figures.push_back(name + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
     }

@@ -193,7 +193,7 @@ TEST_F(PerceiveTest, CloudsOfTheSameNameAreNotWrittenOverEachOther) {
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("have the same name"));
   std::filesystem::create_directory(folder_ / "empty");
-  EXPECT_THAT(Perceive((folder_ / "empty").string()).err, HasSubstr("without a .pcd or .ply"));
+  EXPECT_THAT(Perceive((folder_ / "empty").string()).err, HasSubstr("without a .pcd, .ply"));
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ class VideoTest : public testing::Test {
   static Ran Film(const std::vector<std::string>& ids, const std::string& file) {
     std::vector<std::string> arguments = {"trial", (*shared_ / "run").string()};
     arguments.insert(arguments.end(), ids.begin(), ids.end());
-    arguments.insert(arguments.end(), {"--video", file});
+    arguments.insert(arguments.end(), {"--json", "--video", file});
     // 400 pictures of 0.3 s each.
     testing_support::Command command(arguments);
     const int code = command.Wait(580.0);
@@ -88,7 +88,8 @@ TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
                 .code,
             1);
   const std::string file = (folder_ / "two.mp4").string();
-  const Ran ran = RunProgram({"trial", run, "dextrose-0000", "salt_cuboid-0000", "--video", file});
+  const Ran ran = RunProgram(
+      {"trial", run, "dextrose-0000", "salt_cuboid-0000", "--run-detector", "--video", file});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_NEAR(std::stod(Probed(file)["format"]["duration"].get<std::string>()), 4.0, 0.1);
 }
