@@ -220,6 +220,22 @@ std::string WhereTaken() {
   return text;
 }
 
+void ReadScore(YamlMap& map, DetectorOptions& all) {
+  ScoreKind score = ScoreKind::kRules;
+  map.Read("score", score,
+           "what ranks grasps; learned: the predicted probability of delivery. `method: published` "
+           "always ranks by rules");
+  std::filesystem::path file;
+  map.ReadPath("score_model", file,
+               "file of the learned score, made by scripts/train-grasp-score; without it the "
+               "shipped one, models/grasp_score.json");
+  if (score == ScoreKind::kLearned) {
+    all.score_model = file.empty() ? base::DataFolder() / "models" / "grasp_score.json" : file;
+  } else if (!file.empty()) {
+    map.Fail("score_model", "is used with `score: learned` only");
+  }
+}
+
 }  // namespace
 
 perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
@@ -278,22 +294,6 @@ std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& option
                                                    const robot::Robot& robot,
                                                    SceneObserver observer) {
   return std::make_unique<StraightDownDetector>(options, robot, std::move(observer));
-}
-
-static void ReadScore(YamlMap& map, DetectorOptions& all) {
-  ScoreKind score = ScoreKind::kRules;
-  map.Read("score", score,
-           "what ranks grasps; learned: the predicted probability of delivery. `method: published` "
-           "always ranks by rules");
-  std::filesystem::path file;
-  map.ReadPath("score_model", file,
-               "file of the learned score, made by scripts/train-grasp-score; without it the "
-               "shipped one, models/grasp_score.json");
-  if (score == ScoreKind::kLearned) {
-    all.score_model = file.empty() ? base::DataFolder() / "models" / "grasp_score.json" : file;
-  } else if (!file.empty()) {
-    map.Fail("score_model", "is used with `score: learned` only");
-  }
 }
 
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
