@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "base/error.h"
@@ -225,12 +226,8 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
 
 // Runs the trials again, each in a process of its own. What is done is kept in a store, until all
 // is: an export that was stopped goes on.
-void ExportClouds(const Store& store, const std::string& folder, const ExportArguments& arguments,
+void ExportClouds(const Store& store, const experiment::Experiment& e, int jobs,
                   const fs::path& out) {
-  const auto stamp = store.ReadStamp();
-  const auto e = ReopenExperiment(stamp, folder, arguments.run_detector);
-  e.task->Hide(folder);
-  e.task->Hide(out);
   const trial::Cell& cell = trial::CellOf(*e.task);
   const auto records = store.ReadAll();
   const auto cases = CasesOf(e, records);
@@ -243,10 +240,10 @@ void ExportClouds(const Store& store, const std::string& folder, const ExportArg
   RunCases(
       missing,
       [&](const experiment::Case& which) { return ExportTrial(cell, trial::SpecOf(which), out); },
-      exported, {.jobs = arguments.jobs, .case_limit_s = e.common.case_limit_s},
+      exported, {.jobs = jobs, .case_limit_s = e.common.case_limit_s},
       ProgressBar(static_cast<int>(cases.size() - missing.size()), static_cast<int>(cases.size())));
   const auto made = exported.ReadAll();
-  WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / "annotations.json");
+  WriteResult(AnnotationsOf(store.ReadStamp(), made).dump(1) + "\n", out / "annotations.json");
   if (const int differing = Differing(records, made); differing > 0) {
     spdlog::warn(
         "{} of {} trials ended differently from their records: has the program or a model changed "
@@ -266,13 +263,19 @@ void Export(const ExportArguments& arguments) {
     const fs::path out =
         stores.size() == 1 ? fs::path(arguments.out) : arguments.out / folder.filename();
     const Store store = Store::Open(folder);
-    ExportRecords(store.ReadAll(), out);
+    std::optional<experiment::Experiment> e;
     if (arguments.clouds) {
       if (fs::weakly_canonical(out) == fs::weakly_canonical(folder)) {
         throw base::InputError(out.string() +
                                ": is the folder of the run; choose another folder with --out");
       }
-      ExportClouds(store, folder.string(), arguments, out);
+      // Before anything is written: it may be refused.
+      e = ReopenExperiment(store.ReadStamp(), folder.string(), arguments.run_detector);
+      for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
+    }
+    ExportRecords(store.ReadAll(), out);
+    if (e) {
+      ExportClouds(store, *e, arguments.jobs, out);
       Store::Remove(out);
     }
     spdlog::info("{} trials in {}", store.Count(), out.string());

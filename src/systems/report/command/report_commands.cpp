@@ -60,12 +60,18 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
   return runs;
 }
 
-// Runs the cases of one store again.
-// @return numbers of those that have a view now
-std::set<std::size_t> WriteViews(const fs::path& store, const std::vector<Shown>& shown,
-                                 const ReportRequest& request) {
-  const auto e = ReopenExperiment(experiment::Store::Open(store).ReadStamp(), store.string(),
-                                  request.run_detector);
+// A store whose cases are run again for their views.
+struct Replayed {
+  fs::path store;
+  experiment::Experiment experiment;  // opened again
+  std::vector<Shown> shown;
+};
+
+// @return numbers of the cases that have a view now
+std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& request) {
+  const fs::path& store = of.store;
+  const experiment::Experiment& e = of.experiment;
+  const std::vector<Shown>& shown = of.shown;
   for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
   std::map<std::string, const Shown*> by_id;
@@ -136,25 +142,28 @@ std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs
   return chosen;
 }
 
+// The stores of a run that hold chosen cases, with their experiments opened again.
 // @param first  number of the run's first case
-std::set<std::size_t> WriteViewsOf(const report::Run& run, const std::set<std::size_t>& chosen,
-                                   const fs::path& folder, std::size_t first,
-                                   const ReportRequest& request) {
-  std::set<std::size_t> made;
-  if (!run.kind->has_views) return made;
+// @throws base::InputError where results name a program that may not be started.
+void AddReplayed(const report::Run& run, const std::set<std::size_t>& chosen,
+                 const fs::path& folder, std::size_t first, bool run_detector,
+                 std::vector<Replayed>& replayed) {
+  if (!run.kind->has_views) return;
   auto next = chosen.begin();
   std::size_t begin = 0;  // of a store's records among the run's
-  for (const auto& store : experiment::StoresIn(folder)) {
-    const std::size_t end =
-        begin + static_cast<std::size_t>(experiment::Store::Open(store).Count());
+  for (const auto& folder_of_store : experiment::StoresIn(folder)) {
+    const auto store = experiment::Store::Open(folder_of_store);
+    const std::size_t end = begin + static_cast<std::size_t>(store.Count());
     std::vector<Shown> shown;
     for (; next != chosen.end() && *next < end; ++next) {
       shown.push_back({run.results.records[*next], first + *next});
     }
     begin = end;
-    if (!shown.empty()) made.merge(WriteViews(store, shown, request));
+    if (shown.empty()) continue;
+    replayed.push_back({folder_of_store,
+                        ReopenExperiment(store.ReadStamp(), folder_of_store.string(), run_detector),
+                        std::move(shown)});
   }
-  return made;
 }
 
 std::uintmax_t SizeOf(const fs::path& folder) {
@@ -213,14 +222,16 @@ std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::siz
 void MakeReport(const ReportRequest& request) {
   const base::Stopwatch watch;
   const auto runs = ReadRuns(request);
-  report::PrepareFolder(request.out);
   const auto chosen = ChosenOf(runs, request.views);
-  std::set<std::size_t> views;
+  std::vector<Replayed> replayed;
   std::size_t first = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    views.merge(WriteViewsOf(runs[i], chosen[i], request.folders[i], first, request));
+    AddReplayed(runs[i], chosen[i], request.folders[i], first, request.run_detector, replayed);
     first += runs[i].results.records.size();
   }
+  report::PrepareFolder(request.out);  // clears an earlier report: only after what may be refused
+  std::set<std::size_t> views;
+  for (const Replayed& one : replayed) views.merge(WriteViews(one, request));
   report::WritePage(request.out);
   report::WriteData(runs, views, "", request.out);  // for its size
   if (request.views == report::ViewChoice::kSome) views = Cut(views, request.out);

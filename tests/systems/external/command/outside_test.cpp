@@ -138,6 +138,7 @@ TEST_F(OutsideRun, AProgramThatResultsNameIsStartedOnlyWithTheOption) {
     }
     EXPECT_THAT(refused.err, testing::Not(HasSubstr("\033")));
     EXPECT_FALSE(std::filesystem::exists(trace)) << words.front();
+    EXPECT_FALSE(std::filesystem::exists(words.back())) << words.front() << " wrote something";
     words.emplace_back("--run-detector");
     EXPECT_EQ(RunProgram(words).code, 0) << words.front();
     EXPECT_TRUE(std::filesystem::remove(trace)) << words.front();
