@@ -147,8 +147,7 @@ class DissertationDetector : public Detector {
       why_none = std::move(selected.why_none);
       return std::move(selected.grasps);
     }
-    const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
-    return PlanGrasps(scene, 0, robot_.hand(), arm_W, options_.grasp, obstacles_C);
+    return PlanGrasps(scene, 0, robot_.hand(), Arm(robot_), options_.grasp, obstacles_C);
   }
 
   const DetectorOptions& options_;

@@ -3,12 +3,14 @@
 #include <stdexcept>
 
 #include "grasp/internal/candidates.h"
+#include "robot/ik.h"
 
 namespace rangegrasp::grasp {
 namespace {
 
 using collision::HandCollider;
 using Eigen::Vector3d;
+using internal::Collected;
 using internal::Task;
 using perception::PerceivedObject;
 using perception::Scene;
@@ -32,7 +34,7 @@ SurfaceSamples Thinned(const SurfaceSamples& samples) {
   return thin;
 }
 
-Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, const Vector3d& arm_C,
+Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, const Arm& arm,
               const GraspOptions& options) {
   const PerceivedObject& object = scene.objects[index];
   SurfaceSamples samples = SampleObject(scene, object, kSamples);
@@ -41,7 +43,7 @@ Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, cons
   return {scene,
           object,
           hand,
-          arm_C,
+          arm,
           scene.table.plane.normal,
           options,
           std::move(samples),
@@ -49,12 +51,6 @@ Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, cons
           com,
           internal::HandProfiles(hand)};
 }
-
-/// Free grasps by type, in the order of section 5.2, and those that collide.
-struct Collected {
-  std::vector<Grasp> free;
-  std::vector<Grasp> colliding;
-};
 
 bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
   return std::ranges::count_if(free, [&](const Grasp& grasp) {
@@ -77,11 +73,10 @@ void CollectRotational(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
   internal::ChooseFree(collider, task, internal::CylindricalCandidates(task),
-                       {task.options.max_candidates - 2 * shared, 1, choosing.max_checks}, out.free,
-                       out.colliding);
+                       {task.options.max_candidates - 2 * shared, 1, choosing.max_checks}, out);
   if (task.object.open) collider.SetOwn(SpeckMesh(task.object.completed_C, kWallSpeckCell_m));
   internal::ChooseFree(collider, task, internal::RimCandidates(task),
-                       {shared, 1, choosing.max_rim_checks}, out.free, out.colliding);
+                       {shared, 1, choosing.max_rim_checks}, out);
   if (task.object.open) collider.SetOwn(SurfaceOf(task.object));
 }
 
@@ -92,7 +87,7 @@ void CollectCrowded(Task& task, HandCollider& collider, Collected& out) {
     internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
                          {options.max_candidates, options.choosing.power_per_group,
                           options.choosing.max_crowded_checks},
-                         out.free, out.colliding);
+                         out);
   }
   std::ranges::stable_sort(out.free, std::ranges::greater(), &Grasp::score);
 }
@@ -107,8 +102,7 @@ void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
   if (rotational && !(options.power_fallback && out.free.empty())) return;
   internal::ChooseFree(
       collider, task, internal::PowerCandidates(task),
-      {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks},
-      out.free, out.colliding);
+      {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks}, out);
   if (options.crowded && HasNormals(task.scene, task.object)) CollectCrowded(task, collider, out);
 }
 
@@ -117,21 +111,26 @@ void CollectLateral(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   internal::ChooseFree(
       collider, task, internal::LateralCandidates(task),
-      {task.options.max_candidates, choosing.power_per_group, choosing.max_crowded_checks},
-      out.free, out.colliding);
+      {task.options.max_candidates, choosing.power_per_group, choosing.max_crowded_checks}, out);
 }
 
 }  // namespace
 
+Arm::Arm(const robot::Robot& robot)
+    : base_C(robot.links().front().X_PB.translation()), reaches([&robot](const base::Pose& X_CH) {
+        base::Rng rng(0);  // the same answer for the same pose
+        return !SolveIk(robot, X_CH, robot.home, {.max_solutions = 1}, rng).empty();
+      }) {}
+
 std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const HandModel& hand,
-                              const Vector3d& arm_C, const GraspOptions& given,
+                              const Arm& arm, const GraspOptions& given,
                               std::span<const geometry::TriangleMesh> obstacles_C) {
   const GraspOptions options = FittedTo(hand, given);
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
   if (options.max_candidates < 1) {
     throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");
   }
-  Task task = MakeTask(scene, object, hand, arm_C, options);
+  Task task = MakeTask(scene, object, hand, arm, options);
   if (task.samples.points.empty()) return {};
   HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),
                         scene.table.plane, {options.object_clearance_m, options.table_clearance_m});
@@ -142,6 +141,7 @@ std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const Hand
     CollectLateral(task, collider, out);
   }
   std::vector<Grasp> grasps = std::move(out.free);
+  grasps.insert(grasps.end(), out.unreachable.begin(), out.unreachable.end());
   grasps.insert(grasps.end(), out.colliding.begin(), out.colliding.end());
   const auto max = static_cast<std::size_t>(options.max_candidates);
   if (grasps.size() > max) grasps.resize(max);

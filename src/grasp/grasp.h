@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -33,16 +34,28 @@ struct Grasp {
   bool collides = false;  ///< open hand against everything perceived and the table
 };
 
+/// What is known of the arm that carries the hand.
+struct Arm {
+  /// Of an arm that reaches everywhere.
+  Arm(const Eigen::Vector3d& base) : base_C(base) {}  // NOLINT(google-explicit-constructor)
+  /// Of a robot in W, which is then C. It must outlive this.
+  explicit Arm(const robot::Robot& robot);
+
+  Eigen::Vector3d base_C;
+  /// Whether the joints' limits admit a pose of the hand; empty: they admit all.
+  std::function<bool(const base::Pose& X_CH)> reaches;
+};
+
 /// All candidates for one object of a scene, best first: cylindrical before rim for rotational
-/// objects, power for others (section 5.2), every one with its collision verdict; those that
-/// collide come last.
-/// @param arm_C  the arm's base in C: grasp points next to the arm are preferred (section 5.2).
+/// objects, power for others (section 5.2), every one with its collision verdict: those that
+/// the arm does not reach come after the others, and those that collide last.
+/// @param arm  grasp points next to its base are preferred (section 5.2)
 /// "Up" is the table's normal. A power grasp of a rotational object is the last resort: it is
 /// planned where neither a cylindrical nor a rim grasp is free, or options.power_only asks for it.
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object, or options.max_candidates < 1.
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
-                              const robot::HandModel& hand, const Eigen::Vector3d& arm_C,
+                              const robot::HandModel& hand, const Arm& arm,
                               const GraspOptions& options,
                               std::span<const geometry::TriangleMesh> obstacles_C = {});
 

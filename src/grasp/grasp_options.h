@@ -160,8 +160,9 @@ struct GraspAdditions {         // with the reason for each
   bool narrow_openings = true;
   bool power_fallback = true;
   bool crowded = true;  ///< and by an upper part of what is too wide
+  bool reachable = true;
 };
-constexpr std::array<base::Addition<GraspAdditions>, 9> AdditionsOf(const GraspAdditions*) {
+constexpr std::array<base::Addition<GraspAdditions>, 10> AdditionsOf(const GraspAdditions*) {
   using A = GraspAdditions;
   return {{
       {"centering", &A::centering,
@@ -181,6 +182,8 @@ constexpr std::array<base::Addition<GraspAdditions>, 9> AdditionsOf(const GraspA
        "power grasps of a rotational object if no other grasp is possible"},
       {"crowded", &A::crowded,
        "more power grasps if neighbors leave few: from all directions, tilted, less deep"},
+      {"reachable", &A::reachable,
+       "do not count grasps that the arm cannot reach among those that are enough"},
   }};
 }
 static_assert(base::AllAdditionsListed<GraspAdditions>());

@@ -51,8 +51,8 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     scene = perception::Perceive(observation, options, rng, workspace);
     const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
     for (std::size_t i = 0; i < std::min(grasped, scene.objects.size()); ++i) {
-      grasps.push_back(
-          grasp::PlanGrasps(scene, i, robot.hand(), 2.0 * scene.objects[i].center_C - origin, {}));
+      grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
+                                         grasp::Arm(2.0 * scene.objects[i].center_C - origin), {}));
     }
   }
   nb::list objects, all;

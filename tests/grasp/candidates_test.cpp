@@ -21,7 +21,7 @@ class Workbench {
         task{builder.scene,
              builder.scene.objects.front(),
              hand,
-             ArmBase(),
+             arm,
              Vector3d::UnitZ(),
              options,
              SampleObject(builder.scene, builder.scene.objects.front(), 10000),
@@ -30,6 +30,7 @@ class Workbench {
              HandProfiles(hand)} {}
 
   robot::HandModel hand = SensorHand();
+  Arm arm = ArmBase();
   GraspOptions options;
   Task task;
 };
@@ -334,10 +335,10 @@ TEST(PublishedPowerCandidates, AreFreeAtTheLowestPlace) {
     Workbench bench(builder, AsPublished());
     const collision::HandCollider collider(bench.hand, {}, builder.scene.objects[0].surface_C,
                                            {Vector3d::UnitZ(), 0.0}, {0.002, 0.004});
-    std::vector<Grasp> accepted, rejected;
-    ChooseFree(collider, bench.task, PowerCandidates(bench.task), {24, 4, 120}, accepted, rejected);
-    EXPECT_EQ(accepted.size(), 2u) << width_m;
-    for (const Grasp& g : accepted) {
+    Collected found;
+    ChooseFree(collider, bench.task, PowerCandidates(bench.task), {24, 4, 120}, found);
+    EXPECT_EQ(found.free.size(), 2u) << width_m;
+    for (const Grasp& g : found.free) {
       EXPECT_FALSE(collider.HitsOwn(g.X_CH, bench.hand.IndexAtGap(g.opening_m - 1e-6)));
       EXPECT_LT((g.X_CH * bench.hand.AtGap(width_m).power_center_H).z(), 0.12 - 0.02)
           << "not on top of it";
@@ -411,29 +412,54 @@ TEST(ChooseFree, TakesTheBestOfEveryGroupWithinItsQuota) {
     // Three groups; scores rise; every fourth candidate collides.
     candidates.push_back(Standing(bench.hand, 0.1 * i, i % 3, i % 4 != 0));
   }
-  const auto choose = [&](const Quota& quota, std::vector<Grasp>& rejected) {
-    std::vector<Grasp> accepted;
-    ChooseFree(collider, bench.task, candidates, quota, accepted, rejected);
-    std::vector<double> scores;
-    for (const Grasp& g : accepted) {
-      EXPECT_FALSE(g.collides);
-      scores.push_back(std::round(10.0 * g.score));
-    }
-    return scores;
+  const auto scores = [](const std::vector<Grasp>& grasps) {
+    std::vector<double> tenths;
+    for (const Grasp& g : grasps) tenths.push_back(std::round(10.0 * g.score));
+    return tenths;
   };
-  std::vector<Grasp> rejected;
+  Collected found;
+  const auto choose = [&](const Quota& quota) {
+    found = {};
+    ChooseFree(collider, bench.task, candidates, quota, found);
+    for (const Grasp& g : found.free) EXPECT_FALSE(g.collides);
+    for (const Grasp& g : found.colliding) EXPECT_TRUE(g.collides);
+    return scores(found.free);
+  };
   // 11 (group 2), 10 (1), 9 (0): then every group has its one.
-  EXPECT_EQ(choose({24, 1, 120}, rejected), (std::vector<double>{11, 10, 9}));
-  EXPECT_TRUE(rejected.empty());
+  EXPECT_EQ(choose({24, 1, 120}), (std::vector<double>{11, 10, 9}));
+  EXPECT_TRUE(found.colliding.empty());
   // 8 collides; 7, 6, 5 are the second of their groups, in turn.
-  EXPECT_EQ(choose({24, 2, 120}, rejected), (std::vector<double>{11, 10, 9, 7, 6, 5}));
-  ASSERT_EQ(rejected.size(), 1u);
-  EXPECT_TRUE(rejected.front().collides);
-  EXPECT_EQ(choose({2, 4, 120}, rejected), (std::vector<double>{11, 10}));
-  EXPECT_EQ(choose({24, 4, 5}, rejected), (std::vector<double>{11, 10, 9, 7}));
-  rejected.clear();
-  choose({24, 4, 120}, rejected);
-  EXPECT_EQ(rejected.size(), 3u) << "the best of each group that collides: 8, 4, 0";
+  EXPECT_EQ(choose({24, 2, 120}), (std::vector<double>{11, 10, 9, 7, 6, 5}));
+  EXPECT_EQ(scores(found.colliding), (std::vector<double>{8}));
+  EXPECT_EQ(choose({2, 4, 120}), (std::vector<double>{11, 10}));
+  EXPECT_EQ(choose({24, 4, 5}), (std::vector<double>{11, 10, 9, 7}));
+  choose({24, 4, 120});
+  EXPECT_EQ(scores(found.colliding), (std::vector<double>{8, 4, 0})) << "the best of each group";
+}
+
+// What the arm does not reach takes no place of what it reaches, and keeps its verdict.
+TEST(ChooseFree, LeavesAsideWhatTheArmDoesNotReach) {
+  const SceneBuilder builder = Box(0.06, 0.08, 0.1);
+  Workbench bench(builder);
+  const collision::HandCollider collider(bench.hand, {}, {}, {}, {});
+  std::vector<Candidate> candidates;
+  for (int i = 0; i < 6; ++i) {
+    candidates.push_back(Standing(bench.hand, 1.0 - 0.1 * i, 0, true));
+    candidates.back().grasp.X_CH.translation().x() = i;
+  }
+  bench.arm.reaches = [](const base::Pose& X_CH) { return X_CH.translation().x() > 1.5; };
+  const auto choose = [&] {
+    Collected found;
+    ChooseFree(collider, bench.task, candidates, {24, 2, 120}, found);
+    return found;
+  };
+  const Collected found = choose();
+  ASSERT_EQ(found.free.size(), 2u);
+  EXPECT_EQ(found.free.front().X_CH.translation().x(), 2.0) << "the best within reach";
+  ASSERT_EQ(found.unreachable.size(), 2u);
+  EXPECT_FALSE(found.unreachable.front().collides);
+  bench.options.reachable = false;
+  EXPECT_EQ(choose().free.front().X_CH.translation().x(), 0.0) << "as published";
 }
 
 // The hand grazes the object: it goes up until it does not.
@@ -454,10 +480,10 @@ TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
     c.held_state = 0;
     c.grasp.X_CG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
     c.grasp.X_CH = Move(0.0, 0.0, 0.501 - deep_m - lowest);
-    std::vector<Grasp> accepted, rejected;
-    ChooseFree(collider, bench.task, {c}, {}, accepted, rejected);
-    ASSERT_EQ(accepted.size(), 1u);
-    EXPECT_NEAR(accepted.front().X_CH.translation().z(), c.grasp.X_CH.translation().z() + lift_m,
+    Collected found;
+    ChooseFree(collider, bench.task, {c}, {}, found);
+    ASSERT_EQ(found.free.size(), 1u);
+    EXPECT_NEAR(found.free.front().X_CH.translation().z(), c.grasp.X_CH.translation().z() + lift_m,
                 1e-12);
   }
 }

@@ -9,6 +9,7 @@
 #include "grasp/fixtures.h"
 #include "grasp/internal/closing.h"
 #include "grasp/surface.h"
+#include "robot/test_cells.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -476,6 +477,16 @@ TEST(PlanGrasps, NeedsNoSurface) {
 TEST(PlanGrasps, RejectsBadArguments) {
   SceneBuilder builder;
   EXPECT_THROW(Plan(builder), std::invalid_argument);
+}
+
+// Its shoulder, elbow and wrist span 0.6045 m; flange and hand are shorter than another 0.5 m.
+TEST(Arm, ReachesWhereTheHandIsAndNotBeyondItsLength) {
+  const robot::Robot robot = robot::Robot::Load(Tabletop());
+  const Arm arm(robot);
+  Pose X_WH = robot.HandPose(robot.home);
+  EXPECT_TRUE(arm.reaches(X_WH));
+  X_WH.translation() = arm.base_C + Vector3d(1.2, 0.0, 0.3);
+  EXPECT_FALSE(arm.reaches(X_WH));
 }
 
 TEST(GraspType, HasWords) {

@@ -258,7 +258,7 @@ std::vector<Vector3d> Approaches(const Task& task) {
 
 std::vector<Vector3d> LeaningApproaches(const Task& task, double lean_rad) {
   const int sides = task.options.power.crowded_sides;
-  const Vector3d to_arm = NormalPart(task.arm_C - task.com_C, task.up_C);
+  const Vector3d to_arm = NormalPart(task.arm.base_C - task.com_C, task.up_C);
   std::vector<Vector3d> approaches;
   for (int k = 0; k < sides; ++k) {
     const Vector3d from = Eigen::AngleAxisd(base::Deg(360.0 * k / sides), task.up_C) * to_arm;
@@ -386,7 +386,7 @@ struct SideApproach {
 /// Away from the arm, level or a little downwards, and turned to both sides.
 std::vector<SideApproach> SideApproaches(const Task& task) {
   const LateralOptions& options = task.options.lateral;
-  const Vector3d away = NormalPart(task.com_C - task.arm_C, task.up_C);
+  const Vector3d away = NormalPart(task.com_C - task.arm.base_C, task.up_C);
   std::vector<SideApproach> approaches;
   for (const double down : options.downwards_rad) {
     for (int k = -options.turns_each_way; k <= options.turns_each_way; ++k) {
@@ -483,7 +483,7 @@ std::vector<Candidate> CylindricalCandidates(Task& task) {
   const auto axis = UprightAxis(task);
   if (!axis || 2.0 * task.object.axis->radius_m > task.MaxWidth()) return candidates;
   const Vector3d& center = task.object.axis->center_C;
-  const Vector3d towards_arm = NormalPart(task.arm_C - center, *axis);
+  const Vector3d towards_arm = NormalPart(task.arm.base_C - center, *axis);
   const double diameter_m = 2.0 * task.object.axis->radius_m;
   const double best = task.options.pitches ? options.pitch_rad : 0.0;
   std::vector<double> pitches{best};
@@ -512,7 +512,7 @@ std::vector<Candidate> CylindricalCandidates(Task& task) {
 std::vector<Candidate> RimCandidates(Task& task) {
   const auto axis = UprightAxis(task);
   if (!axis) return {};
-  const Vector3d zero = NormalPart(task.arm_C - task.object.axis->center_C, *axis);
+  const Vector3d zero = NormalPart(task.arm.base_C - task.object.axis->center_C, *axis);
   return task.object.open ? OpenRim(task, *axis, zero) : ClosedRim(task, *axis, zero);
 }
 

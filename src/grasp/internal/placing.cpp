@@ -201,7 +201,7 @@ View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& or
   view.com = X_AC * task.com_C;
   view.up = X_AC.linear() * task.up_C;
   view.table_offset_m = task.scene.table.plane.Distance(origin_C);
-  view.thumb_to_arm = x.dot(NormalPart(task.arm_C - origin_C, z));
+  view.thumb_to_arm = x.dot(NormalPart(task.arm.base_C - origin_C, z));
   return view;
 }
 
@@ -346,7 +346,7 @@ bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const
 }
 
 void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
-                const Quota& quota, std::vector<Grasp>& accepted, std::vector<Grasp>& rejected) {
+                const Quota& quota, Collected& out) {
   std::ranges::stable_sort(candidates, std::ranges::greater(), ScoreOf);
   std::map<int, int> of_group;
   std::map<int, int> tried;
@@ -356,13 +356,15 @@ void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Cand
     if (taken >= quota.max_free || checks >= quota.max_checks) break;
     if (of_group[candidate.group] >= quota.max_of_group) continue;
     ++checks;
-    if (IsFree(collider, task, candidate)) {
+    if (!IsFree(collider, task, candidate)) {
+      candidate.grasp.collides = true;
+      if (++tried[candidate.group] == 1) out.colliding.push_back(candidate.grasp);
+    } else if (!task.Reaches(candidate.grasp.X_CH)) {
+      out.unreachable.push_back(candidate.grasp);
+    } else {
       ++of_group[candidate.group];
       ++taken;
-      accepted.push_back(candidate.grasp);
-    } else if (++tried[candidate.group] == 1) {
-      candidate.grasp.collides = true;
-      rejected.push_back(candidate.grasp);
+      out.free.push_back(candidate.grasp);
     }
   }
 }

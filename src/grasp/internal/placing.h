@@ -45,7 +45,7 @@ struct Task {
   const Scene& scene;
   const PerceivedObject& object;
   const HandModel& hand;
-  Vector3d arm_C;
+  const Arm& arm;
   Vector3d up_C;  ///< the table's normal
   const GraspOptions& options;
   SurfaceSamples samples;  ///< dense, for contacts
@@ -53,6 +53,9 @@ struct Task {
   Vector3d com_C;
   HandProfiles profiles;
 
+  bool Reaches(const Pose& X_CH) const {
+    return !options.reachable || !arm.reaches || arm.reaches(X_CH);
+  }
   double MaxWidth() const { return hand.MaxGap() - 2.0 * options.object_clearance_m; }
 };
 
@@ -180,9 +183,15 @@ std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose&
 bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const Pose& X_CH,
                       const Openings& openings);
 
-/// Checks candidates in the order of their scores and appends those that are free to `accepted`;
-/// the best one of every group that collides goes to `rejected`.
+struct Collected {
+  std::vector<Grasp> free;         ///< by type, in the order of section 5.2
+  std::vector<Grasp> unreachable;  ///< free, but not for the arm
+  std::vector<Grasp> colliding;
+};
+
+/// Checks candidates in the order of their scores and appends them to what was collected: of those
+/// that collide, the best one of every group.
 void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
-                const Quota& quota, std::vector<Grasp>& accepted, std::vector<Grasp>& rejected);
+                const Quota& quota, Collected& out);
 
 }  // namespace rangegrasp::grasp::internal

@@ -229,7 +229,8 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
   }
   GraspLists grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    grasps.push_back(grasp::PlanGrasps(scene, i, hand, 2.0 * scene.objects[i].center_C - origin,
+    grasps.push_back(grasp::PlanGrasps(scene, i, hand,
+                                       grasp::Arm(2.0 * scene.objects[i].center_C - origin),
                                        grasp::GraspOptions{}));
   }
   const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene)};

@@ -251,12 +251,12 @@ class DemoDetector : public trial::Detector {
   /// Of the first object: those with much air to the others first.
   std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
                                    std::span<const geometry::TriangleMesh> obstacles_C) const {
-    const Eigen::Vector3d arm_W = robot_.links().front().X_PB.translation();
+    const grasp::Arm arm(robot_);
     grasp::GraspOptions options = options_.grasping.grasp;
-    const auto tight = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    const auto tight = grasp::PlanGrasps(scene, 0, robot_.hand(), arm, options, obstacles_C);
     if (!options_.roomy_grasps) return tight;
     options.object_clearance_m = std::max(options.object_clearance_m, options_.room_m);
-    auto grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm_W, options, obstacles_C);
+    auto grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm, options, obstacles_C);
     std::erase_if(grasps, [](const grasp::Grasp& grasp) { return grasp.collides; });
     grasps.insert(grasps.end(), tight.begin(), tight.end());
     return grasps;

@@ -42,9 +42,8 @@ trial::Detected GraspsFor(const Understanding& understanding, std::size_t object
   const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
   std::rotate(scene.objects.begin(), at, at + 1);
   const auto obstacles = grasp::ObstaclesOfViews(scene, 0, observation, options.obstacles);
-  const Vector3d arm_W = robot.links().front().X_PB.translation();
-  auto grasps =
-      grasp::PlanGrasps(scene, 0, robot.hand(), arm_W, options.grasp, obstacles.measured_C);
+  auto grasps = grasp::PlanGrasps(scene, 0, robot.hand(), grasp::Arm(robot), options.grasp,
+                                  obstacles.measured_C);
   std::vector<std::string> names;
   if (const auto& found = understanding.found[object]) {
     const NamedGrasps& known = grasps_of.at(found->object);
