@@ -25,28 +25,6 @@ using internal::Model;
 
 // ---- names, tuples and numerics that the program looks for ----
 
-// With the elements that are likely to be meant.
-Cure TupleCure(const Model& model, const std::string& file, const std::string& tuple, mjtObj type,
-               const std::vector<int>& likely) {
-  Cure cure;
-  std::string block = fmt::format("<tuple name=\"{}\">\n", tuple);
-  bool known = !likely.empty();
-  for (const int id : known ? likely : std::vector{-1}) {
-    // Within its own file an element goes without the prefixes of attachments.
-    std::string name(mjcf::Suffix(model.Name(type, id)));
-    if (type == mjOBJ_GEOM && id >= 0) name = model.NameGeom(id, cure);
-    known = known && !name.empty();
-    block += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
-                         name.empty() ? "NAME" : name);
-  }
-  block += "</tuple>";
-  if (!known) return "in <custom>:\n" + block;
-  const int old = model.Find(mjOBJ_TUPLE, tuple);
-  cure +=
-      old >= 0 ? model.Replace(mjOBJ_TUPLE, old, block) : Cure::Insert(file, "/*/custom", block);
-  return cure;
-}
-
 struct Wanted {
   mjtObj type;
   std::string name, what_for;
@@ -103,7 +81,7 @@ void CheckSceneNames(Model& model) {
 
 void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj type,
                 const char* what_for, const std::vector<int>& likely) {
-  const Cure cure = TupleCure(model, file, name, type, likely);
+  const Cure cure = model.SetTuple(name, type, likely, file);
   if (!CheckOne(model, {mjOBJ_TUPLE, name, what_for, cure}, file)) return;
   if (!model.Tuple(name, type).empty()) return;
   model.Error(mjOBJ_TUPLE, name,

@@ -82,14 +82,6 @@ int LineAt(const std::string& text, std::size_t at) {
   return 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
 }
 
-// Behind the end of an element that holds none of its own kind.
-std::size_t EndOf(const std::string& text, const Tag& tag, const std::string& name) {
-  if (tag.empty) return tag.end;
-  const std::string close = "</" + name + ">";
-  const std::size_t end = text.find(close, tag.end);
-  return end == std::string::npos ? tag.end : end + close.size();
-}
-
 // A section at the end of the file: of repeated ones, the last decides.
 Change AddSection(const base::Edit& edit, const std::string& root, std::string& text) {
   const std::string name = edit.element.substr(edit.element.rfind('/') + 1);
@@ -109,7 +101,9 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
   const Tag tag = TagAt(text, begin);
   const std::string indent = IndentOf(text, begin);
   if (edit.replace) {
-    const std::size_t end = EndOf(text, tag, node.name());
+    // What is replaced holds none of its own kind.
+    const std::string close = fmt::format("</{}>", node.name());
+    const std::size_t end = tag.empty ? tag.end : text.find(close, tag.end) + close.size();
     Change change{{}, LineAt(text, begin), text.substr(begin, end - begin), edit.block};
     const std::string block = Indented(edit.block, indent).substr(indent.size());
     if (change.before == block) return {};
@@ -163,20 +157,6 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, const fs::path& file, std:
   return changes;
 }
 
-Fixer::Fixer(const fs::path& mjcf, bool in_place)
-    : mjcf_(mjcf.lexically_normal()), in_place_(in_place) {
-  if (in_place_) CheckBackups(mjcf_, 0);
-}
-
-void Fixer::CheckBackups(const fs::path& original, int depth) {
-  if (depth > kMaxNesting || !fs::is_regular_file(original)) return;
-  const fs::path backup = original.string() + ".bak";
-  if (fs::exists(backup)) {
-    throw base::InputError(backup.string() + ": is there already; move it away, or write copies");
-  }
-  for (const fs::path& file : References(original)) CheckBackups(file, depth + 1);
-}
-
 fs::path Fixer::Original(const fs::path& file) const {
   const fs::path normal = file.lexically_normal();
   for (const auto& [original, target] : targets_) {
@@ -227,8 +207,19 @@ bool Fixer::Refer(const fs::path& original, int depth) {
   return targets_.contains(original);
 }
 
+void Fixer::Back(const std::set<fs::path>& files) {
+  const auto backup = [](const fs::path& file) { return fs::path(file.string() + ".bak"); };
+  for (const fs::path& file : files) {
+    if (!fs::exists(backup(file))) continue;
+    throw base::InputError(backup(file).string() +
+                           ": is there already; move it away, or let --fix write copies");
+  }
+  for (const fs::path& file : files) base::WriteFile(backup(file), base::ReadFile(file));
+}
+
 bool Fixer::Apply(const std::vector<base::Finding>& findings) {
   std::set<std::string> done;  // of two edits for one thing, the first
+  std::set<fs::path> first;    // files that were not edited before
   const std::size_t before = changes_.size();
   for (const base::Finding& finding : findings) {
     for (const base::Edit& edit : finding.edits) {
@@ -240,16 +231,17 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
       const auto made = ApplyEdit(edit, original, text);
       if (made.empty()) continue;
       changes_.insert(changes_.end(), made.begin(), made.end());
-      if (in_place_ && !targets_.contains(original)) {
-        base::WriteFile(original.string() + ".bak", Text(original));
-      }
       texts_[original] = text;
-      targets_[original] =
-          in_place_ ? original : original.parent_path() / (original.stem().string() + ".fixed.xml");
+      const fs::path copy = original.parent_path() / (original.stem().string() + ".fixed.xml");
+      if (targets_.emplace(original, in_place_ ? original : copy).second) first.insert(original);
     }
   }
   if (changes_.size() == before) return false;
-  if (!in_place_) Refer(mjcf_, 0);
+  if (in_place_) {
+    Back(first);
+  } else {
+    Refer(mjcf_, 0);
+  }
   for (const auto& [original, target] : targets_) base::WriteFile(target, texts_.at(original));
   return true;
 }

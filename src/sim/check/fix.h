@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,13 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, const std::filesystem::pat
 /// it. Or in the files themselves, each with its bytes before in FILE.bak.
 class Fixer {
  public:
-  /// @throws base::InputError in place, if a file of the model has a backup already.
-  Fixer(const std::filesystem::path& mjcf, bool in_place);
+  Fixer(const std::filesystem::path& mjcf, bool in_place)
+      : mjcf_(mjcf.lexically_normal()), in_place_(in_place) {}
 
   /// Writes what changes; each file in one step.
   /// @param findings  of the model, then of file()
   /// @return whether anything changed
+  /// @throws base::InputError in place, before anything is written, if one has a backup already.
   bool Apply(const std::vector<base::Finding>& findings);
 
   /// What is to be checked: the copy, once there is one.
@@ -46,7 +48,7 @@ class Fixer {
   std::filesystem::path Target(const std::filesystem::path& original) const;
   const std::string& Text(const std::filesystem::path& original);
   std::vector<std::filesystem::path> References(const std::filesystem::path& original);
-  void CheckBackups(const std::filesystem::path& original, int depth);
+  static void Back(const std::set<std::filesystem::path>& files);
   bool Refer(const std::filesystem::path& original, int depth);
 
   std::filesystem::path mjcf_;

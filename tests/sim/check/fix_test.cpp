@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing_support::ExampleHand;
 using testing_support::TempFolder;
 
-const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
+const std::filesystem::path kProject = RANGEGRASP_SOURCE_DIR;
 
 struct Fault {
   const char* name;
@@ -106,7 +106,7 @@ class Files : public testing::Test {
 class FixedScene : public Files, public testing::WithParamInterface<Fault> {
  protected:
   void SetUp() override {
-    const auto read = [](const char* file) { return base::ReadFile(kSource / file); };
+    const auto read = [](const char* file) { return base::ReadFile(kProject / file); };
     files_ = {{"hand.xml", read("models/hand/sensorhand.xml")},
               {"bench.xml", read("scenes/bench.xml")},
               {"arm.xml", read("tests/data/arms/seven_joints.xml")},
@@ -225,7 +225,11 @@ TEST_F(FixedHand, InPlaceKeepsTheBytesBeforeAndRefusesASecondBackup) {
       HasSubstr(
           "<geom name=\"thumb_pad\" class=\"jaw_pad\" pos=\"-0.004 0 0.060\" condim=\"4\"/>"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "hand.fixed.xml"));
-  EXPECT_THROW(Fixer(file, /*in_place=*/true), base::InputError);
+  Break("hand.xml", "condim=\"3\"", "condim=\"1\"");
+  Write("hand.xml");
+  EXPECT_THROW(Fixer(file, /*in_place=*/true).Apply(CheckModel(file, Kind::kHand)),
+               base::InputError);
+  EXPECT_EQ(base::ReadFile(file), files_.at("hand.xml")) << "left as it was";
 }
 
 // The layout of what is around an edit stays.

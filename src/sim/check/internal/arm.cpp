@@ -120,19 +120,6 @@ std::string ServoBlock(const Model& model, int joint, int actuator) {
   return block + "/>";
 }
 
-// By the joints, in their order.
-Cure ActuatorsInOrder(const Model& model) {
-  const int tuple = model.Find(mjOBJ_TUPLE, "arm_actuators");
-  std::string block = "<tuple name=\"arm_actuators\">\n";
-  for (const int joint : model.arm_joints) {
-    const int actuator = model.DriveOf(joint);
-    if (actuator < 0 || tuple < 0) return "list \"arm_actuators\" in the order of \"arm_joints\"";
-    block += fmt::format("  <element objtype=\"actuator\" objname=\"{}\"/>\n",
-                         mjcf::Suffix(model.Name(mjOBJ_ACTUATOR, actuator)));
-  }
-  return model.Replace(mjOBJ_TUPLE, tuple, block + "</tuple>");
-}
-
 void CheckDrive(Model& model, int joint, int actuator) {
   const mjModel& m = model.m();
   const mjtNum* gain = m.actuator_gainprm + actuator * mjNGAIN;
@@ -142,7 +129,8 @@ void CheckDrive(Model& model, int joint, int actuator) {
     model.Error(mjOBJ_ACTUATOR, actuator, what, cure);
   };
   if (m.actuator_trntype[actuator] != mjTRN_JOINT || m.actuator_trnid[2 * actuator] != joint) {
-    return wrong(fmt::format("does not drive joint \"{}\"", name), ActuatorsInOrder(model));
+    return wrong(fmt::format("does not drive joint \"{}\"", name),
+                 model.SetTuple("arm_actuators", mjOBJ_ACTUATOR, model.DrivesOfArm(), ""));
   }
   const Cure servo = model.Replace(mjOBJ_ACTUATOR, actuator, ServoBlock(model, joint, actuator));
   if (m.actuator_biastype[actuator] != mjBIAS_AFFINE || !(gain[0] > 0.0) ||

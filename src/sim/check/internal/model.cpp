@@ -96,9 +96,7 @@ void Model::FindArm() {
     if (joints.size() > arm_joints.size()) arm_joints = joints;
   }
   arm_actuators = Tuple("arm_actuators", mjOBJ_ACTUATOR);
-  for (std::size_t i = 0; arm_actuators.size() == i && i < arm_joints.size(); ++i) {
-    if (const int drive = DriveOf(arm_joints[i]); drive >= 0) arm_actuators.push_back(drive);
-  }
+  if (arm_actuators.empty()) arm_actuators = DrivesOfArm();
   if (arm_actuators.size() != arm_joints.size()) arm_actuators.clear();
   home = Numeric("home");
   if (home.size() != arm_joints.size()) home.clear();
@@ -109,6 +107,13 @@ int Model::DriveOf(int joint) const {
     if (m().actuator_trntype[a] == mjTRN_JOINT && m().actuator_trnid[2 * a] == joint) return a;
   }
   return -1;
+}
+
+std::vector<int> Model::DrivesOfArm() const {
+  std::vector<int> drives;
+  for (const int joint : arm_joints) drives.push_back(DriveOf(joint));
+  if (std::ranges::find(drives, -1) != drives.end()) drives.clear();
+  return drives;
 }
 
 void Model::SetHome() {
@@ -202,6 +207,26 @@ Cure Model::SetNumeric(const std::string& name, const std::string& data,
   if (id >= 0) return Set(mjOBJ_NUMERIC, id, {{"data", data}});
   return Cure::Insert(file, "/*/custom",
                       fmt::format("<numeric name=\"{}\" data=\"{}\"/>", name, data));
+}
+
+Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
+                     const std::string& file) const {
+  Cure cure;
+  std::string block = fmt::format("<tuple name=\"{}\">\n", name);
+  bool known = !ids.empty();
+  for (const int id : known ? ids : std::vector{-1}) {
+    // Within its own file an element goes without the prefixes of attachments.
+    std::string element(mjcf::Suffix(Name(type, id)));
+    if (type == mjOBJ_GEOM && id >= 0) element = NameGeom(id, cure);
+    known = known && !element.empty();
+    block += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
+                         element.empty() ? "NAME" : element);
+  }
+  block += "</tuple>";
+  if (!known) return "in <custom>:\n" + block;
+  const int old = Find(mjOBJ_TUPLE, name);
+  return cure +
+         (old >= 0 ? Replace(mjOBJ_TUPLE, old, block) : Cure::Insert(file, "/*/custom", block));
 }
 
 Cure Model::Stiffer(int actuator, double times) const {

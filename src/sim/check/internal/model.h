@@ -114,13 +114,13 @@ class Model {
   Cure Replace(mjtObj type, int id, const std::string& block) const;
   /// A numeric's values; in the file if there is none yet.
   Cure SetNumeric(const std::string& name, const std::string& data, const std::string& file) const;
+  /// The same of a tuple; to be completed where there are no elements, or ones without names.
+  Cure SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
+                const std::string& file) const;
   /// A servo so many times as stiff and damped, in the attributes that it has.
   Cure Stiffer(int actuator, double times) const;
   /// Another name of a body, in its file alone, with all that refers to it there.
   Cure Rename(int body, const std::string& name) const;
-  /// A name that geoms are known by, and the edit that gives it to a geom without one; an empty
-  /// name where the file does not tell which geom that is.
-  std::string NameGeom(int geom, Cure& cure) const;
 
   void Report(bool error, std::string where, std::string element, std::string what, Cure cure) {
     findings_.push_back({error, std::move(where), std::move(element), std::move(what),
@@ -157,13 +157,17 @@ class Model {
   /// By tuples; guessed where the file has none: the hinges between the world and the hand, or the
   /// longest chain of hinges.
   std::vector<int> arm_joints, arm_actuators;
-  int hand = -1;                 ///< body
-  std::vector<double> home;      ///< empty if it is missing or of another length
-  int DriveOf(int joint) const;  ///< the first actuator on it; -1
-  void SetHome();                ///< joints to home; to the middle of their ranges without one
+  int hand = -1;                         ///< body
+  std::vector<double> home;              ///< empty if it is missing or of another length
+  int DriveOf(int joint) const;          ///< the first actuator on it; -1
+  std::vector<int> DrivesOfArm() const;  ///< of all arm_joints; empty if one has none
+  void SetHome();  ///< joints to home; to the middle of their ranges without one
 
  private:
   void FindArm();
+  /// The name of a geom in its file, and the edit that gives it one; empty where the file does not
+  /// tell which geom that is.
+  std::string NameGeom(int geom, Cure& cure) const;
 
   std::filesystem::path file_;
   Kind kind_;
