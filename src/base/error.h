@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace rangegrasp::base {
@@ -20,25 +21,32 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a check of a file found wrong, and how one edit cures it.
-struct Finding {
-  bool error = true;    ///< false: a warning
-  std::string where;    ///< "arm.xml:33", or the file alone
-  std::string element;  ///< "joint \"joint1\""
-  std::string what;     ///< a sentence without its full stop
-  std::string cure;     ///< the same; may hold lines to paste
+/// One edit of an XML file: attributes that are set, or a block of text.
+struct Edit {
+  std::string file;
+  std::string element;  ///< XPath, e.g. "//joint[@name='joint1']"; or "/*/custom", made if missing
+  /// Of all elements that match; what gets an empty value is removed.
+  std::vector<std::pair<std::string, std::string>> set = {};
+  std::string block = {};  ///< what the first of them then holds
+  bool replace = false;    ///< the block takes its place
+  bool operator==(const Edit&) const = default;
 };
 
+/// What a check of a file found wrong, and how to cure it.
+struct Finding {
+  bool error = true;             ///< false: a warning
+  std::string where;             ///< "arm.xml:33", or the file alone
+  std::string element;           ///< "joint \"joint1\""
+  std::string what;              ///< a sentence without its full stop
+  std::string cure;              ///< what is to be said besides the edits
+  std::vector<Edit> edits = {};  ///< which cure it, where that is definite
+};
+
+/// The edits as text, then what is said besides; may have several lines.
+std::string CureOf(const Finding& finding);
+
 /// "arm.xml:33: error: joint "joint1": WHAT" and "  fix: CURE", lines of the cure indented.
-inline std::string TextOf(const Finding& finding) {
-  std::string text = finding.where + (finding.error ? ": error: " : ": warning: ");
-  if (!finding.element.empty()) text += finding.element + ": ";
-  text += finding.what;
-  if (finding.cure.empty()) return text;
-  text += "\n    fix: ";
-  for (const char c : finding.cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
-  return text;
-}
+std::string TextOf(const Finding& finding);
 
 inline bool HasError(const std::vector<Finding>& findings) {
   return std::ranges::any_of(findings, &Finding::error);

@@ -12,6 +12,7 @@
 #include "base/installation.h"
 #include "base/process/program.h"
 #include "base/words.h"
+#include "sim/check/check.h"
 #include "trial/registry.h"
 #include "trial/trial.h"
 
@@ -105,6 +106,7 @@ Options Generated(Options options, const std::filesystem::path& folder) {
 // What keeps a trial of a kind from its end, and what would help.
 struct Cause {
   std::string element, what, cure;
+  std::vector<base::Edit> edits = {};
 };
 
 // By the figures of the audit (sim/internal/audit.cpp).
@@ -275,7 +277,7 @@ class Trying {
         {error, cell_.options.scene.string(), group.first.element,
          fmt::format("{} ({} of {} trials, {}: {})", group.first.what, group.count, tried_.trials,
                      base::Join(outcomes), base::Join(group.objects)),
-         group.first.cure});
+         group.first.cure, group.first.edits});
   }
 
   // Drives that do not give the grip hold nothing heavier than what was tried.
@@ -295,16 +297,18 @@ class Trying {
     for (Eigen::Index i = 0; i < lags_rad_.size(); ++i) {
       if (lags_rad_[i] > kLag_rad) slow.push_back(fmt::format("{}", i + 1));
     }
-    tried_.findings.push_back(
-        {true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
-         fmt::format("fall up to {:.1f} mrad behind in the motions of a trial; more than 5 mrad is "
-                     "taken for contact, more than 8 mrad ends the grasp",
-                     1e3 * lags_rad_.maxCoeff()),
-         SlowEnough()});
+    Finding behind{
+        true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
+        fmt::format("fall up to {:.1f} mrad behind in the motions of a trial; more than 5 mrad is "
+                    "taken for contact, more than 8 mrad ends the grasp",
+                    1e3 * lags_rad_.maxCoeff()),
+        ""};
+    SlowEnough(behind);
+    tried_.findings.push_back(behind);
   }
 
-  // Limits with which the worst trial's drives follow.
-  std::string SlowEnough() {
+  // Limits with which the worst trial's drives follow, as its cure.
+  void SlowEnough(Finding& behind) {
     robot::Robot& robot = cell_.robot;
     const VectorXd velocity = robot.velocity, acceleration = robot.acceleration;
     VectorXd lags_rad = lags_rad_;
@@ -320,12 +324,13 @@ class Trying {
       if (!attempt.log || attempt.log->lags_rad.size() == 0) break;
       lags_rad = attempt.log->lags_rad;
     }
-    const auto line = [](const char* name, const VectorXd& values) {
-      return fmt::format("<numeric name=\"{}\" data=\"{:g}\"/>", name,
-                         fmt::join(values.begin(), values.end(), " "));
+    const auto limit = [&](const char* name, const VectorXd& values) {
+      const std::string data = fmt::format("{:g}", fmt::join(values.begin(), values.end(), " "));
+      const auto edits = check::EditOf(cell_.options.scene, "numeric", name, {{"data", data}});
+      behind.edits.insert(behind.edits.end(), edits.begin(), edits.end());
     };
-    std::string cure = line("joint_acceleration", robot.acceleration);
-    if (robot.velocity != velocity) cure += "\n" + line("joint_velocity", robot.velocity);
+    limit("joint_acceleration", robot.acceleration);
+    if (robot.velocity != velocity) limit("joint_velocity", robot.velocity);
     const double slowest = (robot.acceleration.array() / acceleration.array()).minCoeff();
     robot.velocity = velocity;
     robot.acceleration = acceleration;
@@ -333,7 +338,8 @@ class Trying {
         fmt::format("kp of their drives {:.0f} times as high, or less damping of the joints",
                     std::ceil(lags_rad_.maxCoeff() / (kSlower * kLag_rad)));
     const bool held = lags_rad.maxCoeff() <= kLag_rad;
-    return held && slowest >= kUsable ? "tried: " + cure + "\nor " + stiffer : stiffer;
+    if (!held || slowest < kUsable) behind.edits.clear();
+    behind.cure = (behind.edits.empty() ? "" : " (tried)\nor ") + stiffer;
   }
 
   static double Rounded(double v) { return std::max(0.01, std::floor(100.0 * v) / 100.0); }

@@ -20,27 +20,15 @@ namespace {
 
 using base::Finding;
 using Eigen::Vector3d;
+using internal::Cure;
 using internal::Model;
 
 // ---- names, tuples and numerics that the program looks for ----
 
-// A block to paste, with the elements that are likely to be meant.
-std::string TupleBlock(const Model& model, const std::string& tuple, mjtObj type,
-                       std::vector<int> ids) {
-  std::string text = fmt::format("in <custom>:\n<tuple name=\"{}\">\n", tuple);
-  if (ids.empty()) ids = {-1};  // has no name
-  for (const int id : ids) {
-    // Within its own file an element goes without the prefixes of attachments.
-    const std::string name = model.Name(type, id);
-    text += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
-                        name.empty() ? "NAME" : mjcf::Suffix(name));
-  }
-  return text + "</tuple>";
-}
-
 struct Wanted {
   mjtObj type;
-  std::string name, what_for, cure;
+  std::string name, what_for;
+  Cure cure;
   bool needed = true;
 };
 
@@ -60,29 +48,40 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
   return false;
 }
 
+// Places and views of scenes/tabletop.xml.
 void CheckSceneNames(Model& model) {
   const std::string file = model.file().string();
+  const auto in_world = [&](const char* block, const char* said = "") {
+    return Cure::Insert(file, "/*/worldbody", block) + said;
+  };
   for (const Wanted& wanted :
        {Wanted{mjOBJ_SITE, "workspace", "objects are placed and perceived there",
-               "<site name=\"workspace\" type=\"cylinder\" size=\"0.13 0.0005\" group=\"4\"/> on "
-               "the table's top (z = 0); its first size is the radius"},
+               in_world("<site name=\"workspace\" type=\"cylinder\" size=\"0.13 0.0005\" "
+                        "group=\"4\"/>",
+                        " on the table's top (z = 0); its first size is the radius")},
         Wanted{mjOBJ_SITE, "delivery", "objects are delivered there",
-               "<site name=\"delivery\" type=\"cylinder\" pos=\"-0.08 -0.42 0\" size=\"0.15 "
-               "0.0005\" group=\"4\"/> on the table's top"},
+               in_world("<site name=\"delivery\" type=\"cylinder\" pos=\"-0.08 -0.42 0\" "
+                        "size=\"0.15 0.0005\" group=\"4\"/>",
+                        " on the table's top")},
         Wanted{mjOBJ_SITE, "scanner", "it is the pose of the sensor",
-               "<site name=\"scanner\" group=\"4\"/> with x to the right, y down, z to the "
-               "workspace, as in scenes/tabletop.xml"},
-        Wanted{mjOBJ_CAMERA, "overview", "`snapshot` uses it", "copy it from scenes/tabletop.xml",
+               in_world("<site name=\"scanner\" pos=\"0.8 0 0.62\" xyaxes=\"0 1 0 0.6018 0 "
+                        "-0.7986\" group=\"4\"/>",
+                        " where your sensor is: x to the right, y down, z to the workspace")},
+        Wanted{mjOBJ_CAMERA, "overview", "`snapshot` uses it",
+               in_world("<camera name=\"overview\" pos=\"1.3 -1.62 1.15\" xyaxes=\"0.8107 0.5855 "
+                        "0 -0.236 0.3267 0.9152\" fovy=\"42\"/>"),
                false},
         Wanted{mjOBJ_CAMERA, "close", "`trial --snapshots` uses it",
-               "copy it from scenes/tabletop.xml", false}}) {
+               in_world("<camera name=\"close\" pos=\"0.46 -0.52 0.4\" xyaxes=\"0.7282 0.6854 0 "
+                        "-0.2699 0.2867 0.9192\" fovy=\"40\"/>"),
+               false}}) {
     CheckOne(model, wanted, file);
   }
 }
 
 void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj type,
                 const char* what_for, const std::vector<int>& likely) {
-  const std::string cure = TupleBlock(model, name, type, likely);
+  const Cure cure = model.SetTuple(name, type, likely, file);
   if (!CheckOne(model, {mjOBJ_TUPLE, name, what_for, cure}, file)) return;
   if (!model.Tuple(name, type).empty()) return;
   model.Error(mjOBJ_TUPLE, name,
@@ -102,9 +101,9 @@ void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, s
               wanted.cure);
 }
 
-std::string NumericBlock(const char* name, std::size_t count, const char* value) {
-  return fmt::format("in <custom>: <numeric name=\"{}\" data=\"{}\"/>", name,
-                     fmt::join(std::vector(count, value), " "));
+// So many times a value.
+std::string Values(std::size_t count, const char* value) {
+  return fmt::format("{}", fmt::join(std::vector(count, value), " "));
 }
 
 void CheckArmNames(Model& model) {
@@ -117,17 +116,19 @@ void CheckArmNames(Model& model) {
   for (const auto& [name, unit, value] :
        {std::array{"joint_velocity", "limits in rad/s", "1"},
         std::array{"joint_acceleration", "limits in rad/s^2", "2"}}) {
-    CheckNumeric(
-        model, file,
-        {mjOBJ_NUMERIC, name, unit,
-         NumericBlock(name, n, value) + ", or the values of the data sheet, one per joint"},
-        n, true);
+    CheckNumeric(model, file,
+                 {mjOBJ_NUMERIC, name, unit,
+                  model.SetNumeric(name, Values(n, value), file) +
+                      ", or the values of the data sheet, one per joint"},
+                 n, true);
   }
-  std::string home = SuggestHome(model);
-  home = home.empty()
-             ? NumericBlock("home", n, "0") +
-                   ", in the arm's file or the scene's: the check of the scene proposes one"
-             : "in <custom>: " + home;
+  Cure home = SuggestHome(model);
+  if (home.empty()) {
+    home = fmt::format(
+        "<numeric name=\"home\" data=\"{}\"/> in the arm's file or the scene's: the check of the "
+        "scene proposes one",
+        Values(n, "0"));
+  }
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "home", "joint positions of the arm at rest [rad]", home,
                 model.kind() == Kind::kScene},
@@ -150,10 +151,11 @@ void CheckMotorNames(Model& model, const std::string& file) {
              guess.fingertips);
   const auto ends = [&](const char* name, const char* what, const std::string& values) {
     const std::size_t drives = model.Tuple("hand_motors", mjOBJ_ACTUATOR).size();
-    CheckNumeric(model, file,
-                 {mjOBJ_NUMERIC, name, what,
-                  NumericBlock(name, 1, values.empty() ? "VALUE ..." : values.c_str())},
-                 drives > 0 ? drives : guess.motors.size(), false);
+    CheckNumeric(
+        model, file,
+        {mjOBJ_NUMERIC, name, what,
+         values.empty() ? Cure("one value per drive") : model.SetNumeric(name, values, file)},
+        drives > 0 ? drives : guess.motors.size(), false);
   };
   ends("hand_open", "position of each drive's joint or tendon in the open hand [rad or m]",
        guess.open);
@@ -161,14 +163,14 @@ void CheckMotorNames(Model& model, const std::string& file) {
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "grip_force",
                 "the first and the maximum grip force between the two sides [N]",
-                "in <custom>: <numeric name=\"grip_force\" data=\"20 40\"/>"},
+                model.SetNumeric("grip_force", "20 40", file)},
                2, true);
 }
 
 void CheckToolSites(Model& model, const std::string& file) {
   const bool own = model.Find(mjOBJ_SITE, "tcp_tip") >= 0 || IsGeared(model);
-  const std::string cure =
-      own ? "a <site> of this name in the body \"hand\", between the tips of the open hand"
+  const Cure cure =
+      own ? Cure("a <site> of this name in the body \"hand\", between the tips of the open hand")
           : SuggestTool(model);
   for (const char* site : own ? std::vector{"tcp_tip", "tcp_power"} : std::vector{"tcp"}) {
     CheckOne(model,
@@ -188,9 +190,8 @@ void CheckHandNames(Model& model) {
       "xyaxes=\"0 1 0 0 0 1\">\n  <frame pos=\"-0.010 0.075 -0.020\">\n    <attach model=\"hand\" "
       "body=\"hand\" prefix=\"hand/\"/>\n  </frame>\n</frame>\nwhere FLANGE is the position of the "
       "flange, whose axis is z";
-  const std::string rename = model.kind() == Kind::kHand && model.m().nbody > 1
-                                 ? fmt::format("name=\"hand\" instead of \"{}\"", model.BodyName(1))
-                                 : attach;
+  const Cure rename =
+      model.kind() == Kind::kHand && model.m().nbody > 1 ? model.Rename(1, "hand") : Cure(attach);
   if (!CheckOne(model, {mjOBJ_BODY, "hand", "the hand's root", rename},
                 model.HasArm() ? model.ArmFile() : file)) {
     if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
@@ -207,7 +208,7 @@ void CheckHandNames(Model& model) {
   CheckToolSites(model, file);
   CheckOne(model,
            {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",
-            "<touch> sensors on the last segments, named in a tuple of this name", false},
+            SuggestSensors(model, file), false},
            file);
 }
 
@@ -444,6 +445,14 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
   }
   std::ranges::stable_partition(findings, &Finding::error);
   return findings;
+}
+
+std::vector<base::Edit> EditOf(const std::filesystem::path& scene, const std::string& kind,
+                               std::string_view name, const internal::Attributes& attributes) {
+  auto edit = internal::SourceLines(scene).EditOfSuffix(kind, name);
+  if (!edit) return {};
+  edit->set = attributes;
+  return {*edit};
 }
 
 bool IsObjectFile(const std::filesystem::path& mjcf) { return sim::internal::IsObject(mjcf); }

@@ -22,6 +22,7 @@
 #include "sensing/line_scanner.h"
 #include "sensing/range_sensor.h"
 #include "sim/check/check.h"
+#include "sim/check/fix.h"
 #include "sim/render.h"
 #include "trial/cell.h"
 #include "trial/grasping_task.h"
@@ -39,6 +40,7 @@ struct CheckArguments {
   std::string file;
   std::string as;
   std::string detector;
+  std::string fix;  // "", "copy", "in-place"
   std::vector<std::string> set;
   bool json = false, quick = false;
 };
@@ -83,6 +85,7 @@ struct Checked {
   std::string kind;
   Findings findings;
   std::optional<trial::Tryout> tried;
+  std::vector<check::Change> changes;  // of --fix
 
   // Where nothing else is wrong.
   void Try(const CheckArguments& arguments, const trial::Options& options) {
@@ -118,6 +121,42 @@ Checked CheckFile(const CheckArguments& arguments) {
   return checked;
 }
 
+// What is cured shows what else is wrong: names first, then how the hand closes, motions, trials.
+constexpr int kFixRounds = 8;
+
+// Makes the definite edits, and checks again until there are none; `file` is then the copy.
+Checked FixFile(CheckArguments& arguments) {
+  if (arguments.file.empty() || IsExperiment(arguments.file)) {
+    throw base::InputError("--fix needs an MJCF file, such as the scene of an experiment");
+  }
+  if (arguments.fix != "copy" && arguments.fix != "in-place") {
+    throw base::InputError("--fix '" + arguments.fix + "' must be copy or in-place");
+  }
+  check::Fixer fixer(arguments.file, arguments.fix == "in-place");
+  Checked checked = CheckFile(arguments);
+  arguments.as = checked.kind;
+  for (int round = 0; round < kFixRounds && fixer.Apply(checked.findings); ++round) {
+    arguments.file = fixer.file().string();
+    checked = CheckFile(arguments);
+  }
+  checked.changes = fixer.changes();
+  return checked;
+}
+
+// As a list of differences.
+std::string TextOf(const check::Change& change) {
+  std::string text = fmt::format("{}:{}:\n", change.file.string(), change.line);
+  const auto add = [&](char sign, const std::string& lines) {
+    if (lines.empty()) return;
+    for (const std::string& line : base::Split(lines, '\n')) {
+      text += fmt::format("    {} {}\n", sign, line);
+    }
+  };
+  add('-', change.before);
+  add('+', change.after);
+  return text;
+}
+
 std::string JsonOf(const std::string& file, const Checked& checked) {
   nlohmann::ordered_json json = {
       {"file", file}, {"kind", checked.kind}, {"findings", nlohmann::ordered_json::array()}};
@@ -131,17 +170,21 @@ std::string JsonOf(const std::string& file, const Checked& checked) {
                                 {"where", f.where},
                                 {"element", f.element},
                                 {"what", f.what},
-                                {"cure", f.cure}});
+                                {"cure", base::CureOf(f)}});
+  }
+  for (const check::Change& c : checked.changes) {
+    json["edits"].push_back(
+        {{"file", c.file.string()}, {"line", c.line}, {"before", c.before}, {"after", c.after}});
   }
   return json.dump(2) + "\n";
 }
 
-void Check(const CheckArguments& arguments) {
+void Check(CheckArguments arguments) {
   if (arguments.file.empty() == arguments.detector.empty()) {
     throw base::InputError("check needs either a file or --detector");
   }
   if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
-  const Checked checked = CheckFile(arguments);
+  const Checked checked = arguments.fix.empty() ? CheckFile(arguments) : FixFile(arguments);
   const Findings& findings = checked.findings;
   const auto errors = std::ranges::count(findings, true, &base::Finding::error);
   const auto warnings = static_cast<std::ptrdiff_t>(findings.size()) - errors;
@@ -149,12 +192,14 @@ void Check(const CheckArguments& arguments) {
     WriteResult(JsonOf(arguments.file, checked));
   } else {
     std::string text;
+    for (const check::Change& change : checked.changes) text += TextOf(change);
     for (const base::Finding& finding : findings) text += base::TextOf(finding) + "\n";
     if (checked.tried) text += checked.tried->Text() + "\n";
     text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
                         checked.kind.find_first_of("aeo") == 0 ? "an" : "a", checked.kind,
                         findings.empty() ? std::string("no errors")
                                          : fmt::format("{} errors, {} warnings", errors, warnings));
+    if (!checked.changes.empty()) text += fmt::format("edits made: {}\n", checked.changes.size());
     WriteResult(text);
   }
   if (errors > 0) throw base::InputError(fmt::format("{}: has errors", arguments.file));
@@ -395,12 +440,17 @@ void AddCheckCommand(CLI::App& app) {
                       "check your own grasp detector on a few scans instead of a file, e.g. "
                       "\"python3 my_detector.py\"");
   command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
+  command->add_flag("--fix{copy}", a->fix,
+                    "make the definite edits in NAME.fixed.xml next to the file, also of what it "
+                    "includes or attaches, and check that; --fix=in-place changes the files and "
+                    "keeps them as FILE.bak");
   command->add_flag("--json", a->json, "print the findings as JSON");
   command->add_flag("--quick", a->quick,
                     "without trials: a scene or experiment without errors is else tried on "
                     "generated boxes, cylinders and balls, which takes about 10 s");
   command->footer(
-      "Example: rangegrasp check scenes/tabletop.xml\nExit codes: 0 no errors, 2 errors. `run` "
+      "Examples:\n  rangegrasp check scenes/tabletop.xml\n  rangegrasp check --fix "
+      "my_hand.xml\nExit codes: 0 no errors, 2 errors. `run` "
       "does the same check, without trials, before its first trial.");
   command->callback([a] { Check(*a); });
 }

@@ -96,7 +96,7 @@ TEST_F(OwnHand, AsksForTheNameOfTheRootBody) {
   Replace("<body name=\"hand\"", "<body name=\"gripper\"");
   Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
   Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
-  ExpectOne({"body \"hand\"", "name=\"hand\" instead of \"gripper\""});
+  ExpectOne({"body \"hand\"", "name=\"hand\" in <body name=\"gripper\">"});
 }
 TEST_F(OwnHand, AValueForEachDrive) {
   Replace("name=\"hand_closed\" data=\"0\"", "name=\"hand_closed\" data=\"0 0\"");
@@ -118,8 +118,8 @@ TEST_F(OwnHand, SaysThatPadsNeverMeet) {
 TEST_F(OwnHand, SaysThatOpenAndClosedAreSwapped) {
   Replace("name=\"hand_open\" data=\"0.05\"", "name=\"hand_open\" data=\"0.0\"");
   Replace("name=\"hand_closed\" data=\"0\"", "name=\"hand_closed\" data=\"0.05\"");
-  ExpectOne({"move apart while the hand closes", "name=\"hand_open\" data=\"0.05\"",
-             "name=\"hand_closed\" data=\"0\""});
+  ExpectOne({"move apart while the hand closes", "data=\"0.05\" in <numeric name=\"hand_open\">",
+             "data=\"0\" in <numeric name=\"hand_closed\">"});
 }
 TEST_F(OwnHand, SaysThatADriveStopsShort) {
   Replace("name=\"hand_open\" data=\"0.05\"", "name=\"hand_open\" data=\"0.045\"");
@@ -135,7 +135,8 @@ TEST_F(OwnHand, SaysThatAnEqualityDoesNotHold) {
 }
 TEST_F(OwnHand, SaysThatTheDriveIsTooWeak) {
   Replace("forcerange=\"-200 200\"", "forcerange=\"-60 60\"");
-  ExpectOne({"actuator \"jaw_drive\"", "gives 30 N", "name=\"grip_force\" data=\"30 30\""});
+  ExpectOne(
+      {"actuator \"jaw_drive\"", "gives 30 N", "data=\"30 30\" in <numeric name=\"grip_force\">"});
 }
 // 70 N of 70 N, but for what a file and a solver round.
 TEST_F(OwnHand, ADriveThatGivesTheForceButForRoundingIsStrongEnough) {
@@ -184,8 +185,8 @@ TEST_P(ForeignHand, IsToldWhatItLacks) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Menagerie, ForeignHand,
-    ::testing::Values(std::pair("robotiq_2f85/2f85.xml", "instead of \"base_mount\""),
-                      std::pair("wonik_allegro/right_hand.xml", "instead of \"palm\"")),
+    ::testing::Values(std::pair("robotiq_2f85/2f85.xml", "in <body name=\"base_mount\">"),
+                      std::pair("wonik_allegro/right_hand.xml", "in <body name=\"palm\">")),
     [](const auto& tested) { return std::string(tested.index == 0 ? "robotiq" : "allegro"); });
 
 }  // namespace

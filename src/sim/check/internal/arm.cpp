@@ -102,14 +102,22 @@ void CheckHome(Model& model) {
   if (bad.empty()) return;
   model.Error(mjOBJ_NUMERIC, "home",
               "is outside the joints' ranges [rad]: " + base::Join(bad, "; "),
-              fmt::format("<numeric name=\"home\" data=\"{:.4g}\"/>", fmt::join(values, " ")));
+              model.SetNumeric("home", fmt::format("{:.4g}", fmt::join(values, " ")), ""));
 }
 
-std::string ServoBlock(const Model& model, int joint) {
-  const std::string name = model.Name(mjOBJ_JOINT, joint);
-  const char* range = model.m().jnt_limited[joint] ? " inheritrange=\"1\"" : "";
-  return fmt::format("<position joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}/>", mjcf::Suffix(name),
-                     range);
+// What a file says of the force stays; its own name stays.
+std::string ServoBlock(const Model& model, int joint, int actuator) {
+  const mjModel& m = model.m();
+  const std::string name(mjcf::Suffix(model.Name(mjOBJ_JOINT, joint)));
+  std::string block = fmt::format(
+      "<position name=\"{}\" joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}",
+      actuator < 0 ? "servo_" + name : mjcf::Suffix(model.Name(mjOBJ_ACTUATOR, actuator)), name,
+      m.jnt_limited[joint] ? " inheritrange=\"1\"" : "");
+  if (actuator >= 0 && m.actuator_forcelimited[actuator]) {
+    const mjtNum* force = m.actuator_forcerange + 2 * actuator;
+    block += fmt::format(" forcerange=\"{:g} {:g}\"", force[0], force[1]);
+  }
+  return block + "/>";
 }
 
 void CheckDrive(Model& model, int joint, int actuator) {
@@ -117,24 +125,24 @@ void CheckDrive(Model& model, int joint, int actuator) {
   const mjtNum* gain = m.actuator_gainprm + actuator * mjNGAIN;
   const mjtNum* bias = m.actuator_biasprm + actuator * mjNBIAS;
   const std::string name = model.Name(mjOBJ_JOINT, joint);
-  const auto wrong = [&](const std::string& what, const std::string& cure) {
+  const auto wrong = [&](const std::string& what, const Cure& cure) {
     model.Error(mjOBJ_ACTUATOR, actuator, what, cure);
   };
   if (m.actuator_trntype[actuator] != mjTRN_JOINT || m.actuator_trnid[2 * actuator] != joint) {
     return wrong(fmt::format("does not drive joint \"{}\"", name),
-                 "list \"arm_actuators\" in the order of \"arm_joints\"");
+                 model.SetTuple("arm_actuators", mjOBJ_ACTUATOR, model.DrivesOfArm(), ""));
   }
+  const Cure servo = model.Replace(mjOBJ_ACTUATOR, actuator, ServoBlock(model, joint, actuator));
   if (m.actuator_biastype[actuator] != mjBIAS_AFFINE || !(gain[0] > 0.0) ||
       std::abs(bias[1] + gain[0]) > kSameGain * gain[0]) {
-    return wrong("is not a position servo", "instead " + ServoBlock(model, joint));
+    return wrong("is not a position servo", servo);
   }
   if (const double gear = m.actuator_gear[6 * actuator]; gear != 1.0) {
     return wrong(fmt::format("has a gear of {:g}, so that its command is not an angle", gear),
-                 "instead " + ServoBlock(model, joint));
+                 servo);
   }
   if (bias[2] == 0.0 && m.dof_damping[m.jnt_dofadr[joint]] == 0.0) {
-    wrong("oscillates without end: neither it nor its joint is damped",
-          "dampratio=\"1\" in a <position>, or the third number of biasprm");
+    wrong("oscillates without end: neither it nor its joint is damped", servo);
   }
   const mjtNum* command = m.actuator_ctrlrange + 2 * actuator;
   if (!m.actuator_ctrllimited[actuator]) return;
@@ -143,25 +151,26 @@ void CheckDrive(Model& model, int joint, int actuator) {
   wrong(fmt::format("accepts commands from {:.4g} to {:.4g} only, but joint \"{}\" turns from "
                     "{:.4g} to {:.4g}: motions are limited there",
                     command[0], command[1], name, low, high),
-        fmt::format("ctrlrange=\"{:.6g} {:.6g}\", or the same range for the joint", low, high));
+        model.Set(mjOBJ_ACTUATOR, actuator,
+                  {{"ctrlrange", fmt::format("{:.6g} {:.6g}", low, high)}}) +
+            ", or the same range for the joint");
 }
 
 void CheckArmature(Model& model) {
   const mjModel& m = model.m();
   std::vector<int> light;
+  Cure cure;
   for (const int joint : model.arm_joints) {
-    if (m.dof_armature[m.jnt_dofadr[joint]] < kMinArmature) light.push_back(joint);
+    if (m.dof_armature[m.jnt_dofadr[joint]] >= kMinArmature) continue;
+    light.push_back(joint);
+    cure += model.Set(mjOBJ_JOINT, joint, {{"armature", "0.1"}});
   }
   if (light.empty()) return;
-  const std::string place = model.lines().JointDefaultOf(model.ArmFile());
   model.Error(
       model.Where(mjOBJ_JOINT, light.front()), "joints " + model.NamesOf(mjOBJ_JOINT, light),
       "have no or too little armature (the inertia of motor and gear): grasped objects slip and "
       "sink into the fingers",
-      (place.empty()
-           ? "<default> <joint armature=\"0.1\"/> </default> at the top of " + model.ArmFile()
-           : "armature=\"0.1\" in the <joint> of the default at " + place) +
-          " (kg m^2; joints or classes with an armature of their own keep it)");
+      cure + " (kg m^2)");
 }
 
 void CheckGravity(Model& model) {
@@ -178,9 +187,8 @@ void CheckGravity(Model& model) {
   if (heavy.empty()) return;
   model.Error(model.Where(mjOBJ_BODY, heavy.front()), "bodies " + model.NamesOf(mjOBJ_BODY, heavy),
               "are not compensated for gravity, so that the arm sags",
-              fmt::format("<numeric name=\"gravity_compensation\" data=\"1\"/> in the <custom> of "
-                          "{}: the drives then carry arm and hand (or gravcomp=\"1\" on each body)",
-                          model.ArmFile()));
+              model.SetNumeric("gravity_compensation", "1", model.ArmFile()) +
+                  ": the drives then carry arm and hand (or gravcomp=\"1\" on each body)");
 }
 
 // ---- what the arm reaches, whether its drives carry it there, how it holds and follows ----
@@ -390,16 +398,13 @@ bool CheckHold(Model& model, sim::World& world) {
   Eigen::Index worst = 0;
   sag_rad.maxCoeff(&worst);
   const int actuator = model.arm_actuators[worst];
-  const double kp = model.m().actuator_gainprm[actuator * mjNGAIN];
   model.Error(
       mjOBJ_ACTUATOR, actuator,
       fmt::format("does not hold the arm at home: within {:g} s the hand moves by {:.3g} mm, "
                   "joint \"{}\" by {:.3g} rad",
                   kHold_s, 1e3 * drift_m, model.Name(mjOBJ_JOINT, model.arm_joints[worst]),
                   sag_rad[worst]),
-      fmt::format("kp=\"{:.2g}\" dampratio=\"1\" instead of {:g} (for a <general>: gainprm, and "
-                  "biasprm with the damping as its third number)",
-                  kp * std::max(2.0, 2.0 * drift_m / kHold_m), kp));
+      model.Stiffer(actuator, std::max(2.0, 2.0 * drift_m / kHold_m)));
   return false;
 }
 
@@ -464,9 +469,8 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
       fmt::format("fall up to {:.1f} mrad behind in a motion at the joints' own limits; more than "
                   "5 mrad is taken for an obstacle",
                   1e3 * lag.maxCoeff()),
-      fmt::format("<numeric name=\"joint_acceleration\" data=\"{}\"/>, or stiffer drives: kp "
-                  "{}, with their damping",
-                  SlowEnough(world, robot, lag), base::Join(stiffer)));
+      model.SetNumeric("joint_acceleration", SlowEnough(world, robot, lag), model.ArmFile()) +
+          fmt::format(", or stiffer drives: kp {}, with their damping", base::Join(stiffer)));
 }
 
 }  // namespace
@@ -483,13 +487,16 @@ void CheckArm(Model& model) {
     CheckDrive(model, model.arm_joints[i], model.arm_actuators[i]);
   }
   if (model.arm_actuators.empty()) {
-    std::string block = "in <actuator>:";
-    for (const int joint : model.arm_joints) block += "\n" + ServoBlock(model, joint);
+    Cure cure;
+    for (const int joint : model.arm_joints) {
+      if (model.DriveOf(joint) >= 0) continue;
+      cure += Cure::Insert(model.ArmFile(), "/*/actuator", ServoBlock(model, joint, -1));
+    }
     model.Error(model.ArmFile(), "the arm",
                 fmt::format("does not have one drive for each of its {} joints in "
                             "\"arm_actuators\"",
                             model.arm_joints.size()),
-                block + "\nand list them in the tuple \"arm_actuators\"");
+                cure + "\nand list them in the tuple \"arm_actuators\"");
   }
   CheckArmature(model);
   CheckGravity(model);

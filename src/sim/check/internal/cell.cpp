@@ -23,18 +23,24 @@ constexpr int kMinNoslip = 10;
 void CheckOptions(Model& model) {
   const mjOption& option = model.m().opt;
   std::vector<std::string> weak;
-  if (option.cone != mjCONE_ELLIPTIC) weak.push_back("pyramidal friction cones");
-  if (option.impratio < kMinImpratio) weak.push_back(fmt::format("impratio {:g}", option.impratio));
-  if (option.noslip_iterations < kMinNoslip) {
-    weak.push_back(fmt::format("noslip_iterations {}", option.noslip_iterations));
-  }
-  if (option.integrator != mjINT_IMPLICITFAST)
-    weak.push_back("an integrator other than implicitfast");
+  Attributes cure;
+  const auto check = [&](bool right, const std::string& what, const char* name, const char* value) {
+    if (right) return;
+    weak.push_back(what);
+    cure.emplace_back(name, value);
+  };
+  check(option.integrator == mjINT_IMPLICITFAST, "an integrator other than implicitfast",
+        "integrator", "implicitfast");
+  check(option.cone == mjCONE_ELLIPTIC, "pyramidal friction cones", "cone", "elliptic");
+  check(option.impratio >= kMinImpratio, fmt::format("impratio {:g}", option.impratio), "impratio",
+        "10");
+  check(option.noslip_iterations >= kMinNoslip,
+        fmt::format("noslip_iterations {}", option.noslip_iterations), "noslip_iterations", "10");
   if (weak.empty()) return;
-  model.Error(model.file().string(), "<option>",
+  const std::string file = model.file().string();
+  model.Error(file, "<option>",
               "has " + base::Join(weak) + ": grasped objects creep out of the hand",
-              "<option timestep=\"0.002\" integrator=\"implicitfast\" solver=\"Newton\" "
-              "cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"10\"/>");
+              Cure({base::Edit{.file = file, .element = "/*/option", .set = cure}}));
 }
 
 void CheckTable(Model& model, int workspace) {
@@ -68,7 +74,7 @@ void CheckTable(Model& model, int workspace) {
   if (m.site_size[3 * workspace] <= 0.0 || m.site_type[workspace] != mjGEOM_CYLINDER) {
     model.Error(mjOBJ_SITE, workspace,
                 "is not a cylinder; its first size is the workspace's radius",
-                "type=\"cylinder\" size=\"0.13 0.0005\"");
+                model.Set(mjOBJ_SITE, workspace, {{"type", "cylinder"}, {"size", "0.13 0.0005"}}));
   }
 }
 
@@ -82,9 +88,9 @@ void CheckView(Model& model) {
                 1e3 * kPerceived_m)
           : fmt::format("then hides {:.0f} % of the workspace from the scanner",
                         100.0 * seen.hidden);
-  const auto home = SuggestHome(model);
+  const Cure home = SuggestHome(model);
   model.Error(mjOBJ_NUMERIC, "home", fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
-              home.empty() ? "a home position further back" : home);
+              home.empty() ? Cure("a home position further back") : home);
 }
 
 // No link of an arm that stands at a table reaches further from its joint.
@@ -133,10 +139,12 @@ bool CheckSizes(Model& model, const std::vector<int>& bodies) {
       const std::string what = fmt::format(
           "reaches {:.0f} m from its middle: is it in millimetres?", m.geom_rbound[geom]);
       if (is_mesh) {
-        model.Error(mjOBJ_MESH, mesh, what,
-                    fmt::format("<mesh ... scale=\"{0} {0} {0}\"/> (or in <default> <mesh "
-                                "scale=\"{0} {0} {0}\"/> for all)",
-                                kMillimetres));
+        const Eigen::Vector3d scale = kMillimetres * mjcf::Vec3(m.mesh_scale + 3 * mesh);
+        model.Error(
+            mjOBJ_MESH, mesh, what,
+            model.Set(mjOBJ_MESH, mesh,
+                      {{"scale", fmt::format("{:g} {:g} {:g}", scale[0], scale[1], scale[2])}}) +
+                " (or in <default> <mesh .../> for all)");
       } else {
         model.Error(mjOBJ_GEOM, geom, what, "sizes in metres");
       }
@@ -231,9 +239,10 @@ std::string NameOf(const Model& model, int body) {
   return body == 0 ? "world" : model.BodyName(body);
 }
 
-std::string Exclusion(const Model& model, const Pair& pair) {
-  return fmt::format("in <contact> of {}: <exclude body1=\"{}\" body2=\"{}\"/>",
-                     model.file().string(), NameOf(model, pair.first), NameOf(model, pair.second));
+Cure Exclusion(const Model& model, const Pair& pair) {
+  return Cure::Insert(model.file().string(), "/*/contact",
+                      fmt::format("<exclude body1=\"{}\" body2=\"{}\"/>", NameOf(model, pair.first),
+                                  NameOf(model, pair.second)));
 }
 
 std::string Both(const Model& model, const Pair& pair) {
@@ -352,13 +361,14 @@ void CheckContacts(Model& model) {
   model.SetHome();
   if (model.home.empty()) return;
   const auto at_home = Touching(model, 0.0);
-  const std::string home = at_home.empty() ? "" : SuggestHome(model);
+  const Cure home = at_home.empty() ? Cure() : SuggestHome(model);
   for (const auto& [pair, distance_m] : at_home) {
     if (counts[pair] >= kAlways * kPoses) continue;
     model.Error(mjOBJ_NUMERIC, "home",
                 fmt::format("{} overlap by {:.1f} mm there", Both(model, pair), -1e3 * distance_m),
-                (home.empty() ? "another home position" : home) +
-                    "; or, if they never meet in reality, " + Exclusion(model, pair));
+                (home.empty() ? Cure("another home position") : home) +
+                    "; or, if they never meet in reality, " +
+                    Exclusion(model, pair).edits.front().block);
   }
 }
 
@@ -405,7 +415,7 @@ Seen LookAtWorkspace(Model& model) {
   return seen;
 }
 
-std::string SuggestHome(Model& model) {
+Cure SuggestHome(Model& model) {
   const int workspace = model.Find(mjOBJ_SITE, "workspace");
   const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
   if (workspace < 0 || tool < 0 || model.hand < 0 || model.arm_joints.empty()) return "";
@@ -418,7 +428,7 @@ std::string SuggestHome(Model& model) {
     if (cost >= 0.0) draws.push_back({cost, q});
   }
   std::ranges::stable_sort(draws, {}, &Draw::cost);
-  std::string found;
+  Cure found;
   for (std::size_t i = 0; found.empty() && i < draws.size() && i < kClosely; ++i) {
     // What is printed is what is checked.
     for (double& q : draws[i].q) q = std::round(100.0 * q) / 100.0;
@@ -426,7 +436,8 @@ std::string SuggestHome(Model& model) {
     if (!Touching(model, mjMAXVAL).empty()) continue;
     const Seen seen = LookAtWorkspace(model);
     if (!seen.in_the_way && seen.hidden <= kMaxHidden) {
-      found = fmt::format("<numeric name=\"home\" data=\"{:g}\"/>", fmt::join(draws[i].q, " "));
+      found = model.SetNumeric("home", fmt::format("{:g}", fmt::join(draws[i].q, " ")),
+                               model.file().string());
     }
   }
   model.SetHome();

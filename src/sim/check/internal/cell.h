@@ -19,9 +19,9 @@ struct Seen {
 /// Nothing without the sites "workspace" and "scanner".
 Seen LookAtWorkspace(Model& model);
 
-/// A home pose to paste: free of contact, out of the scanner's view, the hand near the workspace
+/// A home pose: free of contact, out of the scanner's view, the hand near the workspace
 /// and pointing down. Empty if none was found. Leaves the joints at the model's own home.
-std::string SuggestHome(Model& model);
+Cure SuggestHome(Model& model);
 
 void CheckBodies(Model& model);    ///< masses, inertias, meshes, what is seen and what collides
 void CheckContacts(Model& model);  ///< at home, and pairs that always touch

@@ -58,7 +58,7 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
 bool CheckCollides(Model& model, int fingertip) {
   if (model.Collides(fingertip)) return true;
   model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
-              "remove contype=\"0\" and conaffinity=\"0\"");
+              model.Set(mjOBJ_GEOM, fingertip, {{"contype", "1"}, {"conaffinity", "1"}}));
   return false;
 }
 
@@ -153,9 +153,16 @@ std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
     for (const double v : axis) axes.push_back(Rounded(v));
   }
   return fmt::format(
-      "in the body \"hand\": <site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g}\" group=\"4\" "
+      "<site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g}\" group=\"4\" "
       "size=\"0.004\"/>",
       Rounded(p.x()), Rounded(p.y()), Rounded(p.z()), fmt::join(axes, " "));
+}
+
+// In the body "hand".
+Cure InHand(const Model& model, const std::string& block) {
+  const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, model.hand));
+  return edit ? Cure::Insert(edit->file, edit->element, block)
+              : Cure("in the body \"hand\": " + block);
 }
 
 void CheckTips(Model& model, const mjcf::HandClosing& closing) {
@@ -172,14 +179,20 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
                               1e3 * way.norm(), model.BodyName(m.geom_bodyid[geom])),
                   "list the drive that moves it in \"hand_motors\", or remove the geom from "
                   "\"fingertips\"");
-    } else if (m.geom_condim[geom] < kSpinning || m.geom_solref[2 * geom] > kSoft_s ||
-               m.geom_priority[geom] < 1) {
-      model.Warn(mjOBJ_GEOM, geom,
-                 "is a fingertip with soft contacts, without torsional friction, or with the "
-                 "contact parameters of the touched object",
-                 "priority=\"1\" condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\"0.005 1\" "
-                 "solimp=\"0.95 0.99 0.001 0.5 2\"");
+      continue;
     }
+    Attributes firmer;
+    if (m.geom_priority[geom] < 1) firmer.emplace_back("priority", "1");
+    if (m.geom_condim[geom] < kSpinning) firmer.emplace_back("condim", "4");
+    if (m.geom_solref[2 * geom] > kSoft_s) {
+      firmer.emplace_back("solref", "0.005 1");
+      firmer.emplace_back("solimp", "0.95 0.99 0.001 0.5 2");
+    }
+    if (firmer.empty()) continue;
+    model.Warn(mjOBJ_GEOM, geom,
+               "is a fingertip with soft contacts, without torsional friction, or with the "
+               "contact parameters of the touched object",
+               model.Set(mjOBJ_GEOM, geom, firmer));
   }
 }
 
@@ -194,15 +207,12 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
   const double open_m = closing.points.front().gap_m;
   const double least_m =
       std::ranges::min_element(closing.points, {}, &mjcf::HandClosing::Point::gap_m)->gap_m;
-  const auto swapped = fmt::format(
-      "exchange them: <numeric name=\"hand_open\" data=\"{}\"/> and <numeric name=\"hand_closed\" "
-      "data=\"{}\"/>",
-      Values(motors, false), Values(motors, true));
   if (closing.points.back().gap_m > open_m) {
     model.Error(mjOBJ_NUMERIC, "hand_closed",
                 fmt::format("the pads move apart while the hand closes, from {:.1f} to {:.1f} mm",
                             1e3 * open_m, 1e3 * closing.points.back().gap_m),
-                swapped);
+                model.SetNumeric("hand_open", Values(motors, false), "") +
+                    model.SetNumeric("hand_closed", Values(motors, true), ""));
   } else if (least_m > kMeet_m) {
     model.Warn(mjOBJ_NUMERIC, "hand_closed",
                fmt::format("the pads never meet: they open {:.1f} mm and stay {:.1f} mm apart",
@@ -237,7 +247,8 @@ std::vector<int> AtRangeEnds(const Model& model, const mjcf::HandClosing& closin
   return ended;
 }
 
-void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
+void CheckModelFollows(Model& model, const mjcf::HandClosing& closing,
+                       std::vector<mjcf::HandMotor> motors) {
   if (closing.equality_m > kEquality) {
     const std::string name = model.Name(mjOBJ_EQUALITY, closing.equality);
     model.Error(
@@ -246,12 +257,20 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
                     name.empty() ? "" : fmt::format(" \"{}\"", name)),
         fmt::format("does not hold while the empty hand closes: its error is {:.3g} rad or m",
                     closing.equality_m),
-        "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on it; if that does not help, the joints' "
-        "ranges or \"hand_open\" and \"hand_closed\" block the linkage");
+        Cure({base::Edit{.file = model.HandFile(),
+                         .element = "/*/equality/*",
+                         .set = {{"solref", "0.005 1"}, {"solimp", "0.99 0.999 0.001"}}}}) +
+            "; if that does not help, the joints' ranges or \"hand_open\" and \"hand_closed\" "
+            "block "
+            "the linkage");
   }
   if (closing.behind > kBehind) {
     const std::vector<int> ended = AtRangeEnds(model, closing);
     const bool joint = !ended.empty();
+    const DataPtr reached = At(model, closing, 1.0);
+    for (auto& motor : motors) {
+      motor.closed = mjcf::DriveLength(&model.m(), reached.get(), motor.actuator);
+    }
     model.Error(
         mjOBJ_ACTUATOR, closing.behind_actuator,
         fmt::format("stops {:.0f} % of its way short of \"hand_closed\": {}",
@@ -259,8 +278,9 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing) {
                     joint ? "at the end of its range is joint " + model.NamesOf(mjOBJ_JOINT, ended)
                           : "no joint is at the end of its range, so an equality or a "
                             "spring holds it back"),
-        joint ? "a value of \"hand_closed\" within the joints' ranges"
-              : "a \"hand_closed\" that it reaches, a softer spring, or another equality");
+        model.SetNumeric("hand_closed", Values(motors, false), "") +
+            (joint ? ", which is within the joints' ranges"
+                   : ", which it reaches; or a softer spring, or another equality"));
   }
 }
 
@@ -282,7 +302,9 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
                   : fmt::format("is {:.0f} mm from the middle of the open hand's pads, or its x "
                                 "differs by {:.0f} deg from the line across them",
                                 1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
-              SiteText(model, open.get(), tool));
+              model.Find(mjOBJ_SITE, "tcp") == site
+                  ? model.Replace(mjOBJ_SITE, site, SiteText(model, open.get(), tool))
+                  : Cure(SiteText(model, open.get(), tool)));
 }
 
 /// What a drive can press with towards closed, where the hand is half closed.
@@ -310,26 +332,37 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
   const DataPtr half = At(model, closing, share);
   const auto per_newton = mjcf::GripForces(&model.m(), half.get(), motors, closing, share,
                                            mjcf::Mat3(half->site_xmat + 9 * site).col(0));
+  constexpr double kRounding = 1e-3;  // a drive of 70 N comes out as 69.99
   double force_N = mjMAXVAL;
   int weakest = -1;
+  Cure stiffer;  // of servos that do not use what their file says they can give
   for (std::size_t k = 0; k < motors.size(); ++k) {
     if (!motors[k].Moves() || std::abs(per_newton[k]) < mjMINVAL) continue;
     const double sign = per_newton[k] > 0.0 ? 1.0 : -1.0;
-    const double gives = StrengthOf(model, half.get(), motors[k], sign) / std::abs(per_newton[k]);
+    const double strength = StrengthOf(model, half.get(), motors[k], sign);
+    const double gives = strength / std::abs(per_newton[k]);
+    const mjcf::AffineDrive drive = mjcf::AffineOf(&model.m(), motors[k].actuator);
+    const double strongest = sign > 0.0 ? drive.strongest : -drive.weakest;
+    if (gives < (1.0 - kRounding) * wanted[1] && std::isfinite(strongest) && drive.bias[1] < 0.0 &&
+        strength > 0.0 && strength < (1.0 - kRounding) * strongest) {
+      stiffer += model.Stiffer(motors[k].actuator, std::ceil(strongest / strength));
+    }
     if (gives >= force_N) continue;
     force_N = gives;
     weakest = motors[k].actuator;
   }
-  constexpr double kRounding = 1e-3;  // a drive of 70 N comes out as 69.99
   if (weakest < 0 || force_N >= (1.0 - kRounding) * wanted[1]) return;
   const double most = std::floor(std::max(1.0, force_N));
+  const Cure softer =
+      model.SetNumeric("grip_force", fmt::format("{:g} {:g}", std::min(wanted[0], most), most), "");
   model.Error(mjOBJ_ACTUATOR, weakest,
               fmt::format("gives {:.3g} N between the pads of the half closed hand; \"grip_force\" "
                           "needs {:g} N, at most {:g} N",
                           force_N, wanted[0], wanted[1]),
-              fmt::format("a wider forcerange (for a servo, also a higher kp or a wider "
-                          "ctrlrange), or <numeric name=\"grip_force\" data=\"{:g} {:g}\"/>",
-                          std::min(wanted[0], most), most));
+              stiffer.edits.empty() ? softer +
+                                          ", or the forcerange of the hand's data sheet (for a "
+                                          "servo, also a higher kp or a wider ctrlrange)"
+                                    : stiffer + ": up to the forcerange");
 }
 
 std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector<int>& actuators) {
@@ -382,7 +415,7 @@ void CheckClosing(Model& model) {
     const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m(), motors);
     CheckTips(model, closing);
     CheckGap(model, closing, motors);
-    CheckModelFollows(model, closing);
+    CheckModelFollows(model, closing, motors);
     if (model.HasErrors()) return;
     CheckTool(model, closing);
     CheckGripStrength(model, closing, motors);
@@ -433,7 +466,7 @@ HandGuess GuessHand(Model& model) {
   return guess;
 }
 
-std::string SuggestTool(Model& model) {
+Cure SuggestTool(Model& model) {
   const std::string in_words =
       "a <site name=\"tcp\"> in the body \"hand\", between the pads of the open hand: with the "
       "hand's tuples and numerics, this check prints one";
@@ -441,10 +474,52 @@ std::string SuggestTool(Model& model) {
     if (model.Tuple("fingertips", mjOBJ_GEOM).empty()) return in_words;
     const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m());
     const DataPtr open = At(model, closing, 0.0);
-    return SiteText(model, open.get(), ToolOf(model, open.get()));
+    return InHand(model, SiteText(model, open.get(), ToolOf(model, open.get())));
   } catch (const base::InputError&) {
     return in_words;
   }
+}
+
+Cure SuggestSensors(Model& model, const std::string& file) {
+  constexpr double kAround_m = 0.002;  // of a pad, that contacts lie in the sensor's site
+  const mjModel& m = model.m();
+  Cure cure;
+  std::string tuple = "<tuple name=\"grip_sensors\">\n";
+  std::set<int> bodies;
+  for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
+    const int body = m.geom_bodyid[geom];
+    if (model.Collides(geom) && IsOutermost(m, body)) bodies.insert(body);
+  }
+  for (const int body : bodies) {
+    Eigen::AlignedBox3d box;
+    for (int g = m.body_geomadr[body]; g < m.body_geomadr[body] + m.body_geomnum[body]; ++g) {
+      if (!model.Collides(g)) continue;
+      const Vector3d middle = Vec3(m.geom_aabb + 6 * g), half = Vec3(m.geom_aabb + 6 * g + 3);
+      const Eigen::AlignedBox3d own(middle - half, middle + half);
+      const mjtNum* q = m.geom_quat + 4 * g;
+      for (int corner = 0; corner < 8; ++corner) {
+        box.extend(Vec3(m.geom_pos + 3 * g) +
+                   Eigen::Quaterniond(q[0], q[1], q[2], q[3]) *
+                       own.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+      }
+    }
+    const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, body));
+    if (!edit) return "<touch> sensors on the last segments, named in a tuple of this name";
+    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.BodyName(body)));
+    const Vector3d half = 0.5 * box.sizes() + Vector3d::Constant(kAround_m);
+    cure += Cure::Insert(
+        edit->file, edit->element,
+        fmt::format("<site name=\"{}\" type=\"box\" pos=\"{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} "
+                    "{:.4g} {:.4g}\" group=\"4\"/>",
+                    name, Rounded(box.center().x()), Rounded(box.center().y()),
+                    Rounded(box.center().z()), half.x(), half.y(), half.z()));
+    cure +=
+        Cure::Insert(file, "/*/sensor", fmt::format("<touch name=\"{0}\" site=\"{0}\"/>", name));
+    tuple += fmt::format("  <element objtype=\"sensor\" objname=\"{}\"/>\n", name);
+  }
+  if (bodies.empty()) return "<touch> sensors on the last segments, named in a tuple of this name";
+  return cure + Cure::Insert(file, "/*/custom", tuple + "</tuple>") +
+         "\nif your hand has sensors there";
 }
 
 }  // namespace rangegrasp::check::internal

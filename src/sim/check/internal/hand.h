@@ -15,8 +15,11 @@ struct HandGuess {
 };
 HandGuess GuessHand(Model& model);
 
-/// A site "tcp" to paste into the body "hand"; in words where pads are not known yet.
-std::string SuggestTool(Model& model);
+/// A site "tcp" in the body "hand"; in words where pads are not known yet.
+Cure SuggestTool(Model& model);
+
+/// Touch sensors on the last segments of "fingertips"; in words where these are not known yet.
+Cure SuggestSensors(Model& model, const std::string& file);
 
 void CheckHand(Model& model);  ///< what the drives move
 

@@ -55,6 +55,15 @@ std::string NameOf(const pugi::xml_node& node) {
   return std::filesystem::path(file).stem().string();
 }
 
+// How an element with a name, or a file in its place, is found again.
+std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
+  const bool moves = kind != node.parent().name() && Below(node, "worldbody");
+  const char* key = node.attribute("name") ? "name" : "file";
+  if (std::string_view(node.attribute(key).value()).find('\'') != std::string::npos) return "";
+  return fmt::format("{}{}[@{}='{}']", moves ? "//worldbody//" : "//", node.name(), key,
+                     node.attribute(key).value());
+}
+
 // A joint and those of all bodies that its own hangs on.
 int JointsAbove(const pugi::xml_node& joint) {
   int count = 0;
@@ -87,17 +96,24 @@ void Model::FindArm() {
     if (joints.size() > arm_joints.size()) arm_joints = joints;
   }
   arm_actuators = Tuple("arm_actuators", mjOBJ_ACTUATOR);
-  for (std::size_t i = 0; arm_actuators.size() == i && i < arm_joints.size(); ++i) {
-    for (int a = 0; a < m().nu; ++a) {
-      if (m().actuator_trntype[a] != mjTRN_JOINT) continue;
-      if (m().actuator_trnid[2 * a] != arm_joints[i]) continue;
-      arm_actuators.push_back(a);
-      break;
-    }
-  }
+  if (arm_actuators.empty()) arm_actuators = DrivesOfArm();
   if (arm_actuators.size() != arm_joints.size()) arm_actuators.clear();
   home = Numeric("home");
   if (home.size() != arm_joints.size()) home.clear();
+}
+
+int Model::DriveOf(int joint) const {
+  for (int a = 0; a < m().nu; ++a) {
+    if (m().actuator_trntype[a] == mjTRN_JOINT && m().actuator_trnid[2 * a] == joint) return a;
+  }
+  return -1;
+}
+
+std::vector<int> Model::DrivesOfArm() const {
+  std::vector<int> drives;
+  for (const int joint : arm_joints) drives.push_back(DriveOf(joint));
+  if (std::ranges::find(drives, -1) != drives.end()) drives.clear();
+  return drives;
 }
 
 void Model::SetHome() {
@@ -159,9 +175,112 @@ std::string Model::HandFile() const {
 }
 
 void Model::Report(bool error, mjtObj type, const std::string& name, const std::string& what,
-                   const std::string& cure) {
+                   const Cure& cure) {
   Report(error, Where(type, Find(type, name)), fmt::format("{} \"{}\"", mju_type2Str(type), name),
          what, cure);
+}
+
+Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
+  auto edit = lines_.EditOf(mju_type2Str(type), Name(type, id));
+  if (edit) {
+    edit->set = attributes;
+    return Cure({*edit});
+  }
+  std::string text;
+  for (const auto& [name, value] : attributes) {
+    text += fmt::format("{}{}=\"{}\"", text.empty() ? "" : " ", name, value);
+  }
+  return text;
+}
+
+Cure Model::Replace(mjtObj type, int id, const std::string& block) const {
+  auto edit = lines_.EditOf(mju_type2Str(type), Name(type, id));
+  if (!edit) return "instead " + block;
+  edit->block = block;
+  edit->replace = true;
+  return Cure({*edit});
+}
+
+Cure Model::SetNumeric(const std::string& name, const std::string& data,
+                       const std::string& file) const {
+  const int id = Find(mjOBJ_NUMERIC, name);
+  if (id >= 0) return Set(mjOBJ_NUMERIC, id, {{"data", data}});
+  return Cure::Insert(file, "/*/custom",
+                      fmt::format("<numeric name=\"{}\" data=\"{}\"/>", name, data));
+}
+
+Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
+                     const std::string& file) const {
+  Cure cure;
+  std::string block = fmt::format("<tuple name=\"{}\">\n", name);
+  bool known = !ids.empty();
+  for (const int id : known ? ids : std::vector{-1}) {
+    // Within its own file an element goes without the prefixes of attachments.
+    std::string element(mjcf::Suffix(Name(type, id)));
+    if (type == mjOBJ_GEOM && id >= 0) element = NameGeom(id, cure);
+    known = known && !element.empty();
+    block += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
+                         element.empty() ? "NAME" : element);
+  }
+  block += "</tuple>";
+  if (!known) return "in <custom>:\n" + block;
+  const int old = Find(mjOBJ_TUPLE, name);
+  return cure +
+         (old >= 0 ? Replace(mjOBJ_TUPLE, old, block) : Cure::Insert(file, "/*/custom", block));
+}
+
+Cure Model::Stiffer(int actuator, double times) const {
+  const mjtNum* bias = m().actuator_biasprm + actuator * mjNBIAS;
+  const double kp = times * m().actuator_gainprm[actuator * mjNGAIN];
+  const auto edit = lines_.EditOf("actuator", Name(mjOBJ_ACTUATOR, actuator));
+  if (edit && edit->element.starts_with("//general")) {
+    return Set(mjOBJ_ACTUATOR, actuator,
+               {{"gainprm", fmt::format("{:.4g}", kp)},
+                {"biasprm",
+                 fmt::format("{:g} {:.4g} {:.4g}", bias[0], times * bias[1], times * bias[2])}});
+  }
+  return Set(mjOBJ_ACTUATOR, actuator,
+             {{"kp", fmt::format("{:.4g}", kp)},
+              {"kv", fmt::format("{:.4g}", -times * bias[2])},
+              {"dampratio", ""}});
+}
+
+Cure Model::Rename(int body, const std::string& name) const {
+  const std::string old = Name(mjOBJ_BODY, body);
+  if (old.empty()) {
+    return Cure({base::Edit{
+        .file = file_.string(), .element = "/*/worldbody/body[1]", .set = {{"name", name}}}});
+  }
+  Cure cure = Set(mjOBJ_BODY, body, {{"name", name}});
+  pugi::xml_document document;
+  if (cure.edits.empty() || !document.load_file(cure.edits[0].file.c_str())) return cure;
+  for (const char* reference : {"body1", "body2", "objname"}) {
+    const std::string element = fmt::format("//*[@{}='{}']", reference, old);
+    if (!document.select_node(element.c_str())) continue;
+    cure.edits.push_back(
+        {.file = cure.edits[0].file, .element = element, .set = {{reference, name}}});
+  }
+  return cure;
+}
+
+std::string Model::NameGeom(int geom, Cure& cure) const {
+  const std::string own = Name(mjOBJ_GEOM, geom);
+  if (!own.empty()) return std::string(mjcf::Suffix(own));
+  const int body = m().geom_bodyid[geom];
+  const auto parent = lines_.EditOf("body", Name(mjOBJ_BODY, body));
+  pugi::xml_document document;
+  if (!parent || !document.load_file(parent->file.c_str())) return "";
+  const pugi::xml_node node = document.select_node(parent->element.c_str()).node();
+  const auto geoms = node.children("geom");
+  // Geoms of frames and of meshes that were left out are counted by the engine in another way.
+  if (std::distance(geoms.begin(), geoms.end()) != m().body_geomnum[body]) return "";
+  const int place = geom - m().body_geomadr[body];
+  const std::string name = fmt::format("{}_{}", mjcf::Suffix(Name(mjOBJ_BODY, body)), place + 1);
+  if (Find(mjOBJ_GEOM, name) >= 0) return "";
+  cure.edits.push_back({.file = parent->file,
+                        .element = fmt::format("{}/geom[{}]", parent->element, place + 1),
+                        .set = {{"name", name}}});
+  return name;
 }
 
 std::string Model::BodyName(int body) const {
@@ -238,9 +357,6 @@ struct SourceLines::Reader {
     const std::string tag = node.name();
     const bool in_world = Below(node, "worldbody");
     const std::string type = node.attribute("type").value();
-    if (tag == "joint" && Below(node, "default")) {
-      lines.joint_default_.try_emplace(file.path.string(), file.LineOf(node));
-    }
     if (file.own && in_world && (tag == "freejoint" || (tag == "joint" && type == "free"))) {
       lines.seen_.insert("freejoint");
     } else if (file.own && in_world && tag == "joint" && type != "ball") {
@@ -251,7 +367,7 @@ struct SourceLines::Reader {
     if (kind.empty() || name.empty()) return;
     if (file.own) lines.seen_.insert(kind + " " + std::string(mjcf::Suffix(name)));
     lines.lines_.try_emplace(kind + " " + file.prefix + name,
-                             Line{file.path.string(), file.LineOf(node)});
+                             Line{file.path.string(), file.LineOf(node), XPathOf(node, kind)});
   }
 };
 
@@ -274,9 +390,22 @@ std::string SourceLines::FileOf(const std::string& kind, const std::string& name
   return found == lines_.end() ? root_ : found->second.file;
 }
 
-std::string SourceLines::JointDefaultOf(const std::string& file) const {
-  const auto found = joint_default_.find(file);
-  return found == joint_default_.end() ? "" : file + ":" + std::to_string(found->second);
+std::optional<base::Edit> SourceLines::EditOf(const std::string& kind,
+                                              const std::string& name) const {
+  const auto found = lines_.find(kind + " " + name);
+  if (found == lines_.end() || found->second.element.empty()) return std::nullopt;
+  return base::Edit{.file = found->second.file, .element = found->second.element};
+}
+
+std::optional<base::Edit> SourceLines::EditOfSuffix(const std::string& kind,
+                                                    std::string_view suffix) const {
+  for (const auto& [key, line] : lines_) {
+    const std::string_view name = std::string_view(key).substr(key.find(' ') + 1);
+    if (key.starts_with(kind + " ") && mjcf::Suffix(name) == suffix) {
+      return EditOf(kind, std::string(name));
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace rangegrasp::check::internal

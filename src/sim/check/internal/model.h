@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -29,8 +30,10 @@ class SourceLines {
   std::string Of(const std::string& kind, const std::string& name) const;
   /// Its file alone: where new elements of the same part of the model go.
   std::string FileOf(const std::string& kind, const std::string& name) const;
-  /// The `<joint>` in the `<default>` of a file, to change all joints; empty if there is none.
-  std::string JointDefaultOf(const std::string& file) const;
+  /// The element as an XPath in its file; nullopt if it is unknown.
+  std::optional<base::Edit> EditOf(const std::string& kind, const std::string& name) const;
+  /// The same of the first whose name ends so, after any prefix.
+  std::optional<base::Edit> EditOfSuffix(const std::string& kind, std::string_view suffix) const;
   /// What the file itself (with what it includes, without what it attaches) holds: "freejoint", and
   /// of named elements the kind and what follows the last '/' of the name: "tuple arm_joints".
   const std::set<std::string>& seen() const { return seen_; }
@@ -41,14 +44,39 @@ class SourceLines {
   struct Line {
     std::string file;
     int line;
+    std::string element;  // XPath
   };
   struct Reader;
 
   std::string root_;
-  std::map<std::string, Line> lines_;         // "joint arm/joint1"
-  std::map<std::string, int> joint_default_;  // by file
+  std::map<std::string, Line> lines_;  // "joint arm/joint1"
   std::set<std::string> seen_;
   int longest_chain_ = 0;
+};
+
+using Attributes = std::vector<std::pair<std::string, std::string>>;
+
+/// How a finding is cured: edits where that is definite, and what is said besides.
+struct Cure {
+  Cure() = default;
+  Cure(const char* said) : text(said) {}             // NOLINT: a text is a cure
+  Cure(std::string said) : text(std::move(said)) {}  // NOLINT
+  explicit Cure(std::vector<base::Edit> made) : edits(std::move(made)) {}
+  /// A block in a section of a file, or in another element of it.
+  static Cure Insert(const std::string& file, const std::string& element,
+                     const std::string& block) {
+    return Cure({base::Edit{.file = file, .element = element, .block = block}});
+  }
+  Cure& operator+=(const Cure& more) {
+    edits.insert(edits.end(), more.edits.begin(), more.edits.end());
+    text += more.text;
+    return *this;
+  }
+  friend Cure operator+(Cure cure, const Cure& more) { return cure += more; }
+  bool empty() const { return text.empty() && edits.empty(); }
+
+  std::string text;
+  std::vector<base::Edit> edits;
 };
 
 /// A compiled file that is being checked, and what has been found so far. What a name does not lead
@@ -80,18 +108,31 @@ class Model {
   std::string HandFile() const;
   const SourceLines& lines() const { return lines_; }
 
-  void Report(bool error, std::string where, std::string element, std::string what,
-              std::string cure) {
-    findings_.push_back(
-        {error, std::move(where), std::move(element), std::move(what), std::move(cure)});
+  /// Attributes of an element; as text alone where the element has no name.
+  Cure Set(mjtObj type, int id, const Attributes& attributes) const;
+  /// Another element in its place.
+  Cure Replace(mjtObj type, int id, const std::string& block) const;
+  /// A numeric's values; in the file if there is none yet.
+  Cure SetNumeric(const std::string& name, const std::string& data, const std::string& file) const;
+  /// The same of a tuple; to be completed where there are no elements, or ones without names.
+  Cure SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
+                const std::string& file) const;
+  /// A servo so many times as stiff and damped, in the attributes that it has.
+  Cure Stiffer(int actuator, double times) const;
+  /// Another name of a body, in its file alone, with all that refers to it there.
+  Cure Rename(int body, const std::string& name) const;
+
+  void Report(bool error, std::string where, std::string element, std::string what, Cure cure) {
+    findings_.push_back({error, std::move(where), std::move(element), std::move(what),
+                         std::move(cure.text), std::move(cure.edits)});
   }
   /// Of an element, at its place.
-  void Report(bool error, mjtObj type, int id, const std::string& what, const std::string& cure) {
+  void Report(bool error, mjtObj type, int id, const std::string& what, const Cure& cure) {
     Report(error, Where(type, id), Element(type, id), what, cure);
   }
   /// Of one of this project's names, without its prefix.
   void Report(bool error, mjtObj type, const std::string& name, const std::string& what,
-              const std::string& cure);
+              const Cure& cure);
   void Error(const auto&... of) { Report(true, of...); }
   void Warn(const auto&... of) { Report(false, of...); }
   const std::vector<base::Finding>& findings() const { return findings_; }
@@ -116,12 +157,17 @@ class Model {
   /// By tuples; guessed where the file has none: the hinges between the world and the hand, or the
   /// longest chain of hinges.
   std::vector<int> arm_joints, arm_actuators;
-  int hand = -1;             ///< body
-  std::vector<double> home;  ///< empty if it is missing or of another length
-  void SetHome();            ///< joints to home; to the middle of their ranges without one
+  int hand = -1;                         ///< body
+  std::vector<double> home;              ///< empty if it is missing or of another length
+  int DriveOf(int joint) const;          ///< the first actuator on it; -1
+  std::vector<int> DrivesOfArm() const;  ///< of all arm_joints; empty if one has none
+  void SetHome();  ///< joints to home; to the middle of their ranges without one
 
  private:
   void FindArm();
+  /// The name of a geom in its file, and the edit that gives it one; empty where the file does not
+  /// tell which geom that is.
+  std::string NameGeom(int geom, Cure& cure) const;
 
   std::filesystem::path file_;
   Kind kind_;

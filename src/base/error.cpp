@@ -1,0 +1,68 @@
+#include "base/error.h"
+
+#include <regex>
+
+namespace rangegrasp::base {
+namespace {
+
+// `<joint name="joint1">` of "//worldbody//joint[@name='joint1']".
+std::string Readable(const std::string& xpath) {
+  static const std::regex condition(R"(\[@(\w+)='([^']*)'\])");
+  std::size_t slash = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < xpath.size(); ++i) {
+    if (xpath[i] == '\'') quoted = !quoted;
+    if (xpath[i] == '/' && !quoted) slash = i;
+  }
+  const std::string step = std::regex_replace(xpath.substr(slash + 1), condition, " $1=\"$2\"");
+  const std::string text = step == "*"             ? "every element"
+                           : step.starts_with("*") ? "every element with" + step.substr(1)
+                                                   : "<" + step + ">";
+  const std::string above = xpath.substr(0, slash);
+  const bool known = step.find('=') != std::string::npos || above == "/*" || above == "/";
+  return known ? text : text + " of " + Readable(above);
+}
+
+// Said where the finding is of another file.
+std::string FileOf(const Edit& edit, const Finding& finding) {
+  return finding.where.starts_with(edit.file) ? "" : " of " + edit.file;
+}
+
+}  // namespace
+
+std::string CureOf(const Finding& finding) {
+  std::string text;
+  const Edit* last = nullptr;
+  for (const Edit& edit : finding.edits) {
+    const std::string place = Readable(edit.element) + FileOf(edit, finding);
+    if (last != nullptr && edit.block.empty() && edit.set == last->set) {
+      text += ", " + place;
+      continue;
+    }
+    if (last != nullptr) text += "\n";
+    last = &edit;
+    for (const auto& [name, value] : edit.set) {
+      if (!value.empty()) text += name + "=\"" + value + "\" ";
+    }
+    if (edit.block.empty()) {
+      text += "in " + place;
+    } else {
+      text += (edit.replace ? "instead of " : "in ") + place + ":" +
+              (edit.block.find('\n') == std::string::npos ? " " : "\n") + edit.block;
+    }
+  }
+  return text + finding.cure;
+}
+
+std::string TextOf(const Finding& finding) {
+  std::string text = finding.where + (finding.error ? ": error: " : ": warning: ");
+  if (!finding.element.empty()) text += finding.element + ": ";
+  text += finding.what;
+  const std::string cure = CureOf(finding);
+  if (cure.empty()) return text;
+  text += "\n    fix: ";
+  for (const char c : cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
+  return text;
+}
+
+}  // namespace rangegrasp::base
