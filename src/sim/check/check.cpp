@@ -11,6 +11,7 @@
 #include "sim/check/internal/arm.h"
 #include "sim/check/internal/cell.h"
 #include "sim/check/internal/hand.h"
+#include "sim/check/internal/motion.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/resting_poses.h"
