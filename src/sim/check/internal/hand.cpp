@@ -453,43 +453,31 @@ Cure SuggestTool(Model& model) {
 }
 
 Cure SuggestSensors(Model& model, const std::string& file) {
-  constexpr double kAround_m = 0.002;  // of a pad, that contacts lie in the sensor's site
+  constexpr const char* kTypes[] = {"",          "",         "sphere", "capsule",
+                                    "ellipsoid", "cylinder", "box"};  // of mjtGeom
+  constexpr double kAround_m = 0.001;  // of a pad, so that contacts lie in the sensor's site
   const mjModel& m = model.m();
   Cure cure;
   std::string tuple = "<tuple name=\"grip_sensors\">\n";
-  std::set<int> bodies;
   for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
     const int body = m.geom_bodyid[geom];
-    if (model.Collides(geom) && IsOutermost(m, body)) bodies.insert(body);
-  }
-  for (const int body : bodies) {
-    Eigen::AlignedBox3d box;
-    for (int g = m.body_geomadr[body]; g < m.body_geomadr[body] + m.body_geomnum[body]; ++g) {
-      if (!model.Collides(g)) continue;
-      const Vector3d middle = Vec3(m.geom_aabb + 6 * g), half = Vec3(m.geom_aabb + 6 * g + 3);
-      const Eigen::AlignedBox3d own(middle - half, middle + half);
-      const mjtNum* q = m.geom_quat + 4 * g;
-      for (int corner = 0; corner < 8; ++corner) {
-        box.extend(Vec3(m.geom_pos + 3 * g) +
-                   Eigen::Quaterniond(q[0], q[1], q[2], q[3]) *
-                       own.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-      }
-    }
     const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, body));
-    if (!edit) return "<touch> sensors on the last segments, named in a tuple of this name";
-    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.BodyName(body)));
-    const Vector3d half = 0.5 * box.sizes() + Vector3d::Constant(kAround_m);
+    if (!IsOutermost(m, body)) continue;
+    if (!edit || m.geom_type[geom] > mjGEOM_BOX) return Cure();
+    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.Name(mjOBJ_GEOM, geom)));
+    const mjtNum *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
+    const Vector3d size = Vec3(m.geom_size + 3 * geom) + Vector3d::Constant(kAround_m);
     cure += Cure::Insert(
         edit->file, edit->element,
-        fmt::format("<site name=\"{}\" type=\"box\" pos=\"{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} "
-                    "{:.4g} {:.4g}\" group=\"4\"/>",
-                    name, Rounded(box.center().x()), Rounded(box.center().y()),
-                    Rounded(box.center().z()), half.x(), half.y(), half.z()));
+        fmt::format("<site name=\"{}\" type=\"{}\" pos=\"{:.4g} {:.4g} {:.4g}\" quat=\"{:.4g} "
+                    "{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} {:.4g} {:.4g}\" group=\"4\"/>",
+                    name, kTypes[m.geom_type[geom]], p[0], p[1], p[2], q[0], q[1], q[2], q[3],
+                    size.x(), size.y(), size.z()));
     cure +=
         Cure::Insert(file, "/*/sensor", fmt::format("<touch name=\"{0}\" site=\"{0}\"/>", name));
     tuple += fmt::format("  <element objtype=\"sensor\" objname=\"{}\"/>\n", name);
   }
-  if (bodies.empty()) return "<touch> sensors on the last segments, named in a tuple of this name";
+  if (cure.empty()) return cure;
   return cure + Cure::Insert(file, "/*/custom", tuple + "</tuple>") +
          "\nif your hand has sensors there";
 }
