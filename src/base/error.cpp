@@ -5,22 +5,11 @@
 namespace rangegrasp::base {
 namespace {
 
-// `<joint name="joint1">` of "//worldbody//joint[@name='joint1']".
+// `<joint name="joint1">` of "//worldbody//joint[@name='joint1']", `<custom>` of "/*/custom".
 std::string Readable(const std::string& xpath) {
-  static const std::regex condition(R"(\[@(\w+)='([^']*)'\])");
-  std::size_t slash = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < xpath.size(); ++i) {
-    if (xpath[i] == '\'') quoted = !quoted;
-    if (xpath[i] == '/' && !quoted) slash = i;
-  }
-  const std::string step = std::regex_replace(xpath.substr(slash + 1), condition, " $1=\"$2\"");
-  const std::string text = step == "*"             ? "every element"
-                           : step.starts_with("*") ? "every element with" + step.substr(1)
-                                                   : "<" + step + ">";
-  const std::string above = xpath.substr(0, slash);
-  const bool known = step.find('=') != std::string::npos || above == "/*" || above == "/";
-  return known ? text : text + " of " + Readable(above);
+  static const std::regex named(R"(.*/([^/\[]+)\[@(\w+)='([^']*)'\])"), section(R"(/\*/(\w+))");
+  if (std::regex_match(xpath, section)) return std::regex_replace(xpath, section, "<$1>");
+  return std::regex_replace(xpath, named, "<$1 $2=\"$3\">");
 }
 
 // Said where the finding is of another file.

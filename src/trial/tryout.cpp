@@ -134,8 +134,9 @@ std::string CureOf(const std::string& failed) {
 }
 
 const char* const kStronger =
-    "a wider forcerange or a higher kp of the drives that close the hand, less damping of their "
-    "joints, or a lower \"grip_force\"";
+    "a lower \"grip_force\", less damping of the hand's joints, or, as far as the hand's data "
+    "sheet "
+    "allows it, a higher kp or a wider forcerange of the drives that close it";
 
 bool PressesLess(const sim::ExecutionLog& log) {
   return log.felt_force_N > 0.0 && log.felt_force_N < kPressed * log.grip_force_N;

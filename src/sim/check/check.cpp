@@ -11,6 +11,7 @@
 #include "sim/check/internal/arm.h"
 #include "sim/check/internal/cell.h"
 #include "sim/check/internal/hand.h"
+#include "sim/check/internal/motion.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/resting_poses.h"
@@ -206,10 +207,14 @@ void CheckHandNames(Model& model) {
     CheckMotorNames(model, file);
   }
   CheckToolSites(model, file);
-  CheckOne(model,
-           {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",
-            SuggestSensors(model, file), false},
-           file);
+  const Cure sensors = SuggestSensors(model, file);
+  CheckOne(
+      model,
+      {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",
+       sensors.empty() ? Cure("<touch> sensors on the last segments, named in a tuple of this name")
+                       : sensors,
+       false},
+      file);
 }
 
 constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
@@ -449,7 +454,7 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
 
 std::vector<base::Edit> EditOf(const std::filesystem::path& scene, const std::string& kind,
                                std::string_view name, const internal::Attributes& attributes) {
-  auto edit = internal::SourceLines(scene).EditOfSuffix(kind, name);
+  auto edit = internal::SourceLines(scene).EditOf(kind, std::string(name));
   if (!edit) return {};
   edit->set = attributes;
   return {*edit};

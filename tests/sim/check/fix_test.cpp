@@ -240,7 +240,7 @@ TEST(ApplyEdit, KeepsAllOtherBytes) {
       "<!-- b -->\n\t</worldbody>\n  <custom/></mujoco>\n";
   const auto edited = [&](const base::Edit& edit) {
     std::string copy = text;
-    ApplyEdit(edit, "a.xml", copy);
+    ApplyEdit(edit, copy);
     return copy;
   };
   const auto replaced = [&](const std::string& from, const std::string& to) {

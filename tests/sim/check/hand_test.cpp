@@ -40,7 +40,7 @@ class OwnHand : public ::testing::Test {
     const auto findings = Check();
     ASSERT_EQ(findings.size(), 1u) << All();
     EXPECT_EQ(findings[0].error, error);
-    EXPECT_FALSE(findings[0].cure.empty());
+    EXPECT_NE(base::CureOf(findings[0]), "");
     for (const std::string& word : words) EXPECT_THAT(base::TextOf(findings[0]), HasSubstr(word));
   }
 

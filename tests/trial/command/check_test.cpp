@@ -51,6 +51,49 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
   EXPECT_THAT(std::string(findings[0].at("cure")), HasSubstr("armature"));
 }
 
+TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
+  BreakArmature();
+  Write();
+  const auto ran = RunProgram({"check", "--fix", (folder_ / "scene.xml").string(), "--quick"});
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  EXPECT_THAT(ran.out,
+              HasSubstr("arm.fixed.xml:21:\n    - <joint name=\"joint1\" axis=\"0 0 1\"/>\n"
+                        "    + <joint name=\"joint1\" axis=\"0 0 1\" armature=\"0.1\"/>"));
+  EXPECT_THAT(ran.out, HasSubstr("scene.fixed.xml, checked as a scene: no errors"));
+  EXPECT_THAT(ran.out, HasSubstr("edits made: 8"));  // seven joints, and the scene's reference
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
+  EXPECT_EQ(base::ReadFile(folder_ / "scene.fixed.xml"),
+            Replaced(scene_, "arm.xml", "arm.fixed.xml"));
+  const auto json =
+      RunProgram({"check", "--fix", (folder_ / "scene.xml").string(), "--quick", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("edits").size(), 8u);
+}
+
+TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
+  BreakArmature();
+  Write();
+  const std::vector<std::string> words = {"check", "--fix=in-place",
+                                          (folder_ / "scene.xml").string(), "--quick"};
+  EXPECT_EQ(RunProgram(words).code, 0);
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml.bak"), arm_);
+  EXPECT_EQ(base::ReadFile(folder_ / "scene.xml"), scene_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "scene.xml.bak"));
+  Write();
+  const auto again = RunProgram(words);
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("arm.xml.bak: is there already"));
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
+}
+
+TEST_F(OwnCell, FixMakesNoCopyOfWhatIsRightAndTakesOnlyMjcf) {
+  const std::string experiment = Write();
+  const std::string scene = (folder_ / "scene.xml").string();
+  EXPECT_EQ(RunProgram({"check", "--fix", scene, "--quick"}).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "scene.fixed.xml"));
+  EXPECT_THAT(RunProgram({"check", "--fix", experiment}).err, HasSubstr("--fix needs an MJCF"));
+  EXPECT_EQ(RunProgram({"check", "--fix=there", scene}).code, 2);
+}
+
 TEST_F(OwnCell, CheckTakesAFileForWhatItIsTold) {
   Write();
   const auto ran = RunProgram({"check", (folder_ / "arm.xml").string(), "--as", "scene"});

@@ -4,7 +4,6 @@
 
 namespace rangegrasp::check::internal {
 
-void CheckArm(Model& model);     ///< chain, ranges, drives, armature, gravity compensation
-void CheckMotion(Model& model);  ///< reach, strength, the home pose held, a motion followed
+void CheckArm(Model& model);  ///< chain, ranges, drives, armature, gravity compensation
 
 }  // namespace rangegrasp::check::internal

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "robot/mjcf/hand.h"
+#include "sim/check/internal/geared_hand.h"
 #include "sim/internal/engine.h"
 
 namespace rangegrasp::check::internal {
@@ -17,74 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using sim::internal::DataPtr;
 using sim::internal::Vec3;
-
-bool BelowAny(const Model& model, int body, const std::set<int>& roots) {
-  return std::ranges::any_of(roots, [&](int root) { return model.InSubtree(body, root); });
-}
-
-// Bodies that move with the driven joints: by a joint itself, or by an equality with one that does.
-std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
-  const mjModel& m = model.m();
-  std::set<int> roots;
-  for (const int joint : joints) roots.insert(m.jnt_bodyid[joint]);
-  const auto driven = [&](int body) { return BelowAny(model, body, roots); };
-  for (bool grown = true; grown;) {
-    grown = false;
-    for (int e = 0; e < m.neq; ++e) {
-      int a = m.eq_obj1id[e];
-      int b = m.eq_obj2id[e];
-      if (a < 0 || b < 0) continue;
-      if (m.eq_type[e] == mjEQ_JOINT) {
-        a = m.jnt_bodyid[a];
-        b = m.jnt_bodyid[b];
-      } else if ((m.eq_type[e] != mjEQ_CONNECT && m.eq_type[e] != mjEQ_WELD) ||
-                 m.eq_objtype[e] != mjOBJ_BODY) {
-        continue;
-      }
-      // A linkage moves all from its ground on: the topmost jointed body below the hand.
-      const auto top = [&](int body) {
-        int jointed = body;
-        for (int p = body; p > model.hand; p = m.body_parentid[p]) {
-          if (m.body_jntnum[p] > 0) jointed = p;
-        }
-        return jointed;
-      };
-      if (driven(a) != driven(b)) grown = roots.insert(driven(a) ? top(b) : top(a)).second || grown;
-    }
-  }
-  return roots;
-}
-
-bool CheckCollides(Model& model, int fingertip) {
-  if (model.Collides(fingertip)) return true;
-  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
-              model.Set(mjOBJ_GEOM, fingertip, {{"contype", "1"}, {"conaffinity", "1"}}));
-  return false;
-}
-
-void CheckGearedHand(Model& model) {
-  const auto joints = model.Tuple("hand_joints", mjOBJ_JOINT);
-  const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
-  if (model.hand < 0 || joints.empty() || tips.empty()) return;
-  const mjModel& m = model.m();
-  const std::set<int> roots = DrivenBodies(model, joints);
-  for (const int joint : joints) {
-    if (m.jnt_limited[joint]) continue;
-    model.Error(mjOBJ_JOINT, joint,
-                "has no range, so that the open and the closed position are unknown",
-                "range=\"OPEN CLOSED\"");
-  }
-  for (const int geom : tips) {
-    const int body = m.geom_bodyid[geom];
-    CheckCollides(model, geom);
-    if (BelowAny(model, body, roots)) continue;
-    model.Error(
-        mjOBJ_GEOM, geom,
-        fmt::format("is a fingertip on body \"{}\", which no joint of \"hand_joints\" moves",
-                    model.BodyName(body)),
-        "list the joint that moves it in \"hand_joints\", or remove the geom from \"fingertips\"");
-  }
-}
 
 // A fingertip that moves less than this between the open and the closed hand is not driven.
 constexpr double kMoved_m = 0.002;
@@ -400,6 +333,36 @@ bool IsOutermost(const mjModel& m, int body) {
   return true;
 }
 
+// Whether a body closes a linkage, as the coupler of a four-bar does.
+bool IsLink(const mjModel& m, int body) {
+  for (int e = 0; e < m.neq; ++e) {
+    const bool joined = m.eq_type[e] == mjEQ_CONNECT || m.eq_type[e] == mjEQ_WELD;
+    if (joined && m.eq_objtype[e] == mjOBJ_BODY &&
+        (m.eq_obj1id[e] == body || m.eq_obj2id[e] == body))
+      return true;
+  }
+  return false;
+}
+
+// The thumb's tip is further from all others than those from each other.
+void PutThumbFirst(const Model& model, std::vector<int>& tips) {
+  const mjModel& m = model.m();
+  const auto finger = [&](int geom) {
+    int top = m.geom_bodyid[geom];
+    for (int b = top; b != model.hand; b = m.body_parentid[b]) top = m.body_jntnum[b] > 0 ? b : top;
+    return top;
+  };
+  const auto place = [&](int geom) { return Vec3(model.d().geom_xpos + 3 * geom); };
+  const auto apart_m = [&](int geom) {
+    double sum_m = 0.0;
+    for (const int other : tips) sum_m += (place(geom) - place(other)).norm();
+    return sum_m;
+  };
+  if (tips.empty()) return;
+  const int thumb = finger(*std::ranges::max_element(tips, {}, apart_m));
+  std::ranges::stable_partition(tips, [&](int geom) { return finger(geom) == thumb; });
+}
+
 // What is wrong with a hand of "hand_motors", by closing it.
 void CheckClosing(Model& model) {
   if (model.HasErrors() || model.Tuple("fingertips", mjOBJ_GEOM).empty()) return;
@@ -430,6 +393,13 @@ void CheckClosing(Model& model) {
 
 }  // namespace
 
+bool CheckCollides(Model& model, int fingertip) {
+  if (model.Collides(fingertip)) return true;
+  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
+              model.Set(mjOBJ_GEOM, fingertip, {{"contype", "1"}, {"conaffinity", "1"}}));
+  return false;
+}
+
 void CheckHand(Model& model) {
   if (model.hand < 0) return;
   model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 ? CheckClosing(model) : CheckGearedHand(model);
@@ -445,10 +415,12 @@ HandGuess GuessHand(Model& model) {
   for (int g = 0; g < m.ngeom; ++g) {
     const int body = m.geom_bodyid[g];
     const bool moves = m.body_weldid[body] != m.body_weldid[model.hand];
-    if (moves && model.Collides(g) && model.InSubtree(body, model.hand) && IsOutermost(m, body)) {
+    if (moves && model.Collides(g) && model.InSubtree(body, model.hand) && IsOutermost(m, body) &&
+        !IsLink(m, body)) {
       guess.fingertips.push_back(g);
     }
   }
+  PutThumbFirst(model, guess.fingertips);
   const auto named = model.Tuple("hand_motors", mjOBJ_ACTUATOR);
   auto motors = AtTheirRanges(model, named.empty() ? guess.motors : named);
   if (model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
@@ -481,43 +453,31 @@ Cure SuggestTool(Model& model) {
 }
 
 Cure SuggestSensors(Model& model, const std::string& file) {
-  constexpr double kAround_m = 0.002;  // of a pad, that contacts lie in the sensor's site
+  constexpr const char* kTypes[] = {"",          "",         "sphere", "capsule",
+                                    "ellipsoid", "cylinder", "box"};  // of mjtGeom
+  constexpr double kAround_m = 0.001;  // of a pad, so that contacts lie in the sensor's site
   const mjModel& m = model.m();
   Cure cure;
   std::string tuple = "<tuple name=\"grip_sensors\">\n";
-  std::set<int> bodies;
   for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
     const int body = m.geom_bodyid[geom];
-    if (model.Collides(geom) && IsOutermost(m, body)) bodies.insert(body);
-  }
-  for (const int body : bodies) {
-    Eigen::AlignedBox3d box;
-    for (int g = m.body_geomadr[body]; g < m.body_geomadr[body] + m.body_geomnum[body]; ++g) {
-      if (!model.Collides(g)) continue;
-      const Vector3d middle = Vec3(m.geom_aabb + 6 * g), half = Vec3(m.geom_aabb + 6 * g + 3);
-      const Eigen::AlignedBox3d own(middle - half, middle + half);
-      const mjtNum* q = m.geom_quat + 4 * g;
-      for (int corner = 0; corner < 8; ++corner) {
-        box.extend(Vec3(m.geom_pos + 3 * g) +
-                   Eigen::Quaterniond(q[0], q[1], q[2], q[3]) *
-                       own.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-      }
-    }
     const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, body));
-    if (!edit) return "<touch> sensors on the last segments, named in a tuple of this name";
-    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.BodyName(body)));
-    const Vector3d half = 0.5 * box.sizes() + Vector3d::Constant(kAround_m);
+    if (!IsOutermost(m, body)) continue;
+    if (!edit || m.geom_type[geom] > mjGEOM_BOX) return Cure();
+    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.Name(mjOBJ_GEOM, geom)));
+    const mjtNum *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
+    const Vector3d size = Vec3(m.geom_size + 3 * geom) + Vector3d::Constant(kAround_m);
     cure += Cure::Insert(
         edit->file, edit->element,
-        fmt::format("<site name=\"{}\" type=\"box\" pos=\"{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} "
-                    "{:.4g} {:.4g}\" group=\"4\"/>",
-                    name, Rounded(box.center().x()), Rounded(box.center().y()),
-                    Rounded(box.center().z()), half.x(), half.y(), half.z()));
+        fmt::format("<site name=\"{}\" type=\"{}\" pos=\"{:.4g} {:.4g} {:.4g}\" quat=\"{:.4g} "
+                    "{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} {:.4g} {:.4g}\" group=\"4\"/>",
+                    name, kTypes[m.geom_type[geom]], p[0], p[1], p[2], q[0], q[1], q[2], q[3],
+                    size.x(), size.y(), size.z()));
     cure +=
         Cure::Insert(file, "/*/sensor", fmt::format("<touch name=\"{0}\" site=\"{0}\"/>", name));
     tuple += fmt::format("  <element objtype=\"sensor\" objname=\"{}\"/>\n", name);
   }
-  if (bodies.empty()) return "<touch> sensors on the last segments, named in a tuple of this name";
+  if (cure.empty()) return cure;
   return cure + Cure::Insert(file, "/*/custom", tuple + "</tuple>") +
          "\nif your hand has sensors there";
 }

@@ -247,18 +247,12 @@ Cure Model::Stiffer(int actuator, double times) const {
 
 Cure Model::Rename(int body, const std::string& name) const {
   const std::string old = Name(mjOBJ_BODY, body);
-  if (old.empty()) {
-    return Cure({base::Edit{
-        .file = file_.string(), .element = "/*/worldbody/body[1]", .set = {{"name", name}}}});
-  }
+  if (old.empty()) return fmt::format("name=\"{}\" in its <body>", name);
   Cure cure = Set(mjOBJ_BODY, body, {{"name", name}});
-  pugi::xml_document document;
-  if (cure.edits.empty() || !document.load_file(cure.edits[0].file.c_str())) return cure;
   for (const char* reference : {"body1", "body2", "objname"}) {
-    const std::string element = fmt::format("//*[@{}='{}']", reference, old);
-    if (!document.select_node(element.c_str())) continue;
-    cure.edits.push_back(
-        {.file = cure.edits[0].file, .element = element, .set = {{reference, name}}});
+    cure.edits.push_back({.file = file_.string(),
+                          .element = fmt::format("//*[@{}='{}']", reference, old),
+                          .set = {{reference, name}}});
   }
   return cure;
 }
@@ -392,20 +386,15 @@ std::string SourceLines::FileOf(const std::string& kind, const std::string& name
 
 std::optional<base::Edit> SourceLines::EditOf(const std::string& kind,
                                               const std::string& name) const {
-  const auto found = lines_.find(kind + " " + name);
+  auto found = lines_.find(kind + " " + name);
+  if (found == lines_.end()) {
+    found = std::ranges::find_if(lines_, [&](const auto& line) {
+      return line.first.starts_with(kind + " ") &&
+             mjcf::Suffix(line.first.substr(kind.size() + 1)) == name;
+    });
+  }
   if (found == lines_.end() || found->second.element.empty()) return std::nullopt;
   return base::Edit{.file = found->second.file, .element = found->second.element};
-}
-
-std::optional<base::Edit> SourceLines::EditOfSuffix(const std::string& kind,
-                                                    std::string_view suffix) const {
-  for (const auto& [key, line] : lines_) {
-    const std::string_view name = std::string_view(key).substr(key.find(' ') + 1);
-    if (key.starts_with(kind + " ") && mjcf::Suffix(name) == suffix) {
-      return EditOf(kind, std::string(name));
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace rangegrasp::check::internal

@@ -30,10 +30,8 @@ class SourceLines {
   std::string Of(const std::string& kind, const std::string& name) const;
   /// Its file alone: where new elements of the same part of the model go.
   std::string FileOf(const std::string& kind, const std::string& name) const;
-  /// The element as an XPath in its file; nullopt if it is unknown.
+  /// The element as an XPath in its file; else the first whose name ends so, after a prefix.
   std::optional<base::Edit> EditOf(const std::string& kind, const std::string& name) const;
-  /// The same of the first whose name ends so, after any prefix.
-  std::optional<base::Edit> EditOfSuffix(const std::string& kind, std::string_view suffix) const;
   /// What the file itself (with what it includes, without what it attaches) holds: "freejoint", and
   /// of named elements the kind and what follows the last '/' of the name: "tuple arm_joints".
   const std::set<std::string>& seen() const { return seen_; }
