@@ -9,7 +9,6 @@
 #include "grasp/fixtures.h"
 #include "grasp/internal/closing.h"
 #include "grasp/surface.h"
-#include "robot/test_cells.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -481,7 +480,7 @@ TEST(PlanGrasps, RejectsBadArguments) {
 
 // Its shoulder, elbow and wrist span 0.6045 m; flange and hand are shorter than another 0.5 m.
 TEST(Arm, ReachesWhereTheHandIsAndNotBeyondItsLength) {
-  const robot::Robot robot = robot::Robot::Load(Tabletop());
+  const robot::Robot robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml");
   const Arm arm(robot);
   Pose X_WH = robot.HandPose(robot.home);
   EXPECT_TRUE(arm.reaches(X_WH));
