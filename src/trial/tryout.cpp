@@ -12,7 +12,7 @@
 #include "base/installation.h"
 #include "base/process/program.h"
 #include "base/words.h"
-#include "sim/check/check.h"
+#include "sim/check/fix.h"
 #include "trial/registry.h"
 #include "trial/trial.h"
 
@@ -106,7 +106,6 @@ Options Generated(Options options, const std::filesystem::path& folder) {
 // What keeps a trial of a kind from its end, and what would help.
 struct Cause {
   std::string element, what, cure;
-  std::vector<base::Edit> edits = {};
 };
 
 // By the figures of the audit (sim/internal/audit.cpp).
@@ -134,9 +133,9 @@ std::string CureOf(const std::string& failed) {
 }
 
 const char* const kStronger =
-    "a lower \"grip_force\", less damping of the hand's joints, or, as far as the hand's data "
-    "sheet "
-    "allows it, a higher kp or a wider forcerange of the drives that close it";
+    "a lower \"grip_force\", less damping of the hand's joints, or, as far as its data sheet "
+    "allows, "
+    "a higher kp or a wider forcerange of the drives that close it";
 
 bool PressesLess(const sim::ExecutionLog& log) {
   return log.felt_force_N > 0.0 && log.felt_force_N < kPressed * log.grip_force_N;
@@ -278,7 +277,7 @@ class Trying {
         {error, cell_.options.scene.string(), group.first.element,
          fmt::format("{} ({} of {} trials, {}: {})", group.first.what, group.count, tried_.trials,
                      base::Join(outcomes), base::Join(group.objects)),
-         group.first.cure, group.first.edits});
+         group.first.cure});
   }
 
   // Drives that do not give the grip hold nothing heavier than what was tried.
@@ -325,22 +324,29 @@ class Trying {
       if (!attempt.log || attempt.log->lags_rad.size() == 0) break;
       lags_rad = attempt.log->lags_rad;
     }
+    std::vector<base::Edit>& edits = behind.edits;
     const auto limit = [&](const char* name, const VectorXd& values) {
-      const std::string data = fmt::format("{:g}", fmt::join(values.begin(), values.end(), " "));
-      const auto edits = check::EditOf(cell_.options.scene, "numeric", name, {{"data", data}});
-      behind.edits.insert(behind.edits.end(), edits.begin(), edits.end());
+      const auto made =
+          check::SetNumeric(cell_.options.scene, name,
+                            fmt::format("{:g}", fmt::join(values.begin(), values.end(), " ")));
+      edits.insert(edits.end(), made.begin(), made.end());
     };
-    limit("joint_acceleration", robot.acceleration);
-    if (robot.velocity != velocity) limit("joint_velocity", robot.velocity);
     const double slowest = (robot.acceleration.array() / acceleration.array()).minCoeff();
+    const bool held = lags_rad.maxCoeff() <= kLag_rad && slowest >= kUsable;
+    const double stiffer = std::ceil(lags_rad_.maxCoeff() / (kSlower * kLag_rad));
+    if (held) {
+      limit("joint_acceleration", robot.acceleration);
+      if (robot.velocity != velocity) limit("joint_velocity", robot.velocity);
+      behind.cure = fmt::format(" (tried)\nor kp of their drives {:.0f} times as high", stiffer);
+    }
+    for (int i = 0; !held && i < lags_rad_.size(); ++i) {
+      if (lags_rad_[i] <= kLag_rad) continue;
+      const auto made = check::StifferDrive(cell_.options.scene, i, stiffer);
+      edits.insert(edits.end(), made.begin(), made.end());
+    }
+    behind.cure += ", or less damping of the joints";
     robot.velocity = velocity;
     robot.acceleration = acceleration;
-    const std::string stiffer =
-        fmt::format("kp of their drives {:.0f} times as high, or less damping of the joints",
-                    std::ceil(lags_rad_.maxCoeff() / (kSlower * kLag_rad)));
-    const bool held = lags_rad.maxCoeff() <= kLag_rad;
-    if (!held || slowest < kUsable) behind.edits.clear();
-    behind.cure = (behind.edits.empty() ? "" : " (tried)\nor ") + stiffer;
   }
 
   static double Rounded(double v) { return std::max(0.01, std::floor(100.0 * v) / 100.0); }

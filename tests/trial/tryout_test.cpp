@@ -8,6 +8,7 @@
 
 #include "base/file.h"
 #include "sim/check/check.h"
+#include "sim/check/fix.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::trial {
@@ -91,6 +92,17 @@ TEST_F(Broken, NothingIsSaidOfTheShippedCell) {
 TEST_F(Broken, WeakServosOfTheArm) {
   Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.1);
   EXPECT_THAT(Check(), HasSubstr("kp"));
+}
+// Where slower motions do not help, stiffer drives are tried.
+TEST_F(Broken, DrivesThatFallBehindInTrialsAreCuredByTheEdits) {
+  Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.18);
+  ASSERT_THAT(Check(), HasSubstr("fall up to"));
+  check::Fixer fixer(folder_ / "scene.xml", /*in_place=*/false);
+  for (int round = 0; round < 3 && fixer.Apply(tryout_.findings); ++round) {
+    tryout_ = TryCell(OptionsOf(fixer.file()));
+  }
+  EXPECT_EQ(tryout_.findings.size(), 0u) << base::TextOf(tryout_.findings.front());
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), texts_.arm);
 }
 TEST_F(Broken, NoArmature) {
   Replace(texts_.arm, " armature=\"[^\"]*\"", "");

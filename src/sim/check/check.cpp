@@ -452,14 +452,6 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
   return findings;
 }
 
-std::vector<base::Edit> EditOf(const std::filesystem::path& scene, const std::string& kind,
-                               std::string_view name, const internal::Attributes& attributes) {
-  auto edit = internal::SourceLines(scene).EditOf(kind, std::string(name));
-  if (!edit) return {};
-  edit->set = attributes;
-  return {*edit};
-}
-
 bool IsObjectFile(const std::filesystem::path& mjcf) { return sim::internal::IsObject(mjcf); }
 
 std::vector<Finding> CheckObject(const sim::ObjectModel& object, double min_tipping_rad) {

@@ -2,9 +2,7 @@
 
 #include <array>
 #include <filesystem>
-#include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -30,12 +28,6 @@ Kind KindOf(const std::filesystem::path& mjcf);
 /// @param kind  not kObject
 /// @throws base::InputError if the file cannot be read at all.
 std::vector<base::Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind);
-
-/// The edit of an element of a scene's files that is known by its kind ("numeric") and the end of
-/// its name; none where it is not found.
-std::vector<base::Edit> EditOf(const std::filesystem::path& scene, const std::string& kind,
-                               std::string_view name,
-                               const std::vector<std::pair<std::string, std::string>>& attributes);
 
 /// Whether a file holds one free body and nothing else: an object, no scene.
 /// @throws base::InputError naming the file if it is no MJCF.

@@ -9,6 +9,7 @@
 
 #include "base/file.h"
 #include "base/words.h"
+#include "sim/check/internal/model.h"
 
 namespace rangegrasp::check {
 namespace {
@@ -78,6 +79,16 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
 }
 
 }  // namespace
+
+std::vector<base::Edit> SetNumeric(const fs::path& scene, const std::string& name,
+                                   const std::string& data) {
+  return internal::Model(scene, Kind::kScene).SetNumeric(name, data, "").edits;
+}
+
+std::vector<base::Edit> StifferDrive(const fs::path& scene, int joint, double times) {
+  const internal::Model model(scene, Kind::kScene);
+  return model.Stiffer(model.arm_actuators.at(static_cast<std::size_t>(joint)), times).edits;
+}
 
 std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {
   pugi::xml_document document;

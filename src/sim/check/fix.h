@@ -9,6 +9,12 @@
 
 namespace rangegrasp::check {
 
+/// The edits that give a numeric of a scene's files other values; none where it is not found.
+std::vector<base::Edit> SetNumeric(const std::filesystem::path& scene, const std::string& name,
+                                   const std::string& data);
+/// The edits that make the drive of an arm's joint, counted from 0, so many times as stiff.
+std::vector<base::Edit> StifferDrive(const std::filesystem::path& scene, int joint, double times);
+
 /// What an edit did to a file; of an added block `before` is empty.
 struct Change {
   std::filesystem::path file;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <pugixml.hpp>
 
 #include "base/error.h"
@@ -231,18 +232,17 @@ Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int
 
 Cure Model::Stiffer(int actuator, double times) const {
   const mjtNum* bias = m().actuator_biasprm + actuator * mjNBIAS;
+  const double kv = -std::sqrt(times) * bias[2];  // the same damping ratio
   const double kp = times * m().actuator_gainprm[actuator * mjNGAIN];
   const auto edit = lines_.EditOf("actuator", Name(mjOBJ_ACTUATOR, actuator));
   if (edit && edit->element.starts_with("//general")) {
     return Set(mjOBJ_ACTUATOR, actuator,
                {{"gainprm", fmt::format("{:.4g}", kp)},
-                {"biasprm",
-                 fmt::format("{:g} {:.4g} {:.4g}", bias[0], times * bias[1], times * bias[2])}});
+                {"biasprm", fmt::format("{:g} {:.4g} {:.4g}", bias[0], times * bias[1], -kv)}});
   }
-  return Set(mjOBJ_ACTUATOR, actuator,
-             {{"kp", fmt::format("{:.4g}", kp)},
-              {"kv", fmt::format("{:.4g}", -times * bias[2])},
-              {"dampratio", ""}});
+  return Set(
+      mjOBJ_ACTUATOR, actuator,
+      {{"kp", fmt::format("{:.4g}", kp)}, {"kv", fmt::format("{:.4g}", kv)}, {"dampratio", ""}});
 }
 
 Cure Model::Rename(int body, const std::string& name) const {

@@ -115,7 +115,7 @@ class Model {
   /// The same of a tuple; to be completed where there are no elements, or ones without names.
   Cure SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
                 const std::string& file) const;
-  /// A servo so many times as stiff and damped, in the attributes that it has.
+  /// A servo so many times as stiff, as damped as before.
   Cure Stiffer(int actuator, double times) const;
   /// Another name of a body, in its file alone, with all that refers to it there.
   Cure Rename(int body, const std::string& name) const;
