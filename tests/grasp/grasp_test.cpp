@@ -482,7 +482,7 @@ TEST(PlanGrasps, RejectsBadArguments) {
 TEST(Arm, ReachesWhereTheHandIsAndNotBeyondItsLength) {
   const robot::Robot robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml");
   const Arm arm(robot);
-  Pose X_WH = robot.HandPose(robot.home);
+  base::Pose X_WH = robot.HandPose(robot.home);
   EXPECT_TRUE(arm.reaches(X_WH));
   X_WH.translation() = arm.base_C + Vector3d(1.2, 0.0, 0.3);
   EXPECT_FALSE(arm.reaches(X_WH));

@@ -207,12 +207,10 @@ void CheckHandNames(Model& model) {
     CheckMotorNames(model, file);
   }
   CheckToolSites(model, file);
-  const Cure sensors = SuggestSensors(model, file);
   CheckOne(
       model,
       {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",
-       sensors.empty() ? Cure("<touch> sensors on the last segments, named in a tuple of this name")
-                       : sensors,
+       "if it has sensors: <touch> sensors on the last segments, named in a tuple of this name",
        false},
       file);
 }

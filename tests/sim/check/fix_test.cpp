@@ -176,8 +176,6 @@ INSTANTIATE_TEST_SUITE_P(
                           "tuple \"hand_motors\""},
                     Fault{"Fingertips", "hand.xml", "<tuple name=\"fingertips\">[^]*?</tuple>", "",
                           "tuple \"fingertips\""},
-                    Fault{"Sensors", "hand.xml", "<tuple name=\"grip_sensors\">[^]*?</tuple>", "",
-                          "tuple \"grip_sensors\""},
                     Fault{"Open", "hand.xml", "<numeric name=\"hand_open\"[^>]*/>", "",
                           "numeric \"hand_open\""},
                     Fault{"Closed", "hand.xml", "<numeric name=\"hand_closed\"[^>]*/>", "",

@@ -452,34 +452,4 @@ Cure SuggestTool(Model& model) {
   }
 }
 
-Cure SuggestSensors(Model& model, const std::string& file) {
-  constexpr const char* kTypes[] = {"",          "",         "sphere", "capsule",
-                                    "ellipsoid", "cylinder", "box"};  // of mjtGeom
-  constexpr double kAround_m = 0.001;  // of a pad, so that contacts lie in the sensor's site
-  const mjModel& m = model.m();
-  Cure cure;
-  std::string tuple = "<tuple name=\"grip_sensors\">\n";
-  for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
-    const int body = m.geom_bodyid[geom];
-    const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, body));
-    if (!IsOutermost(m, body)) continue;
-    if (!edit || m.geom_type[geom] > mjGEOM_BOX) return Cure();
-    const std::string name = fmt::format("{}_touch", mjcf::Suffix(model.Name(mjOBJ_GEOM, geom)));
-    const mjtNum *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
-    const Vector3d size = Vec3(m.geom_size + 3 * geom) + Vector3d::Constant(kAround_m);
-    cure += Cure::Insert(
-        edit->file, edit->element,
-        fmt::format("<site name=\"{}\" type=\"{}\" pos=\"{:.4g} {:.4g} {:.4g}\" quat=\"{:.4g} "
-                    "{:.4g} {:.4g} {:.4g}\" size=\"{:.4g} {:.4g} {:.4g}\" group=\"4\"/>",
-                    name, kTypes[m.geom_type[geom]], p[0], p[1], p[2], q[0], q[1], q[2], q[3],
-                    size.x(), size.y(), size.z()));
-    cure +=
-        Cure::Insert(file, "/*/sensor", fmt::format("<touch name=\"{0}\" site=\"{0}\"/>", name));
-    tuple += fmt::format("  <element objtype=\"sensor\" objname=\"{}\"/>\n", name);
-  }
-  if (cure.empty()) return cure;
-  return cure + Cure::Insert(file, "/*/custom", tuple + "</tuple>") +
-         "\nif your hand has sensors there";
-}
-
 }  // namespace rangegrasp::check::internal

@@ -18,9 +18,6 @@ HandGuess GuessHand(Model& model);
 /// A site "tcp" in the body "hand"; in words where pads are not known yet.
 Cure SuggestTool(Model& model);
 
-/// Touch sensors on the last segments of "fingertips"; in words where these are not known yet.
-Cure SuggestSensors(Model& model, const std::string& file);
-
 bool CheckCollides(Model& model, int fingertip);  ///< false: said that it does not
 
 void CheckHand(Model& model);  ///< what the drives move
