@@ -344,6 +344,7 @@ class Trying {
       const auto made = check::StifferDrive(cell_.options.scene, i, stiffer);
       edits.insert(edits.end(), made.begin(), made.end());
     }
+    behind.cure += edits.empty() ? "a higher kp of their drives" : "";
     behind.cure += ", or less damping of the joints";
     robot.velocity = velocity;
     robot.acceleration = acceleration;
