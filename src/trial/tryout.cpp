@@ -134,8 +134,7 @@ std::string CureOf(const std::string& failed) {
 
 const char* const kStronger =
     "a lower \"grip_force\", less damping of the hand's joints, or, as far as its data sheet "
-    "allows, "
-    "a higher kp or a wider forcerange of the drives that close it";
+    "allows, a higher kp or a wider forcerange of the drives that close it";
 
 bool PressesLess(const sim::ExecutionLog& log) {
   return log.felt_force_N > 0.0 && log.felt_force_N < kPressed * log.grip_force_N;
@@ -338,11 +337,12 @@ class Trying {
       limit("joint_acceleration", robot.acceleration);
       if (robot.velocity != velocity) limit("joint_velocity", robot.velocity);
       behind.cure = fmt::format(" (tried)\nor kp of their drives {:.0f} times as high", stiffer);
-    }
-    for (int i = 0; !held && i < lags_rad_.size(); ++i) {
-      if (lags_rad_[i] <= kLag_rad) continue;
-      const auto made = check::StifferDrive(cell_.options.scene, i, stiffer);
-      edits.insert(edits.end(), made.begin(), made.end());
+    } else {
+      std::vector<int> slow;
+      for (int i = 0; i < lags_rad_.size(); ++i) {
+        if (lags_rad_[i] > kLag_rad) slow.push_back(i);
+      }
+      edits = check::StifferDrives(cell_.options.scene, slow, stiffer);
     }
     behind.cure += edits.empty() ? "a higher kp of their drives" : "";
     behind.cure += ", or less damping of the joints";

@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Names first, then how the hand closes, motions, trials.
+constexpr int kRounds = 8;
 constexpr int kMaxNesting = 8;  // files that attach each other in a ring are the engine's to refuse
 
 std::size_t StartOf(const pugi::xml_node& node) {
@@ -85,9 +87,14 @@ std::vector<base::Edit> SetNumeric(const fs::path& scene, const std::string& nam
   return internal::Model(scene, Kind::kScene).SetNumeric(name, data, "").edits;
 }
 
-std::vector<base::Edit> StifferDrive(const fs::path& scene, int joint, double times) {
+std::vector<base::Edit> StifferDrives(const fs::path& scene, const std::vector<int>& joints,
+                                      double times) {
   const internal::Model model(scene, Kind::kScene);
-  return model.Stiffer(model.arm_actuators.at(static_cast<std::size_t>(joint)), times).edits;
+  internal::Cure cure;
+  for (const int joint : joints) {
+    cure += model.Stiffer(model.arm_actuators.at(static_cast<std::size_t>(joint)), times);
+  }
+  return cure.edits;
 }
 
 std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {
@@ -200,6 +207,11 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     changed = true;
   }
   return changed;
+}
+
+void Fixer::Run(std::vector<base::Finding> findings,
+                const std::function<std::vector<base::Finding>()>& check) {
+  for (int round = 0; round < kRounds && Apply(findings); ++round) findings = check();
 }
 
 std::vector<Change> Fixer::changes() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -12,8 +13,10 @@ namespace rangegrasp::check {
 /// The edits that give a numeric of a scene's files other values; none where it is not found.
 std::vector<base::Edit> SetNumeric(const std::filesystem::path& scene, const std::string& name,
                                    const std::string& data);
-/// The edits that make the drive of an arm's joint, counted from 0, so many times as stiff.
-std::vector<base::Edit> StifferDrive(const std::filesystem::path& scene, int joint, double times);
+/// The edits that make the drives of some of an arm's joints, counted from 0, so many times as
+/// stiff.
+std::vector<base::Edit> StifferDrives(const std::filesystem::path& scene,
+                                      const std::vector<int>& joints, double times);
 
 /// What an edit did to a file; of an added block `before` is empty.
 struct Change {
@@ -40,6 +43,13 @@ class Fixer {
   /// @return whether anything changed
   /// @throws base::InputError before anything is written, if there is such a backup already.
   bool Apply(const std::vector<base::Finding>& findings);
+
+  /// Applies and checks again, until nothing changes or for a few rounds: what is cured shows what
+  /// else is wrong.
+  /// @param findings  of the model
+  /// @param check  of file()
+  void Run(std::vector<base::Finding> findings,
+           const std::function<std::vector<base::Finding>()>& check);
 
   /// What is to be checked: the copy, once there is one.
   std::filesystem::path file() const { return Target(mjcf_); }

@@ -121,9 +121,6 @@ Checked CheckFile(const CheckArguments& arguments) {
   return checked;
 }
 
-// What is cured shows what else is wrong: names first, then how the hand closes, motions, trials.
-constexpr int kFixRounds = 8;
-
 // Makes the definite edits, and checks again until there are none; `file` is then the copy.
 Checked FixFile(CheckArguments& arguments) {
   if (arguments.file.empty() || IsExperiment(arguments.file)) {
@@ -135,10 +132,11 @@ Checked FixFile(CheckArguments& arguments) {
   check::Fixer fixer(arguments.file, arguments.fix == "in-place");
   Checked checked = CheckFile(arguments);
   arguments.as = checked.kind;
-  for (int round = 0; round < kFixRounds && fixer.Apply(checked.findings); ++round) {
+  fixer.Run(checked.findings, [&] {
     arguments.file = fixer.file().string();
     checked = CheckFile(arguments);
-  }
+    return checked.findings;
+  });
   checked.changes = fixer.changes();
   return checked;
 }
@@ -449,9 +447,9 @@ void AddCheckCommand(CLI::App& app) {
                     "without trials: a scene or experiment without errors is else tried on "
                     "generated boxes, cylinders and balls, which takes about 10 s");
   command->footer(
-      "Examples:\n  rangegrasp check scenes/tabletop.xml\n  rangegrasp check --fix "
-      "my_hand.xml\nExit codes: 0 no errors, 2 errors. `run` "
-      "does the same check, without trials, before its first trial.");
+      "Examples:\n  rangegrasp check scenes/tabletop.xml\n  rangegrasp check --fix my_hand.xml\n"
+      "Exit codes: 0 no errors, 2 errors. `run` does the same check, without trials, before its "
+      "first trial.");
   command->callback([a] { Check(*a); });
 }
 

@@ -50,12 +50,9 @@ class Files : public testing::Test {
     for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
     return text;
   }
-  // As the command does it.
   std::vector<base::Finding> Cure(Fixer& fixer, Kind kind) {
     auto findings = CheckModel(fixer.file(), kind);
-    for (int round = 0; round < 8 && fixer.Apply(findings); ++round) {
-      findings = CheckModel(fixer.file(), kind);
-    }
+    fixer.Run(findings, [&] { return findings = CheckModel(fixer.file(), kind); });
     return findings;
   }
   // Lines that no edit names are there, in their order.

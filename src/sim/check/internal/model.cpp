@@ -189,6 +189,7 @@ Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
   }
   std::string text;
   for (const auto& [name, value] : attributes) {
+    if (value.empty()) continue;
     text += fmt::format("{}{}=\"{}\"", text.empty() ? "" : " ", name, value);
   }
   return text;

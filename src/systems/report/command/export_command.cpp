@@ -226,10 +226,10 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
 
 // Runs the trials again, each in a process of its own. What is done is kept in a store, until all
 // is: an export that was stopped goes on.
-void ExportClouds(const Store& store, const experiment::Experiment& e, int jobs,
-                  const fs::path& out) {
+// @param stamp  of the records
+void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& records,
+                  const experiment::Experiment& e, int jobs, const fs::path& out) {
   const trial::Cell& cell = trial::CellOf(*e.task);
-  const auto records = store.ReadAll();
   const auto cases = CasesOf(e, records);
   Store exported = Store::Create(out);
   const auto begun = exported.ReadStamp();
@@ -243,7 +243,7 @@ void ExportClouds(const Store& store, const experiment::Experiment& e, int jobs,
       exported, {.jobs = jobs, .case_limit_s = e.common.case_limit_s},
       ProgressBar(static_cast<int>(cases.size() - missing.size()), static_cast<int>(cases.size())));
   const auto made = exported.ReadAll();
-  WriteResult(AnnotationsOf(store.ReadStamp(), made).dump(1) + "\n", out / "annotations.json");
+  WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / "annotations.json");
   if (const int differing = Differing(records, made); differing > 0) {
     spdlog::warn(
         "{} of {} trials ended differently from their records: has the program or a model changed "
@@ -263,6 +263,8 @@ void Export(const ExportArguments& arguments) {
     const fs::path out =
         stores.size() == 1 ? fs::path(arguments.out) : arguments.out / folder.filename();
     const Store store = Store::Open(folder);
+    const auto stamp = store.ReadStamp();
+    const auto records = store.ReadAll();
     std::optional<experiment::Experiment> e;
     if (arguments.clouds) {
       if (fs::weakly_canonical(out) == fs::weakly_canonical(folder)) {
@@ -270,15 +272,15 @@ void Export(const ExportArguments& arguments) {
                                ": is the folder of the run; choose another folder with --out");
       }
       // Before anything is written: it may be refused.
-      e = ReopenExperiment(store.ReadStamp(), folder.string(), arguments.run_detector);
+      e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);
       for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
     }
-    ExportRecords(store.ReadAll(), out);
+    ExportRecords(records, out);
     if (e) {
-      ExportClouds(store, *e, arguments.jobs, out);
+      ExportClouds(stamp, records, *e, arguments.jobs, out);
       Store::Remove(out);
     }
-    spdlog::info("{} trials in {}", store.Count(), out.string());
+    spdlog::info("{} trials in {}", records.size(), out.string());
   }
 }
 
