@@ -126,7 +126,7 @@ def test_results_are_kept_resumed_and_not_mixed(tmp_path):
 
 def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path):
     code = ("import rangegrasp as rg, sys\n"
-            f"rg.evaluate(None, 'pile', seed={SEED}, trials=8, objects=['spread', 'dextrose'], jobs=2, out=sys.argv[1], progress=False)\n")
+            f"rg.evaluate(None, 'single', seed={SEED}, trials=8, objects=['spread', 'dextrose'], jobs=2, out=sys.argv[1], progress=False)\n")
     process = subprocess.Popen([sys.executable, "-c", code, tmp_path / "r"], stderr=subprocess.PIPE, text=True,
                                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, start_new_session=True)
     deadline = time.monotonic() + 60
@@ -145,8 +145,8 @@ def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path):
     kept = len(rg.load(tmp_path / "r").rows)
     assert 2 <= kept < 16
     whole = dict(seed=SEED, trials=8, objects=["spread", "dextrose"], jobs=2, progress=False)
-    done = rg.evaluate(None, "pile", out=tmp_path / "r", resume=True, **whole)
-    assert without_times(done) == without_times(rg.evaluate(None, "pile", out=tmp_path / "anew", **whole))
+    done = rg.evaluate(None, "single", out=tmp_path / "r", resume=True, **whole)
+    assert without_times(done) == without_times(rg.evaluate(None, "single", out=tmp_path / "anew", **whole))
 
 
 def test_wrong_use_is_refused():

@@ -43,7 +43,6 @@ class VideoTest : public testing::Test {
     std::vector<std::string> arguments = {"trial", (*shared_ / "run").string()};
     arguments.insert(arguments.end(), ids.begin(), ids.end());
     arguments.insert(arguments.end(), {"--json", "--video", file});
-    // 400 pictures of 0.3 s each.
     testing_support::Command command(arguments);
     const int code = command.Wait(580.0);
     return {code, command.Out(), command.Err()};
@@ -63,8 +62,10 @@ class VideoTest : public testing::Test {
   TempFolder folder_;
 };
 TempFolder* VideoTest::shared_ = nullptr;
+using WholeFilm = VideoTest;
 
-TEST_F(VideoTest, AFilmLastsAsLongAsTheExecution) {
+// Of the label all: 400 pictures of 0.3 s each.
+TEST_F(WholeFilm, LastsAsLongAsTheExecution) {
   if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
   const std::string file = (folder_ / "it's a film.mp4").string();
   const Ran ran = Film({"dextrose-0000"}, file);
