@@ -44,11 +44,14 @@ class Shares {
   int all_ = 0;
 };
 
-constexpr std::array<std::string_view, 54> kNames = {
+constexpr std::array<std::string_view, 65> kNames = {
     // The grasp.
     "cylindrical", "rim", "power", "pitch", "width", "opening", "contact_angle", "score", "tilt",
     "closing_slope", "pad_height", "pad_depth", "off_center", "off_center_along",
     "workspace_distance",
+    // Its contacts on the completed object.
+    "finger_angle", "thumb_angle", "lever", "above", "drag", "slope", "finger_lean", "thumb_lean",
+    "top_margin", "contact_area", "room",
     // The object.
     "size_long", "size_short", "height", "base", "points", "rotational", "open", "ridge_or_plane",
     // The way of thumb and fingers.
@@ -271,6 +274,17 @@ std::vector<double> FeatureMaker::Impl::Of(const Grasp& grasp) const {
           level.norm(),
           std::abs(level.dot(across)),
           middle.head<2>().norm(),
+          grasp.quality.angles.finger_rad,
+          grasp.quality.angles.thumb_rad,
+          grasp.quality.lever_m,
+          grasp.quality.above_m,
+          grasp.quality.drag_m,
+          grasp.quality.slope_m,
+          grasp.quality.finger_lean,
+          grasp.quality.thumb_lean,
+          grasp.quality.top_margin_m,
+          grasp.quality.contact_m2,
+          grasp.quality.room_m,
           object.size_m.x(),
           object.size_m.y(),
           object.height_m,

@@ -17,6 +17,31 @@ constexpr std::array<std::string_view, 4> WordsOf(GraspType) {
   return {"cylindrical", "rim", "power", "named"};
 }
 
+/// The angle [rad] between a contact's inward normal and the line to the other contact. Two
+/// contacts with friction hold a body if both angles are within the friction cone (Nguyen 1988).
+struct AntipodalAngles {
+  double finger_rad = 0.0;
+  double thumb_rad = 0.0;
+};
+/// What closing the hand model on the completed object finds; zeros for grasps that were made
+/// otherwise (the wall of a cup, a known object's).
+struct Quality {
+  AntipodalAngles angles;  ///< of the contacts that closing the hand model finds
+  double pitch_rad = 0.0;
+  double best_pitch_rad = 0.0;  ///< measured: about 12.5 deg for cylinders, 8 deg for others
+  double lever_m = 0.0;         ///< the centre of mass beside the contacts' line, across it
+  double above_m = 0.0;         ///< the contacts above the centre of mass; negative: below
+  double drag_m = 0.0;          ///< of the object by the hand that closes
+  double slope_m = 0.0;         ///< difference in height of the two contacts
+  /// Of the surface's unit normals at the contacts along the approach: negative, the face leans
+  /// towards the hand, and the pads slide off it.
+  double finger_lean = 0.0, thumb_lean = 0.0;
+  double top_margin_m = 0.0;  ///< of the contacts below the object's top
+  double contact_m2 = 0.0;    ///< within 3 mm of the pads
+  double room_m = 0.0;        ///< largest gap of the hand less the width
+  double thumb_to_arm = 0.0;  ///< cosine between the closing direction and the way to the arm
+};
+
 /// A grasp of one perceived object. Frame G as in base/frames.h; C is the cloud's frame. Its origin
 /// is the hand's published tool centre without centering, and the middle of the expected contacts
 /// with it; its z axis is the approach, whatever the pitch:
@@ -30,6 +55,7 @@ struct Grasp {
   double width_m = 0.0;    ///< what the pads are expected to close on
   /// Larger of the contacts' antipodal angles (Nguyen 1988) [rad]; 0 where none was looked at.
   double contact_angle_rad = 0.0;
+  Quality quality{};
   double score = 0.0;     ///< higher is better, within a type
   bool collides = false;  ///< open hand against everything perceived and the table
 };

@@ -10,6 +10,7 @@
 
 #include "base/frames.h"
 #include "geometry/shape.h"
+#include "grasp/grasp.h"
 #include "robot/robot.h"
 
 namespace rangegrasp::grasp::internal {
@@ -114,12 +115,7 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
                                std::span<const Vector3d> normals_A, double sample_area_m2,
                                const Vector3d& origin_A);
 
-/// The angle [rad] between a contact's inward normal and the line to the other contact. Two
-/// contacts with friction hold a body if both angles are within the friction cone (Nguyen 1988).
-struct AntipodalAngles {
-  double finger_rad = 0.0;
-  double thumb_rad = 0.0;
-};
+/// Of two contacts and their outward unit normals.
 AntipodalAngles Antipodal(const Vector3d& finger, const Vector3d& finger_out, const Vector3d& thumb,
                           const Vector3d& thumb_out);
 

@@ -21,6 +21,8 @@ Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Clos
           .above_m = (middle - view.com).dot(view.up),
           .drag_m = closing.drag_m,
           .slope_m = (thumb - finger).dot(view.up),
+          .finger_lean = closing.finger_out_T.z(),
+          .thumb_lean = closing.thumb_out_T.z(),
           .top_margin_m = std::min(finger.z(), thumb.z()) + origin_A.z() - slab.top_m,
           .contact_m2 = closing.contact_m2,
           .room_m = task.hand.MaxGap() - closing.gap_m,
@@ -105,7 +107,8 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
     // The "tightest" side has the largest area of the surface against the closed fingers (section
     // 5.2 leaves the measure open).
     candidate.grasp.score = closing->contact_m2 / task.options.score.contact_scale_m2;
-    const Quality quality = QualityOf(task, view, aim, *closing, origin, *slab);
+    const Quality& quality = candidate.grasp.quality =
+        QualityOf(task, view, aim, *closing, origin, *slab);
     candidate.grasp.contact_angle_rad =
         std::max(quality.angles.finger_rad, quality.angles.thumb_rad);
     if (task.options.contact_ranking) {

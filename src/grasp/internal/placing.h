@@ -13,21 +13,6 @@ using collision::HandCollider;
 using perception::PerceivedObject;
 using perception::Scene;
 
-/// What a refined grasp is scored by. Each term is 0 where it is best and 1 where it is bad.
-struct Quality {
-  AntipodalAngles angles;  ///< of the contacts that closing the hand model finds
-  double pitch_rad = 0.0;
-  double best_pitch_rad = 0.0;  ///< measured: about 12.5 deg for cylinders, 8 deg for others
-  double lever_m = 0.0;         ///< the centre of mass beside the contacts' line, across it
-  double above_m = 0.0;         ///< the contacts above the centre of mass; negative: below
-  double drag_m = 0.0;          ///< of the object by the hand that closes
-  double slope_m = 0.0;         ///< difference in height of the two contacts
-  double top_margin_m = 0.0;    ///< of the contacts below the object's top
-  double contact_m2 = 0.0;      ///< within 3 mm of the pads
-  double room_m = 0.0;          ///< largest gap of the hand less the width
-  double thumb_to_arm = 0.0;    ///< cosine between the closing direction and the way to the arm
-};
-
 /// score = 1 - antipodal A - pitch P - lever L - height H - drag D - slope S - shallow M - room R
 ///         + tight T + arm C, with
 ///   A = (larger of both antipodal angles / friction cone)^2, at most 4,

@@ -28,6 +28,7 @@
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 #include <CGAL/Surface_mesh_vertex_base_3.h>
 #include <CGAL/alpha_wrap_3.h>
+#include <CGAL/boost/graph/Euler_operations.h>
 #include <CGAL/make_surface_mesh.h>
 #include <fmt/format.h>
 
@@ -132,6 +133,20 @@ double WidthOf(const Surface& surface, Surface::Halfedge_index border) {
   return DiagonalOf(box);
 }
 
+// As triangles about the middle of its border: where CGAL finds no patch, since each would have an
+// edge that is there already. They may cross the surface.
+void CloseByFan(Surface::Halfedge_index border, Surface& surface) {
+  Kernel::Vector_3 sum(0.0, 0.0, 0.0);
+  double count = 0.0;
+  for (const auto h : CGAL::halfedges_around_face(border, surface)) {
+    sum = sum + (surface.point(surface.target(h)) - CGAL::ORIGIN);
+    count += 1.0;
+  }
+  CGAL::Euler::fill_hole(border, surface);
+  const auto middle = CGAL::Euler::add_center_vertex(border, surface);
+  surface.point(surface.target(middle)) = CGAL::ORIGIN + sum / count;
+}
+
 // Small holes; the error states the width of the largest that is too large.
 void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std::string>& done) {
   std::vector<Surface::Halfedge_index> borders;
@@ -149,7 +164,7 @@ void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std:
   for (const auto border : borders) {
     std::vector<Surface::Face_index> patch;
     pmp::triangulate_hole(surface, border, std::back_inserter(patch));
-    if (patch.empty()) throw base::InputError("has a hole that cannot be closed");
+    if (patch.empty()) CloseByFan(border, surface);
   }
   done.push_back(fmt::format("{} closed, the widest {:.1f} % of its size across",
                              Times(borders.size(), "hole"), 100.0 * widest / diagonal));

@@ -72,6 +72,21 @@ TEST(Repair, ClosesASmallHole) {
   EXPECT_THAT(repaired.done, Contains(HasSubstr("hole")));
 }
 
+// A corner on an edge that the neighbor does not have, with a triangle of no area between them:
+// without it, what is left is a hole that no triangle with an area can close.
+TEST(Repair, ClosesWhatATriangleWithoutAreaHadClosed) {
+  TriangleMesh box = BoxMesh({1, 2, 3});
+  const auto [a, b, c] = box.triangles.front();
+  const auto middle = static_cast<std::uint32_t>(box.vertices.size());
+  box.vertices.push_back(0.5 * (box.vertices[a] + box.vertices[b]));
+  box.triangles.front() = {a, middle, c};
+  box.triangles.push_back({middle, b, c});
+  box.triangles.push_back({a, b, middle});
+  const Repaired repaired = RepairMesh(box);
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("without area")));
+  EXPECT_NEAR(Volume(repaired.mesh), 48.0, 0.02 * 48.0);
+}
+
 // A cup of one sheet: its mouth is no hole to close.
 TEST(Repair, RefusesALargeHoleUnlessTold) {
   TriangleMesh box = BoxMesh({1, 1, 1});
