@@ -218,6 +218,13 @@ struct MergeOptions {
   /// Of the other side's tangent plane: three times the noise.
   AdaptiveLength max_in_front_m{0.0015, {.noises = 3.0, .spacings = 0.5}};
   double max_sideways = 0.5;  ///< share of a gap across the sensor's viewing plane (30 deg)
+
+  // Parts that touch nothing but each other (MergeLone). Larger: small things that stand together
+  // are one; smaller: toys, pliers and vases fall into parts. Of 56 scans of household things alone
+  // that were cut, 54 are whole again; of 105 heaps of several things, 4 are one.
+  double max_lone_width_m = 0.10;  ///< what a hand can hold
+  double max_lone_length_m = 0.25;
+  double max_lone_crease_rad = base::Deg(70.0);  ///< mean angle of a concave edge between two parts
 };
 
 /// Open boxes that objects lie in (internal/container.h).
@@ -304,6 +311,7 @@ struct FeatureAdditions {   // with the reason where the rows below do not say i
   bool lying_axes = true;       ///< their top has no circle
   bool lip_tops = true;         ///< the floor of a bowl holds more points than its lip
   bool merge_fragments = true;  ///< off: only clipped rotational parts are merged
+  bool lone_objects = true;     ///< concave things are cut at their necks, and a scan shows no more
   /// Without it a hand that closes on the seen half of a lying cylinder meets the other half.
   bool complete_by_symmetry = true;
   bool complete_leaning = true;  ///< what leans has no faces square to the table
@@ -311,7 +319,7 @@ struct FeatureAdditions {   // with the reason where the rows below do not say i
   bool drop_needles = true;      ///< of mixed points along one ray
   bool open_strays = true;  ///< mixed points hang between a container's near rim and its far wall
 };
-constexpr std::array<base::Addition<FeatureAdditions>, 18> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<base::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "accept the ridge of a lying cylinder or of a roof as top"},
@@ -332,6 +340,8 @@ constexpr std::array<base::Addition<FeatureAdditions>, 18> AdditionsOf(const Fea
       {"lying_axes", &A::lying_axes, "find rotational bodies that lie on their side"},
       {"lip_tops", &A::lip_tops, "find the axis of bowls from their lips"},
       {"merge_fragments", &A::merge_fragments, "join segments of one object"},
+      {"lone_objects", &A::lone_objects,
+       "join touching segments that together stand alone and are no wider than a hand opens"},
       {"complete_by_symmetry", &A::complete_by_symmetry,
        "mirror the surface of objects that are not rotational"},
       {"complete_leaning", &A::complete_leaning,

@@ -432,6 +432,56 @@ TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
   EXPECT_EQ(parts[0].points.size(), shape.cloud.size());
 }
 
+/// Two faces that meet in a valley above the table, and whatever else there is.
+struct Valley {
+  double crease_deg = 50.0;
+  double half_width_m = 0.03;
+  double half_length_m = 0.03;  ///< of each
+  double gap_m = 0.002;         ///< between them
+  bool neighbor = false;  ///< a box stands at the end of one of them, and a hand's width beyond
+
+  std::size_t Parts() const {
+    Analytic shape;
+    std::vector<Indices> segments;
+    const double slope = 0.5 * base::Deg(crease_deg);
+    const double middle_m = 0.5 * gap_m + half_length_m * std::cos(slope);
+    for (const double side : {-1.0, 1.0}) {
+      segments.push_back(
+          shape.AddRectangle({side * middle_m, 0.0, 0.05},
+                             half_length_m * Vector3d(std::cos(slope), 0.0, side * std::sin(slope)),
+                             {0.0, half_width_m, 0.0}));
+    }
+    if (neighbor) {
+      const double end_m = middle_m + half_length_m * std::cos(slope);
+      segments.push_back(
+          shape.AddRectangle({end_m + 0.105, 0.0, 0.06}, {0.1, 0.0, 0.0}, {0.0, 0.03, 0.0}));
+    }
+    const Given given(shape.cloud);
+    std::vector<Part> parts;
+    for (const Indices& segment : segments) parts.push_back(given.Describe(segment));
+    base::Rng rng(1);
+    MergeLone(given.Context(), parts, rng);
+    std::size_t points = 0;
+    for (const Part& part : parts) points += part.points.size();
+    EXPECT_EQ(points, shape.cloud.size());
+    return parts.size();
+  }
+};
+
+TEST(MergeLone, JoinsWhatStandsAloneAndFitsAHand) {
+  EXPECT_EQ(Valley{}.Parts(), 1U);
+  EXPECT_EQ(Valley{.crease_deg = 65.0}.Parts(), 1U);
+  EXPECT_EQ(Valley{.crease_deg = 76.0}.Parts(), 2U);
+  EXPECT_EQ(Valley{.crease_deg = -120.0}.Parts(), 1U);  // a ridge
+  EXPECT_EQ(Valley{.half_width_m = 0.048}.Parts(), 1U);
+  EXPECT_EQ((Valley{.half_width_m = 0.052, .half_length_m = 0.058}.Parts()), 2U);
+  EXPECT_EQ(Valley{.half_length_m = 0.066}.Parts(), 1U);
+  EXPECT_EQ(Valley{.half_length_m = 0.072}.Parts(), 2U);
+  EXPECT_EQ(Valley{.gap_m = 0.010}.Parts(), 1U);
+  EXPECT_EQ(Valley{.gap_m = 0.014}.Parts(), 2U);
+  EXPECT_EQ(Valley{.neighbor = true}.Parts(), 3U);
+}
+
 Eigen::Vector3d Draw(base::Rng& rng) {
   const double x = rng.Uniform();
   const double y = rng.Uniform();

@@ -1,8 +1,11 @@
 #include "perception/internal/merging.h"
 
+#include <map>
 #include <numeric>
+#include <ranges>
 #include <set>
 
+#include "geometry/graph.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/rotation_axis.h"
 #include "perception/internal/top_surface.h"
@@ -265,6 +268,49 @@ class Joining {
   std::uint32_t next_name_ = 0;
 };
 
+/// The mean angle [rad] of the edge along which two parts meet, > 0 where it is concave: between
+/// the mean normals of what each has within the gap of the edge.
+double CreaseBetween(const ObjectContext& context, const Part& a, const Part& b,
+                     const PointPairs& pairs) {
+  struct Side {
+    Points points;
+    geometry::KdTree tree;
+    const Indices& positions;
+
+    explicit Side(const PointCloud& cloud, const Indices& of)
+        : points(Select(cloud.points, of)), tree(points), positions(of) {}
+  };
+  const PointCloud& cloud = context.cloud;
+  const double gap_m = context.options.merge.fragment_gap_m;
+  const Side sides[2] = {Side(cloud, a.points), Side(cloud, b.points)};
+  std::vector<geometry::KdTree::Neighbor> near;
+  double sum_rad = 0.0;
+  for (const auto& [i, k] : pairs) {
+    Vector3d center[2], normal[2];
+    for (const int s : {0, 1}) {
+      sides[s].tree.Within(cloud.points[s == 0 ? i : k], gap_m, near);
+      center[s] = normal[s] = Vector3d::Zero();
+      for (const auto& n : near) {
+        center[s] += sides[s].points[n.index] / static_cast<double>(near.size());
+        normal[s] += cloud.normals[sides[s].positions[n.index]];
+      }
+      normal[s].normalize();
+    }
+    const double angle = std::acos(std::clamp(normal[0].dot(normal[1]), -1.0, 1.0));
+    const bool concave = (normal[1] - normal[0]).dot(center[1] - center[0]) < 0.0;
+    sum_rad += concave ? angle : -angle;
+  }
+  return sum_rad / static_cast<double>(pairs.size());
+}
+
+bool FitsAHand(const ObjectContext& context, const Indices& points) {
+  const MergeOptions& options = context.options.merge;
+  const auto frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
+  const Rectangle around =
+      MinAreaRectangle(Flatten(frame, Select(context.cloud.points, points))).LongerSideFirst();
+  return around.width_m <= options.max_lone_width_m && around.length_m <= options.max_lone_length_m;
+}
+
 Indices Shared(const Indices& points, const Indices& of) {
   return Where(points, [&](auto i) { return std::ranges::binary_search(of, i); });
 }
@@ -370,6 +416,40 @@ void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base
   Joining joining(context, parts);
   while (joining.JoinOne(rng)) {
   }
+}
+
+void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
+  const MergeOptions& options = context.options.merge;
+  geometry::UnionFind groups(parts.size());
+  std::vector<std::uint32_t> sharp;  // of each pair that meets at a sharp edge, one
+  for (std::uint32_t b = 0; b < parts.size(); ++b) {
+    PartSurface surface(Select(context.cloud.points, parts[b].points));
+    for (std::uint32_t a = 0; a < b; ++a) {
+      const auto pairs = Across(context, parts[a], parts[b], surface, options.fragment_gap_m);
+      if (pairs.empty()) continue;
+      groups.Unite(a, b);
+      if (CreaseBetween(context, parts[a], parts[b], pairs) > options.max_lone_crease_rad) {
+        sharp.push_back(a);
+      }
+    }
+  }
+  std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // by root, in their order
+  for (std::uint32_t i = 0; i < parts.size(); ++i) members[groups.Find(i)].push_back(i);
+  for (const std::uint32_t a : sharp) members.erase(groups.Find(a));
+  std::vector<bool> joined(parts.size(), false);
+  for (const auto& [root, group] : members) {
+    if (group.size() < 2) continue;
+    Indices all;
+    for (const auto i : group) {
+      all.insert(all.end(), parts[i].points.begin(), parts[i].points.end());
+    }
+    if (!FitsAHand(context, all)) continue;
+    std::ranges::sort(all);
+    parts[group.front()] = DescribePart(context, std::move(all), rng);
+    for (const auto i : group | std::views::drop(1)) joined[i] = true;
+  }
+  std::size_t i = 0;
+  std::erase_if(parts, [&](const Part&) { return joined[i++]; });
 }
 
 void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {

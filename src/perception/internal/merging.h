@@ -57,6 +57,12 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
 /// changes, and describes the unions.
 void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
 
+/// Parts that touch each other and nothing else become one, if together they are no larger than
+/// what a hand holds (MergeOptions: the rectangle about them on the table) and no two of them meet
+/// at a sharp concave edge. Objects that stand together are larger, as a rule; where they are not,
+/// a grasp disambiguates the situation (section 5.6).
+void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
+
 /// Merging of clipped rotational parts (section 5.1.3, eq. 5.6 to 5.8), pairwise until nothing
 /// changes: two parts become one if the union is rotational (so at least the body share of all
 /// points of both agrees with their sections), at least the rim share of each part's rim points

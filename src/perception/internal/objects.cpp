@@ -109,6 +109,7 @@ std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
 
   MergeRotational(context, parts, rng);
   if (options.merge_fragments) MergeFragments(context, parts, rng);
+  if (options.lone_objects) MergeLone(context, parts, rng);
   seconds.emplace_back("merging", watch.Restart());
 
   std::vector<PerceivedObject> objects;
