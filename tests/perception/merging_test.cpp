@@ -434,10 +434,11 @@ TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
 
 /// Two faces that meet in a valley above the table, and whatever else there is.
 struct Valley {
-  double crease_deg = 50.0;
+  double crease_deg = 40.0;
   double half_width_m = 0.03;
   double half_length_m = 0.03;  ///< of each
   double gap_m = 0.002;         ///< between them
+  double height_m = 0.05;
   bool neighbor = false;  ///< a box stands at the end of one of them, and a hand's width beyond
 
   std::size_t Parts() const {
@@ -447,7 +448,7 @@ struct Valley {
     const double middle_m = 0.5 * gap_m + half_length_m * std::cos(slope);
     for (const double side : {-1.0, 1.0}) {
       segments.push_back(
-          shape.AddRectangle({side * middle_m, 0.0, 0.05},
+          shape.AddRectangle({side * middle_m, 0.0, height_m},
                              half_length_m * Vector3d(std::cos(slope), 0.0, side * std::sin(slope)),
                              {0.0, half_width_m, 0.0}));
     }
@@ -470,13 +471,15 @@ struct Valley {
 
 TEST(MergeLone, JoinsWhatStandsAloneAndFitsAHand) {
   EXPECT_EQ(Valley{}.Parts(), 1U);
-  EXPECT_EQ(Valley{.crease_deg = 65.0}.Parts(), 1U);
-  EXPECT_EQ(Valley{.crease_deg = 76.0}.Parts(), 2U);
+  EXPECT_EQ(Valley{.crease_deg = 50.0}.Parts(), 1U);
+  EXPECT_EQ(Valley{.crease_deg = 60.0}.Parts(), 2U);
   EXPECT_EQ(Valley{.crease_deg = -120.0}.Parts(), 1U);  // a ridge
   EXPECT_EQ(Valley{.half_width_m = 0.048}.Parts(), 1U);
   EXPECT_EQ((Valley{.half_width_m = 0.052, .half_length_m = 0.058}.Parts()), 2U);
   EXPECT_EQ(Valley{.half_length_m = 0.066}.Parts(), 1U);
   EXPECT_EQ(Valley{.half_length_m = 0.072}.Parts(), 2U);
+  EXPECT_EQ(Valley{.height_m = 0.105}.Parts(), 1U);
+  EXPECT_EQ(Valley{.height_m = 0.115}.Parts(), 2U);
   EXPECT_EQ(Valley{.gap_m = 0.010}.Parts(), 1U);
   EXPECT_EQ(Valley{.gap_m = 0.014}.Parts(), 2U);
   EXPECT_EQ(Valley{.neighbor = true}.Parts(), 3U);

@@ -305,6 +305,7 @@ double CreaseBetween(const ObjectContext& context, const Part& a, const Part& b,
 
 bool FitsAHand(const ObjectContext& context, const Indices& points) {
   const MergeOptions& options = context.options.merge;
+  if (TopHeight(context.cloud, points, context.table) > options.max_lone_height_m) return false;
   const auto frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
   const Rectangle around =
       MinAreaRectangle(Flatten(frame, Select(context.cloud.points, points))).LongerSideFirst();
