@@ -68,10 +68,6 @@ struct ProfileFileOptions {
   double columns_per_m = 0.0;  ///< of the even grid that x is brought onto; 0: as the points lie
 };
 
-/// @throws std::invalid_argument naming the option that is out of range or the two that contradict
-/// each other.
-void CheckOptions(const ProfileFileOptions& options);
-
 /// Reads the keys of ProfileFileOptions but rate and columns; what is absent keeps its default.
 /// @throws base::InputError naming file, line and key.
 void ReadProfileFileOptions(base::YamlMap map, ProfileFileOptions& options);
