@@ -33,25 +33,6 @@ constexpr double kMaxDelay_s = 60.0;
 // Profiles whose poses are remembered: more than a packet rests on at 100 Hz.
 constexpr std::size_t kPlaces = 64;
 
-void Check(const TrackOptions& options) {
-  const HeadOptions& head = options.head;
-  for (const auto& [name, value] :
-       {std::pair{"head.speed_m_s", head.speed_m_s},
-        std::pair{"head.max_lateral_speed_m_s", head.max_lateral_speed_m_s},
-        std::pair{"head.max_acceleration_m_s2", head.max_acceleration_m_s2},
-        std::pair{"head.max_rotation_rad_s", head.max_rotation_rad_s},
-        std::pair{"head.max_rotation_acceleration_rad_s2", head.max_rotation_acceleration_rad_s2},
-        std::pair{"head.max_jump_m", head.max_jump_m},
-        std::pair{"wanted_distance_m", options.wanted_distance_m},
-        std::pair{"length_m", options.length_m}}) {
-    if (value > 0.0) continue;
-    throw std::invalid_argument(fmt::format("track: {} must be above 0", name));
-  }
-  if (head.correction_period_s >= kControlPeriod_s) return;
-  throw std::invalid_argument(
-      "track: head.correction_period_s must not be below the control period of 0.01 s");
-}
-
 // How far the line's middle went along the line.
 double MovedAlong(const LinePose& before, const LinePose& now) {
   return (now.x_m - before.x_m) * std::cos(now.heading_rad) +
@@ -277,7 +258,6 @@ std::string ToXml(const Correction& correction) {
 
 TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
                   const TrackOptions& options, std::uint64_t seed) {
-  Check(options);
   SensorUnit unit(mats, sensor, calibration, options, seed);
   ControlUnit control(options, sensor.options().lines_ahead_m.front(),
                       sensor.Rate(mats.options().texture));

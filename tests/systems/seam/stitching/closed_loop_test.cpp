@@ -368,22 +368,6 @@ TEST(ClosedLoop, DependsOnTheSeedAlone) {
   EXPECT_NE(positions(13), positions(14));
 }
 
-TEST(ClosedLoop, OptionsOutOfRangeAreRefused) {
-  const auto refuses = [](const std::function<void(TrackOptions&)>& change) {
-    TrackOptions options;
-    change(options);
-    EXPECT_THROW(Drive(PlainMats(), options, 1), std::invalid_argument);
-  };
-  refuses([](TrackOptions& o) { o.head.speed_m_s = 0.0; });
-  refuses([](TrackOptions& o) { o.head.max_lateral_speed_m_s = -1.0; });
-  refuses([](TrackOptions& o) { o.head.max_acceleration_m_s2 = std::nan(""); });
-  refuses([](TrackOptions& o) { o.head.max_rotation_rad_s = 0.0; });
-  refuses([](TrackOptions& o) { o.head.max_rotation_acceleration_rad_s2 = 0.0; });
-  refuses([](TrackOptions& o) { o.head.correction_period_s = 1e-3; });
-  refuses([](TrackOptions& o) { o.wanted_distance_m = 0.0; });
-  refuses([](TrackOptions& o) { o.length_m = 0.0; });
-}
-
 TEST(ClosedLoop, EndsHaveNames) {
   EXPECT_EQ(base::Word(TrackEnd::kDone), "done");
   EXPECT_EQ(base::Word(TrackEnd::kMatEnd), "mat_end");
