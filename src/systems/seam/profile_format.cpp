@@ -52,13 +52,12 @@ void ReadTextColumns(YamlMap& map, TextFormat& text) {
            "row; other rows are skipped");
   map.Read("profile_column", text.profile_column,
            "layout points: column of the profile's number; default: an empty line ends a profile");
-  map.Read("x_column", text.x_column,
-           "layout points: column of x; default: the first one not named above");
   map.Read("z_column", text.z_column,
            "layout points: column of the height; default: the one after x");
-  map.Read("first_column", text.first_column,
-           "first column of the heights (layouts pairs and columns: of x); default: the one after "
-           "all columns named above");
+  map.Read(
+      "first_column", text.first_column,
+      "first column of the heights (layouts pairs, points and columns: of x); default: the one "
+      "after all columns named above");
   map.Read("x_in_header", text.x_in_header, "whether the header has the x of each height");
 }
 

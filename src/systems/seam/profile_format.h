@@ -44,7 +44,7 @@ struct TextFormat {
   std::string header;
   std::vector<std::string> sections;
   std::string time_column, encoder_column, axis_column, profile_column;
-  std::string x_column, z_column, first_column;
+  std::string z_column, first_column;
   bool x_in_header = false;
   HeightScale scale;  ///< the unit is that of x, too
 };

@@ -35,16 +35,15 @@ constexpr const char* kBothGroup = "Format";
 // ---- the format of profiles ----
 
 // Keys that only a text has.
-constexpr std::array<std::string_view, 17> kTextKeys = {
-    "layout",      "separator",   "decimal_comma",  "header_lines", "header",      "sections",
-    "time_column", "axis_column", "encoder_column", "x_column",     "z_column",    "profile_column",
-    "x_in_header", "unit_mm",     "time_unit_s",    "encoder_mm",   "first_column"};
+constexpr std::array<std::string_view, 16> kTextKeys = {
+    "layout",      "separator",   "decimal_comma",  "header_lines", "header",         "sections",
+    "time_column", "axis_column", "encoder_column", "z_column",     "profile_column", "x_in_header",
+    "unit_mm",     "time_unit_s", "encoder_mm",     "first_column"};
 constexpr std::array<std::string_view, 2> kImageKeys = {"image_scale_mm", "image_offset_mm"};
 // Keys of heights on an x; camera rows have neither.
-constexpr std::array<std::string_view, 11> kHeightKeys = {
-    "unit_mm",       "image_scale_mm", "image_offset_mm", "away",
-    "min_height_mm", "max_height_mm",  "x_in_header",     "axis_column",
-    "x_column",      "z_column",       "profile_column"};
+constexpr std::array<std::string_view, 10> kHeightKeys = {
+    "unit_mm",       "image_scale_mm", "image_offset_mm", "away",     "min_height_mm",
+    "max_height_mm", "x_in_header",    "axis_column",     "z_column", "profile_column"};
 
 constexpr const char* kPage = R"(# Formats of profiles
 
