@@ -40,7 +40,7 @@
 #include "perception/perceive.h"
 #include "robot/internal/mjcf.h"
 #include "seam/calibration.h"
-#include "seam/internal/grey_file.h"
+#include "seam/internal/tiff_file.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
 #include "seam/tracker.h"
@@ -319,8 +319,7 @@ const std::map<std::string, Reader>& Readers() {
              image::DecodePng<image::Grey16>(b);
          }
        }},
-      {"tiff", [](std::string_view b) { image::DecodeTiff(b); }},
-      {"pgm", [](std::string_view b) { image::DecodePgm(b); }},
+      {"tiff", [](std::string_view b) { image::ReadTiff(FileOf(b, "file.tif")); }},
       {"calibration", [](std::string_view b) { seam::ReadCalibration(FileOf(b, "file.yaml")); }},
       {"stereo", [](std::string_view b) { stereo::ReadStereoCalibration(FileOf(b, "file.yaml")); }},
       {"pose", yaml([](YamlMap& map) { sensing::ReadPose(map, "sensor"); })},

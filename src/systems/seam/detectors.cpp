@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <stdexcept>
 
 #include "seam/internal/vectorised.h"
 
@@ -204,8 +203,6 @@ DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions&
 }
 
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
-  if (candidates < 1)
-    throw std::invalid_argument("local weighted-voting: candidates must be at least 1");
   if (f.size() < 2) return {};
   std::vector<float> difference(f.size() - 1);
   for (std::size_t j = 0; j < difference.size(); ++j) difference[j] = std::abs(f[j + 1] - f[j]);
@@ -225,9 +222,6 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
 }
 
 DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOptions& options) {
-  if (options.half_window < 1) {
-    throw std::invalid_argument("local weighted-voting: half_window must be at least 1");
-  }
   const std::size_t m = f.size();
   DetectorResult result = Nothing(m);
   if (m < kMinEdgeColumns) return result;
@@ -248,9 +242,6 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
 
 DetectorResult AccumulateGradients(std::span<const float> f,
                                    const GradientAccumulationOptions& options) {
-  if (!(options.kernel > 0.0 && options.kernel <= 0.5)) {
-    throw std::invalid_argument("gradient accumulation: kernel must be above 0 and at most 0.5");
-  }
   const std::size_t m = f.size();
   if (m < kMinEdgeColumns) return Nothing(m);
   const auto n =

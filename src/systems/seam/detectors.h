@@ -65,7 +65,7 @@ struct DetectorOptions {
   LocalWeightedVotingOptions local_weighted_voting;
   GradientAccumulationOptions gradient_accumulation;
 };
-/// All three. @throws std::invalid_argument if an option is out of range.
+/// All three.
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
                                                    const DetectorOptions& options);
 

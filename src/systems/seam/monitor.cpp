@@ -164,9 +164,6 @@ template <typename Map>
 void ReadMonitorNumbers(Map& map, MonitorOptions& options) {
   map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
                  "minimum height of an obstacle above the surface");
-  map.Read(
-      "obstacle_share", options.obstacle_share, 0.1, 1.0,
-      "share of this height that is sufficient if measured from the surface between both mats");
   map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
                  "minimum width of an obstacle");
   map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,

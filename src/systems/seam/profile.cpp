@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 
 #include "seam/internal/vectorised.h"
 
@@ -14,18 +13,7 @@ namespace {
 
 // Columns whose counts stay in registers.
 constexpr std::size_t kFilterTile = 32;
-// A parabola of fewer points fits anything.
-constexpr int kMinPoints = 8;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
-
-void CheckFilter(const FilterOptions& options) {
-  if (options.half_width_columns < 1 || !(options.half_height_m > 0.0) ||
-      options.min_neighbors < 0) {
-    throw std::invalid_argument(
-        "geometric filter: half_width_columns must be at least 1, half_height_m above 0, "
-        "min_neighbors at least 0");
-  }
-}
 
 bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
 
@@ -88,7 +76,6 @@ void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
 
 // A profile of which half is missing has half the neighbors everywhere.
 FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
-  CheckFilter(options);
   if (height_m.empty()) return options;
   const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
   const double share = static_cast<double>(points) / static_cast<double>(height_m.size());
@@ -113,7 +100,6 @@ RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, flo
 }  // namespace
 
 std::vector<float> FilterGeometric(std::span<const float> height_m, const FilterOptions& options) {
-  CheckFilter(options);
   const std::size_t m = height_m.size();
   const auto reach = std::min(static_cast<std::size_t>(options.half_width_columns), m);
   const auto half_height = static_cast<float>(options.half_height_m);
@@ -178,9 +164,6 @@ void FillHoles(std::span<float> height_m) {
 }
 
 PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options) {
-  if (options.min_columns < kMinPoints) {
-    throw std::invalid_argument("preprocessing: min_columns must be at least 8");
-  }
   PreparedProfile prepared;
   prepared.time_s = profile.time_s;
   prepared.moved_m = profile.moved_m;

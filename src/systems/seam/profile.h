@@ -80,7 +80,6 @@ struct PreparedProfile {
 };
 
 /// Filter, normalisation, hole filling, in this order.
-/// @throws std::invalid_argument if an option is out of range.
 PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options);
 
 }  // namespace rangegrasp::seam

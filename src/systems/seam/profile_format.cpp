@@ -1,8 +1,5 @@
 #include "seam/profile_format.h"
 
-#include <cmath>
-#include <stdexcept>
-
 #include "base/error.h"
 #include "base/units.h"
 #include "base/words.h"
@@ -12,10 +9,6 @@ namespace {
 
 using base::kMm;
 using base::YamlMap;
-
-void CheckFormat(bool good, const char* what) {
-  if (!good) throw std::invalid_argument(std::string("profile file: ") + what);
-}
 
 // A list of numbers, which YAML may write as text.
 void ReadNoValues(YamlMap& map, ProfileFileOptions& options) {
@@ -59,13 +52,12 @@ void ReadTextColumns(YamlMap& map, TextFormat& text) {
            "row; other rows are skipped");
   map.Read("profile_column", text.profile_column,
            "layout points: column of the profile's number; default: an empty line ends a profile");
-  map.Read("x_column", text.x_column,
-           "layout points: column of x; default: the first one not named above");
   map.Read("z_column", text.z_column,
            "layout points: column of the height; default: the one after x");
-  map.Read("first_column", text.first_column,
-           "first column of the heights (layouts pairs and columns: of x); default: the one after "
-           "all columns named above");
+  map.Read(
+      "first_column", text.first_column,
+      "first column of the heights (layouts pairs, points and columns: of x); default: the one "
+      "after all columns named above");
   map.Read("x_in_header", text.x_in_header, "whether the header has the x of each height");
 }
 
@@ -132,23 +124,6 @@ no_values: [0]
 )";
 
 }  // namespace
-
-void CheckOptions(const ProfileFileOptions& options) {
-  for (const HeightScale* scale :
-       {&options.text.scale, &options.grey, &options.signed_grey, &options.real}) {
-    CheckFormat(scale->unit_m > 0.0 && std::isfinite(scale->zero),
-                "a height's unit_m must be above 0");
-  }
-  CheckFormat(options.columns >= 0, "columns must not be negative");
-  CheckFormat(options.rate_hz > 0.0, "rate_hz must be above 0");
-  CheckFormat(options.time_unit_s > 0.0, "time_unit_s must be above 0");
-  CheckFormat(options.encoder_m != 0.0, "encoder_m must not be 0");
-  CheckFormat(options.feed_m_per_s > 0.0, "feed_m_per_s must be above 0");
-  CheckFormat(options.max_gap_s >= 0.0, "max_gap_s must not be negative");
-  CheckFormat(options.columns_per_m >= 0.0, "columns_per_m must not be negative");
-  CheckFormat(options.min_height_m < options.max_height_m,
-              "min_height_m must be below max_height_m");
-}
 
 void ReadProfileFileOptions(YamlMap map, ProfileFileOptions& options) {
   TextFormat& text = options.text;

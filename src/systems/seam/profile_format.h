@@ -44,7 +44,7 @@ struct TextFormat {
   std::string header;
   std::vector<std::string> sections;
   std::string time_column, encoder_column, axis_column, profile_column;
-  std::string x_column, z_column, first_column;
+  std::string z_column, first_column;
   bool x_in_header = false;
   HeightScale scale;  ///< the unit is that of x, too
 };
@@ -67,10 +67,6 @@ struct ProfileFileOptions {
   double max_height_m = 0.2;
   double columns_per_m = 0.0;  ///< of the even grid that x is brought onto; 0: as the points lie
 };
-
-/// @throws std::invalid_argument naming the option that is out of range or the two that contradict
-/// each other.
-void CheckOptions(const ProfileFileOptions& options);
 
 /// Reads the keys of ProfileFileOptions but rate and columns; what is absent keeps its default.
 /// @throws base::InputError naming file, line and key.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -13,8 +14,8 @@
 #include "base/file.h"
 #include "base/image/image.h"
 #include "base/units.h"
-#include "seam/internal/grey_file.h"
 #include "seam/internal/profile_rows.h"
+#include "seam/internal/tiff_file.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -22,9 +23,6 @@ namespace {
 using base::InputError;
 
 bool IsText(const std::string& ending) { return ending == ".csv" || ending == ".txt"; }
-bool IsImage(const std::string& ending) {
-  return ending == ".png" || ending == ".pgm" || ending == ".tif" || ending == ".tiff";
-}
 
 std::string UnknownEnding(const std::string& ending, const char* known) {
   return "unknown ending '" + ending + "'; profiles are " + known;
@@ -57,12 +55,9 @@ std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& s
   return rows;
 }
 
-std::vector<RawRow> RowsOfImage(const std::string& bytes, const std::string& ending,
-                                const ProfileFileOptions& options) {
-  if (ending == ".png")
-    return RowsOf(image::DecodePng<image::Grey16>(bytes), options.grey, options);
-  if (ending == ".pgm") return RowsOf(image::DecodePgm(bytes), options.grey, options);
-  const image::Tiff tiff = image::DecodeTiff(bytes);
+std::vector<RawRow> RowsOfTiff(const std::filesystem::path& file,
+                               const ProfileFileOptions& options) {
+  const image::Tiff tiff = image::ReadTiff(file);
   HeightScale scale = options.grey;
   if (tiff.pixel == image::TiffPixel::kSigned16) scale = options.signed_grey;
   if (tiff.pixel == image::TiffPixel::kFloat32) scale = options.real;
@@ -130,8 +125,7 @@ std::string BytesOf(const std::vector<Profile>& profiles, const std::string& end
   CheckShape(profiles);
   if (IsText(ending)) return CsvOf(profiles, options);
   if (ending == ".png") return image::EncodePng(ImageOf(profiles, options.grey));
-  if (ending == ".pgm") return image::EncodePgm(ImageOf(profiles, options.grey));
-  throw InputError(UnknownEnding(ending, "written as .csv, .txt, .png or .pgm"));
+  throw InputError(UnknownEnding(ending, "written as .csv, .txt or .png"));
 }
 
 // ---- the even grid, and times ----
@@ -194,7 +188,7 @@ double UsualDistance(const std::vector<GridPoint>& points) {
 
 // The grid that holds all points that have a height, with so many columns a metre; 0: with the
 // usual distance of neighboring points. Nullopt if no row has two points.
-std::optional<EvenGrid> GridOf(std::span<const RawRow> rows, double columns_per_m) {
+std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_per_m) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   double pitch = columns_per_m > 0.0 ? 1.0 / columns_per_m : 0.0;
@@ -242,14 +236,42 @@ std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   return heights;
 }
 
-// Makes profiles of rows, in their order: onto the even grid, with a time.
-class RowFinish {
- public:
-  explicit RowFinish(const ProfileFileOptions& options) : options_(options) {}
+// Whole rows with x that show how far the grid of a stream reaches, and how many rows are read for
+// them.
+constexpr std::size_t kRowsOfGrid = 3;
+constexpr std::size_t kMaxHeld = 16;
 
-  // The grid for rows like these, if they have x.
-  void FixGrid(std::span<const RawRow> rows) {
-    if (!grid_) grid_ = GridOf(rows, options_.columns_per_m);
+// Makes profiles of rows, in their order: onto the even grid, with a time.
+class ProfileRows {
+ public:
+  ProfileRows(RowSource source, const ProfileFileOptions& options)
+      : source_(std::move(source)), options_(options) {}
+
+  // Reads the first row; where it has x, those that the grid is made of.
+  void Hold(std::size_t rows_with_x, std::size_t max_rows) {
+    std::size_t with_x = 0;
+    while (held_.size() < max_rows && with_x < rows_with_x) {
+      auto row = source_();
+      if (!row) break;
+      const bool whole = row->fault.empty();
+      with_x += whole && !row->x_m.empty() ? 1 : 0;
+      begun_ = begun_ || whole;
+      held_.push_back(std::move(*row));
+      if (with_x == 0) break;
+    }
+    if (!grid_) grid_ = GridOf(held_, options_.columns_per_m);
+    if (with_x > 0) begun_ = grid_.has_value();
+  }
+
+  std::optional<ProfileRow> Next() {
+    if (!begun_ && held_.empty()) Hold(kRowsOfGrid, kMaxHeld);
+    if (held_.empty()) {
+      auto row = source_();
+      return row ? std::optional(Finish(std::move(*row))) : std::nullopt;
+    }
+    RawRow row = std::move(held_.front());
+    held_.pop_front();
+    return Finish(std::move(row));
   }
 
   std::optional<ProfileGrid> grid() const {
@@ -257,7 +279,13 @@ class RowFinish {
     return ProfileGrid{1.0 / grid_->pitch_m, grid_->CenterX()};
   }
 
-  ProfileRow operator()(RawRow&& row) {
+ private:
+  struct Stamp {
+    double time_s = 0.0;
+    std::optional<double> position_m;
+  };
+
+  ProfileRow Finish(RawRow&& row) {
     const Stamp stamp = StampOf(row);
     const std::string fault = row.fault.empty() ? FaultOf(row, stamp) : "";
     if (!fault.empty()) MarkDamaged(row, fault);
@@ -269,12 +297,6 @@ class RowFinish {
     made.profile.height_m = grid_ ? OnGrid(row, *grid_) : std::move(row.height_m);
     return made;
   }
-
- private:
-  struct Stamp {
-    double time_s = 0.0;
-    std::optional<double> position_m;
-  };
 
   Stamp StampOf(const RawRow& row) const {
     Stamp stamp{static_cast<double>(row.row - 1) / options_.rate_hz, row.position_m};
@@ -307,7 +329,10 @@ class RowFinish {
     return passed_s;
   }
 
+  RowSource source_;
   ProfileFileOptions options_;
+  std::deque<RawRow> held_;  // read while the grid was unknown
+  bool begun_ = false;
   std::optional<EvenGrid> grid_;
   std::optional<Stamp> last_;  // of the last whole row
   double max_gap_s_ = 0.0;     // 0: not known yet
@@ -315,91 +340,57 @@ class RowFinish {
 
 // ---- reading ----
 
-// Whole rows with x that show how far the grid reaches, and how many rows are read for them.
-constexpr std::size_t kRowsOfGrid = 3;
-constexpr std::size_t kMaxHeld = 16;
-
-std::vector<RawRow> RowsOf(const std::filesystem::path& file, const ProfileFileOptions& options) {
+RowSource RowsOf(const std::filesystem::path& file, const ProfileFileOptions& options) {
   const std::string ending = base::EndingOf(file);
-  if (!IsText(ending) && !IsImage(ending)) {
-    throw InputError(UnknownEnding(ending, ".csv, .txt, .png, .pgm, .tif or .tiff"));
+  if (!IsText(ending) && !IsImageFile(file)) {
+    throw InputError(UnknownEnding(ending, ".csv, .txt, .png, .tif or .tiff"));
   }
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) {
     throw InputError("is a folder, not a file of profiles");
   }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError("cannot be read");
-  if (IsImage(ending))
-    return RowsOfImage({std::istreambuf_iterator<char>(in), {}}, ending, options);
-  std::vector<RawRow> rows;
-  const RowSource next = RowsOfText(in, options);
-  while (auto row = next()) rows.push_back(std::move(*row));
-  return rows;
+  const auto in = std::make_shared<std::ifstream>(file, std::ios::binary);
+  if (!*in) throw InputError("cannot be read");
+  if (IsText(ending)) return [in, next = RowsOfText(*in, options)] { return next(); };
+  auto rows = std::make_shared<std::vector<RawRow>>(
+      ending == ".png" ? RowsOf(image::DecodePng<image::Grey16>(
+                                    std::string{std::istreambuf_iterator<char>(*in), {}}),
+                                options.grey, options)
+                       : RowsOfTiff(file, options));
+  return [rows, next = rows->begin()]() mutable -> std::optional<RawRow> {
+    return next == rows->end() ? std::nullopt : std::optional(std::move(*next++));
+  };
 }
 
 }  // namespace
 
-struct ProfileStream::Impl {
-  // The first row; where it has x, those that the grid is made of.
-  void Hold() {
-    std::size_t with_x = 0;
-    while (held.size() < kMaxHeld && with_x < kRowsOfGrid) {
-      auto row = next();
-      if (!row) break;
-      held.push_back(std::move(*row));
-      const bool whole = held.back().fault.empty();
-      with_x += whole && !held.back().x_m.empty() ? 1 : 0;
-      begun = begun || whole;
-      if (with_x == 0) break;
-    }
-    finish.FixGrid(held);
-    if (with_x > 0) begun = finish.grid().has_value();
-  }
+bool IsImageFile(const std::filesystem::path& file) {
+  const std::string ending = base::EndingOf(file);
+  return ending == ".png" || ending == ".tif" || ending == ".tiff";
+}
 
-  RowSource next;
-  RowFinish finish;
-  std::vector<RawRow> held = {};  // read while the grid was unknown
-  bool begun = false;
+struct ProfileStream::Impl : ProfileRows {
+  using ProfileRows::ProfileRows;
 };
 
-ProfileStream::ProfileStream(std::istream& in, const ProfileFileOptions& options) {
-  CheckOptions(options);
-  impl_ = std::make_unique<Impl>(Impl{RowsOfText(in, options), RowFinish(options)});
-}
+ProfileStream::ProfileStream(std::istream& in, const ProfileFileOptions& options)
+    : impl_(std::make_unique<Impl>(RowsOfText(in, options), options)) {}
 ProfileStream::~ProfileStream() = default;
-
-std::optional<ProfileRow> ProfileStream::Next() {
-  Impl& stream = *impl_;
-  if (!stream.begun && stream.held.empty()) stream.Hold();
-  std::optional<RawRow> row;
-  if (stream.held.empty()) {
-    row = stream.next();
-  } else {
-    row = std::move(stream.held.front());
-    stream.held.erase(stream.held.begin());
-  }
-  return row ? std::optional(stream.finish(std::move(*row))) : std::nullopt;
-}
-
-std::optional<ProfileGrid> ProfileStream::grid() const { return impl_->finish.grid(); }
+std::optional<ProfileRow> ProfileStream::Next() { return impl_->Next(); }
+std::optional<ProfileGrid> ProfileStream::grid() const { return impl_->grid(); }
 
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options) {
-  CheckOptions(options);
   try {
-    std::vector<RawRow> rows = RowsOf(file, options);
-    for (const RawRow& row : rows) {
-      if (!row.fault.empty()) throw InputError(row.fault);
-    }
-    RowFinish finish(options);
-    finish.FixGrid(rows);
+    ProfileRows rows(RowsOf(file, options), options);
+    constexpr auto kAll = std::numeric_limits<std::size_t>::max();
+    rows.Hold(kAll, kAll);
     ProfileFile read;
-    for (RawRow& row : rows) {
-      const ProfileRow& made = read.rows.emplace_back(finish(std::move(row)));
-      if (!made.fault.empty()) throw InputError(made.fault);
+    while (auto row = rows.Next()) {
+      if (!row->fault.empty()) throw InputError(row->fault);
+      read.rows.push_back(std::move(*row));
     }
     if (read.rows.empty()) throw InputError("contains no profile");
-    read.grid = finish.grid();
+    read.grid = rows.grid();
     return read;
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
@@ -408,7 +399,6 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
 
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
                    const ProfileFileOptions& options) {
-  CheckOptions(options);
   std::string bytes;
   try {
     bytes = BytesOf(profiles, base::EndingOf(file), options);

@@ -34,7 +34,6 @@ struct ProfileGrid {
 /// take their time too: without a time column, row n is of (n - 1) / rate_hz.
 class ProfileStream {
  public:
-  /// @throws std::invalid_argument if an option is out of range.
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
   ~ProfileStream();
   /// nullopt at the end. A damaged row (ragged, not a number, out of range, back in time or path)
@@ -57,14 +56,16 @@ struct ProfileFile {
   std::optional<ProfileGrid> grid;
 };
 
-/// Reads a whole file: .csv/.txt, or an image .png/.pgm/.tif/.tiff, one profile a row.
+/// By its ending: .png, .tif or .tiff.
+bool IsImageFile(const std::filesystem::path& file);
+
+/// Reads a whole file: text (.csv, .txt) or an image, one profile a row.
 /// @throws base::InputError naming the file and the row: unreadable, no row at all, ragged, not a
-/// number, out of range, back in time or path, an image of other pixels; std::invalid_argument if
-/// an option is out of range.
+/// number, out of range, back in time or path, an image of other pixels.
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options);
 
 /// Writes CSV (.csv, .txt; numbers in `text.scale.unit_m`, six digits after the point, no value is
-/// "nan") or a 16-bit image (.png, .pgm; 0 is no value). Times are not written.
+/// "nan") or a 16-bit image (.png; 0 is no value). Times are not written.
 /// @throws base::InputError for another ending, no profile, profiles of different widths, or a
 /// height that does not fit into an image; base::RunError if it cannot be written whole.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,

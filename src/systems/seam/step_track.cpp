@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "base/statistics.h"
 #include "seam/internal/vectorised.h"
@@ -330,19 +329,8 @@ constexpr int kYoung = 20;
 
 }  // namespace
 
-void CheckOptions(const LocalStepOptions& options) {
-  const int narrowest = std::ranges::min(options.half_windows);
-  if (options.stride < 1 || narrowest < kMinHalfWindow || narrowest < options.stride ||
-      !(options.max_step_m > 0.0)) {
-    throw std::invalid_argument(
-        "local step: stride must be at least 1, half windows at least 4 and the stride, max_step_m "
-        "above 0");
-  }
-}
-
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
                                      const LocalStepOptions& options) {
-  CheckOptions(options);
   const auto stride = static_cast<std::size_t>(options.stride);
   const auto half_of = [&](int columns) {
     return std::min((static_cast<std::size_t>(columns) + stride / 2) / stride,
@@ -371,20 +359,7 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
   return best;
 }
 
-StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {
-  const auto& o = options;
-  for (const auto& [good, what] :
-       {std::pair{o.memory >= 0.0 && o.memory < 1.0, "memory must be at least 0 and below 1"},
-        std::pair{o.most_evidence > 0.0, "most_evidence must be above 0"},
-        std::pair{o.uneven > 0.0, "uneven must be above 0"},
-        std::pair{o.speed_columns_per_s > 0.0, "speed_columns_per_s must be above 0"},
-        std::pair{o.max_speed_columns_per_s > 0.0, "max_speed_columns_per_s must be above 0"},
-        std::pair{o.min_step_m >= 0.0, "min_step_m must not be negative"},
-        std::pair{o.continued >= 0.0 && o.continued <= 1.0, "continued must be from 0 to 1"},
-        std::pair{o.line_profiles >= 2, "line_profiles must be at least 2"}}) {
-    if (!good) throw std::invalid_argument(std::string("step track: ") + what);
-  }
-}
+StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {}
 
 // Each place goes on with the way that leads to it best: what a way has, less what its motion
 // costs. A line that moves by `shift` places has an edge that stays where it is that much earlier.

@@ -24,9 +24,6 @@ struct LocalStepOptions {
   double max_step_m = 2.5e-3;  ///< > 0; a higher step is an obstacle (section 3.7: 3 mm)
 };
 
-/// @throws std::invalid_argument naming the option that is out of range.
-void CheckOptions(const LocalStepOptions& options);
-
 /// What the points about one place say.
 struct LocalStep {
   /// Log-likelihood ratio of the parabola with a rising step to the parabola without, in the window
@@ -47,7 +44,6 @@ struct LocalStep {
 /// Rohling 1983). Where doubt is left and an edge would lie in the windows of many places, the step
 /// that fits best is first taken off there.
 /// @param height_m  heights as measured, NaN where there is none. O(columns).
-/// @throws std::invalid_argument if an option is out of range.
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
                                      const LocalStepOptions& options = {});
 
@@ -90,7 +86,6 @@ class StepTrack {
     double followed_step_m = 0.0;  ///< its height then, also where column is none
     bool sure = false;             ///< whether the last profiles left no doubt of the known edge
   };
-  /// @throws std::invalid_argument if an option is out of range.
   explicit StepTrack(const StepTrackOptions& options);
   /// @param height_m  as measured, NaN where there is none; as many at each call.
   /// @param moved_columns  by how much the line moved along itself since the call before.

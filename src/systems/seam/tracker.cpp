@@ -37,7 +37,6 @@ class OptionCheck : public base::RangeCheck {
 // The line may have too few columns for windows that suit the base sensor's.
 void CheckSteps(const TrackerOptions& options) {
   const LocalStepOptions& steps = options.step_track.steps;
-  CheckOptions(steps);
   const double narrowest = std::ranges::min(steps.half_windows);
   const double least_1_m = kBaseColumns_1_m * kMinHalfWindow / narrowest;
   if (options.line.columns_per_m >= least_1_m) return;
@@ -80,15 +79,9 @@ void ReadStep(Map map, StepOptions& options) {
            "beside the step, range is as published");
   map.Read("fitted", options.fitted, 0.0, 1.0,
            "rule fit: minimum height of an edge's step, relative to min_step_mm");
-  map.Read("fitted_first", options.fitted_first, 0.0, 1.0,
-           "rule fit: the same for a step away from the last ones");
   map.ReadScaled("period_ms", options.period_s, kMs, 1.0, 10'000.0,
                  "rule fit: time over which profiles are averaged; an edge that moves by more than "
                  "a millimetre in this time is blurred");
-  map.Read("half_window_columns", options.half_window, 1, 512,
-           "number of columns on each side of an edge in which its height is measured");
-  map.Read("median_half_width_columns", options.median_half_width, 0, 512,
-           "half width of the preceding median filter, in columns");
   map.Read("continued", options.continued, 0.0, 1.0,
            "rule range: minimum height of an edge near the last ones, relative to min_step_mm; 1 "
            "is as published");
@@ -98,21 +91,11 @@ void ReadStep(Map map, StepOptions& options) {
 
 template <typename Map>
 void ReadStepTrack(Map map, StepTrackOptions& options) {
-  map.ReadScaled("max_step_mm", options.steps.max_step_m, kMm, 0.001, 100.0,
-                 "maximum height of an edge");
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "minimum height of an edge");
   map.Read("memory", options.memory, 0.0, 0.999,
            "share of the evidence for an edge that is kept from profile to profile");
-  map.Read("speed_columns_per_s", options.speed_columns_per_s, 1.0, 1e6,
-           "expected speed of an edge on the line (standard deviation)");
-  map.Read("max_speed_columns_per_s", options.max_speed_columns_per_s, 1.0, 1e6,
-           "maximum speed of an edge on the line");
   map.Read("evidence", options.evidence, 0.0, 1e6,
            "mean log-likelihood ratio over many profiles that is required for an edge");
-  map.Read(
-      "first_evidence", options.first_evidence, 0.0, 1e6,
-      "additional log-likelihood ratio required of a single profile; n profiles: an n-th of this");
-  map.Read("most_evidence", options.most_evidence, 0.1, 1e6, "maximum evidence of one profile");
   map.Read("uneven", options.uneven, 0.01, 10.0,
            "variation of an edge's height, relative to the height: the lower, the more a profile "
            "without an edge indicates a mat's end");
@@ -141,22 +124,12 @@ void ReadOtherKeys(Map& map, TrackerOptions& options) {
   map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
                  "a packet has the position of the best-fitting step within this distance of the "
                  "decision; 0: the decision itself");
-  map.ReadScaled("keep_mm", options.keep_m, kMm, 0.0, 100.0,
-                 "the decision is sent if it is within this distance of the best-fitting step");
   map.Read("confirm", options.confirm,
            "whether a step must be confirmed by another of the last profiles");
-  map.Read("line_inlier_columns", options.line_prediction.inlier_columns, 0.1, 1024.0,
-           "maximum distance of a supporting vote from the prediction line");
-  map.Read("line_max_slope_columns_per_s", options.line_prediction.max_slope_columns_per_s, 1.0,
-           1e6, "maximum slope of the prediction line");
   map.Read("history_length", options.history.length, 1, 1000,
            "number of earlier positions that increase the weights near them (n of eq. 3.19)");
-  map.Read("history_sigma_columns", options.history.sigma_columns, 0.5, 4096.0,
-           "width of the bell curve of this increase");
   map.Read("memory", options.accumulation.memory, 0.0, 0.999,
            "method accumulated: share of the sum of weights that is kept from profile to profile");
-  map.Read("spread_columns", options.accumulation.spread_columns, 0.1, 1024.0,
-           "method accumulated: width of the bell curve over which a candidate's weight is spread");
   ReadStep(map.Child("step", "test of a step's height: whether there is an edge"), options.step);
   ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
   map.Read("positive_edge", options.positive_edge,

@@ -388,19 +388,6 @@ TEST(Detectors, AFlatOrTooShortProfileHasNoColumn) {
   for (const auto& result : DetectEdges(Step(7, 3, 0.0, 1e-3), {})) EXPECT_FALSE(result.column);
 }
 
-TEST(Detectors, OptionsOutOfRangeAreRefused) {
-  const auto f = Step(64, 30, 0.0, 1e-3);
-  EXPECT_THROW(VoteLocally(f, {0, 30}), std::invalid_argument);
-  EXPECT_THROW(VoteLocally(f, {75, 0}), std::invalid_argument);
-  EXPECT_THROW(EdgeCandidates(f, -1), std::invalid_argument);
-  for (const double kernel : {0.0, -0.1, 0.51, std::nan("")}) {
-    EXPECT_THROW(AccumulateGradients(f, {kernel}), std::invalid_argument) << kernel;
-    DetectorOptions options;
-    options.gradient_accumulation.kernel = kernel;
-    EXPECT_THROW(DetectEdges({}, options), std::invalid_argument) << kernel;
-  }
-}
-
 TEST(Detectors, AreNamedAsInTheTables) {
   EXPECT_EQ(base::Word(Detector::kModelFitting), "Model-Fitting");
   EXPECT_EQ(base::Word(Detector::kLocalWeightedVoting), "Local Weighted-Voting");

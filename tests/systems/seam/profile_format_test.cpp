@@ -199,7 +199,7 @@ TEST_F(ProfileFormats, PointsOneALine) {
   ExpectSameEdges("b.txt", OptionsOf("{layout: points, no_values: [0]}"), 40.0);
   folder_.Write("n.csv", numbered);
   ExpectSameEdges("n.csv", OptionsOf("{layout: points, decimal_comma: true, header_lines: 1, "
-                                     "profile_column: profile, x_column: x, z_column: z}"));
+                                     "profile_column: profile, first_column: x, z_column: z}"));
 }
 
 TEST_F(ProfileFormats, HeightsFarBeyondTwoHundredAndAwayFromTheSensor) {

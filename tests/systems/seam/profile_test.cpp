@@ -313,21 +313,6 @@ TEST(Prepare, TooFewPointsAreUnusable) {
   EXPECT_FALSE(Prepare({{}, 0.0}, options).Usable());
 }
 
-TEST(Prepare, OptionsOutOfRangeAreRefused) {
-  Profile profile{std::vector<float>(200, 0.0F), 0.0};
-  std::fill_n(profile.height_m.begin(), 100, kNaN);
-  const auto refused = [&](auto change) {
-    PreprocessOptions options = Options();
-    change(options);
-    EXPECT_THROW(Prepare(profile, options), std::invalid_argument);
-  };
-  refused([](PreprocessOptions& o) { o.filter.half_width_columns = 0; });
-  refused([](PreprocessOptions& o) { o.filter.half_height_m = 0.0; });
-  refused([](PreprocessOptions& o) { o.filter.half_height_m = std::nan(""); });
-  refused([](PreprocessOptions& o) { o.filter.min_neighbors = -1; });
-  refused([](PreprocessOptions& o) { o.min_columns = 7; });
-}
-
 }  // namespace
 
 }  // namespace rangegrasp::seam

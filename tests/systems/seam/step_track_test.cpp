@@ -149,15 +149,9 @@ TEST(LocalStep, EvidenceDoesNotGrowWithTheNoise) {
   }
 }
 
-TEST(LocalStep, ShortProfilesAndImpossibleOptions) {
+TEST(LocalStep, ShortProfilesHaveFewPlaces) {
   EXPECT_TRUE(FitLocalSteps({}).empty());
   EXPECT_EQ(FitLocalSteps(std::vector<float>(5, 0.0F)).size(), 2U);
-  LocalStepOptions options;
-  options.stride = 0;
-  EXPECT_THROW(FitLocalSteps(std::vector<float>(64, 0.0F), options), std::invalid_argument);
-  options.stride = 3;
-  options.half_windows = {30, 2, 60, 90};
-  EXPECT_THROW(FitLocalSteps(std::vector<float>(64, 0.0F), options), std::invalid_argument);
 }
 
 constexpr float kStepTrackNone = std::numeric_limits<float>::quiet_NaN();
@@ -433,18 +427,6 @@ TEST(StepTrack, AfterALongGapNothingIsKnown) {
     twice.Update(StepTrackScan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
   const auto z = StepTrackScan(noisy, seam, 9.0, rng);
   EXPECT_EQ(once.Update(z, 9.0).evidence, twice.Update(z, 9.0).evidence);
-}
-
-TEST(StepTrack, OptionsOutOfRangeAreRefused) {
-  StepTrackOptions options;
-  options.memory = 1.0;
-  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
-  options = {};
-  options.line_profiles = 1;
-  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
-  options = {};
-  options.uneven = 0.0;
-  EXPECT_THROW(StepTrack{options}, std::invalid_argument);
 }
 
 }  // namespace

@@ -121,8 +121,7 @@ void AddSeamGenerate(CLI::App& seam) {
   auto* command = seam.add_subcommand("generate", "Simulate profiles of one seam, with labels.");
   auto arguments = std::make_shared<GenerateArguments>();
   command->add_option("experiment", arguments->experiment, "seam experiment file")->required();
-  command
-      ->add_option("-o,--out", arguments->out, "output profiles: .csv, or .png/.pgm with 16 bits")
+  command->add_option("-o,--out", arguments->out, "output profiles: .csv, or .png with 16 bits")
       ->required();
   command->add_option("--seam", arguments->seam, "number of the seam, from 0")
       ->check(CLI::NonNegativeNumber);
@@ -143,7 +142,7 @@ void AddSeamCalibrate(CLI::App& seam) {
   auto arguments = std::make_shared<CalibrateArguments>();
   command
       ->add_option("scans", arguments->scans,
-                   "camera rows, one scan per row: CSV, or 16-bit PNG/PGM (64 grey levels per row)")
+                   "camera rows, one scan per row: CSV, or 16-bit PNG (64 grey levels per row)")
       ->required();
   command
       ->add_option("--bases", arguments->bases,

@@ -29,22 +29,21 @@ using base::YamlMap;
 using nlohmann::ordered_json;
 
 constexpr const char* kTextGroup = "Profiles as text (CSV)";
-constexpr const char* kImageGroup = "Profiles as an image (PNG, PGM, TIFF)";
+constexpr const char* kImageGroup = "Profiles as an image (PNG, TIFF)";
 constexpr const char* kBothGroup = "Format";
 
 // ---- the format of profiles ----
 
 // Keys that only a text has.
-constexpr std::array<std::string_view, 17> kTextKeys = {
-    "layout",      "separator",   "decimal_comma",  "header_lines", "header",      "sections",
-    "time_column", "axis_column", "encoder_column", "x_column",     "z_column",    "profile_column",
-    "x_in_header", "unit_mm",     "time_unit_s",    "encoder_mm",   "first_column"};
+constexpr std::array<std::string_view, 16> kTextKeys = {
+    "layout",      "separator",   "decimal_comma",  "header_lines", "header",         "sections",
+    "time_column", "axis_column", "encoder_column", "z_column",     "profile_column", "x_in_header",
+    "unit_mm",     "time_unit_s", "encoder_mm",     "first_column"};
 constexpr std::array<std::string_view, 2> kImageKeys = {"image_scale_mm", "image_offset_mm"};
 // Keys of heights on an x; camera rows have neither.
-constexpr std::array<std::string_view, 11> kHeightKeys = {
-    "unit_mm",       "image_scale_mm", "image_offset_mm", "away",
-    "min_height_mm", "max_height_mm",  "x_in_header",     "axis_column",
-    "x_column",      "z_column",       "profile_column"};
+constexpr std::array<std::string_view, 10> kHeightKeys = {
+    "unit_mm",       "image_scale_mm", "image_offset_mm", "away",     "min_height_mm",
+    "max_height_mm", "x_in_header",    "axis_column",     "z_column", "profile_column"};
 
 constexpr const char* kPage = R"(# Formats of profiles
 
@@ -73,11 +72,6 @@ struct DetectArguments {
   bool IsCalibrated() const { return !calibration.empty(); }  // numbers are camera rows
 };
 
-bool IsImage(const std::string& file) {
-  const std::string ending = base::EndingOf(file);
-  return ending == ".png" || ending == ".pgm" || ending == ".tif" || ending == ".tiff";
-}
-
 // The keys of a map among `wrong` are errors.
 template <typename Keys>
 void Refuse(const YamlMap& map, const Keys& wrong, const std::string& why) {
@@ -88,7 +82,7 @@ void Refuse(const YamlMap& map, const Keys& wrong, const std::string& why) {
 }
 
 void CheckKeys(const YamlMap& map, const DetectArguments& arguments) {
-  if (IsImage(arguments.profiles)) {
+  if (seam::IsImageFile(arguments.profiles)) {
     Refuse(map, kTextKeys,
            "is for text; " + arguments.profiles +
                " is an image; use image_scale_mm and image_offset_mm for its grey levels");
@@ -105,7 +99,7 @@ void ReadPreset(const DetectArguments& arguments, const YamlMap& file,
   const auto& [preset, about, yaml, needed] = seam::PresetOf(arguments.preset);
   const std::string name = "--preset " + arguments.preset;
   const std::string needs(needed);
-  if (!needs.empty() && !IsImage(arguments.profiles)) {
+  if (!needs.empty() && !seam::IsImageFile(arguments.profiles)) {
     throw InputError(name + ": is for images; " + arguments.profiles + " is text");
   }
   auto map = YamlMap::FromText(std::string(yaml), name);
@@ -445,7 +439,7 @@ void AddSeamDetect(CLI::App& seam) {
   auto arguments = std::make_shared<DetectArguments>();
   command
       ->add_option("profiles", arguments->profiles,
-                   "CSV, 16-bit PNG/PGM/TIFF or floating-point TIFF, one profile per row; - reads "
+                   "CSV, 16-bit PNG/TIFF or floating-point TIFF, one profile per row; - reads "
                    "CSV rows from stdin")
       ->required();
   command->add_option("--method", arguments->method, "decision method (steps)")

@@ -202,7 +202,7 @@ class TextRows {
  private:
   // Columns from 0; below 0: there is none.
   struct Columns {
-    int time = -1, encoder = -1, axis = -1, profile = -1, x = -1, z = -1, first = 0;
+    int time = -1, encoder = -1, axis = -1, profile = -1, z = -1, first = 0;
   };
 
   static std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {
@@ -270,8 +270,7 @@ class TextRows {
     c.profile = Find(text.profile_column, "profile_column");
     c.first = std::max({c.time, c.encoder, c.axis, c.profile, -1}) + 1;
     if (!text.first_column.empty()) c.first = Find(text.first_column, "first_column");
-    c.x = text.x_column.empty() ? c.first : Find(text.x_column, "x_column");
-    c.z = text.z_column.empty() ? c.x + 1 : Find(text.z_column, "z_column");
+    c.z = text.z_column.empty() ? c.first + 1 : Find(text.z_column, "z_column");
     columns_ = c;
     if (text.x_in_header) ReadHeaderX();
   }
@@ -448,7 +447,7 @@ class TextRows {
       try {
         if (first) ReadStamps(fields, row);
         if (line->too_long) throw InputError("is too long for a point");
-        ReadPoint(fields, columns_->x, columns_->z, row);
+        ReadPoint(fields, columns_->first, columns_->z, row);
       } catch (const InputError& error) {
         fault = error.what();
         row.line = line->number;

@@ -5,11 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <pugixml.hpp>
-#include <sstream>
 #include <stdexcept>
 
-#include "base/error.h"
 #include "base/words.h"
 #include "seam/stitching/internal/control_unit.h"
 #include "seam/stitching/internal/seam_path.h"
@@ -18,10 +15,6 @@ namespace rangegrasp::seam {
 namespace {
 
 // ---- packets ----
-
-[[noreturn]] void Fail(const std::string& what) {
-  throw base::InputError("correction packet: " + what);
-}
 
 // The shortest text that reads back as the same number.
 std::string Text(double value) {
@@ -32,48 +25,6 @@ std::string Text(double value) {
   return {text.begin(), std::to_chars(text.begin(), text.end(), value).ptr};
 }
 
-void Append(pugi::xml_node root, const char* name, const std::string& text) {
-  root.append_child(name).text().set(text.c_str());
-}
-
-void CheckElements(const pugi::xml_node& root) {
-  constexpr std::array<std::string_view, 6> kNames = {"time_s",      "valid", "edge_x_m",
-                                                      "deviation_m", "sure",  "stop"};
-  for (const pugi::xml_node& child : root.children()) {
-    const std::string name = child.name();
-    if (child.type() != pugi::node_element) Fail("<correction> has text outside its elements");
-    if (std::ranges::find(kNames, name) == kNames.end()) Fail("unknown element <" + name + ">");
-    if (root.child(name.c_str()) != child) Fail("element <" + name + "> occurs twice");
-  }
-}
-
-std::string ReadText(const pugi::xml_node& root, const char* name) {
-  const pugi::xml_node element = root.child(name);
-  if (!element) Fail("element <" + std::string(name) + "> is missing");
-  const pugi::xml_node inside = element.first_child();
-  if (inside.next_sibling() || (inside && inside.type() != pugi::node_pcdata)) {
-    Fail("element <" + std::string(name) + "> must contain one plain text");
-  }
-  return element.child_value();
-}
-
-double ReadNumber(const pugi::xml_node& root, const char* name) {
-  const std::string text = ReadText(root, name);
-  const auto value = base::NumberFrom<double>(text);
-  if (!value || !std::isfinite(*value)) {
-    Fail("<" + std::string(name) + ">: '" + text + "' is not a finite number");
-  }
-  return *value;
-}
-
-bool ReadBool(const pugi::xml_node& root, const char* name) {
-  const std::string text = ReadText(root, name);
-  if (text != "true" && text != "false") {
-    Fail("<" + std::string(name) + ">: '" + text + "' is neither 'true' nor 'false'");
-  }
-  return text == "true";
-}
-
 // ---- the loop ----
 
 // A head that takes this much longer than its track would at full speed makes no way.
@@ -81,25 +32,6 @@ constexpr double kMaxSlowness = 20.0;
 constexpr double kMaxDelay_s = 60.0;
 // Profiles whose poses are remembered: more than a packet rests on at 100 Hz.
 constexpr std::size_t kPlaces = 64;
-
-void Check(const TrackOptions& options) {
-  const HeadOptions& head = options.head;
-  for (const auto& [name, value] :
-       {std::pair{"head.speed_m_s", head.speed_m_s},
-        std::pair{"head.max_lateral_speed_m_s", head.max_lateral_speed_m_s},
-        std::pair{"head.max_acceleration_m_s2", head.max_acceleration_m_s2},
-        std::pair{"head.max_rotation_rad_s", head.max_rotation_rad_s},
-        std::pair{"head.max_rotation_acceleration_rad_s2", head.max_rotation_acceleration_rad_s2},
-        std::pair{"head.max_jump_m", head.max_jump_m},
-        std::pair{"wanted_distance_m", options.wanted_distance_m},
-        std::pair{"length_m", options.length_m}}) {
-    if (value > 0.0) continue;
-    throw std::invalid_argument(fmt::format("track: {} must be above 0", name));
-  }
-  if (head.correction_period_s >= kControlPeriod_s) return;
-  throw std::invalid_argument(
-      "track: head.correction_period_s must not be below the control period of 0.01 s");
-}
 
 // How far the line's middle went along the line.
 double MovedAlong(const LinePose& before, const LinePose& now) {
@@ -219,11 +151,11 @@ class SensorUnit {
 
 // Profiles between two control steps, the head's pose between theirs.
 void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
-                  std::vector<std::string>& packets, TrackResult& result) {
+                  std::vector<Correction>& packets, TrackResult& result) {
   while (unit.NextTime() < time_s) {
     const HeadState head = control.PoseAt(unit.NextTime());
     result.readings.push_back(unit.Measure(head));
-    if (const auto correction = unit.TakeCorrection()) packets.push_back(ToXml(*correction));
+    if (const auto correction = unit.TakeCorrection()) packets.push_back(*correction);
   }
 }
 
@@ -315,48 +247,17 @@ void Summarise(std::vector<Piece> pieces, TrackResult& result) {
 }  // namespace
 
 std::string ToXml(const Correction& correction) {
-  pugi::xml_document document;
-  pugi::xml_node root = document.append_child("correction");
-  Append(root, "time_s", Text(correction.time_s));
-  Append(root, "valid", correction.valid ? "true" : "false");
-  Append(root, "edge_x_m", Text(correction.edge_x_m));
-  Append(root, "deviation_m", Text(correction.deviation_m));
-  if (correction.sure) Append(root, "sure", *correction.sure ? "true" : "false");
-  if (correction.stop) Append(root, "stop", std::string(base::Word(*correction.stop)));
-  std::ostringstream out;
-  // One line a packet, so that a stream of packets can be cut at its line ends.
-  document.save(out, "", pugi::format_raw | pugi::format_no_declaration);
-  return out.str() + "\n";
-}
-
-Correction FromXml(const std::string& xml) {
-  pugi::xml_document document;
-  constexpr unsigned kOptions =
-      pugi::parse_default | pugi::parse_trim_pcdata | pugi::parse_fragment;
-  const auto parsed = document.load_buffer(xml.data(), xml.size(), kOptions, pugi::encoding_utf8);
-  if (!parsed) Fail(fmt::format("{} at byte {}", parsed.description(), parsed.offset));
-  const pugi::xml_node root = document.first_child();
-  if (root.type() != pugi::node_element || std::string_view(root.name()) != "correction" ||
-      root.next_sibling()) {
-    Fail("must be one <correction> element and nothing else");
-  }
-  CheckElements(root);
-  Correction correction;
-  correction.time_s = ReadNumber(root, "time_s");
-  correction.valid = ReadBool(root, "valid");
-  correction.edge_x_m = ReadNumber(root, "edge_x_m");
-  correction.deviation_m = ReadNumber(root, "deviation_m");
-  if (root.child("sure")) correction.sure = ReadBool(root, "sure");
-  if (root.child("stop")) {
-    const std::string text = ReadText(root, "stop");
-    correction.stop = base::FromWord<StopReason>(text, "correction packet: <stop>");
-  }
-  return correction;
+  std::string elements = fmt::format(
+      "<time_s>{}</time_s><valid>{}</valid><edge_x_m>{}</edge_x_m><deviation_m>{}</deviation_m>",
+      Text(correction.time_s), correction.valid, Text(correction.edge_x_m),
+      Text(correction.deviation_m));
+  if (correction.sure) elements += fmt::format("<sure>{}</sure>", *correction.sure);
+  if (correction.stop) elements += fmt::format("<stop>{}</stop>", base::Word(*correction.stop));
+  return "<correction>" + elements + "</correction>\n";
 }
 
 TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
                   const TrackOptions& options, std::uint64_t seed) {
-  Check(options);
   SensorUnit unit(mats, sensor, calibration, options, seed);
   ControlUnit control(options, sensor.options().lines_ahead_m.front(),
                       sensor.Rate(mats.options().texture));
@@ -369,11 +270,11 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
     const double time_s = step * kControlPeriod_s;
     control.Record(head);
     result.path.push_back({time_s, head.needle.x(), head.needle.y(), head.heading_rad, 0.0});
-    std::vector<std::string> packets;
+    std::vector<Correction> packets;
     MeasureUntil(time_s, control, unit, packets, result);
-    for (std::string& xml : packets) {
-      if (const auto edge = control.Receive(xml)) result.sensed.push_back(*edge);
-      result.packets.push_back(std::move(xml));
+    for (const Correction& packet : packets) {
+      if (const auto edge = control.Receive(packet)) result.sensed.push_back(*edge);
+      result.packets.push_back(ToXml(packet));
     }
     const HeadCommand command = control.Command();
     const bool at_rest = head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;

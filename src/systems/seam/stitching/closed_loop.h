@@ -23,9 +23,9 @@ struct Correction {
   std::optional<bool> sure;  ///< whether the edge is beyond doubt (Reading::sure)
   std::optional<StopReason> stop;
 };
+/// One line, so that a stream of packets can be cut at its line ends; numbers read back the same.
+/// @throws std::invalid_argument for a number that is not finite.
 std::string ToXml(const Correction& correction);
-/// @throws base::InputError saying what is wrong.
-Correction FromXml(const std::string& xml);
 
 /// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), not what
 /// it does with a sewing head; these are far below it. Higher ones take corners better.

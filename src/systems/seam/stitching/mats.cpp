@@ -1,12 +1,8 @@
 #include "seam/stitching/mats.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 #include "base/rng.h"
@@ -27,70 +23,10 @@ constexpr double kObstacleBorder_m = 0.2e-3;
 constexpr double kObstacleBorderShare = 0.25;
 // It is no fibre and is seen well.
 constexpr double kObstacleReturn = 0.9;
-// A surface that is tilted further is none that a sensor looks down on.
-constexpr double kMaxTilt_rad = 1.0;
 // From this share of the full height on a filament hides the mat below it.
 constexpr double kHidingShare = 0.25;
 // Filaments on a black mat return this much less light than on a bright one.
 constexpr double kFilamentDarkness = 0.9;
-
-// What an option must be. Predicates are written so that NaN fails them.
-struct Bound {
-  const char* what;
-  bool (*good)(double value);
-};
-constexpr Bound kPositive = {"above 0", [](double value) { return value > 0.0; }};
-constexpr Bound kNotNegative = {"0 or more", [](double value) { return value >= 0.0; }};
-constexpr Bound kShare = {"from 0 to 1", [](double value) { return value >= 0.0 && value <= 1.0; }};
-constexpr Bound kFinite = {"finite", [](double value) { return std::isfinite(value); }};
-constexpr Bound kTilt = {"from -1 to 1",
-                         [](double value) { return std::abs(value) <= kMaxTilt_rad; }};
-constexpr Bound kNumber = {"a number", [](double value) { return !std::isnan(value); }};
-
-void Check(const Bound& bound, std::initializer_list<std::pair<const char*, double>> options) {
-  for (const auto& [option, value] : options) {
-    if (bound.good(value)) continue;
-    throw std::invalid_argument(fmt::format("mats: {} must be {}", option, bound.what));
-  }
-}
-
-void CheckOptions(const MatOptions& o) {
-  const MatTexture& t = o.texture;
-  Check(kNotNegative, {{"height_m", o.height_m}, {"double_gap_m", o.double_gap_m}});
-  Check(kPositive, {{"edge_width_m", o.edge_width_m},
-                    {"slant_width_m", o.slant_width_m},
-                    {"radius_m", o.radius_m}});
-  Check(kShare, {{"double_share", o.double_share}});
-  Check(kFinite, {{"mould_x_m", o.mould_x_m},
-                  {"course.offset_m", o.course.offset_m},
-                  {"course.slope", o.course.slope},
-                  {"course.half_circle_radius_m", o.course.half_circle_radius_m}});
-  Check(kTilt, {{"tilt_rad", o.tilt_rad}});
-  Check(kNumber, {{"end_y_m", o.end_y_m}});
-  for (const EdgeCourse::Wave& wave : o.course.waves) {
-    Check(kPositive, {{"course.waves.length_m", wave.length_m}});
-    Check(kFinite, {{"course.waves.amplitude_m", wave.amplitude_m}});
-  }
-  for (const MatOptions::Obstacle& obstacle : o.obstacles) {
-    Check(kPositive, {{"obstacles.size", std::min(obstacle.size_x_m, obstacle.size_y_m)},
-                      {"obstacles.height_m", obstacle.height_m}});
-  }
-  Check(kPositive, {{"weave_period_m", t.weave_period_m},
-                    {"fuzz_length_m", t.fuzz_length_m},
-                    {"waviness_length_m", t.waviness_length_m},
-                    {"fray_length_m", t.fray_length_m},
-                    {"filament_reach_m", t.filament_reach_m},
-                    {"steep_rad", t.steep_rad}});
-  Check(kNotNegative, {{"weave_relief_m", t.weave_relief_m},
-                       {"fuzz_m", t.fuzz_m},
-                       {"waviness_m", t.waviness_m},
-                       {"fray_m", t.fray_m},
-                       {"filaments_per_m", t.filaments_per_m},
-                       {"loose_filaments_per_m2", t.loose_filaments_per_m2},
-                       {"filament_height_m", t.filament_height_m}});
-  Check(kShare,
-        {{"detached_share", t.detached_share}, {"gloss", t.gloss}, {"darkness", t.darkness}});
-}
 
 // Height of the mould and its slope's angle.
 struct MouldPoint {
@@ -359,10 +295,8 @@ struct Mats::Impl {
   double tan_tilt;
 };
 
-Mats::Mats(const MatOptions& options, std::uint64_t seed) {
-  CheckOptions(options);
-  impl_ = std::make_shared<const Impl>(options, seed);
-}
+Mats::Mats(const MatOptions& options, std::uint64_t seed)
+    : impl_(std::make_shared<const Impl>(options, seed)) {}
 
 const MatOptions& Mats::options() const { return impl_->options; }
 

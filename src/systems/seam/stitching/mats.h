@@ -91,7 +91,6 @@ struct MatPoint {
 /// Overlapping carbon-fibre mats: a deterministic surface z(x, y), with its truth.
 class Mats {
  public:
-  /// @throws std::invalid_argument if an option is out of range.
   Mats(const MatOptions& options, std::uint64_t seed);
   MatPoint At(double x_m, double y_m) const;
   /// The labelled edge at y: where a hand would mark it (middle of a step or slant, the major step

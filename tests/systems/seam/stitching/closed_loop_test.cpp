@@ -11,18 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "base/error.h"
 #include "base/rng.h"
 #include "base/words.h"
-#include "error_of.h"
 #include "seam/stitching/mats.h"
 
 namespace rangegrasp::seam {
 namespace {
-
-const char* const kGood =
-    "<correction><time_s>1.5</time_s><valid>true</valid><edge_x_m>-0.003</edge_x_m>"
-    "<deviation_m>0.02</deviation_m><stop>mat_end</stop></correction>";
 
 Correction RandomCorrection(base::Rng& rng) {
   Correction c;
@@ -38,28 +32,36 @@ Correction RandomCorrection(base::Rng& rng) {
   return c;
 }
 
-void ExpectSame(const Correction& a, const Correction& b) {
-  EXPECT_EQ(a.time_s, b.time_s);
-  EXPECT_EQ(a.valid, b.valid);
-  EXPECT_EQ(a.edge_x_m, b.edge_x_m);
-  EXPECT_EQ(a.deviation_m, b.deviation_m);
-  EXPECT_EQ(a.sure, b.sure);
-  EXPECT_EQ(a.stop, b.stop);
+// Empty if there is none.
+std::string Element(const std::string& xml, const std::string& name) {
+  const std::size_t at = xml.find("<" + name + ">");
+  if (at == std::string::npos) return "";
+  const std::size_t from = at + name.size() + 2;
+  return xml.substr(from, xml.find("</" + name + ">", from) - from);
 }
 
-std::string Replaced(std::string text, const std::string& from, const std::string& to) {
-  return text.replace(text.find(from), from.size(), to);
+TEST(Correction, HasOneElementForEachMember) {
+  EXPECT_EQ(ToXml({.time_s = 1.5,
+                   .valid = true,
+                   .edge_x_m = -0.003,
+                   .deviation_m = 0.02,
+                   .sure = {},
+                   .stop = StopReason::kMatEnd}),
+            "<correction><time_s>1.5</time_s><valid>true</valid><edge_x_m>-0.003</edge_x_m>"
+            "<deviation_m>0.02</deviation_m><stop>mat_end</stop></correction>\n");
 }
 
-std::string ErrorOf(const std::string& xml) {
-  return testing_support::ErrorOf([&] { FromXml(xml); });
-}
-
-TEST(Correction, ComesBackFromXmlToTheLastBit) {
+TEST(Correction, ItsNumbersReadBackToTheLastBit) {
   base::Rng rng(7);
   for (int i = 0; i < 1000; ++i) {
     const Correction sent = RandomCorrection(rng);
-    ExpectSame(sent, FromXml(ToXml(sent)));
+    const std::string xml = ToXml(sent);
+    EXPECT_EQ(std::stod(Element(xml, "time_s")), sent.time_s);
+    EXPECT_EQ(std::stod(Element(xml, "edge_x_m")), sent.edge_x_m);
+    EXPECT_EQ(std::stod(Element(xml, "deviation_m")), sent.deviation_m);
+    EXPECT_EQ(Element(xml, "valid"), sent.valid ? "true" : "false");
+    EXPECT_EQ(Element(xml, "sure"), !sent.sure ? "" : *sent.sure ? "true" : "false");
+    EXPECT_EQ(Element(xml, "stop"), sent.stop ? base::Word(*sent.stop) : "");
   }
 }
 
@@ -71,92 +73,12 @@ TEST(Correction, IsOneLineSoThatAStreamCanBeCutAtLineEnds) {
   }
 }
 
-TEST(Correction, IsReadWhateverTheLayout) {
-  const Correction c = FromXml(
-      "<?xml version=\"1.0\"?>\n<!-- sensor 1 -->\n<correction>\n  <deviation_m> 0.02 "
-      "</deviation_m>\n"
-      "  <edge_x_m>-3e-3</edge_x_m>\n  <valid>false</valid>\n  "
-      "<time_s>\n1.5</time_s>\n</correction>\n");
-  EXPECT_EQ(c.time_s, 1.5);
-  EXPECT_FALSE(c.valid);
-  EXPECT_EQ(c.edge_x_m, -3e-3);
-  EXPECT_EQ(c.deviation_m, 0.02);
-  EXPECT_FALSE(c.stop);
-}
-
 TEST(Correction, NumbersThatXmlCannotCarryAreTheCallersMistake) {
   Correction c;
   c.edge_x_m = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(ToXml(c), std::invalid_argument);
   c.edge_x_m = std::numeric_limits<double>::infinity();
   EXPECT_THROW(ToXml(c), std::invalid_argument);
-}
-
-TEST(Correction, AMissingElementIsNamed) {
-  ASSERT_NO_THROW(FromXml(kGood));
-  EXPECT_NE(ErrorOf(Replaced(kGood, "<time_s>1.5</time_s>", "")).find("<time_s> is missing"),
-            std::string::npos);
-  EXPECT_NE(ErrorOf(Replaced(kGood, "<valid>true</valid>", "")).find("<valid> is missing"),
-            std::string::npos);
-  EXPECT_NE(
-      ErrorOf(Replaced(kGood, "<edge_x_m>-0.003</edge_x_m>", "")).find("<edge_x_m> is missing"),
-      std::string::npos);
-  EXPECT_NE(ErrorOf(Replaced(kGood, "<deviation_m>0.02</deviation_m>", ""))
-                .find("<deviation_m> is missing"),
-            std::string::npos);
-}
-
-TEST(Correction, ABadValueIsNamedWithItsElement) {
-  for (const char* bad : {"", "abc", "1.5x", "1,5", "nan", "inf", "1e999", "0x10", "1 2", "<b/>"}) {
-    const std::string error = ErrorOf(Replaced(kGood, "1.5", bad));
-    EXPECT_NE(error.find("<time_s>"), std::string::npos) << bad << ": " << error;
-  }
-  for (const char* bad : {"", "1", "TRUE", "yes"}) {
-    const std::string error = ErrorOf(Replaced(kGood, "true", bad));
-    EXPECT_NE(error.find("<valid>"), std::string::npos) << bad << ": " << error;
-  }
-  EXPECT_NE(ErrorOf(Replaced(kGood, "mat_end", "never")).find("<stop>: 'never'"),
-            std::string::npos);
-}
-
-TEST(Correction, WhatIsNotOneCorrectionIsRefused) {
-  for (const std::string& bad :
-       {std::string(), std::string("\n"), std::string("hello"), std::string("<other/>"),
-        std::string("<correction/>"), std::string(kGood) + kGood, std::string(kGood) + "x",
-        std::string(kGood, 0), Replaced(kGood, "<valid>", "<speed>1</speed><valid>"),
-        Replaced(kGood, "<valid>", "<time_s>2</time_s><valid>"),
-        Replaced(kGood, "<valid>", "text<valid>"), std::string("\0\0\0\0", 4)}) {
-    EXPECT_THROW(FromXml(bad), base::InputError) << bad;
-  }
-}
-
-TEST(Correction, EveryTruncationIsRefused) {
-  const std::string good = kGood;
-  for (std::size_t n = 0; n < good.size(); ++n) {
-    EXPECT_THROW(FromXml(good.substr(0, n)), base::InputError) << n;
-  }
-}
-
-TEST(Correction, DamagedBytesAreReadAsFiniteNumbersOrRefused) {
-  base::Rng rng(9);
-  for (int i = 0; i < 20'000; ++i) {
-    std::string xml = kGood;
-    const std::size_t changes = 1 + rng.Index(4);
-    for (std::size_t k = 0; k < changes; ++k) {
-      const std::size_t at = rng.Index(xml.size());
-      const std::size_t kind = rng.Index(3);
-      if (kind == 0) xml[at] = static_cast<char>(rng.Index(256));
-      if (kind == 1) xml.erase(at, 1 + rng.Index(5));
-      if (kind == 2) xml.insert(at, xml.substr(rng.Index(xml.size()), rng.Index(12)));
-      if (xml.empty()) break;
-    }
-    try {
-      const Correction c = FromXml(xml);
-      EXPECT_TRUE(std::isfinite(c.time_s) && std::isfinite(c.edge_x_m) &&
-                  std::isfinite(c.deviation_m));
-    } catch (const base::InputError&) {
-    }
-  }
 }
 
 constexpr double kStep_s = 0.01;
@@ -420,10 +342,10 @@ TEST(ClosedLoop, SendsACorrectionEveryPeriodAndEdgesThatAreWhereTheyWereSensed) 
   std::size_t valid = 0;
   double last_s = 0.0;
   for (const std::string& xml : result.packets) {
-    const Correction correction = FromXml(xml);
-    EXPECT_GE(correction.time_s, last_s);
-    last_s = correction.time_s;
-    valid += correction.valid ? 1 : 0;
+    const double time_s = std::stod(Element(xml, "time_s"));
+    EXPECT_GE(time_s, last_s);
+    last_s = time_s;
+    valid += Element(xml, "valid") == "true" ? 1 : 0;
   }
   EXPECT_EQ(valid, result.sensed.size());
   EXPECT_GT(valid, result.packets.size() * 9 / 10);
@@ -444,22 +366,6 @@ TEST(ClosedLoop, DependsOnTheSeedAlone) {
   };
   EXPECT_EQ(positions(13), positions(13));
   EXPECT_NE(positions(13), positions(14));
-}
-
-TEST(ClosedLoop, OptionsOutOfRangeAreRefused) {
-  const auto refuses = [](const std::function<void(TrackOptions&)>& change) {
-    TrackOptions options;
-    change(options);
-    EXPECT_THROW(Drive(PlainMats(), options, 1), std::invalid_argument);
-  };
-  refuses([](TrackOptions& o) { o.head.speed_m_s = 0.0; });
-  refuses([](TrackOptions& o) { o.head.max_lateral_speed_m_s = -1.0; });
-  refuses([](TrackOptions& o) { o.head.max_acceleration_m_s2 = std::nan(""); });
-  refuses([](TrackOptions& o) { o.head.max_rotation_rad_s = 0.0; });
-  refuses([](TrackOptions& o) { o.head.max_rotation_acceleration_rad_s2 = 0.0; });
-  refuses([](TrackOptions& o) { o.head.correction_period_s = 1e-3; });
-  refuses([](TrackOptions& o) { o.wanted_distance_m = 0.0; });
-  refuses([](TrackOptions& o) { o.length_m = 0.0; });
 }
 
 TEST(ClosedLoop, EndsHaveNames) {

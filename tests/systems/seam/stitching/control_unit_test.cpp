@@ -129,13 +129,13 @@ HeadState At(double x_m, double y_m, double heading_rad) {
   return head;
 }
 
-std::string Packet(double time_s, double edge_x_m, std::optional<bool> sure = {}) {
+Correction Packet(double time_s, double edge_x_m, std::optional<bool> sure = {}) {
   Correction correction;
   correction.sure = sure;
   correction.time_s = time_s;
   correction.valid = true;
   correction.edge_x_m = edge_x_m;
-  return ToXml(correction);
+  return correction;
 }
 
 TEST(ControlUnit, PosesBetweenControlStepsLieOnTheLineBetweenTheirs) {
@@ -180,7 +180,7 @@ TEST(ControlUnit, IgnoresAPacketThatMovesTheEdgeFurtherThanTheHeadCouldGo) {
 TEST(ControlUnit, PacketsWithoutAPositionTellNone) {
   ControlUnit unit({}, kAhead_m, 62.0);
   unit.Record({});
-  EXPECT_FALSE(unit.Receive(ToXml({})));
+  EXPECT_FALSE(unit.Receive({}));
 }
 
 TEST(ControlUnit, AnObstacleStopsTheHeadWhereItIs) {
@@ -190,7 +190,7 @@ TEST(ControlUnit, AnObstacleStopsTheHeadWhereItIs) {
   EXPECT_FALSE(unit.end());
   Correction correction;
   correction.stop = StopReason::kObstacle;
-  unit.Receive(ToXml(correction));
+  unit.Receive(correction);
   const HeadCommand command = unit.Command();
   EXPECT_EQ(command.velocity.norm(), 0.0);
   EXPECT_EQ(command.heading_rad, 0.1);
@@ -208,7 +208,7 @@ ControlUnit BehindADoubtfulStretch() {
   Correction end;
   end.time_s = 2.0;
   end.stop = StopReason::kMatEnd;
-  unit.Receive(ToXml(end));
+  unit.Receive(end);
   return unit;
 }
 

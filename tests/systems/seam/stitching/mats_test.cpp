@@ -338,21 +338,6 @@ TEST(EdgeCourse, AHalfCircleBulgesToTheLowSide) {
   EXPECT_DOUBLE_EQ(course.XAt(0.111), 0.002);
 }
 
-TEST(Mats, OptionsOutOfRangeAreNamed) {
-  const auto refused = [](const std::string& name, const auto& change) {
-    MatOptions options;
-    change(options);
-    const auto message = testing_support::ErrorOf<std::invalid_argument>([&] { Mats(options, 1); });
-    EXPECT_NE(message.find(name), std::string::npos) << message;
-  };
-  refused("edge_width_m", [](MatOptions& o) { o.edge_width_m = 0.0; });
-  refused("double_share", [](MatOptions& o) { o.double_share = 1.1; });
-  refused("height_m", [](MatOptions& o) { o.height_m = std::nan(""); });
-  refused("gloss", [](MatOptions& o) { o.texture.gloss = -0.1; });
-  refused("length_m", [](MatOptions& o) { o.course.waves = {{0.01, 0.0, 0.0}}; });
-  refused("obstacles", [](MatOptions& o) { o.obstacles = {{0.0, 0.0, 0.0, 0.01, 0.01}}; });
-}
-
 TEST(RandomMats, StayWithinWhatAProductionShows) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     const EdgeShape shape = kShapes[seed % 6];

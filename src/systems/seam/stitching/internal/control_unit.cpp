@@ -199,8 +199,7 @@ HeadState ControlUnit::PoseAt(double time_s) const {
   return pose;
 }
 
-std::optional<TrackPoint> ControlUnit::Receive(const std::string& xml) {
-  const Correction correction = FromXml(xml);
+std::optional<TrackPoint> ControlUnit::Receive(const Correction& correction) {
   if (correction.stop) TakeStop(correction);
   // Beyond doubt the edge is there again: it was not the mats' end.
   if (!correction.stop && correction.valid && correction.sure.value_or(false)) mat_end_y_m_.reset();

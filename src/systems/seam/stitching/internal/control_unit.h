@@ -71,8 +71,8 @@ class Route {
 /// Speed at which a head that brakes steadily is at rest a distance on.
 double BrakingSpeed(double distance_m, const HeadOptions& options);
 
-/// The robot control unit: knows the CAD track, its own poses and the corrections that arrive as
-/// XML, and from them tells the head where to go. It never sees the mats.
+/// The robot control unit: knows the CAD track, its own poses and the corrections that
+/// arrive, and from them tells the head where to go. It never sees the mats.
 class ControlUnit {
  public:
   /// @param rate_hz  of the sensor.
@@ -83,8 +83,8 @@ class ControlUnit {
   /// The pose at a time, between recorded ones.
   HeadState PoseAt(double time_s) const;
   /// Takes a packet. @return the edge point that it tells of, in frame M, and its time in the
-  /// point's time_s; none if it is not valid. @throws base::InputError on a bad packet.
-  std::optional<TrackPoint> Receive(const std::string& xml);
+  /// point's time_s; none if it is not valid.
+  std::optional<TrackPoint> Receive(const Correction& correction);
   /// What the head shall do from its last recorded pose on.
   HeadCommand Command();
   /// Why the head is at rest, once the last command was to rest.

@@ -1,11 +1,10 @@
-#include "seam/internal/grey_file.h"
+#include "seam/internal/tiff_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/image/random_pictures.h"
 #include "base/rng.h"
 #include "error_of.h"
 #include "temp_folder.h"
@@ -15,7 +14,6 @@ namespace rangegrasp::image {
 namespace {
 
 using base::InputError;
-using std::string_literals::operator""s;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing_support::ErrorOf;
@@ -23,64 +21,13 @@ using testing_support::TempFolder;
 using testing_support::TiffPage;
 using testing_support::WriteTiff;
 
-TEST(Pgm, GivesBackWhatWasWritten) {
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    const auto picture = RandomPicture<Grey16>(seed);
-    const Grey16 read = DecodePgm(EncodePgm(picture));
-    ASSERT_EQ(read.width, picture.width);
-    ASSERT_EQ(read.height, picture.height);
-    ASSERT_EQ(read.grey, picture.grey);
-  }
-}
-
-TEST(Pgm, BytesAreThoseOfTheFormat) {
-  EXPECT_EQ(EncodePgm({2, 1, {0x0102, 0xfffe}}), "P5\n2 1\n65535\n\x01\x02\xff\xfe"s);
-  const Grey16 read = DecodePgm("P5 # a note\n 2\t1 1023\n\x01\x02\x03\xff"s);
-  EXPECT_EQ(read.width, 2);
-  EXPECT_EQ(read.height, 1);
-  EXPECT_EQ(read.grey, (std::vector<std::uint16_t>{0x0102, 0x03ff}));
-}
-
-TEST(Pgm, SaysWhatIsWrong) {
-  const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"", "must begin with P5"},
-      {"P7 2 2 65535 12345678", "must begin with P5"},
-      {"P2 2 2 65535 1 2 3 4", "has the format P2"},
-      {"P5 2 2 255 1234", "8-bit grey"},
-      {"P5 2 2 70000 12345678", "from 256 to 65535"},
-      {"P5 2 0 65535 1", "height"},
-      {"P5 x 2 65535 1", "width"},
-      {"P5 2 2 65535 12345", "truncated in row 2 of 2"},
-      {"P5 99999999 2 65535 1", "width"},
-      {"P5 9999999 9999999 65535 1", "truncated in row 1"},
-      {"P5 2 1 256 \x01\x01\x01\x00"s, "row 1, column 1: 257 is above"}};
-  for (const auto& [bytes, says] : wrong) {
-    EXPECT_THAT(ErrorOf([&] { DecodePgm(bytes); }), HasSubstr(says)) << bytes;
-  }
-}
-
-TEST(Pgm, DamagedBytesGiveAPictureOrAnError) {
-  const std::string whole = EncodePgm(RandomPicture<Grey16>(3));
-  int read = 0;
-  for (std::uint64_t seed = 0; seed < 400; ++seed) {
-    try {
-      const Grey16 picture = DecodePgm(Damaged(whole, seed));
-      ASSERT_EQ(picture.grey.size(),
-                static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
-      ++read;
-    } catch (const base::InputError&) {
-    }
-  }
-  EXPECT_GT(read, 100);  // there is no checksum
-}
-
 class TiffTest : public testing::Test {
  protected:
   template <typename Pixel>
   Tiff Read(const std::vector<TiffPage<Pixel>>& pages, int compression = COMPRESSION_NONE,
             const char* mode = "w") {
     WriteTiff(folder_ / "p.tif", pages, compression, mode);
-    return DecodeTiff(base::ReadFile(folder_ / "p.tif"));
+    return ReadTiff(folder_ / "p.tif");
   }
   template <typename Pixel>
   void ExpectRefused(const std::vector<TiffPage<Pixel>>& pages, const std::string& says) {
@@ -126,8 +73,9 @@ TEST_F(TiffTest, OtherPixelsAreRefused) {
   ExpectRefused<std::uint16_t>({{16, std::vector<std::uint16_t>(256), 1, true}}, "tiled");
   ExpectRefused<std::uint16_t>({{2, {1, 2}}, {3, {1, 2, 3}}},
                                "page 2 is 3 columns wide and page 1 2");
-  EXPECT_THROW(DecodeTiff(""), InputError);
-  EXPECT_THROW(DecodeTiff("P5\n2 2\n65535\n12345678"), InputError);
+  for (const char* bytes : {"", "P5\n2 2\n65535\n12345678"}) {
+    EXPECT_THROW(ReadTiff(folder_.Write("p.tif", bytes)), InputError);
+  }
 }
 
 // Whatever bytes a file holds: a picture of its own size, or an error.
@@ -148,7 +96,7 @@ TEST_F(TiffTest, DamagedFilesGiveAPictureOrAnError) {
       bytes[rng.Index(bytes.size())] = static_cast<char>(rng.Index(256));
     }
     try {
-      const Tiff tiff = DecodeTiff(bytes);
+      const Tiff tiff = ReadTiff(folder_.Write("d.tif", bytes));
       const auto size = static_cast<std::size_t>(tiff.picture.width) *
                         static_cast<std::size_t>(tiff.picture.height);
       ASSERT_EQ(tiff.picture.grey.size(), size);
