@@ -476,7 +476,7 @@ TEST(MergeLone, JoinsWhatStandsAloneAndFitsAHand) {
   EXPECT_EQ(Valley{.crease_deg = -120.0}.Parts(), 1U);  // a ridge
   EXPECT_EQ(Valley{.half_width_m = 0.048}.Parts(), 1U);
   EXPECT_EQ((Valley{.half_width_m = 0.052, .half_length_m = 0.058}.Parts()), 2U);
-  EXPECT_EQ(Valley{.half_length_m = 0.066}.Parts(), 1U);
+  EXPECT_EQ(Valley{.half_length_m = 0.064}.Parts(), 1U);
   EXPECT_EQ(Valley{.half_length_m = 0.072}.Parts(), 2U);
   EXPECT_EQ(Valley{.height_m = 0.105}.Parts(), 1U);
   EXPECT_EQ(Valley{.height_m = 0.115}.Parts(), 2U);
