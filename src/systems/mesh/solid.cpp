@@ -133,6 +133,15 @@ double WidthOf(const Surface& surface, Surface::Halfedge_index border) {
   return DiagonalOf(box);
 }
 
+// Whether its border is a line there and back: what a triangle without area leaves.
+bool IsSlit(const Surface& surface, Surface::Halfedge_index border) {
+  const Point& a = surface.point(surface.source(border));
+  const Point& b = surface.point(surface.target(border));
+  return std::ranges::all_of(CGAL::halfedges_around_face(border, surface), [&](const auto h) {
+    return CGAL::collinear(a, b, surface.point(surface.target(h)));
+  });
+}
+
 // As triangles about the middle of its border: where CGAL finds no patch, since each would have an
 // edge that is there already. They may cross the surface.
 void CloseByFan(Surface::Halfedge_index border, Surface& surface) {
@@ -154,7 +163,9 @@ void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std:
   if (borders.empty()) return;
   const double diagonal = DiagonalOf(surface);
   double widest = 0.0;
-  for (const auto border : borders) widest = std::max(widest, WidthOf(surface, border));
+  for (const auto border : borders) {
+    if (!IsSlit(surface, border)) widest = std::max(widest, WidthOf(surface, border));
+  }
   if (widest > options.max_hole * diagonal) {
     throw base::InputError(fmt::format(
         "is open: the widest of {} is {:.0f} % of its size across. Close it in a mesh editor (a "
