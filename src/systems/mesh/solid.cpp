@@ -137,7 +137,8 @@ double WidthOf(const Surface& surface, Surface::Halfedge_index border) {
 bool IsSlit(const Surface& surface, Surface::Halfedge_index border) {
   const Point& a = surface.point(surface.source(border));
   const Point& b = surface.point(surface.target(border));
-  return std::ranges::all_of(CGAL::halfedges_around_face(border, surface), [&](const auto h) {
+  const auto around = CGAL::halfedges_around_face(border, surface);
+  return std::all_of(around.begin(), around.end(), [&](const auto h) {
     return CGAL::collinear(a, b, surface.point(surface.target(h)));
   });
 }
