@@ -1,5 +1,6 @@
 #include "perception/internal/merging.h"
 
+#include <deque>
 #include <map>
 #include <numeric>
 #include <ranges>
@@ -268,48 +269,49 @@ class Joining {
   std::uint32_t next_name_ = 0;
 };
 
+/// Two parts, and the pairs of points across the gap between them.
+struct Touch {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  PointPairs pairs;
+};
+
 /// The mean angle [rad] of the edge along which two parts meet, > 0 where it is concave: between
 /// the mean normals of what each has within the gap of the edge.
-double CreaseBetween(const ObjectContext& context, const Part& a, const Part& b,
-                     const PointPairs& pairs) {
-  struct Side {
-    Points points;
-    geometry::KdTree tree;
-    const Indices& positions;
-
-    explicit Side(const PointCloud& cloud, const Indices& of)
-        : points(Select(cloud.points, of)), tree(points), positions(of) {}
-  };
+double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vector<Part>& parts,
+                std::deque<PartSurface>& surfaces) {
   const PointCloud& cloud = context.cloud;
-  const double gap_m = context.options.merge.fragment_gap_m;
-  const Side sides[2] = {Side(cloud, a.points), Side(cloud, b.points)};
-  std::vector<geometry::KdTree::Neighbor> near;
-  double sum_rad = 0.0;
-  for (const auto& [i, k] : pairs) {
-    Vector3d center[2], normal[2];
-    for (const int s : {0, 1}) {
-      sides[s].tree.Within(cloud.points[s == 0 ? i : k], gap_m, near);
-      center[s] = normal[s] = Vector3d::Zero();
-      for (const auto& n : near) {
-        center[s] += sides[s].points[n.index] / static_cast<double>(near.size());
-        normal[s] += cloud.normals[sides[s].positions[n.index]];
-      }
-      normal[s].normalize();
+  struct Side {
+    Vector3d center = Vector3d::Zero();
+    Vector3d normal = Vector3d::Zero();
+  };
+  const auto side_at = [&](std::uint32_t part, std::uint32_t point) {
+    Side side;
+    const auto near =
+        surfaces[part].Within(cloud.points[point], context.options.merge.fragment_gap_m);
+    for (const auto& n : near) {
+      const auto i = parts[part].points[n.index];
+      side.center += cloud.points[i] / static_cast<double>(near.size());
+      side.normal += cloud.normals[i];
     }
-    const double angle = std::acos(std::clamp(normal[0].dot(normal[1]), -1.0, 1.0));
-    const bool concave = (normal[1] - normal[0]).dot(center[1] - center[0]) < 0.0;
+    side.normal.normalize();
+    return side;
+  };
+  double sum_rad = 0.0;
+  for (const auto& [i, k] : touch.pairs) {
+    const Side a = side_at(touch.a, i);
+    const Side b = side_at(touch.b, k);
+    const double angle = std::acos(std::clamp(a.normal.dot(b.normal), -1.0, 1.0));
+    const bool concave = (b.normal - a.normal).dot(b.center - a.center) < 0.0;
     sum_rad += concave ? angle : -angle;
   }
-  return sum_rad / static_cast<double>(pairs.size());
+  return sum_rad / static_cast<double>(touch.pairs.size());
 }
 
-bool FitsAHand(const ObjectContext& context, const Indices& points) {
-  const MergeOptions& options = context.options.merge;
-  if (TopHeight(context.cloud, points, context.table) > options.max_lone_height_m) return false;
-  const auto frame = MakePlanarFrame(context.table, context.FirstOrigin(), Vector3d::UnitX());
-  const Rectangle around =
-      MinAreaRectangle(Flatten(frame, Select(context.cloud.points, points))).LongerSideFirst();
-  return around.width_m <= options.max_lone_width_m && around.length_m <= options.max_lone_length_m;
+bool FitsAHand(const Footprint& footprint, const MergeOptions& options) {
+  const Rectangle around = MinAreaRectangle(footprint.hull.corners).LongerSideFirst();
+  return footprint.top_m <= options.max_lone_height_m &&
+         around.width_m <= options.max_lone_width_m && around.length_m <= options.max_lone_length_m;
 }
 
 Indices Shared(const Indices& points, const Indices& of) {
@@ -408,6 +410,13 @@ std::optional<std::uint32_t> PartSurface::NearestWithin(const Vector3d& p_C, dou
   return nearest_.front().index;
 }
 
+std::span<const geometry::KdTree::Neighbor> PartSurface::Within(const Vector3d& p_C, double gap_m) {
+  if (points_C_.empty()) return {};
+  if (!tree_) tree_.emplace(points_C_);
+  tree_->Within(p_C, gap_m, nearest_);
+  return nearest_;
+}
+
 Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Part& host) {
   return KinshipOf(context, fragment, MakeFootprint(context, fragment), host,
                    MakeFootprint(context, host));
@@ -422,31 +431,34 @@ void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base
 void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
   const MergeOptions& options = context.options.merge;
   geometry::UnionFind groups(parts.size());
-  std::vector<std::uint32_t> sharp;  // of each pair that meets at a sharp edge, one
+  std::deque<PartSurface> surfaces;
+  std::vector<Touch> touches;
   for (std::uint32_t b = 0; b < parts.size(); ++b) {
-    PartSurface surface(Select(context.cloud.points, parts[b].points));
+    PartSurface& surface = surfaces.emplace_back(Select(context.cloud.points, parts[b].points));
     for (std::uint32_t a = 0; a < b; ++a) {
-      const auto pairs = Across(context, parts[a], parts[b], surface, options.fragment_gap_m);
+      auto pairs = Across(context, parts[a], parts[b], surface, options.fragment_gap_m);
       if (pairs.empty()) continue;
       groups.Unite(a, b);
-      if (CreaseBetween(context, parts[a], parts[b], pairs) > options.max_lone_crease_rad) {
-        sharp.push_back(a);
-      }
+      touches.push_back({a, b, std::move(pairs)});
     }
   }
   std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // by root, in their order
   for (std::uint32_t i = 0; i < parts.size(); ++i) members[groups.Find(i)].push_back(i);
-  for (const std::uint32_t a : sharp) members.erase(groups.Find(a));
   std::vector<bool> joined(parts.size(), false);
   for (const auto& [root, group] : members) {
     if (group.size() < 2) continue;
-    Indices all;
+    Part whole;
     for (const auto i : group) {
-      all.insert(all.end(), parts[i].points.begin(), parts[i].points.end());
+      whole.points.insert(whole.points.end(), parts[i].points.begin(), parts[i].points.end());
     }
-    if (!FitsAHand(context, all)) continue;
-    std::ranges::sort(all);
-    parts[group.front()] = DescribePart(context, std::move(all), rng);
+    std::ranges::sort(whole.points);
+    if (!FitsAHand(MakeFootprint(context, whole), options)) continue;
+    const bool sharp = std::ranges::any_of(touches, [&, root = root](const Touch& touch) {
+      return groups.Find(touch.a) == root &&
+             CreaseAt(context, touch, parts, surfaces) > options.max_lone_crease_rad;
+    });
+    if (sharp) continue;
+    parts[group.front()] = DescribePart(context, std::move(whole.points), rng);
     for (const auto i : group | std::views::drop(1)) joined[i] = true;
   }
   std::size_t i = 0;

@@ -14,6 +14,8 @@ class PartSurface {
 
   /// Which of the part's points is the nearest to p; nullopt if that is further than gap_m [m] off.
   std::optional<std::uint32_t> NearestWithin(const Vector3d& p_C, double gap_m);
+  /// All of them that are so near to p, by their position in the part; valid until the next call.
+  std::span<const geometry::KdTree::Neighbor> Within(const Vector3d& p_C, double gap_m);
 
  private:
   Points points_C_;
@@ -58,9 +60,9 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
 void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
 
 /// Parts that touch each other and nothing else become one, if together they are no larger than
-/// what a hand holds (MergeOptions: the rectangle about them on the table) and no two of them meet
-/// at a sharp concave edge. Objects that stand together are larger, as a rule; where they are not,
-/// a grasp disambiguates the situation (section 5.6).
+/// what a hand holds (MergeOptions: their height, and the rectangle about them on the table) and no
+/// two of them meet at a sharp concave edge. Objects that stand together are larger, as a rule;
+/// where they are not, a grasp disambiguates the situation (section 5.6).
 void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng);
 
 /// Merging of clipped rotational parts (section 5.1.3, eq. 5.6 to 5.8), pairwise until nothing
