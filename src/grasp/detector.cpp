@@ -32,7 +32,7 @@ DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
           grasp.X_CH,
           grasp.opening_m,
           grasp.width_m,
-          grasp.contact_angle_rad,
+          grasp.quality.angles.Larger(),
           grasp.X_CG.linear().col(2),
           grasp.score,
           grasp.type,

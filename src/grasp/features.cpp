@@ -265,7 +265,7 @@ std::vector<double> FeatureMaker::Impl::Of(const Grasp& grasp) const {
           grasp.pitch_rad,
           grasp.width_m,
           grasp.opening_m,
-          grasp.contact_angle_rad,
+          grasp.quality.angles.Larger(),
           grasp.score,
           std::acos(std::clamp(-approach.dot(up), -1.0, 1.0)),
           std::abs(x.dot(up)),

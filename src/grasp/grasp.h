@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <span>
 #include <vector>
@@ -22,6 +23,8 @@ constexpr std::array<std::string_view, 4> WordsOf(GraspType) {
 struct AntipodalAngles {
   double finger_rad = 0.0;
   double thumb_rad = 0.0;
+
+  double Larger() const { return std::max(finger_rad, thumb_rad); }
 };
 /// What closing the hand model on the completed object finds; zeros for grasps that were made
 /// otherwise (the wall of a cup, a known object's).
@@ -53,8 +56,6 @@ struct Grasp {
   double pitch_rad = 0.0;  ///< rotation about y_G; positive: the thumb's tip further down
   double opening_m = 0.0;  ///< gap of the pads before closing
   double width_m = 0.0;    ///< what the pads are expected to close on
-  /// Larger of the contacts' antipodal angles (Nguyen 1988) [rad]; 0 where none was looked at.
-  double contact_angle_rad = 0.0;
   Quality quality{};
   double score = 0.0;     ///< higher is better, within a type
   bool collides = false;  ///< open hand against everything perceived and the table

@@ -547,7 +547,7 @@ std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round) {
   }
   // From all round there is always something to close on; what slips for sure is no grasp.
   std::erase_if(candidates, [&](const Candidate& candidate) {
-    return candidate.grasp.contact_angle_rad > task.options.friction_cone_rad;
+    return candidate.grasp.quality.angles.Larger() > task.options.friction_cone_rad;
   });
   return candidates;
 }
@@ -574,7 +574,7 @@ std::vector<Candidate> LateralCandidates(Task& task) {
     const Vector3d off = candidate.grasp.X_CG.translation() - task.com_C;
     const double lever_m = (off - off.dot(task.up_C) * task.up_C).norm();
     return lever_m > task.options.lateral.max_lever_m ||
-           candidate.grasp.contact_angle_rad > task.options.friction_cone_rad;
+           candidate.grasp.quality.angles.Larger() > task.options.friction_cone_rad;
   });
   return candidates;
 }

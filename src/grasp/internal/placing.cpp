@@ -107,12 +107,10 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
     // The "tightest" side has the largest area of the surface against the closed fingers (section
     // 5.2 leaves the measure open).
     candidate.grasp.score = closing->contact_m2 / task.options.score.contact_scale_m2;
-    const Quality& quality = candidate.grasp.quality =
-        QualityOf(task, view, aim, *closing, origin, *slab);
-    candidate.grasp.contact_angle_rad =
-        std::max(quality.angles.finger_rad, quality.angles.thumb_rad);
+    candidate.grasp.quality = QualityOf(task, view, aim, *closing, origin, *slab);
     if (task.options.contact_ranking) {
-      candidate.grasp.score = Score(quality, task.options.friction_cone_rad, task.options.score);
+      candidate.grasp.score =
+          Score(candidate.grasp.quality, task.options.friction_cone_rad, task.options.score);
     }
   }
   return candidate;
@@ -153,7 +151,7 @@ bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate
 }  // namespace
 
 double Score(const Quality& q, double friction_cone_rad, const ScoreWeights& w) {
-  const double angle = std::max(q.angles.finger_rad, q.angles.thumb_rad);
+  const double angle = q.angles.Larger();
   const double height_scale = q.above_m > 0.0 ? w.above_scale_m : w.below_scale_m;
   const double missing_margin = std::max(0.0, w.margin_m - q.top_margin_m) / w.margin_m;
   const double missing_room = std::clamp(1.0 - q.room_m / w.room_scale_m, 0.0, 1.0);
