@@ -64,7 +64,6 @@ class VideoTest : public testing::Test {
 TempFolder* VideoTest::shared_ = nullptr;
 using WholeFilm = VideoTest;
 
-// Of the label all: 400 pictures of 0.3 s each.
 TEST_F(WholeFilm, LastsAsLongAsTheExecution) {
   if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
   const std::string file = (folder_ / "it's a film.mp4").string();
