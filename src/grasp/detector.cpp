@@ -83,8 +83,9 @@ class DissertationDetector : public Detector {
       : options_(options),
         robot_(robot),
         selector_(FindGraspSelector(options.take)),
-        model_(options.score_model.empty() ? nullptr
-                                           : std::make_unique<ScoreModel>(options.score_model)),
+        model_(options.score == ScoreKind::kRules || selector_
+                   ? nullptr
+                   : std::make_unique<ScoreModel>(ScoreModelOf(options))),
         observer_(std::move(observer)) {}
 
   Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
@@ -105,7 +106,7 @@ class DissertationDetector : public Detector {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
       grasps = Grasps(scene, obstacles.measured_C, detected.why_none);
-      if (model_ && !selector_) probabilities = Rank(observation, scene, grasps);
+      if (model_) probabilities = Rank(observation, scene, grasps);
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
     if (observer_) observer_(scene, grasps, observation);
@@ -220,17 +221,12 @@ std::string WhereTaken() {
 }
 
 void ReadScore(YamlMap& map, DetectorOptions& all) {
-  ScoreKind score = ScoreKind::kRules;
-  map.Read("score", score,
-           "what ranks grasps; learned: the predicted probability of delivery. `method: published` "
-           "always ranks by rules");
-  std::filesystem::path file;
-  map.ReadPath("score_model", file,
+  map.Read("score", all.score,
+           "what ranks grasps; learned: the predicted probability of delivery");
+  map.ReadPath("score_model", all.score_model,
                "file of the learned score, made by scripts/train-grasp-score; without it the "
                "shipped one, models/grasp_score.json");
-  if (score == ScoreKind::kLearned) {
-    all.score_model = file.empty() ? base::DataFolder() / "models" / "grasp_score.json" : file;
-  } else if (!file.empty()) {
+  if (all.score == ScoreKind::kRules && !all.score_model.empty()) {
     map.Fail("score_model", "is used with `score: learned` only");
   }
 }
@@ -262,6 +258,12 @@ Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::
   }
   for (const Grasp& grasp : grasps) detection.grasps.push_back(GraspFrom(grasp, object));
   return detection;
+}
+
+std::filesystem::path ScoreModelOf(const DetectorOptions& options) {
+  if (options.score == ScoreKind::kRules) return {};
+  return options.score_model.empty() ? base::DataFolder() / "models" / "grasp_score.json"
+                                     : options.score_model;
 }
 
 void AddGraspSelector(const GraspSelector& selector) { Selectors().push_back(selector); }

@@ -136,9 +136,13 @@ struct DetectorOptions {
   GraspOptions grasp;
   ObstacleOptions obstacles;
   double workspace_margin_m = 0.15;   ///< further out stand the arm, its pedestal, the table's rim
-  std::string take = kAnywhere;       ///< or the word of a selector
-  std::filesystem::path score_model;  ///< of a learned score (score_model.h); empty: by rules
+  std::string take = kAnywhere;       ///< or the word of a selector, which ranks by rules
+  ScoreKind score = ScoreKind::kLearned;
+  std::filesystem::path score_model;  ///< of the learned score (score_model.h); empty: the shipped
 };
+
+/// The file of the learned score that ranks grasps; empty with rules.
+std::filesystem::path ScoreModelOf(const DetectorOptions& options);
 
 /// The dissertation's method (chapter 5): perception, then grasps for the topmost object. The
 /// arguments must outlive it.

@@ -139,6 +139,10 @@ const std::vector<MethodValue>& MethodValues() {
       {{"max_approaches", "the published hand closes at its first contact", "3", "1"},
        [](bool improved, Options& o) {
          o.max_approaches = improved ? Options().max_approaches : 1;
+       }},
+      {{"grasp.score", "ranks grasps by the predicted probability of delivery", "learned", "rules"},
+       [](bool improved, Options& o) {
+         o.score = improved ? Options().score : grasp::ScoreKind::kRules;
        }}};
   return kValues;
 }
@@ -247,7 +251,6 @@ void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
   VisitSwitches(options, [&](const char*, auto& switches) { base::SwitchAll(on, switches); });
   for (const MethodValue& value : MethodValues()) value.set(on, options);
-  if (!on) options.score_model.clear();
   options.method = method;
 }
 
@@ -309,7 +312,6 @@ Options ReadOptions(YamlMap& map) {
   perception::ReadOptions(map.Child("perception", "perception: from the cloud to objects"),
                           o.perception);
   grasp::ReadGraspOptions(map.Child("grasp", "grasp planning: from objects to grasps"), o);
-  if (o.method == MethodKind::kPublished) o.score_model.clear();
   const bool any_way = o.grasp.approach == grasp::ApproachKind::kAbove;
   if ((o.take != grasp::kAnywhere || !any_way) && o.detector != kDissertation) {
     map.Fail("grasp", "take and approach need `detector: dissertation`");
@@ -381,7 +383,7 @@ std::string SceneHash(const Options& options) {
   }
   files.insert(options.sensor);
   files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
-  if (!options.score_model.empty()) files.insert(options.score_model);
+  if (const auto model = grasp::ScoreModelOf(options); !model.empty()) files.insert(model);
   for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
   // By name, not by path: the same files in another folder hash alike, each once, however it is
   // reached.

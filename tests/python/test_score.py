@@ -50,17 +50,18 @@ def test_a_model_ranks_the_grasps_of_a_run(tmp_path):
     tree = [[names.index("workspace_distance"), 0.05, 1, 2], [2.0], [-2.0]]
     (tmp_path / "model.json").write_text(json.dumps({"features": names, "base": 0.0, "trees": [tree]}))
     chosen = dict(trials=1, objects=["coffee_cup", "dextrose"], seed=4711, progress=False)
-    results = rg.evaluate(None, "single", set=["grasp.score=learned", f"grasp.score_model={tmp_path / 'model.json'}"], **chosen)
+    results = rg.evaluate(None, "single", set=[f"grasp.score_model={tmp_path / 'model.json'}"], **chosen)
     for row in results.rows:
         assert round(row["data"]["log"]["grasp"]["probability"], 4) in (round(1 / (1 + np.exp(2.0)), 4), round(1 / (1 + np.exp(-2.0)), 4))
-    assert all("probability" not in row["data"]["log"]["grasp"] for row in rg.evaluate(None, "single", **chosen).rows)
-    shipped = rg.evaluate(None, "single", set=["grasp.score=learned"], **chosen)
+    shipped = rg.evaluate(None, "single", **chosen)
     assert all(0 < row["data"]["log"]["grasp"]["probability"] < 1 for row in shipped.rows)
-    published = rg.evaluate(None, "single", set=["grasp.score=learned", "method=published"], **chosen)
-    assert all("probability" not in row["data"]["log"].get("grasp", {}) for row in published.rows if row["data"].get("log"))
-    for value, reason in (("nowhere.json", "nowhere.json"), (tmp_path / "model.json", "score: learned")):
+    for by_rules in ("grasp.score=rules", "method=published"):
+        rows = rg.evaluate(None, "single", set=[by_rules], **chosen).rows
+        assert all("probability" not in row["data"]["log"].get("grasp", {}) for row in rows if row["data"].get("log"))
+    for values, reason in ((["grasp.score_model=nowhere.json"], "nowhere.json"),
+                           (["grasp.score=rules", f"grasp.score_model={tmp_path / 'model.json'}"], "score: learned")):
         with pytest.raises(rg.InputError, match=reason):
-            rg.evaluate(None, "single", set=[f"grasp.score_model={value}"], **chosen)
+            rg.evaluate(None, "single", set=values, **chosen)
 
 
 def test_too_few_grasps_are_refused(tmp_path):
