@@ -1,11 +1,11 @@
 #include "grasp/detector.h"
 
 #include <deque>
+#include <optional>
 
 #include "base/installation.h"
 #include "base/stopwatch.h"
 #include "geometry/kd_tree.h"
-#include "grasp/features.h"
 #include "grasp/proposals.h"
 #include "grasp/score_model.h"
 #include "grasp/surface.h"
@@ -38,7 +38,8 @@ DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
           grasp.type,
           grasp.pitch_rad,
           grasp.collides,
-          {}};
+          {},
+          grasp.probability};
 }
 
 // What is measured of a fixture lies so far from its drawn surface at most: the calibration's error
@@ -83,10 +84,10 @@ class DissertationDetector : public Detector {
       : options_(options),
         robot_(robot),
         selector_(FindGraspSelector(options.take)),
-        model_(options.score == ScoreKind::kRules || selector_
-                   ? nullptr
-                   : std::make_unique<ScoreModel>(ScoreModelOf(options))),
-        observer_(std::move(observer)) {}
+        observer_(std::move(observer)) {
+    const auto score = ScoreModelOf(options);
+    if (!score.empty() && !selector_) score_.emplace(score);
+  }
 
   Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
     Detected detected;
@@ -100,20 +101,16 @@ class DissertationDetector : public Detector {
     detected.has_turn = PutFirst(turn, scene);
     Obstacles obstacles;
     std::vector<Grasp> grasps;
-    std::vector<double> probabilities;
     if (selector_ && selector_->prepare) selector_->prepare(scene);
     if (detected.has_turn && !scene.objects.empty()) {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
       grasps = Grasps(scene, obstacles.measured_C, detected.why_none);
-      if (model_) probabilities = Rank(observation, scene, grasps);
+      if (score_) score_->Rank(observation, scene, 0, robot_.hand(), grasps);
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
     if (observer_) observer_(scene, grasps, observation);
     HandOver(scene, grasps, std::move(obstacles), detected);
-    for (std::size_t i = 0; i < probabilities.size(); ++i) {
-      detected.detection.grasps[i].probability = probabilities[i];
-    }
     if (selector_) {
       for (DetectedGrasp& grasp : detected.detection.grasps) grasp.name = selector_->word;
     }
@@ -121,26 +118,6 @@ class DissertationDetector : public Detector {
   }
 
  private:
-  // Free grasps first, the most probable ones first. @return the probabilities
-  std::vector<double> Rank(const Observation& observation, const Scene& scene,
-                           std::vector<Grasp>& grasps) const {
-    const FeatureMaker maker(observation, scene, 0, robot_.hand());
-    std::vector<std::pair<double, Grasp>> ranked;
-    for (const Grasp& grasp : grasps) {
-      ranked.emplace_back(model_->Probability(maker.Of(grasp)), grasp);
-    }
-    std::ranges::stable_sort(ranked, [](const auto& a, const auto& b) {
-      if (a.second.collides != b.second.collides) return b.second.collides;
-      return a.first > b.first;
-    });
-    std::vector<double> probabilities;
-    for (std::size_t i = 0; i < ranked.size(); ++i) {
-      probabilities.push_back(ranked[i].first);
-      grasps[i] = ranked[i].second;
-    }
-    return probabilities;
-  }
-
   std::vector<Grasp> Grasps(const Scene& scene, std::span<const geometry::TriangleMesh> obstacles_C,
                             std::string& why_none) const {
     if (selector_) {
@@ -153,8 +130,8 @@ class DissertationDetector : public Detector {
 
   const DetectorOptions& options_;
   const robot::Robot& robot_;
-  const GraspSelector* selector_;      ///< null: anywhere
-  std::unique_ptr<ScoreModel> model_;  ///< null: by rules
+  const GraspSelector* selector_;    ///< null: anywhere
+  std::optional<ScoreModel> score_;  ///< absent: by rules
   SceneObserver observer_;
 };
 
@@ -221,8 +198,7 @@ std::string WhereTaken() {
 }
 
 void ReadScore(YamlMap& map, DetectorOptions& all) {
-  map.Read("score", all.score,
-           "what ranks grasps; learned: the predicted probability of delivery");
+  map.Read("score", all.score, "what ranks grasps; learned: the predicted probability of delivery");
   map.ReadPath("score_model", all.score_model,
                "file of the learned score, made by scripts/train-grasp-score; without it the "
                "shipped one, models/grasp_score.json");

@@ -135,8 +135,8 @@ struct DetectorOptions {
   perception::PerceptionOptions perception;
   GraspOptions grasp;
   ObstacleOptions obstacles;
-  double workspace_margin_m = 0.15;   ///< further out stand the arm, its pedestal, the table's rim
-  std::string take = kAnywhere;       ///< or the word of a selector, which ranks by rules
+  double workspace_margin_m = 0.15;  ///< further out stand the arm, its pedestal, the table's rim
+  std::string take = kAnywhere;      ///< or the word of a selector, which ranks by rules
   ScoreKind score = ScoreKind::kLearned;
   std::filesystem::path score_model;  ///< of the learned score (score_model.h); empty: the shipped
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,8 +58,9 @@ struct Grasp {
   double opening_m = 0.0;  ///< gap of the pads before closing
   double width_m = 0.0;    ///< what the pads are expected to close on
   Quality quality{};
-  double score = 0.0;     ///< higher is better, within a type
-  bool collides = false;  ///< open hand against everything perceived and the table
+  double score = 0.0;                      ///< higher is better, within a type
+  bool collides = false;                   ///< open hand against everything perceived and the table
+  std::optional<double> probability = {};  ///< of delivery, by a learned score (ScoreModel::Rank)
 };
 
 /// What is known of the arm that carries the hand.

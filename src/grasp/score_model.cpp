@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -103,6 +105,16 @@ double ScoreModel::Probability(std::span<const double> features) const {
     logit += node->value;
   }
   return 1.0 / (1.0 + std::exp(-logit));
+}
+
+void ScoreModel::Rank(const geometry::Observation& observation, const perception::Scene& scene,
+                      std::size_t object, const robot::HandModel& hand,
+                      std::vector<Grasp>& grasps) const {
+  const FeatureMaker maker(observation, scene, object, hand);
+  for (Grasp& grasp : grasps) grasp.probability = Probability(maker.Of(grasp));
+  std::ranges::stable_sort(grasps, std::ranges::greater(), [](const Grasp& grasp) {
+    return std::pair(!grasp.collides, *grasp.probability);
+  });
 }
 
 }  // namespace rangegrasp::grasp

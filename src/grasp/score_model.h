@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "geometry/observation.h"
+#include "grasp/grasp.h"
+
 namespace rangegrasp::grasp {
 
 /// A learned score: the probability that a grasp is delivered, from its features (features.h).
@@ -22,6 +25,12 @@ class ScoreModel {
 
   /// @param features  one value a name of FeatureNames()
   double Probability(std::span<const double> features) const;
+
+  /// Gives the grasps of an object their probabilities and orders them: free ones first, the most
+  /// probable ones first.
+  /// @param object  position in scene.objects
+  void Rank(const geometry::Observation& observation, const perception::Scene& scene,
+            std::size_t object, const robot::HandModel& hand, std::vector<Grasp>& grasps) const;
 
  private:
   struct Node {

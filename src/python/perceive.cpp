@@ -7,7 +7,9 @@
 
 #include "base/installation.h"
 #include "base/words.h"
+#include "grasp/detector.h"
 #include "grasp/proposals.h"
+#include "grasp/score_model.h"
 #include "python/grasps.h"
 
 namespace rangegrasp::python {
@@ -34,6 +36,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   options.noise_m = noise_m;
   if (up) options.preprocess.up_C = Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(up->data()));
   const robot::Robot& robot = RobotOf(scene_file);
+  static const grasp::ScoreModel score(grasp::ScoreModelOf({}));
   // Of an array nothing is known of a workspace.
   std::optional<perception::Workspace> workspace;
   const double radius_m = nb::cast<double>(scan["radius"]);
@@ -53,6 +56,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     for (std::size_t i = 0; i < std::min(grasped, scene.objects.size()); ++i) {
       grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
                                          grasp::Arm(2.0 * scene.objects[i].center_C - origin), {}));
+      score.Rank(observation, scene, i, robot.hand(), grasps.back());
     }
   }
   nb::list objects, all;

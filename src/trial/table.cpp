@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "base/units.h"
 #include "base/words.h"
@@ -475,6 +476,7 @@ constexpr double kRounding = 1e-9;
 // object's is as far as it fell.
 const std::vector<double> kSlipEnds_mm = {1, 2, 5, 10, 20, 50};
 const std::vector<double> kTiltEnds_deg = {1, 2, 5, 10, 20, 45};
+const std::vector<double> kTenths_percent = {10, 20, 30, 40, 50, 60, 70, 80, 90};
 
 std::string BinTitle(int bin) { return fmt::format("{:.2f}", bin * kFrictionBin); }
 
@@ -565,17 +567,42 @@ std::optional<int> FrictionBin(const Data& data) {
   return static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
 }
 
-// By a figure of the executions' logs.
-auto LogBin(const char* key, double scale, const std::vector<double>& ends) {
+// A figure of the executions' logs, where there is one.
+std::optional<double> Logged(const Data& data, const char* pointer) {
+  const Data::json_pointer at(pointer);
+  if (!data.contains(at) || !data[at].is_number()) return std::nullopt;
+  return data[at].get<double>();
+}
+
+auto LogBin(const char* pointer, double scale, const std::vector<double>& ends) {
   return [=](const Data& data) -> Bin {
-    const auto log = data.find("log");
-    if (log == data.end() || !log->contains(key) || !(*log)[key].is_number()) return std::nullopt;
-    const double figure = scale * (*log)[key].get<double>();
+    const auto logged = Logged(data, pointer);
+    if (!logged) return std::nullopt;
+    const double figure = scale * *logged;
     const auto i = static_cast<std::size_t>(std::ranges::upper_bound(ends, figure) - ends.begin());
     const std::string low = i == 0 ? "0" : fmt::format("{:g}", ends[i - 1]);
     return {{static_cast<int>(i),
              i == ends.size() ? "over " + low : fmt::format("{}-{:g}", low, ends[i])}};
   };
+}
+
+// What a learned score predicted next to what happened (a reliability diagram).
+Chart PredictedChart(const std::vector<Tried>& tried) {
+  constexpr const char* kProbability = "/log/grasp/probability";
+  const auto bin_of = LogBin(kProbability, 100.0, kTenths_percent);
+  Chart chart = DeliveredChart(tried, "Delivered by predicted probability",
+                               "predicted probability of delivery, %", bin_of);
+  std::map<int, std::vector<double>> predicted;
+  for (const Tried& one : tried) {
+    const auto bin = bin_of(one.data);
+    if (bin) predicted[bin->first].push_back(100.0 * *Logged(one.data, kProbability));
+  }
+  chart.series.push_back({.name = "predicted, mean"});
+  for (const auto& [bin, values] : predicted) {
+    const double sum = std::reduce(values.begin(), values.end());
+    chart.series.back().values.push_back({.value = sum / static_cast<double>(values.size())});
+  }
+  return chart;
 }
 
 }  // namespace
@@ -702,9 +729,10 @@ std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& recor
                        return {{*bin, BinTitle(*bin)}};
                      }),
       DeliveredChart(tried, "Delivered by slip", "slip in the hand while it held, mm",
-                     LogBin("slip_in_hand_m", base::kMmPerM, kSlipEnds_mm)),
+                     LogBin("/log/slip_in_hand_m", base::kMmPerM, kSlipEnds_mm)),
       DeliveredChart(tried, "Delivered by tilt", "turn in the hand while it held, degrees",
-                     LogBin("tilt_in_hand_rad", base::ToDeg(1.0), kTiltEnds_deg))};
+                     LogBin("/log/tilt_in_hand_rad", base::ToDeg(1.0), kTiltEnds_deg)),
+      PredictedChart(tried)};
   std::erase_if(charts, [](const Chart& chart) { return chart.labels.empty(); });
   return charts;
 }

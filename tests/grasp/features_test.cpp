@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "grasp/fixtures.h"
 #include "grasp/proposals.h"
+#include "grasp/score_model.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -153,6 +156,27 @@ TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
       EXPECT_NEAR(moved.at(name), value, name == "points" ? 0.2 : 0.12) << name;
     }
   }
+}
+
+TEST(ScoreModelRank, PutsFreeGraspsFirstAndTheMostProbableFirst) {
+  testing_support::TempFolder files;
+  const ScoreModel model(files.Write(
+      "m.json",
+      R"({"features": ["width"], "base": 0.0, "trees": [[[0, 0.045, 1, 2], [1.0], [-1.0]]]})"));
+  const Boxes boxes{BoxAt(0.0, 0.0, kBox)};
+  const auto observation = LookAt(boxes);
+  std::vector<Grasp> grasps;
+  for (const double width_m : {0.03, 0.05, 0.04}) {
+    grasps.push_back(GraspOf(boxes.front(), Vector3d::UnitY(), width_m));
+  }
+  grasps.front().collides = true;
+  model.Rank(observation, SceneOf(observation, boxes), 0, Hand(), grasps);
+  ASSERT_EQ(grasps.size(), 3u);
+  EXPECT_EQ(grasps[0].width_m, 0.04);
+  EXPECT_EQ(grasps[1].width_m, 0.05);
+  EXPECT_TRUE(grasps[2].collides);
+  EXPECT_NEAR(*grasps[1].probability, 1.0 / (1.0 + std::exp(1.0)), 1e-12);
+  EXPECT_NEAR(*grasps[2].probability, 1.0 / (1.0 + std::exp(-1.0)), 1e-12);
 }
 
 }  // namespace

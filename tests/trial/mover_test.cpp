@@ -38,6 +38,13 @@ class MoverTest : public testing::Test {
     base::Rng rng(1);
     return cell_.mover->Plan(detection_, cell_.robot.home, rng);
   }
+  // Says that a grasp holds or not: by its probability, or by the angle of its contacts.
+  void Rate(bool holds, bool learned, grasp::DetectedGrasp& grasp) const {
+    grasp.probability = std::nullopt;
+    if (learned) grasp.probability = holds ? 0.9 : 0.1;
+    grasp.contact_angle_rad =
+        cell_.options.grasp.friction_cone_rad + (holds == learned ? 0.1 : -0.1);
+  }
 
   experiment::Experiment experiment_;
   const Cell& cell_;
@@ -71,21 +78,23 @@ TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot
   const std::size_t count = detection_.grasps.size();
   const std::vector<grasp::DetectedGrasp> sound = detection_.grasps;
   detection_.grasps.insert(detection_.grasps.end(), sound.begin(), sound.end());
-  for (std::size_t i = 0; i < count; ++i) {
-    detection_.grasps[i].contact_angle_rad = cell_.options.grasp.friction_cone_rad + 0.1;
-  }
-  for (const bool unseen : {false, true}) {
-    if (unseen) detection_.obstacles.unseen_C = {in_the_way_};
-    const grasp::Move move = Plan();
-    ASSERT_TRUE(move.plan);
-    EXPECT_GE(move.grasp, count);
-    EXPECT_EQ(move.blind, unseen);
+  const auto obstacles = detection_.obstacles;
+  for (const bool learned : {false, true}) {
+    for (std::size_t i = 0; i < 2 * count; ++i) Rate(i >= count, learned, detection_.grasps[i]);
+    for (const bool unseen : {false, true}) {
+      detection_.obstacles = obstacles;
+      if (unseen) detection_.obstacles.unseen_C = {in_the_way_};
+      const grasp::Move move = Plan();
+      ASSERT_TRUE(move.plan);
+      EXPECT_GE(move.grasp, count) << learned;
+      EXPECT_EQ(move.blind, unseen);
+    }
   }
 }
-
-// As published: the grasps in their order, and no motion through what may be there.
 TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpace) {
-  detection_.grasps.front().contact_angle_rad = cell_.options.grasp.friction_cone_rad + 0.1;
+  for (auto& grasp : detection_.grasps) {
+    Rate(&grasp != &detection_.grasps.front(), /*learned=*/false, grasp);
+  }
   grasp::MoverOptions options = cell_.options;
   base::SwitchAll<grasp::MoverAdditions>(false, options);
   const auto mover =

@@ -368,10 +368,12 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
   const std::vector<Record> records = {
       RecordOf("cup", "delivered",
                R"({"detected":true,"pose_class":"up","grasp_type":"rim","friction":0.52,
-                   "log":{"slip_in_hand_m":0.0005,"tilt_in_hand_rad":0.001}})"),
+                   "log":{"slip_in_hand_m":0.0005,"tilt_in_hand_rad":0.001,
+                          "grasp":{"probability":0.81}}})"),
       RecordOf("cup", "dropped",
                R"({"detected":true,"pose_class":"up","grasp_type":"rim","friction":0.53,
-                   "log":{"slip_in_hand_m":0.003,"tilt_in_hand_rad":1.5}})"),
+                   "log":{"slip_in_hand_m":0.003,"tilt_in_hand_rad":1.5,
+                          "grasp":{"probability":0.87}}})"),
       RecordOf("can", "no_path",
                R"({"detected":true,"pose_class":"side","grasp_type":"","friction":0.61,"log":{}})"),
       RecordOf("can", "not_segmented", R"({"detected":false,"pose_class":"side","friction":0.9})"),
@@ -408,6 +410,12 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
   const Chart* tilt = Find(charts, "Delivered by tilt");
   ASSERT_TRUE(tilt);
   EXPECT_EQ(tilt->labels, (std::vector<std::string>{"0-1", "over 45"}));
+
+  const Chart* predicted = Find(charts, "Delivered by predicted probability");
+  ASSERT_TRUE(predicted);
+  EXPECT_EQ(predicted->labels, std::vector<std::string>{"80-90"});
+  EXPECT_EQ(predicted->series[0].values[0].of, "1 of 2");
+  EXPECT_NEAR(*predicted->series[1].values[0].value, 84.0, 1e-9);
 }
 
 TEST(ChartsOf, LeavesOutWhatNoRecordTells) {
@@ -415,6 +423,7 @@ TEST(ChartsOf, LeavesOutWhatNoRecordTells) {
   EXPECT_TRUE(Find(charts, "Detection rate by object"));
   EXPECT_FALSE(Find(charts, "Delivered by slip"));
   EXPECT_FALSE(Find(charts, "Delivered by friction"));
+  EXPECT_FALSE(Find(charts, "Delivered by predicted probability"));
 }
 
 }  // namespace

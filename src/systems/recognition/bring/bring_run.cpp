@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
 #include "base/words.h"
 #include "geometry/mesh.h"
 #include "grasp/obstacles.h"
+#include "grasp/score_model.h"
 #include "perception/perceive.h"
 #include "recognition/views/wrist_scanner.h"
 #include "sim/bodies.h"
@@ -34,16 +36,19 @@ constexpr int kTriesToClear = 2;
 /// grasps for the use, if it is known, then chapter 5's, first those that leave free what is kept.
 /// @param object  position in understanding.scene.objects
 /// @param use  what it is wanted for; empty: anything
+/// @param score  what ranks chapter 5's; absent: rules
 trial::Detected GraspsFor(const Understanding& understanding, std::size_t object,
                           const std::string& use, const geometry::Observation& observation,
                           const GraspsOf& grasps_of, const robot::Robot& robot,
-                          const trial::Options& options) {
+                          const trial::Options& options,
+                          const std::optional<grasp::ScoreModel>& score) {
   perception::Scene scene = understanding.scene;
   const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
   std::rotate(scene.objects.begin(), at, at + 1);
   const auto obstacles = grasp::ObstaclesOfViews(scene, 0, observation, options.obstacles);
   auto grasps = grasp::PlanGrasps(scene, 0, robot.hand(), grasp::Arm(robot), options.grasp,
                                   obstacles.measured_C);
+  if (score) score->Rank(observation, scene, 0, robot.hand(), grasps);
   std::vector<std::string> names;
   if (const auto& found = understanding.found[object]) {
     const NamedGrasps& known = grasps_of.at(found->object);
@@ -132,6 +137,7 @@ class Run {
     if (!trial::Of<views::WristViewOptions>(cell, views::kWristViews).sensor.empty()) {
       wrist_.emplace(cell, setup.cell.robot, seed);
     }
+    if (const auto score = grasp::ScoreModelOf(cell); !score.empty()) score_.emplace(score);
   }
 
   Bring Go() {
@@ -270,7 +276,7 @@ class Run {
     const auto& found = known_.found[object];
     if (found) step.taken_for = found->object;
     auto detected = GraspsFor(known_, object, wanted ? options_.use : "", sensed_.observation,
-                              setup_.grasps, setup_.cell.robot, setup_.cell.options);
+                              setup_.grasps, setup_.cell.robot, setup_.cell.options, score_);
     if (wanted) TriedLast(detected.detection);
     const Planned detector(std::move(detected));
     trial::AttemptOptions attempt;
@@ -456,6 +462,7 @@ class Run {
   TriesByPlace failed_;                       // grasps at others, executed in vain
   TriesByPlace blocked_;                      // without a grasp or a way, as the table is now
   std::optional<views::WristScanner> wrist_;  // where there is a sensor on the wrist
+  std::optional<grasp::ScoreModel> score_;    // of chapter 5's grasps; absent: by rules
   int looks_here_ = 0;                        // since the table changed
   bool exhausted_ = false;                    // no look tells anything new
   int tries_ = 0;
