@@ -1,19 +1,24 @@
 #include "geometry/mesh_file.h"
 
+#include <assimp/BaseImporter.h>
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cstring>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/words.h"
 #include "geometry/internal/cloud_format.h"
 #include "geometry/internal/polygon_soup.h"
 
@@ -182,6 +187,21 @@ class FolderOnly : public Assimp::DefaultIOSystem {
   std::string refused_;
 };
 
+// assimp chooses a reader by what a file looks like, and some of its readers do not check what they
+// read: only those of the formats here stay.
+void KeepOwnFormats(Assimp::Importer& importer) {
+  constexpr std::array<std::string_view, 6> kFormats = {"off", "obj", "stl", "ply", "gltf", "glb"};
+  for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+    const auto endings = base::Split(importer.GetImporterInfo(i)->mFileExtensions, ' ');
+    const bool own = std::ranges::any_of(endings, [&](const std::string& ending) {
+      return std::ranges::find(kFormats, ending) != kFormats.end();
+    });
+    if (own) continue;
+    const std::unique_ptr<Assimp::BaseImporter> other(importer.GetImporter(i));
+    importer.UnregisterLoader(other.get());
+  }
+}
+
 TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
   if (base::EndingOf(file) == ".stl") CheckStl(file, bytes);
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
@@ -192,6 +212,7 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
   Assimp::Importer importer;
+  KeepOwnFormats(importer);
   // Only positions count: vertices that differ in nothing else are joined.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |

@@ -108,9 +108,11 @@ class WorldArranger : public Arranger {
 
   void NeedsObjects(int others) const {
     if (options_.objects.size() > static_cast<std::size_t>(others)) return;
-    throw base::InputError(fmt::format(
-        "arrangement: {} needs {} objects in addition to the target; objects lists {} in all",
-        options_.arranger, others, options_.objects.size()));
+    throw base::InputError(
+        fmt::format("arrangement: {} needs {} objects next to the target, but objects lists {}; "
+                    "list more{}",
+                    options_.arranger, others, options_.objects.size() - 1,
+                    others > 1 ? ", or lower clutter.max_others" : ""));
   }
 
   // The target first, then a drawn number of others.

@@ -114,7 +114,9 @@ std::string ReasonWithoutFigures(const std::string& detail) {
   for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
     const bool has_digit = std::ranges::any_of(word, is_digit);
     if ((has_digit && word[0] == 'x') || reason.size() + word.size() > kMaxLength) break;
-    if (has_digit || !std::ranges::any_of(word, is_letter) || !base::IsUtf8(word)) continue;
+    if (!base::IsUtf8(word)) continue;
+    const bool is_code = reason.ends_with("code");  // "ended with code 1"
+    if (!is_code && (has_digit || !std::ranges::any_of(word, is_letter))) continue;
     reason += (reason.empty() ? "" : " ") + word;
   }
   return reason;

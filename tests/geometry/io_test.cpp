@@ -527,6 +527,20 @@ TEST_F(Io, AnyMutatedMeshIsReadOrRefusedAtOnceAndWithoutACrash) {
   EXPECT_GT(read, 200);
 }
 
+// assimp has readers of fifty formats, and takes the one that a file looks like.
+TEST_F(Io, AMeshOfAnotherFormatIsRefused) {
+  const std::string ac3d =
+      "AC3Db\nMATERIAL \"a\" rgb 1 1 1 amb 1 1 1 emis 0 0 0 spec 0 0 0 shi 0 trans 0\n"
+      "OBJECT world\nkids 1\nOBJECT poly\nnumvert 3\n0 0 0\n1 0 0\n0 1 0\nnumsurf 1\nSURF 0x20\n"
+      "mat 0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\nkids 0\n";
+  const std::string open_gex = "g\xbelT\"geometrynode\"3.0  {";  // reads beyond its end
+  for (const std::string& text : {ac3d, open_gex}) {
+    const auto file = Write("other.glb", text);
+    EXPECT_THAT(ErrorOf<InputError>([&] { ReadMesh(file); }),
+                AllOf(HasSubstr("other.glb"), HasSubstr("cannot be read as OFF, OBJ")));
+  }
+}
+
 TEST_F(Io, APlyThatDeclaresFacesIsAMesh) {
   EXPECT_TRUE(PlyHoldsMesh(Write("box.ply", BoxFiles()[1].second)));
   base::Rng rng(3);

@@ -1,5 +1,6 @@
 #include "trial/arranger.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
@@ -7,6 +8,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
@@ -255,7 +257,10 @@ TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
 }
 
 TEST(Scattered, NeedsEnoughOtherObjects) {
-  EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
+  EXPECT_THAT(
+      testing_support::ErrorOf<base::InputError>([] { OpenScattered({"clutter.max_others=6"}); }),
+      testing::HasSubstr("needs 6 objects next to the target, but objects lists 5; list more, or "
+                         "lower clutter.max_others"));
 }
 
 TEST(Arranger, CountsWhyItDrewAgain) {
