@@ -257,10 +257,14 @@ TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
 }
 
 TEST(Scattered, NeedsEnoughOtherObjects) {
-  EXPECT_THAT(
-      testing_support::ErrorOf<base::InputError>([] { OpenScattered({"clutter.max_others=6"}); }),
-      testing::HasSubstr("needs 6 objects next to the target, but objects lists 5; list more, or "
-                         "lower clutter.max_others"));
+  EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
+}
+
+TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
+  EXPECT_THAT(testing_support::ErrorOf<base::InputError>(
+                  [] { Open("touching", {"objects=[spread, dextrose]"}); }),
+              testing::HasSubstr("needs 5 objects next to the target, but objects lists 1; list "
+                                 "more, or lower clutter.max_others"));
 }
 
 TEST(Arranger, CountsWhyItDrewAgain) {
