@@ -205,7 +205,7 @@ void KeepOwnFormats(Assimp::Importer& importer) {
 TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
   if (base::EndingOf(file) == ".stl") CheckStl(file, bytes);
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
-  // assimp 5.2 ends the program where an archive is damaged.
+  // Common enough for a cure; assimp 5.2 ends the program where such an archive is damaged.
   if (base::EndingOf(file) == ".3mf") {
     throw base::InputError(file.string() + ": 3MF is not supported; save it as STL, OBJ or glTF");
   }

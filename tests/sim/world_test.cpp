@@ -232,6 +232,11 @@ TEST(World, SaysWhyAnObjectIsNone) {
               HasSubstr("velvet"));
   EXPECT_THAT(Complaint(scene, {{"odd", "nowhere.xml"}}), HasSubstr("nowhere.xml"));
   EXPECT_THAT(Complaint("noscene.xml", {}), HasSubstr("noscene.xml"));
+  const std::string spread = RANGEGRASP_SOURCE_DIR "/models/objects/spread";
+  for (const std::string& folder : {spread, spread + "/"}) {
+    EXPECT_THAT(Complaint(folder, {}), HasSubstr("/spread.xml"));
+    EXPECT_THAT(Complaint(folder, {}), HasSubstr("is a folder; name its file"));
+  }
 }
 
 // As if nothing had happened in between, to the last bit.

@@ -35,8 +35,7 @@ void RefuseNan(const std::filesystem::path& file) {
 }
 
 SpecPtr Parse(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file))
-    throw Wrong(file, "no such file; an MJCF file is expected");
+  NeedMjcf(file);
   char error[1000] = "";
   mjSpec* spec = nullptr;
   // Of a relative path the engine loses what an included file refers to.
@@ -240,6 +239,16 @@ mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& fi
 }
 
 }  // namespace
+
+void NeedMjcf(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file)) {
+    const auto inside = file / (std::filesystem::canonical(file).filename().string() + ".xml");
+    throw Wrong(file, "is a folder; name its file, such as " + inside.string());
+  }
+  if (!std::filesystem::is_regular_file(file)) {
+    throw Wrong(file, "no such file; an MJCF file is expected");
+  }
+}
 
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options) {

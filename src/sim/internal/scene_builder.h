@@ -27,6 +27,9 @@ struct BuiltScene {
   std::vector<ObjectEntry> objects;
 };
 
+/// @throws base::InputError if a file is not there, or is a folder.
+void NeedMjcf(const std::filesystem::path& file);
+
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.
 /// @throws base::InputError naming the file and what is wrong with it.
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,

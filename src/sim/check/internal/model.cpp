@@ -368,13 +368,7 @@ struct SourceLines::Reader {
 
 SourceLines::SourceLines(const std::filesystem::path& mjcf)
     : root_(mjcf.lexically_normal().string()) {
-  if (std::filesystem::is_directory(mjcf)) {
-    throw base::InputError(fmt::format("{0}: is a folder; name its file, such as {0}/{1}.xml",
-                                       root_, mjcf.filename().string()));
-  }
-  if (!std::filesystem::is_regular_file(mjcf)) {
-    throw base::InputError(mjcf.string() + ": no such file; an MJCF file is expected");
-  }
+  sim::internal::NeedMjcf(mjcf);
   Reader{*this}.Read(mjcf, "", 0, true);
 }
 
