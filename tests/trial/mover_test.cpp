@@ -91,6 +91,8 @@ TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot
     }
   }
 }
+
+// As published: the grasps in their order, and no motion through what may be there.
 TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpace) {
   for (auto& grasp : detection_.grasps) {
     Rate(&grasp != &detection_.grasps.front(), /*learned=*/false, grasp);
