@@ -58,5 +58,5 @@ configure_package_config_file(cmake/rangegraspConfig.cmake.in "${PROJECT_BINARY_
   INSTALL_DESTINATION "${RANGEGRASP_CMAKE_DIR}" PATH_VARS RANGEGRASP_LIBRARY_DIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/rangegraspConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/rangegraspConfig.cmake" "${PROJECT_BINARY_DIR}/rangegraspConfigVersion.cmake"
-    cmake/FindOSMesa.cmake cmake/FindOpenCVParts.cmake
+    cmake/FindOpenCVParts.cmake
   DESTINATION "${RANGEGRASP_CMAKE_DIR}" COMPONENT Development)

@@ -19,8 +19,9 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME rangegrasp)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# The sandbox of detectors that are programs of their own, what films are made with, and what the pages of `report` draw with.
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, ffmpeg, libjs-chart.js, libjs-three")
+# The sandbox of detectors that are programs of their own, what films and pictures are made with, and what the pages of `report`
+# draw with.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, ffmpeg, libjs-chart.js, libjs-three, libosmesa6")
 # libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
 get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
 list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_SOURCE_DIR}/.cache/coacd.libs")
@@ -36,7 +37,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 files by which CMake finds them: find_package(rangegrasp).")
 # What rangegraspConfig.cmake looks for; libmujoco is in the other package.
 set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev
-  libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libosmesa6 libpcl-dev libpng-dev libpugixml-dev libspdlog-dev libsqlite3-dev libtbb-dev libtiff-dev libyaml-cpp-dev pkg-config)
+  libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libpcl-dev libpng-dev libpugixml-dev libspdlog-dev libsqlite3-dev libtbb-dev libtiff-dev libyaml-cpp-dev pkg-config)
 list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "rangegrasp (= ${PROJECT_VERSION}), ${development_packages}")
 

@@ -11,19 +11,12 @@ All lengths are metres, all angles radians. `X_AB` is the pose of frame B in fra
 on the table top at the middle of the workspace, z up, x from the arm to the scanner. The computation is C++; the page docs/python.md
 has examples.
 """
-import ctypes
-from pathlib import Path
-
-# A wheel that brings its libraries along has renamed this one; MuJoCo looks for its functions among all that are loaded.
-for _file in Path(__file__).parent.parent.glob("rangegrasp.libs/libOSMesa*"):
-    ctypes.CDLL(str(_file), ctypes.RTLD_GLOBAL)
-
-from ._core import InputError, RunError, data_folder, experiments, feature_names  # noqa: E402
-from ._core import version as _version  # noqa: E402
-from ._collect import collect  # noqa: E402
-from ._evaluate import Results, evaluate, load  # noqa: E402
-from ._types import Detection, Found, Grasp, Object, Outcome, Scan, View  # noqa: E402
-from ._scene import Scene, perceive  # noqa: E402
+from ._core import InputError, RunError, data_folder, experiments, feature_names
+from ._core import version as _version
+from ._collect import collect
+from ._evaluate import Results, evaluate, load
+from ._types import Detection, Found, Grasp, Object, Outcome, Scan, View
+from ._scene import Scene, perceive
 
 __version__ = _version()
 

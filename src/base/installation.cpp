@@ -95,6 +95,10 @@ NotBuilt::NotBuilt(const std::string& where, const WordNotBuilt& word)
                              where, word.kind, word.word, word.system, word.system)),
       system_(word.system) {}
 
+NotInstalled::NotInstalled(const std::string& package, const std::string& what)
+    : InputError(fmt::format("Debian's package '{}' is missing; {}", package, what)),
+      package_(package) {}
+
 void AddWordNotBuilt(const WordNotBuilt& word) { Words().push_back(word); }
 
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where) {

@@ -49,6 +49,17 @@ class NotBuilt : public InputError {
   std::string system_;
 };
 
+/// A library is not there that is loaded when it is needed first. scripts/rangegrasp installs it.
+class NotInstalled : public InputError {
+ public:
+  /// @param package Debian's, which holds it
+  NotInstalled(const std::string& package, const std::string& what);
+  const std::string& package() const { return package_; }
+
+ private:
+  std::string package_;
+};
+
 /// The texts must last as long as the program.
 void AddWordNotBuilt(const WordNotBuilt& word);
 

@@ -84,11 +84,12 @@ void CheckCommand(const CLI::App& app, int argc, char** argv) {
                          base::NearestWord(argv[1], commands) + "'? --help lists all");
 }
 
-// scripts/rangegrasp, where it started the program, builds the system and starts the program again
-// with the same arguments, in the place of this one.
-int BuildOrEnd(const base::NotBuilt& missing, char** argv) {
+// scripts/rangegrasp, where it started the program, builds the system or installs the package and
+// starts the program again with the same arguments, in the place of this one.
+int GetOrEnd(const char* variable, const std::string& name, const base::InputError& missing,
+             char** argv) {
   if (const char* builder = std::getenv("RANGEGRASP_BUILDER")) {
-    setenv("RANGEGRASP_MISSING_SYSTEM", missing.system().c_str(), /*overwrite=*/1);
+    setenv(variable, name.c_str(), /*overwrite=*/1);
     execv(builder, argv);
   }
   spdlog::error(missing.what());
@@ -319,7 +320,9 @@ int RunProgram(int argc, char** argv) {
     app.exit(e);
     return kBadInput;
   } catch (const base::NotBuilt& e) {
-    return BuildOrEnd(e, argv);
+    return GetOrEnd("RANGEGRASP_MISSING_SYSTEM", e.system(), e, argv);
+  } catch (const base::NotInstalled& e) {
+    return GetOrEnd("RANGEGRASP_MISSING_PACKAGE", e.package(), e, argv);
   } catch (const base::InputError& e) {
     spdlog::error(e.what());
     return kBadInput;

@@ -15,6 +15,7 @@ namespace rangegrasp {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::Command;
 using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
@@ -121,6 +122,26 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
 }
 
 // `rangegrasp list keys | true`: whoever reads has gone before the first line is written.
+TEST(Usage, WhatPicturesNeedIsNamedOrInstalled) {
+  const std::string no_mesa = RANGEGRASP_NO_MESA;
+  if (no_mesa.empty()) GTEST_SKIP() << "the sanitizer must be loaded first";
+  const TempFolder folder;
+  const std::vector<std::string> arguments = {"snapshot",
+                                              (kUsageSource / "scenes/tabletop.xml").string(), "-o",
+                                              (folder / "a.png").string()};
+  Command refused(arguments, "", "/dev/null", no_mesa);
+  EXPECT_EQ(refused.Wait(), 2);
+  EXPECT_THAT(refused.Err(), HasSubstr("'libosmesa6' is missing"));
+
+  const auto builder = folder.Write("builder", "#!/bin/sh\necho $RANGEGRASP_MISSING_PACKAGE $1\n");
+  std::filesystem::permissions(builder, std::filesystem::perms::owner_all);
+  setenv("RANGEGRASP_BUILDER", builder.c_str(), /*overwrite=*/1);
+  Command installed(arguments, "", "/dev/null", no_mesa);
+  unsetenv("RANGEGRASP_BUILDER");
+  EXPECT_EQ(installed.Wait(), 0);
+  EXPECT_EQ(installed.Out(), "libosmesa6 snapshot\n");
+}
+
 TEST(Output, AReaderThatHasSeenEnoughIsNoError) {
   const TempFolder folder;
   const std::string script = "{ " RANGEGRASP_BINARY " list keys 2>" + (folder / "err").string() +

@@ -1,5 +1,6 @@
 #include "base/image/offscreen_context.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -8,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/image/open_gl.h"
+#include "base/installation.h"
 #include "base/process/program.h"
 
 namespace rangegrasp::image {
@@ -16,8 +18,8 @@ namespace {
 constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each other
 constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
 constexpr GLint kAccumulationBits = 0;
-/// With shadows: where less is left, Mesa crashes.
-constexpr std::size_t kDrawing_bytes = std::size_t{640} << 20;
+/// With shadows and Mesa itself: where less is left, it crashes.
+constexpr std::size_t kDrawing_bytes = std::size_t{800} << 20;
 constexpr std::size_t kRgba = 4;  // bytes a pixel
 
 // Only the caller's thread draws. Mesa's threads would be missing in a process that is forked
@@ -25,7 +27,47 @@ constexpr std::size_t kRgba = 4;  // bytes a pixel
 // where it is set, overrides this.
 void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
 
+OpenGl Load() {
+  // MuJoCo looks for the functions among all that are loaded.
+  void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+  const auto find = [&]<typename Function>(Function*& function, const char* name) {
+    function = library ? reinterpret_cast<Function*>(dlsym(library, name)) : nullptr;
+    if (!function) {
+      throw base::NotInstalled("libosmesa6",
+                               fmt::format("pictures are drawn with it: {}", dlerror()));
+    }
+  };
+  OpenGl gl{};
+  find(gl.begin, "glBegin");
+  find(gl.blend_func, "glBlendFunc");
+  find(gl.clear, "glClear");
+  find(gl.clear_color, "glClearColor");
+  find(gl.color4f, "glColor4f");
+  find(gl.color4fv, "glColor4fv");
+  find(gl.depth_mask, "glDepthMask");
+  find(gl.enable, "glEnable");
+  find(gl.end, "glEnd");
+  find(gl.finish, "glFinish");
+  find(gl.line_width, "glLineWidth");
+  find(gl.load_matrixd, "glLoadMatrixd");
+  find(gl.matrix_mode, "glMatrixMode");
+  find(gl.point_size, "glPointSize");
+  find(gl.scissor, "glScissor");
+  find(gl.vertex3dv, "glVertex3dv");
+  find(gl.viewport, "glViewport");
+  find(gl.create_context, "OSMesaCreateContextExt");
+  find(gl.destroy_context, "OSMesaDestroyContext");
+  find(gl.make_current, "OSMesaMakeCurrent");
+  find(gl.get_current_context, "OSMesaGetCurrentContext");
+  return gl;
+}
+
 }  // namespace
+
+const OpenGl& Gl() {
+  static const OpenGl gl = Load();
+  return gl;
+}
 
 bool DrawBeforeForking() {
   DrawInThisThread();
@@ -34,10 +76,10 @@ bool DrawBeforeForking() {
 }
 
 void OffscreenContext::ContextDeleter::operator()(osmesa_context* context) const {
-  if (OSMesaGetCurrentContext() == context) {
-    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  if (Gl().get_current_context() == context) {
+    Gl().make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
   }
-  OSMesaDestroyContext(context);
+  Gl().destroy_context(context);
 }
 
 OffscreenContext::OffscreenContext(int width_px, int height_px)
@@ -49,7 +91,7 @@ OffscreenContext::OffscreenContext(int width_px, int height_px)
   process::NeedMemory(kDrawing_bytes);
   rgba_.resize(kRgba * IndexAt(0, height_px, width_px));
   context_.reset(
-      OSMesaCreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));
+      Gl().create_context(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr));
   MakeCurrent();
 }
 
@@ -57,7 +99,7 @@ OffscreenContext::~OffscreenContext() = default;
 
 void OffscreenContext::MakeCurrent() {
   if (context_ &&
-      OSMesaMakeCurrent(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {
+      Gl().make_current(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {
     return;
   }
   throw base::RunError(
@@ -69,7 +111,7 @@ Image OffscreenContext::Picture(int oversampling) const {
   Image image{width_px_ / oversampling, height_px_ / oversampling, {}};
   image.rgb.reserve(3 * IndexAt(0, image.height, image.width));
   const int parts = oversampling * oversampling;
-  glFinish();
+  Gl().finish();
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       for (std::size_t channel = 0; channel < 3; ++channel) {

@@ -19,8 +19,8 @@ bool DrawBeforeForking();
 /// stencil. One is current in a thread at a time; it is not once it is gone.
 class OffscreenContext {
  public:
-  /// Makes it current. @throws base::RunError if there is no such context;
-  /// std::invalid_argument for a size that is not positive.
+  /// Makes it current. @throws base::RunError if there is no such context; base::NotInstalled
+  /// without OSMesa; std::invalid_argument for a size that is not positive.
   OffscreenContext(int width_px, int height_px);
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;

@@ -2,12 +2,10 @@
 
 #include <cstdint>
 
-// What is used of OpenGL 1.1 and of Mesa's off-screen interface (OSMesa 22), as their
-// specifications declare it. Debian's headers for it bring 47 packages along; the library itself is
-// one.
+struct osmesa_context;
 
-extern "C" {
-
+// Types and values of OpenGL 1.1 and OSMesa 22, as their specifications give them. Debian's headers
+// bring 47 packages along.
 using GLenum = std::uint32_t;
 using GLbitfield = std::uint32_t;
 using GLboolean = std::uint8_t;
@@ -30,31 +28,39 @@ inline constexpr GLenum GL_MODELVIEW = 0x1700;
 inline constexpr GLenum GL_PROJECTION = 0x1701;
 inline constexpr GLbitfield GL_DEPTH_BUFFER_BIT = 0x00000100;
 inline constexpr GLbitfield GL_COLOR_BUFFER_BIT = 0x00004000;
-
-void glBegin(GLenum mode);
-void glBlendFunc(GLenum source, GLenum destination);
-void glClear(GLbitfield mask);
-void glClearColor(GLfloat red, GLfloat green, GLfloat blue, GLfloat alpha);
-void glColor4f(GLfloat red, GLfloat green, GLfloat blue, GLfloat alpha);
-void glColor4fv(const GLfloat* color);
-void glDepthMask(GLboolean flag);
-void glEnable(GLenum capability);
-void glEnd();
-void glFinish();
-void glLineWidth(GLfloat width);
-void glLoadMatrixd(const GLdouble* matrix);
-void glMatrixMode(GLenum mode);
-void glPointSize(GLfloat size);
-void glVertex3dv(const GLdouble* vertex);
-void glViewport(GLint x, GLint y, GLsizei width, GLsizei height);
-
-struct osmesa_context;
 inline constexpr GLenum OSMESA_RGBA = 0x1908;
-osmesa_context* OSMesaCreateContextExt(GLenum format, GLint depth_bits, GLint stencil_bits,
-                                       GLint accumulation_bits, osmesa_context* shared);
-void OSMesaDestroyContext(osmesa_context* context);
-GLboolean OSMesaMakeCurrent(osmesa_context* context, void* buffer, GLenum type, GLsizei width,
-                            GLsizei height);
-osmesa_context* OSMesaGetCurrentContext();
 
-}  // extern "C"
+namespace rangegrasp::image {
+
+/// Their functions that are used; the names are without gl and OSMesa.
+struct OpenGl {
+  void (*begin)(GLenum mode);
+  void (*blend_func)(GLenum source, GLenum destination);
+  void (*clear)(GLbitfield mask);
+  void (*clear_color)(GLfloat red, GLfloat green, GLfloat blue, GLfloat alpha);
+  void (*color4f)(GLfloat red, GLfloat green, GLfloat blue, GLfloat alpha);
+  void (*color4fv)(const GLfloat* color);
+  void (*depth_mask)(GLboolean flag);
+  void (*enable)(GLenum capability);
+  void (*end)();
+  void (*finish)();
+  void (*line_width)(GLfloat width);
+  void (*load_matrixd)(const GLdouble* matrix);
+  void (*matrix_mode)(GLenum mode);
+  void (*point_size)(GLfloat size);
+  void (*scissor)(GLint x, GLint y, GLsizei width, GLsizei height);
+  void (*vertex3dv)(const GLdouble* vertex);
+  void (*viewport)(GLint x, GLint y, GLsizei width, GLsizei height);
+  osmesa_context* (*create_context)(GLenum format, GLint depth_bits, GLint stencil_bits,
+                                    GLint accumulation_bits, osmesa_context* shared);
+  void (*destroy_context)(osmesa_context* context);
+  GLboolean (*make_current)(osmesa_context* context, void* buffer, GLenum type, GLsizei width,
+                            GLsizei height);
+  osmesa_context* (*get_current_context)();
+};
+
+/// Mesa's library is loaded by the first call: most runs draw nothing, and it brings a compiler of
+/// 130 MB along. @throws base::NotInstalled without it.
+const OpenGl& Gl();
+
+}  // namespace rangegrasp::image

@@ -22,8 +22,9 @@ constexpr double kDiffuse = 0.6;
 constexpr double kLightRise = 0.5;
 
 void LoadMatrix(GLenum mode, const Eigen::Matrix4d& matrix) {
-  glMatrixMode(mode);
-  glLoadMatrixd(matrix.data());
+  const image::OpenGl& gl = image::Gl();
+  gl.matrix_mode(mode);
+  gl.load_matrixd(matrix.data());
 }
 
 Eigen::Matrix4d Perspective(double field_of_view, double aspect, double near, double far) {
@@ -49,12 +50,13 @@ Eigen::Matrix4d LookAt(const View& view) {
 }
 
 void SetUp(const View& view, int width, int height) {
-  glViewport(0, 0, width * kOversampling, height * kOversampling);
-  glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  glEnable(GL_DEPTH_TEST);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  const image::OpenGl& gl = image::Gl();
+  gl.viewport(0, 0, width * kOversampling, height * kOversampling);
+  gl.clear_color(1.0F, 1.0F, 1.0F, 1.0F);
+  gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  gl.enable(GL_DEPTH_TEST);
+  gl.enable(GL_BLEND);
+  gl.blend_func(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   const double distance = (view.eye - view.target).norm();
   LoadMatrix(GL_PROJECTION, Perspective(view.field_of_view_rad, static_cast<double>(width) / height,
                                         kNear * distance, kFar * distance));
@@ -62,17 +64,19 @@ void SetUp(const View& view, int width, int height) {
 }
 
 void DrawPoints(GLenum as, const geometry::Points& points, const Color& color) {
-  glColor4fv(color.data());
-  glBegin(as);
-  for (const Eigen::Vector3d& p : points) glVertex3dv(p.data());
-  glEnd();
+  const image::OpenGl& gl = image::Gl();
+  gl.color4fv(color.data());
+  gl.begin(as);
+  for (const Eigen::Vector3d& p : points) gl.vertex3dv(p.data());
+  gl.end();
 }
 
 // Flat shading by a light at the eye, brighter from above; computed here, so that it does not
 // depend on winding.
 void DrawSurface(const Canvas::Surface& surface, const View& view) {
-  glDepthMask(surface.color[3] < 1.0F ? GL_FALSE : GL_TRUE);
-  glBegin(GL_TRIANGLES);
+  const image::OpenGl& gl = image::Gl();
+  gl.depth_mask(surface.color[3] < 1.0F ? GL_FALSE : GL_TRUE);
+  gl.begin(GL_TRIANGLES);
   for (const auto& triangle : surface.mesh.triangles) {
     const auto& v = surface.mesh.vertices;
     const Eigen::Vector3d normal =
@@ -80,12 +84,12 @@ void DrawSurface(const Canvas::Surface& surface, const View& view) {
     const Eigen::Vector3d light = (view.eye - v[triangle[0]]).normalized() + kLightRise * view.up;
     const auto shade = static_cast<float>(
         kAmbient + kDiffuse * std::min(1.0, std::abs(normal.dot(light.normalized()))));
-    glColor4f(surface.color[0] * shade, surface.color[1] * shade, surface.color[2] * shade,
-              surface.color[3]);
-    for (const auto i : triangle) glVertex3dv(v[i].data());
+    gl.color4f(surface.color[0] * shade, surface.color[1] * shade, surface.color[2] * shade,
+               surface.color[3]);
+    for (const auto i : triangle) gl.vertex3dv(v[i].data());
   }
-  glEnd();
-  glDepthMask(GL_TRUE);
+  gl.end();
+  gl.depth_mask(GL_TRUE);
 }
 
 }  // namespace
@@ -106,13 +110,14 @@ Color PaletteColor(std::size_t i) {
 
 image::Image Render(const Canvas& canvas, const View& view, int width, int height) {
   image::OffscreenContext context(width * kOversampling, height * kOversampling);
+  const image::OpenGl& gl = image::Gl();
   SetUp(view, width, height);
   for (const auto& dots : canvas.dots) {
-    glPointSize(dots.size_px * kOversampling);
+    gl.point_size(dots.size_px * kOversampling);
     DrawPoints(GL_POINTS, dots.points, dots.color);
   }
   for (const auto& line : canvas.lines) {
-    glLineWidth(line.width_px * kOversampling);
+    gl.line_width(line.width_px * kOversampling);
     DrawPoints(GL_LINE_STRIP, line.points, line.color);
   }
   for (const auto& surface : canvas.surfaces) DrawSurface(surface, view);

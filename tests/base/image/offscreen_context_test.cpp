@@ -10,18 +10,16 @@
 
 #include "base/image/open_gl.h"
 
-// Of OpenGL 1.1, for these tests alone.
-extern "C" void glScissor(GLint x, GLint y, GLsizei width, GLsizei height);
-constexpr GLenum GL_SCISSOR_TEST = 0x0C11;
+constexpr GLenum GL_SCISSOR_TEST = 0x0C11;  // of OpenGL 1.1, for these tests alone
 
 namespace rangegrasp::image {
 namespace {
 
 void Clear(float red, float green, float blue, int x, int y, int width, int height) {
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(x, y, width, height);
-  glClearColor(red, green, blue, 1.0F);
-  glClear(GL_COLOR_BUFFER_BIT);
+  Gl().enable(GL_SCISSOR_TEST);
+  Gl().scissor(x, y, width, height);
+  Gl().clear_color(red, green, blue, 1.0F);
+  Gl().clear(GL_COLOR_BUFFER_BIT);
 }
 
 // OpenGL counts rows from the bottom, a picture from the top.
@@ -81,7 +79,7 @@ TEST(OffscreenContext, LeavesNoThreadThatDraws) {
   ASSERT_TRUE(DrawBeforeForking());
   const int before = Threads();
   const OffscreenContext context(64, 64);
-  glClear(GL_COLOR_BUFFER_BIT);
+  Gl().clear(GL_COLOR_BUFFER_BIT);
   const Image picture = context.Picture();
   EXPECT_EQ(Threads(), before);
 }
