@@ -13,13 +13,25 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::vector<std::size_t> Widths(const Grid& grid) {
-  std::vector<std::size_t> widths;
-  for (const std::string& cell : grid.header) widths.push_back(cell.size());
-  for (const auto& row : grid.rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+std::size_t Longest(const std::vector<std::string>& lines) {
+  std::size_t length = 0;
+  for (const std::string& line : lines) length = std::max(length, line.size());
+  return length;
+}
+
+// A title in lines no longer than a column's values or its own longest word.
+std::vector<std::string> TitleLines(const std::string& title, std::size_t value_width) {
+  const auto words = base::Split(title, ' ');
+  const std::size_t width = std::max(value_width, Longest(words));
+  std::vector<std::string> lines = {words[0]};
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (lines.back().size() + 1 + words[i].size() > width) {
+      lines.push_back(words[i]);
+    } else {
+      lines.back() += " " + words[i];
+    }
   }
-  return widths;
+  return lines;
 }
 
 std::string TextLine(const Grid& grid, const std::vector<std::string>& row,
@@ -70,11 +82,31 @@ void Flatten(const ordered_json& value, const std::string& name,
 }  // namespace
 
 std::string TextOf(const Grid& grid) {
-  const auto widths = Widths(grid);
-  std::size_t length = 2 * (widths.size() - 1);
-  for (const std::size_t width : widths) length += width;
+  std::vector<std::size_t> widths(grid.header.size(), 0);
+  for (const auto& row : grid.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::vector<std::vector<std::string>> titles;
+  std::size_t height = 0, length = 2 * (widths.size() - 1);
+  for (std::size_t i = 0; i < widths.size(); ++i) {
+    titles.push_back(TitleLines(grid.header[i], widths[i]));
+    height = std::max(height, titles[i].size());
+    const std::size_t title_width = Longest(titles[i]);
+    widths[i] = std::max(widths[i], title_width);
+    // Words at the end of a line, which may be long, stand out.
+    length += i + 1 == widths.size() && grid.left[i] ? title_width : widths[i];
+  }
+  std::string text;
+  for (std::size_t line = 0; line < height; ++line) {
+    std::vector<std::string> row;
+    for (const auto& title : titles) {
+      const std::size_t above = height - title.size();  // the last lines stand side by side
+      row.push_back(line < above ? "" : title[line - above]);
+    }
+    text += TextLine(grid, row, widths);
+  }
   const std::string rule = std::string(length, '-') + "\n";
-  std::string text = TextLine(grid, grid.header, widths) + rule;
+  text += rule;
   for (std::size_t r = 0; r < grid.rows.size(); ++r) {
     if (grid.total && r + 1 == grid.rows.size()) text += rule;
     text += TextLine(grid, grid.rows[r], widths);

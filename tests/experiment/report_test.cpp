@@ -42,9 +42,21 @@ TEST(Grid, LinesEndWithoutBlanks) {
   const Grid grid = {{"n", "what"}, {false, true}, {{"1", "a"}, {"10", "long word"}}, false};
   EXPECT_EQ(TextOf(grid),
             " n  what\n"
-            "-------------\n"
+            "--------\n"
             " 1  a\n"
             "10  long word\n");
+}
+
+TEST(Grid, TitlesAreNoWiderThanTheirWordsOrTheValues) {
+  const Grid grid = {{"object", "detection (text) %", "of all runs"},
+                     {true, false, false},
+                     {{"a cup", "94.2", "1,234 of 2,000"}},
+                     false};
+  EXPECT_EQ(TextOf(grid),
+            "        detection\n"
+            "object   (text) %     of all runs\n"
+            "---------------------------------\n"
+            "a cup        94.2  1,234 of 2,000\n");
 }
 
 TEST(Format, TablesAreJsonWithNumbersAndNullForNothing) {
