@@ -189,17 +189,19 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     }
   }
   if (!in_place_) Refer(mjcf_, 0);
-  std::vector<fs::path> first;  // of in place
+  std::map<fs::path, fs::path> made;  // the backup or copy of what is edited for the first time
   for (const auto& [original, target] : targets_) {
-    if (in_place_ && !edited.contains(original)) first.push_back(original);
+    if (edited.contains(original)) continue;
+    made[original] = in_place_ ? fs::path(original.string() + ".bak") : target;
   }
-  const auto backup = [](const fs::path& file) { return fs::path(file.string() + ".bak"); };
-  for (const fs::path& file : first) {
-    if (!fs::exists(backup(file))) continue;
-    throw base::InputError(backup(file).string() +
-                           ": is there already; move it away, or let --fix write copies");
+  for (const auto& [original, file] : made) {
+    if (!fs::exists(file)) continue;
+    throw base::InputError(fmt::format("{}: is there already; move it away, or {}", file.string(),
+                                       in_place_ ? "let --fix write copies" : "check it instead"));
   }
-  for (const fs::path& file : first) base::WriteFile(backup(file), base::ReadFile(file));
+  for (const auto& [original, file] : made) {
+    if (in_place_) base::WriteFile(file, base::ReadFile(original));
+  }
   bool changed = false;
   for (const auto& [original, target] : targets_) {
     if (edited.contains(original) && before.at(original) == texts_.at(original)) continue;

@@ -41,7 +41,8 @@ class Fixer {
   /// Writes what changes, each file in one step.
   /// @param findings  of the model, then of file()
   /// @return whether anything changed
-  /// @throws base::InputError before anything is written, if there is such a backup already.
+  /// @throws base::InputError before anything is written, if there is such a copy or backup
+  /// already.
   bool Apply(const std::vector<base::Finding>& findings);
 
   /// Applies and checks again, until nothing changes or for a few rounds: what is cured shows what

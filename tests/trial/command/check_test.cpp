@@ -64,8 +64,14 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
   EXPECT_EQ(base::ReadFile(folder_ / "scene.fixed.xml"),
             Replaced(scene_, "arm.xml", "arm.fixed.xml"));
-  const auto json =
-      RunProgram({"check", "--fix", (folder_ / "scene.xml").string(), "--quick", "--json"});
+  const std::vector<std::string> words = {"check", "--fix", (folder_ / "scene.xml").string(),
+                                          "--quick", "--json"};
+  const auto again = RunProgram(words);  // what was edited in a copy is not lost
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("arm.fixed.xml: is there already"));
+  std::filesystem::remove(folder_ / "arm.fixed.xml");
+  std::filesystem::remove(folder_ / "scene.fixed.xml");
+  const auto json = RunProgram(words);
   EXPECT_EQ(nlohmann::json::parse(json.out).at("edits").size(), 8u);
 }
 
