@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/words.h"
 #include "hand_cell.h"
+#include "robot/mjcf/hand.h"
 #include "sim/check/check.h"
 #include "temp_folder.h"
 
@@ -225,6 +226,30 @@ TEST_F(FixedHand, InPlaceKeepsTheBytesBeforeAndRefusesASecondBackup) {
   EXPECT_THROW(Fixer(file, /*in_place=*/true).Apply(CheckModel(file, Kind::kHand)),
                base::InputError);
   EXPECT_EQ(base::ReadFile(file), files_.at("hand.xml")) << "left as it was";
+}
+
+// Fingers whose segments have a drive each: the poses of the empty file are those of pads that
+// meet.
+TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
+  files_ = {{"hand.xml", ExampleHand("three_fingers")}};
+  Break("hand.xml", "<equality>[^]*?</equality>", "");
+  std::string motors, elements;
+  for (const std::string finger : {"thumb", "left", "right"}) {
+    motors += "<motor name=\"" + finger + "_tip_motor\" joint=\"" + finger +
+              "_tip\" ctrlrange=\"-6 6\"/>";
+    elements += "<element objtype=\"actuator\" objname=\"" + finger + "_tip_motor\"/>";
+  }
+  Break("hand.xml", "</actuator>", motors + "</actuator>");
+  Break("hand.xml", "(objname=\"right_motor\"/>)", "$1" + elements);
+  Break("hand.xml", "<numeric name=\"hand_open\"[^>]*/>", "");
+  Break("hand.xml", "<numeric name=\"hand_closed\"[^>]*/>", "");
+  Fixer fixer(Write("hand.xml"), /*in_place=*/false);
+  const auto left = Cure(fixer, Kind::kHand);
+  EXPECT_TRUE(left.empty()) << All(left);
+  const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
+  const auto closing = mjcf::CloseOnNothing(model.get(), mjcf::HandMotors(model.get()));
+  EXPECT_NEAR(closing.points.front().gap_m, 0.1, 0.01);
+  EXPECT_LT(closing.points.back().gap_m, 0.001);
 }
 
 // The layout of what is around an edit stays.

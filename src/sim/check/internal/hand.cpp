@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "robot/mjcf/hand.h"
+#include "sim/check/internal/finger_poses.h"
 #include "sim/check/internal/geared_hand.h"
 #include "sim/internal/engine.h"
 
@@ -422,8 +423,11 @@ HandGuess GuessHand(Model& model) {
   }
   PutThumbFirst(model, guess.fingertips);
   const auto named = model.Tuple("hand_motors", mjOBJ_ACTUATOR);
-  auto motors = AtTheirRanges(model, named.empty() ? guess.motors : named);
-  if (model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
+  const auto& drives = named.empty() ? guess.motors : named;
+  const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
+  const auto poses = FingerPoses(model, drives, tips.empty() ? guess.fingertips : tips);
+  auto motors = poses ? *poses : AtTheirRanges(model, drives);
+  if (!poses && model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
       !model.Tuple("fingertips", mjOBJ_GEOM).empty()) {
     try {
       const mjcf::HandClosing closing = mjcf::CloseOnNothing(&m, motors);
