@@ -19,6 +19,7 @@ constexpr double kBeside = 2.3;       // of a tip's half thickness, from finger 
 constexpr double kRow_m = 0.01;       // fingers that are closer together stand in no row
 constexpr double kPlace_m = 0.002;    // of a tip; weighs as much as a joint's whole range
 constexpr double kLoose = 0.1;        // weight of what is only to stay near
+constexpr double kHeld_rad = 0.2;     // joints that would move less stand still: they hold better
 constexpr int kSteps = 200;
 constexpr double kDone_rad = 1e-7;
 
@@ -45,10 +46,12 @@ class Hand {
     const auto n = static_cast<Eigen::Index>(joints_.size());
     low_.resize(n);
     high_.resize(n);
+    range_.resize(n);
     natural_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const int joint = joints_[static_cast<std::size_t>(i)];
       std::tie(low_[i], high_[i]) = model.RangeOf(joint, mjPI);
+      range_[i] = high_[i] - low_[i];
       natural_[i] =
           IsOutermost(joint) ? std::clamp(0.0, low_[i], high_[i]) : 0.5 * (low_[i] + high_[i]);
     }
@@ -91,6 +94,9 @@ class Hand {
     }
     return q;
   }
+
+  /// A joint that stays where it is from now on.
+  void Hold(Eigen::Index joint, double at) { low_[joint] = high_[joint] = at; }
 
   /// The thumb less the middle of the others.
   VectorXd ThumbFromFingers() const {
@@ -155,7 +161,7 @@ class Hand {
 
   double CostOf(const std::vector<Aim>& aims, const VectorXd& q, const VectorXd& near) {
     const MatrixXd tips = Tips(q);
-    double cost = ((q - near).array() / (high_ - low_).array()).matrix().squaredNorm();
+    double cost = (q - near).cwiseQuotient(range_).squaredNorm();
     for (const Aim& aim : aims) {
       const double off = aim.along.dot(tips * aim.share) - aim.wanted_m;
       cost += std::pow(aim.weight / kPlace_m * off, 2);
@@ -168,7 +174,7 @@ class Hand {
     const MatrixXd tips = Tips(q);
     std::vector<MatrixXd> jacobians;
     for (const Finger& finger : fingers_) jacobians.push_back(JacobianOf(finger));
-    const VectorXd ridge = (high_ - low_).array().square().inverse();
+    const VectorXd ridge = range_.array().square().inverse();
     MatrixXd H = ridge.asDiagonal();
     VectorXd g = ridge.cwiseProduct(q - near);
     for (const Aim& aim : aims) {
@@ -187,7 +193,7 @@ class Hand {
   sim::internal::DataPtr data_;
   std::vector<int> joints_;
   std::vector<Finger> fingers_;
-  VectorXd low_, high_, natural_;
+  VectorXd low_, high_, range_, natural_;
 };
 
 /// Across the hand: along the row of fingers, and square to it from them to the thumb.
@@ -247,10 +253,17 @@ VectorXd Open(Hand& hand, const VectorXd& closed) {
     aims.push_back(
         {hand.ThumbFromFingers(), along, apart ? hand.Touching() + kSqueeze_m + kOpening_m : 0.0});
     for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
-      // The fingers stay in their planes; the thumb, and all along x, near where they were.
-      const bool loose = apart || f == 0;
-      aims.push_back({hand.One(f), along, along.dot(tips.col(f)), loose ? kLoose : 1.0});
+      // The fingers stay side by side, in their planes; the thumb and their middle near where
+      // they were.
+      aims.push_back({hand.One(f), along, along.dot(tips.col(f)), apart || f == 0 ? kLoose : 1.0});
+      if (!apart || f == 0) continue;
+      const VectorXd share = hand.FingerFromFingers(f);
+      aims.push_back({share, along, along.dot(tips * share)});
     }
+  }
+  const VectorXd open = hand.Reach(aims, closed);
+  for (Eigen::Index i = 0; i < open.size(); ++i) {
+    if (std::abs(open[i] - closed[i]) < kHeld_rad) hand.Hold(i, closed[i]);
   }
   return hand.Reach(aims, closed);
 }
