@@ -168,7 +168,8 @@ class Rehearsal {
   }
 
  private:
-  // A servo of one frequency for every drive, by the inertia that it moves; all others idle.
+  // A servo of one frequency for every drive, by the inertia that it moves, or faster than the
+  // joints' damping slows it; all others idle.
   void MakeServos() {
     mjModel* m = model_.get();
     mj_forward(m, data_.get());
@@ -180,10 +181,11 @@ class Rehearsal {
     for (const HandMotor& motor : motors_) {
       const int a = motor.actuator;
       const double inertia = InertiaAt(a);
+      const double stiffness = (inertia * kServo_1_s + DampingAt(a)) * kServo_1_s;
       m->actuator_biastype[a] = mjBIAS_AFFINE;
-      m->actuator_gainprm[a * mjNGAIN] = inertia * kServo_1_s * kServo_1_s;
+      m->actuator_gainprm[a * mjNGAIN] = stiffness;
       m->actuator_biasprm[a * mjNBIAS] = 0.0;
-      m->actuator_biasprm[a * mjNBIAS + 1] = -inertia * kServo_1_s * kServo_1_s;
+      m->actuator_biasprm[a * mjNBIAS + 1] = -stiffness;
       m->actuator_biasprm[a * mjNBIAS + 2] = -2.0 * inertia * kServo_1_s;
       m->actuator_forcelimited[a] = 0;
       m->actuator_ctrllimited[m->actuator_ctrladr[a]] = 0;
@@ -207,6 +209,18 @@ class Rehearsal {
                                          mj_id2name(m, mjOBJ_ACTUATOR, actuator)));
     }
     return 1.0 / mobility;
+  }
+
+  // Of the joints on which a drive acts, at the drive.
+  double DampingAt(int actuator) const {
+    double damping = 0.0;
+    const int out = model_->actuator_outadr[actuator];
+    for (int k = 0; k < data_->moment_rownnz[out]; ++k) {
+      const int at = data_->moment_rowadr[out] + k;
+      const double moment = data_->actuator_moment[at];
+      damping += moment * moment * model_->dof_damping[data_->moment_colind[at]];
+    }
+    return damping;
   }
 
   void Step(int steps) {

@@ -121,6 +121,10 @@ TEST_F(OwnHand, SaysThatOpenAndClosedAreSwapped) {
   ExpectOne({"move apart while the hand closes", "data=\"0.05\" in <numeric name=\"hand_open\">",
              "data=\"0\" in <numeric name=\"hand_closed\">"});
 }
+TEST_F(OwnHand, ClosesAgainstTheDampingOfItsJoints) {
+  Replace("damping=\"20\"", "damping=\"2000\"");
+  EXPECT_EQ(All(), "");
+}
 TEST_F(OwnHand, SaysThatADriveStopsShort) {
   Replace("name=\"hand_open\" data=\"0.05\"", "name=\"hand_open\" data=\"0.045\"");
   Replace("name=\"hand_closed\" data=\"0\"", "name=\"hand_closed\" data=\"-0.02\"");
