@@ -168,8 +168,8 @@ class Rehearsal {
   }
 
  private:
-  // A servo of one frequency for every drive, by the inertia that it moves, or faster than the
-  // joints' damping slows it; all others idle.
+  // A servo of one frequency for every drive, by the inertia that it moves, stiffer where the
+  // joints are damped more than the servo itself; all others idle.
   void MakeServos() {
     mjModel* m = model_.get();
     mj_forward(m, data_.get());
@@ -181,12 +181,14 @@ class Rehearsal {
     for (const HandMotor& motor : motors_) {
       const int a = motor.actuator;
       const double inertia = InertiaAt(a);
-      const double stiffness = (inertia * kServo_1_s + DampingAt(a)) * kServo_1_s;
+      const double damping = 2.0 * inertia * kServo_1_s;
+      const double more_damping = std::max(0.0, DampingAt(a) - damping);
+      const double stiffness = (inertia * kServo_1_s + more_damping) * kServo_1_s;
       m->actuator_biastype[a] = mjBIAS_AFFINE;
       m->actuator_gainprm[a * mjNGAIN] = stiffness;
       m->actuator_biasprm[a * mjNBIAS] = 0.0;
       m->actuator_biasprm[a * mjNBIAS + 1] = -stiffness;
-      m->actuator_biasprm[a * mjNBIAS + 2] = -2.0 * inertia * kServo_1_s;
+      m->actuator_biasprm[a * mjNBIAS + 2] = -damping;
       m->actuator_forcelimited[a] = 0;
       m->actuator_ctrllimited[m->actuator_ctrladr[a]] = 0;
     }
