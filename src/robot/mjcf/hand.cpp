@@ -59,15 +59,6 @@ std::string MatchIn(const std::string& text, const char* pattern) {
   return std::regex_search(text, match, std::regex(pattern)) ? match[1].str() : "";
 }
 
-/// The topmost body with a joint on the way from a body up to the hand's root.
-int HandBranch(const mjModel* model, int body, int hand) {
-  int branch = body;
-  for (int b = body; b > hand; b = model->body_parentid[b]) {
-    if (model->body_jntnum[b] > 0) branch = b;
-  }
-  return branch;
-}
-
 std::vector<double> OneADrive(const mjModel* model, const char* name, std::size_t drives) {
   std::vector<double> values = NumericOf(model, name);
   if (values.size() != drives) {
@@ -126,6 +117,17 @@ constexpr double kStep_s = 0.002;     // as in scenes
 constexpr double kServo_1_s = 300.0;  // of drives: a third of what the step allows
 constexpr double kDrag = 0.95;        // of speed kept from step to step: springs swing out
 constexpr double kArmature = 1000.0;  // of all but the hand, which so stands still
+
+/// What one unit of an actuator's force does to each degree of freedom.
+VectorXd MomentOf(const mjModel* model, const mjData* data, int actuator) {
+  VectorXd moment = VectorXd::Zero(model->nv);
+  const int out = model->actuator_outadr[actuator];
+  for (int i = 0; i < data->moment_rownnz[out]; ++i) {
+    const int at = data->moment_rowadr[out] + i;
+    moment[data->moment_colind[at]] = data->actuator_moment[at];
+  }
+  return moment;
+}
 
 // The copy that is closed, with drives that follow their commands.
 class Rehearsal {
@@ -196,14 +198,8 @@ class Rehearsal {
 
   double InertiaAt(int actuator) const {
     const mjModel* m = model_.get();
-    const mjData* d = data_.get();
-    const int out = m->actuator_outadr[actuator];
-    std::vector<mjtNum> arm(m->nv, 0.0);
-    std::vector<mjtNum> response(m->nv);
-    for (int k = 0; k < d->moment_rownnz[out]; ++k) {
-      const int at = d->moment_rowadr[out] + k;
-      arm[d->moment_colind[at]] = d->actuator_moment[at];
-    }
+    const VectorXd arm = MomentOf(m, data_.get(), actuator);
+    VectorXd response(m->nv);
     mj_solveM(m, data_.get(), response.data(), arm.data(), 1);
     const double mobility = mju_dot(arm.data(), response.data(), static_cast<int>(m->nv));
     if (mobility <= 0.0) {
@@ -215,14 +211,8 @@ class Rehearsal {
 
   // Of the joints on which a drive acts, at the drive.
   double DampingAt(int actuator) const {
-    double damping = 0.0;
-    const int out = model_->actuator_outadr[actuator];
-    for (int k = 0; k < data_->moment_rownnz[out]; ++k) {
-      const int at = data_->moment_rowadr[out] + k;
-      const double moment = data_->actuator_moment[at];
-      damping += moment * moment * model_->dof_damping[data_->moment_colind[at]];
-    }
-    return damping;
+    const VectorXd arm = MomentOf(model_.get(), data_.get(), actuator);
+    return arm.cwiseAbs2().dot(Eigen::Map<const VectorXd>(model_->dof_damping, model_->nv));
   }
 
   void Step(int steps) {
@@ -277,11 +267,7 @@ MatrixXd Columns(const mjModel* model, const mjData* data, const std::vector<Han
   const std::size_t drives = motors.size();
   MatrixXd all = MatrixXd::Zero(model->nv, drives + data->ne);
   for (std::size_t k = 0; k < drives; ++k) {
-    const int out = model->actuator_outadr[motors[k].actuator];
-    for (int i = 0; i < data->moment_rownnz[out]; ++i) {
-      const int at = data->moment_rowadr[out] + i;
-      all(data->moment_colind[at], k) = data->actuator_moment[at];
-    }
+    all.col(static_cast<Eigen::Index>(k)) = MomentOf(model, data, motors[k].actuator);
   }
   for (int row = 0; row < data->ne; ++row) {
     if (!mj_isSparse(model)) {
@@ -482,6 +468,14 @@ std::vector<HandMotor> HandMotors(const mjModel* model) {
         "numerics \"hand_open\" and \"hand_closed\" are the same: the hand does not close");
   }
   return motors;
+}
+
+int HandBranch(const mjModel* model, int body, int hand) {
+  int branch = body;
+  for (int b = body; b > hand; b = model->body_parentid[b]) {
+    if (model->body_jntnum[b] > 0) branch = b;
+  }
+  return branch;
 }
 
 int ThumbRoot(const mjModel* model) {

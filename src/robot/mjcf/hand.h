@@ -101,6 +101,9 @@ bool HasMotors(const mjModel* model);
 /// linear in command, length and speed.
 std::vector<HandMotor> HandMotors(const mjModel* model);
 
+/// The topmost body with a joint on the way from a body up to the hand's root: a finger's first.
+int HandBranch(const mjModel* model, int body, int hand);
+
 /// The body that the thumb hangs on: of the first of "hand_joints", or (HasMotors) the topmost with
 /// a joint above the first of "fingertips".
 int ThumbRoot(const mjModel* model);

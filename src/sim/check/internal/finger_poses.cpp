@@ -98,20 +98,13 @@ class Hand {
   /// A joint that stays where it is from now on.
   void Hold(Eigen::Index joint, double at) { low_[joint] = high_[joint] = at; }
 
-  /// The thumb less the middle of the others.
-  VectorXd ThumbFromFingers() const {
-    VectorXd share = VectorXd::Constant(fingers(), -1.0 / static_cast<double>(fingers() - 1));
-    share[0] = 1.0;
-    return share;
-  }
-  /// A finger less the middle of all but the thumb.
-  VectorXd FingerFromFingers(Eigen::Index finger) const {
+  /// A finger, or the thumb (0), less the middle of all but the thumb.
+  VectorXd FromFingers(Eigen::Index finger) const {
     VectorXd share = VectorXd::Constant(fingers(), -1.0 / static_cast<double>(fingers() - 1));
     share[0] = 0.0;
     share[finger] += 1.0;
     return share;
   }
-  VectorXd One(Eigen::Index finger) const { return VectorXd::Unit(fingers(), finger); }
 
   double BesideEachOther() const { return kBeside * MeanHalfThickness(); }
   double Touching() const {
@@ -230,14 +223,14 @@ VectorXd Closed(Hand& hand) {
     std::vector<Aim> aims;
     for (int a = 0; a < 3; ++a) {
       const Vector3d along = Vector3d::Unit(a);
-      aims.push_back({hand.ThumbFromFingers(), along, before_m * along.dot(axes.to_thumb)});
+      aims.push_back({hand.FromFingers(0), along, before_m * along.dot(axes.to_thumb)});
     }
     for (std::size_t k = 0; axes.is_row && k < order.size(); ++k) {
       const double place = static_cast<double>(k) - 0.5 * static_cast<double>(order.size() - 1);
-      aims.push_back({hand.FingerFromFingers(order[k]), row, place * hand.BesideEachOther()});
+      aims.push_back({hand.FromFingers(order[k]), row, place * hand.BesideEachOther()});
     }
     q = hand.Reach(aims, hand.natural());
-    const Vector3d to_thumb = hand.Tips(q) * hand.ThumbFromFingers();
+    const Vector3d to_thumb = hand.Tips(q) * hand.FromFingers(0);
     axes.to_thumb = (to_thumb - row.dot(to_thumb) * row).normalized();
   }
   return q;
@@ -245,19 +238,20 @@ VectorXd Closed(Hand& hand) {
 
 VectorXd Open(Hand& hand, const VectorXd& closed) {
   const MatrixXd tips = hand.Tips(closed);
-  const Vector3d x = (tips * hand.ThumbFromFingers()).normalized();
+  const Vector3d x = (tips * hand.FromFingers(0)).normalized();
   const Vector3d y = x.unitOrthogonal();
   std::vector<Aim> aims;
   for (const Vector3d& along : {x, y, Vector3d(x.cross(y))}) {
     const bool apart = along == x;
     aims.push_back(
-        {hand.ThumbFromFingers(), along, apart ? hand.Touching() + kSqueeze_m + kOpening_m : 0.0});
+        {hand.FromFingers(0), along, apart ? hand.Touching() + kSqueeze_m + kOpening_m : 0.0});
     for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
       // The fingers stay side by side, in their planes; the thumb and their middle near where
       // they were.
-      aims.push_back({hand.One(f), along, along.dot(tips.col(f)), apart || f == 0 ? kLoose : 1.0});
+      aims.push_back({VectorXd::Unit(hand.fingers(), f), along, along.dot(tips.col(f)),
+                      apart || f == 0 ? kLoose : 1.0});
       if (!apart || f == 0) continue;
-      const VectorXd share = hand.FingerFromFingers(f);
+      const VectorXd share = hand.FromFingers(f);
       aims.push_back({share, along, along.dot(tips * share)});
     }
   }
@@ -286,10 +280,7 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
   std::vector<int> roots;  // of the fingers, in the order of their tips
   std::vector<Finger> fingers;
   for (const int geom : fingertips) {
-    int root = m.geom_bodyid[geom];
-    for (int b = root; b > model.hand; b = m.body_parentid[b]) {
-      if (m.body_jntnum[b] > 0) root = b;
-    }
+    const int root = mjcf::HandBranch(&m, m.geom_bodyid[geom], model.hand);
     const auto found = std::ranges::find(roots, root);
     const auto at = static_cast<std::size_t>(found - roots.begin());
     if (found == roots.end()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "robot/mjcf/hand.h"
 #include "sim/check/internal/hand.h"
 
 namespace rangegrasp::check::internal {
@@ -33,14 +34,8 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
                  m.eq_objtype[e] != mjOBJ_BODY) {
         continue;
       }
-      // A linkage moves all from its ground on: the topmost jointed body below the hand.
-      const auto top = [&](int body) {
-        int jointed = body;
-        for (int p = body; p > model.hand; p = m.body_parentid[p]) {
-          if (m.body_jntnum[p] > 0) jointed = p;
-        }
-        return jointed;
-      };
+      // A linkage moves all from its ground on.
+      const auto top = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
       if (driven(a) != driven(b)) grown = roots.insert(driven(a) ? top(b) : top(a)).second || grown;
     }
   }

@@ -349,9 +349,7 @@ bool IsLink(const mjModel& m, int body) {
 void PutThumbFirst(const Model& model, std::vector<int>& tips) {
   const mjModel& m = model.m();
   const auto finger = [&](int geom) {
-    int top = m.geom_bodyid[geom];
-    for (int b = top; b != model.hand; b = m.body_parentid[b]) top = m.body_jntnum[b] > 0 ? b : top;
-    return top;
+    return mjcf::HandBranch(&m, m.geom_bodyid[geom], model.hand);
   };
   const auto place = [&](int geom) { return Vec3(model.d().geom_xpos + 3 * geom); };
   const auto apart_m = [&](int geom) {
@@ -427,8 +425,7 @@ HandGuess GuessHand(Model& model) {
   const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
   const auto poses = FingerPoses(model, drives, tips.empty() ? guess.fingertips : tips);
   auto motors = poses ? *poses : AtTheirRanges(model, drives);
-  if (!poses && model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 &&
-      !model.Tuple("fingertips", mjOBJ_GEOM).empty()) {
+  if (!poses && model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 && !tips.empty()) {
     try {
       const mjcf::HandClosing closing = mjcf::CloseOnNothing(&m, motors);
       if (closing.points.back().gap_m > closing.points.front().gap_m) {
