@@ -1,5 +1,6 @@
 #include "grasp/features.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,7 +23,8 @@ constexpr int kWaySteps = 7;
 constexpr double kNeighbor_m = 0.05;  // further neighbors count as so near
 constexpr double kAdjacent_m = 0.012;
 constexpr double kPadHalf_m = 0.008;
-constexpr double kFarthest_m = 0.2;  // objects extend at most so far into their shadow
+constexpr double kContact_m = 0.012;  // of a pad's middle
+constexpr double kFarthest_m = 0.2;   // objects extend at most so far into their shadow
 constexpr std::size_t kHandPoints = 48;
 
 enum class Space { kFree, kUnseen, kOwn, kOther, kTable };
@@ -44,28 +46,114 @@ class Shares {
   int all_ = 0;
 };
 
-constexpr std::array<std::string_view, 65> kNames = {
+/// What lies beyond one end of the object.
+struct Side {
+  Shares beyond;
+  double unseen_m = 0.0;   ///< how far unseen space reaches from there
+  double missing_m = 0.0;  ///< how far the measured points end before the pads
+};
+
+/// The measured surface where a pad closes.
+struct Contact {
+  double seen_m = kNeighbor_m;  ///< how far off it is
+  double face = 0.0;            ///< its unit normal along the way out, and upward
+  double up = 0.0;
+};
+
+/// Shares of the object's points.
+struct Around {
+  double adjacent = 0.0;  ///< next to another thing
+  double shadow = 0.0;    ///< above unseen space
+};
+
+/// All that features are read from.
+struct Looked {
+  const Grasp& grasp;
+  const perception::PerceivedObject& object;
+  const Around& around;
+  double own_points;
+  Vector3d up, axis;    ///< axis: the measured object's longest one
+  Vector3d middle;      ///< between the pads
+  double off_center_m;  ///< level, from the object's center
+  double height_m;      ///< of the middle above the table
+  Shares thumb_way, thumb_end, fingers_way, fingers_end, between;
+  Side thumb_beyond, fingers_beyond;
+  Contact at_thumb, at_fingers;
+  double thumb_neighbor_m, fingers_neighbor_m, wall_m;
+};
+
+using L = const Looked&;
+struct Feature {
+  std::string_view name;
+  double (*of)(L);
+};
+constexpr Feature kFeatures[] = {
     // The grasp.
-    "cylindrical", "rim", "power", "pitch", "width", "opening", "contact_angle", "score", "tilt",
-    "closing_slope", "pad_height", "pad_depth", "off_center", "off_center_along",
-    "workspace_distance",
+    {"width", [](L l) { return l.grasp.width_m; }},
+    {"opening", [](L l) { return l.grasp.opening_m; }},
+    {"contact_angle", [](L l) { return l.grasp.quality.angles.Larger(); }},
+    {"score", [](L l) { return l.grasp.score; }},
+    {"pad_height", [](L l) { return l.height_m; }},
+    {"off_center", [](L l) { return l.off_center_m; }},
+    {"workspace_distance", [](L l) { return l.middle.head<2>().norm(); }},
     // Its contacts on the completed object.
-    "finger_angle", "thumb_angle", "lever", "above", "drag", "slope", "finger_lean", "thumb_lean",
-    "top_margin", "contact_area", "room",
+    {"above", [](L l) { return l.grasp.quality.above_m; }},
+    {"slope", [](L l) { return l.grasp.quality.slope_m; }},
+    {"finger_lean", [](L l) { return l.grasp.quality.finger_lean; }},
+    {"thumb_lean", [](L l) { return l.grasp.quality.thumb_lean; }},
+    {"top_margin", [](L l) { return l.grasp.quality.top_margin_m; }},
+    {"contact_area", [](L l) { return l.grasp.quality.contact_m2; }},
+    {"room", [](L l) { return l.grasp.quality.room_m; }},
     // The object.
-    "size_long", "size_short", "height", "base", "points", "rotational", "open", "ridge_or_plane",
+    {"size_long", [](L l) { return l.object.size_m.x(); }},
+    {"size_short", [](L l) { return l.object.size_m.y(); }},
+    {"height", [](L l) { return l.object.height_m; }},
+    {"points", [](L l) { return std::log(std::max(1.0, l.own_points)); }},
+    {"rotational",
+     [](L l) { return l.object.kind == perception::ObjectKind::kRotational ? 1.0 : 0.0; }},
     // The way of thumb and fingers.
-    "thumb_way_free", "thumb_way_unseen", "thumb_way_own", "thumb_way_other", "fingers_way_free",
-    "fingers_way_unseen", "fingers_way_own", "fingers_way_other",
+    {"thumb_way_free", [](L l) { return l.thumb_way.Of(Space::kFree); }},
+    {"thumb_way_unseen", [](L l) { return l.thumb_way.Of(Space::kUnseen); }},
+    {"fingers_way_free", [](L l) { return l.fingers_way.Of(Space::kFree); }},
+    {"fingers_way_unseen", [](L l) { return l.fingers_way.Of(Space::kUnseen); }},
     // Where they stand at its end.
-    "thumb_end_unseen", "thumb_end_own", "fingers_end_unseen", "fingers_end_own",
+    {"thumb_end_unseen", [](L l) { return l.thumb_end.Of(Space::kUnseen); }},
+    {"fingers_end_unseen", [](L l) { return l.fingers_end.Of(Space::kUnseen); }},
     // Between the pads.
-    "between_own", "between_unseen", "between_other", "between_free",
+    {"between_own", [](L l) { return l.between.Of(Space::kOwn); }},
+    {"between_unseen", [](L l) { return l.between.Of(Space::kUnseen); }},
+    {"between_other", [](L l) { return l.between.Of(Space::kOther); }},
+    {"between_free", [](L l) { return l.between.Of(Space::kFree); }},
     // Beyond the object's ends.
-    "side0_free", "side0_unseen", "side0_other", "side0_unseen_m", "side0_missing_m", "side1_free",
-    "side1_unseen", "side1_other", "side1_unseen_m", "side1_missing_m",
+    {"thumb_beyond_free", [](L l) { return l.thumb_beyond.beyond.Of(Space::kFree); }},
+    {"thumb_beyond_unseen", [](L l) { return l.thumb_beyond.beyond.Of(Space::kUnseen); }},
+    {"thumb_beyond_unseen_m", [](L l) { return l.thumb_beyond.unseen_m; }},
+    {"thumb_beyond_missing_m", [](L l) { return l.thumb_beyond.missing_m; }},
+    {"fingers_beyond_free", [](L l) { return l.fingers_beyond.beyond.Of(Space::kFree); }},
+    {"fingers_beyond_unseen", [](L l) { return l.fingers_beyond.beyond.Of(Space::kUnseen); }},
+    {"fingers_beyond_unseen_m", [](L l) { return l.fingers_beyond.unseen_m; }},
+    {"fingers_beyond_missing_m", [](L l) { return l.fingers_beyond.missing_m; }},
     // Neighbors.
-    "thumb_neighbor_m", "fingers_neighbor_m", "adjacent", "leaning", "shadow"};
+    {"thumb_neighbor_m", [](L l) { return l.thumb_neighbor_m; }},
+    {"fingers_neighbor_m", [](L l) { return l.fingers_neighbor_m; }},
+    {"adjacent", [](L l) { return l.around.adjacent; }},
+    {"shadow", [](L l) { return l.around.shadow; }},
+    // What was measured where the pads close: how far off, how much, how it faces.
+    {"thumb_seen_m", [](L l) { return l.at_thumb.seen_m; }},
+    {"thumb_face", [](L l) { return l.at_thumb.face; }},
+    {"thumb_up", [](L l) { return l.at_thumb.up; }},
+    {"fingers_seen_m", [](L l) { return l.at_fingers.seen_m; }},
+    {"fingers_face", [](L l) { return l.at_fingers.face; }},
+    {"fingers_up", [](L l) { return l.at_fingers.up; }},
+    // The measured object's longest axis, and an open box's walls.
+    {"axis_up", [](L l) { return std::abs(l.axis.dot(l.up)); }},
+    {"hand_wall_m", [](L l) { return l.wall_m; }},
+};
+constexpr auto kNames = [] {
+  std::array<std::string_view, std::size(kFeatures)> names;
+  std::ranges::transform(kFeatures, names.begin(), &Feature::name);
+  return names;
+}();
 
 /// Points of the hand's shapes on one side, thinned.
 Points PointsOf(const HandModel::State& state, bool thumb) {
@@ -91,9 +179,10 @@ struct FeatureMaker::Impl {
   Eigen::AlignedBox3d box;
   SeenSpace seen;
   std::vector<std::uint8_t> things;  ///< of a cell: 1 own points, 2 another's
-  Points own, others;
-  std::unique_ptr<geometry::KdTree> other_tree;
-  double adjacent = 0.0, leaning = 0.0, shadow = 0.0;
+  Points own, own_normals, others;
+  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< null: no points
+  Around around;
+  Vector3d axis = Vector3d::Zero();
   std::vector<Points> thumbs_H, fingers_H;  ///< by the hand's state
 
   static Eigen::AlignedBox3d BoxOf(const perception::Scene& scene,
@@ -123,14 +212,33 @@ struct FeatureMaker::Impl {
     for (std::size_t i = 0; i < scene.cloud.size(); ++i) {
       const Vector3d& p = scene.cloud.points[i];
       (is_own[i] ? own : others).push_back(p);
+      if (is_own[i]) own_normals.push_back(scene.cloud.normals[i]);
       if (const auto cell = CellOf(p)) things[IndexOf(*cell)] = is_own[i] ? 1 : 2;
     }
     for (const HandModel::State& state : hand.states) {
       thumbs_H.push_back(PointsOf(state, true));
       fingers_H.push_back(PointsOf(state, false));
     }
-    if (!others.empty()) other_tree = std::make_unique<geometry::KdTree>(others);
+    Points wall;
+    for (const auto i : scene.container) wall.push_back(scene.cloud.points[i]);
+    own_tree = TreeOf(own);
+    other_tree = TreeOf(others);
+    wall_tree = TreeOf(wall);
     LookAround();
+    axis = LongestAxis(own);
+  }
+
+  static std::unique_ptr<geometry::KdTree> TreeOf(const Points& points) {
+    return points.empty() ? nullptr : std::make_unique<geometry::KdTree>(points);
+  }
+
+  static Vector3d LongestAxis(const Points& points) {
+    if (points.empty()) return Vector3d::Zero();
+    const Eigen::Map<const Eigen::Matrix3Xd> all(points.front().data(), 3,
+                                                 static_cast<Eigen::Index>(points.size()));
+    const Eigen::Matrix3Xd off = all.colwise() - all.rowwise().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(off * off.transpose());
+    return axes.eigenvectors().col(2);
   }
 
   std::optional<Eigen::Vector3i> CellOf(const Vector3d& p) const {
@@ -155,42 +263,44 @@ struct FeatureMaker::Impl {
     return seen.At(*cell) == SeenSpace::Cell::kFree ? Space::kFree : Space::kUnseen;
   }
 
-  // Of the object's points: how many have another thing next to them, or higher; how much of what
-  // is below its outline was not seen.
   void LookAround() {
     Shares below;
-    std::vector<geometry::KdTree::Neighbor> near;
-    int next_to = 0, under = 0;
+    int adjacent = 0;
     for (const Vector3d& p : own) {
       below.Add(At(p - 0.5 * scene.table.plane.Distance(p) * up));
-      if (!other_tree) continue;
-      other_tree->Within(p, kAdjacent_m, near);
-      if (near.empty()) continue;
-      ++next_to;
-      under += std::ranges::any_of(
-          near, [&](const auto& n) { return up.dot(others[n.index] - p) > 0.5 * kAdjacent_m; });
+      adjacent += Nearest(other_tree, {p}, kNeighbor_m) < kAdjacent_m;
     }
-    const double count = std::max<double>(1.0, static_cast<double>(own.size()));
-    adjacent = next_to / count;
-    leaning = under / count;
-    shadow = below.Of(Space::kUnseen);
+    around = {adjacent / std::max<double>(1.0, static_cast<double>(own.size())),
+              below.Of(Space::kUnseen)};
   }
 
-  double NeighborOf(const Points& points_C) const {
-    double nearest = kNeighbor_m;
-    if (!other_tree) return nearest;
+  static double Nearest(const std::unique_ptr<geometry::KdTree>& tree, const Points& points_C,
+                        double nearest_m) {
+    if (!tree) return nearest_m;
     std::vector<geometry::KdTree::Neighbor> found;
     for (const Vector3d& p : points_C) {
-      other_tree->Nearest(p, 1, found);
-      nearest = std::min(nearest, std::sqrt(found.front().squared_distance));
+      tree->Nearest(p, 1, found);
+      nearest_m = std::min(nearest_m, std::sqrt(found.front().squared_distance));
     }
-    return nearest;
+    return nearest_m;
   }
 
-  struct Side {
-    Shares beyond;
-    double unseen_m = 0.0, missing_m = 0.0;
-  };
+  // The measured surface where a pad closes, which `out` points away from.
+  Contact ContactOf(const Vector3d& pad, const Vector3d& out) const {
+    Contact contact;
+    contact.seen_m = Nearest(own_tree, {pad}, kNeighbor_m);
+    if (!own_tree) return contact;
+    std::vector<geometry::KdTree::Neighbor> near;
+    own_tree->Within(pad, kContact_m, near);
+    Vector3d normal = Vector3d::Zero();
+    for (const auto& n : near) normal += own_normals[n.index];
+    if (normal.norm() > 1e-9) {
+      contact.face = normal.normalized().dot(out);
+      contact.up = normal.normalized().dot(up);
+    }
+    return contact;
+  }
+
   // Beyond the end that the pads close on, along `out`.
   Side SideOf(const Vector3d& middle, const Vector3d& out, const Vector3d& across,
               double half_m) const {
@@ -218,10 +328,10 @@ struct FeatureMaker::Impl {
     return side;
   }
 
-  std::vector<double> Of(const Grasp& grasp) const;
+  Looked LookAt(const Grasp& grasp) const;
 };
 
-std::vector<double> FeatureMaker::Impl::Of(const Grasp& grasp) const {
+Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
   const std::size_t open = hand.IndexAtGap(grasp.opening_m);
   const HandModel::State& closed = hand.AtGap(grasp.width_m);
   const Vector3d thumb = grasp.X_CH * closed.thumb_pad_H;
@@ -242,9 +352,6 @@ std::vector<double> FeatureMaker::Impl::Of(const Grasp& grasp) const {
     }
     return shares;
   };
-  const Shares thumb_way = on_way(thumb_C, 1, kWaySteps), thumb_end = on_way(thumb_C, 0, 1);
-  const Shares fingers_way = on_way(fingers_C, 1, kWaySteps), fingers_end = on_way(fingers_C, 0, 1);
-
   Shares between;
   const double half_m = 0.5 * grasp.width_m;
   for (double along = -half_m; along <= half_m; along += kSeenCell_m) {
@@ -254,76 +361,30 @@ std::vector<double> FeatureMaker::Impl::Of(const Grasp& grasp) const {
       }
     }
   }
-  const Side side0 = SideOf(middle, x, across, half_m);
-  const Side side1 = SideOf(middle, -x, across, half_m);
   const Vector3d off = middle - object.center_C;
-  const Vector3d level = off - up.dot(off) * up;
-  const double height_m = scene.table.plane.Distance(middle);
-  return {grasp.type == GraspType::kCylindrical ? 1.0 : 0.0,
-          grasp.type == GraspType::kRim ? 1.0 : 0.0,
-          grasp.type == GraspType::kPower ? 1.0 : 0.0,
-          grasp.pitch_rad,
-          grasp.width_m,
-          grasp.opening_m,
-          grasp.quality.angles.Larger(),
-          grasp.score,
-          std::acos(std::clamp(-approach.dot(up), -1.0, 1.0)),
-          std::abs(x.dot(up)),
-          height_m,
-          object.height_m - height_m,
-          level.norm(),
-          std::abs(level.dot(across)),
-          middle.head<2>().norm(),
-          grasp.quality.angles.finger_rad,
-          grasp.quality.angles.thumb_rad,
-          grasp.quality.lever_m,
-          grasp.quality.above_m,
-          grasp.quality.drag_m,
-          grasp.quality.slope_m,
-          grasp.quality.finger_lean,
-          grasp.quality.thumb_lean,
-          grasp.quality.top_margin_m,
-          grasp.quality.contact_m2,
-          grasp.quality.room_m,
-          object.size_m.x(),
-          object.size_m.y(),
-          object.height_m,
-          object.base_m,
-          std::log(static_cast<double>(std::max<std::size_t>(1, own.size()))),
-          object.kind == perception::ObjectKind::kRotational ? 1.0 : 0.0,
-          object.open ? 1.0 : 0.0,
-          object.top && object.top->ridge ? 1.0 : 0.0,
-          thumb_way.Of(Space::kFree),
-          thumb_way.Of(Space::kUnseen),
-          thumb_way.Of(Space::kOwn),
-          thumb_way.Of(Space::kOther),
-          fingers_way.Of(Space::kFree),
-          fingers_way.Of(Space::kUnseen),
-          fingers_way.Of(Space::kOwn),
-          fingers_way.Of(Space::kOther),
-          thumb_end.Of(Space::kUnseen),
-          thumb_end.Of(Space::kOwn),
-          fingers_end.Of(Space::kUnseen),
-          fingers_end.Of(Space::kOwn),
-          between.Of(Space::kOwn),
-          between.Of(Space::kUnseen),
-          between.Of(Space::kOther),
-          between.Of(Space::kFree),
-          side0.beyond.Of(Space::kFree),
-          side0.beyond.Of(Space::kUnseen),
-          side0.beyond.Of(Space::kOther),
-          side0.unseen_m,
-          side0.missing_m,
-          side1.beyond.Of(Space::kFree),
-          side1.beyond.Of(Space::kUnseen),
-          side1.beyond.Of(Space::kOther),
-          side1.unseen_m,
-          side1.missing_m,
-          NeighborOf(thumb_C),
-          NeighborOf(fingers_C),
-          adjacent,
-          leaning,
-          shadow};
+  Points hand_C = thumb_C;
+  hand_C.insert(hand_C.end(), fingers_C.begin(), fingers_C.end());
+  return {.grasp = grasp,
+          .object = object,
+          .around = around,
+          .own_points = static_cast<double>(own.size()),
+          .up = up,
+          .axis = axis,
+          .middle = middle,
+          .off_center_m = (off - up.dot(off) * up).norm(),
+          .height_m = scene.table.plane.Distance(middle),
+          .thumb_way = on_way(thumb_C, 1, kWaySteps),
+          .thumb_end = on_way(thumb_C, 0, 1),
+          .fingers_way = on_way(fingers_C, 1, kWaySteps),
+          .fingers_end = on_way(fingers_C, 0, 1),
+          .between = between,
+          .thumb_beyond = SideOf(middle, x, across, half_m),
+          .fingers_beyond = SideOf(middle, -x, across, half_m),
+          .at_thumb = ContactOf(thumb, x),
+          .at_fingers = ContactOf(fingers, -x),
+          .thumb_neighbor_m = Nearest(other_tree, thumb_C, kNeighbor_m),
+          .fingers_neighbor_m = Nearest(other_tree, fingers_C, kNeighbor_m),
+          .wall_m = Nearest(wall_tree, hand_C, kNeighbor_m)};
 }
 
 std::span<const std::string_view> FeatureNames() { return kNames; }
@@ -334,6 +395,11 @@ FeatureMaker::FeatureMaker(const geometry::Observation& observation, const perce
 FeatureMaker::~FeatureMaker() = default;
 FeatureMaker::FeatureMaker(FeatureMaker&&) noexcept = default;
 
-std::vector<double> FeatureMaker::Of(const Grasp& grasp) const { return impl_->Of(grasp); }
+std::vector<double> FeatureMaker::Of(const Grasp& grasp) const {
+  const Looked looked = impl_->LookAt(grasp);
+  std::vector<double> values;
+  for (const Feature& feature : kFeatures) values.push_back(feature.of(looked));
+  return values;
+}
 
 }  // namespace rangegrasp::grasp

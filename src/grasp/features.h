@@ -12,8 +12,8 @@ namespace rangegrasp::grasp {
 
 /// What is known of a grasp before it is tried, from the observation alone: lengths in m, angles in
 /// rad, shares from 0 to 1. Names say what: thumb and fingers are the two sides of the hand, "way"
-/// is the last part of the approach, "between" the space between the pads, "side" what lies beyond
-/// the object's end on the thumb's (0) or the fingers' side (1), nearer and further.
+/// is the last part of the approach, "between" the space between the pads, "beyond" what lies past
+/// the object's end on that side, nearer and further.
 std::span<const std::string_view> FeatureNames();
 
 /// Makes the features of the grasps of one object. Space is free where a ray of the sensor went

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "grasp/fixtures.h"
 #include "grasp/proposals.h"
@@ -52,6 +53,13 @@ geometry::Observation LookAt(const Boxes& boxes) {
   return observation;
 }
 
+Vector3d NormalOf(const Eigen::AlignedBox3d& box, const Vector3d& p) {
+  const Vector3d relative = (p - box.center()).cwiseQuotient(box.sizes());
+  Eigen::Index axis = 0;
+  relative.cwiseAbs().maxCoeff(&axis);
+  return Vector3d::Unit(axis) * (relative(axis) > 0.0 ? 1.0 : -1.0);
+}
+
 // The boxes as objects of what is seen of them.
 perception::Scene SceneOf(const geometry::Observation& observation, const Boxes& boxes) {
   perception::Scene scene;
@@ -62,6 +70,7 @@ perception::Scene SceneOf(const geometry::Observation& observation, const Boxes&
       if (p.z() < 0.004 || box.exteriorDistance(p) > 1e-6) continue;
       object.points.push_back(static_cast<std::uint32_t>(scene.cloud.points.size()));
       scene.cloud.points.push_back(p);
+      scene.cloud.normals.push_back(NormalOf(box, p));
     }
     object.center_C = box.center();
     object.size_m = box.sizes();
@@ -90,10 +99,13 @@ Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double wi
   return PlaceHand({base::MakePose(R, at), width_m}, Hand(), {});
 }
 
+/// @param wall  the box that is the wall of a container
 std::map<std::string_view, double> FeaturesOf(const Boxes& boxes, const Vector3d& closing,
-                                              double width_m) {
+                                              double width_m,
+                                              std::optional<std::size_t> wall = {}) {
   const auto observation = LookAt(boxes);
-  const auto scene = SceneOf(observation, boxes);
+  auto scene = SceneOf(observation, boxes);
+  if (wall) scene.container = scene.objects[*wall].points;
   const auto values =
       FeatureMaker(observation, scene, 0, Hand()).Of(GraspOf(boxes.front(), closing, width_m));
   std::map<std::string_view, double> named;
@@ -108,22 +120,22 @@ const Vector3d kBox(0.05, 0.06, 0.10);
 TEST(GraspFeatures, SpaceBehindAnObjectIsUnseenAndBeforeItFree) {
   // The thumb, at +x, is on the sensor's side.
   const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
-  EXPECT_GT(f.at("side0_free"), 0.9);
-  EXPECT_LT(f.at("side0_unseen"), 0.1);
-  EXPECT_LT(f.at("side0_missing_m"), 0.006);
-  EXPECT_GT(f.at("side1_unseen"), 0.5);
-  EXPECT_GT(f.at("side1_unseen_m"), 0.02);
+  EXPECT_GT(f.at("thumb_beyond_free"), 0.9);
+  EXPECT_LT(f.at("thumb_beyond_unseen"), 0.1);
+  EXPECT_LT(f.at("thumb_beyond_missing_m"), 0.006);
+  EXPECT_GT(f.at("fingers_beyond_unseen"), 0.5);
+  EXPECT_GT(f.at("fingers_beyond_unseen_m"), 0.02);
   EXPECT_GT(f.at("thumb_way_free"), f.at("fingers_way_free"));
   const auto turned = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, -Vector3d::UnitX(), 0.05);
   // A mirrored hand does not stand in the same cells.
-  EXPECT_NEAR(turned.at("side1_free"), f.at("side0_free"), 0.25);
-  EXPECT_NEAR(turned.at("side0_unseen"), f.at("side1_unseen"), 0.25);
+  EXPECT_NEAR(turned.at("fingers_beyond_free"), f.at("thumb_beyond_free"), 0.25);
+  EXPECT_NEAR(turned.at("thumb_beyond_unseen"), f.at("fingers_beyond_unseen"), 0.25);
 }
 
 TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
   const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
-  EXPECT_GT(f.at("side0_free"), 0.8);
-  EXPECT_GT(f.at("side1_free"), 0.8);
+  EXPECT_GT(f.at("thumb_beyond_free"), 0.8);
+  EXPECT_GT(f.at("fingers_beyond_free"), 0.8);
   EXPECT_EQ(f.at("adjacent"), 0.0);
   EXPECT_EQ(f.at("thumb_neighbor_m"), 0.05) << "none";
 }
@@ -131,8 +143,8 @@ TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
 TEST(GraspFeatures, ANeighborStandsInTheWayOfItsSide) {
   const Boxes boxes{BoxAt(0.0, 0.0, kBox), BoxAt(0.0, 0.07, {0.06, 0.06, 0.12})};
   const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
-  EXPECT_GT(f.at("side0_other") + f.at("side0_unseen"), 0.5);
-  EXPECT_GT(f.at("side1_free"), 0.8);
+  EXPECT_LT(f.at("thumb_beyond_free"), 0.5);
+  EXPECT_GT(f.at("fingers_beyond_free"), 0.8);
   EXPECT_LT(f.at("thumb_neighbor_m"), 0.02);
   EXPECT_GT(f.at("fingers_neighbor_m"), 0.04);
   EXPECT_GT(f.at("adjacent"), 0.0);
@@ -142,9 +154,36 @@ TEST(GraspFeatures, WhatStandsBeforeTheObjectHidesIt) {
   const Boxes boxes{BoxAt(-0.05, 0.0, kBox), BoxAt(0.03, 0.0, {0.03, 0.12, 0.12})};
   const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
   const auto alone = FeaturesOf({boxes.front()}, Vector3d::UnitY(), 0.06);
-  EXPECT_GT(f.at("side0_unseen"), alone.at("side0_unseen") + 0.3);
+  EXPECT_GT(f.at("thumb_beyond_unseen"), alone.at("thumb_beyond_unseen") + 0.3);
   EXPECT_LT(f.at("between_own"), alone.at("between_own") + 1e-9);
   EXPECT_LT(f.at("points"), alone.at("points"));
+}
+
+TEST(GraspFeatures, TheSurfaceUnderAPadIsKnownWhereItWasMeasured) {
+  // The thumb's face looks at the sensor, the fingers' face was not seen: the top's edge is next.
+  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
+  EXPECT_LT(f.at("thumb_seen_m"), 0.006);
+  EXPECT_NEAR(f.at("thumb_face"), 1.0, 0.01);
+  EXPECT_NEAR(f.at("thumb_up"), 0.0, 1e-9);
+  EXPECT_NEAR(f.at("fingers_seen_m"), 0.025, 0.008);
+  EXPECT_EQ(f.at("fingers_face"), 0.0);
+}
+
+TEST(GraspFeatures, TheLongestAxisIsThatOfWhatWasMeasured) {
+  const auto lying = FeaturesOf({BoxAt(0.0, 0.0, {0.04, 0.16, 0.05})}, Vector3d::UnitX(), 0.04);
+  EXPECT_LT(lying.at("axis_up"), 0.1);
+  const auto upright = FeaturesOf({BoxAt(0.0, 0.0, {0.04, 0.05, 0.18})}, Vector3d::UnitX(), 0.04);
+  EXPECT_GT(upright.at("axis_up"), 0.9);
+}
+
+TEST(GraspFeatures, WallsOfAContainerAreKnownAsWalls) {
+  const Boxes boxes{BoxAt(0.0, 0.0, kBox), BoxAt(0.0, 0.045, {0.3, 0.02, 0.12})};
+  const auto f = FeaturesOf(boxes, Vector3d::UnitX(), 0.05, 1);
+  EXPECT_LT(f.at("hand_wall_m"), 0.03);
+  const auto thing = FeaturesOf(boxes, Vector3d::UnitX(), 0.05);
+  EXPECT_EQ(thing.at("hand_wall_m"), 0.05) << "none";
+  EXPECT_GT(f.at("adjacent"), 0.0);
+  EXPECT_EQ(thing.at("adjacent"), f.at("adjacent"));
 }
 
 TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
