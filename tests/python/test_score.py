@@ -45,6 +45,21 @@ def test_training_finds_what_decides_and_repeats(tmp_path):
     assert best["rules"] + 0.1 < best["learned, scenes held out"] <= best["any"]
 
 
+def test_the_script_collects_what_the_shipped_score_is_trained_on(tmp_path):
+    ran = subprocess.run([sys.executable, SCRIPT.with_name("collect-grasps"), tmp_path, "--seeds", "33", "--jobs", "1", "--short"], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert sorted(folder.name for folder in tmp_path.iterdir()) == ["box_33_0", "objects_33", "pile_33_0", "touching_33_0"]
+    outcomes = []
+    for folder in tmp_path.glob("*_33_0"):
+        card = json.loads((folder / "card.json").read_text())
+        assert card["feature_names"] == rg.feature_names() and any("objects_33" in one for one in card["set"])
+        with np.load(folder / "shard-00000.npz") as shard:
+            assert np.isfinite(shard["features"]).all()
+            assert set(shard["object"]) <= {one.name for one in (tmp_path / "objects_33").iterdir()} | {""}
+            outcomes += list(shard["outcome"])
+    assert "delivered" in outcomes
+
+
 def test_a_model_ranks_the_grasps_of_a_run(tmp_path):
     names = rg.feature_names()
     tree = [[names.index("workspace_distance"), 0.05, 1, 2], [2.0], [-2.0]]
