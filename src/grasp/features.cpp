@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/kd_tree.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -179,8 +180,8 @@ struct FeatureMaker::Impl {
   Eigen::AlignedBox3d box;
   SeenSpace seen;
   std::vector<std::uint8_t> things;  ///< of a cell: 1 own points, 2 another's
-  Points own, own_normals, others;
-  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< null: no points
+  Points own, own_normals, others, wall;
+  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< views of these; or null
   Around around;
   Vector3d axis = Vector3d::Zero();
   std::vector<Points> thumbs_H, fingers_H;  ///< by the hand's state
@@ -219,7 +220,6 @@ struct FeatureMaker::Impl {
       thumbs_H.push_back(PointsOf(state, true));
       fingers_H.push_back(PointsOf(state, false));
     }
-    Points wall;
     for (const auto i : scene.container) wall.push_back(scene.cloud.points[i]);
     own_tree = TreeOf(own);
     other_tree = TreeOf(others);
@@ -234,10 +234,8 @@ struct FeatureMaker::Impl {
 
   static Vector3d LongestAxis(const Points& points) {
     if (points.empty()) return Vector3d::Zero();
-    const Eigen::Map<const Eigen::Matrix3Xd> all(points.front().data(), 3,
-                                                 static_cast<Eigen::Index>(points.size()));
-    const Eigen::Matrix3Xd off = all.colwise() - all.rowwise().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(off * off.transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+        geometry::Scatter(points, geometry::Centroid(points)));
     return axes.eigenvectors().col(2);
   }
 
@@ -268,7 +266,7 @@ struct FeatureMaker::Impl {
     int adjacent = 0;
     for (const Vector3d& p : own) {
       below.Add(At(p - 0.5 * scene.table.plane.Distance(p) * up));
-      adjacent += Nearest(other_tree, {p}, kNeighbor_m) < kAdjacent_m;
+      adjacent += other_tree && other_tree->CountWithin(p, kAdjacent_m, 1) > 0;
     }
     around = {adjacent / std::max<double>(1.0, static_cast<double>(own.size())),
               below.Of(Space::kUnseen)};
@@ -362,8 +360,6 @@ Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
     }
   }
   const Vector3d off = middle - object.center_C;
-  Points hand_C = thumb_C;
-  hand_C.insert(hand_C.end(), fingers_C.begin(), fingers_C.end());
   return {.grasp = grasp,
           .object = object,
           .around = around,
@@ -384,7 +380,7 @@ Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
           .at_fingers = ContactOf(fingers, -x),
           .thumb_neighbor_m = Nearest(other_tree, thumb_C, kNeighbor_m),
           .fingers_neighbor_m = Nearest(other_tree, fingers_C, kNeighbor_m),
-          .wall_m = Nearest(wall_tree, hand_C, kNeighbor_m)};
+          .wall_m = Nearest(wall_tree, thumb_C, Nearest(wall_tree, fingers_C, kNeighbor_m))};
 }
 
 std::span<const std::string_view> FeatureNames() { return kNames; }

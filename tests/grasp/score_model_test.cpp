@@ -17,9 +17,9 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::vector<double> With(std::string_view name, double value) {
+std::vector<double> With(std::string_view name, double value,
+                         std::vector<double> features = std::vector(FeatureNames().size(), 0.0)) {
   const auto names = FeatureNames();
-  std::vector<double> features(names.size(), 0.0);
   const auto found = std::ranges::find(names, name);
   EXPECT_NE(found, names.end());
   features[static_cast<std::size_t>(found - names.begin())] = value;
@@ -45,10 +45,8 @@ TEST_F(Model, TheLogitIsTheSumOfTheLeaves) {
   EXPECT_DOUBLE_EQ(model.Probability(With("width", 0.05)), Sigmoid(0.25 + 1.0 + 0.125))
       << "left where it is as large as the threshold";
   EXPECT_DOUBLE_EQ(model.Probability(With("width", 0.06)), Sigmoid(0.25 - 0.5 + 0.125));
-  auto both = With("width", 0.06);
-  const auto names = FeatureNames();
-  both[static_cast<std::size_t>(std::ranges::find(names, "shadow") - names.begin())] = 0.7;
-  EXPECT_DOUBLE_EQ(model.Probability(both), Sigmoid(0.25 - 2.0 + 0.125));
+  EXPECT_DOUBLE_EQ(model.Probability(With("shadow", 0.7, With("width", 0.06))),
+                   Sigmoid(0.25 - 2.0 + 0.125));
 }
 
 TEST_F(Model, WhatIsWrongInAFileIsNamed) {

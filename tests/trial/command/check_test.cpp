@@ -24,6 +24,14 @@ TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
   }
 }
 
+TEST_F(OwnCell, CheckOfASceneRunsTrials) {
+  Write();
+  const auto ran = RunProgram({"check", (folder_ / "scene.xml").string()});
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("tries 27 trials"));
+  EXPECT_THAT(ran.out, HasSubstr("27 trials tried: 27 detected, 27 delivered"));
+}
+
 TEST_F(OwnCell, CheckRunsTrialsAndNamesTheRareFailure) {
   experiment_ += "\ngrasp:\n  score: rules\n";  // the learned score delivers all
   const auto ran = RunProgram({"check", Write()});
