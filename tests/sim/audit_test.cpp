@@ -223,7 +223,7 @@ TEST_F(AuditBound, EnergyGained) {
   bounds.energy_gain_m = 1.001 * gain_J / (kMass_kg * base::kGravity);
   EXPECT_EQ(audit_.Finish(bounds, true, true).failed, "");
   bounds.energy_gain_m = 0.999 * gain_J / (kMass_kg * base::kGravity);
-  EXPECT_THAT(audit_.Finish(bounds, true, true).failed, StartsWith("energy_gain_J "));
+  EXPECT_THAT(audit_.Finish(bounds, true, true).failed, StartsWith("energy_gain_j "));
 }
 
 // A cube of half sides a that spins at 10 rad/s: m (2 a)^2 / 6 about any axis.

@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"FrictionThatLetsSlide", "unrest_s ", &AuditBounds::unrest_s, LetSlide},
         Fault{"SoftCoupling", "equality_share ", &AuditBounds::equality_share, SoftenCoupling},
         Fault{"MisgearedMotor", "grip_share ", &AuditBounds::grip_share, MisgearMotor},
-        Fault{"ShakingArm", "energy_gain_J ", &AuditBounds::energy_gain_m, ShakeArm, "dextrose",
+        Fault{"ShakingArm", "energy_gain_j ", &AuditBounds::energy_gain_m, ShakeArm, "dextrose",
               true},
         Fault{"WeakArm", "drive_limit_s ", &AuditBounds::drive_limit_s, WeakenArm, "dextrose",
               true},

@@ -186,7 +186,7 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
   check("equality_share", audit.equality_share, bounds.equality_share);
   check("grip_share", audit.grip_share, bounds.grip_share);
   const double weight_N = world_->ObjectMass(target_) * base::kGravity;
-  check("energy_gain_J", audit.energy_gain_J, bounds.energy_gain_m * weight_N);
+  check("energy_gain_j", audit.energy_gain_J, bounds.energy_gain_m * weight_N);
   if (!held_after_carry) return audit;
   check("unrest_s", audit.unrest_s, bounds.unrest_s);
   check("creep_m_s", audit.creep_m_s, bounds.creep_m_s);
