@@ -16,7 +16,7 @@ class InputError(ValueError):
     """
 
 def version() -> str:
-    """The version, e.g. '0.4.0'."""
+    """The version, e.g. '0.5.0'."""
 
 def main(words: Sequence[str]) -> int:
     """Runs the command line with its words; the first is the program's name."""

@@ -64,7 +64,7 @@ NB_MODULE(_core, m) {
       "A run that failed through no fault of its input, e.g. a full disk.";
   nb::exception<base::InputError>(m, "InputError", PyExc_ValueError).doc() =
       "Bad input; the text names the file, the line or key, the value and what would be right.";
-  m.def("version", &base::Version, "The version, e.g. '0.4.0'.");
+  m.def("version", &base::Version, "The version, e.g. '0.5.0'.");
   m.def("main", &python::Main, nb::arg("words"),
         "Runs the command line with its words; the first is the program's name.");
   m.def(
