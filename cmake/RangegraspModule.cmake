@@ -16,6 +16,8 @@ function(rangegrasp_compile_options target)
   endif()
   if(RANGEGRASP_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${RANGEGRASP_SANITIZE} -fno-omit-frame-pointer)
+    # With the address sanitizer Eigen would keep its own kind of aligned memory, which OMPL, built without, gives back to free().
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PUBLIC -fsanitize=${RANGEGRASP_SANITIZE})
   endif()
   if(RANGEGRASP_COVERAGE)
