@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,11 +79,14 @@ std::vector<KeyReader>& KeyReaders();
 using FileList = std::vector<std::filesystem::path> (*)(const Options& options);
 std::vector<FileList>& FileLists();
 
+/// Probability of delivery that the best grasp promises by what was sensed so far; 0 without one.
+using Promise = std::function<double(const Sensed&)>;
+
 /// Stage 2 from several places, after the sensor's own look.
 struct FurtherLooks {
   bool (*wanted)(const Options& options) = nullptr;
-  LookedAround (*look)(const Cell& cell, Sensed first, sim::World& world,
-                       std::uint64_t seed) = nullptr;
+  LookedAround (*look)(const Cell& cell, Sensed first, sim::World& world, std::uint64_t seed,
+                       const Promise& promise) = nullptr;
 };
 /// Absent where nothing looks again.
 std::optional<FurtherLooks>& FurtherLooking();

@@ -177,6 +177,12 @@ std::string NotTheTarget(const Detected& detected, const DetectionVerdict& verdi
                      verdict.share_of_object, verdict.share_of_target);
 }
 
+/// The predicted probability of delivery of the best free grasp; 0 without one.
+double BestPromise(const grasp::Detection& detection) {
+  const auto best = std::ranges::find(detection.grasps, false, &grasp::DetectedGrasp::collides);
+  return best == detection.grasps.end() ? 0.0 : best->probability.value_or(0.0);
+}
+
 std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
   return std::ranges::count(detection.grasps, false, &grasp::DetectedGrasp::collides);
 }
@@ -254,7 +260,14 @@ class AttemptRun {
     const auto& further = FurtherLooking();
     if (!further || !further->wanted(cell_.options)) return first;
     Timed("scan");
-    LookedAround around = further->look(cell_, std::move(first), world_, options_.seed);
+    const Promise promise = [this](const Sensed& sensed) {
+      Timed("look");
+      Begin("perceive");
+      const double best = Consider(sensed.observation);
+      Begin("scan");
+      return best;
+    };
+    LookedAround around = further->look(cell_, std::move(first), world_, options_.seed, promise);
     q_start_ = around.q;
     result_.looks = std::move(around.looks);
     Timed("look");
@@ -293,11 +306,25 @@ class AttemptRun {
   }
 
   void Detect(const geometry::Observation& observation) {
+    if (observation.views.size() != considered_views_) Consider(observation);
+    if (options_.prefer) options_.prefer(result_.detected.detection);
+  }
+
+  // Detects, and forgets it where fewer views promised more. @return what this promises
+  double Consider(const geometry::Observation& observation) {
     base::Rng rng = Stream("perceive");
     const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
-    result_.detected = detector.Detect(observation, rng, options_.turn);
-    std::ranges::copy(result_.detected.seconds, std::back_inserter(result_.seconds));
-    if (options_.prefer) options_.prefer(result_.detected.detection);
+    Detected detected = detector.Detect(observation, rng, options_.turn);
+    for (const auto& [stage, seconds] : detected.seconds) {
+      experiment::AddSeconds(stage, seconds, result_.seconds);
+    }
+    const double promise = BestPromise(detected.detection);
+    const bool first = considered_views_ == 0;
+    considered_views_ = observation.views.size();
+    if (first || promise >= BestPromise(result_.detected.detection)) {
+      result_.detected = std::move(detected);
+    }
+    return promise;
   }
 
   // Whether there is something to plan for; if not, the attempt has ended.
@@ -368,6 +395,7 @@ class AttemptRun {
   const AttemptOptions& options_;
   base::Stopwatch watch_;
   Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
+  std::size_t considered_views_ = 0;       ///< of the last observation in which was detected
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   std::optional<Ended> undetected_;        ///< how it ended by our own verdict, if it goes on
   Attempt result_;

@@ -56,6 +56,11 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
            "align each view with the earlier ones; off: use the arm's pose");
   map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
                  "radius of the space around the highest object for which views are chosen");
+  map.Read(
+      "until_probability", options.until_probability, 0.0, 1.0,
+      "predicted probability of delivery (`grasp.score: learned`) of the best grasp from which "
+      "on no further view is taken; of what several views promise the best is taken. 1: all "
+      "views are taken");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
                  "minimum new space that a view must see there");
   map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
@@ -234,11 +239,15 @@ std::optional<trial::LookRecord> WristScanner::AddBestView(const Eigen::AlignedB
 }
 
 trial::LookedAround AddWristViews(const trial::Cell& cell, trial::Sensed first, sim::World& world,
-                                  std::uint64_t seed) {
+                                  std::uint64_t seed, const trial::Promise& promise) {
   trial::LookedAround around{std::move(first), cell.robot.home, {}};
   WristScanner wrist(cell.options, cell.robot, seed);
-  const int views = trial::Of<WristViewOptions>(cell.options, kWristViews).views;
-  for (int view = 1; view < views; ++view) {
+  const auto& options = trial::Of<WristViewOptions>(cell.options, kWristViews);
+  for (int view = 1; view < options.views; ++view) {
+    if (promise && options.until_probability < 1.0 &&
+        promise(around.sensed) >= options.until_probability) {
+      break;
+    }
     const auto region_W = wrist.RegionOfHighest(around.sensed.observation);
     if (!region_W) break;
     const auto look = wrist.AddBestView(*region_W, world, around.q, around.sensed);

@@ -12,6 +12,7 @@
 #include "recognition/views/next_view.h"
 #include "sensing/range_sensor.h"
 #include "sim/world.h"
+#include "trial/registry.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::views {
@@ -23,8 +24,9 @@ struct WristViewOptions {
   double mount_sigma_m = 0.001;  ///< mounted by hand, after a drawing
   double mount_sigma_rad = base::Deg(0.3);
   std::filesystem::path hand_eye;
-  bool refine = true;             ///< views/merge.h
-  double region_radius_m = 0.15;  ///< half of the longest object
+  bool refine = true;              ///< views/merge.h
+  double region_radius_m = 0.15;   ///< half of the longest object
+  double until_probability = 1.0;  ///< that the best grasp promises; 1: all views are taken
   NextViewOptions next;
 };
 
@@ -93,7 +95,8 @@ class WristScanner {
 
 /// Adds views of the highest thing, as many as the options say and are worth the way.
 /// @param first  of the cell's own sensor
+/// @param promise  ends it where it reaches until_probability; may be empty
 trial::LookedAround AddWristViews(const trial::Cell& cell, trial::Sensed first, sim::World& world,
-                                  std::uint64_t seed);
+                                  std::uint64_t seed, const trial::Promise& promise = {});
 
 }  // namespace rangegrasp::views

@@ -121,6 +121,50 @@ TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
               testing::HasSubstr("is 55 mm from the one in"));
 }
 
+/// The cell's own, whose grasps promise what is given for each number of views; `segments` is that
+/// number.
+class Promising : public Detector {
+ public:
+  Promising(const Cell& cell, std::vector<double> by_views)
+      : cell_(cell), by_views_(std::move(by_views)) {}
+  Detected Detect(const geometry::Observation& observation, base::Rng& rng,
+                  const Turn& turn) const override {
+    Detected detected = cell_.detector->Detect(observation, rng, turn);
+    detected.segments = static_cast<int>(observation.views.size());
+    for (auto& grasp : detected.detection.grasps) {
+      grasp.probability = by_views_.at(observation.views.size() - 1);
+    }
+    return detected;
+  }
+
+ private:
+  const Cell& cell_;
+  std::vector<double> by_views_;
+};
+
+TEST(Looker, LooksAgainWhereLittleIsPromisedAndKeepsWhatPromisesMore) {
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml",
+                                 {.set = {"views=2", "look.until_probability=0.8"}});
+  const Cell& cell = CellOf(*experiment.task);
+  const auto attempt = [&](const std::vector<double>& by_views) {
+    const TrialSpec spec{"salt_cuboid", 0, TrialSeed(11, "salt_cuboid", 0)};
+    Arrangement arranged = *ArrangeTrial(cell, spec);
+    const Promising detector(cell, by_views);
+    return RunAttempt(cell, arranged.world,
+                      {.seed = spec.seed, .target = arranged.target, .detector = &detector});
+  };
+  const Attempt sure = attempt({0.8, 0.9});
+  EXPECT_EQ(sure.looks.size(), 0u);
+  EXPECT_EQ(sure.detected.segments, 1);
+  const Attempt better = attempt({0.5, 0.6});
+  EXPECT_EQ(better.looks.size(), 1u);
+  EXPECT_EQ(better.detected.segments, 2);
+  const Attempt worse = attempt({0.5, 0.4});
+  EXPECT_EQ(worse.looks.size(), 1u);
+  EXPECT_EQ(worse.detected.segments, 1);
+}
+
 TEST(Looker, TheSameSeedGivesTheSameBytes) {
   const LookedAround again = LookTwice();
   EXPECT_EQ(again.q, Twice().q);
