@@ -247,6 +247,10 @@ class AttemptRun {
 
     Begin("perceive");
     Detect(sensed.observation);
+    if (own) {  // the verdict is on what the detector saw
+      own->observation.views.resize(detected_views_);
+      own->truth.resize(detected_views_);
+    }
     result_.target =
         options_.target ? options_.target : AimedAt(result_.detected.detection, sensed, world_);
     if (!Accept(sensed)) return;
@@ -323,6 +327,7 @@ class AttemptRun {
     considered_views_ = observation.views.size();
     if (first || promise >= BestPromise(result_.detected.detection)) {
       result_.detected = std::move(detected);
+      detected_views_ = considered_views_;
     }
     return promise;
   }
@@ -396,6 +401,7 @@ class AttemptRun {
   base::Stopwatch watch_;
   Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
   std::size_t considered_views_ = 0;       ///< of the last observation in which was detected
+  std::size_t detected_views_ = 0;         ///< of the one whose detection was kept
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   std::optional<Ended> undetected_;        ///< how it ended by our own verdict, if it goes on
   Attempt result_;

@@ -58,9 +58,8 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
                  "radius of the space around the highest object for which views are chosen");
   map.Read(
       "until_probability", options.until_probability, 0.0, 1.0,
-      "predicted probability of delivery (`grasp.score: learned`) of the best grasp from which "
-      "on no further view is taken; of what several views promise the best is taken. 1: all "
-      "views are taken");
+      "grasping: no further view is taken from this predicted probability of delivery of the best "
+      "grasp on, and the most promising detection is used; 1: all views are taken");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
                  "minimum new space that a view must see there");
   map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,

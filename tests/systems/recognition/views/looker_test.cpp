@@ -163,6 +163,7 @@ TEST(Looker, LooksAgainWhereLittleIsPromisedAndKeepsWhatPromisesMore) {
   const Attempt worse = attempt({0.5, 0.4});
   EXPECT_EQ(worse.looks.size(), 1u);
   EXPECT_EQ(worse.detected.segments, 1);
+  EXPECT_TRUE(worse.accepted) << worse.detail;  // judged by the samples of one view
 }
 
 TEST(Looker, TheSameSeedGivesTheSameBytes) {
