@@ -72,12 +72,6 @@ function(rangegrasp_needed_to_link result)
   set(${result} ${libraries} PARENT_SCOPE)
 endfunction()
 
-# CGAL checks its own preconditions at run time unless told not to; in the triangulations that costs more
-# than the work itself. A Debug build keeps them.
-function(rangegrasp_without_cgal_checks target)
-  target_compile_definitions(${target} PRIVATE "$<$<NOT:$<CONFIG:Debug>>:CGAL_NDEBUG>")
-endfunction()
-
 # Sources are compiled ten at a time: most of a source's time is spent on templates that its neighbors instantiate, too. Names in
 # unnamed namespaces are therefore different within a module. CMake's own unity builds name files by absolute paths, which
 # ccache would not find again in another clone.

@@ -323,9 +323,8 @@ class AttemptRun {
       experiment::AddSeconds(stage, seconds, result_.seconds);
     }
     const double promise = BestPromise(detected.detection);
-    const bool first = considered_views_ == 0;
     considered_views_ = observation.views.size();
-    if (first || promise >= BestPromise(result_.detected.detection)) {
+    if (detected_views_ == 0 || promise >= BestPromise(result_.detected.detection)) {
       result_.detected = std::move(detected);
       detected_views_ = considered_views_;
     }
