@@ -12,7 +12,6 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "recognition/task/recognition_task.h"
-#include "recognition/views/wrist_scanner.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
 #include "trial/table.h"
@@ -265,12 +264,9 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   Options options;
   ReadBringKeys(map, options.bring);
   options.grasping = trial::ReadOptions(map);
-  if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: only for `task: grasping`");
-  }
   std::vector<std::string>& known = options.bring.known;
   if (known.empty()) known = options.grasping.objects;
-  const auto wrist = trial::Of<views::WristViewOptions>(options.grasping, views::kWristViews);
+  const auto wrist = recognition::WristViewsOf(map, options.grasping);
   const bool wrist_looks = !wrist.sensor.empty() && options.bring.max_looks > 1;
   if (!recognition::ModelsPass(map, options.grasping, wrist_looks, common)) return nullptr;
   options.bring.library.seed = common.seed;

@@ -420,10 +420,7 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   TaskOptions options;
   ReadRecognitionKeys(map, options);
   options.grasping = trial::ReadOptions(map);
-  if (options.grasping.take != grasp::kAnywhere) {
-    map.Fail("grasp", "take: only for `task: grasping`");
-  }
-  const auto wrist = trial::Of<views::WristViewOptions>(options.grasping, views::kWristViews);
+  const auto wrist = WristViewsOf(map, options.grasping);
   if (!ModelsPass(map, options.grasping, wrist.views > 1, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   options.grasping.seed = options.library.seed = common.seed;
@@ -459,6 +456,15 @@ Library LibraryOf(const trial::Options& options, std::span<const std::string> ob
     known.push_back(KnownFrom(trial::ObjectModelOf(options, object), library));
   }
   return Library(std::move(known));
+}
+
+views::WristViewOptions WristViewsOf(const base::YamlMap& map, const trial::Options& options) {
+  if (options.take != grasp::kAnywhere) map.Fail("grasp", "take: only for `task: grasping`");
+  const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
+  if (wrist.until_probability < 1.0) {
+    map.Fail("look", "until_probability: only for `task: grasping`");
+  }
+  return wrist;
 }
 
 bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wrist,

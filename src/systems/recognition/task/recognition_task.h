@@ -7,6 +7,7 @@
 #include "base/yaml_map.h"
 #include "experiment/task.h"
 #include "recognition/library.h"
+#include "recognition/views/wrist_scanner.h"
 #include "trial/options.h"
 
 namespace rangegrasp::recognition {
@@ -22,6 +23,10 @@ void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
 /// @throws base::InputError naming the file of what is no object, or no mesh.
 Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
                   const LibraryOptions& library);
+
+/// How the wrist looks on.
+/// @throws base::InputError where `grasp` or `look` has a key that only `task: grasping` follows.
+views::WristViewOptions WristViewsOf(const base::YamlMap& map, const trial::Options& options);
 
 /// trial::ModelsPass, with a warning where nothing but a stereo camera looks for known objects.
 /// @param wrist  whether a scanner on the wrist looks, too
