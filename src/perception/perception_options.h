@@ -138,7 +138,8 @@ struct AxisOptions {
   double rim_share = 0.8;   ///< of the rim points on one circle (section 5.1.3)
   double body_share = 0.8;  ///< of the points that agree with their section (section 5.1.3)
   /// Of the points that agree and whose normals pass the axis: a round wall has 0.67 and more
-  /// (normals at its outline turn towards the sensor), the sides of a square column a third.
+  /// (normals at its outline turn towards the sensor), 29 generated bottles, cups and cylinders
+  /// alone on the table 0.94 and more; a square column a third, hexagons 0.59 to 0.74.
   double normal_share = 0.66;
   AdaptiveLength section_m{0.004, {.noises = 2.5, .spacings = 1.35}};  ///< thick: two rows
   /// A short arc fits nearly any curve: the rim has to go this far round (twelve bins of ArcOf).
@@ -236,9 +237,10 @@ struct ContainerOptions {
   double piece_share = 0.9;  ///< of a piece of wall within so many wall_m of the border
   double piece_walls = 1.5;
   double min_side_m = 0.15;  ///< wider than a hand opens; a narrower ring is a vessel to be grasped
-  /// Of the border that is seen as high as its rim: things in the box hide up to a fifth (24
-  /// simulated boxes of twelve things). Less: things that stand about, or a round pot (3/5).
-  double min_coverage = 0.75;
+  /// Of the border that is seen as high as its rim; things in the box hide the rest. Of 40 scans of
+  /// 20 generated boxes, 200 to 420 mm long and turned, with ten generated objects in them, 37 have
+  /// more, 30 more than 0.75; of 40 heaps without a box none more than 0.58. A round pot has 0.6.
+  double min_coverage = 0.65;
   double max_upward = 0.5;  ///< of an upright surface's normals: their share along the table's
   /// Over the rim, for noise; what differs from its height by twice as much is not level.
   AdaptiveLength rim_margin_m{0.003, {.noises = 3.0}};
