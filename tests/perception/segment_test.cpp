@@ -445,6 +445,17 @@ TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
   }
 }
 
+TEST(OpenBoxes, AreFoundWhereThingsLieOnAThirdOfTheRim) {
+  auto meshes = OpenBox();
+  meshes.push_back(At(synthetic::BoxMesh(0.03, 0.30, 0.03), 0.0, {-0.153, 0.0, 0.115}));
+  meshes.push_back(At(synthetic::BoxMesh(0.08, 0.03, 0.03), 0.0, {0.0, 0.153, 0.115}));
+  synthetic::RasterOptions raster;
+  raster.table_half_m = 0.22;
+  const auto scan = synthetic::MakeRasterScan(meshes, raster);
+  base::Rng rng(1);
+  EXPECT_FALSE(Perceive(scan.points_W, raster.sensor_W, {}, rng).container.empty());
+}
+
 TEST(OpenBoxes, AClosedOneIsAnObject) {
   // Seen from two sides, all of its walls but the inner sides.
   const std::vector<TriangleMesh> carton{At(synthetic::BoxMesh(0.2, 0.22, 0.1), 0.0, {0, 0, 0.05})};
