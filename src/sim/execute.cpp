@@ -119,9 +119,10 @@ constexpr double kPull_N = 5.0;
 constexpr double kMinLever_m = 0.05;
 // Drawing an object out of the open hand takes 0.6 s.
 constexpr double kDrawLimit_s = 2.0;
-// So far behind an arm that gives way stays: it feels nothing yet, and the weakest drive has a
-// tenth of its torque left.
+// So far behind an arm that gives way stays: it feels nothing yet; and so much of its torque each
+// drive gives at most.
 constexpr double kGives_rad = 0.004;
+constexpr double kGivesShare = 0.9;
 // A joint this far behind where nothing should be in the way ends the grasp, as a real arm's drives
 // would. Below the audit's bound, by what a joint moves in a step or two.
 constexpr double kBlocked_rad = 0.008;
@@ -311,7 +312,7 @@ class Execution {
     if (!Follow(program_.lower, Start::kKeepOffset, Motion::kGuarded)) {
       log_.stopped_by_contact.emplace_back("lower");
     }
-    Wait(kCarrySettle_s);
+    GiveWayUntil([this] { return Ended(); }, kCarrySettle_s);
     Moment("delivered");
     LetGo();
     FollowToTheEnd(program_.retreat, "retreat");
@@ -450,6 +451,7 @@ class Execution {
       const VectorXd q = world_.ArmPositions();
       command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
                               .cwiseMax((q.array() - kGives_rad).matrix());
+      servo_.GiveWay(world_.model(), world_.data(), kGivesShare, command_.position);
     }
   }
 

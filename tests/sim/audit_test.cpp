@@ -257,6 +257,20 @@ TEST_F(AuditBound, TimeOfADriveAtItsLimit) {
   EXPECT_EQ(audit_.Finish({.drive_limit_s = 0.001}, false, false).failed, "");  // held nothing
 }
 
+// 5 N, of which it may give nine tenths; 2 N are less.
+TEST_F(AuditBound, ADriveThatGivesWayIsNotAtItsLimit) {
+  for (const double sent_m : {0.006, -0.006, 0.002}) {
+    Eigen::VectorXd position = Eigen::VectorXd::Constant(1, sent_m);
+    for (int i = 0; i < 4; ++i) {
+      world_.data()->ctrl[0] = position[0];
+      Forward();
+      servo_.GiveWay(world_.model(), world_.data(), 0.9, position);
+    }
+    EXPECT_NEAR(position[0], std::clamp(sent_m, -0.0045, 0.0045), 1e-9);
+    EXPECT_FALSE(servo_.AtLimit(world_.model(), world_.data(), 0));
+  }
+}
+
 TEST_F(AuditBound, AJointAtItsRangesEndIsNamed) {
   world_.SetArm(Eigen::VectorXd::Constant(1, 0.99));
   world_.data()->ctrl[0] = 0.99;

@@ -63,6 +63,18 @@ bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) 
   return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
 }
 
+void ArmServo::GiveWay(const mjModel* model, const mjData* data, double share,
+                       VectorXd& position) const {
+  const VectorXd torques = Torques(model, data);
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const double most = share * model->jnt_actfrcrange[2 * joints_[i] + 1];
+    const double kp = model->actuator_gainprm[actuators_[i] * mjNGAIN];
+    if (most > 0.0 && kp > 0.0) {
+      position[i] -= (torques[i] - std::clamp(torques[i], -most, most)) / kp;
+    }
+  }
+}
+
 VectorXd ArmServo::Torques(const mjModel* model, const mjData* data) const {
   VectorXd torques(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {

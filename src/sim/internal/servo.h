@@ -28,6 +28,10 @@ class ArmServo {
   const std::vector<int>& actuators() const { return actuators_; }
   /// Whether the drive of joint number i gives all that it has.
   bool AtLimit(const mjModel* model, const mjData* data, std::size_t i) const;
+  /// Moves a command towards where the joints are, so that no drive gives more than a share of what
+  /// it has: gravity's part of it counts, too.
+  void GiveWay(const mjModel* model, const mjData* data, double share,
+               Eigen::VectorXd& position) const;
   /// What the drives give [Nm, N].
   Eigen::VectorXd Torques(const mjModel* model, const mjData* data) const;
   /// Of a point that moves with a body, by the arm's joints: p_W' = J q'.
