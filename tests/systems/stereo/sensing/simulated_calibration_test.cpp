@@ -68,8 +68,7 @@ TEST(CalibrateApart, HandsOverTheReason) {
 
 // How good a simulated calibration is, against the truth that the simulation knows: the table of
 // docs/results.md. Takes long, so only seeds that are asked for are run:
-//   RANGEGRASP_CALIBRATION_SEEDS="11 12 13" tasks_grasping_calibration_test
-//   --gtest_filter=Calibration.*
+//   RANGEGRASP_CALIBRATION_SEEDS="11 12 13" stereo_slow_test --gtest_filter=Calibration.*
 
 namespace rangegrasp::stereo {
 namespace {
