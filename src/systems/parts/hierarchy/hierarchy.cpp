@@ -385,9 +385,22 @@ HierarchyOptions OfClouds(HierarchyOptions options) {
   options.sight = 0.0;
   options.max_flatness = 0.88;
   options.cut_quality *= 0.42 / HierarchyOptions{}.cut_quality;
-  options.centers = 20;
-  options.levels = 6;
   return options;
+}
+
+/// Numbers the parts anew without those that no element has, as a small part of a mesh may be the
+/// nearest to no point.
+void DropEmptyParts(Segmentation& found) {
+  Indices names(found.label.begin(), found.label.end());
+  std::ranges::sort(names);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  const Labels number = RankLabels(names, std::vector<double>(found.parts, 0.0));
+  found.parts = static_cast<int>(names.size());
+  for (std::int32_t& l : found.label) l = number[l];
+  for (PartNode& node : found.tree) {
+    if (node.label >= 0) node.label = number[node.label];
+  }
+  found.has_core = found.parts > 1;
 }
 
 Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
@@ -402,6 +415,7 @@ Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
   Labels label;
   for (const std::uint32_t f : surface.face_of_point) label.push_back(found.label[f]);
   found.label = std::move(label);
+  DropEmptyParts(found);
   return found;
 }
 

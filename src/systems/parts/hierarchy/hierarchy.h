@@ -11,8 +11,8 @@ namespace rangegrasp::parts {
 struct HierarchyOptions {
   int cells = 1000;           ///< >= 2; of faces, the resolution of cuts until their last step
   double flat_side = 0.03;    ///< > 0; flat pieces are cut along cubes of this side
-  int centers = 30;           ///< >= 4; of the whole; a part has the root of its share, at least 4
-  int levels = 8;             ///< >= 1; sizes of core about each center
+  int centers = 20;           ///< >= 4; of the whole; a part has the root of its share, at least 4
+  int levels = 6;             ///< >= 1; sizes of core about each center
   double fine = 0.02;         ///< > 0; radius in which the surface's bend is measured: creases
   double coarse = 0.04;       ///< > 0; the same: necks; the more concave of both counts
   double concavity = 2.5;     ///< >= 0; a cut through a bend of b rad costs exp(-concavity * b)

@@ -223,19 +223,37 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
     throw std::invalid_argument("MinCut: source and sink must be two of the nodes");
   }
   double largest = 0.0;
-  for (const CutLink& link : links) largest = std::max(largest, link.capacity);
-  // Arcs there and back, those of a node next to each other.
-  std::vector<std::size_t> end(nodes + 1, 0);
+  // One link with the source and one with the sink a node: of several, Boost sees one only.
+  std::vector<double> of_source(nodes, 0.0), of_sink(nodes, 0.0);
+  std::vector<CutLink> all;
   for (const CutLink& link : links) {
     if (link.a >= nodes || link.b >= nodes) throw std::invalid_argument("MinCut: no such node");
+    largest = std::max(largest, link.capacity);
+    const bool from_b = link.b == source || link.b == sink;
+    const std::uint32_t terminal = from_b ? link.b : link.a, other = from_b ? link.a : link.b;
+    if (terminal == source) {
+      of_source[other] += link.capacity;
+    } else if (terminal == sink) {
+      of_sink[other] += link.capacity;
+    } else {
+      all.push_back(link);
+    }
+  }
+  for (std::uint32_t v = 0; v < nodes; ++v) {
+    if (of_source[v] > 0.0) all.push_back({source, v, of_source[v]});
+    if (of_sink[v] > 0.0) all.push_back({v, sink, of_sink[v]});
+  }
+  // Arcs there and back, those of a node next to each other.
+  std::vector<std::size_t> end(nodes + 1, 0);
+  for (const CutLink& link : all) {
     ++end[link.a];
     ++end[link.b];
   }
   std::exclusive_scan(end.begin(), end.end(), end.begin(), std::size_t{0});
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends(2 * links.size());
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends(2 * all.size());
   std::vector<std::int64_t> capacity(ends.size());
   std::vector<std::size_t> back(ends.size());
-  for (const CutLink& link : links) {
+  for (const CutLink& link : all) {
     const std::size_t there = end[link.a]++;
     const std::size_t again = end[link.b]++;
     ends[there] = {link.a, link.b};

@@ -111,7 +111,8 @@ inline constexpr std::uint32_t kSource = 0;
 inline constexpr std::uint32_t kSink = 1;
 
 /// The minimum cut between two nodes (Boykov and Kolmogorov 2004; Boost): true for the nodes on the
-/// source's side. Capacities are rounded to a millionth of the largest, so that the flow is exact.
+/// source's side, as few as can be, whatever the order of the links. Capacities are rounded to a
+/// millionth of the largest, so that the flow is exact.
 /// @throws std::invalid_argument if source equals sink or a node does not exist.
 std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
                          std::uint32_t source = kSource, std::uint32_t sink = kSink);

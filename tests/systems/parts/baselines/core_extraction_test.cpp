@@ -162,12 +162,14 @@ TEST(CoreExtraction, TakesATriangleAndRefusesACloud) {
 class SeededCut : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededCut, ::testing::Range<std::uint64_t>(0, 40));
 
+// Also with several links between two nodes, and between a node and the source or the sink.
 TEST_P(SeededCut, MinCutIsTheCheapestOfAll) {
   base::Rng rng(GetParam());
-  constexpr std::uint32_t kNodes = 9;
+  constexpr std::uint32_t kNodes = 9, kSourceNode = 3, kSinkNode = 5;
   std::vector<CutLink> links;
-  for (int i = 0; i < 20; ++i) {
-    const auto a = static_cast<std::uint32_t>(rng.Index(kNodes));
+  for (int i = 0; i < 30; ++i) {
+    const auto a = i % 2 == 0 ? static_cast<std::uint32_t>(rng.Index(kNodes))
+                              : (i % 4 == 1 ? kSourceNode : kSinkNode);
     const auto b = static_cast<std::uint32_t>(rng.Index(kNodes));
     if (a != b) links.push_back({a, b, rng.Uniform()});
   }
@@ -176,17 +178,19 @@ TEST_P(SeededCut, MinCutIsTheCheapestOfAll) {
     for (const CutLink& l : links) sum += with_source[l.a] != with_source[l.b] ? l.capacity : 0.0;
     return sum;
   };
-  const std::vector<bool> cut = MinCut(kNodes, links, 3, 5);
-  EXPECT_TRUE(cut[3]);
-  EXPECT_FALSE(cut[5]);
+  const std::vector<bool> cut = MinCut(kNodes, links, kSourceNode, kSinkNode);
+  EXPECT_TRUE(cut[kSourceNode]);
+  EXPECT_FALSE(cut[kSinkNode]);
   double cheapest = 1e9;
   for (std::uint32_t mask = 0; mask < (1u << kNodes); ++mask) {
-    if (!(mask >> 3 & 1u) || (mask >> 5 & 1u)) continue;
+    if (!(mask >> kSourceNode & 1u) || (mask >> kSinkNode & 1u)) continue;
     std::vector<bool> with_source(kNodes);
     for (std::uint32_t v = 0; v < kNodes; ++v) with_source[v] = mask >> v & 1u;
     cheapest = std::min(cheapest, cost(with_source));
   }
-  EXPECT_NEAR(cost(cut), cheapest, 20 * 1e-6);  // 20 links, each rounded to a millionth
+  EXPECT_NEAR(cost(cut), cheapest, 30 * 1e-6);  // 30 links, each rounded to a millionth
+  std::ranges::reverse(links);
+  EXPECT_EQ(MinCut(kNodes, links, kSourceNode, kSinkNode), cut);
 }
 
 TEST(MinCut, RefusesNodesThatAreNotThere) {

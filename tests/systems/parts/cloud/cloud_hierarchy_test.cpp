@@ -186,5 +186,22 @@ TEST(CloudHierarchy, StraysMakeNoPartsAndGoWithTheNearest) {
   EXPECT_LE(RandError(found.label, mug.part), 0.016);
 }
 
+// A small part of the surface may be the nearest to no point: then it is none.
+TEST(CloudHierarchy, EveryPartHasPoints) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Shape cloud = CloudHierarchyDumbbell(100, 0.0, seed).cloud;
+    const Segmentation found = SegmentHierarchy(cloud, {});
+    std::vector<int> points(static_cast<std::size_t>(found.parts), 0);
+    for (const std::int32_t label : found.label) ++points.at(static_cast<std::size_t>(label));
+    EXPECT_EQ(std::ranges::count(points, 0), 0) << "seed " << seed;
+    EXPECT_EQ(found.has_core, found.parts > 1);
+    std::vector<bool> in_tree(points.size(), false);
+    for (const PartNode& node : found.tree) {
+      if (node.label >= 0) in_tree.at(static_cast<std::size_t>(node.label)) = true;
+    }
+    EXPECT_EQ(std::ranges::count(in_tree, false), 0) << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::parts

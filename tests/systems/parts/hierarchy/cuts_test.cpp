@@ -36,11 +36,15 @@ Cells Row(const std::vector<double>& areas, const std::vector<double>& borders, 
     cells.name.push_back(c);
     cells.center.emplace_back(c, 0.0, 0.0);
     cells.normal.push_back(Eigen::Vector3d::UnitX());
-    if (ring && c + 1 == count) cells.links.push_back({0, 1.0, 1.0});
-    if (c > 0) cells.links.push_back({c - 1, borders[c - 1], borders[c - 1]});
-    if (c + 1 < count) cells.links.push_back({c + 1, borders[c], borders[c]});
-    if (ring && c == 0) cells.links.push_back({count - 1, 1.0, 1.0});
-    cells.begin.push_back(static_cast<std::uint32_t>(cells.links.size()));
+    const auto touch = [&](std::uint32_t to, double border) {
+      cells.neighbor.push_back(to);
+      cells.border.push_back({border, border});
+    };
+    if (ring && c + 1 == count) touch(0, 1.0);
+    if (c > 0) touch(c - 1, borders[c - 1]);
+    if (c + 1 < count) touch(c + 1, borders[c]);
+    if (ring && c == 0) touch(count - 1, 1.0);
+    cells.begin.push_back(static_cast<std::uint32_t>(cells.neighbor.size()));
   }
   return cells;
 }
@@ -80,13 +84,30 @@ TEST(SeenAcross, IsLeastWhereRoomsMeet) {
   EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 1.0);
 }
 
+// It stops early only where the value is above the limit.
+TEST(SeenAcross, IsTheSameBelowAnyLimit) {
+  Cells row = Row(std::vector<double>(60, 1.0), std::vector<double>(59, 1.0));
+  int stopped = 0;
+  for (std::uint32_t wall = 5; wall < 56; ++wall) {
+    row.sight = SightOf(60, [](std::uint32_t a, std::uint32_t b) { return (7 * a * b) % 10 < 6; });
+    const Sides off = FirstCells(60, wall);
+    const double value = SeenAcross(row, off, 20.0).value();
+    for (double limit = 0.05; limit < 1.2; limit += 0.05) {
+      const auto found = SeenAcross(row, off, 20.0, limit);
+      stopped += !found;
+      EXPECT_TRUE(found ? *found == value : value > limit) << wall << ", " << limit;
+    }
+  }
+  EXPECT_GT(stopped, 100);
+}
+
 // What is far apart sees little of each other anyway, as in a thin bent wall: a cut through it does
 // not become better by that.
 TEST(SeenAcross, ComparesPairsThatAreAsFarApart) {
   Cells row = Row(std::vector<double>(40, 1.0), std::vector<double>(39, 1.0));
   row.sight = SightOf(40, [](std::uint32_t a, std::uint32_t b) { return a < b + 6 && b < a + 6; });
   // Bins of 15 / 8 mix pairs that see each other with some that do not: within a tenth.
-  EXPECT_NEAR(SeenAcross(row, FirstCells(40, 20), 6.0), 1.0, 0.1);
+  EXPECT_NEAR(SeenAcross(row, FirstCells(40, 20), 6.0).value(), 1.0, 0.1);
 }
 
 TEST(Divide, CrumbsGoWithWhatIsTakenOff) {

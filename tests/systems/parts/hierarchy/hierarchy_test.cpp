@@ -338,11 +338,13 @@ TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
   for (std::uint32_t c = 0; c < ball.cells.size(); ++c) {
     area += ball.cells.area[c];
     EXPECT_GT(ball.cells.area[c], 0.0);
-    for (const Cells::Link& link : ball.cells.LinksOf(c)) {
-      const auto back = ball.cells.LinksOf(link.to);
-      EXPECT_TRUE(std::any_of(back.begin(), back.end(), [&](const Cells::Link& other) {
-        return other.to == c && std::abs(other.cost - link.cost) < 1e-12;
-      }));
+    for (std::uint32_t k = ball.cells.begin[c]; k < ball.cells.begin[c + 1]; ++k) {
+      const auto back = ball.cells.NeighborsOf(ball.cells.neighbor[k]);
+      const auto own = std::ranges::find(back, c);
+      ASSERT_NE(own, back.end());
+      const auto other = static_cast<std::size_t>(&*own - ball.cells.neighbor.data());
+      EXPECT_EQ(ball.cells.border[other].cost, ball.cells.border[k].cost);
+      EXPECT_EQ(ball.cells.border[other].length, ball.cells.border[k].length);
     }
     // A ball's inscribed balls are all itself; cells are flat, a few percent inside.
     EXPECT_LT(InnerCenter(ball.cells, c).norm(), 0.2);
@@ -355,16 +357,18 @@ TEST(Sight, IsThroughTheInside) {
   const Shape two = samples::Twice(samples::Ball(20, [](const Vector3d&) { return 1.0; }));
   const CellsOf balls(two);
   Sight sight(two, balls.frames, balls.cells);
-  Indices before;
+  std::vector<Sight::Pair> pairs;
   for (std::uint32_t a = 0; a < balls.cells.size(); ++a) {
-    sight.Look(a, before);
-    for (const std::uint32_t b : before) {
-      const double apart = (balls.cells.center[a] - balls.cells.center[b]).norm();
-      if (apart > 0.7) {
-        EXPECT_EQ(sight.Sees(b, a), apart < 2.0) << apart;
-      }
+    for (std::uint32_t b = 0; b < a; ++b) pairs.emplace_back(b, a);
+  }
+  std::vector<std::uint8_t> sees;
+  sight.Look(pairs, sees);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto& [a, b] = pairs[k];
+    const double apart = (balls.cells.center[a] - balls.cells.center[b]).norm();
+    if (apart > 0.7) {
+      EXPECT_EQ(sees[k], apart < 2.0) << apart;
     }
-    before.push_back(a);
   }
 }
 

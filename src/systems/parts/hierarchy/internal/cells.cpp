@@ -134,23 +134,27 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
   Cells cells{of_face,
               {0},
               {},
+              {},
               std::move(sums.center),
               std::move(sums.normal),
               std::move(sums.area),
               std::vector<std::uint8_t>(count, 0),
               {},
               {}};
-  std::vector<std::map<std::uint32_t, Cells::Link>> borders(count);
+  std::vector<std::map<std::uint32_t, Cells::Border>> borders(count);
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
     if (of_face[g] == of_face[f]) return;
-    const auto to = static_cast<std::uint32_t>(of_face[g]);
-    Cells::Link& border = borders[of_face[f]].try_emplace(to, Cells::Link{to, 0, 0}).first->second;
+    Cells::Border& border = borders[of_face[f]][static_cast<std::uint32_t>(of_face[g])];
     border.cost += costs[k];
     border.length += LengthOf(mesh.points, faces.edge[k]);
   });
   for (std::size_t c = 0; c < count; ++c) {
-    for (const auto& [to, border] : borders[c]) cells.links.push_back(border);
-    cells.begin.push_back(static_cast<std::uint32_t>(cells.links.size()));
+    for (const auto& [to, border] : borders[c]) {
+      cells.neighbor.push_back(to);
+      // One border has one cost, whichever side sums it up.
+      cells.border.push_back(to < c ? borders[to].at(static_cast<std::uint32_t>(c)) : border);
+    }
+    cells.begin.push_back(static_cast<std::uint32_t>(cells.neighbor.size()));
   }
   return cells;
 }
@@ -228,37 +232,39 @@ Sight::Sight(const Shape& mesh, const FaceFrames& frames, const Cells& cells) {
   rank_.resize(count);
   // By multiples of the golden section: no part of the surface comes first.
   for (std::uint32_t k = 0; k < count; ++k) rank_[k] = k * 0x9e3779b9u;
-  known_.assign(PairOf(count, 0), false);
-  sees_ = known_;
+  sees_.assign(PlaceOf(0, count), kUnknown);
 }
 
 Sight::Sight(const std::vector<std::vector<bool>>& sees)
-    : rank_(sees.size()), known_(PairOf(sees.size(), 0), true), sees_(known_) {
+    : rank_(sees.size()), sees_(PlaceOf(0, sees.size())) {
   for (std::uint32_t a = 0; a < sees.size(); ++a) {
     rank_[a] = a;
-    for (std::uint32_t b = 0; b < a; ++b) sees_[PairOf(a, b)] = sees[a][b];
+    for (std::uint32_t b = 0; b < a; ++b) sees_[PlaceOf(b, a)] = sees[a][b];
   }
 }
 
-void Sight::Look(std::uint32_t from, std::span<const std::uint32_t> others) {
+void Sight::Look(std::span<const Pair> pairs, std::vector<std::uint8_t>& sees) {
   rays_.clear();
   asked_.clear();
-  for (const std::uint32_t to : others) {
-    const std::size_t pair = PairOf(from, to);
-    if (known_[pair]) continue;
+  sees.clear();
+  for (const auto& [one, other] : pairs) {
     // From the larger number on, whoever asks: rounding may decide.
-    const auto [a, b] = std::minmax(from, to);
-    const Eigen::Vector3d way = below_[a] - below_[b];
-    const double length = way.norm();
-    rays_.push_back({below_[b].cast<float>(), (way / std::max(length, 1e-30)).cast<float>(), 0.0f,
-                     static_cast<float>(length)});
-    asked_.push_back(pair);
+    const auto [a, b] = std::minmax(one, other);
+    const std::size_t place = PlaceOf(a, b);
+    if (sees_[place] == kUnknown) {
+      const Eigen::Vector3d way = below_[a] - below_[b];
+      const double length = way.norm();
+      rays_.push_back({below_[b].cast<float>(), (way / std::max(length, 1e-30)).cast<float>(), 0.0f,
+                       static_cast<float>(length)});
+      asked_.emplace_back(place, sees.size());
+    }
+    sees.push_back(sees_[place]);
   }
   if (rays_.empty()) return;
   caster_->Blocked(rays_, blocked_);
   for (std::size_t k = 0; k < asked_.size(); ++k) {
-    known_[asked_[k]] = true;
-    sees_[asked_[k]] = blocked_[k] == 0;
+    const auto& [place, answer] = asked_[k];
+    sees[answer] = sees_[place] = blocked_[k] == 0;
   }
 }
 
@@ -275,14 +281,16 @@ Cells Subset(const Cells& cells, const Indices& some) {
     subset.area.push_back(cells.area[c]);
     subset.on_edge.push_back(cells.on_edge[c]);
     if (cells.sight) subset.name.push_back(cells.name[c]);
-    for (const Cells::Link& link : cells.LinksOf(c)) {
-      if (number[link.to] == kOut) {
+    for (std::uint32_t k = cells.begin[c]; k < cells.begin[c + 1]; ++k) {
+      const std::uint32_t to = number[cells.neighbor[k]];
+      if (to == kOut) {
         subset.on_edge.back() = 1;
       } else {
-        subset.links.push_back({number[link.to], link.cost, link.length});
+        subset.neighbor.push_back(to);
+        subset.border.push_back(cells.border[k]);
       }
     }
-    subset.begin.push_back(static_cast<std::uint32_t>(subset.links.size()));
+    subset.begin.push_back(static_cast<std::uint32_t>(subset.neighbor.size()));
   }
   return subset;
 }

@@ -26,14 +26,14 @@ class Sight;
 
 /// A mesh in cells of faces that end at concave creases.
 struct Cells {
-  struct Link {
-    std::uint32_t to;
-    double cost;    ///< of cutting along the border
-    double length;  ///< of the border
+  struct Border {
+    double cost = 0.0;  ///< of cutting along it
+    double length = 0.0;
   };
   Labels of_face;
-  Indices begin;            ///< cells + 1
-  std::vector<Link> links;  ///< of cell c to touching ones, ascending: [begin[c], begin[c+1])
+  Indices begin;               ///< cells + 1
+  Indices neighbor;            ///< of cell c those that touch it, ascending: [begin[c], begin[c+1])
+  std::vector<Border> border;  ///< with each of these
   Points center;
   Points normal;  ///< unit, or zero
   std::vector<double> area;
@@ -42,8 +42,8 @@ struct Cells {
   Indices name;                       ///< of each cell: its number in `sight`
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(area.size()); }
-  std::span<const Link> LinksOf(std::uint32_t c) const {
-    return std::span(links).subspan(begin[c], begin[c + 1] - begin[c]);
+  std::span<const std::uint32_t> NeighborsOf(std::uint32_t c) const {
+    return std::span(neighbor).subspan(begin[c], begin[c + 1] - begin[c]);
   }
 };
 
@@ -56,24 +56,23 @@ class Sight {
   /// All is known.
   explicit Sight(const std::vector<std::vector<bool>>& sees);
 
-  /// Finds out what one cell sees of some others.
-  void Look(std::uint32_t from, std::span<const std::uint32_t> others);
-  /// After Look, either way; of two cells.
-  bool Sees(std::uint32_t a, std::uint32_t b) const { return sees_[PairOf(a, b)]; }
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;
+  /// Of each pair of different cells, whether they see each other: 0 or 1.
+  void Look(std::span<const Pair> pairs, std::vector<std::uint8_t>& sees);
   /// Of each cell, its place in an order of which any beginning is spread over the surface.
   const Indices& rank() const { return rank_; }
 
  private:
-  static std::size_t PairOf(std::size_t a, std::size_t b) {
-    return a > b ? a * (a - 1) / 2 + b : b * (b - 1) / 2 + a;
-  }
+  /// Of a pair a < b; of (0, b), how many pairs there are below b.
+  static std::size_t PlaceOf(std::size_t a, std::size_t b) { return b * (b - 1) / 2 + a; }
+  static constexpr std::uint8_t kUnknown = 2;
 
   std::unique_ptr<const geometry::RayCaster> caster_;
   Points below_;  ///< where cells look from
   Indices rank_;
-  std::vector<bool> known_, sees_;  ///< of pairs
+  std::vector<std::uint8_t> sees_;  ///< of pairs: 0, 1 or unknown
   std::vector<geometry::Ray> rays_;
-  std::vector<std::size_t> asked_;  ///< pairs
+  std::vector<std::pair<std::size_t, std::size_t>> asked_;  ///< places in sees_ and in the answer
   std::vector<std::uint8_t> blocked_;
 };
 

@@ -31,7 +31,7 @@ constexpr std::size_t kMaxLookers = 64;
 constexpr std::size_t kFarBins = 8;
 constexpr double kFarthest = 2.5;
 /// Pairs on one side that a bin needs to be compared with.
-constexpr double kMinPairs = 8.0;
+constexpr int kMinPairs = 8;
 /// Where fewer of the pairs on one side see each other it is no weakly convex part but a wall, of
 /// which sight says nothing.
 constexpr double kMinConvex = 0.5;
@@ -77,7 +77,7 @@ std::uint64_t NameOf(Cell c) {
 /// Visits the cells piece by piece: those that are connected on the same side.
 /// @param of_cell  the piece of each cell
 /// @param enter    enter(c), cells of a piece one after the other
-/// @param cross    cross(c, link) over the border
+/// @param cross    cross(c, k) over the border, k as of Cells::border
 /// @return how many pieces there are
 template <class Enter, class Cross>
 std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, const Enter& enter,
@@ -93,12 +93,13 @@ std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, 
       const Cell c = front.back();
       front.pop_back();
       enter(c);
-      for (const Cells::Link& link : part.LinksOf(c)) {
-        if (side[link.to] != side[c]) {
-          cross(c, link);
-        } else if (of_cell[link.to] < 0) {
-          of_cell[link.to] = pieces;
-          front.push_back(link.to);
+      for (std::uint32_t k = part.begin[c]; k < part.begin[c + 1]; ++k) {
+        const Cell next = part.neighbor[k];
+        if (side[next] != side[c]) {
+          cross(c, k);
+        } else if (of_cell[next] < 0) {
+          of_cell[next] = pieces;
+          front.push_back(next);
         }
       }
     }
@@ -109,7 +110,7 @@ std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, 
 
 std::int32_t CountPieces(const Cells& part, const Sides& side, Labels& of_cell) {
   return VisitPieces(
-      part, side, of_cell, [](Cell) {}, [](Cell, const Cells::Link&) {});
+      part, side, of_cell, [](Cell) {}, [](Cell, std::uint32_t) {});
 }
 
 std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, Labels& of_cell) {
@@ -125,12 +126,25 @@ std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, L
         piece.sums.Add(part, c);
         piece.name += NameOf(c);
       },
-      [&](Cell c, const Cells::Link& link) {
+      [&](Cell c, std::uint32_t k) {
         SidePiece& piece = own(c);
-        piece.cost += link.cost;
-        piece.length += link.length;
+        piece.cost += part.border[k].cost;
+        piece.length += part.border[k].length;
       });
   return pieces;
+}
+
+/// One of the pieces of a candidate as a side, of two the second.
+Sides SideOf(const Cells& part, const Sides& candidate, std::int32_t piece, std::int32_t pieces) {
+  Sides off(part.size());
+  if (pieces == 2) {
+    for (Cell c = 0; c < part.size(); ++c) off[c] = candidate[c] != candidate[0];
+    return off;
+  }
+  Labels of_cell;
+  CountPieces(part, candidate, of_cell);
+  for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == piece;
+  return off;
 }
 
 Indices CellsOn(const Sides& side) {
@@ -141,22 +155,106 @@ Indices CellsOn(const Sides& side) {
 Sides BorderOf(const Cells& part, const Sides& off) {
   Sides border(part.size(), 0);
   for (Cell c = 0; c < part.size(); ++c) {
-    for (const Cells::Link& link : part.LinksOf(c)) border[c] |= off[link.to] != off[c];
+    for (const Cell next : part.NeighborsOf(c)) border[c] |= off[next] != off[c];
   }
   return border;
 }
 
-/// With all that touch them: cells may follow each other along a border without that they share an
-/// edge.
-Sides AtBorder(const Cells& part, const Sides& off) {
+/// How many closed borders there are, at least 1. Cells may follow each other along a border
+/// without that they share an edge: those that touch them belong to it.
+double LoopsOf(const Cells& part, const Sides& off) {
   const Sides border = BorderOf(part, off);
   Sides wide = border;
   for (Cell c = 0; c < part.size(); ++c) {
     if (!border[c]) continue;
-    for (const Cells::Link& link : part.LinksOf(c)) wide[link.to] = 1;
+    for (const Cell next : part.NeighborsOf(c)) wide[next] = 1;
   }
-  return wide;
+  int loops = 0;
+  Indices front;
+  for (Cell first = 0; first < part.size(); ++first) {
+    if (!wide[first]) continue;
+    // A border that ends at cells outside of the part is no loop.
+    bool is_loop = true;
+    wide[first] = 0;
+    front.push_back(first);
+    while (!front.empty()) {
+      const Cell c = front.back();
+      front.pop_back();
+      if (part.on_edge[c]) is_loop = false;
+      for (const Cell next : part.NeighborsOf(c)) {
+        if (!wide[next]) continue;
+        wide[next] = 0;
+        front.push_back(next);
+      }
+    }
+    loops += is_loop;
+  }
+  return std::max(1.0, static_cast<double>(loops));
 }
+
+/// The cells within reach of a border on both of its sides, 64 each at most.
+std::array<Indices, 2> Lookers(const Cells& part, const Sides& off, double reach) {
+  std::vector<double> distance(part.size(), ShortestPaths::kFar);
+  const auto expand = [&](Cell c, double d, const auto& lower) {
+    for (const Cell next : part.NeighborsOf(c)) {
+      lower(next, d + (part.center[c] - part.center[next]).norm());
+    }
+  };
+  ShortestPaths().Lower(CellsOn(BorderOf(part, off)), distance, expand, reach);
+  std::array<Indices, 2> sides;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (distance[c] <= reach) sides[off[c]].push_back(c);
+  }
+  for (Indices& side : sides) {
+    if (side.size() <= kMaxLookers) continue;
+    // The same ones for one cut after the other, so that they look once.
+    const auto rank = [&](Cell c) { return part.sight->rank()[part.name[c]]; };
+    std::ranges::nth_element(side, side.begin() + kMaxLookers, {}, rank);
+    side.resize(kMaxLookers);
+  }
+  return sides;
+}
+
+/// Pairs of cells, and how far apart they are.
+class Pairs {
+ public:
+  using Counts = std::array<int, kFarBins>;
+
+  /// @param farthest  distance from which on pairs belong to the last bin
+  Pairs(const Cells& part, double farthest)
+      : part_(part), squares_(kFarBins * kFarBins / (farthest * farthest)) {
+    for (std::size_t k = 0; k < bin_of_square_.size(); ++k) {
+      bin_of_square_[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<double>(k)));
+    }
+  }
+
+  void Add(Cell a, std::span<const Cell> others) {
+    for (const Cell b : others) {
+      names_.emplace_back(part_.name[a], part_.name[b]);
+      const double squares = squares_ * (part_.center[a] - part_.center[b]).squaredNorm();
+      bins_.push_back(bin_of_square_[static_cast<std::size_t>(std::min(squares, kLast))]);
+      ++counts_[bins_.back()];
+    }
+  }
+  /// Adds those of the next `count` pairs that see each other to their bins.
+  void Look(std::size_t count, Counts& seen) {
+    part_.sight->Look(std::span(names_).subspan(looked_, count), sees_);
+    for (std::size_t k = 0; k < count; ++k) seen[bins_[looked_ + k]] += sees_[k];
+    looked_ += count;
+  }
+  std::size_t size() const { return names_.size(); }
+  const Counts& counts() const { return counts_; }
+
+ private:
+  static constexpr double kLast = kFarBins * kFarBins - 1;
+  const Cells& part_;
+  double squares_;
+  std::array<std::uint8_t, kFarBins * kFarBins> bin_of_square_;
+  std::vector<Sight::Pair> names_;
+  std::vector<std::uint8_t> bins_, sees_;
+  Counts counts_{};
+  std::size_t looked_ = 0;
+};
 
 // ---- candidates ----
 
@@ -197,12 +295,13 @@ std::vector<double> MirrorDepths(const Points& points, const Eigen::Vector3d& ce
   // 10 degrees apart: finer ones change no order that matters.
   static const Eigen::Matrix<double, Eigen::Dynamic, 3> directions = Directions(400);
   const Points mirrored = MirrorOut(points, SphereRound(center, points));
-  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> all(mirrored.front().data(), 3,
-                                                                       mirrored.size());
-  const Eigen::MatrixXd heights = directions * all;
-  const Eigen::VectorXd levels = heights.rowwise().maxCoeff();
-  std::vector<double> depth(points.size());
-  for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = (levels - heights.col(i)).minCoeff();
+  const auto heights = [](const Eigen::Vector3d& p) {
+    return directions.col(0) * p.x() + directions.col(1) * p.y() + directions.col(2) * p.z();
+  };
+  Eigen::VectorXd levels = heights(mirrored.front());
+  for (const Eigen::Vector3d& p : mirrored) levels = levels.cwiseMax(heights(p));
+  std::vector<double> depth;
+  for (const Eigen::Vector3d& p : mirrored) depth.push_back((levels - heights(p)).minCoeff());
   return depth;
 }
 
@@ -212,34 +311,38 @@ Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::u
   Indices order;
   const auto expand = [&](std::uint32_t c, double, const auto& reach) {
     order.push_back(c);
-    for (const Cells::Link& link : cells.LinksOf(c)) reach(link.to, depth[link.to]);
+    for (const Cell next : cells.NeighborsOf(c)) reach(next, depth[next]);
   };
   ShortestPaths().LowerFrom(start, depth[start], reached, expand);
   return order;
 }
 
 /// The cheapest set of cells that holds the first of the order and none from `end` on.
-std::vector<bool> CutBetween(const Cells& cells, const Indices& order, std::size_t begin,
-                             std::size_t end) {
-  Indices node(cells.size(), kSink);
-  std::uint32_t nodes = 2;
-  for (std::size_t k = 0; k < end; ++k) node[order[k]] = k < begin ? kSource : nodes++;
+/// @param place  of each cell in the order, or farther
+std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Indices& place,
+                             std::uint32_t begin, std::uint32_t end) {
+  const auto node = [&](Cell c) {
+    return place[c] < begin ? kSource : place[c] >= end ? kSink : place[c] - begin + kSink + 1;
+  };
   std::vector<CutLink> links;
-  for (std::uint32_t c = 0; c < cells.size(); ++c) {
-    for (const Cells::Link& link : cells.LinksOf(c)) {
-      if (c < link.to && node[c] != node[link.to]) {
-        links.push_back({node[c], node[link.to], link.cost});
-      }
+  for (const Cell c : std::span(order).first(end)) {
+    for (std::uint32_t k = cells.begin[c]; k < cells.begin[c + 1]; ++k) {
+      const Cell next = cells.neighbor[k];
+      // From the later of the two, if that is not the sink.
+      if (place[next] < place[c] ? place[c] < begin : place[next] < end) continue;
+      links.push_back({node(c), node(next), cells.border[k].cost});
     }
   }
-  const std::vector<bool> with_source = MinCut(nodes, links);
+  const std::vector<bool> with_source = MinCut(kSink + 1 + end - begin, links);
   std::vector<bool> within(cells.size());
-  for (std::uint32_t c = 0; c < cells.size(); ++c) within[c] = with_source[node[c]];
+  for (Cell c = 0; c < cells.size(); ++c) within[c] = with_source[node(c)];
   return within;
 }
 
 void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& options,
               std::set<std::vector<bool>>& candidates) {
+  Indices place(cells.size(), kNoNode);
+  for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
   std::vector<double> before;  // area of those before in the order
   double total = 0.0;
   for (const std::uint32_t c : order) {
@@ -247,18 +350,19 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
     total += cells.area[c];
   }
   const auto first_at = [&](double area) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(before, area) - before.begin());
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(before, area) - before.begin());
   };
   const double growth =
       std::pow(options.max_share / options.min_share, 1.0 / std::max(1, options.levels - 1));
   double share = options.min_share;
   for (int level = 0; level < options.levels; ++level, share *= growth) {
-    const std::size_t begin = std::max<std::size_t>(1, first_at(share * total));
+    const std::uint32_t begin = std::max(1u, first_at(share * total));
     // Of what is outside of a large core at least half stays rest.
     const double band_end = std::min(options.reach * share, 0.5 + 0.5 * share);
-    const std::size_t end = std::min(first_at(band_end * total), order.size() - 1);
+    const std::uint32_t end =
+        std::min(first_at(band_end * total), static_cast<std::uint32_t>(order.size() - 1));
     if (end <= begin) continue;
-    candidates.insert(CutBetween(cells, order, begin, end));
+    candidates.insert(CutBetween(cells, order, place, begin, end));
   }
 }
 
@@ -308,14 +412,7 @@ std::vector<Indices> ConnectedSets(const Cells& cells, const Sides& side) {
 
 double HandleLoops(const Cells& part, const Sides& off) {
   Labels of_cell;
-  if (CountPieces(part, off, of_cell) != 2) return 1.0;
-  const Sides border = AtBorder(part, off);
-  std::vector<bool> loop(CountPieces(part, border, of_cell), true);
-  for (Cell c = 0; c < part.size(); ++c) {
-    // A border that ends at cells outside of the part is no loop.
-    if (!border[c] || part.on_edge[c]) loop[of_cell[c]] = false;
-  }
-  return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
+  return CountPieces(part, off, of_cell) == 2 ? LoopsOf(part, off) : 1.0;
 }
 
 double Solidity(const Cells& part, const Sides& in) {
@@ -326,52 +423,33 @@ double Solidity(const Cells& part, const Sides& in) {
   return sums.Solidity();
 }
 
-double SeenAcross(const Cells& part, const Sides& off, double reach) {
-  std::vector<double> distance(part.size(), ShortestPaths::kFar);
-  const auto expand = [&](Cell c, double d, const auto& lower) {
-    for (const Cells::Link& link : part.LinksOf(c)) {
-      lower(link.to, d + (part.center[c] - part.center[link.to]).norm());
-    }
-  };
-  ShortestPaths().Lower(CellsOn(BorderOf(part, off)), distance, expand, reach);
-  std::array<Indices, 2> sides;
-  for (Cell c = 0; c < part.size(); ++c) {
-    if (distance[c] <= reach) sides[off[c]].push_back(c);
-  }
-  for (Indices& side : sides) {
-    if (side.size() <= kMaxLookers) continue;
-    // The same ones for one cut after the other, so that they look once.
-    const auto rank = [&](Cell c) { return part.sight->rank()[part.name[c]]; };
-    std::ranges::nth_element(side, side.begin() + kMaxLookers, {}, rank);
-    side.resize(kMaxLookers);
-  }
-  struct Tally {
-    double pairs = 0.0, seen = 0.0;
-  };
-  std::array<Tally, kFarBins> within, across;  // by distance
-  Indices names;
-  const auto count = [&](std::array<Tally, kFarBins>& tally, Cell a, std::span<const Cell> others) {
-    names.clear();
-    for (const Cell b : others) names.push_back(part.name[b]);
-    part.sight->Look(part.name[a], names);
-    for (std::size_t k = 0; k < others.size(); ++k) {
-      const double far = (part.center[a] - part.center[others[k]]).norm() / (kFarthest * reach);
-      Tally& bin = tally[static_cast<std::size_t>(kFarBins * std::min(far, 1.0 - 1e-9))];
-      bin.pairs += 1.0;
-      bin.seen += part.sight->Sees(part.name[a], names[k]);
-    }
-  };
+std::optional<double> SeenAcross(const Cells& part, const Sides& off, double reach, double limit) {
+  const std::array<Indices, 2> sides = Lookers(part, off, reach);
+  Pairs within(part, kFarthest * reach), across = within;
   for (const Indices& side : sides) {
-    for (std::size_t i = 0; i < side.size(); ++i) count(within, side[i], std::span(side).first(i));
+    for (std::size_t i = 0; i < side.size(); ++i) within.Add(side[i], std::span(side).first(i));
   }
-  for (const Cell a : sides[0]) count(across, a, sides[1]);
-  double seen = 0.0, expected = 0.0, pairs = 0.0;
-  for (std::size_t k = 0; k < kFarBins; ++k) {
-    if (within[k].pairs < kMinPairs) continue;
-    seen += across[k].seen;
-    pairs += across[k].pairs;
-    expected += within[k].seen / within[k].pairs * across[k].pairs;
+  for (const Cell a : sides[0]) across.Add(a, sides[1]);
+  const auto sum = [&](const auto& value) {
+    double total = 0.0;
+    for (std::size_t k = 0; k < kFarBins; ++k) {
+      if (within.counts()[k] >= kMinPairs) total += value(k);
+    }
+    return total;
+  };
+  const double pairs = sum([&](std::size_t k) { return across.counts()[k]; });
+  Pairs::Counts seen_within{}, seen_across{};
+  double seen = 0.0;
+  for (std::size_t i = 0; i < sides[0].size(); ++i) {
+    across.Look(sides[1].size(), seen_across);
+    seen = sum([&](std::size_t k) { return seen_across[k]; });
+    // No more is expected than that all pairs see each other.
+    if (seen > (1.0 + 1e-9) * limit * pairs) return std::nullopt;
   }
+  within.Look(within.size(), seen_within);
+  const double expected = sum([&](std::size_t k) {
+    return static_cast<double>(seen_within[k]) / within.counts()[k] * across.counts()[k];
+  });
   if (!(expected > kMinConvex * pairs)) return 1.0;
   return std::clamp(seen / expected, kMinSeen, 1.0);
 }
@@ -388,7 +466,7 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
   struct Try {
     double quality, smaller, flatness;
     std::size_t candidate;
-    std::int32_t piece;
+    std::int32_t piece, pieces;
   };
   std::vector<Try> tries;
   std::unordered_set<std::uint64_t> known;
@@ -405,21 +483,25 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
       if (side.at_edge > kStrip * side.area) continue;
       // Many candidates hold the same piece, or all but that.
       if (!known.insert(std::min(name, all_name - name)).second) continue;
-      tries.push_back(
-          {cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k, p});
+      tries.push_back({cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k,
+                       p, static_cast<std::int32_t>(pieces.size())});
     }
   }
   std::ranges::stable_sort(tries, {}, &Try::quality);
   CutOff best{std::numeric_limits<double>::infinity(), {}};
   for (const Try& one : tries) {
     if (one.quality * kMinSeen >= kMaxLoops * best.quality) break;
-    CountPieces(part, candidates[one.candidate], of_cell);
-    Sides off(part.size());
-    for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == one.piece;
-    double quality = one.quality / std::min(kMaxLoops, HandleLoops(part, off));
+    const Sides off = SideOf(part, candidates[one.candidate], one.piece, one.pieces);
+    const double loops = one.pieces == 2 ? LoopsOf(part, off) : HandleLoops(part, off);
+    double quality = one.quality / std::min(kMaxLoops, loops);
     if (quality * kMinSeen >= best.quality) continue;
-    const double seen =
-        part.sight ? SeenAcross(part, off, options.sight * std::sqrt(one.smaller)) : 1.0;
+    double seen = 1.0;
+    if (part.sight) {
+      const double limit = std::min(options.max_flatness / one.flatness, best.quality / quality);
+      const auto found = SeenAcross(part, off, options.sight * std::sqrt(one.smaller), limit);
+      if (!found) continue;
+      seen = *found;
+    }
     if (one.flatness * seen > options.max_flatness) continue;
     quality *= seen;
     if (quality < best.quality) best = {quality, CellsOn(off)};
@@ -451,14 +533,21 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
   constexpr double kMinSlope = 0.3;
   const Eigen::Vector3d& p = cells.center[c];
   const Eigen::Vector3d& n = cells.normal[c];
-  double radius = std::numeric_limits<double>::infinity();
-  for (std::uint32_t other = 0; other < cells.size(); ++other) {
+  // The ball's radius is squared / (2 below): no root and no division for each of many cells.
+  double squared = 1.0, below = 0.0;
+  for (Cell other = 0; other < cells.size(); ++other) {
     const Eigen::Vector3d to = p - cells.center[other];
-    const double below = n.dot(to);
-    if (other == c || below <= kMinSlope * to.norm()) continue;
-    radius = std::min(radius, to.squaredNorm() / (2.0 * below));
+    const double other_below = n.dot(to);
+    const double other_squared = to.squaredNorm();
+    if (other_below <= 0.0 || other_below * other_below <= kMinSlope * kMinSlope * other_squared) {
+      continue;
+    }
+    if (other_squared * below < squared * other_below) {
+      squared = other_squared;
+      below = other_below;
+    }
   }
-  return std::isfinite(radius) ? Eigen::Vector3d(p - radius * n) : p;
+  return below > 0.0 ? Eigen::Vector3d(p - squared / (2.0 * below) * n) : p;
 }
 
 std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& options) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "parts/hierarchy/internal/cells.h"
 
 namespace rangegrasp::parts {
@@ -21,7 +23,10 @@ double Solidity(const Cells& part, const Sides& in);
 /// Weak convexity (van Kaick et al. 2014): how many pairs of cells next to a border see each other
 /// across it, as a share of what pairs as far apart on one side of it do; 0.1 to 1.
 /// @param reach  of cells from the border, along the surface
-double SeenAcross(const Cells& part, const Sides& off, double reach);
+/// @param limit  what is above it need not be known exactly
+/// @return nullopt, sooner, for some of what is above the limit
+std::optional<double> SeenAcross(const Cells& part, const Sides& off, double reach,
+                                 double limit = 2.0);
 
 struct SplitOptions {
   double min_area;  ///< of both sides
