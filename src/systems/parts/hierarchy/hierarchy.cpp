@@ -309,16 +309,16 @@ class Hierarchy {
   int leaves_ = 0;
 };
 
-/// Numbers labels by falling area, ties by their first face. Returns the new number of each of
-/// `count` labels, -1 of those that no face has.
-Labels NumberByArea(const FaceFrames& frames, std::size_t count, Labels& label) {
-  std::vector<bool> seen(count, false);
+/// Numbers labels by falling weight, ties by their first element. Returns the new number of each,
+/// -1 of those that no element has.
+Labels Renumber(const std::vector<double>& weight, Labels& label) {
+  std::vector<bool> seen(weight.size(), false);
   Indices names;
   for (const std::int32_t l : label) {
     if (!seen[l]) names.push_back(static_cast<std::uint32_t>(l));
     seen[l] = true;
   }
-  const Labels number = RankLabels(std::move(names), GroupSums(label, frames.area, count));
+  const Labels number = RankLabels(std::move(names), weight);
   for (std::int32_t& l : label) l = number[l];
   return number;
 }
@@ -352,7 +352,8 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   result.label.assign(shape.faces.size(), 0);
   const Labels sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
   for (std::size_t f = 0; f < sorted.size(); ++f) result.label[canonical.origin[f]] = sorted[f];
-  const auto number = NumberByArea(BuildFaceFrames(shape), nodes.size(), result.label);
+  const auto number =
+      Renumber(GroupSums(result.label, BuildFaceFrames(shape).area, nodes.size()), result.label);
   result.parts = *std::ranges::max_element(number) + 1;
   // Leaves that lost all of their faces, too small for the mesh, have no label.
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -388,18 +389,15 @@ HierarchyOptions OfClouds(HierarchyOptions options) {
   return options;
 }
 
-/// Numbers the parts anew without those that no element has, as a small part of a mesh may be the
-/// nearest to no point.
+/// Without the parts that no element has, as a small part of a mesh may be the nearest to no point.
 void DropEmptyParts(Segmentation& found) {
-  Indices names(found.label.begin(), found.label.end());
-  std::ranges::sort(names);
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  const Labels number = RankLabels(names, std::vector<double>(found.parts, 0.0));
-  found.parts = static_cast<int>(names.size());
-  for (std::int32_t& l : found.label) l = number[l];
+  std::vector<double> as_before(found.parts);
+  for (std::size_t l = 0; l < as_before.size(); ++l) as_before[l] = -static_cast<double>(l);
+  const Labels number = Renumber(as_before, found.label);
   for (PartNode& node : found.tree) {
     if (node.label >= 0) node.label = number[node.label];
   }
+  found.parts = *std::ranges::max_element(number) + 1;
   found.has_core = found.parts > 1;
 }
 

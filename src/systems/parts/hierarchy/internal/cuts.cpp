@@ -169,27 +169,13 @@ double LoopsOf(const Cells& part, const Sides& off) {
     if (!border[c]) continue;
     for (const Cell next : part.NeighborsOf(c)) wide[next] = 1;
   }
-  int loops = 0;
-  Indices front;
-  for (Cell first = 0; first < part.size(); ++first) {
-    if (!wide[first]) continue;
+  Labels of_cell;
+  std::vector<bool> loop(CountPieces(part, wide, of_cell), true);
+  for (Cell c = 0; c < part.size(); ++c) {
     // A border that ends at cells outside of the part is no loop.
-    bool is_loop = true;
-    wide[first] = 0;
-    front.push_back(first);
-    while (!front.empty()) {
-      const Cell c = front.back();
-      front.pop_back();
-      if (part.on_edge[c]) is_loop = false;
-      for (const Cell next : part.NeighborsOf(c)) {
-        if (!wide[next]) continue;
-        wide[next] = 0;
-        front.push_back(next);
-      }
-    }
-    loops += is_loop;
+    if (!wide[c] || part.on_edge[c]) loop[of_cell[c]] = false;
   }
-  return std::max(1.0, static_cast<double>(loops));
+  return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
 /// The cells within reach of a border on both of its sides, 64 each at most.
