@@ -196,7 +196,9 @@ void YamlMap::Fail(const std::string& key, const std::string& what) const {
 void YamlMap::Require(const std::string& key) {
   impl_->document->Key(impl_->prefix + key).required = true;
   if (!Has(key) && !impl_->document->only_documentation) {
-    Fail(key, "is missing and has no default");
+    const std::string& in = impl_->prefix;
+    Fail(key, "is missing" + (in.empty() ? "" : " in '" + in.substr(0, in.size() - 1) + "'") +
+                  " and has no default");
   }
 }
 

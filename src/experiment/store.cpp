@@ -436,8 +436,8 @@ struct Store::Cursor::Impl {
       : file(database.file),
         times(database, "SELECT id, stage, seconds FROM seconds ORDER BY id, position"),
         cases(database,
-              "SELECT id, case_group, seed, params, position, outcome, stage, detail, data "
-              "FROM cases ORDER BY id"),
+              "SELECT id, case_group, seed, params, position, outcome, stage, detail, data, "
+              "json_valid(data) AND substr(data, 1, 1) = '{' FROM cases ORDER BY id"),
         times_left(times.Step()) {}
 };
 
@@ -459,6 +459,7 @@ std::optional<Record> Store::Cursor::Next() {
   } catch (const base::InputError& e) {
     fail(e.what());
   }
+  if (cases.Int(9) == 0) fail("its data are damaged: no JSON object");
   Record record{{cases.Text(0), cases.Text(1), *seed, std::move(params), cases.Int(4)},
                 {cases.Text(5), cases.Text(6), cases.Text(7), cases.Text(8), {}}};
   // A run that is under way may have added a case since the first row was read.

@@ -36,7 +36,7 @@ class Squares : public Task {
   }
   Result Run(const Case& which) const override {
     const int i = which.params.Int("number");
-    return {"done", "count", "", fmt::format("{}", i * i), {{"count", 1.0}}};
+    return {"done", "count", fmt::format("{}", i * i), "{}", {{"count", 1.0}}};
   }
   Result Replay(const Case& which, const ReplayOptions&) const override { return Run(which); }
   void AddTo(Stamp& stamp) const override { stamp.data["unit"] = "1"; }
@@ -75,7 +75,7 @@ void AddSquares(const std::string& name, bool uses_seed) {
     Report report;
     report.sections.push_back({"Squares", {{"id", "square"}, {true, false}, {}, false}});
     for (const auto& r : records) {
-      report.sections[0].grid.rows.push_back({r.which.id, r.result.data});
+      report.sections[0].grid.rows.push_back({r.which.id, r.result.detail});
     }
     return report;
   };

@@ -353,7 +353,7 @@ TEST(RunCases, WhatATrialPrintsDoesNotMixWithResults) {
 TEST(RunCases, AResultLargerThanAPipeComesThrough) {
   const auto result = RunBad([](const Case& which) {
     Result large = Good(which);
-    large.data = std::string(3000000, 'x');
+    large.data = LargeData(3000000);
     return large;
   });
   EXPECT_EQ(result.result.data.size(), 3000000u);
@@ -368,7 +368,7 @@ TEST(RunCases, AFullDiskEndsTheRunAndLeavesNoProcessBehind) {
       RunCases(Cases(100),
                [](const Case& which) {
                  Result large = Good(which);
-                 large.data = std::string(50000, 'x');
+                 large.data = LargeData(50000);
                  return large;
                },
                store, {.jobs = 3}, {});

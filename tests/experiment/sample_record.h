@@ -31,6 +31,12 @@ inline Record SampleRecord(const std::string& group, int i, std::uint64_t seed =
   return {which, SampleResult(which)};
 }
 
+/// Data of so many bytes.
+inline std::string LargeData(std::size_t bytes) {
+  const std::string begin = R"({"x":")", end = R"("})";
+  return begin + std::string(bytes - begin.size() - end.size(), 'x') + end;
+}
+
 /// All that must not depend on how a case was run, a field that holds bytes that are no text too.
 inline std::string Row(const Record& record) {
   const auto& [c, r] = record;

@@ -72,7 +72,7 @@ TEST(Store, RoundTripsEveryFieldExactly) {
   written[3].which.seed = ~std::uint64_t{0};
   written[4].result.detail = std::string("nul \0, quote ' and \" and \xff", 27);
   written[5].result.seconds.clear();
-  written[6].result.data = std::string(200000, 'x');
+  written[6].result.data = LargeData(200000);
   {
     Store store = Store::Create(folder / "a/b");
     for (const auto& result : written) store.Write(result);
@@ -191,7 +191,7 @@ TEST(Store, AFullDiskIsARunErrorAndKeepsTheRowsBefore) {
     LimitFileSize(300000);
     for (int i = 1; i < 1000; ++i) {
       Record result = SampleRecord("mug", i);
-      result.result.data = std::string(10000, 'x');
+      result.result.data = LargeData(10000);
       try {
         store.Write(result);
       } catch (const base::RunError& e) {
@@ -277,15 +277,23 @@ TEST(Store, ATruncatedDatabaseIsDamagedAndNoFullDisk) {
   EXPECT_THAT(message, testing::Not(HasSubstr("full")));
 }
 
-TEST(Store, ARecordWithoutASeedIsNamed) {
-  const TempFolder folder;
-  Store::Create(folder.path()).Write(SampleRecord("mug", 0));
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
-  sqlite3_exec(db, "UPDATE cases SET seed = 'x'", nullptr, nullptr, nullptr);
-  sqlite3_close(db);
-  EXPECT_THAT(ErrorOf([&] { Store::Open(folder.path()).ReadAll(); }),
-              testing::AllOf(HasSubstr("results.sqlite: case mug-0"), HasSubstr("seed 'x'")));
+TEST(Store, ADamagedRecordIsNamed) {
+  const std::pair<const char*, const char*> changes[] = {
+      {"seed = 'x'", "seed 'x'"},
+      {"params = '{\"a\": '", "parameters"},
+      {"data = substr(data, 2)", "data are damaged"},
+      {"data = '[1]'", "data are damaged"}};
+  for (const auto& [change, what] : changes) {
+    const TempFolder folder;
+    Store::Create(folder.path()).Write(SampleRecord("mug", 0));
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
+    const auto sql = std::string("UPDATE cases SET ") + change;
+    ASSERT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+    sqlite3_close(db);
+    EXPECT_THAT(ErrorOf([&] { Store::Open(folder.path()).ReadAll(); }),
+                testing::AllOf(HasSubstr("results.sqlite: case mug-0"), HasSubstr(what)));
+  }
 }
 
 // As on a medium that is read-only, or in a folder of another user.
