@@ -97,7 +97,8 @@ geometry::ColoredMesh ObjectSurface(const ObjectModel& object) {
   const mjModel* model = built.model.get();
   const int root = built.objects.front().body;
   const internal::DataPtr data = internal::DataAtZero(model);
-  VisualMesh visual = internal::VisualOfTree(model, data.get(), root);
+  internal::ColorsOfGeoms colors(model);
+  VisualMesh visual = internal::VisualOfTree(model, data.get(), root, colors);
   return {geometry::Transformed(visual.mesh_W, internal::BodyPose(data.get(), root).inverse()),
           std::move(visual.colors)};
 }

@@ -57,6 +57,7 @@ struct World::Impl {
   std::vector<int> arm_actuators;
   std::vector<std::string> warnings;
   SolverCounts solver_counts;
+  internal::ColorsOfGeoms colors{nullptr};
   // Before the step at hand.
   struct {
     std::vector<mjtNum> state;
@@ -155,6 +156,7 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
     : impl_(std::make_unique<Impl>()) {
   internal::BuiltScene built = internal::BuildScene(scene_mjcf, objects, options);
   impl_->model = std::move(built.model);
+  impl_->colors = internal::ColorsOfGeoms(model());
   impl_->objects = std::move(built.objects);
   impl_->physics = options;
   impl_->scene_option = impl_->model->opt;
@@ -404,13 +406,14 @@ void World::StepCoarsely(bool coarsely) {
 }
 
 std::vector<VisualMesh> World::VisualMeshes() const {
+  internal::ColorsOfGeoms& colors = impl_->colors;
   std::vector<VisualMesh> meshes;
-  meshes.push_back(internal::VisualOfScene(model(), data()));
-  if (container()) meshes.push_back(internal::VisualOfContainer(model(), data()));
+  meshes.push_back(internal::VisualOfScene(model(), data(), colors));
+  if (container()) meshes.push_back(internal::VisualOfContainer(model(), data(), colors));
   for (int object = 0; object < objects(); ++object) {
     const ObjectEntry& entry = impl_->at(object);
     if (entry.parked) continue;
-    VisualMesh mesh = internal::VisualOfTree(model(), data(), entry.body);
+    VisualMesh mesh = internal::VisualOfTree(model(), data(), entry.body, colors);
     mesh.surface = entry.optical;
     mesh.label = static_cast<std::uint32_t>(object) + 1;
     meshes.push_back(std::move(mesh));

@@ -261,7 +261,8 @@ class Checked {
         min_tipping_rad_(min_tipping_rad),
         built_(sim::internal::BuildObject(object)) {
     data_ = sim::internal::DataAtZero(model());
-    seen_ = sim::internal::VisualOfTree(model(), data_.get(), root()).mesh_W.vertices;
+    sim::internal::ColorsOfGeoms colors(model());
+    seen_ = sim::internal::VisualOfTree(model(), data_.get(), root(), colors).mesh_W.vertices;
     for (int geom = 0; geom < model()->ngeom; ++geom) {
       if (!sim::internal::Collides(model(), geom)) continue;
       const auto surface =

@@ -147,9 +147,8 @@ OpticalSurface SurfaceOf(const mjModel* model, const std::string& prefix) {
 // Visible geoms of some bodies, with the surface of the custom numerics "<prefix>_...".
 template <typename Predicate>
 VisualMesh VisualOfBodies(const mjModel* model, const mjData* data, const std::string& prefix,
-                          const Predicate& holds) {
+                          ColorsOfGeoms& colors, const Predicate& holds) {
   VisualMesh visual;
-  ColorsOfGeoms colors(model);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!Visible(model, geom) || !holds(model->geom_bodyid[geom])) continue;
     AppendGeom(model, data, geom, colors, visual);
@@ -222,11 +221,17 @@ Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
 Eigen::Vector4f ColorsOfGeoms::Of(int geom) {
   const int material = model_->geom_matid[geom];
   if (material < 0) return Eigen::Map<const Eigen::Vector4f>(model_->geom_rgba + 4 * geom);
-  const auto [print, is_new] = prints_.try_emplace(material);
-  if (is_new) print->second = MeanPrint(model_, material);
+  const auto [mean, is_new] = means_.try_emplace(material);
+  if (is_new) mean->second = MeanPrint(model_, material);
   Eigen::Vector4f color = Eigen::Map<const Eigen::Vector4f>(model_->mat_rgba + 4 * material);
-  color.head<3>().array() *= print->second.array();
+  color.head<3>().array() *= mean->second.array();
   return color;
+}
+
+std::shared_ptr<const geometry::Print> ColorsOfGeoms::Print(int texture) {
+  auto& print = prints_[texture];
+  if (!print) print = PrintOf(model_, texture);
+  return print;
 }
 
 bool Visible(const mjModel* model, int geom) {
@@ -276,9 +281,8 @@ double GeomDistance(const mjModel* model, mjData* data, int a, int b, double lim
   return mj_geomDistance(model, data, a, b, limit_m, nullptr);
 }
 
-VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
+VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, ColorsOfGeoms& colors) {
   VisualMesh visual;
-  ColorsOfGeoms colors(model);
   int printed = -1;
   const Eigen::Vector2f none = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
   for (int geom = 0; geom < model->ngeom; ++geom) {
@@ -286,7 +290,7 @@ VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root) {
     AppendGeom(model, data, geom, colors, visual);
     const int texture = TextureOf(model, geom);
     if (texture >= 0 && (printed < 0 || printed == texture)) {
-      if (printed < 0) visual.colors.print = PrintOf(model, texture);
+      if (printed < 0) visual.colors.print = colors.Print(texture);
       printed = texture;
       AppendUv(model, geom, visual.colors.uv);
     }
@@ -301,19 +305,19 @@ int ContainerBody(const mjModel* model) {
   return site >= 0 ? model->site_bodyid[site] : -1;
 }
 
-VisualMesh VisualOfContainer(const mjModel* model, const mjData* data) {
+VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors) {
   const int container = ContainerBody(model);
   VisualMesh visual =
-      VisualOfBodies(model, data, "container", [&](int body) { return body == container; });
+      VisualOfBodies(model, data, "container", colors, [&](int body) { return body == container; });
   visual.label = kContainerLabel;
   return visual;
 }
 
-VisualMesh VisualOfScene(const mjModel* model, const mjData* data) {
+VisualMesh VisualOfScene(const mjModel* model, const mjData* data, ColorsOfGeoms& colors) {
   const int container = ContainerBody(model);
   const int site = TryFind(model, mjOBJ_SITE, "scanner");
   const int scanner = site >= 0 ? model->site_bodyid[site] : 0;
-  return VisualOfBodies(model, data, "scene", [&](int body) {
+  return VisualOfBodies(model, data, "scene", colors, [&](int body) {
     // Never leave out the world itself.
     return !IsObject(model, body) && body != container && (scanner == 0 || body != scanner);
   });

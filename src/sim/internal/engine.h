@@ -45,17 +45,20 @@ using mjcf::Vec3;
 /// Center of mass in W of a root body and all below it.
 Eigen::Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root);
 
-/// Geoms in one color each.
+/// Colors of a model's geoms. Textures are read once.
 class ColorsOfGeoms {
  public:
   explicit ColorsOfGeoms(const mjModel* model) : model_(model) {}
 
   /// Red, green, blue, opacity, 0..1; of what is printed on it, the mean.
   Eigen::Vector4f Of(int geom);
+  /// What a 2-D texture shows.
+  std::shared_ptr<const geometry::Print> Print(int texture);
 
  private:
   const mjModel* model_;
-  std::map<int, Eigen::Vector3f> prints_;  // by material
+  std::map<int, Eigen::Vector3f> means_;  // by material
+  std::map<int, std::shared_ptr<const geometry::Print>> prints_;
 };
 
 /// Whether the engine's viewers show a geom: groups 0 to 2, not transparent.
@@ -71,14 +74,14 @@ double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
 double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m);
 
 /// Visible geoms below a root body, in W, with the first texture that one of them has.
-VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root);
+VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, ColorsOfGeoms& colors);
 /// The body that holds the site "container"; -1 if there is none.
 int ContainerBody(const mjModel* model);
 /// Its visible geoms. Surface: custom numerics "container_albedo" and "container_gloss", else that
 /// of the table's blue laminate.
-VisualMesh VisualOfContainer(const mjModel* model, const mjData* data);
+VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors);
 /// Visible geoms of all but objects (trees with a free joint), the container and the body that
 /// holds the site "scanner". Surface: "scene_albedo" and "scene_gloss", else as above.
-VisualMesh VisualOfScene(const mjModel* model, const mjData* data);
+VisualMesh VisualOfScene(const mjModel* model, const mjData* data, ColorsOfGeoms& colors);
 
 }  // namespace rangegrasp::sim::internal
