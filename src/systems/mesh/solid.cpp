@@ -36,6 +36,7 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "base/error.h"
@@ -43,9 +44,51 @@
 namespace rangegrasp::geometry {
 namespace {
 
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+/// A vertex or cell that CGAL compares by its age instead of its address, so that all of them are
+/// taken in the same order in every process.
+template <class Base>
+class Aged : public Base {
+ public:
+  using Base::Base;
+  using Has_timestamp = CGAL::Tag_true;
+  template <class Tds>
+  struct Rebind_TDS {  // CGAL's names
+    using Other = Aged<typename Base::template Rebind_TDS<Tds>::Other>;
+  };
+  std::size_t time_stamp() const { return age_; }
+  void set_time_stamp(const std::size_t& age) { age_ = age; }
+
+ private:
+  std::size_t age_ = static_cast<std::size_t>(-1);  // as CGAL marks a new one
+};
+
+// A type of its own, so that what CGAL is told below concerns nothing else.
+struct PoissonKernel : Kernel {};
+using PoissonTraits = CGAL::Reconstruction_triangulation_default_geom_traits_3<
+    CGAL::Robust_circumcenter_filtered_traits_3<PoissonKernel>>;
+
+}  // namespace
+}  // namespace rangegrasp::geometry
+
+namespace CGAL {
+
+/// The cells that Poisson_reconstruction_function refines, which offers no other way to give them
+/// an age: its queue puts equally bad ones in the order of their comparison, which is that of their
+/// addresses otherwise.
+template <class Base>
+class Triangulation_cell_base_with_info_3<int, rangegrasp::geometry::PoissonTraits, Base>
+    : public rangegrasp::geometry::Aged<Triangulation_cell_base_with_info_3<
+          std::size_t, rangegrasp::geometry::PoissonTraits, Base>> {};
+
+}  // namespace CGAL
+
+namespace rangegrasp::geometry {
+namespace {
+
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace sms = CGAL::Surface_mesh_simplification;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Surface = CGAL::Surface_mesh<Point>;
 
@@ -205,24 +248,6 @@ struct Convex {
   }
 };
 
-/// A vertex or cell that CGAL compares by its age instead of its address, so that the mesher takes
-/// all of them in the same order in every process.
-template <class Base>
-class Aged : public Base {
- public:
-  using Base::Base;
-  using Has_timestamp = CGAL::Tag_true;
-  template <class Tds>
-  struct Rebind_TDS {  // CGAL's names
-    using Other = Aged<typename Base::template Rebind_TDS<Tds>::Other>;
-  };
-  std::size_t time_stamp() const { return age_; }
-  void set_time_stamp(const std::size_t& age) { age_ = age; }
-
- private:
-  std::size_t age_ = static_cast<std::size_t>(-1);  // as CGAL marks a new one
-};
-
 using MesherKernel = CGAL::Robust_circumcenter_traits_3<Kernel>;
 using MesherCell = CGAL::Delaunay_triangulation_cell_base_with_circumcenter_3<
     MesherKernel, CGAL::Surface_mesh_cell_base_3<MesherKernel>>;
@@ -353,8 +378,10 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   }
   using PointMap = CGAL::First_of_pair_property_map<Oriented>;
   using NormalMap = CGAL::Second_of_pair_property_map<Oriented>;
-  CGAL::Poisson_reconstruction_function<Kernel> inside(oriented.begin(), oriented.end(), PointMap(),
-                                                       NormalMap());
+  using Function = CGAL::Poisson_reconstruction_function<PoissonKernel>;
+  using Triangulation = std::remove_cvref_t<decltype(std::declval<Function>().tr())>;
+  static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // as told above
+  Function inside(oriented.begin(), oriented.end(), PointMap(), NormalMap());
   if (!inside.compute_implicit_function()) return std::nullopt;
   // From a point inside, large enough to hold all of the surface.
   constexpr double kSphere = 5.0;
