@@ -380,7 +380,7 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   using NormalMap = CGAL::Second_of_pair_property_map<Oriented>;
   using Function = CGAL::Poisson_reconstruction_function<PoissonKernel>;
   using Triangulation = std::remove_cvref_t<decltype(std::declval<Function>().tr())>;
-  static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // as told above
+  static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // by the class above
   Function inside(oriented.begin(), oriented.end(), PointMap(), NormalMap());
   if (!inside.compute_implicit_function()) return std::nullopt;
   // From a point inside, large enough to hold all of the surface.
