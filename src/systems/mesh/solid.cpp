@@ -64,7 +64,7 @@ class Aged : public Base {
   std::size_t age_ = static_cast<std::size_t>(-1);  // as CGAL marks a new one
 };
 
-// A type of its own, so that what CGAL is told below concerns nothing else.
+// A type of its own, so that the specialization below changes nothing else.
 struct PoissonKernel : Kernel {};
 using PoissonTraits = CGAL::Reconstruction_triangulation_default_geom_traits_3<
     CGAL::Robust_circumcenter_filtered_traits_3<PoissonKernel>>;
@@ -74,9 +74,9 @@ using PoissonTraits = CGAL::Reconstruction_triangulation_default_geom_traits_3<
 
 namespace CGAL {
 
-/// The cells that Poisson_reconstruction_function refines, which offers no other way to give them
-/// an age: its queue puts equally bad ones in the order of their comparison, which is that of their
-/// addresses otherwise.
+/// The cells that Poisson_reconstruction_function refines. Its queue sorts equally bad ones by
+/// comparing the cells; without an age that would be by address. It has no parameter for their
+/// type.
 template <class Base>
 class Triangulation_cell_base_with_info_3<int, rangegrasp::geometry::PoissonTraits, Base>
     : public rangegrasp::geometry::Aged<Triangulation_cell_base_with_info_3<
@@ -380,7 +380,7 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   using NormalMap = CGAL::Second_of_pair_property_map<Oriented>;
   using Function = CGAL::Poisson_reconstruction_function<PoissonKernel>;
   using Triangulation = std::remove_cvref_t<decltype(std::declval<Function>().tr())>;
-  static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // by the class above
+  static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // specialized above
   Function inside(oriented.begin(), oriented.end(), PointMap(), NormalMap());
   if (!inside.compute_implicit_function()) return std::nullopt;
   // From a point inside, large enough to hold all of the surface.
