@@ -1,4 +1,6 @@
-"""Three policies that clear a table: random proposals, the best one, and a score that is learnt from its own attempts (docs/python.md)."""
+"""Three policies that clear a table: random proposals, the best one, and a score that is learnt from its own attempts (docs/python.md).
+
+Arguments: the number of episodes to learn in (half as many are tested) and the number of attempts an episode."""
 import sys
 from typing import Any, Callable, Iterable
 
@@ -55,7 +57,8 @@ class Learnt:
 
 if __name__ == "__main__":
     episodes = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    env = gymnasium.make("rangegrasp/Pile-v0", until_cleared=True, max_attempts=20)
+    most = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    env = gymnasium.make("rangegrasp/Pile-v0", until_cleared=True, max_attempts=most)
     rng, learnt = np.random.default_rng(0), Learnt(np.random.default_rng(1))
     run(env, learnt.choose, range(100, 100 + episodes), learnt.learn)
     test = range(500, 500 + episodes // 2)

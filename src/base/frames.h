@@ -1,12 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <vector>
 
-#include "base/rng.h"
-
 namespace rangegrasp::base {
+
+class Rng;
 
 /// Frames and notation, stated once.
 ///
@@ -29,11 +28,14 @@ inline Pose MakePose(const Eigen::Matrix3d& R_AB, const Eigen::Vector3d& p_AB) {
   return X_AB;
 }
 
+/// The least turn of one direction onto another.
+Eigen::Quaterniond TurnOnto(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// The turn that a rotation matrix is.
+Eigen::AngleAxisd TurnOf(const Eigen::Matrix3d& R);
+
 /// A turn about an axis, by its length [rad], and a shift.
-inline Pose SmallMotion(const Eigen::Vector3d& turn, const Eigen::Vector3d& shift) {
-  const Eigen::AngleAxisd rotation(turn.norm(), turn.stableNormalized());
-  return MakePose(rotation.toRotationMatrix(), shift);
-}
+Pose SmallMotion(const Eigen::Vector3d& turn, const Eigen::Vector3d& shift);
 
 /// Joint positions sampled at a constant period; between samples they are interpolated linearly.
 struct JointTrajectory {
@@ -46,15 +48,10 @@ struct JointTrajectory {
 };
 
 /// An error of a pose: a shift and a turn about any axis, root mean square [m], [rad]. Six draws.
-inline Pose DrawRigidError(double sigma_m, double sigma_rad, Rng& rng) {
-  const auto vector = [&rng](double sigma) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Eigen::Vector3d(Eigen::Vector3d(x, y, z) * sigma / std::sqrt(3.0));
-  };
-  const Eigen::Vector3d shift = vector(sigma_m);
-  return SmallMotion(vector(sigma_rad), shift);
-}
+Pose DrawRigidError(double sigma_m, double sigma_rad, Rng& rng);
 
 }  // namespace rangegrasp::base
+
+// Nearly every source uses them, and would take 3 s longer for it.
+extern template Eigen::Isometry3d Eigen::Isometry3d::inverse(Eigen::TransformTraits) const;
+extern template Eigen::Matrix3d Eigen::AngleAxisd::toRotationMatrix() const;

@@ -11,12 +11,12 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/installation.h"
+#include "base/pattern.h"
 #include "base/words.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
@@ -125,10 +125,8 @@ std::string SummaryOf(const fs::path& experiment) {
     if (!line.starts_with("# ")) break;
     summary += (summary.empty() ? "" : " ") + line.substr(2);
   }
-  std::smatch end;
-  return std::regex_search(summary, end, std::regex("\\. [A-Z]"))
-             ? summary.substr(0, static_cast<std::size_t>(end.position()) + 1)
-             : summary;
+  const auto end = base::FindMatch(summary, "\\. [A-Z]");
+  return end ? summary.substr(0, end->begin + 1) : summary;
 }
 
 std::vector<ListEntry> Kinds() {

@@ -10,11 +10,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <regex>
 #include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/pattern.h"
 #include "base/words.h"
 
 namespace rangegrasp::cli {
@@ -30,17 +30,16 @@ std::string Styled(const std::string& text, const fmt::text_style& style) {
 
 // Of a table's row: "worse", "better", and figures that are marked as below the published ones.
 std::string WithVerdicts(const std::string& row) {
-  static const std::regex marked(R"((\S+\*)(?=\s|$)|\b(worse|better)\b)");
   std::string text;
-  auto after = row.begin();
-  for (std::sregex_iterator match(row.begin(), row.end(), marked), end; match != end; ++match) {
-    text.append(after, (*match)[0].first);
-    const bool good = (*match)[0] == "better";
-    text +=
-        Styled((*match)[0], fmt::fg(good ? fmt::terminal_color::green : fmt::terminal_color::red));
-    after = (*match)[0].second;
+  std::size_t after = 0;
+  for (const auto& match : base::AllMatches(row, R"((\S+\*)(?=\s|$)|\b(worse|better)\b)")) {
+    const std::string& word = match.groups[0];
+    text += row.substr(after, match.begin - after);
+    text += Styled(
+        word, fmt::fg(word == "better" ? fmt::terminal_color::green : fmt::terminal_color::red));
+    after = match.end();
   }
-  return text.append(after, row.end());
+  return text + row.substr(after);
 }
 
 // Whether stdout is a terminal that shows colors and its user wants them: TERM is not "dumb", and

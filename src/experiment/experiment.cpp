@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <iterator>
-#include <regex>
 #include <set>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/installation.h"
+#include "base/pattern.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -158,7 +158,7 @@ std::span<const TaskKind> AllKinds() { return Kinds(); }
 void ReadCommon(YamlMap& map, Common& common) {
   map.Read("name", common.name,
            "name of the experiment and of its results folder; letters, digits, '_' and '-'");
-  if (!std::regex_match(common.name, std::regex("[A-Za-z0-9_-]*"))) {
+  if (base::FindMatch(common.name, "[^A-Za-z0-9_-]")) {
     map.Fail("name",
              "'" + common.name +
                  "' must consist of letters, digits, '_' and '-': it is the name of a folder");

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <regex>
 #include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/pattern.h"
 #include "base/words.h"
 #include "geometry/internal/cloud_format.h"
 
@@ -283,9 +283,8 @@ std::string NpyHeader(const std::filesystem::path& file, std::string_view& bytes
 
 std::string NpyValue(const std::filesystem::path& file, const std::string& header, const char* key,
                      const char* pattern) {
-  std::smatch match;
-  const std::regex entry(fmt::format(R"('{}' *: *{})", key, pattern));
-  if (std::regex_search(header, match, entry)) return match[1];
+  const auto match = base::FindMatch(header, fmt::format(R"('{}' *: *{})", key, pattern));
+  if (match) return match->groups[1];
   FailNpy(file, fmt::format("no valid '{}' in {}", key, Quoted(header)));
 }
 
@@ -293,9 +292,8 @@ std::string NpyValue(const std::filesystem::path& file, const std::string& heade
 CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   const std::string header = NpyHeader(file, bytes);
   const std::string type = NpyValue(file, header, "descr", "'([^']{1,20})'");
-  static const std::regex kReal("([<>])f([48])");
-  std::smatch real;
-  if (!std::regex_match(type, real, kReal)) {
+  const auto real = base::FindMatch(type, "^([<>])f([48])$");
+  if (!real) {
     FailNpy(file, fmt::format("'descr' is {}; the numbers must be float32 or float64 (<f4, <f8)",
                               Quoted(type)));
   }
@@ -314,7 +312,7 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
       !std::ranges::all_of(counts, is_count)) {
     FailNpy(file, fmt::format("'shape' is ({}); N x 3 or H x W x 3 are needed", shape));
   }
-  const std::size_t size = real[2] == "4" ? 4 : 8;
+  const std::size_t size = real->groups[2] == "4" ? 4 : 8;
   Layout layout{.points = counts.size() == 2 ? counts[0] : counts[0] * counts[1],
                 .row_bytes = 3 * size};
   for (std::size_t axis = 0; axis < 3; ++axis) layout.xyz[axis] = {{size, 'f'}, 0, axis * size};
@@ -325,7 +323,7 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   CloudFile cloud;
   cloud.height = static_cast<int>(counts.size() == 2 ? 1 : counts[0]);
   cloud.width = static_cast<int>(counts[counts.size() - 2]);
-  ReadBinaryPoints(bytes, layout, real[1] == ">", cloud);
+  ReadBinaryPoints(bytes, layout, real->groups[1] == ">", cloud);
   return cloud;
 }
 

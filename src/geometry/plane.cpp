@@ -1,11 +1,11 @@
 #include "geometry/plane.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/mesh.h"
 
@@ -71,10 +71,8 @@ Spread SpreadOf(PointSpan points, const Vector3d& p,
   if (!(scale > 0.0)) return {};
   // To unit size, for which the closed form is made.
   scatter /= scale;
-  Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
-  solver.computeDirect(scatter);
-  const Vector3d& values = solver.eigenvalues();
-  return {solver.eigenvectors().col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
+  const auto [values, vectors] = base::SymmetricEigenDirect(scatter);
+  return {vectors.col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
 }
 
 /// The list of the next point, unless one before it was left out.
@@ -98,11 +96,10 @@ std::optional<Plane> PlaneThrough(const Vector3d& a, const Vector3d& b, const Ve
 std::optional<Plane> FitPlane(PointSpan points) {
   if (points.size() < 3) return std::nullopt;
   const Vector3d mean = Centroid(points);
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(Scatter(points, mean));
-  const Vector3d values = solver.eigenvalues();
+  const auto [values, vectors] = base::SymmetricEigen(Scatter(points, mean));
   // Eigenvalues are squared lengths: points are collinear if their spread across is nothing.
   if (!(values[1] > kCollinearSquared * values[2]) || !(values[2] > 0.0)) return std::nullopt;
-  return PlaneAt(solver.eigenvectors().col(0).normalized(), mean);
+  return PlaneAt(vectors.col(0).normalized(), mean);
 }
 
 Matrix3d Scatter(PointSpan points, const Vector3d& mean) {

@@ -1,10 +1,11 @@
 #include "grasp/features.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "base/linear_algebra.h"
 #include "geometry/kd_tree.h"
 #include "geometry/plane.h"
 
@@ -234,9 +235,8 @@ struct FeatureMaker::Impl {
 
   static Vector3d LongestAxis(const Points& points) {
     if (points.empty()) return Vector3d::Zero();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
-        geometry::Scatter(points, geometry::Centroid(points)));
-    return axes.eigenvectors().col(2);
+    return base::SymmetricEigen(geometry::Scatter(points, geometry::Centroid(points)))
+        .vectors.col(2);
   }
 
   std::optional<Eigen::Vector3i> CellOf(const Vector3d& p) const {

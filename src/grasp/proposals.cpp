@@ -1,8 +1,9 @@
 #include "grasp/proposals.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <stdexcept>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/plane.h"
 #include "grasp/internal/placing.h"
@@ -61,9 +62,8 @@ Extent ExtentAlong(PointSpan points, const Vector3d& direction) {
 Vector3d MajorInPlane(PointSpan points, const geometry::Plane& plane) {
   geometry::Points flat(points.begin(), points.end());
   for (Vector3d& p : flat) p = plane.Project(p);
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(
-      geometry::Scatter(flat, geometry::Centroid(flat)));
-  const Vector3d major = axes.eigenvectors().col(2);
+  const auto axes = base::SymmetricEigen(geometry::Scatter(flat, geometry::Centroid(flat)));
+  const Vector3d major = axes.vectors.col(2);
   return (major - plane.normal.dot(major) * plane.normal).normalized();
 }
 
@@ -157,9 +157,7 @@ std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& 
   if (handle.points_C.size() < 3) return {};
   const Vector3d mean = geometry::Centroid(handle.points_C);
   const Vector3d across =
-      Eigen::SelfAdjointEigenSolver<Matrix3d>(geometry::Scatter(handle.points_C, mean))
-          .eigenvectors()
-          .col(0);
+      base::SymmetricEigen(geometry::Scatter(handle.points_C, mean)).vectors.col(0);
   const Vector3d from_body = mean - handle.body_C;
   const Vector3d out = (from_body - across.dot(from_body) * across).normalized();
   const Bar bar = OuterBar(handle, out, across, options);

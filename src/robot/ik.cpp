@@ -1,10 +1,11 @@
 #include "robot/ik.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "base/linear_algebra.h"
 #include "base/units.h"
 
 namespace rangegrasp::robot {
@@ -27,7 +28,7 @@ constexpr double kMinProgress = 0.7;
 
 /// Position and rotation error (the rotation vector of R_target R^T) in W.
 Vector6 PoseError(const base::Pose& X_target, const base::Pose& X) {
-  const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_target.linear() * X.linear().transpose()));
+  const Eigen::AngleAxisd turn = base::TurnOf(X_target.linear() * X.linear().transpose());
   Vector6 error;
   error << X_target.translation() - X.translation(), turn.angle() * turn.axis();
   return error;
@@ -40,7 +41,7 @@ VectorXd Step(MatrixXd& J, const Vector6& error, double damping, const VectorXd&
   for (int pass = 0; pass < 2; ++pass) {
     Matrix6 A = damping * Matrix6::Identity();
     A.noalias() += J * J.transpose();
-    dq = J.transpose() * A.llt().solve(error);
+    dq = J.transpose() * base::SolveLlt(A, error);
     bool held = false;
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       if ((q[i] >= upper[i] && dq[i] > 0.0) || (q[i] <= lower[i] && dq[i] < 0.0)) {
@@ -116,7 +117,7 @@ VectorXd NullSpaceStep(const Robot& robot, const VectorXd& q, double step_rad) {
   robot.HandPoseAndJacobian(q, J);
   Matrix6 A = kRegularisation_m2 * Matrix6::Identity();
   A.noalias() += J * J.transpose();
-  return descent - J.transpose() * A.llt().solve(J * descent);
+  return descent - J.transpose() * base::SolveLlt(A, J * descent);
 }
 
 }  // namespace

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "base/linear_algebra.h"
 #include "robot/mjcf/hand.h"
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
@@ -73,7 +74,8 @@ class User {
     pull_N_ = force_W.dot(along);
     if (pull_N_ > options_.force_N) force_W += (options_.force_N - pull_N_) * along;
     pull_N_ = std::min(pull_N_, options_.force_N);
-    const Eigen::AngleAxisd turned(R_WO_ * world_.ObjectPose(object_).linear().transpose());
+    const Eigen::AngleAxisd turned =
+        base::TurnOf(R_WO_ * world_.ObjectPose(object_).linear().transpose());
     const Vector3d torque_W = kTurnStiffness_Nm_rad * turned.angle() * turned.axis() -
                               kTurnDamping_Nm_s_rad * Vec3(velocity);
     Eigen::Map<Eigen::Vector<mjtNum, 6>>(world_.data()->xfrc_applied + 6 * body) << force_W,
@@ -284,7 +286,7 @@ class Execution {
     audit_.RecordGrip(log_.felt_force_N, controller_.strongest_N());
     log_.slips_heard = controller_.slips_heard();
     const base::Pose X_moved = closed_pose_.inverse() * PoseInHand(world_, hand_, target_);
-    log_.tilt_in_hand_rad = Eigen::AngleAxisd(X_moved.linear()).angle();
+    log_.tilt_in_hand_rad = base::TurnOf(X_moved.linear()).angle();
     log_.slip_in_hand_m = X_moved.translation().norm();
   }
 
@@ -364,7 +366,7 @@ class Execution {
         internal::SitePose(world_.data(), mjcf::ToolSite(world_.model(), "tcp_tip")).translation();
     const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(), tool_W);
     const Matrix3d levers = J * J.transpose() + kMinLever_m * kMinLever_m * Matrix3d::Identity();
-    return -levers.ldlt().solve(J * change);
+    return -base::SolveLdlt<3, 1>(levers, J * change);
   }
 
   void LetGo() {

@@ -307,7 +307,7 @@ std::vector<RestingPose> StableRestingPoses(const ObjectModel& object, double mi
   const Hull hull(CollisionHull(model, data.get(), root), center_B);
   const auto face_of = [&](std::size_t f) {
     const Facet& facet = hull.facets()[f];
-    return RestingFace{Eigen::Quaterniond::FromTwoVectors(facet.normal, -Vector3d::UnitZ()),
+    return RestingFace{base::TurnOnto(facet.normal, -Vector3d::UnitZ()),
                        facet.offset + facet.normal.dot(center_B)};
   };
   std::vector<RestingPose> poses;

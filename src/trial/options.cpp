@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <regex>
 #include <set>
 
 #include "base/file.h"
 #include "base/installation.h"
+#include "base/pattern.h"
 #include "base/words.h"
 #include "perception/perception_options.h"
 #include "sim/check/check.h"
@@ -174,9 +174,8 @@ void CollectModelFiles(const fs::path& file, std::set<fs::path>& files) {
   if (!fs::is_regular_file(path) || !files.insert(path).second) return;
   if (path.extension() != ".xml") return;
   const std::string text = base::ReadFile(path);
-  static const std::regex kFile("file=\"([^\"]+)\"");
-  for (std::sregex_iterator it(text.begin(), text.end(), kFile), end; it != end; ++it) {
-    CollectModelFiles(path.parent_path() / (*it)[1].str(), files);
+  for (const auto& match : base::AllMatches(text, "file=\"([^\"]+)\"")) {
+    CollectModelFiles(path.parent_path() / match.groups[1], files);
   }
 }
 

@@ -83,10 +83,9 @@ def fail(scan):
 def test_what_a_function_does_wrong_fails_its_trial_alone(detect, outcome, words):
     def sometimes(scan):
         return detect(scan) if scan.seed % 2 else built_in(scan)
-    results = rg.evaluate(sometimes, "single", trials=2, objects=["coffee_cup", "salt_cuboid"], seed=SEED, time_limit=2.0,
-                          progress=False)
+    results = rg.evaluate(sometimes, "single", trials=2, objects=["coffee_cup"], seed=SEED, time_limit=2.0, progress=False)
     bad = [row for row in results.rows if row["outcome"] == outcome]
-    assert 0 < len(bad) < 4 and [row for row in results.rows if row["outcome"] == "delivered"]
+    assert len(bad) == 1 and [row for row in results.rows if row["outcome"] == "delivered"]
     import re
     assert all(re.search(words, row["detail"]) for row in bad), bad[0]["detail"]
 

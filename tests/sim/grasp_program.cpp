@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/linear_algebra.h"
 #include "base/rng.h"
 #include "base/units.h"
 #include "sim/resting_poses.h"
@@ -125,7 +126,7 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
       }
     }
     const Eigen::MatrixXd A = J * J.transpose() + 1e-4 * Eigen::MatrixXd::Identity(6, 6);
-    Eigen::VectorXd step = J.transpose() * A.ldlt().solve(error);
+    Eigen::VectorXd step = J.transpose() * base::SolveLdlt<Eigen::Dynamic, 1>(A, error);
     const double largest = step.cwiseAbs().maxCoeff();
     if (largest > 0.2) step *= 0.2 / largest;
     for (Eigen::Index i = 0; i < n; ++i) {

@@ -1,8 +1,9 @@
 #include "grasp/internal/candidates.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <ranges>
+
+#include "base/linear_algebra.h"
 
 namespace rangegrasp::grasp::internal {
 namespace {
@@ -218,8 +219,8 @@ Vector3d MinSpread(const Task& task, const Vector3d& approach) {
     const Eigen::Vector2d q(u.dot(p - task.com_C), v.dot(p - task.com_C));
     covariance += q * q.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
-  return axes.eigenvectors()(0, 0) * u + axes.eigenvectors()(1, 0) * v;
+  const Eigen::Vector2d least = base::SymmetricEigen(covariance).vectors.col(0);
+  return least[0] * u + least[1] * v;
 }
 
 /// Adds a closing direction and those next to it, both ways round, where none is near yet.
@@ -418,23 +419,23 @@ std::optional<double> GaussianCurvature(PointSpan neighbors, const Vector3d& cen
   if (n < kMinNeighbors) return std::nullopt;
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : neighbors) mean += p / static_cast<double>(n);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(geometry::Scatter(neighbors, mean));
-  if (axes.eigenvalues()[1] < kMinSpread_m2) return std::nullopt;
+  const auto axes = base::SymmetricEigen(geometry::Scatter(neighbors, mean));
+  if (axes.values[1] < kMinSpread_m2) return std::nullopt;
   Eigen::MatrixXd A(n, 6);
   Eigen::VectorXd h(n);
   // Lengths in units of the neighbourhood, so that the columns weigh alike.
-  const double unit = std::sqrt(axes.eigenvalues()[2] / static_cast<double>(n));
+  const double unit = std::sqrt(axes.values[2] / static_cast<double>(n));
   for (Eigen::Index i = 0; i < n; ++i) {
     const Vector3d q =
-        axes.eigenvectors().transpose() * (neighbors[static_cast<std::size_t>(i)] - center) / unit;
+        axes.vectors.transpose() * (neighbors[static_cast<std::size_t>(i)] - center) / unit;
     const double u = q[1];
     const double v = q[2];
     A.row(i) << u * u, u * v, v * v, u, v, 1.0;
     h[i] = q[0];
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
-  if (qr.rank() < kMinNeighbors) return std::nullopt;
-  const Eigen::VectorXd x = qr.solve(h);
+  const auto solved = base::UniqueLeastSquares(A, h);
+  if (!solved) return std::nullopt;
+  const Eigen::VectorXd& x = *solved;
   const double slope = 1.0 + x[3] * x[3] + x[4] * x[4];
   return (4.0 * x[0] * x[2] - x[1] * x[1]) / (slope * slope) / (unit * unit);
 }

@@ -1,8 +1,10 @@
 #include "perception/internal/body_profile.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <iterator>
 #include <map>
+
+#include "base/linear_algebra.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -121,9 +123,8 @@ std::optional<Vector2d> CenterShift(const std::vector<OuterPoint>& points, const
     right += g * (point.radial.norm() - radius_m.at(point.section));
   }
   const auto n = static_cast<double>(points.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(normal_matrix);
-  if (n < options.axis.min_body_points ||
-      eigen.eigenvalues()[0] < options.axis.min_conditioning * n) {
+  const auto eigen = base::SymmetricEigen(normal_matrix);
+  if (n < options.axis.min_body_points || eigen.values[0] < options.axis.min_conditioning * n) {
     return std::nullopt;
   }
   return normal_matrix.inverse() * right;

@@ -1,12 +1,12 @@
 #include "perception/internal/planar.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 
 namespace rangegrasp::perception::internal {
@@ -114,8 +114,7 @@ Rectangle PrincipalRectangle(std::span<const Vector2d> points) {
   for (const Vector2d& p : points) mean += p / static_cast<double>(points.size());
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   for (const Vector2d& p : points) covariance += (p - mean) * (p - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
-  return RectangleAlong(points, axes.eigenvectors().col(1));
+  return RectangleAlong(points, base::SymmetricEigen(covariance).vectors.col(1));
 }
 
 double HighestLine(const PlanarFrame& frame, const Plane& table, PointSpan points) {

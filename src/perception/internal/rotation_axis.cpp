@@ -1,9 +1,10 @@
 #include "perception/internal/rotation_axis.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <functional>
 #include <map>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/body_profile.h"
@@ -81,7 +82,7 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
     left += row * row.transpose();
     right += d.squaredNorm() * row;
   }
-  const Vector3d solved = left.ldlt().solve(right);
+  const Vector3d solved = base::SolveLdlt(left, right);
   const double squared = solved[2] + solved.head<2>().squaredNorm();
   if (!solved.allFinite() || squared <= 0.0) return circle;
   return {circle.center + solved.head<2>(), std::sqrt(squared)};
@@ -144,7 +145,7 @@ constexpr double kMinRise = 0.2;
 Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
   Matrix3d scatter = Matrix3d::Zero();
   for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors().col(0);
+  return base::SymmetricEigen(scatter).vectors.col(0);
 }
 
 /// From the body's upper side first (its ends face sideways); nullopt where it is too steep to lie.
@@ -212,7 +213,7 @@ Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body
     left += g * g.transpose();
     right += off * g;
   }
-  const Eigen::Vector4d step = left.ldlt().solve(right);
+  const Eigen::Vector4d step = base::SolveLdlt(left, right);
   if (!step.allFinite() || body.radius_m + step[3] <= 0.0) return body;
   Lying refitted = body;
   refitted.radius_m += step[3];

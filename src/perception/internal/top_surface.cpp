@@ -1,10 +1,11 @@
 #include "perception/internal/top_surface.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <functional>
 #include <ranges>
 #include <tuple>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/alpha_shape.h"
 
@@ -35,8 +36,8 @@ std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices&
   Matrix3d scatter = Matrix3d::Zero();
   for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
   scatter /= static_cast<double>(points.size());
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter);
-  return {eigen.eigenvectors().col(0), eigen.eigenvalues()[0]};
+  const auto [values, vectors] = base::SymmetricEigen(scatter);
+  return {vectors.col(0), values[0]};
 }
 
 struct Sums {

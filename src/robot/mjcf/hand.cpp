@@ -2,15 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <regex>
 #include <utility>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/linear_algebra.h"
+#include "base/pattern.h"
 #include "base/words.h"
 
 namespace rangegrasp::mjcf {
@@ -55,8 +56,8 @@ std::string LineOf(const std::filesystem::path& file, std::size_t line) {
 }
 
 std::string MatchIn(const std::string& text, const char* pattern) {
-  std::smatch match;
-  return std::regex_search(text, match, std::regex(pattern)) ? match[1].str() : "";
+  const auto match = base::FindMatch(text, pattern);
+  return match ? match->groups[1] : "";
 }
 
 std::vector<double> OneADrive(const mjModel* model, const char* name, std::size_t drives) {
@@ -583,8 +584,7 @@ std::vector<double> GripForces(const mjModel* model, const mjData* data,
   for (const int joint : closing.joints) dofs.push_back(model->jnt_dofadr[joint]);
   const MatrixXd of_hand = all(dofs, Eigen::all);
   const VectorXd of_tips = wanted(dofs);
-  const VectorXd forces =
-      of_hand.completeOrthogonalDecomposition().solve(of_tips).head(std::ssize(motors));
+  const VectorXd forces = base::LeastSquares(of_hand, of_tips).head(std::ssize(motors));
   return {forces.data(), forces.data() + forces.size()};
 }
 

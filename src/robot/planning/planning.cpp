@@ -1,10 +1,11 @@
 #include "robot/planning/planning.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "robot/ik.h"
 #include "robot/planning/internal/motions.h"
 
@@ -47,7 +48,7 @@ void ProjectUpright(const robot::Robot& robot, const Vector3d& up_H, VectorXd& q
     const auto J_tilt = J.middleRows<2>(3);
     Eigen::Matrix2d A = J_tilt * J_tilt.transpose();
     A.diagonal().array() += kUprightDamping;
-    q += J_tilt.transpose() * A.ldlt().solve(error);
+    q += J_tilt.transpose() * base::SolveLdlt(A, error);
     q = q.cwiseMax(robot.lower).cwiseMin(robot.upper);
   }
 }

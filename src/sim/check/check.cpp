@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "base/linear_algebra.h"
 #include "base/units.h"
 #include "geometry/mesh.h"
 #include "sim/check/internal/arm.h"
@@ -350,7 +351,7 @@ class Checked {
     if (model()->nbody != root() + 1) return;
     Vector3d own = sim::internal::Vec3(model()->body_inertia + 3 * root());
     std::sort(own.begin(), own.end());
-    const Vector3d even = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(filled).eigenvalues();
+    const Vector3d even = base::SymmetricEigen(filled).values;
     for (int axis = 0; axis < 3; ++axis) {
       const double share = own[axis] / even[axis];
       if (share >= kMinInertia && share <= kMaxInertia) continue;

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <pugixml.hpp>
-#include <regex>
 #include <set>
 
 #include "base/file.h"
+#include "base/pattern.h"
 #include "base/words.h"
 #include "sim/check/internal/model.h"
 
@@ -26,20 +26,19 @@ std::size_t StartOf(const pugi::xml_node& node) {
 
 // A start tag, "<a b='c'>".
 std::string TagAt(const std::string& text, std::size_t begin) {
-  std::smatch tag;
-  static const std::regex pattern(R"(<(?:"[^"]*"|'[^']*'|[^"'>])*>)");
-  const auto from = text.begin() + static_cast<std::ptrdiff_t>(begin);
-  return std::regex_search(from, text.end(), tag, pattern) ? tag.str() : "";
+  const auto tag = base::FindMatch(text, R"(<(?:"[^"]*"|'[^']*'|[^"'>])*>)", begin);
+  return tag ? tag->groups[0] : "";
 }
 
 std::string WithAttribute(const std::string& tag, const std::string& name,
                           const std::string& value) {
   const std::string set =
       value.empty() ? "" : fmt::format(" {}=\"{}\"", name, base::XmlEscaped(value));
-  std::smatch old;
-  if (std::regex_search(tag, old, std::regex("\\s" + name + R"(\s*=\s*("[^"]*"|'[^']*'))"))) {
-    const std::string blank = tag.substr(static_cast<std::size_t>(old.position()), 1);
-    return old.prefix().str() + (set.empty() ? "" : blank + set.substr(1)) + old.suffix().str();
+  const std::string pattern = "\\s" + name + R"(\s*=\s*("[^"]*"|'[^']*'))";
+  if (const auto old = base::FindMatch(tag, pattern)) {
+    const std::string blank = tag.substr(old->begin, 1);
+    return tag.substr(0, old->begin) + (set.empty() ? "" : blank + set.substr(1)) +
+           tag.substr(old->end());
   }
   const std::size_t end = tag.size() - (tag.ends_with("/>") ? 2 : 1);
   const std::size_t last = tag.find_last_not_of(" \t\r\n", end - 1) + 1;

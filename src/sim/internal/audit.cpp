@@ -136,7 +136,7 @@ void AuditRecorder::EndRest(double unrest_s) {
   const double rest_s = world_->time_s() - rest_start_s_;
   if (rest_s <= 0.0) return;
   const base::Pose X_HO = PoseInHand(*world_, *hand_, target_);
-  const Eigen::AngleAxisd turned(X_HO.linear() * rest_pose_.linear().transpose());
+  const Eigen::AngleAxisd turned = base::TurnOf(X_HO.linear() * rest_pose_.linear().transpose());
   audit_.creep_rad_s = turned.angle() / rest_s;
   for (const RestingContact& contact : rest_contacts_) {
     const double way_m = (X_HO * contact.point_O - contact.point_H).norm();

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <regex>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/pattern.h"
 #include "base/process/program.h"
 
 namespace rangegrasp::sim::internal {
@@ -24,14 +24,15 @@ base::InputError Wrong(const std::filesystem::path& file, const std::string& wha
 // The engine reads "nan" as "not given" and puts its own default there.
 void RefuseNan(const std::filesystem::path& file) {
   const std::string text = base::ReadFile(file);
-  static const std::regex nan(
-      "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*\\bnan\\b",
-      std::regex::icase);
-  std::smatch match;
-  if (!std::regex_search(text, match, nan)) return;
-  const auto line = 1 + std::count(text.cbegin(), match[0].first, '\n');
+  const auto match = base::FindMatch(
+      text,
+      "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*"
+      "\\b[nN][aA][nN]\\b");
+  if (!match) return;
+  const auto before = text.begin() + static_cast<std::ptrdiff_t>(match->begin);
+  const auto line = 1 + std::count(text.begin(), before, '\n');
   throw base::InputError(
-      fmt::format("{}:{}: {} is nan; a number is expected", file.string(), line, match[1].str()));
+      fmt::format("{}:{}: {} is nan; a number is expected", file.string(), line, match->groups[1]));
 }
 
 SpecPtr Parse(const std::filesystem::path& file) {

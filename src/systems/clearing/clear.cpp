@@ -76,7 +76,7 @@ bool TriedObjects::LikeFailed(const Entry& entry, const base::Pose& X_CH) const 
   return std::ranges::any_of(entry.failed_X_CH, [&](const base::Pose& failed) {
     const base::Pose X_moved = failed.inverse() * X_CH;
     return X_moved.translation().norm() <= options_->other_grasp_m &&
-           Eigen::AngleAxisd(X_moved.linear()).angle() <= options_->other_grasp_rad;
+           base::TurnOf(X_moved.linear()).angle() <= options_->other_grasp_rad;
   });
 }
 

@@ -1,6 +1,5 @@
 #include "cylinders/cylinder.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <iterator>
@@ -8,6 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 
 namespace rangegrasp::cylinders {
@@ -64,9 +64,9 @@ std::optional<Line> FitLine(geometry::PointSpan points) {
     const Eigen::Vector3d offset = p - line.point;
     covariance += offset * offset.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  if (!(solver.eigenvalues().z() > 0.0)) return std::nullopt;
-  line.direction = solver.eigenvectors().col(2).normalized();
+  const auto axes = base::SymmetricEigen(covariance);
+  if (!(axes.values.z() > 0.0)) return std::nullopt;
+  line.direction = axes.vectors.col(2).normalized();
   return line;
 }
 

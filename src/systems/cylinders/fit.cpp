@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/kd_tree.h"
 #include "geometry/plane.h"
@@ -218,7 +219,7 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
       normal += weight * row * row.transpose();
       right -= weight * error * row;
     }
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    const Eigen::Vector3d step = base::SolveLdlt(normal, right);
     if (!step.allFinite()) return std::nullopt;
     circle.center += step.x() * u + step.y() * v;
     circle.radius_m += step.z();

@@ -24,7 +24,7 @@ constexpr double kFacesUp = 0.5;     // of a normal's z: the foot's upper end is
 
 /// The table's plane in its own frame: z away from it.
 base::Pose TableFrame(const geometry::Plane& table) {
-  const auto R = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), table.normal);
+  const auto R = base::TurnOnto(Eigen::Vector3d::UnitZ(), table.normal);
   return base::MakePose(R.toRotationMatrix(), table.Project(Eigen::Vector3d::Zero()));
 }
 

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <unordered_set>
 
+#include "base/linear_algebra.h"
 #include "base/rng.h"
 #include "geometry/kd_tree.h"
 
@@ -233,7 +234,7 @@ Motion LeastLeaving(const geometry::Points& points, const geometry::Points& norm
   // Of shifts that leave nothing, such as along a cylinder, none is taken.
   const Matrix3d shift_of_turn = -shifts.completeOrthogonalDecomposition().solve(mixed);
   const Matrix3d rest = turns + mixed.transpose() * shift_of_turn;
-  const Vector3d turn = Eigen::SelfAdjointEigenSolver<Matrix3d>(rest).eigenvectors().col(0);
+  const Vector3d turn = base::SymmetricEigen(rest).vectors.col(0);
   return {turn, shift_of_turn * turn};
 }
 
@@ -279,8 +280,7 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
   Symmetry symmetry;
   const Moments moments = MomentsOf(mesh_B);
   symmetry.center_B = moments.center_B;
-  const Matrix3d principal =
-      Eigen::SelfAdjointEigenSolver<Matrix3d>(moments.scatter_B).eigenvectors();
+  const Matrix3d principal = base::SymmetricEigen(moments.scatter_B).vectors;
   const TurnedSurface turned(surface_B, symmetry.center_B);
   const auto axes = CandidateAxes(mesh_B, principal);
   for (const Vector3d& axis : axes) {

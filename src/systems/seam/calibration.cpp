@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "base/yaml_map.h"
 #include "seam/internal/vectorised.h"
@@ -102,7 +103,7 @@ void FitLateral(std::span<const LateralSample> samples, Calibration& calibration
     normal += row * row.transpose();
     right += row * sample.x_m;
   }
-  const Eigen::Vector2d k = normal.ldlt().solve(right);
+  const Eigen::Vector2d k = base::SolveLdlt(normal, right);
   calibration.meters_per_column = {k.x(), k.y()};
   if (!(k.x() + k.y() * *heights.begin() > 0.0 && k.x() + k.y() * *heights.rbegin() > 0.0)) {
     throw base::InputError("calibration: the columns do not increase along the body");

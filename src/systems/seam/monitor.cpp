@@ -1,11 +1,12 @@
 #include "seam/monitor.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
 
+#include "base/linear_algebra.h"
 #include "base/units.h"
 #include "seam/internal/vectorised.h"
 
@@ -84,7 +85,7 @@ Curve Refine(const SurfacePoints& points, const Curve& curve) {
     normal += basis * basis.transpose();
     right += points.z[i] * basis;
   }
-  return normal.ldlt().solve(right);
+  return base::SolveLdlt(normal, right);
 }
 
 // The middle of each block of neighboring points, by height.

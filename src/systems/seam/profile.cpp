@@ -1,11 +1,12 @@
 #include "seam/profile.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
+#include "base/linear_algebra.h"
 #include "seam/internal/vectorised.h"
 
 namespace rangegrasp::seam {
@@ -136,7 +137,7 @@ std::array<double, 3> FitQuadratic(std::span<const float> height_m) {
     Eigen::Matrix3d normal;
     normal << s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4];
     const Eigen::Vector3d solved =
-        normal.ldlt().solve(Eigen::Map<const Eigen::Vector3d>(s.data() + 5));
+        base::SolveLdlt(normal, Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(s.data() + 5)));
     c = {solved.x(), solved.y(), solved.z()};
   }
   const auto width = static_cast<double>(last - first);

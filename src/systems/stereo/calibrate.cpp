@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 #include "base/rng.h"
 #include "base/units.h"
 #include "stereo/internal/open_cv.h"
@@ -176,7 +177,7 @@ base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
     sum += n * n.transpose();
     right -= n * pair.plane_W.Distance(R_WL * pair.p_L);
   }
-  return base::MakePose(R_WL, sum.ldlt().solve(right));
+  return base::MakePose(R_WL, base::SolveLdlt(sum, right));
 }
 
 /// A step of Gauss and Newton to the corners' planes, on a small motion left of the pose (N = 6)
@@ -251,9 +252,8 @@ double NormalSpread(std::span<const BoardSighting> boards) {
   for (const BoardSighting& board : boards) {
     sum += board.plane_W.normal * board.plane_W.normal.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum /
-                                                              static_cast<double>(boards.size()));
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  const auto axes = base::SymmetricEigen<3>(sum / static_cast<double>(boards.size()));
+  return std::sqrt(std::max(0.0, axes.values[0]));
 }
 
 void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions& options) {

@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/linear_algebra.h"
 #include "base/units.h"
 #include "base/yaml_map.h"
 #include "sensing/hand_eye.h"
@@ -91,7 +92,8 @@ void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
       const HandEyeResult moved = At(result, kDifference * Vector12::Unit(i));
       J.col(i) = (Residuals(views, camera, corners, moved) - now) / kDifference;
     }
-    result = At(result, -(J.transpose() * J).ldlt().solve(J.transpose() * now));
+    result =
+        At(result, -base::SolveLdlt<Eigen::Dynamic, 1>(J.transpose() * J, J.transpose() * now));
   }
   const Eigen::VectorXd left = Residuals(views, camera, corners, result);
   result.rms_px = std::sqrt(2.0 * left.squaredNorm() / static_cast<double>(left.size()));
@@ -108,7 +110,7 @@ void Jackknife(std::span<const HandEyeView> views, const Camera& camera,
     LeastSquares(others, camera, corners, without);
     const base::Pose apart = result.X_HC.inverse() * without.X_HC;
     shifts += apart.translation().squaredNorm();
-    const double turn_rad = Eigen::AngleAxisd(apart.linear()).angle();
+    const double turn_rad = base::TurnOf(apart.linear()).angle();
     turns += turn_rad * turn_rad;
   }
   const auto n = static_cast<double>(views.size());
@@ -131,7 +133,7 @@ void Check(std::span<const HandEyeView> views, const ChessboardOptions& options)
   double turned_rad = 0.0;
   for (const HandEyeView& view : views) {
     const Eigen::Matrix3d turn = views.front().X_WH.linear().transpose() * view.X_WH.linear();
-    turned_rad = std::max(turned_rad, Eigen::AngleAxisd(turn).angle());
+    turned_rad = std::max(turned_rad, base::TurnOf(turn).angle());
   }
   if (turned_rad < kMinTurn_rad) {
     throw base::InputError(

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/units.h"
 #include "geometry/shape.h"
 #include "robot/robot.h"
@@ -28,9 +29,8 @@ inline geometry::Shape Capsule(const Vector3d& from, const Vector3d& to, double 
   geometry::Shape shape;
   shape.kind = geometry::Shape::Kind::kCapsule;
   shape.size = Vector3d(radius_m, 0.5 * (to - from).norm(), 0.0);
-  shape.X_BS = base::MakePose(
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), to - from).toRotationMatrix(),
-      0.5 * (from + to));
+  shape.X_BS = base::MakePose(base::TurnOnto(Vector3d::UnitZ(), to - from).toRotationMatrix(),
+                              0.5 * (from + to));
   return shape;
 }
 

@@ -1,10 +1,12 @@
 #include "sim/check/internal/finger_poses.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <tuple>
+
+#include "base/linear_algebra.h"
 
 namespace rangegrasp::check::internal {
 namespace {
@@ -83,7 +85,7 @@ class Hand {
         H(i, i) = 1.0;
         g[i] = 0.0;
       }
-      const VectorXd next = (q - H.ldlt().solve(g)).cwiseMax(low_).cwiseMin(high_);
+      const VectorXd next = (q - base::SolveLdlt(H, g)).cwiseMax(low_).cwiseMin(high_);
       const double next_cost = CostOf(aims, next, near);
       damping *= next_cost < cost ? 0.3 : 10.0;
       if (next_cost >= cost) continue;
@@ -198,11 +200,12 @@ struct Axes {
 Axes AxesOf(const MatrixXd& tips) {
   const MatrixXd fingers = tips.rightCols(tips.cols() - 1);
   const Vector3d middle = fingers.rowwise().mean();
-  const Eigen::JacobiSVD<MatrixXd> svd(fingers.colwise() - middle, Eigen::ComputeFullU);
+  const MatrixXd offsets = fingers.colwise() - middle;
+  const auto spread = base::SymmetricEigen<3>(offsets * offsets.transpose());
   Axes axes;
-  axes.is_row = svd.singularValues()[0] > kRow_m;
+  axes.is_row = std::sqrt(std::max(0.0, spread.values[2])) > kRow_m;
   axes.to_thumb = tips.col(0) - middle;
-  axes.row = axes.is_row ? Vector3d(svd.matrixU().col(0)) : axes.to_thumb.unitOrthogonal();
+  axes.row = axes.is_row ? Vector3d(spread.vectors.col(2)) : axes.to_thumb.unitOrthogonal();
   axes.to_thumb = (axes.to_thumb - axes.row.dot(axes.to_thumb) * axes.row).normalized();
   return axes;
 }

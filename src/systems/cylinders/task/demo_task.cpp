@@ -43,9 +43,8 @@ geometry::TriangleMesh MeshOf(const cylinders::Cylinder& cylinder) {
   geometry::Shape shape;
   shape.kind = geometry::Shape::Kind::kCylinder;
   shape.size = {cylinder.radius_m, 0.5 * cylinder.height_m, 0.0};
-  shape.X_BS = base::MakePose(
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), cylinder.axis).matrix(),
-      cylinder.center);
+  shape.X_BS = base::MakePose(base::TurnOnto(Eigen::Vector3d::UnitZ(), cylinder.axis).matrix(),
+                              cylinder.center);
   return geometry::Tessellate(shape, 48);
 }
 

@@ -4,7 +4,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "base/units.h"
 #include "geometry/plane.h"
@@ -53,7 +54,7 @@ std::optional<double> QuadricResidual(const Points& points, const Neighbors& nea
     const Vector3d d = (points[n.index] - mean) / radius;
     spread += d * d.transpose();
   }
-  const Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors();
+  const Matrix3d axes = base::SymmetricEigen(spread).vectors;
   Eigen::Matrix<double, Eigen::Dynamic, kParameters> terms(count, kParameters);
   Eigen::VectorXd heights(count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -139,9 +140,8 @@ Vector3d OntoSurface(const Thinned& cloud, const Neighbors& near, const Vector3d
       square += weight * d * d.transpose();
     }
     mean /= sum;
-    Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
-    solver.computeDirect(square / sum - mean * mean.transpose());
-    const Vector3d normal = solver.eigenvectors().col(0);
+    const Vector3d normal =
+        base::SymmetricEigenDirect(square / sum - mean * mean.transpose()).vectors.col(0);
     at += normal * normal.dot(mean);
   }
   return at;

@@ -1,6 +1,6 @@
 #include "parts/function/description.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -9,6 +9,7 @@
 #include <queue>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "base/statistics.h"
 #include "geometry/graph.h"
 #include "geometry/mesh.h"
@@ -206,8 +207,7 @@ void DescribeExtents(const Samples& samples, PartDescription& part) {
     const Vector3d d = samples.points[i] - part.center;
     covariance += samples.weight[i] * d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  part.axes = solver.eigenvectors().rowwise().reverse();
+  part.axes = base::SymmetricEigen(covariance).vectors.rowwise().reverse();
   part.axes.col(2) = part.axes.col(0).cross(part.axes.col(1));
   Eigen::AlignedBox3d box;
   for (const Vector3d& p : samples.points) box.extend(Vector3d(part.axes.transpose() * p));

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/linear_algebra.h"
 #include "base/units.h"
 #include "geometry/plane.h"
 
@@ -170,7 +171,7 @@ Vector3d Skews(const Shape& mesh) {
 /// along them, as measured after that turn, are positive.
 template <class Skewed>
 void Turn(const Matrix3d& inertia, Points& points, const Skewed& skews_of) {
-  const Matrix3d by_rising = Eigen::SelfAdjointEigenSolver<Matrix3d>(inertia).eigenvectors();
+  const Matrix3d by_rising = base::SymmetricEigen(inertia).vectors;
   const Matrix3d axes = by_rising.rowwise().reverse();
   for (Vector3d& p : points) p = axes.transpose() * p;
   const Vector3d skews = skews_of();

@@ -60,8 +60,7 @@ base::Pose AlongSight(const Segment& segment) {
   Vector3d sight_T = middle_T - segment.X_TC * segment.eyes_C.front();
   sight_T.z() = 0.0;
   if (sight_T.norm() < 1e-6) sight_T = Vector3d::UnitX();
-  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(sight_T.normalized(), Vector3d::UnitX())
-                         .toRotationMatrix();
+  const Matrix3d R = base::TurnOnto(sight_T.normalized(), Vector3d::UnitX()).toRotationMatrix();
   return base::MakePose(R, Vector3d::Zero()) * segment.X_TC;
 }
 
@@ -130,8 +129,7 @@ std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& 
 }
 
 base::Pose ToTableFrame(const geometry::Plane& plane) {
-  const Matrix3d R =
-      Eigen::Quaterniond::FromTwoVectors(plane.normal, Vector3d::UnitZ()).toRotationMatrix();
+  const Matrix3d R = base::TurnOnto(plane.normal, Vector3d::UnitZ()).toRotationMatrix();
   return base::MakePose(R, Vector3d(0.0, 0.0, plane.Distance(Vector3d::Zero())));
 }
 

@@ -1,9 +1,10 @@
 #include "recognition/internal/prepared_object.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <iterator>
 #include <numbers>
+
+#include "base/linear_algebra.h"
 
 namespace rangegrasp::recognition::internal {
 namespace {
@@ -39,7 +40,7 @@ constexpr std::size_t kMaxPairs = 100;
 
 /// Turns the normal to x, with the point at the origin.
 base::Pose ToAxis(const Vector3d& p, const Vector3d& n) {
-  const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(n, Vector3d::UnitX()).toRotationMatrix();
+  const Matrix3d R = base::TurnOnto(n, Vector3d::UnitX()).toRotationMatrix();
   return base::MakePose(R, -(R * p));
 }
 
@@ -65,8 +66,7 @@ std::vector<Matrix3d> WaysToLie(const KnownObject& object) {
   std::vector<Matrix3d> ways;
   const int yaws = static_cast<int>(std::ceil(2.0 * kPi / kYawStep_rad));
   for (const Vector3d& down_B : LyingDirections(object.mesh_B.vertices, kLyingSlack_m)) {
-    const Matrix3d upright =
-        Eigen::Quaterniond::FromTwoVectors(down_B, -Vector3d::UnitZ()).toRotationMatrix();
+    const Matrix3d upright = base::TurnOnto(down_B, -Vector3d::UnitZ()).toRotationMatrix();
     for (int k = 0; k < yaws; ++k) {
       const double yaw = 2.0 * kPi * k / yaws;
       const Matrix3d way = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * upright;
@@ -86,7 +86,7 @@ Matrix3d PrincipalAxes(const geometry::Points& points) {
   const Vector3d center = geometry::Centroid(points);
   Matrix3d scatter = Matrix3d::Zero();
   for (const Vector3d& p : points) scatter += (p - center) * (p - center).transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors();
+  return base::SymmetricEigen(scatter).vectors;
 }
 
 // Rays.

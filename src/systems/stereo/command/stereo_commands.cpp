@@ -387,7 +387,7 @@ void CalibrateOnHand(const CalibrateArguments& a) {
   const base::Pose apart = views.X_HS->inverse() * X_HS;
   spdlog::info("true error in the simulation: {:.2f} mm and {:.3f} deg",
                apart.translation().norm() * base::kMmPerM,
-               Eigen::AngleAxisd(apart.linear()).angle() / base::kDeg);
+               base::TurnOf(apart.linear()).angle() / base::kDeg);
 }
 
 void AddCalibrateHandEyeCommand(CLI::App& app) {

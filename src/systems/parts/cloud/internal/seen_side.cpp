@@ -1,13 +1,13 @@
 #include "parts/cloud/internal/seen_side.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
 
+#include "base/linear_algebra.h"
 #include "geometry/graph.h"
 #include "geometry/kd_tree.h"
 
@@ -71,13 +71,14 @@ struct RingFaces {
 
 /// m for a, such that the squares are least, without a pitch along a.
 Rotation WithAxis(const RingSums& sums, const Vector3d& a) {
-  const Vector3d m = -sums.Ridged().ldlt().solve(sums.am.transpose() * a);
+  const Vector3d m = -base::SolveLdlt<3, 1>(sums.Ridged(), sums.am.transpose() * a);
   return {a, m - a.dot(m) * a};
 }
 
 Rotation BestOf(const RingSums& sums) {
-  const Matrix3d left = sums.aa - sums.am * sums.Ridged().ldlt().solve(sums.am.transpose());
-  return WithAxis(sums, Eigen::SelfAdjointEigenSolver<Matrix3d>(left).eigenvectors().col(0));
+  const Matrix3d left =
+      sums.aa - sums.am * base::SolveLdlt<3, 3>(sums.Ridged(), sums.am.transpose());
+  return WithAxis(sums, base::SymmetricEigen(left).vectors.col(0));
 }
 
 double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
@@ -351,7 +352,7 @@ std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames) {
     all.Add(frames.area[f], faces.center[f], frames.normal[f]);
   }
   std::vector<Rotation> guesses = {BestOf(all)};
-  const Matrix3d of_normals = Eigen::SelfAdjointEigenSolver<Matrix3d>(all.mm).eigenvectors();
+  const Matrix3d of_normals = base::SymmetricEigen(all.mm).vectors;
   for (int k = 0; k < 3; ++k) guesses.push_back(WithAxis(all, of_normals.col(k)));
   Rotation best;
   double share = -1.0;

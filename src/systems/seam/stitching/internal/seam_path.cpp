@@ -1,11 +1,13 @@
 #include "seam/stitching/internal/seam_path.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+
+#include "base/linear_algebra.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -115,9 +117,9 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
       squares += p.weight * residual * residual;
       worth += p.weight;
     }
-    c = normal.ldlt().solve(right);
+    c = base::SolveLdlt(normal, right);
   }
-  const double leverage = normal.ldlt().solve(Eigen::Vector3d::UnitX())[0];
+  const double leverage = base::SolveLdlt<3, 1>(normal, Eigen::Vector3d::UnitX())[0];
   if (!c->allFinite() || !(leverage > 0.0)) return std::nullopt;
   const double variance =
       (squares + kNoiseWorth * kNoise_m * kNoise_m) / (std::max(0.0, worth - 3.0) + kNoiseWorth);
