@@ -83,7 +83,7 @@ def fail(scan):
 def test_what_a_function_does_wrong_fails_its_trial_alone(detect, outcome, words):
     def sometimes(scan):
         return detect(scan) if scan.seed % 2 else built_in(scan)
-    results = rg.evaluate(sometimes, "single", trials=2, objects=["coffee_cup"], seed=SEED, time_limit=2.0, progress=False)
+    results = rg.evaluate(sometimes, "single", trials=2, objects=["salt_cuboid"], seed=SEED, time_limit=2.0, progress=False)
     bad = [row for row in results.rows if row["outcome"] == outcome]
     assert len(bad) == 1 and [row for row in results.rows if row["outcome"] == "delivered"]
     import re
