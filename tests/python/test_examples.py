@@ -22,19 +22,20 @@ def module_of(name):
     return module
 
 
-@pytest.mark.parametrize(("name", "least"), [("straight_down", 2), ("from_above", 3), ("antipodal", 4)])
-def test_a_detector_delivers(name, least):
-    results = rg.evaluate(module_of(name).detect, "single", trials=1, seed=4711, progress=False)
+@pytest.mark.parametrize("name", ["straight_down", "from_above", "antipodal"])
+def test_a_detector_delivers(name):
+    objects = ["salt_cylinder", "dextrose", "coffee_cup", "cleaner"]
+    results = rg.evaluate(module_of(name).detect, "single", trials=1, objects=objects, seed=4711, progress=False)
     outcomes = [row["outcome"] for row in results.rows]
-    assert outcomes.count("delivered") >= least, outcomes
+    assert outcomes.count("delivered") >= 3, outcomes
     assert not {"detector_failed", "crashed", "timed_out"} & set(outcomes)
 
 
 def test_the_policies_clear_tables():
-    printed = subprocess.run([sys.executable, EXAMPLES / "python/policies.py", "2", "3"], capture_output=True, text=True, check=True).stdout
-    lines = re.findall(r"^(.+): (\d) objects delivered in 3 attempts of 1 episodes$", printed, re.MULTILINE)
+    printed = subprocess.run([sys.executable, EXAMPLES / "python/policies.py", "2", "2"], capture_output=True, text=True, check=True).stdout
+    lines = re.findall(r"^(.+): (\d) objects delivered in 2 attempts of 1 episodes$", printed, re.MULTILINE)
     assert [name for name, _ in lines] == ["random", "best proposal not yet tried", "learnt"], printed
-    assert int(lines[1][1]) >= 1, printed
+    assert sum(int(delivered) for _, delivered in lines) >= 2, printed
 
 
 def test_a_data_set_is_read(tmp_path):
