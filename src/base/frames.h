@@ -52,6 +52,9 @@ Pose DrawRigidError(double sigma_m, double sigma_rad, Rng& rng);
 
 }  // namespace rangegrasp::base
 
-// Nearly every source uses them, and would take 3 s longer for it.
+// Nearly every source uses them, and would take 3 s longer for it. Doxygen does not know the
+// syntax.
+/// @cond
 extern template Eigen::Isometry3d Eigen::Isometry3d::inverse(Eigen::TransformTraits) const;
 extern template Eigen::Matrix3d Eigen::AngleAxisd::toRotationMatrix() const;
+/// @endcond
