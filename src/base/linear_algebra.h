@@ -5,8 +5,8 @@
 
 namespace rangegrasp::base {
 
-/// Eigen's decompositions that several modules of the core use, compiled once: each takes 5 to 30 s
-/// of every source that instantiates it. Results are Eigen's to the last bit.
+/// Eigen's decompositions that the core uses, compiled once: each takes 5 to 30 s of every source
+/// that instantiates it. Results are Eigen's to the last bit.
 
 /// Eigenvalues in rising order; column i of the vectors has length 1 and belongs to value i.
 template <int N>

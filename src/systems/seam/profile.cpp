@@ -137,7 +137,7 @@ std::array<double, 3> FitQuadratic(std::span<const float> height_m) {
     Eigen::Matrix3d normal;
     normal << s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4];
     const Eigen::Vector3d solved =
-        base::SolveLdlt(normal, Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(s.data() + 5)));
+        base::SolveLdlt<3, 1>(normal, Eigen::Map<const Eigen::Vector3d>(s.data() + 5));
     c = {solved.x(), solved.y(), solved.z()};
   }
   const auto width = static_cast<double>(last - first);

@@ -203,7 +203,7 @@ Axes AxesOf(const MatrixXd& tips) {
   const MatrixXd offsets = fingers.colwise() - middle;
   const auto spread = base::SymmetricEigen<3>(offsets * offsets.transpose());
   Axes axes;
-  axes.is_row = std::sqrt(std::max(0.0, spread.values[2])) > kRow_m;
+  axes.is_row = spread.values[2] > kRow_m * kRow_m;
   axes.to_thumb = tips.col(0) - middle;
   axes.row = axes.is_row ? Vector3d(spread.vectors.col(2)) : axes.to_thumb.unitOrthogonal();
   axes.to_thumb = (axes.to_thumb - axes.row.dot(axes.to_thumb) * axes.row).normalized();
