@@ -79,7 +79,7 @@ struct AuditBounds {
   double unrest_s = 1.5;
   /// Of joints that are coupled, as a share of their range, of points that are joined, of 0.1 m:
   /// 0.14 deg of 48, or 0.3 mm between the tips. Single objects reach 0.03 deg, a pinched wall of
-  /// 4 mm 0.06; a jaw that drives two slides 0.002 of theirs.
+  /// 4 mm 0.06; a jaw that drives two slides 0.0006 of theirs.
   double equality_share = 0.003;
   /// What the pads of the side pressed less feel, as a multiple of the strongest grip: a wedge, a
   /// cam or a dead point may hold some more than the motor gives, a real hand's gear would break.

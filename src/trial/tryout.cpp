@@ -112,7 +112,7 @@ struct Cause {
 std::string CureOf(const std::string& failed) {
   const std::array<std::pair<const char*, const char*>, 8> cures = {{
       {"equality",
-       "solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\" on the hand's <equality>, or a "
+       "solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001\" on the hand's <equality>, or a "
        "lower \"grip_force\""},
       {"penetration",
        "solref=\"0.005 1\" solimp=\"0.95 0.99 0.001 0.5 2\" priority=\"1\" on the "

@@ -86,11 +86,12 @@ TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) {
   const auto findings = Check();
   EXPECT_TRUE(findings.empty()) << All(findings);
 }
-TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOnWallAndCeiling) {
+TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOfOtherArms) {
   for (const char* scene :
        {"scenes/tabletop.xml", "scenes/tabletop_box.xml", "scenes/tabletop_box_wrist.xml",
         "tests/data/arms/six_on_wall.xml", "tests/data/arms/seven_on_ceiling.xml",
-        "tests/data/arms/seven_on_floor.xml"}) {
+        "tests/data/arms/seven_on_floor.xml", "tests/data/arms/gen3_on_bench.xml",
+        "tests/data/arms/ur3e_on_bench.xml"}) {
     for (const auto& finding : CheckModel(kSource / scene, Kind::kScene)) {
       ADD_FAILURE() << scene << ": " << base::TextOf(finding);
     }

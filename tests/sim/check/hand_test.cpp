@@ -131,10 +131,11 @@ TEST_F(OwnHand, SaysThatADriveStopsShort) {
   ExpectOne(
       {"actuator \"jaw_drive\"", "short of \"hand_closed\": at the end of its range is joint "});
 }
-// Both slides in the same direction: the coupling fights the drive of the other jaw.
+// Both slides in the same direction: the coupling, which is soft, fights the drive of the other
+// jaw.
 TEST_F(OwnHand, SaysThatAnEqualityDoesNotHold) {
-  Replace("polycoef=\"0 1 0 0 0\" solref=\"0.005 1\"",
-          "polycoef=\"0.08 -1 0 0 0\" solref=\"0.005 1\"");
+  Replace("polycoef=\"0 1 0 0 0\" solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001 0.5 2\"",
+          "polycoef=\"0.08 -1 0 0 0\" solref=\"0.005 1\" solimp=\"0.99 0.999 0.001 0.5 2\"");
   EXPECT_THAT(All(), HasSubstr("does not hold while the empty hand closes"));
 }
 TEST_F(OwnHand, SaysThatTheDriveIsTooWeak) {

@@ -193,7 +193,7 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing,
                     closing.equality_m),
         Cure({base::Edit{.file = model.HandFile(),
                          .element = "/*/equality/*",
-                         .set = {{"solref", "0.005 1"}, {"solimp", "0.99 0.999 0.001"}}}}) +
+                         .set = {{"solref", "0.005 1"}, {"solimp", "0.999 0.9999 0.001"}}}}) +
             "; if that does not help, the joints' ranges or \"hand_open\" and \"hand_closed\" "
             "block "
             "the linkage");
