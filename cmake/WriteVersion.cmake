@@ -1,7 +1,12 @@
 # Writes version.cpp with the commit of the checkout; run at every build, touches the file only when it changes.
-execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty=+ --abbrev=12
+# A "+" marks changes; not of the pages, into which scripts/figures writes what the program measured.
+execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --short=12 HEAD
   OUTPUT_VARIABLE RANGEGRASP_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
+execute_process(COMMAND git -C "${SOURCE_DIR}" diff --quiet HEAD -- . :!docs :!README.md
+  ERROR_QUIET RESULT_VARIABLE changed)
 if(failed)
   set(RANGEGRASP_COMMIT unknown)
+elseif(changed)
+  string(APPEND RANGEGRASP_COMMIT "+")
 endif()
 configure_file("${SOURCE_DIR}/src/base/version.cpp.in" "${OUTPUT}" @ONLY)
