@@ -122,6 +122,23 @@ struct World::Impl {
     return distance;
   }
 
+  // A hand of "hand_motors" stands open, and its servos hold it so; else fingers whose zero is
+  // elsewhere swing as the first motion begins. One that is incomplete stands as in its file.
+  void OpenHand() {
+    if (!mjcf::HasMotors(model.get())) return;
+    try {
+      const auto motors = mjcf::HandMotors(model.get());
+      mjcf::CloseOnNothing(model.get(), motors).Pose(model.get(), data.get(), 0.0);
+      for (const mjcf::HandMotor& motor : motors) {
+        const mjcf::AffineDrive drive = mjcf::AffineOf(model.get(), motor.actuator);
+        if (drive.bias[1] == 0.0) continue;
+        data->ctrl[model->actuator_ctrladr[motor.actuator]] =
+            -(drive.bias[0] + drive.bias[1] * motor.open) / drive.gain;
+      }
+    } catch (const base::InputError&) {  // whoever moves it says what is missing
+    }
+  }
+
   // What a step depends on.
   void KeepState() {
     mj_getState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
@@ -172,6 +189,7 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {
     SetArm(Eigen::Map<const VectorXd>(home.data(), std::ssize(home)));
   }
+  impl_->OpenHand();
   for (int object = 0; object < this->objects(); ++object) {
     ParkObject(object);
     impl_->glove_on_object.push_back(GloveFriction(impl_->at(object).surface.glove, options));

@@ -5,6 +5,7 @@
 
 #include "base/units.h"
 #include "hand_cell.h"
+#include "robot/mjcf/hand.h"
 #include "sim/execute.h"
 #include "sim/grasp_program.h"
 #include "sim/scene_files.h"
@@ -76,6 +77,21 @@ TEST_P(OwnHand, NothingLocks) {
     EXPECT_TRUE(std::equal(ranges.begin(), ranges.end(), w.model()->jnt_range));
   };
   Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
+}
+
+// The jaws' zero is the closed hand.
+TEST(ParallelJaw, StandsOpenFromTheStartAndStaysSo) {
+  const TempFolder folder;
+  World world(testing_support::WriteHandCell(folder, ExampleHand("parallel_jaw")), {}, {});
+  const mjModel* model = world.model();
+  const auto jaw_m = [&](const char* joint) {
+    return world.data()->qpos[model->jnt_qposadr[mjcf::Find(model, mjOBJ_JOINT, joint)]];
+  };
+  EXPECT_NEAR(jaw_m("thumb_jaw"), 0.05, 1e-4);
+  EXPECT_NEAR(jaw_m("finger_jaw"), 0.05, 1e-4);
+  for (int i = 0; i < 500; ++i) world.Step();
+  EXPECT_NEAR(jaw_m("thumb_jaw"), 0.05, 1e-3);
+  EXPECT_NEAR(jaw_m("finger_jaw"), 0.05, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(

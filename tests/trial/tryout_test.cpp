@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "base/file.h"
+#include "hand_cell.h"
 #include "sim/check/check.h"
 #include "sim/check/fix.h"
 #include "temp_folder.h"
@@ -111,6 +112,22 @@ TEST_F(Broken, NoArmature) {
 TEST_F(Broken, MissingGripSensors) {
   Replace(texts_.hand, "<tuple name=\"grip_sensors\">[^]*?</tuple>", "");
   EXPECT_THAT(Check(), HasSubstr("grip_sensors"));
+}
+// What the edits make of a hand as a user brings it.
+TEST(TryCell, AFourFingeredHandDeliversAfterTheEdits) {
+  const testing_support::TempFolder folder;
+  const std::string hand = base::ReadFile(kSource / "tests/data/hands/four_fingers.xml");
+  testing_support::WriteHandCell(folder, hand);
+  for (const auto& [file, kind] :
+       {std::pair("hand.xml", check::Kind::kHand), std::pair("scene.xml", check::Kind::kScene)}) {
+    check::Fixer fixer(folder / file, /*in_place=*/true);
+    fixer.Run(check::CheckModel(folder / file, kind),
+              [&] { return check::CheckModel(folder / file, kind); });
+    std::filesystem::remove(folder / "hand.xml.bak");
+  }
+  const Tryout tryout = TryCell(OptionsOf(folder / "scene.xml"));
+  EXPECT_EQ(tryout.trials, 27);
+  EXPECT_GE(tryout.delivered, 20);  // 23
 }
 TEST_F(Broken, AWallThatIsSeenButHasNoKnownShape) {
   Replace(texts_.scene, "<worldbody>",

@@ -218,7 +218,9 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
   // What moves the fingers together shoves alike: by the work of the drive that does most.
   double work = 0.0;
   for (const Drive& drive : drives_) {
-    work = std::max(work, drive.per_newton * std::abs(drive.motor.Travel()));
+    const double of_drive = drive.per_newton * std::abs(drive.motor.Travel());
+    work = std::max(work, of_drive);
+    work_per_newton_m_ += of_drive;
   }
   for (Drive& drive : drives_) {
     if (drive.motor.Moves()) drive.per_newton = work / std::abs(drive.motor.Travel());
@@ -277,11 +279,14 @@ double HandMotors::Damping(const Drive& drive, const mjData* data) const {
 }
 
 void HandMotors::Press(mjData* data, double share, double force_N) const {
+  double work_J = -force_N * work_per_newton_m_;  // beyond the limit, of a whole way
+  double stiffness_J = 0.0;
   for (const Drive& drive : drives_) {
-    const double wanted = Wanted(drive, data, share);
-    const double limit = force_N * drive.per_newton + Damping(drive, data);
-    Command(data, drive, drive.motor.Moves() ? std::clamp(wanted, -limit, limit) : wanted);
+    const double way = drive.motor.Travel();
+    work_J += way * Wanted(drive, data, share) - std::abs(way) * Damping(drive, data);
+    stiffness_J += way * way * drive.stiffness;
   }
+  Follow(data, share - std::max(0.0, work_J) / stiffness_J);
 }
 
 void HandMotors::BeginGrip(const mjData* data) {

@@ -97,7 +97,8 @@ class HandMotors {
 
   /// Servos go to a share of closing.
   void Follow(mjData* data, double share) const;
-  /// The same; they press with no more than force_N, but for what their own damping takes.
+  /// The same, but no further than where they press with force_N between the sides, and with what
+  /// their own damping takes: the hand keeps its shape where it meets something.
   void Press(mjData* data, double share, double force_N) const;
   /// Both sides press with a force from now on: the hand keeps its shape, the share is free.
   void BeginGrip(const mjData* data);
@@ -136,6 +137,7 @@ class HandMotors {
   std::vector<Drive> drives_;
   std::vector<mjcf::HandMotor> motors_;
   int tool_ = -1;
+  double work_per_newton_m_ = 0.0;  ///< of all drives for a whole way, at the most
   double held_share_ = 0.0;
 };
 

@@ -252,6 +252,46 @@ TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
   EXPECT_LT(closing.points.back().gap_m, 0.001);
 }
 
+// A hand with none of the names, soft servos without armature, and links that overlap.
+TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
+  files_ = {{"hand.xml", base::ReadFile(kProject / "tests/data/hands/four_fingers.xml")}};
+  Fixer fixer(Write("hand.xml"), /*in_place=*/false);
+  const auto left = Cure(fixer, Kind::kHand);
+  ASSERT_EQ(left.size(), 1u) << All(left);
+  EXPECT_THAT(All(left), HasSubstr("grip_sensors"));
+  const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
+  const mjModel* m = model.get();
+  const auto motors = mjcf::HandMotors(m);
+  const auto closing = mjcf::CloseOnNothing(m, motors);
+  EXPECT_NEAR(closing.points.front().gap_m, 0.1, 0.003);
+  EXPECT_LT(closing.points.back().gap_m, 0.0);
+  const mjcf::DataPtr data(mj_makeData(m));
+  const auto place = [&](const std::string& geom) {
+    return Eigen::Vector3d(mjcf::Vec3(data->geom_xpos + 3 * mjcf::Find(m, mjOBJ_GEOM, geom)));
+  };
+  for (const double share : {0.0, 0.5, 1.0}) {
+    closing.Pose(m, data.get(), share);
+    mj_kinematics(m, data.get());
+    const base::Pose X_TW = mjcf::SitePose(data.get(), mjcf::ToolSite(m, "tcp")).inverse();
+    const Eigen::Vector3d first = X_TW * place("if_tip"), last = X_TW * place("rf_tip");
+    EXPECT_NEAR(first.x(), last.x(), 0.006) << "a straight row at " << share;
+    const double middle = 0.5 * (first.y() + last.y());
+    EXPECT_NEAR((X_TW * place("th_tip")).y(), middle, 0.02) << "at " << share;
+  }
+  // In the open hand the last segments stand along the approach.
+  closing.Pose(m, data.get(), 0.0);
+  mj_kinematics(m, data.get());
+  const auto tool = mjcf::SitePose(data.get(), mjcf::ToolSite(m, "tcp")).linear();
+  for (const char* tip : {"th_tip", "if_tip", "mf_tip", "rf_tip"}) {
+    const int geom = mjcf::Find(m, mjOBJ_GEOM, tip);
+    const Eigen::Vector3d along = mjcf::Mat3(data->geom_xmat + 9 * geom).col(2);
+    EXPECT_LT(std::abs(along.dot(tool.col(0))), std::sin(15.0 * mjPI / 180.0)) << tip;
+  }
+  for (int j = 0; j < m->njnt; ++j) EXPECT_GT(m->dof_damping[m->jnt_dofadr[j]], 0.0);
+  mj_forward(m, data.get());
+  EXPECT_EQ(data->ncon, 3) << "the fingers and the still palm; in a cell they are its children";
+}
+
 // The layout of what is around an edit stays.
 TEST(ApplyEdit, KeepsAllOtherBytes) {
   const std::string text =

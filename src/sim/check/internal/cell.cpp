@@ -235,19 +235,9 @@ std::map<Pair, double> Touching(Model& model, double margin_m) {
   return pairs;
 }
 
-std::string NameOf(const Model& model, int body) {
-  return body == 0 ? "world" : model.BodyName(body);
-}
-
-Cure Exclusion(const Model& model, const Pair& pair) {
-  return Cure::Insert(model.file().string(), "/*/contact",
-                      fmt::format("<exclude body1=\"{}\" body2=\"{}\"/>", NameOf(model, pair.first),
-                                  NameOf(model, pair.second)));
-}
-
 std::string Both(const Model& model, const Pair& pair) {
-  return fmt::format("bodies \"{}\" and \"{}\"", NameOf(model, pair.first),
-                     NameOf(model, pair.second));
+  return fmt::format("bodies \"{}\" and \"{}\"", model.BodyName(pair.first),
+                     model.BodyName(pair.second));
 }
 
 // Looks over the workspace and above it, so many a side.
@@ -356,7 +346,7 @@ void CheckContacts(Model& model) {
         fmt::format("touch, or come nearer than the planner's {:g} mm, in {} of {} poses of "
                     "the arm",
                     1e3 * kMargin_m, count, kPoses),
-        Exclusion(model, pair));
+        model.Exclude(pair.first, pair.second));
   }
   model.SetHome();
   if (model.home.empty()) return;
@@ -368,7 +358,7 @@ void CheckContacts(Model& model) {
                 fmt::format("{} overlap by {:.1f} mm there", Both(model, pair), -1e3 * distance_m),
                 (home.empty() ? Cure("another home position") : home) +
                     "; or, if they never meet in reality, " +
-                    Exclusion(model, pair).edits.front().block);
+                    model.Exclude(pair.first, pair.second).edits.front().block);
   }
 }
 

@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include "base/linear_algebra.h"
@@ -21,22 +23,33 @@ constexpr double kBeside = 2.3;       // of a tip's half thickness, from finger 
 constexpr double kRow_m = 0.01;       // fingers that are closer together stand in no row
 constexpr double kPlace_m = 0.002;    // of a tip; weighs as much as a joint's whole range
 constexpr double kLoose = 0.1;        // weight of what is only to stay near
+constexpr double kStraight = 0.3;     // of fingers in a row, and of last segments that press flat
 constexpr double kHeld_rad = 0.2;     // joints that would move less stand still: they hold better
 constexpr int kSteps = 200;
 constexpr double kDone_rad = 1e-7;
 
 struct Finger {
   std::vector<int> tips;  // geoms
+  int knuckle = -1;       // the joint that moves them
   double half_thickness_m = 0.0;
 };
 
-/// One scalar aim: a weighted sum of tip positions, along a direction.
+/// One scalar aim: a weighted sum of points, along a direction.
 struct Aim {
-  VectorXd share;  // of each finger
+  VectorXd share;  // of each tip, then of each knuckle
   Vector3d along;
   double wanted_m = 0.0;
   double weight = 1.0;
+  bool half_way = false;  // of the joints, from where they were
 };
+
+/// Joint positions, and what they miss of their aims and moved for them.
+struct Posture {
+  VectorXd q;
+  double cost = 0.0;
+};
+
+using Held = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 class Hand {
  public:
@@ -62,16 +75,20 @@ class Hand {
   Eigen::Index fingers() const { return static_cast<Eigen::Index>(fingers_.size()); }
   const VectorXd& natural() const { return natural_; }
 
-  /// Tip positions, one a column, the thumb's first.
-  MatrixXd Tips(const VectorXd& q) {
+  /// Positions of the tips, the thumb's first, then of their knuckles, one a column.
+  MatrixXd Points(const VectorXd& q) {
     Set(q);
-    MatrixXd tips(3, fingers());
-    for (Eigen::Index f = 0; f < fingers(); ++f) tips.col(f) = TipOf(fingers_[Index(f)]);
-    return tips;
+    MatrixXd points(3, 2 * fingers());
+    for (Eigen::Index f = 0; f < fingers(); ++f) {
+      points.col(f) = TipOf(fingers_[Index(f)]);
+      points.col(fingers() + f) = KnuckleOf(fingers_[Index(f)]);
+    }
+    return points;
   }
 
-  /// Joint positions within their ranges that fulfil the aims best and stay near others.
-  VectorXd Reach(const std::vector<Aim>& aims, const VectorXd& near) {
+  /// Joint positions within their ranges that fulfil the aims best and stay near others; held
+  /// joints do not move.
+  Posture Reach(const std::vector<Aim>& aims, const VectorXd& near, const Held& held) {
     VectorXd q = near;
     double damping = 1e-3;
     double cost = CostOf(aims, q, near);
@@ -79,7 +96,8 @@ class Hand {
       auto [H, g] = NormalEquations(aims, q, near);
       H.diagonal() *= 1.0 + damping;
       for (Eigen::Index i = 0; i < q.size(); ++i) {  // at an end and pushed out of its range
-        if ((q[i] > low_[i] || g[i] <= 0.0) && (q[i] < high_[i] || g[i] >= 0.0)) continue;
+        const bool is_free = (q[i] > low_[i] || g[i] <= 0.0) && (q[i] < high_[i] || g[i] >= 0.0);
+        if (is_free && !held[i]) continue;
         H.row(i).setZero();
         H.col(i).setZero();
         H(i, i) = 1.0;
@@ -94,18 +112,29 @@ class Hand {
       cost = next_cost;
       if (done) break;
     }
-    return q;
+    return {q, cost};
   }
-
-  /// A joint that stays where it is from now on.
-  void Hold(Eigen::Index joint, double at) { low_[joint] = high_[joint] = at; }
 
   /// A finger, or the thumb (0), less the middle of all but the thumb.
   VectorXd FromFingers(Eigen::Index finger) const {
-    VectorXd share = VectorXd::Constant(fingers(), -1.0 / static_cast<double>(fingers() - 1));
-    share[0] = 0.0;
+    VectorXd share = VectorXd::Zero(2 * fingers());
+    share.segment(1, fingers() - 1).setConstant(-1.0 / static_cast<double>(fingers() - 1));
     share[finger] += 1.0;
     return share;
+  }
+  VectorXd Tip(Eigen::Index finger) const { return VectorXd::Unit(2 * fingers(), finger); }
+  VectorXd FromKnuckle(Eigen::Index finger) const {
+    return Tip(finger) - VectorXd::Unit(2 * fingers(), fingers() + finger);
+  }
+
+  /// Between the surfaces of the tips of both sides.
+  double Gap(const VectorXd& q) {
+    Set(q);
+    mjcf::LastSegments tips{fingers_[0].tips, {}};
+    for (const Finger& finger : std::span(fingers_).subspan(1)) {
+      tips.fingers.insert(tips.fingers.end(), finger.tips.begin(), finger.tips.end());
+    }
+    return mjcf::GapOf(&m_, data_.get(), tips);
   }
 
   double BesideEachOther() const { return kBeside * MeanHalfThickness(); }
@@ -142,44 +171,68 @@ class Hand {
     return sum / static_cast<double>(finger.tips.size());
   }
 
-  MatrixXd JacobianOf(const Finger& finger) const {
-    MatrixXd sum = MatrixXd::Zero(3, natural_.size());
+  Vector3d KnuckleOf(const Finger& finger) const {
+    return sim::internal::Vec3(data_->xanchor + 3 * finger.knuckle);
+  }
+
+  MatrixXd JacobianAt(const Vector3d& point, int body) const {
+    MatrixXd columns(3, natural_.size());
     Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> whole(3, m_.nv);
-    for (const int geom : finger.tips) {
-      mj_jacGeom(&m_, data_.get(), whole.data(), nullptr, geom);
-      for (Eigen::Index i = 0; i < sum.cols(); ++i) {
-        sum.col(i) += whole.col(m_.jnt_dofadr[joints_[Index(i)]]);
-      }
+    mj_jac(&m_, data_.get(), whole.data(), nullptr, point.data(), body);
+    for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+      columns.col(i) = whole.col(m_.jnt_dofadr[joints_[Index(i)]]);
     }
-    return sum / static_cast<double>(finger.tips.size());
+    return columns;
+  }
+
+  /// Of all points.
+  std::vector<MatrixXd> Jacobians() const {
+    std::vector<MatrixXd> jacobians;
+    for (const Finger& finger : fingers_) {
+      MatrixXd sum = MatrixXd::Zero(3, natural_.size());
+      for (const int geom : finger.tips) {
+        sum += JacobianAt(sim::internal::Vec3(data_->geom_xpos + 3 * geom), m_.geom_bodyid[geom]);
+      }
+      jacobians.push_back(sum / static_cast<double>(finger.tips.size()));
+    }
+    for (const Finger& finger : fingers_) {
+      jacobians.push_back(JacobianAt(KnuckleOf(finger), m_.jnt_bodyid[finger.knuckle]));
+    }
+    return jacobians;
   }
 
   double CostOf(const std::vector<Aim>& aims, const VectorXd& q, const VectorXd& near) {
-    const MatrixXd tips = Tips(q);
     double cost = (q - near).cwiseQuotient(range_).squaredNorm();
-    for (const Aim& aim : aims) {
-      const double off = aim.along.dot(tips * aim.share) - aim.wanted_m;
-      cost += std::pow(aim.weight / kPlace_m * off, 2);
+    for (const bool half_way : {false, true}) {
+      const MatrixXd points = Points(half_way ? VectorXd(0.5 * (q + near)) : q);
+      for (const Aim& aim : aims) {
+        if (aim.half_way != half_way) continue;
+        const double off = aim.along.dot(points * aim.share) - aim.wanted_m;
+        cost += std::pow(aim.weight / kPlace_m * off, 2);
+      }
     }
     return cost;
   }
 
   std::pair<MatrixXd, VectorXd> NormalEquations(const std::vector<Aim>& aims, const VectorXd& q,
                                                 const VectorXd& near) {
-    const MatrixXd tips = Tips(q);
-    std::vector<MatrixXd> jacobians;
-    for (const Finger& finger : fingers_) jacobians.push_back(JacobianOf(finger));
     const VectorXd ridge = range_.array().square().inverse();
     MatrixXd H = ridge.asDiagonal();
     VectorXd g = ridge.cwiseProduct(q - near);
-    for (const Aim& aim : aims) {
-      VectorXd row = VectorXd::Zero(q.size());
-      for (Eigen::Index f = 0; f < fingers(); ++f) {
-        row += aim.share[f] * jacobians[Index(f)].transpose() * aim.along;
+    for (const bool half_way : {false, true}) {
+      const MatrixXd points = Points(half_way ? VectorXd(0.5 * (q + near)) : q);
+      const std::vector<MatrixXd> jacobians = Jacobians();
+      for (const Aim& aim : aims) {
+        if (aim.half_way != half_way) continue;
+        VectorXd row = VectorXd::Zero(q.size());
+        for (Eigen::Index p = 0; p < aim.share.size(); ++p) {
+          row += aim.share[p] * jacobians[Index(p)].transpose() * aim.along;
+        }
+        if (half_way) row *= 0.5;
+        const double weight = std::pow(aim.weight / kPlace_m, 2);
+        H += weight * row * row.transpose();
+        g += weight * (aim.along.dot(points * aim.share) - aim.wanted_m) * row;
       }
-      const double weight = std::pow(aim.weight / kPlace_m, 2);
-      H += weight * row * row.transpose();
-      g += weight * (aim.along.dot(tips * aim.share) - aim.wanted_m) * row;
     }
     return {H, g};
   }
@@ -197,31 +250,34 @@ struct Axes {
   bool is_row = false;
 };
 
-Axes AxesOf(const MatrixXd& tips) {
-  const MatrixXd fingers = tips.rightCols(tips.cols() - 1);
+Axes AxesOf(const MatrixXd& points) {
+  const MatrixXd fingers = points.middleCols(1, points.cols() / 2 - 1);
   const Vector3d middle = fingers.rowwise().mean();
   const MatrixXd offsets = fingers.colwise() - middle;
   const auto spread = base::SymmetricEigen<3>(offsets * offsets.transpose());
   Axes axes;
   axes.is_row = spread.values[2] > kRow_m * kRow_m;
-  axes.to_thumb = tips.col(0) - middle;
+  axes.to_thumb = points.col(0) - middle;
   axes.row = axes.is_row ? Vector3d(spread.vectors.col(2)) : axes.to_thumb.unitOrthogonal();
   axes.to_thumb = (axes.to_thumb - axes.row.dot(axes.to_thumb) * axes.row).normalized();
   return axes;
 }
 
-VectorXd Closed(Hand& hand) {
-  const MatrixXd tips = hand.Tips(hand.natural());
-  Axes axes = AxesOf(tips);
+/// @param side  1 where the thumb stands as it does at rest, -1 on the other side of the row
+Posture Closed(Hand& hand, double side) {
+  const VectorXd& rest = hand.natural();
+  const MatrixXd points = hand.Points(rest);
+  Axes axes = AxesOf(points);
+  axes.to_thumb *= side;
   const Vector3d row = axes.row;
   std::vector<Eigen::Index> order(static_cast<std::size_t>(hand.fingers() - 1));
   std::iota(order.begin(), order.end(), 1);
-  std::ranges::sort(order, {}, [&](Eigen::Index f) { return row.dot(tips.col(f)); });
+  std::ranges::sort(order, {}, [&](Eigen::Index f) { return row.dot(points.col(f)); });
   // The thumb stands before the middle of the row: before a finger, or between two.
   const double touching_m = hand.Touching();
   const double beside_m = axes.is_row && order.size() % 2 == 0 ? 0.5 * hand.BesideEachOther() : 0.0;
   const double before_m = std::sqrt(std::max(0.0, touching_m * touching_m - beside_m * beside_m));
-  VectorXd q = hand.natural();
+  Posture closed;
   for (int round = 0; round < 3; ++round) {  // the line to the thumb turns a little
     std::vector<Aim> aims;
     for (int a = 0; a < 3; ++a) {
@@ -230,39 +286,50 @@ VectorXd Closed(Hand& hand) {
     }
     for (std::size_t k = 0; axes.is_row && k < order.size(); ++k) {
       const double place = static_cast<double>(k) - 0.5 * static_cast<double>(order.size() - 1);
-      aims.push_back({hand.FromFingers(order[k]), row, place * hand.BesideEachOther()});
+      const VectorXd share = hand.FromFingers(order[k]);
+      aims.push_back({share, row, place * hand.BesideEachOther()});
+      for (const Vector3d& across : {axes.to_thumb, Vector3d(row.cross(axes.to_thumb))}) {
+        aims.push_back({share, across, 0.0, kStraight});
+      }
     }
-    q = hand.Reach(aims, hand.natural());
-    const Vector3d to_thumb = hand.Tips(q) * hand.FromFingers(0);
+    closed = hand.Reach(aims, rest, Held::Constant(rest.size(), false));
+    const Vector3d to_thumb = hand.Points(closed.q) * hand.FromFingers(0);
     axes.to_thumb = (to_thumb - row.dot(to_thumb) * row).normalized();
   }
-  return q;
+  return closed;
 }
 
-VectorXd Open(Hand& hand, const VectorXd& closed) {
-  const MatrixXd tips = hand.Tips(closed);
-  const Vector3d x = (tips * hand.FromFingers(0)).normalized();
-  const Vector3d y = x.unitOrthogonal();
+/// @param apart_m  from the middle of the thumb's tip to that of the others
+Posture Open(Hand& hand, const VectorXd& closed, double apart_m) {
+  const MatrixXd points = hand.Points(closed);
+  const Vector3d x = (points * hand.FromFingers(0)).normalized();
+  Vector3d y = AxesOf(points).row;
+  y = (y - y.dot(x) * x).normalized();
   std::vector<Aim> aims;
+  const auto stay = [&](const VectorXd& share, const Vector3d& along, double weight) {
+    aims.push_back({share, along, along.dot(points * share), weight});
+  };
   for (const Vector3d& along : {x, y, Vector3d(x.cross(y))}) {
-    const bool apart = along == x;
-    aims.push_back(
-        {hand.FromFingers(0), along, apart ? hand.Touching() + kSqueeze_m + kOpening_m : 0.0});
+    aims.push_back({hand.FromFingers(0), along, along == x ? apart_m : 0.0});
+    // The fingers stay side by side, in their planes, all tips near where they were. Together they
+    // may come forward or go back, which long fingers do as they open.
     for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
-      // The fingers stay side by side, in their planes; the thumb and their middle near where
-      // they were.
-      aims.push_back({VectorXd::Unit(hand.fingers(), f), along, along.dot(tips.col(f)),
-                      apart || f == 0 ? kLoose : 1.0});
-      if (!apart || f == 0) continue;
-      const VectorXd share = hand.FromFingers(f);
-      aims.push_back({share, along, along.dot(tips * share)});
+      stay(hand.Tip(f), along, along == y && f > 0 ? 1.0 : kLoose);
+      if (along != y && f > 0) stay(hand.FromFingers(f), along, 1.0);
     }
   }
-  const VectorXd open = hand.Reach(aims, closed);
-  for (Eigen::Index i = 0; i < open.size(); ++i) {
-    if (std::abs(open[i] - closed[i]) < kHeld_rad) hand.Hold(i, closed[i]);
+  for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
+    aims.push_back({hand.FromKnuckle(f), x, 0.0, kStraight});
   }
-  return hand.Reach(aims, closed);
+  // On the way, too, the thumb stands before the middle of the fingers, or things turn in the hand.
+  aims.push_back({hand.FromFingers(0), y, 0.0, 1.0, true});
+  Held held = Held::Constant(closed.size(), false);
+  for (;;) {
+    const Posture open = hand.Reach(aims, closed, held);
+    const Held still = (open.q - closed).array().abs() < kHeld_rad;
+    if ((still == held).all()) return open;
+    held = held || still;
+  }
 }
 
 }  // namespace
@@ -294,11 +361,25 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
     fingers[at].half_thickness_m =
         std::max(fingers[at].half_thickness_m, *std::min_element(half, half + 3));
     fingers[at].tips.push_back(geom);
+    int body = m.geom_bodyid[geom];
+    while (m.body_jntnum[body] == 0) body = m.body_parentid[body];
+    fingers[at].knuckle = m.body_jntadr[body] + m.body_jntnum[body] - 1;
   }
   if (fingers.size() < 2 || joints.size() <= fingers.size()) return std::nullopt;
   Hand hand(model, joints, std::move(fingers));
-  const VectorXd closed = Closed(hand);
-  const VectorXd open = Open(hand, closed);
+  // Where the thumb stands at rest need not be the side on which the hand can open.
+  VectorXd closed, open;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double side : {1.0, -1.0}) {
+    const Posture shut = Closed(hand, side);
+    const double apart_m = hand.Touching() + kSqueeze_m + kOpening_m;
+    Posture apart = Open(hand, shut.q, apart_m);
+    apart = Open(hand, shut.q, apart_m + kOpening_m - hand.Gap(apart.q));  // tips are no points
+    if (shut.cost + apart.cost >= least) continue;
+    least = shut.cost + apart.cost;
+    closed = shut.q;
+    open = apart.q;
+  }
   std::vector<mjcf::HandMotor> motors;
   for (std::size_t i = 0; i < actuators.size(); ++i) {
     const double gear = m.actuator_gear[6 * actuators[i]];

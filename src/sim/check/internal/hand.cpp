@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "base/error.h"
@@ -299,6 +300,133 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
                                     : stiffer + ": up to the forcerange");
 }
 
+// A finger that is pushed at its tip with F, at a lever L from a joint, gives way to the side if
+// the joint's stiffness is less than F L. With less than kFirm times as much it turns what it
+// grasps.
+constexpr double kFirm = 5.0;
+
+void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
+                    const std::vector<mjcf::HandMotor>& motors) {
+  const mjModel& m = model.m();
+  const auto force = model.Numeric("grip_force");
+  if (force.size() != 2) return;
+  const DataPtr half = At(model, closing, kGripped * closing.Touching());
+  const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
+  const auto finger = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
+  double times = 1.0;
+  std::vector<int> soft;
+  for (const auto& motor : motors) {
+    const double stiffness = -mjcf::AffineOf(&m, motor.actuator).bias[1];
+    if (m.actuator_trntype[motor.actuator] != mjTRN_JOINT || stiffness <= 0.0) continue;
+    const int joint = m.actuator_trnid[2 * motor.actuator];
+    if (m.jnt_type[joint] != mjJNT_HINGE) continue;
+    double lever_m = 0.0;
+    for (const int tip : tips) {
+      if (finger(m.geom_bodyid[tip]) != finger(m.jnt_bodyid[joint])) continue;
+      const Vector3d arm = Vec3(half->geom_xpos + 3 * tip) - Vec3(half->xanchor + 3 * joint);
+      lever_m = std::max(lever_m, arm.norm());
+    }
+    const double gear = m.actuator_gear[6 * motor.actuator];
+    const double needed = kFirm * force[0] * lever_m / (stiffness * gear * gear);
+    if (needed <= 1.0) continue;
+    soft.push_back(motor.actuator);
+    times = std::max(times, std::ceil(2.0 * needed) / 2.0);
+  }
+  if (soft.empty()) return;
+  Cure cure;
+  for (const int actuator : soft) cure += model.Stiffer(actuator, times);
+  model.Warn(model.Where(mjOBJ_ACTUATOR, soft.front()),
+             "actuators " + model.NamesOf(mjOBJ_ACTUATOR, soft),
+             fmt::format("are so soft that fingers give way at a grip of {:g} N", force[0]), cure);
+}
+
+// A servo and what it moves swing by k / I = omega^2. The solver does not follow what turns by more
+// than kFastest in a step, and fingers that swing on never rest on an object.
+constexpr double kFastest_rad = 1.0;
+constexpr double kCalm_rad = 0.2;
+constexpr double kDampingRatio = 0.1, kGoodRatio = 0.7;
+
+/// The inertia that a joint feels where all others are free.
+double FeltInertia(const Model& model, mjData* data, int joint) {
+  const int dof = model.m().jnt_dofadr[joint];
+  std::vector<mjtNum> unit(static_cast<std::size_t>(model.m().nv)), moved(unit);
+  unit[static_cast<std::size_t>(dof)] = 1.0;
+  mj_solveM(&model.m(), data, moved.data(), unit.data(), 1);
+  return 1.0 / moved[static_cast<std::size_t>(dof)];
+}
+
+void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
+                        const std::vector<mjcf::HandMotor>& motors) {
+  const mjModel& m = model.m();
+  const double step_s = m.opt.timestep;
+  const DataPtr open = At(model, closing, 0.0);
+  std::vector<int> joints;
+  Cure cure;
+  for (const auto& motor : motors) {
+    const mjcf::AffineDrive drive = mjcf::AffineOf(&m, motor.actuator);
+    const double stiffness = -drive.bias[1] * std::pow(m.actuator_gear[6 * motor.actuator], 2);
+    if (m.actuator_trntype[motor.actuator] != mjTRN_JOINT || stiffness <= 0.0) continue;
+    const int joint = m.actuator_trnid[2 * motor.actuator];
+    const int dof = m.jnt_dofadr[joint];
+    double inertia = FeltInertia(model, open.get(), joint);
+    Attributes changed;
+    if (std::sqrt(stiffness / inertia) * step_s > kFastest_rad) {
+      inertia = stiffness * std::pow(step_s / kCalm_rad, 2);
+      changed.emplace_back("armature", fmt::format("{:.2g}", inertia));
+    }
+    const double critical = 2.0 * std::sqrt(stiffness * inertia);
+    const double damping = m.dof_damping[dof] - drive.bias[2];
+    if (damping < kDampingRatio * critical && m.dof_frictionloss[dof] == 0.0) {
+      changed.emplace_back("damping", fmt::format("{:.2g}", kGoodRatio * critical));
+    }
+    if (changed.empty()) continue;
+    joints.push_back(joint);
+    cure += model.Set(mjOBJ_JOINT, joint, changed);
+  }
+  if (joints.empty()) return;
+  model.Error(
+      model.Where(mjOBJ_JOINT, joints.front()), "joints " + model.NamesOf(mjOBJ_JOINT, joints),
+      fmt::format("swing too fast for the time step of {:g} ms, or without end: they have too "
+                  "little armature (the inertia of motor and gear) or damping for the "
+                  "stiffness of their drives",
+                  1e3 * step_s),
+      cure);
+}
+
+/// Links of the hand that overlap wherever it stands do so by the way they are modelled. Contacts
+/// between them push the fingers away from where their drives hold them.
+void CheckOwnContacts(Model& model, const mjcf::HandClosing& closing) {
+  constexpr int kStands = 5;
+  constexpr double kOverlap_m = 0.0005;
+  const mjModel& m = model.m();
+  const auto moving = [&](int geom) { return m.body_weldid[m.geom_bodyid[geom]]; };
+  const auto parent = [&](int body) { return m.body_weldid[m.body_parentid[body]]; };
+  std::map<std::pair<int, int>, std::set<int>> poses;
+  for (int i = 0; i < kStands; ++i) {
+    const DataPtr data = At(model, closing, closing.Touching() * i / (kStands - 1));
+    for (int k = 0; k < data->ncon; ++k) {
+      const mjContact& contact = data->contact[k];
+      if (contact.geom[0] < 0 || contact.geom[1] < 0 || contact.dist > -kOverlap_m) continue;
+      // The engine lets a link pass its own parent, but not one that stands still, as in this file.
+      const int a = moving(contact.geom[0]), b = moving(contact.geom[1]);
+      if (parent(a) == b || parent(b) == a) continue;
+      const auto [low, high] =
+          std::minmax(m.geom_bodyid[contact.geom[0]], m.geom_bodyid[contact.geom[1]]);
+      if (model.InSubtree(low, model.hand) && model.InSubtree(high, model.hand)) {
+        poses[{low, high}].insert(i);
+      }
+    }
+  }
+  for (const auto& [pair, in] : poses) {
+    if (in.size() < kStands) continue;
+    model.Error(model.Where(mjOBJ_BODY, pair.second),
+                fmt::format("bodies \"{}\" and \"{}\"", model.BodyName(pair.first),
+                            model.BodyName(pair.second)),
+                "overlap wherever the hand stands, so that contacts hold the fingers",
+                model.Exclude(pair.first, pair.second));
+  }
+}
+
 std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector<int>& actuators) {
   const mjModel& m = model.m();
   std::vector<mjcf::HandMotor> motors;
@@ -378,9 +506,12 @@ void CheckClosing(Model& model) {
     CheckTips(model, closing);
     CheckGap(model, closing, motors);
     CheckModelFollows(model, closing, motors);
+    CheckFingersSettle(model, closing, motors);
+    CheckOwnContacts(model, closing);
     if (model.HasErrors()) return;
     CheckTool(model, closing);
     CheckGripStrength(model, closing, motors);
+    CheckStiffness(model, closing, motors);
   } catch (const base::InputError& error) {
     model.Error(model.HandFile(), "the hand", error.what(), "");
   }

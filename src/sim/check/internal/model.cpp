@@ -241,9 +241,10 @@ Cure Model::Stiffer(int actuator, double times) const {
                {{"gainprm", fmt::format("{:.4g}", kp)},
                 {"biasprm", fmt::format("{:g} {:.4g} {:.4g}", bias[0], times * bias[1], -kv)}});
   }
-  return Set(
-      mjOBJ_ACTUATOR, actuator,
-      {{"kp", fmt::format("{:.4g}", kp)}, {"kv", fmt::format("{:.4g}", kv)}, {"dampratio", ""}});
+  return Set(mjOBJ_ACTUATOR, actuator,
+             {{"kp", fmt::format("{:.4g}", kp)},
+              {"kv", bias[2] == 0.0 ? "" : fmt::format("{:.4g}", kv)},
+              {"dampratio", ""}});
 }
 
 Cure Model::Rename(int body, const std::string& name) const {
@@ -256,6 +257,12 @@ Cure Model::Rename(int body, const std::string& name) const {
                           .set = {{reference, name}}});
   }
   return cure;
+}
+
+Cure Model::Exclude(int body1, int body2) const {
+  return Cure::Insert(
+      file_.string(), "/*/contact",
+      fmt::format("<exclude body1=\"{}\" body2=\"{}\"/>", BodyName(body1), BodyName(body2)));
 }
 
 std::string Model::NameGeom(int geom, Cure& cure) const {

@@ -119,6 +119,8 @@ class Model {
   Cure Stiffer(int actuator, double times) const;
   /// Another name of a body, in its file alone, with all that refers to it there.
   Cure Rename(int body, const std::string& name) const;
+  /// Two bodies without contacts between them.
+  Cure Exclude(int body1, int body2) const;
 
   void Report(bool error, std::string where, std::string element, std::string what, Cure cure) {
     findings_.push_back({error, std::move(where), std::move(element), std::move(what),
