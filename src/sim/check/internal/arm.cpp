@@ -18,7 +18,7 @@ constexpr int kMinJoints = 6;            // fewer reach no pose in general
 constexpr int kMaxJoints = 7;            // of more, redundancy is left to chance
 constexpr double kCompensated = 0.999;   // of a body whose weight is carried
 constexpr double kSameGain = 1e-6;       // of stiffness in gain and bias, relative; rounding
-constexpr double kSameRange_rad = 1e-3;  // of a command and its joint; rounding of a file's numbers
+constexpr double kSameRange_rad = 5e-3;  // of a command and its joint; a turn is often 6.28
 
 bool CheckChain(Model& model) {
   const mjModel& m = model.m();

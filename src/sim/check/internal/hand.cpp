@@ -76,7 +76,7 @@ Tool ToolOf(const Model& model, const mjData* data) {
 }
 
 // To what a person would type, and no -0.
-double Rounded(double v) { return std::round(1e4 * v) / 1e4 + 0.0; }
+double Rounded(double v, double steps = 1e4) { return std::round(steps * v) / steps + 0.0; }
 
 std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
   const auto R = mjcf::Mat3(data->xmat + 9 * model.hand);
@@ -85,7 +85,7 @@ std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
   const Vector3d y = R.transpose() * tool.z_W.cross(tool.x_W);
   std::vector<double> axes;
   for (const Vector3d& axis : {x, y}) {
-    for (const double v : axis) axes.push_back(Rounded(v));
+    for (const double v : axis) axes.push_back(Rounded(v, 1e3));
   }
   return fmt::format(
       "<site name=\"tcp\" pos=\"{:g} {:g} {:g}\" xyaxes=\"{:g}\" group=\"4\" "
