@@ -215,7 +215,8 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
       drives_[k].per_newton = std::max(drives_[k].per_newton, std::abs(forces[k]));
     }
   }
-  // What moves the fingers together shoves alike: by the work of the drive that does most.
+  // Motors that move the fingers together become alike servos: by the work of the one that does
+  // most.
   double work = 0.0;
   for (const Drive& drive : drives_) {
     const double of_drive = drive.per_newton * std::abs(drive.motor.Travel());

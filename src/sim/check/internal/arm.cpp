@@ -18,7 +18,8 @@ constexpr int kMinJoints = 6;            // fewer reach no pose in general
 constexpr int kMaxJoints = 7;            // of more, redundancy is left to chance
 constexpr double kCompensated = 0.999;   // of a body whose weight is carried
 constexpr double kSameGain = 1e-6;       // of stiffness in gain and bias, relative; rounding
-constexpr double kSameRange_rad = 5e-3;  // of a command and its joint; a turn is often 6.28
+constexpr double kSameRange_rad = 1e-3;  // of a command and its joint; rounding of a file's numbers
+constexpr double kSameTurn_rad = 5e-3;   // the same without a range: a turn is often 6.28
 
 bool CheckChain(Model& model) {
   const mjModel& m = model.m();
@@ -132,7 +133,8 @@ void CheckDrive(Model& model, int joint, int actuator) {
   const mjtNum* command = m.actuator_ctrlrange + 2 * actuator;
   if (!m.actuator_ctrllimited[actuator]) return;
   const auto [low, high] = model.RangeOf(joint, 2.0 * mjPI);
-  if (command[0] <= low + kSameRange_rad && command[1] >= high - kSameRange_rad) return;
+  const double same_rad = m.jnt_limited[joint] ? kSameRange_rad : kSameTurn_rad;
+  if (command[0] <= low + same_rad && command[1] >= high - same_rad) return;
   wrong(fmt::format("accepts commands from {:.4g} to {:.4g} only, but joint \"{}\" turns from "
                     "{:.4g} to {:.4g}: motions are limited there",
                     command[0], command[1], name, low, high),

@@ -235,11 +235,6 @@ std::map<Pair, double> Touching(Model& model, double margin_m) {
   return pairs;
 }
 
-std::string Both(const Model& model, const Pair& pair) {
-  return fmt::format("bodies \"{}\" and \"{}\"", model.BodyName(pair.first),
-                     model.BodyName(pair.second));
-}
-
 // Looks over the workspace and above it, so many a side.
 constexpr int kRays = 15;
 constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
@@ -342,7 +337,7 @@ void CheckContacts(Model& model) {
     if (count < kAlways * kPoses) continue;
     const int body = std::max(pair.first, pair.second);
     model.Error(
-        model.Where(mjOBJ_BODY, body), Both(model, pair),
+        model.Where(mjOBJ_BODY, body), model.BothNames(pair.first, pair.second),
         fmt::format("touch, or come nearer than the planner's {:g} mm, in {} of {} poses of "
                     "the arm",
                     1e3 * kMargin_m, count, kPoses),
@@ -355,7 +350,8 @@ void CheckContacts(Model& model) {
   for (const auto& [pair, distance_m] : at_home) {
     if (counts[pair] >= kAlways * kPoses) continue;
     model.Error(mjOBJ_NUMERIC, "home",
-                fmt::format("{} overlap by {:.1f} mm there", Both(model, pair), -1e3 * distance_m),
+                fmt::format("{} overlap by {:.1f} mm there",
+                            model.BothNames(pair.first, pair.second), -1e3 * distance_m),
                 (home.empty() ? Cure("another home position") : home) +
                     "; or, if they never meet in reality, " +
                     model.Exclude(pair.first, pair.second).edits.front().block);

@@ -300,6 +300,13 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
                                     : stiffer + ": up to the forcerange");
 }
 
+/// Of a servo on a joint, at the joint; 0 of any other drive.
+double StiffnessAtJoint(const Model& model, int actuator) {
+  const mjModel& m = model.m();
+  if (m.actuator_trntype[actuator] != mjTRN_JOINT) return 0.0;
+  return -mjcf::AffineOf(&m, actuator).bias[1] * std::pow(m.actuator_gear[6 * actuator], 2);
+}
+
 // A finger that is pushed at its tip with F, at a lever L from a joint, gives way to the side if
 // the joint's stiffness is less than F L. With less than kFirm times as much it turns what it
 // grasps.
@@ -316,8 +323,8 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
   double times = 1.0;
   std::vector<int> soft;
   for (const auto& motor : motors) {
-    const double stiffness = -mjcf::AffineOf(&m, motor.actuator).bias[1];
-    if (m.actuator_trntype[motor.actuator] != mjTRN_JOINT || stiffness <= 0.0) continue;
+    const double stiffness = StiffnessAtJoint(model, motor.actuator);
+    if (stiffness <= 0.0) continue;
     const int joint = m.actuator_trnid[2 * motor.actuator];
     if (m.jnt_type[joint] != mjJNT_HINGE) continue;
     double lever_m = 0.0;
@@ -326,8 +333,7 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
       const Vector3d arm = Vec3(half->geom_xpos + 3 * tip) - Vec3(half->xanchor + 3 * joint);
       lever_m = std::max(lever_m, arm.norm());
     }
-    const double gear = m.actuator_gear[6 * motor.actuator];
-    const double needed = kFirm * force[0] * lever_m / (stiffness * gear * gear);
+    const double needed = kFirm * force[0] * lever_m / stiffness;
     if (needed <= 1.0) continue;
     soft.push_back(motor.actuator);
     times = std::max(times, std::ceil(2.0 * needed) / 2.0);
@@ -363,9 +369,8 @@ void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
   std::vector<int> joints;
   Cure cure;
   for (const auto& motor : motors) {
-    const mjcf::AffineDrive drive = mjcf::AffineOf(&m, motor.actuator);
-    const double stiffness = -drive.bias[1] * std::pow(m.actuator_gear[6 * motor.actuator], 2);
-    if (m.actuator_trntype[motor.actuator] != mjTRN_JOINT || stiffness <= 0.0) continue;
+    const double stiffness = StiffnessAtJoint(model, motor.actuator);
+    if (stiffness <= 0.0) continue;
     const int joint = m.actuator_trnid[2 * motor.actuator];
     const int dof = m.jnt_dofadr[joint];
     double inertia = FeltInertia(model, open.get(), joint);
@@ -375,7 +380,7 @@ void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
       changed.emplace_back("armature", fmt::format("{:.2g}", inertia));
     }
     const double critical = 2.0 * std::sqrt(stiffness * inertia);
-    const double damping = m.dof_damping[dof] - drive.bias[2];
+    const double damping = m.dof_damping[dof] - mjcf::AffineOf(&m, motor.actuator).bias[2];
     if (damping < kDampingRatio * critical && m.dof_frictionloss[dof] == 0.0) {
       changed.emplace_back("damping", fmt::format("{:.2g}", kGoodRatio * critical));
     }
@@ -419,9 +424,7 @@ void CheckOwnContacts(Model& model, const mjcf::HandClosing& closing) {
   }
   for (const auto& [pair, in] : poses) {
     if (in.size() < kStands) continue;
-    model.Error(model.Where(mjOBJ_BODY, pair.second),
-                fmt::format("bodies \"{}\" and \"{}\"", model.BodyName(pair.first),
-                            model.BodyName(pair.second)),
+    model.Error(model.Where(mjOBJ_BODY, pair.second), model.BothNames(pair.first, pair.second),
                 "overlap wherever the hand stands, so that contacts hold the fingers",
                 model.Exclude(pair.first, pair.second));
   }

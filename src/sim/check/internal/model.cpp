@@ -290,6 +290,10 @@ std::string Model::BodyName(int body) const {
   return name.empty() ? fmt::format("body {}", body) : name;
 }
 
+std::string Model::BothNames(int body1, int body2) const {
+  return fmt::format("bodies \"{}\" and \"{}\"", BodyName(body1), BodyName(body2));
+}
+
 std::string Model::NamesOf(mjtObj type, const std::vector<int>& ids) const {
   std::vector<std::string> names;
   for (const int id : ids) names.push_back(type == mjOBJ_BODY ? BodyName(id) : Name(type, id));

@@ -142,6 +142,7 @@ class Model {
   bool Collides(int geom) const { return mjcf::Collides(&m(), geom); }
   /// "body 3" where it has no name.
   std::string BodyName(int body) const;
+  std::string BothNames(int body1, int body2) const;  ///< `bodies "a" and "b"`
   /// As a list in a sentence.
   std::string NamesOf(mjtObj type, const std::vector<int>& ids) const;
   /// Of a joint; of one without limits from -continuous_rad to +continuous_rad.
