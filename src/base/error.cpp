@@ -5,14 +5,14 @@
 namespace rangegrasp::base {
 namespace {
 
-// `<joint name="joint1">` of "//worldbody//joint[@name='joint1']", `<custom>` of "/*/custom".
+// `<joint name="joint1">` for "//worldbody//joint[@name='joint1']", `<custom>` for "/*/custom".
 std::string Readable(const std::string& xpath) {
   static const std::regex named(R"(.*/([^/\[]+)\[@(\w+)='([^']*)'\])"), section(R"(/\*/(\w+))");
   if (std::regex_match(xpath, section)) return std::regex_replace(xpath, section, "<$1>");
   return std::regex_replace(xpath, named, "<$1 $2=\"$3\">");
 }
 
-// Said where the finding is of another file.
+// Names the edited file if the finding is about another file.
 std::string FileOf(const Edit& edit, const Finding& finding) {
   return finding.where.starts_with(edit.file) ? "" : " of " + edit.file;
 }

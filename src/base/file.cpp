@@ -17,7 +17,7 @@
 namespace rangegrasp::base {
 namespace {
 
-// Takes one record from the front of `rest`; line counts the line breaks in it.
+// Removes one record from the front of `rest`; adds the number of its line breaks to `line`.
 std::vector<std::string> TakeRecord(std::string_view& rest, int& line, const std::string& name) {
   std::vector<std::string> cells(1);
   const int first_line = line;
@@ -73,9 +73,9 @@ std::ifstream Opened(const std::filesystem::path& file) {
   return in;
 }
 
-// Writes all of the bytes. @param sync  until they are on the disk: a name that the file is given
-// afterwards is never that of half a file, even if power is lost.
-// @return 0, or the errno of what failed.
+// Writes all bytes. @param sync  waits until they are on the disk, so that a file renamed
+// afterwards is never incomplete, even after a power failure.
+// @return 0, or errno of what failed.
 int WriteBytes(const std::filesystem::path& file, std::string_view bytes, bool sync) {
   const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd < 0) return errno;
@@ -89,7 +89,7 @@ int WriteBytes(const std::filesystem::path& file, std::string_view bytes, bool s
     }
   }
   if (failed == 0 && sync && fsync(fd) != 0) failed = errno;
-  if (close(fd) != 0 && failed == 0) failed = errno;  // a full disk may show only here
+  if (close(fd) != 0 && failed == 0) failed = errno;  // a full disk may be reported only here
   return failed;
 }
 
@@ -114,7 +114,7 @@ std::string ReadNonEmptyFile(const std::filesystem::path& file) {
 void WriteFile(const std::filesystem::path& file, std::string_view bytes) {
   MakeFolderOf(file);
   std::error_code error;
-  // A device or a pipe (/dev/stdout, /dev/full) is written to, not replaced.
+  // A device or a pipe (/dev/stdout, /dev/full) is written in place, not replaced.
   const auto status = std::filesystem::status(file, error);
   const bool in_place =
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);

@@ -9,36 +9,37 @@
 
 namespace rangegrasp::base {
 
-/// The whole file as bytes.
+/// Reads a whole file as bytes.
 /// @throws InputError naming the file if it is missing, a folder or not readable.
 std::string ReadFile(const std::filesystem::path& file);
 
-/// @throws InputError as ReadFile. For files that a library reads, whose messages say less.
+/// Checks that a file can be read. For files that a library reads, whose messages say less.
+/// @throws InputError as ReadFile.
 void CheckReadable(const std::filesystem::path& file);
 
-/// An empty file is an error, too.
+/// Like ReadFile, but an empty file is also an error.
 std::string ReadNonEmptyFile(const std::filesystem::path& file);
 
-/// Writes the file whole, with its folder; replaces one of that name in one step.
+/// Writes a whole file and creates its folder. An existing file is replaced atomically.
 /// @throws RunError naming the file if the bytes did not reach the disk, InputError if the folder
-/// cannot be made.
+/// cannot be created.
 void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 
-/// Makes a file's folder. @throws InputError naming the folder.
+/// Creates a file's folder. @throws InputError naming the folder.
 void MakeFolderOf(const std::filesystem::path& file);
 
-/// @throws InputError naming the text's line that is not UTF-8.
+/// @throws InputError naming the first line of the text that is not UTF-8.
 void CheckUtf8(std::string_view text, const std::string& name);
 
-/// What a file's name ends with, in small letters: ".ply" of "Cup.PLY".
+/// The extension of a file name in lower case: ".ply" for "Cup.PLY".
 std::string EndingOf(const std::filesystem::path& file);
 
 /// A table of comma-separated values (RFC 4180) whose first line names the columns.
 class CsvTable {
  public:
-  /// @param name  of the file, for messages
-  /// @throws InputError naming file and line if there is no header, a row has another number of
-  /// cells, a quote is not closed, or the text is not UTF-8.
+  /// @param name  name of the file, for messages
+  /// @throws InputError naming file and line if the header is missing, a row has a different number
+  /// of cells, a quote is not closed, or the text is not UTF-8.
   static CsvTable Parse(std::string_view text, const std::string& name);
   static CsvTable Read(const std::filesystem::path& file);
 
@@ -51,7 +52,7 @@ class CsvTable {
   std::size_t Column(const std::string& name) const;
   /// A finite number. @throws InputError naming file, line, column and the cell.
   double Number(std::size_t row, std::size_t column) const;
-  /// Nothing for an empty cell.
+  /// Like Number; nullopt for an empty cell.
   std::optional<double> OptionalNumber(std::size_t row, std::size_t column) const;
   /// Throws an InputError for a cell: "file:line: column 'x': 'cell' <must be ...>".
   [[noreturn]] void Fail(std::size_t row, std::size_t column, const std::string& what) const;
@@ -66,10 +67,10 @@ class CsvTable {
   std::vector<Row> rows_;
 };
 
-/// One line with its line break; cells are quoted where they must be.
+/// A CSV line with its line break; cells are quoted where necessary.
 std::string CsvLine(const std::vector<std::string>& cells);
 
-/// FNV-1a, 64 bits, continued from `state`. Identifies versions of files; not for security.
+/// 64-bit FNV-1a hash, continued from `state`. Identifies versions of files; not for security.
 std::uint64_t Fnv1a(std::string_view bytes, std::uint64_t state = 0xcbf29ce484222325u);
 
 /// 16 hexadecimal digits.

@@ -19,8 +19,8 @@ bool IsDataFolder(const fs::path& folder) {
   return holds("models") && holds("scenes") && holds("experiments");
 }
 
-// Whether a name may be looked for among the program's own experiments: a path to somewhere else
-// that does not exist is a mistake, whatever its last part is called.
+// Whether to search a name among the program's own experiments. A missing path in another folder is
+// an error, even if its last part is the name of an experiment.
 bool IsName(const fs::path& experiment) {
   const fs::path folder = experiment.parent_path();
   return experiment.has_filename() && (folder.empty() || folder == "experiments");

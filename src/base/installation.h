@@ -9,24 +9,24 @@
 
 namespace rangegrasp::base {
 
-/// The folder that holds models/, scenes/ and experiments/: that of the environment variable
-/// RANGEGRASP_DATA; else DataFolderOf the running program, or of what SetProgram named.
-/// @throws InputError naming where it was looked for if there is none.
+/// The folder that contains models/, scenes/ and experiments/: the one in the environment variable
+/// RANGEGRASP_DATA, or else DataFolderOf the running program or of the file given to SetProgram.
+/// @throws InputError listing the searched places if it is not found.
 std::filesystem::path DataFolder();
 
-/// For a library that another program has loaded (the Python package): its own file.
+/// For a library that another program has loaded (the Python package): sets the library's own file.
 void SetProgram(const std::filesystem::path& file);
 
-/// `../share/rangegrasp` of an installed program's folder; else the nearest folder above it that
-/// holds models/, scenes/ and experiments/ (the source tree around a build folder).
+/// `../share/rangegrasp` next to an installed program's folder; else the nearest folder above it
+/// that contains models/, scenes/ and experiments/ (the source tree around a build folder).
 /// @throws InputError as DataFolder.
 std::filesystem::path DataFolderOf(const std::filesystem::path& program);
 
-/// The names of the experiments in a data folder, ascending, without `.yaml`.
+/// The names of the experiments in a data folder, sorted, without `.yaml`.
 std::vector<std::string> ExperimentNames(const std::filesystem::path& data);
 
-/// That path if it exists; else, for a name or `experiments/<name>`, with or without `.yaml`, the
-/// experiment of that name in the data folder.
+/// The given path if it exists. Otherwise, for a name or `experiments/<name>`, with or without
+/// `.yaml`, the experiment of that name in the data folder.
 /// @throws InputError with the nearest name if there is none.
 std::filesystem::path FindExperiment(const std::filesystem::path& experiment);
 
@@ -38,8 +38,8 @@ struct WordNotBuilt {
   std::string_view system;
 };
 
-/// Such a word was used. scripts/rangegrasp, which starts the program, may build the system and try
-/// again.
+/// Thrown if such a word was used. scripts/rangegrasp, which starts the program, may build the
+/// system and try again.
 class NotBuilt : public InputError {
  public:
   NotBuilt(const std::string& where, const WordNotBuilt& word);
@@ -49,10 +49,10 @@ class NotBuilt : public InputError {
   std::string system_;
 };
 
-/// A library is not there that is loaded when it is needed first. scripts/rangegrasp installs it.
+/// A library that is loaded on first use is missing. scripts/rangegrasp installs it.
 class NotInstalled : public InputError {
  public:
-  /// @param package Debian's, which holds it
+  /// @param package  Debian's package that contains the library
   NotInstalled(const std::string& package, const std::string& what);
   const std::string& package() const { return package_; }
 
@@ -60,16 +60,16 @@ class NotInstalled : public InputError {
   std::string package_;
 };
 
-/// The texts must last as long as the program.
+/// The texts must live as long as the program.
 void AddWordNotBuilt(const WordNotBuilt& word);
 
-/// @param where  "file:line: " or empty, begins the message
+/// @param where  start of the message: "file:line: " or empty
 /// @throws NotBuilt for a word of a system that is not built.
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where = "");
 
 /// The version of the source, e.g. "0.2.0".
 std::string Version();
-/// The commit it was built from, with "+" if files were changed; "unknown" outside a checkout.
+/// The commit of the build, with "+" if files were changed; "unknown" outside a checkout.
 std::string Commit();
 
 }  // namespace rangegrasp::base

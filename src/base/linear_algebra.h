@@ -5,25 +5,25 @@
 
 namespace rangegrasp::base {
 
-/// Eigen's decompositions that the core uses, compiled once: each takes 5 to 30 s of every source
-/// that instantiates it. Results are Eigen's to the last bit.
+/// Eigen's decompositions that the core uses, compiled once: each adds 5 to 30 s to the compile
+/// time of every source file that instantiates it. Results are bit-identical to Eigen's.
 
-/// Eigenvalues in rising order; column i of the vectors has length 1 and belongs to value i.
+/// Eigenvalues in ascending order; column i of the vectors is the unit eigenvector of value i.
 template <int N>
 struct EigenPairs {
   Eigen::Matrix<double, N, 1> values;
   Eigen::Matrix<double, N, N> vectors;
 };
 
-/// Of a symmetric matrix (its lower triangle is read), by QR iterations. N is 2 or 3.
+/// For a symmetric matrix (only its lower triangle is read), by QR iterations. N is 2 or 3.
 template <int N>
 EigenPairs<N> SymmetricEigen(const Eigen::Matrix<double, N, N>& A);
 
-/// The same in closed form: faster, and less accurate where values differ by orders of magnitude.
+/// The same in closed form: faster, but less accurate if values differ by orders of magnitude.
 EigenPairs<3> SymmetricEigenDirect(const Eigen::Matrix3d& A);
 
-/// A^-1 b of a symmetric matrix, by LDL^T with pivots. Not finite where A is singular, or any
-/// solution: callers check. N is 2, 3, 4 or Eigen::Dynamic with M = 1, or N = M = 3.
+/// A^-1 b of a symmetric matrix, by LDL^T with pivoting. If A is singular, the result is not finite
+/// or any solution: callers must check. N is 2, 3, 4 or Eigen::Dynamic with M = 1, or N = M = 3.
 template <int N, int M>
 Eigen::Matrix<double, N, M> SolveLdlt(const Eigen::Matrix<double, N, N>& A,
                                       const Eigen::Matrix<double, N, M>& b);
@@ -32,10 +32,10 @@ Eigen::Matrix<double, N, M> SolveLdlt(const Eigen::Matrix<double, N, N>& A,
 Eigen::Matrix<double, 6, 1> SolveLlt(const Eigen::Matrix<double, 6, 6>& A,
                                      const Eigen::Matrix<double, 6, 1>& b);
 
-/// The shortest of the vectors that minimise |A x - b|.
+/// The shortest vector that minimises |A x - b|.
 Eigen::VectorXd LeastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// The vector that minimises |A x - b|; nullopt if the columns of A depend on each other.
+/// The vector that minimises |A x - b|; nullopt if the columns of A are linearly dependent.
 std::optional<Eigen::VectorXd> UniqueLeastSquares(const Eigen::MatrixXd& A,
                                                   const Eigen::VectorXd& b);
 

@@ -6,8 +6,8 @@
 namespace rangegrasp::base {
 namespace {
 
-// An expression takes 30 to 300 us to compile, and models are read with the same few in every
-// trial.
+// Caches compiled patterns: compiling one takes 30 to 300 us, and every trial reads models with the
+// same few patterns.
 const std::regex& Compiled(const std::string& pattern) {
   thread_local std::map<std::string, std::regex> compiled;
   return compiled.try_emplace(pattern, pattern).first->second;

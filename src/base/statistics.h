@@ -6,7 +6,7 @@
 
 namespace rangegrasp::base {
 
-/// The value at position floor(share * (n - 1)) of the sorted values: one of them, no mean of two.
+/// The value at position floor(share * (n - 1)) of the sorted values, without interpolation.
 /// O(n). share from 0 to 1; n >= 1.
 template <typename T>
 T QuantileOf(std::vector<T> values, double share) {
@@ -23,8 +23,8 @@ T UpperMedianOf(std::vector<T> values) {
   return values[static_cast<std::size_t>(k)];
 }
 
-/// Linear between the two values next to position share * (n - 1) (Hyndman and Fan 1996, type 7).
-/// O(n); share from 0 to 1; n >= 1.
+/// Quantile, interpolated linearly between the two values next to position share * (n - 1) (Hyndman
+/// and Fan 1996, type 7). O(n); share from 0 to 1; n >= 1.
 template <typename T>
 T InterpolatedQuantileOf(std::vector<T> values, double share) {
   const double position = share * static_cast<double>(values.size() - 1);
@@ -36,17 +36,17 @@ T InterpolatedQuantileOf(std::vector<T> values, double share) {
   return *at * (T{1} - t) + *std::min_element(at + 1, values.end()) * t;
 }
 
-/// The mean of both middle values where n is even. O(n); n >= 1.
+/// The median: the mean of the two middle values if n is even. O(n); n >= 1.
 template <typename T>
 T MedianOf(std::vector<T> values) {
   return InterpolatedQuantileOf(std::move(values), 0.5);
 }
 
-/// How many of the items (random access) have a property, for a search that keeps the best count
-/// (RANSAC): stops when the count cannot exceed `to_beat` any more, and then returns at most that.
+/// Counts the items (random access) with a property, for a search that keeps the best count
+/// (RANSAC). Stops when the count can no longer exceed `to_beat`, and then returns at most that.
 template <class Items, class Property>
 std::size_t CountToBeat(const Items& items, std::size_t to_beat, const Property& has_property) {
-  constexpr std::size_t kBlock = 64;  // items between two looks at whether to give up
+  constexpr std::size_t kBlock = 64;  // items between two checks for an early stop
   const std::size_t size = items.size();
   std::size_t count = 0;
   for (std::size_t begin = 0; begin < size && count + (size - begin) > to_beat; begin += kBlock) {

@@ -10,10 +10,10 @@ constexpr double kPi = std::numbers::pi;
 constexpr double Deg(double degrees) { return degrees * kPi / 180.0; }
 /// Degrees from radians.
 constexpr double ToDeg(double radians) { return radians * 180.0 / kPi; }
-/// One millimetre [m], one degree [rad]: the units of files that people write.
+/// One millimetre [m], one degree [rad]: the units of hand-written files.
 constexpr double kMm = 1e-3;
 constexpr double kDeg = kPi / 180.0;
-/// Millimetres from metres, as a factor.
+/// Conversion factor from metres to millimetres.
 constexpr double kMmPerM = 1e3;
 /// Standard gravity [m/s^2].
 constexpr double kGravity = 9.81;

@@ -61,7 +61,7 @@ std::vector<std::string> Split(std::string_view text, char separator) {
 }
 
 bool IsUtf8(std::string_view text) {
-  std::size_t left = 0;  // bytes of the sequence
+  std::size_t left = 0;  // remaining bytes of the sequence
   std::uint32_t code = 0, least = 0;
   for (const unsigned char c : text) {
     if (left == 0) {

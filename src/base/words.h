@@ -10,8 +10,8 @@
 
 namespace rangegrasp::base {
 
-/// The words of an enum are declared once, next to it, in the order of its values (from 0); what is
-/// below finds them by argument-dependent lookup:
+/// The words of an enum's values are declared once, next to it, in the order of the values (from
+/// 0). The functions below find them by argument-dependent lookup:
 ///
 ///   enum class Split { kTune, kReport };
 ///   constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
@@ -20,7 +20,7 @@ concept HasWords = requires(Enum e) {
   WordsOf(e)[0];
 };
 
-/// Undefined for what is no value of the enum.
+/// Undefined behavior if `value` is not a value of the enum.
 template <HasWords Enum>
 constexpr std::string_view Word(Enum value) {
   return WordsOf(value)[static_cast<std::size_t>(value)];
@@ -39,10 +39,10 @@ constexpr auto ValuesOf() {
   return all;
 }
 
-/// For a word that is not among words: "'word' must be one of ...; nearest: ...".
+/// Message for a word that is not among `words`: "'word' must be one of ...; nearest: ...".
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
 
-/// @throws InputError "<what>: " and MustBeOneOf if the word is not among them.
+/// @throws InputError "<what>: " and MustBeOneOf if the word is not among `words`.
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
                          const std::string& what);
 
@@ -52,23 +52,23 @@ Enum FromWord(std::string_view word, const std::string& what) {
   return static_cast<Enum>(WordPosition(word, WordList<Enum>(), what));
 }
 
-/// By edit distance; empty if there are no words.
+/// The nearest word by edit distance; empty if there are no words.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words);
 
 /// "a, b, c".
 std::string Join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
-/// One empty part for an empty text.
+/// An empty text gives one empty part.
 std::vector<std::string> Split(std::string_view text, char separator);
 
-/// Whether a text is UTF-8, which JSON needs: no cut, overlong or surrogate sequence.
+/// Whether a text is UTF-8, as JSON requires: no truncated, overlong or surrogate sequence.
 bool IsUtf8(std::string_view text);
 
-/// A text as XML holds it, between tags or in quotes.
+/// A text escaped for XML, for use between tags or in quotes.
 std::string XmlEscaped(std::string_view text);
 
-/// The number that a whole text is, in decimal and without blanks; nullopt if it is none, or one
-/// that the type cannot hold. "nan" and "inf" are numbers of a floating-point type.
+/// Parses a whole text as a decimal number without blanks; nullopt if it is no number, or one that
+/// does not fit the type. Floating-point types also accept "nan" and "inf".
 template <typename Number>
 std::optional<Number> NumberFrom(std::string_view text) {
   Number number{};
@@ -78,9 +78,9 @@ std::optional<Number> NumberFrom(std::string_view text) {
   return number;
 }
 
-/// An addition to a published method: a switch, so that its effect can be measured alone. The keys
-/// of experiment files, "as published" (all of them off) and the table of ablations are made from
-/// the rows. The switches of one stage are a struct of bools, each true, and next to it a table:
+/// An addition to a published method. It has a switch, so that its effect can be measured alone.
+/// The table's rows give the keys of experiment files, "as published" (all off) and the table of
+/// ablations. The switches of a stage are a struct of bools, each true, with a table next to it:
 ///
 ///   struct SoupAdditions { bool salt = true; bool pepper = true; };
 ///   constexpr std::array<base::Addition<SoupAdditions>, 2> AdditionsOf(const SoupAdditions*) {
@@ -89,9 +89,9 @@ std::optional<Number> NumberFrom(std::string_view text) {
 ///   static_assert(base::AllAdditionsListed<SoupAdditions>());  // a switch without a row
 template <typename Switches>
 struct Addition {
-  std::string_view key;  ///< in an experiment's file
+  std::string_view key;  ///< key in an experiment file
   bool Switches::*on;
-  std::string_view doc;  ///< what it does; where it is not plain, what is done without it
+  std::string_view doc;  ///< what it does and, if not obvious, what is done without it
 };
 
 template <typename Switches>
@@ -99,7 +99,7 @@ constexpr auto AdditionsTable() {
   return AdditionsOf(static_cast<const Switches*>(nullptr));
 }
 
-/// Whether the struct holds only bools and each has a row.
+/// Whether the struct contains only bools and each has a row.
 template <typename Switches>
 constexpr bool AllAdditionsListed() {
   constexpr auto rows = AdditionsTable<Switches>();

@@ -14,11 +14,11 @@
 namespace rangegrasp::base {
 namespace {
 
-// What all mappings of one file share.
+// Data shared by all mappings of one file.
 struct Document {
   std::filesystem::path file;
   std::vector<KeyDoc> keys;
-  std::vector<std::string> overridden;  ///< paths that --set gave a value
+  std::vector<std::string> overridden;  ///< key paths set by --set
   bool only_documentation = false;
 
   KeyDoc& Key(const std::string& path) {
@@ -58,7 +58,7 @@ struct YamlMap::Impl {
     return fmt::format("{}:{}: ", document->file.string(), std::max(mark.line, 0) + 1);
   }
 
-  // Where the key stands (a value may begin on a later line); the map's begin if it is absent.
+  // Position of the key (its value may begin on a later line), or of the map if the key is absent.
   YAML::Mark MarkOf(const std::string& key) const {
     for (const auto& entry : node) {
       if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark();
@@ -66,7 +66,7 @@ struct YamlMap::Impl {
     return node.Mark();
   }
 
-  // The parser takes a key that stands twice and keeps one value without a word.
+  // The parser accepts a duplicate key and silently keeps one of the values.
   void CheckNoKeyTwice() const {
     std::vector<std::string> seen;
     for (const auto& entry : node) {
@@ -78,10 +78,10 @@ struct YamlMap::Impl {
     }
   }
 
-  /// Undefined where the key is absent. (What is not const makes keys.)
+  /// Undefined if the key is absent. (Non-const access would create the key.)
   YAML::Node ValueOf(const std::string& key) const { return node[key]; }
 
-  // Notes the key for the documentation and as known. @return its value if it is there
+  // Records the key as known and for the documentation. @return its value if present
   std::optional<YAML::Node> Ask(const std::string& key, const std::string& type,
                                 const std::string& default_value, const std::string& range,
                                 const std::string& doc) {
@@ -92,7 +92,7 @@ struct YamlMap::Impl {
     return value.IsDefined() ? std::optional(value) : std::nullopt;
   }
 
-  // Puts "key.inner=value" into the tree below `root`.
+  // Sets "key.inner=value" in the tree below `node`.
   void Override(const std::string& text) {
     const std::size_t sign = text.find('=');
     if (sign == std::string::npos || sign == 0) {
@@ -312,7 +312,7 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
     Fail(key, "'" + text + "' does not exist (looked for " + path.string() +
                   "; paths are relative to the YAML file)");
   }
-  // Results may name what never ends.
+  // Results may name a device or pipe, which may never end.
   if (!std::filesystem::is_regular_file(path, error) &&
       !std::filesystem::is_directory(path, error)) {
     Fail(key, "'" + text + "' is a device or pipe; it must be a file or folder");
@@ -340,7 +340,7 @@ void RangeCheck::Read(const std::string& key, int value, int low, int high,
 
 void RangeCheck::ReadScaled(const std::string& key, double value, double unit, double low,
                             double high, const std::string&) const {
-  // A relative slack, for a bound that went to SI units and back.
+  // A relative tolerance for bounds that were converted to SI units and back.
   const double slack = 1e-9 * std::max(std::abs(low), std::abs(high));
   const double in_unit = value / unit;
   if (!(in_unit >= low - slack && in_unit <= high + slack)) Fail(key, in_unit, low, high);

@@ -12,19 +12,19 @@
 
 namespace rangegrasp::base {
 
-/// What a key of a file means: a line of the documentation that is made from the code.
+/// Documentation of a key of a file; the documentation is generated from the code.
 struct KeyDoc {
   std::string path;           ///< "physics.timestep_ms"
   std::string type;           ///< "number", "whole number", "text", "path", "list", ...
-  std::string default_value;  ///< as it would be written; empty where there is none
+  std::string default_value;  ///< as written in a file; empty if there is none
   std::string range;          ///< "0.1 to 4", "one of a, b", or empty
   std::string doc;            ///< one sentence
   bool required = false;
 };
 
-/// A YAML mapping that is read key by key: what is left over at Finish is an error that names the
-/// nearest valid key. Values that are absent leave their default untouched. Every key says what it
-/// means: the reading code is the table of keys that the documentation is made from.
+/// A YAML mapping that is read key by key. A key that was not read before Finish is an error, which
+/// names the nearest valid key. An absent key leaves its default value unchanged. Every read
+/// describes its key: the documentation is generated from the code that reads the keys.
 ///
 ///   auto map = YamlMap::FromFile("experiment.yaml");
 ///   map.Read("seed", seed, "what all random streams are derived from");
@@ -33,17 +33,17 @@ struct KeyDoc {
 ///   physics.Finish();
 ///   map.Finish();
 ///
-/// Every method throws InputError as "file:line: key 'x': what is wrong, what would be right".
+/// Every method throws InputError as "file:line: key 'x': what is wrong, what is expected".
 class YamlMap {
  public:
-  /// @param overrides  "key.inner=value" each, in place of what the file says; the value is YAML.
+  /// @param overrides  each "key.inner=value" replaces the file's value; the value is YAML.
   static YamlMap FromFile(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
-  /// @param file  what errors name and what paths are relative to
+  /// @param file  named in errors; paths are relative to its folder
   static YamlMap FromText(const std::string& text, const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
   void Override(const std::string& one);
-  /// A mapping without a key: what reads it leaves its keys in Keys.
+  /// A mapping without keys. Code that reads from it records its keys in Keys.
   static YamlMap ForDocumentation();
   ~YamlMap();
   YamlMap(YamlMap&&) noexcept;
@@ -51,7 +51,7 @@ class YamlMap {
   const std::filesystem::path& file() const;
   bool Has(const std::string& key) const;
   bool HoldsMap(const std::string& key) const;
-  /// The keys that stand there, in the file's order.
+  /// The keys that are present, in the order of the file.
   std::vector<std::string> Names() const;
   /// The mapping under a key; an empty one if the key is absent.
   YamlMap Child(const std::string& key, const std::string& doc = "");
@@ -70,17 +70,17 @@ class YamlMap {
   }
   void Read(const std::string& key, std::optional<double>& value, double low, double high,
             const std::string& doc = "");
-  /// One of the words.
+  /// Reads one of the words.
   void Read(const std::string& key, std::string& value, const std::vector<std::string>& words,
             const std::string& doc);
-  /// One of an enum's words.
+  /// Reads one of an enum's words.
   template <HasWords Enum>
   void Read(const std::string& key, Enum& value, const std::string& doc = "") {
     auto position = static_cast<std::size_t>(value);
     ReadWord(key, position, WordList<Enum>(), doc);
     value = static_cast<Enum>(position);
   }
-  /// At least one of an enum's words.
+  /// Reads a list of at least one of an enum's words.
   template <HasWords Enum>
   void Read(const std::string& key, std::vector<Enum>& values, const std::string& doc = "") {
     std::vector<std::string> words;
@@ -90,16 +90,16 @@ class YamlMap {
     values.clear();
     for (const std::string& word : words) values.push_back(FromWord<Enum>(word, key));
   }
-  /// A path, relative to the file's folder if it is not absolute; it must exist.
+  /// Reads a path, which must exist. A relative path is relative to the file's folder.
   void ReadPath(const std::string& key, std::filesystem::path& value, const std::string& doc = "");
   void Require(const std::string& key);
 
-  /// Throws for a key that was never asked for.
+  /// Throws if a key is present that was never read.
   void Finish() const;
   /// Throws an InputError for a key's value, with file and line.
   [[noreturn]] void Fail(const std::string& key, const std::string& what) const;
 
-  /// All keys that were asked for so far, of this mapping and of those in it, in that order.
+  /// All keys of the document read so far, in that order.
   const std::vector<KeyDoc>& Keys() const;
 
  private:
@@ -119,9 +119,9 @@ void ReadAdditions(YamlMap& map, Switches& switches) {
   }
 }
 
-/// Takes the place of a YamlMap in a function that reads options key by key: checks options made in
-/// code against the same ranges. Throws std::invalid_argument as "what: key: 70 is out of range,
-/// must be from 0.1 to 50", in the key's unit.
+/// Replaces a YamlMap in a function that reads options key by key: checks options set in code
+/// against the same ranges. Throws std::invalid_argument as "what: key: 70 is out of range, must be
+/// from 0.1 to 50", in the key's unit.
 class RangeCheck {
  public:
   explicit RangeCheck(std::string what) : what_(std::move(what)) {}

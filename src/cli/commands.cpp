@@ -38,7 +38,7 @@ void SetUpLog() {
 
 pid_t reporting_process = 0;
 
-// Calls only what a signal handler may call.
+// Calls only async-signal-safe functions.
 void EndWithReport(int signal) {
   if (getpid() == reporting_process) {
     const std::string_view name = signal == SIGABRT   ? "Aborted"
@@ -52,11 +52,11 @@ void EndWithReport(int signal) {
     }
     _exit(kRunFailed);
   }
-  std::signal(signal, SIG_DFL);  // a worker's end is what the runner records
+  std::signal(signal, SIG_DFL);  // the runner records how a worker ends
   std::raise(signal);
 }
 
-// What is typed becomes text of messages, files and JSON.
+// Arguments become part of messages, files and JSON.
 void CheckArguments(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (base::IsUtf8(argv[i])) continue;
@@ -65,13 +65,13 @@ void CheckArguments(int argc, char** argv) {
   }
 }
 
-// For errors that do not say what they are about.
+// For errors whose message lacks the context.
 std::string CommandOf(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   return base::Join(words, " ");
 }
 
-// CLI11 would only say that a command is missing.
+// CLI11 would only report that a command is missing.
 void CheckCommand(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> commands;
@@ -84,8 +84,8 @@ void CheckCommand(const CLI::App& app, int argc, char** argv) {
                          base::NearestWord(argv[1], commands) + "'? --help lists all");
 }
 
-// scripts/rangegrasp, where it started the program, builds the system or installs the package and
-// starts the program again with the same arguments, in the place of this one.
+// If scripts/rangegrasp started the program, it builds the system or installs the package and
+// starts the program again with the same arguments, in place of this process.
 int GetOrEnd(const char* variable, const std::string& name, const base::InputError& missing,
              char** argv) {
   if (const char* builder = std::getenv("RANGEGRASP_BUILDER")) {
@@ -118,7 +118,7 @@ them.
 
 )";
 
-// The first sentence of the comment that an experiment begins with ("Fig. 5.2" does not end one).
+// The first sentence of an experiment's initial comment ("Fig. 5.2" does not end a sentence).
 std::string SummaryOf(const fs::path& experiment) {
   std::string summary;
   for (const std::string& line : base::Split(base::ReadFile(experiment), '\n')) {
@@ -195,7 +195,7 @@ nlohmann::ordered_json JsonOf(const Listing& listing) {
   return json;
 }
 
-// All in the overview, without a word.
+// Without a word, all listings of the overview.
 std::string ListingOf(const std::string& word, bool as_json) {
   std::string text;
   nlohmann::ordered_json json;
@@ -257,7 +257,7 @@ ReportHooks& Hooks() {
 
 void AddLibrary(const std::string& name, const std::string& version) {
   for (const auto& [known, of_it] : Libraries()) {
-    if (known == name) return;  // of two systems that use it
+    if (known == name) return;  // two systems use it
   }
   Libraries().emplace_back(name, version);
 }
@@ -285,13 +285,13 @@ void ReportCrashes() {
   reporting_process = getpid();
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
     const auto before = std::signal(signal, EndWithReport);
-    if (before != SIG_DFL) std::signal(signal, before);  // a sanitizer's
+    if (before != SIG_DFL) std::signal(signal, before);  // keeps a sanitizer's handler
   }
 }
 
 int RunProgram(int argc, char** argv) {
   SetUpLog();
-  // A reader that goes away (`| head`) is a failed write, which WriteResult knows.
+  // If the reader goes away (`| head`), the write fails, which WriteResult handles.
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app{"Grasping unknown objects from single-view range images, in simulation."};
   app.require_subcommand(1);
@@ -330,7 +330,7 @@ int RunProgram(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     spdlog::error("{}: out of memory", CommandOf(argc, argv));
     return kRunFailed;
-  } catch (const std::exception& e) {  // none that the program should let through
+  } catch (const std::exception& e) {  // should not reach this place
     spdlog::error("{}: internal error, please report it: {}", CommandOf(argc, argv), e.what());
     return kRunFailed;
   }

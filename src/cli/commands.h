@@ -19,7 +19,7 @@ namespace rangegrasp::cli {
 /// base::InputError or base::RunError.
 using CommandAdder = void (*)(CLI::App& app);
 
-/// When the program starts; --help lists commands in this order, after those below.
+/// Call at program start; --help lists commands in this order.
 void AddCommand(CommandAdder adder);
 
 void AddResultsCommands(CLI::App& app);  ///< table, trial, compare, merge
@@ -32,36 +32,36 @@ struct ListEntry {
   std::string name, text;
   std::vector<std::pair<std::string, std::string>> more = {};  ///< for --json: name -> value
 };
-/// Of a key of a file, with its default and its values.
+/// The entry of a key of a file, with its default and its values.
 ListEntry EntryOf(const base::KeyDoc& key);
-/// What `list` can list, by the word for it.
+/// A listing of the command `list`, selected by its word.
 struct Listing {
   std::string word;
   std::string description;  ///< for --help, and the heading of the overview
   std::vector<ListEntry> (*entries)() = nullptr;
   bool in_overview = true;
-  std::string (*page)() = nullptr;  ///< what is printed in place of the entries; may be null
+  std::string (*page)() = nullptr;  ///< text printed in place of the entries; may be null
 };
 void AddListing(const Listing& listing);
-/// Those files in a folder of what the program comes with that have the ending, sorted.
+/// The files with an extension in a folder of the data that ships with the program, sorted.
 std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* ending);
 
-/// A library that `version` names, with its version.
+/// Adds a library and its version to the output of `version`.
 void AddLibrary(const std::string& name, const std::string& version);
 
-/// What the system `report` does for other commands; null where it is not built.
+/// Functions of the system `report` for other commands; null if it is not built.
 struct ReportHooks {
-  /// Joins the films of several trials to one.
+  /// Joins the videos of several trials into one.
   void (*join_films)(const std::vector<std::filesystem::path>& films,
                      const std::filesystem::path& into) = nullptr;
-  /// What a run does with its results when `run --report` asks for pages.
+  /// Writes the report pages of a run's results, for `run --report`.
   /// @param run_detector  as in experiment::OpenAgain
   void (*make_report)(const std::filesystem::path& results, int jobs, bool run_detector) = nullptr;
 };
 ReportHooks& Hooks();
 
-/// From here on this process, but none that it forks, ends with a message and exit code 1 where it
-/// would crash: libraries abort or write to address 0 where there is no memory.
+/// From now on this process, but none that it forks, exits with a message and code 1 if it would
+/// crash: libraries abort or write to address 0 if they run out of memory.
 void ReportCrashes();
 
 /// The program: reads the arguments, runs the command. @return the exit code

@@ -28,7 +28,7 @@ std::string Styled(const std::string& text, const fmt::text_style& style) {
   return text.empty() ? text : fmt::format(style, "{}", text);
 }
 
-// Of a table's row: "worse", "better", and figures that are marked as below the published ones.
+// Colors "worse", "better" and figures marked as below the published ones in a table's row.
 std::string WithVerdicts(const std::string& row) {
   std::string text;
   std::size_t after = 0;
@@ -51,8 +51,8 @@ bool StdoutShowsColors() {
          !(none && *none != '\0');
 }
 
-// Tables and lists as a terminal shows them: titles and headers bold, rules and the stamp faint,
-// verdicts and what is significantly below the published figure in color.
+// Formats tables and lists for a terminal: titles and headers bold, rules and the stamp faint,
+// verdicts and figures significantly below the published ones in color.
 std::string ForTerminal(const std::string& text) {
   const auto lines = base::Split(text, '\n');
   const auto at = [&](std::size_t i) { return i < lines.size() ? lines[i] : std::string(); };
@@ -75,12 +75,12 @@ std::string ForTerminal(const std::string& text) {
 
 using std::chrono::milliseconds;
 
-// What a StepLine waits before it shows, and between two times [ms].
+// Delay before a StepLine appears, and its update period [ms].
 constexpr milliseconds kPatience{1000};
 constexpr milliseconds kPeriod{200};
-// Of a ProgressBar [characters].
+// Width of a ProgressBar [characters].
 constexpr int kWidth = 30;
-// Of a picture [px]: smaller shows nothing, larger is more than the offscreen buffer takes.
+// Limits of a picture [px]: smaller ones show nothing, larger ones exceed the offscreen buffer.
 constexpr int kMinSide_px = 16;
 constexpr int kMaxSide_px = 8192;
 
@@ -91,7 +91,7 @@ void WriteResult(const std::string& text, const std::filesystem::path& file) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) {
     return;
   }
-  if (errno == EPIPE) return;  // the reader has seen enough: `| head`
+  if (errno == EPIPE) return;  // the reader has closed the pipe: `| head`
   throw base::RunError("stdout: the results could not be written");
 }
 
@@ -187,7 +187,7 @@ void ProgressBar::operator()(int done_now, int, const experiment::Record& last) 
   std::string counts;
   for (const auto& [outcome, count] : outcomes_) {
     counts += fmt::format(", {} {}", count, outcome);
-    // Of what this part of the run has done.
+    // The share of the cases that this part of the run has done.
     if (outcome == success_) counts += fmt::format(" ({:.0f} %)", 100.0 * count / done_now);
   }
   fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} per second, {:.0f} s left \033[K", "",

@@ -20,34 +20,34 @@ class App;
 
 namespace rangegrasp::cli {
 
-/// Writes text to stdout, or whole to a file where one is named.
-/// @throws base::RunError naming the target if it cannot be written whole.
+/// Writes text to stdout, or to a file if one is named.
+/// @throws base::RunError naming the target if it cannot be written completely.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
-/// Tables and lists to stdout, with colors where it is a terminal that shows them.
+/// Writes tables and lists to stdout, with colors if it is a terminal that shows them.
 void WriteTables(const std::string& text);
-/// The same of a report; only as text it has colors.
+/// The same for a report; only the text format has colors.
 void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
                  experiment::TableFormat format);
 
-/// Before anything is computed for a file to be written.
-/// @param endings  what the command can write, e.g. {".pcd", ".ply"}
+/// Checks the extension of an output file before anything is computed.
+/// @param endings  extensions that the command can write, e.g. {".pcd", ".ply"}
 /// @throws base::InputError naming the file and the endings.
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings);
 
 /// "1280x960" -> {1280, 960}. @throws base::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
-/// Adds `--format text|markdown|csv|json`, and `--json` for the last; `format` must live as long as
-/// the command.
+/// Adds `--format text|markdown|csv|json`, and `--json` as a short form of the last; `format` must
+/// live as long as the command.
 void AddFormatOption(CLI::App& command, std::string& format);
-/// Of what that option took.
+/// The format for the value of that option.
 experiment::TableFormat TableFormatFrom(const std::string& word);
-/// Adds `--jobs`, "cases at the same time", with the number of cores as default.
+/// Adds `--jobs`, the number of `cases` run in parallel, with the number of cores as default.
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
 
-/// A line on a terminal with the step that a long command is at and its time so far; nothing where
-/// stderr is none. Its own thread keeps the clock going.
+/// A line on a terminal with the current step of a long command and its time so far; nothing is
+/// shown if stderr is not a terminal. Its own thread updates the time.
 class StepLine {
  public:
   /// @param title  "big.off"
@@ -57,7 +57,7 @@ class StepLine {
   StepLine& operator=(const StepLine&) = delete;
 
   void Begin(const std::string& step);
-  /// Takes the line away, before anything else is written.
+  /// Removes the line; call it before anything else is written.
   void End();
 
  private:
@@ -67,13 +67,13 @@ class StepLine {
   base::Stopwatch watch_;
   std::mutex mutex_;
   std::condition_variable_any ends_;
-  std::jthread thread_;  ///< last: it sees all others
+  std::jthread thread_;  ///< last, since it uses all others
 };
 
-/// A line on a terminal with a run's progress; nothing where stderr is none.
+/// A line on a terminal with a run's progress; nothing is shown if stderr is not a terminal.
 class ProgressBar {
  public:
-  /// @param before   cases that an earlier part of the run has done
+  /// @param before   cases done by an earlier part of the run
   /// @param success  the outcome whose share is shown; empty: none
   ProgressBar(int before, int total, std::string success = "")
       : before_(before), total_(total), success_(std::move(success)) {}

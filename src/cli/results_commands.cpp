@@ -61,7 +61,7 @@ struct TrialArguments {
   bool snapshots = false, json = false, run_detector = false;
 };
 
-// "spread-0000: delivered (score)", why, then the record's figures without those of the log.
+// "spread-0000: delivered (stage score)", the detail, figures without those of the log, times.
 std::string SummaryOf(const Record& record) {
   const auto& [which, result] = record;
   std::string text = fmt::format("{}: {} (stage {})\n", which.id, result.outcome, result.stage);
@@ -106,7 +106,7 @@ void ReplayAll(const TrialArguments& arguments) {
                                     .video = arguments.video,
                                     .camera = arguments.camera};
   e.task->Hide(arguments.folder);
-  // Of several trials each has a film of its own first.
+  // With several trials, each first gets its own video.
   const process::OwnFolder films;
   std::vector<fs::path> parts;
   for (const experiment::Case* which : cases) {
@@ -178,7 +178,7 @@ void Merge(const std::vector<std::string>& folders, const std::string& out, bool
     spdlog::info("{} folders joined in {}", folders.size(), out);
   }
   if (all) return;
-  // A shard that was forgotten, or whose run was killed.
+  // A shard was forgotten, or its run was killed.
   const std::string missing =
       fmt::format("only {} of the experiment's {} cases are in these folders; is a shard missing?",
                   merged.cases, merged.expected);

@@ -26,12 +26,12 @@ using experiment::Record;
 using experiment::Stamp;
 using experiment::Store;
 
-// A store to write to: a new one, or one that an earlier part of the run left.
+// Opens the store to write to: a new one, or the one of an earlier part of the run.
 Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Experiment& e) {
   if (options.overwrite && Store::Exists(folder)) Store::Remove(folder);
   Store store = Store::Create(folder);
   Stamp stamp = e.stamp;
-  // What was killed or refused before its first case left nothing to go on with.
+  // A run that was killed or refused before its first case has left nothing to resume.
   if (store.Count() > 0) {
     if (!options.resume) {
       throw base::InputError(folder.string() +
@@ -55,7 +55,7 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
   return store;
 }
 
-// Those of the records that are of the cases.
+// The records of these cases.
 std::vector<Record> RecordsOf(const std::vector<Case>& cases, const Store& store) {
   auto records = store.ReadAll();
   std::erase_if(records, [&](const Record& record) {
@@ -69,7 +69,7 @@ Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int befo
   return ProgressBar(before, total, e.kind->success);
 }
 
-// @return why it ended early; empty if it did not.
+// @return why the run ended early; empty if it did not.
 std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store& store,
                             const RunIntoOptions& options) {
   const experiment::RunOptions how{
@@ -103,11 +103,11 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
   return "";
 }
 
-// One experiment of one seed. The first cases of each group are run before all others, and these
-// only if not all of the first fail in the same way. A run that is resumed after that goes on.
+// Runs one experiment with one seed. The first cases of each group are run before all others, which
+// are run only if the first ones do not all fail in the same way. Resuming the run continues it.
 Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& options) {
   experiment::ReportOf(
-      {e.stamp, {}, e.common.file});  // a broken published table shows before hours of trials
+      {e.stamp, {}, e.common.file});  // finds a broken published table before hours of trials
   const experiment::FolderLock lock(folder);
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
@@ -133,7 +133,7 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   return {folder, std::move(failed), std::move(results.stamp), std::move(report)};
 }
 
-// A run would only find these out trial after trial. @throws base::InputError with all errors.
+// Otherwise a run would find these only trial by trial. @throws base::InputError with all errors.
 void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
   std::vector<std::string> errors;
   for (const base::Finding& finding : findings) {
@@ -167,7 +167,7 @@ std::pair<int, int> ParseShard(const std::string& text) {
 
 void Run(RunArguments a) {
   const auto make_report = Hooks().make_report;
-  if (a.report && !make_report) {  // before hours of trials
+  if (a.report && !make_report) {  // checked before hours of trials
     base::CheckBuilt("command", "report");
     throw base::InputError("--report: this program was built without reports");
   }
@@ -286,7 +286,7 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
     }
     return e;
   } catch (const base::NotBuilt&) {
-    throw;  // who started the program may build it
+    throw;  // the script that started the program may build it
   } catch (const base::InputError& error) {
     throw base::InputError(folder + ": " + error.what());
   }

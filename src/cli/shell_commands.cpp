@@ -13,16 +13,16 @@
 namespace rangegrasp::cli {
 namespace {
 
-// A command that --help shows, and the words that call it, e.g. "seam track"; none for the program.
+// A command that --help shows, and its words, e.g. "seam track"; no words for the program itself.
 struct Command {
   std::string path;
   const CLI::App* app;
 };
 
-// What has no group is hidden.
+// Commands and options without a group are hidden.
 constexpr auto kIsShown = [](const auto* part) { return !part->get_group().empty(); };
 
-// Parents first, in the order of --help.
+// Adds a command and those below it: parents first, in the order of --help.
 void AddTo(std::vector<Command>& commands, const CLI::App& app, const std::string& path) {
   commands.push_back({path, &app});
   for (const CLI::App* below : app.get_subcommands(kIsShown)) {
@@ -36,7 +36,7 @@ std::vector<Command> CommandsOf(const CLI::App& program) {
   return commands;
 }
 
-// "-o", "--out"; empty for a positional argument.
+// The flags of an option: "-o", "--out"; empty for a positional argument.
 std::vector<std::string> FlagsOf(const CLI::Option& option) {
   std::vector<std::string> flags;
   for (const std::string& name : option.get_snames()) flags.push_back("-" + name);
@@ -44,16 +44,16 @@ std::vector<std::string> FlagsOf(const CLI::Option& option) {
   return flags;
 }
 
-// Of a positional argument.
+// The name of a positional argument.
 std::string NameOf(const CLI::Option& option) { return option.get_name(/*positional=*/true); }
 
-// What follows an option, e.g. "TEXT"; empty for a flag.
+// The placeholder after an option, e.g. "TEXT"; empty for a flag.
 std::string ValueOf(const CLI::Option& option) {
   return option.get_items_expected_max() > 0 ? option.get_type_name() : "";
 }
 
-// All the values that an option takes; empty if it takes others. CLI::IsMember shows its words as
-// {a,b} in the name of the type; nothing else gives them.
+// All values that an option accepts; empty if it also accepts others. CLI::IsMember shows its words
+// as {a,b} in the name of the type, which is the only way to get them.
 std::vector<std::string> ChoicesOf(const CLI::Option& option) {
   const std::string type = ValueOf(option);
   const auto begin = type.find('{');
@@ -75,7 +75,7 @@ Experiments that can be given without a folder.
 Models and scenes of these experiments.
 )";
 
-// Text as it stands: no line may begin like a request, a dash is one that can be copied.
+// Escapes text: no line may begin like a request, and dashes can be copied.
 std::string Escaped(const std::string& text) {
   std::string escaped;
   bool at_begin = true;
@@ -97,7 +97,7 @@ std::string Bold(const std::string& text) { return "\\fB" + Escaped(text) + "\\f
 
 std::string Italic(const std::string& text) { return "\\fI" + Escaped(text) + "\\fR"; }
 
-// "-o, --out FILE", "--format csv|json" or "experiment".
+// Heading of an option: "-o, --out FILE", "--format csv|json" or "experiment".
 std::string Heading(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& flag : FlagsOf(option)) names.push_back(Bold(flag));
@@ -120,13 +120,13 @@ std::string OptionList(const CLI::App& command) {
   return text;
 }
 
-// The lines of the footer, as they stand.
+// The footer with its lines unchanged.
 std::string Footer(const CLI::App& command) {
   const std::string footer = command.get_footer();
   return footer.empty() ? "" : ".PP\n.nf\n" + Escaped(footer) + "\n.fi\n";
 }
 
-// The arguments are enough: options stand in the list below.
+// Contains only the positional arguments: options are in the list below.
 std::string Synopsis(const Command& command) {
   std::string text = Bold(command.path.empty() ? "rangegrasp" : "rangegrasp " + command.path);
   if (!command.app->get_subcommands(kIsShown).empty()) text += " " + Italic("command");
@@ -144,8 +144,8 @@ std::string SectionOf(const Command& command) {
          Footer(*command.app);
 }
 
-// The manual page of the program and all its commands, in the language of man(7): what --help
-// says, in one page.
+// The manual page of the program and all its commands in the man(7) format: the content of --help
+// in one page.
 std::string ManPage(const CLI::App& program) {
   std::string page = fmt::format(
       ".\\\" Made by `rangegrasp man` from the program's --help.\n"
@@ -160,9 +160,9 @@ std::string ManPage(const CLI::App& program) {
   return page + kFiles;
 }
 
-// Finds the command among the words before the cursor, then what may stand at the cursor: a choice
-// of the option before it, or an option, a command or an experiment's name. Where nothing is
-// offered bash completes files. bash splits --format=csv into three words at the =.
+// Finds the command among the words before the cursor, then the possible words at the cursor:
+// choices of the option before it, or options, commands and names of experiments. If there are
+// none, bash completes files. bash splits --format=csv into three words at the =.
 constexpr const char* kScript =
     R"(# bash completion of rangegrasp; made by `rangegrasp completion bash`
 _rangegrasp() {{
@@ -188,7 +188,7 @@ _rangegrasp() {{
 complete -o default -F _rangegrasp rangegrasp
 )";
 
-// After an option with a value: its choices, or files.
+// Completions after an option with a value: its choices, or files.
 std::string ValueCases(const Command& command) {
   std::string cases;
   for (const CLI::Option* option : command.app->get_options(kIsShown)) {
@@ -207,7 +207,7 @@ std::string ValueCases(const Command& command) {
   return cases;
 }
 
-// Options where a dash is typed; else commands, choices of the arguments, names of experiments.
+// Completions: options after a dash; else commands, choices of arguments, names of experiments.
 std::string WordCase(const Command& command) {
   std::vector<std::string> all_flags;
   std::vector<std::string> words;
@@ -263,7 +263,7 @@ void AddShellCommands(CLI::App& app) {
                     : base::Join(base::ExperimentNames(base::DataFolder()), "\n") + "\n");
   });
 
-  // For the installation; nobody calls it by hand.
+  // Used by the installation; users do not call it.
   auto* man = app.add_subcommand("man", "Print the manual page.")->group("");
   man->callback([&app] { WriteResult(ManPage(app)); });
 }

@@ -1,4 +1,4 @@
-// `submit` and `status`: a run shared out over a Slurm cluster.
+// `submit` and `status`: a run distributed over a Slurm cluster.
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -34,8 +34,8 @@ struct SubmitArguments {
   int tasks = 0;
 };
 
-// What a program on the PATH prints; what it says on stderr goes to ours.
-// @param hint  ends the message of the exception when the program fails; empty: it may fail
+// The output of a program on the PATH; its stderr goes to ours.
+// @param hint  end of the exception's message if the program fails; empty: it may fail
 std::string Call(const std::vector<std::string>& words, const char* hint = "") {
   std::string command;
   for (const std::string& word : words) command += experiment::ShellQuoted(word) + " ";
@@ -54,7 +54,7 @@ std::string Call(const std::vector<std::string>& words, const char* hint = "") {
 
 bool HasSlurm() { return std::system("command -v sbatch >/dev/null 2>&1") == 0; }
 
-// The arrays of a folder that wait or run.
+// The pending and running jobs with this name.
 Queue QueueOf(const std::string& job_name) {
   return experiment::ParseQueue(
       Call({"squeue", "--noheader", "--array", "--name", job_name, "--format", "%F %K %T"},
@@ -68,11 +68,11 @@ std::string Sbatch(std::vector<std::string> words) {
   return printed.substr(0, printed.find_first_of(";\n"));
 }
 
-// How far a shard is.
+// The progress of a shard.
 struct Shard {
   int task = 0;
   std::size_t done = 0, cases = 0;
-  std::string queued;  // its state in the queue; empty if it is not there
+  std::string queued;  // its state in the queue; empty if it is not queued
 
   bool Complete() const { return done == cases; }
 };
@@ -99,7 +99,7 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
     try {
       if (Store::Exists(folder)) shard.done = static_cast<std::size_t>(Store::Open(folder).Count());
     } catch (const base::InputError&) {
-      // A store that a full disk left unfinished holds none: `run` begins it anew.
+      // A store left unfinished by a full disk has no cases: `run` starts it again.
     }
     if (queue.state_of_task.contains(task)) shard.queued = queue.state_of_task.at(task);
     shards.push_back(shard);
@@ -107,7 +107,7 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
   return shards;
 }
 
-// The same submission as before, or a folder in which there was none.
+// Checks that the folder has the same submission, or neither a submission nor results.
 void CheckSame(const Submission& submission) {
   if (!experiment::HasSubmission(submission.folder)) {
     if (!Store::Exists(submission.folder)) return;
@@ -182,7 +182,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
     after.push_back(Sbatch(words));
     spdlog::info("job {}: {} of {} shards", after.back(), missing.size(), submission.tasks);
   }
-  // One that waits for an earlier array would look before the new one has ended.
+  // A merge job that waits for an earlier array would start before the new one has ended.
   for (const std::string& id : QueueOf(submission.MergeJobName()).job_ids) Call({"scancel", id});
   std::vector<std::string> words = sbatch;
   if (!after.empty()) words.push_back("--dependency=afterany:" + base::Join(after, ":"));
@@ -192,7 +192,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
                Sbatch(words), submission.folder.string(), submission.folder.string());
 }
 
-// The last line of a log that says anything.
+// The last non-blank line of a log.
 std::string LastLine(const fs::path& log) {
   if (!fs::exists(log)) return "";
   std::string last;

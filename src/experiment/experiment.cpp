@@ -24,7 +24,7 @@ std::vector<TaskKind>& Kinds() {
 
 using base::YamlMap;
 
-// A case may take a day; a second is less than any takes to start.
+// A case may take a day. A second is less than the start of any case takes.
 constexpr double kMinLimit_s = 1.0;
 constexpr double kMaxLimit_s = 86400.0;
 constexpr int kMaxStopAfter = 1'000'000;
@@ -53,8 +53,8 @@ const TaskKind& ReadKind(YamlMap& map) {
   map.Fail("task", base::MustBeOneOf(word, KindNames()));
 }
 
-// Seed, number of trials and groups stand in the stamp by themselves and may be set on the command
-// line: the hash leaves them out, so that runs that differ in nothing else can be recognised.
+// Seed, number of trials and groups are separate values of the stamp and may be set on the command
+// line. The hash excludes them, so that runs that differ in nothing else can be recognised.
 std::string HashOf(const std::string& text, const std::vector<std::string>& set,
                    const TaskKind& kind) {
   std::uint64_t hash = base::Fnv1a("");
@@ -67,7 +67,7 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
   return base::Hex(hash);
 }
 
-// What the command line set.
+// The values set on the command line.
 std::vector<std::string> SetOf(const Stamp& stamp) {
   auto set = base::Split(Need(stamp.data, "set"), '\n');
   std::erase(set, "");
@@ -103,7 +103,7 @@ void RefuseDetectorCommand(YamlMap map) {
   std::vector<std::string> command;
   map.Child("detector").Read("command", command, "");
   if (command.empty()) return;
-  // Quoted: a stranger's words may hold control characters.
+  // Quoted, since untrusted words may contain control characters.
   map.Fail("detector", fmt::format("cases run again would start the program {} that the results "
                                    "name; --run-detector allows it, if you trust them",
                                    command));
@@ -238,7 +238,7 @@ Report ReportOf(const Results& results) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception& error) {  // as JSON, counts or words of records cause them
+  } catch (const std::exception& error) {  // e.g. from JSON, counts or words of records
     throw base::InputError(where + ": the tables cannot be written: " + error.what());
   }
   if (records.size() < wanted) {

@@ -15,21 +15,21 @@
 
 namespace rangegrasp::experiment {
 
-/// Adds a kind of experiment when the program starts.
+/// Registers a kind of experiment at program start.
 void AddKind(const TaskKind& kind);
 
 /// All kinds in the order in which they were added.
 std::span<const TaskKind> AllKinds();
 
-/// What the command line changes of an experiment file.
+/// Changes that the command line makes to an experiment file.
 struct Changes {
-  std::vector<std::string> set = {};  ///< "key.inner=value", in place of what the file says
-  std::optional<int> trials = {};     ///< of the key that the kind names
+  std::vector<std::string> set = {};  ///< "key.inner=value", overrides the file
+  std::optional<int> trials = {};     ///< value of the kind's trials_key
   std::optional<std::uint64_t> seed = {};
-  std::vector<std::string> groups = {};  ///< only their cases; empty: all
+  std::vector<std::string> groups = {};  ///< only cases of these groups; empty: all
 };
 
-/// Reads the keys that every kind of experiment has, but for `task`. @throws base::InputError
+/// Reads the keys common to all kinds of experiments, except `task`. @throws base::InputError
 void ReadCommon(base::YamlMap& map, Common& common);
 
 /// An experiment that is ready to run.
@@ -37,51 +37,51 @@ struct Experiment {
   const TaskKind* kind = nullptr;
   Common common;
   std::unique_ptr<Task> task;
-  std::vector<Case> cases;  ///< of the groups that were chosen, in the task's order
+  std::vector<Case> cases;  ///< cases of the chosen groups, in the task's order
   Stamp stamp;
 };
 
-/// Reads an experiment file with what the command line changes of it, and makes everything ready.
+/// Reads an experiment file with the changes of the command line, and prepares everything.
 /// @throws base::InputError naming file, line, key, value and the nearest valid word.
-/// @param on_findings  Common::on_findings; where it returns false, the experiment has no task.
+/// @param on_findings  Common::on_findings; if it returns false, the experiment has no task.
 Experiment OpenExperiment(const std::filesystem::path& file, const Changes& changes = {},
                           const OnFindings& on_findings = {});
 
-/// The experiment of a store, from the text that its stamp keeps; relative paths are those of the
+/// The experiment of a store, from the text in its stamp. Relative paths are relative to the
 /// experiment file's folder.
 /// @param run_detector  whether its cases may start the program that the stamp names as detector
-/// @throws base::InputError also if the stamp is not whole, or names such a program that may not be
-/// started.
+/// @throws base::InputError also if the stamp is incomplete, or names such a program that may not
+/// be started.
 Experiment OpenAgain(const Stamp& stamp, bool run_detector);
 
-/// The experiment file that a stamp keeps; comments before it say what the command line changed.
-/// @throws base::InputError if the stamp is not whole.
+/// The experiment file in a stamp; comments before it list the changes of the command line.
+/// @throws base::InputError if the stamp is incomplete.
 std::string FileAsRun(const Stamp& stamp);
 
-/// The kind that made a store. @throws base::InputError if there is none of its name.
+/// The kind of the experiment of a store. @throws base::InputError if its name is unknown.
 const TaskKind& KindOf(const Stamp& stamp);
 
-/// The tables of a results folder; they say how many cases are missing.
+/// The tables of a results folder, with a note of how many cases are missing.
 Report ReportOf(const Results& results);
 
-/// Two results folders, case by case.
+/// Case-by-case comparison of two results folders.
 struct RunComparison : Comparison {
-  std::string success;  ///< the outcome that counts as one
+  std::string success;  ///< the outcome that counts as success
 };
-/// @throws base::InputError naming the folders if they are of two tasks, or have no case in common.
+/// @throws base::InputError naming the folders if their tasks differ or they share no case.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
 
-/// The case of an id. @throws base::InputError naming the nearest one.
+/// The case with an id. @throws base::InputError naming the nearest id.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);
 
-/// Keys as a table in Markdown.
+/// A Markdown table of keys.
 std::string KeyTable(const std::vector<base::KeyDoc>& keys);
 
-/// The keys of every experiment file (task "") and those of each kind, made from the code that
-/// reads them.
+/// The keys common to all experiment files (task "") and those of each kind, generated from the
+/// code that reads them.
 std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> KeysByTask();
-/// The keys of every experiment file and those of each kind, as a Markdown page made from the code
-/// that reads them.
+/// The keys common to all experiment files and those of each kind, as a Markdown page generated
+/// from the code that reads them.
 std::string KeysAsMarkdown();
 
 }  // namespace rangegrasp::experiment

@@ -40,7 +40,7 @@ const T& Get(const Params& params, std::string_view name) {
                                      name, ToJson(params)));
 }
 
-// The different words of all, in the order in which they first occur.
+// The distinct words of all items, in the order of their first occurrence.
 template <typename All, typename WordOf>
 std::vector<std::string> FirstOfEach(const All& all, WordOf word_of) {
   std::vector<std::string> words;

@@ -11,19 +11,19 @@
 
 namespace rangegrasp::experiment {
 
-/// What a case is: flat values under the task's own words, in their order.
+/// The parameters of a case: a flat list of values, named and ordered by the task.
 class Params {
  public:
   using Value = std::variant<std::int64_t, double, std::string>;
 
   Params() = default;
   Params(std::initializer_list<std::pair<std::string, Value>> values) : values_(values) {}
-  /// @throws base::InputError if the text is no JSON object of numbers and texts.
+  /// @throws base::InputError if the text is not a JSON object of numbers and texts.
   static Params FromJson(const std::string& text);
 
   void Add(const std::string& name, Value value) { values_.emplace_back(name, std::move(value)); }
   bool Has(std::string_view name) const;
-  // @throws base::InputError if there is none of this name, or one of another type.
+  // @throws base::InputError if there is no value of this name, or it has another type.
   const std::string& Text(std::string_view name) const;
   int Int(std::string_view name) const;
   double Number(std::string_view name) const;
@@ -35,26 +35,26 @@ class Params {
 };
 std::string ToJson(const Params& params);
 
-/// The smallest thing that is run, stored and repeated: one grasp trial, one seam, one method on
-/// one model. It depends on the experiment and on itself alone.
+/// The smallest unit that is run, stored and repeated: one grasp trial, one seam, one method on one
+/// model. It depends only on the experiment and on itself.
 struct Case {
   std::string id;          ///< unique in its experiment: letters, digits, '_', '-', '.'
-  std::string group;       ///< what --objects chooses by: an object, a class, a shape of edge
-  std::uint64_t seed = 0;  ///< derived from the experiment's seed and this case alone
+  std::string group;       ///< selected by --objects: an object, a class, a shape of edge
+  std::uint64_t seed = 0;  ///< derived only from the experiment's seed and this case
   Params params;
-  int position = 0;  ///< among the experiment's cases, from 0; the engine sets it
+  int position = 0;  ///< index among the experiment's cases, from 0; set by the engine
 };
 
-/// What running a case gave.
+/// The result of running a case.
 struct Result {
-  std::string outcome;      ///< one word of the task's, or kCrashed or kTimedOut
-  std::string stage;        ///< that it ended in
-  std::string detail;       ///< one line for a person
-  std::string data = "{}";  ///< JSON object: figures, written so that they are read back the same
-  /// Time by stage [s]: all that may differ between two runs of the same case.
+  std::string outcome;      ///< one of the task's words, or kCrashed or kTimedOut
+  std::string stage;        ///< stage in which it ended
+  std::string detail;       ///< one line for the user
+  std::string data = "{}";  ///< JSON object of figures, written so that reading gives equal values
+  /// Time per stage [s]: the only part that may differ between two runs of the same case.
   std::vector<std::pair<std::string, double>> seconds;
 };
-/// The engine's own outcomes: the process ended without a result, or was killed at its time limit.
+/// Outcomes set by the engine: the process ended without a result, or was killed at its time limit.
 /// Their `data` is "{}".
 inline constexpr const char* kCrashed = "crashed";
 inline constexpr const char* kTimedOut = "timed_out";
@@ -65,53 +65,52 @@ struct Record {
   Result result;
 };
 
-/// One JSON object; bytes that are no UTF-8 are replaced. @throws base::RunError if `data` is no
-/// JSON
+/// The record as one JSON object; invalid UTF-8 is replaced.
+/// @throws base::RunError if `data` is not JSON
 std::string ToJson(const Record& record);
 
-/// Whether two records say the same but for their times.
+/// Whether two records are equal except for their times.
 bool SameButTimes(const Record& a, const Record& b);
 
 /// The groups of cases or records, in the order in which they first occur.
 std::vector<std::string> GroupsOf(const std::vector<Case>& cases);
 std::vector<std::string> GroupsOf(const std::vector<Record>& records);
 
-/// What a run came from: name -> value each.
+/// The origin of a run, as maps name -> value.
 struct Stamp {
-  /// What two runs must share for their cases to stand in one table: experiment, hashes, seed,
-  /// cases, the versions of what computes them.
+  /// Values that must be equal for the cases of two runs to appear in one table: experiment,
+  /// hashes, seed, cases, and the versions of the software that computes them.
   std::map<std::string, std::string> identity;
   std::map<std::string, std::string> build;  ///< version and commit: shown, not compared
-  /// What the tables need besides the records: titles, published tables, the experiment file.
+  /// Data for the tables in addition to records: titles, published tables, the experiment file.
   std::map<std::string, std::string> data;
 
   bool operator==(const Stamp&) const = default;
 };
 
-/// Stamp::data: what a group is called in tables, "title.<group>".
+/// Name of a group's title for tables in Stamp::data: "title.<group>".
 inline constexpr const char* kTitlePrefix = "title.";
-/// That, or the group itself where it has none.
+/// The title of a group, or the group itself if it has none.
 std::string TitleOf(const Stamp& stamp, const std::string& group);
 
-/// @throws base::InputError that begins with `where` and names the first value of `identity` in
-/// which they differ.
+/// @throws base::InputError that begins with `where` and names the first value that differs.
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where);
 
-/// The value of a name, or another one where it has none.
+/// The value of a name, or `otherwise` if it has none.
 std::string ValueOr(const std::map<std::string, std::string>& part, const std::string& name,
                     const std::string& otherwise);
-/// A value that the tables cannot do without.
-/// @throws base::InputError if the stamp has none (a run that was killed at its start).
+/// A value that the tables require.
+/// @throws base::InputError if the stamp lacks it (a run that was killed at its start).
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
-/// How many cases the experiment has. @throws base::InputError if that is no whole number.
-/// @param where  the stamp is from, for messages
+/// The number of cases of the experiment. @throws base::InputError if it is not a whole number.
+/// @param where  origin of the stamp, for messages
 std::size_t CasesOf(const Stamp& stamp, const std::string& where);
 
-/// "laser_single: rangegrasp 0.2.0 (0123abcd), seed 1, ..." for below a table.
+/// The line below a table: "laser_single: rangegrasp 0.2.0 (0123abcd), seed 1, ...".
 std::string LineOf(const Stamp& stamp);
 
-/// Adds to a stage's time; a stage that is not there yet comes last.
+/// Adds to a stage's time; a new stage is appended.
 void AddSeconds(const std::string& stage, double seconds,
                 std::vector<std::pair<std::string, double>>& sums);
 

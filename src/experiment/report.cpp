@@ -19,7 +19,7 @@ std::size_t Longest(const std::vector<std::string>& lines) {
   return length;
 }
 
-// A title in lines no longer than a column's values or its own longest word.
+// Breaks a title into lines no longer than the column's values or its own longest word.
 std::vector<std::string> TitleLines(const std::string& title, std::size_t value_width) {
   const auto words = base::Split(title, ' ');
   const std::size_t width = std::max(value_width, Longest(words));
@@ -45,7 +45,7 @@ std::string TextLine(const Grid& grid, const std::vector<std::string>& row,
   return line + "\n";
 }
 
-// A cell as JSON: a number where it is one, null where nothing was counted.
+// A cell as JSON: a number if it is one, null if nothing was counted.
 ordered_json CellJson(const std::string& cell) {
   if (cell == "-" || cell.empty()) return nullptr;
   const auto number = base::NumberFrom<double>(cell);
@@ -62,7 +62,7 @@ ordered_json TableJson(const Section& section) {
   return {{"title", section.title}, {"columns", section.grid.header}, {"rows", rows}};
 }
 
-// Text as it is, nothing for null, a list as JSON.
+// A JSON value as a cell: text unchanged, nothing for null, a list as JSON.
 std::string CellOf(const ordered_json& value) {
   if (value.is_null()) return "";
   return value.is_string() ? value.get<std::string>() : value.dump();
@@ -93,14 +93,14 @@ std::string TextOf(const Grid& grid) {
     height = std::max(height, titles[i].size());
     const std::size_t title_width = Longest(titles[i]);
     widths[i] = std::max(widths[i], title_width);
-    // Words at the end of a line, which may be long, stand out.
+    // Words in the last column may be long and extend beyond the rule.
     length += i + 1 == widths.size() && grid.left[i] ? title_width : widths[i];
   }
   std::string text;
   for (std::size_t line = 0; line < height; ++line) {
     std::vector<std::string> row;
     for (const auto& title : titles) {
-      const std::size_t above = height - title.size();  // the last lines stand side by side
+      const std::size_t above = height - title.size();  // titles are aligned at the bottom
       row.push_back(line < above ? "" : title[line - above]);
     }
     text += TextLine(grid, row, widths);

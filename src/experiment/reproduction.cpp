@@ -12,13 +12,13 @@
 namespace rangegrasp::experiment {
 namespace {
 
-// Number, title, experiment, key, cases, trials, short trials, seconds of a case; group, of times,
-// drawn.
+// Columns: number, title, experiment, key, cases, trials, short trials, seconds per case; group,
+// is_of_times, is_drawn.
 std::vector<PublishedTable> MakeTables() {
   const std::string reference = kReferenceKey;
   const std::string runtimes = "runtimes";
   std::vector<PublishedTable> tables = {
-      // 13 seams are one round of the shapes.
+      // 13 seams cover all shapes once.
       {"3.1", "Times of the edge detection", "seam_base", runtimes, 78, 78, 13, 1.0},
       {"3.2", "Edges found, base sensor", "seam_base", reference, 78, 78, 13, 1.0},
       {"3.3", "Edges found, three-lines sensor", "seam_three_lines", reference, 78, 78, 13, 1.0},
@@ -38,7 +38,7 @@ std::vector<PublishedTable> MakeTables() {
       {"5.6", "Objects in a pile, dense stereo", "stereo_pile", reference, 60, 5, 1, 3.0},
       {"5.8", "Times of the segmentations (figures 5.8 and 5.9)", "segmentation_times", reference,
        10, 5, 1, 5.0, "", true},
-      // Trials of each class and split.
+      // Trials are counted per class and split.
       {"6.1", "Times of segmenting objects into parts", "parts_psb", runtimes, 200, 2, 1, 3.0, "",
        false, false}};
   for (const char* number : {"5.2", "5.3", "5.4", "5.5", "5.6"}) {
@@ -82,11 +82,11 @@ std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers
 
 namespace {
 
-// All verdicts of a table together are wrong by chance this often at most.
+// Maximum probability that any verdict of a table is wrong by chance.
 constexpr double kSignificance = 0.05;
-// A computer of today takes less than a tenth of the published 2 GHz Core 2 Duo's time for the same
-// program on one core (PassMark's single-thread ratings: about 5000 and 800): only what is faster
-// by more than this is better, and what is slower is worse.
+// A present computer is less than 10 times as fast as the published 2 GHz Core 2 Duo for the same
+// program on one core (PassMark's single-thread ratings: about 5000 and 800). A time is better only
+// if it is shorter by more than this factor, and worse if it is longer.
 constexpr double kComputersFactor = 10.0;
 
 std::string CountsOf(const Count& own, const Count& published, const char* word) {
@@ -94,7 +94,7 @@ std::string CountsOf(const Count& own, const Count& published, const char* word)
                      published.n);
 }
 
-// The test of a figure by its kind of evidence.
+// The test of a figure, which depends on its kind of evidence.
 struct Test {
   std::optional<double> p;
   std::string counts;
@@ -307,7 +307,7 @@ ordered_json JsonOf(const ReproducedTable& table) {
   return json;
 }
 
-// What the verdicts rest on, each test with the tables that it is of.
+// The tests behind the verdicts, each with the tables in which it is used.
 std::vector<std::string> TestNotes(const Reproduction& all) {
   std::vector<std::pair<std::string, std::vector<std::string>>> tests;
   std::vector<std::string> thresholds;

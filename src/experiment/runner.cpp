@@ -26,14 +26,14 @@
 namespace rangegrasp::experiment {
 namespace {
 
-// A process that has handed over its result has this long to end [s] before it counts as hanging.
+// Time [s] that a process has to exit after sending its result; then it counts as hanging.
 constexpr double kGrace_s = 1.0;
-// How often it is looked whether it has [us].
+// Polling interval of its exit [us].
 constexpr useconds_t kPoll_us = 200;
-// Of what a process wrote to stderr, the last line within so many bytes is kept.
+// The last line within this many bytes of a process's stderr output is kept.
 constexpr off_t kTail_bytes = 2000;
 
-// Exit codes of a child that hands over no result.
+// Exit codes of a child that sends no result.
 constexpr int kLostParent = 3;
 constexpr int kNotSent = 4;
 constexpr int kThrew = 5;
@@ -42,7 +42,7 @@ constexpr int kThrew = 5;
   throw base::RunError(std::string(what) + ": " + strerror(errno));
 }
 
-// As it goes through the pipe: MessagePack keeps strings and numbers as they are.
+// The bytes sent through the pipe: MessagePack preserves strings and numbers exactly.
 std::string Packed(const Result& r) {
   const nlohmann::json json = {r.outcome, r.stage, r.detail, r.data, r.seconds};
   std::string bytes;
@@ -59,10 +59,10 @@ std::optional<Result> Unpacked(const std::string& bytes) {
   }
 }
 
-// A case in a process of its own, forked from this one; its result comes through a pipe.
+// A case in its own process, forked from this one; its result comes through a pipe.
 class Worker {
  public:
-  // @param run  called in the child; whatever it prints does not mix with what this process prints.
+  // @param run  called in the child; its output does not mix with the output of this process.
   // @throws base::RunError if no process or pipe can be made.
   Worker(const Case& which, const RunOptions& options, const CaseRunner& run)
       : which_(which), limit_s_(options.case_limit_s) {
@@ -92,7 +92,7 @@ class Worker {
   const Case& which() const { return which_; }
   // Wall time left until the limit [s].
   double Left() const { return limit_s_ - watch_.Seconds(); }
-  // Takes what the pipe holds; true when the process has closed it.
+  // Reads the available data from the pipe; true when the process has closed it.
   bool Read() {
     std::array<char, 65536> buffer{};
     const ssize_t n = read(pipe_, buffer.data(), buffer.size());
@@ -100,15 +100,14 @@ class Worker {
     return n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
   }
 
-  // The result, after the pipe's end; waits for the process's end for a short time.
+  // The result, after the pipe was closed; waits a short time for the process to exit.
   Result Finish() {
     int status = 0;
     const base::Stopwatch waited;
     while (waitpid(pid_, &status, WNOHANG) == 0) {
       if (waited.Seconds() > kGrace_s) {
-        // Threads of libraries that run when nothing else does (Mesa's, which stores shaders) end
-        // seconds late on a busy machine: a result that is whole counts. Whatever is left is
-        // killed.
+        // Idle-priority threads of libraries (Mesa's, which stores shaders) end seconds late on a
+        // busy machine: a complete result counts. The remaining process is killed.
         auto late = Unpacked(text_);
         return late ? std::move(*late) : TimeOut();
       }
@@ -125,7 +124,7 @@ class Worker {
     return Failed(kCrashed, how + LastLine());
   }
 
-  // Kills the process: kTimedOut.
+  // Kills the process; the outcome is kTimedOut.
   Result TimeOut() {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
@@ -134,7 +133,7 @@ class Worker {
   }
 
  private:
-  // noexcept: nothing may unwind into the parent's loop, whose workers and store are copies here.
+  // noexcept: no exception may reach the parent's loop, whose workers and store are copies here.
   [[noreturn]] void RunChild(int parent, int out, const CaseRunner& run) noexcept {
     // Dies with its parent, so that a killed run leaves nothing behind.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -162,7 +161,7 @@ class Worker {
       }
       sent += static_cast<std::size_t>(n);
     }
-    close(out);  // whoever waits knows now that it is whole, however long the end takes
+    close(out);  // signals a complete result, however long the exit takes
     _exit(0);
   }
 
@@ -190,7 +189,7 @@ class Worker {
   std::string text_;
 };
 
-// Waits until a worker has something to say or has used up its time.
+// Waits until a worker sends data or has used up its time.
 std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running,
                          const Processes& processes) {
   std::vector<pollfd> waits;
@@ -210,7 +209,7 @@ std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running,
   return waits;
 }
 
-// Rows that one commit made and rows of another must not look as if they were of one.
+// Rows from different commits must not look as if they came from one commit.
 Stamp WithBuildOf(const Stamp& stored, Stamp now) {
   const std::string is = now.build["commit"];
   now.build = stored.build;
@@ -220,7 +219,7 @@ Stamp WithBuildOf(const Stamp& stored, Stamp now) {
   return now;
 }
 
-// The stored records as cases of a run that may have more of them.
+// The stored records with the cases of a run that may have more of them.
 std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case>& cases,
                              const std::string& where) {
   std::unordered_map<std::string, const Case*> by_id;
@@ -238,7 +237,7 @@ std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case
   return records;
 }
 
-// Most frequent first, equals by their text.
+// Most frequent first, ties in order of their text.
 std::vector<std::pair<std::string, int>> Ranked(const std::map<std::string, int>& counts) {
   std::vector<std::pair<std::string, int>> ranked(counts.begin(), counts.end());
   std::ranges::stable_sort(ranked, std::greater{}, &std::pair<std::string, int>::second);

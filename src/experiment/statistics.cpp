@@ -17,14 +17,13 @@ double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
-// Of a rate with the variance of n trials, which need not be whole.
+// The interval of a rate with the variance of n trials, which need not be whole.
 std::pair<double, double> Wilson(double p, double n) {
-  constexpr double z = 1.959963984540054;  // 97.5 % point of the normal
+  constexpr double z = 1.959963984540054;  // 97.5 % quantile of the normal distribution
   const double denominator = 1.0 + z * z / n;
   const double center = (p + z * z / (2.0 * n)) / denominator;
   const double half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / denominator;
-  // Where none and where all succeed the bound is exactly 0 and 1; rounding must not leave it
-  // short.
+  // If no trial or every trial succeeds, the bound is exactly 0 or 1 despite rounding.
   return {p == 0.0 ? 0.0 : std::max(0.0, center - half),
           p == 1.0 ? 1.0 : std::min(1.0, center + half)};
 }
@@ -44,7 +43,7 @@ Count SumOf(const std::vector<Count>& clusters) {
   return sum;
 }
 
-// Positions of the cases that are in both.
+// Positions of the cases that are in both runs.
 Pairs PairsOf(const std::vector<Record>& first, const std::vector<Record>& second) {
   std::map<std::pair<std::string, std::uint64_t>, std::size_t> by_case;
   for (std::size_t i = 0; i < first.size(); ++i) {

@@ -21,18 +21,18 @@ struct Count {
 std::pair<double, double> WilsonInterval(int k, int n);
 
 /// Wilson's 95 % interval of the mean of R independent rates, with R^2 / sum(1 / n) as the number
-/// of trials: that of rates with equal weights (Kish 1965, Survey Sampling, design effect of
-/// weights). A little wide where the rates differ. Counts without trials are left out; nullopt if
-/// all are.
+/// of trials, as for rates with equal weights (Kish 1965, Survey Sampling, design effect of
+/// weights). It is slightly too wide if the rates differ. Counts without trials are ignored;
+/// nullopt if no count has trials.
 /// @throws std::invalid_argument unless 0 <= k <= n for each.
 std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Count>& counts);
 
-/// The number of independent trials whose rate has the variance of that of clustered trials, which
-/// depend on each other within a cluster (Korn and Graubard 1998: n over the design effect of a
-/// ratio of cluster totals). From the number of clusters to that of trials.
+/// The number of independent trials whose rate has the same variance as the rate of clustered
+/// trials, which depend on each other within a cluster (Korn and Graubard 1998: n over the design
+/// effect of a ratio of cluster totals). It is between the numbers of clusters and of trials.
 /// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
 double EffectiveTrials(const std::vector<Count>& clusters);
-/// Wilson's 95 % interval of the rate of all trials, with that number of trials.
+/// Wilson's 95 % interval of the rate of all trials, with EffectiveTrials trials.
 /// @throws std::invalid_argument as EffectiveTrials.
 std::pair<double, double> ClusteredInterval(const std::vector<Count>& clusters);
 
@@ -44,12 +44,12 @@ double McNemarExact(int b, int c);
 /// n2 (the chance of at most k1 successes in the first sample given the margins).
 /// @throws std::invalid_argument unless 0 <= k <= n for both.
 double FisherExactLower(int k1, int n1, int k2, int n2);
-/// The two-sided one: twice the smaller of both one-sided p-values, at most 1.
+/// Fisher's exact test, two-sided: twice the smaller one-sided p-value, at most 1.
 double FisherExact(int k1, int n1, int k2, int n2);
 
 /// The two-sided p-value that a rate of n trials (not necessarily a whole number) is drawn from the
-/// rate `expected`: of z = (rate - expected) / sqrt(expected (1 - expected) / n), which is normal.
-/// An expected rate nearer to 0 or 1 than half a trial has the variance of that.
+/// rate `expected`. Its statistic z = (rate - expected) / sqrt(expected (1 - expected) / n) is
+/// normal. An expected rate closer to 0 or 1 than half a trial gets the variance at that distance.
 /// @throws std::invalid_argument unless both rates are within [0, 1] and n > 0.
 double ScoreTest(double rate, double n, double expected);
 
@@ -67,11 +67,11 @@ struct Mean {
 Mean MeanOf(const std::vector<double>& values);
 
 /// The two-sided p-value that independent normal values with this mean have the mean `expected`
-/// (Student's t with count - 1 degrees of freedom). Values that do not scatter give 0 or 1.
+/// (Student's t with count - 1 degrees of freedom). Values without variance give 0 or 1.
 /// @throws std::invalid_argument if the mean has no standard error.
 double StudentTest(const Mean& mean, double expected);
 
-/// Cases of the same id and seed in two runs, compared pairwise.
+/// Pairwise comparison of the cases with the same id and seed in two runs.
 struct Comparison {
   int pairs = 0;
   int both = 0;  ///< succeeded in both
@@ -80,17 +80,17 @@ struct Comparison {
   int same_outcome = 0;
   double p_value = 1.0;  ///< McNemar's exact test of only_first against only_second
 };
-/// @param success  the outcome that counts as one
+/// @param success  the outcome that counts as success
 Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& second,
                    const std::string& success);
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
-/// Positions (in first, in second) of the pairs of which one succeeded and the other did not, in
-/// the order of second.
+/// Positions (in first, in second) of the pairs in which exactly one case succeeded, in the order
+/// of second.
 Pairs Differing(const std::vector<Record>& first, const std::vector<Record>& second,
                 const std::string& success);
 
-/// Median and 95 % quantile of the time that a stage took, of all records that have it.
+/// Median and 95 % quantile of the time of a stage, over all records that have it.
 struct StageTime {
   std::string stage;
   double median_s = 0.0;

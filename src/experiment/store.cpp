@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Times stand in a table of their own: all else depends on the experiment and the case alone.
+// Times have their own table: everything else depends only on the experiment and the case.
 constexpr const char* kSchema = R"(
   CREATE TABLE IF NOT EXISTS stamp(part TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL,
     PRIMARY KEY(part, name)) WITHOUT ROWID;
@@ -34,12 +34,12 @@ constexpr const char* kSchema = R"(
     seconds REAL NOT NULL, PRIMARY KEY(id, position)) WITHOUT ROWID;
 )";
 constexpr const char* kFile = "results.sqlite";
-constexpr const char* kUnfinished = "results.sqlite.unfinished";  // of WriteWhole
+constexpr const char* kUnfinished = "results.sqlite.unfinished";  // written by WriteWhole
 constexpr const char* kLock = "run.lock";
-// While a run writes a row at a time, every page that a row touches goes to the log.
+// For a run that writes one row at a time: every page that a row changes goes to the log.
 constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
-// What is written at once needs no log. A row holds about 3 KB: in pages of the default 4 KB each
-// would need an overflow page of its own.
+// Results that are written at once need no log. A row has about 3 KB: with the default page size of
+// 4 KB each row would need its own overflow page.
 constexpr const char* kWritten = "PRAGMA page_size=32768; PRAGMA journal_mode=OFF";
 // Parts of a stamp.
 using StampPart = std::map<std::string, std::string> Stamp::*;
@@ -48,7 +48,7 @@ constexpr std::array<std::pair<const char*, StampPart>, 3> kStampParts = {
 // How long a reader or writer waits for the other's transaction.
 constexpr int kBusy_ms = 10000;
 
-// "process 4711 on host", for those who are refused.
+// Writes "process 4711 on host", for the message to processes that are refused.
 void WriteHolder(int descriptor) {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
@@ -62,7 +62,7 @@ std::string HolderIn(int descriptor) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
 }
 
-// Of the names that SQLite takes as URI.
+// Whether a character is special in the URI file names of SQLite.
 bool IsSpecial(char c) { return c == '%' || c == '?' || c == '#'; }
 
 struct Database {
@@ -74,7 +74,7 @@ struct Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  // Damaged, or with other tables than this program's.
+  // Whether the file is damaged, or has other tables than this program's.
   bool IsNoStore() const {
     const int code = sqlite3_errcode(handle);
     return code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR;
@@ -92,8 +92,8 @@ struct Database {
   void Run(const char* sql) const {
     if (sqlite3_exec(handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) Fail();
   }
-  // The file may come from a stranger: neither views in the place of tables nor triggers of it run,
-  // and damaged pages are looked for.
+  // The file may be untrusted: its triggers, and views in place of tables, are disabled, and
+  // damaged pages are detected.
   void Distrust() const {
     sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
@@ -101,8 +101,8 @@ struct Database {
     sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_exec(handle, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
   }
-  // Opens the file for reading. Beside that of a run that was killed, SQLite makes files of its
-  // own, unless it is to take the file as it is, without a log.
+  // Opens the file for reading. Next to the file of a killed run, SQLite creates auxiliary files,
+  // unless it reads the file unchanged and without a log (`as_it_is`).
   bool Reads(bool as_it_is) {
     sqlite3_close(handle);
     std::string name = "file:";
@@ -117,7 +117,7 @@ struct Database {
     return sqlite3_exec(handle, "SELECT id FROM cases LIMIT 1", nullptr, nullptr, nullptr) ==
            SQLITE_OK;
   }
-  // All of what `write` writes, or nothing.
+  // Runs `write` in a transaction: all of its changes are written, or none.
   void Transaction(const std::function<void()>& write) const {
     Run("BEGIN IMMEDIATE");
     try {
@@ -130,7 +130,7 @@ struct Database {
   }
 };
 
-// A prepared statement. Whatever fails throws base::RunError.
+// A prepared statement. Errors throw as Database::Fail does.
 class Statement {
  public:
   Statement(const Database& database, const std::string& sql) : database_(database) {
@@ -142,7 +142,7 @@ class Statement {
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
-  // Whether there is a row; the next one at each call.
+  // Goes to the next row. @return whether there is one
   bool Step() {
     const int code = sqlite3_step(statement_);
     if (code != SQLITE_ROW && code != SQLITE_DONE) database_.Fail();
@@ -156,7 +156,7 @@ class Statement {
   int Int(int column) const { return sqlite3_column_int(statement_, column); }
   double Double(int column) const { return sqlite3_column_double(statement_, column); }
 
-  // Runs it with these values; may be called again.
+  // Runs the statement with these values; may be called again.
   template <typename... Values>
   void Run(const Values&... values) {
     sqlite3_reset(statement_);
@@ -209,7 +209,7 @@ std::optional<std::uint64_t> SeedOf(const fs::path& folder) {
   return base::NumberFrom<std::uint64_t>(name.substr(kSeedPrefix.size()));
 }
 
-// Takes over the order of the other's groups, if they are the same.
+// Adopts the order of the other stamp's groups, if the groups are the same.
 void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
   const auto sorted = [](const std::string& groups) {
     auto names = base::Split(groups, ',');
@@ -221,8 +221,8 @@ void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
   if (sorted(groups) == sorted(wanted)) groups = wanted;
 }
 
-// Seed, number of cases and the order of groups, which hazards draw, are all that runs of several
-// seeds may differ in.
+// Runs of several seeds may differ only in the seed, the number of cases, and the order of groups,
+// which hazards draw at random.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   const std::string seeds = Need(pooled.identity, "seed") + "," + Need(stamp.identity, "seed");
   const auto cases = CasesOf(pooled, folder) + CasesOf(stamp, folder);
@@ -244,7 +244,7 @@ struct Source {
   std::optional<Record> next = {};
 };
 
-// An SQLite file in use holds up to three file descriptors: a thousand shards want more than the
+// An SQLite file in use has up to three file descriptors: a thousand shards need more than the
 // usual soft limit.
 void AllowManyFiles() {
   rlimit limit{};
@@ -258,8 +258,8 @@ void AllowManyFiles() {
 struct Store::Impl : Database {
   bool grows = false;
 
-  // What a run has written is one file, which can be read where nothing can be written: no log, no
-  // index of it. Whoever reads at this moment keeps them.
+  // Turns the results of a run into one file that can be read from a read-only place, without the
+  // log and its index. A process that is reading at this moment keeps those files.
   ~Impl() { BecomeOneFile(); }
   int BecomeOneFile() {
     if (!std::exchange(grows, false)) return SQLITE_OK;
@@ -274,7 +274,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(g
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor_ < 0 && errno != EMFILE && errno != ENFILE && errno != ENOMEM) {
-      return;  // Store::Create says what is wrong with the folder
+      return;  // Store::Create reports the problem of the folder
     }
     if (descriptor_ < 0) {
       throw base::RunError(file_.string() + ": cannot be opened: " + std::strerror(errno));
@@ -291,7 +291,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(g
       throw base::InputError(folder.string() + ": is being written to by " + holder +
                              "; wait for it, or choose another folder (--out DIR)");
     }
-    // The one before may have removed the file between opening and locking.
+    // The previous holder may have removed the file between opening and locking.
     struct stat opened {};
     struct stat named {};
     fstat(descriptor_, &opened);
@@ -462,7 +462,7 @@ std::optional<Record> Store::Cursor::Next() {
   if (cases.Int(9) == 0) fail("its data are damaged: no JSON object");
   Record record{{cases.Text(0), cases.Text(1), *seed, std::move(params), cases.Int(4)},
                 {cases.Text(5), cases.Text(6), cases.Text(7), cases.Text(8), {}}};
-  // A run that is under way may have added a case since the first row was read.
+  // A run in progress may have added a case since the first row was read.
   while (times_left && times.Text(0) <= record.which.id) {
     if (times.Text(0) == record.which.id) {
       record.result.seconds.emplace_back(times.Text(1), times.Double(2));
@@ -476,7 +476,7 @@ void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
                        const std::function<std::optional<Record>()>& next) {
   const auto unfinished = folder / kUnfinished;
   std::error_code error;
-  fs::remove(unfinished, error);  // of a program that was killed
+  fs::remove(unfinished, error);  // left by a killed program
   try {
     Store store = CreateFile(folder, kUnfinished, kWritten);
     store.WriteStamp(stamp);
@@ -490,7 +490,7 @@ void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
     }
   } catch (...) {
     fs::remove(unfinished, error);
-    fs::remove(folder, error);  // where nothing else is in it
+    fs::remove(folder, error);  // only if it is empty
     throw;
   }
 }
@@ -523,7 +523,7 @@ Results ReadResults(const fs::path& folder) {
     }
     auto records = store.ReadAll();
     if (results.records.empty()) {
-      results.records = std::move(records);  // a million are 4 GB: not twice
+      results.records = std::move(records);  // no copy: a million records take 4 GB
     } else {
       std::move(records.begin(), records.end(), std::back_inserter(results.records));
     }

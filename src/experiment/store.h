@@ -12,13 +12,13 @@
 
 namespace rangegrasp::experiment {
 
-/// A results folder that this process alone writes to, until the object or the process ends: a
-/// POSIX lock on its file `run.lock`, which NFS 4 passes on, too. Forked workers do not hold it.
+/// Exclusive write access to a results folder until the object or this process ends: a POSIX lock
+/// on its file `run.lock`, also on NFS 4. Forked workers do not hold it.
 class FolderLock {
  public:
-  /// Creates the folder where it is absent.
+  /// Creates the folder if it is absent.
   /// @throws base::InputError naming process and host that write to it; base::RunError if the file
-  /// system cannot lock. A folder that is not writable is left to Store::Create.
+  /// system cannot lock. A folder that is not writable is reported by Store::Create.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
@@ -27,17 +27,17 @@ class FolderLock {
  private:
   std::filesystem::path file_;
   int descriptor_ = -1;
-  int owner_;  ///< process: a fork's copy does not unlock
+  int owner_;  ///< process id: the copy in a fork does not unlock
 };
 
-/// The results of a run: one SQLite file (WAL), one transaction a case, so that a run killed at any
-/// moment loses nothing that it had finished. One process writes; others may read meanwhile, and
-/// later also where nothing can be written.
-/// @throws base::RunError for errors of the database (a full disk), base::InputError where the file
-/// or folder is not what it should be; both name the file.
+/// The results of a run: one SQLite file (WAL), one transaction per case, so that a run killed at
+/// any moment keeps all finished cases. One process writes; others may read at the same time, and
+/// later also from a read-only place.
+/// @throws base::RunError for errors of the database (a full disk), base::InputError if the file or
+/// folder is not as expected; both name the file.
 class Store {
  public:
-  /// Opens for writing, creating folder and file where they are absent.
+  /// Opens for writing; creates folder and file if they are absent.
   static Store Create(const std::filesystem::path& folder);
   /// Opens for reading. @throws base::InputError if there are no results in the folder.
   static Store Open(const std::filesystem::path& folder);
@@ -51,26 +51,26 @@ class Store {
   const std::filesystem::path& file() const;
 
   void WriteStamp(const Stamp& stamp);
-  /// An empty one if the run was killed before it was written.
+  /// Returns an empty stamp if the run was killed before it was written.
   Stamp ReadStamp() const;
 
-  /// Writes one record; one of the same id is replaced.
+  /// Writes one record; replaces a record with the same id.
   void Write(const Record& record);
   /// All records, in the order of their cases' positions.
   std::vector<Record> ReadAll() const;
-  /// How many there are, and the ids of their cases.
-  /// @param but  not of those with this outcome
+  /// The number of records, and the ids of their cases.
+  /// @param but  excludes records with this outcome
   int Count() const;
   std::unordered_set<std::string> Ids(const std::string& but = "") const;
 
-  /// After the last record: what was written is on the disk, in one file, unless somebody reads it
-  /// at this moment. The end of the object does the same, but cannot say what fails.
+  /// Call after the last record: everything written is then on the disk, in one file, unless
+  /// another process is reading it. The destructor does the same, but cannot report errors.
   void Finish();
 
-  /// All records in the ascending order of their ids, one at a time: for more than memory holds.
+  /// All records in ascending order of their ids, one at a time: for results larger than memory.
   class Cursor {
    public:
-    explicit Cursor(const Store& store);  ///< which must outlive it
+    explicit Cursor(const Store& store);  ///< must outlive the cursor
     ~Cursor();
     Cursor(Cursor&&) noexcept;
     std::optional<Record> Next();
@@ -80,10 +80,10 @@ class Store {
     std::unique_ptr<Impl> impl_;
   };
 
-  /// Writes whole results into a folder without results, in one step: a program that is killed
+  /// Writes complete results into a folder without results, in one step: a program that is killed
   /// meanwhile leaves none.
-  /// @param next  gives a record at each call, in the ascending order of their ids; then nullopt.
-  /// What it throws is passed on, and nothing is written.
+  /// @param next  returns one record per call, in ascending order of their ids; then nullopt. Its
+  /// exceptions are passed on, and nothing is written.
   static void WriteWhole(const std::filesystem::path& folder, const Stamp& stamp,
                          const std::function<std::optional<Record>()>& next);
 
@@ -95,34 +95,33 @@ class Store {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What a run left, or several that differ in nothing but their seeds.
+/// The results of a run, or of several runs that differ only in their seeds.
 struct Results {
-  Stamp stamp;  ///< of several: the first's, with all seeds and the sum of the cases
+  Stamp stamp;  ///< of several runs: the first one's, with all seeds and the sum of cases
   std::vector<Record> records;
   std::filesystem::path folder = {};  ///< for messages
 };
 
-/// Where a run with several seeds keeps the one of a seed: "<folder>/seed-<seed>".
+/// The folder of one seed in a run with several seeds: "<folder>/seed-<seed>".
 std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed);
 
-/// The stores of a results folder: itself, or those of its seeds in ascending order.
-/// @throws base::InputError if it holds neither.
+/// The stores of a results folder: those of its seeds in ascending order, or the folder itself.
 std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);
 
-/// All that a results folder holds. @throws base::InputError also if its seeds' runs are not of the
-/// same experiment.
+/// Reads all results of a folder. @throws base::InputError also if the runs of its seeds are not of
+/// the same experiment.
 Results ReadResults(const std::filesystem::path& folder);
 
 struct Merged {
-  std::size_t cases = 0;     ///< that were joined
-  std::size_t expected = 0;  ///< that the experiment has
+  std::size_t cases = 0;     ///< joined cases
+  std::size_t expected = 0;  ///< cases of the experiment
 };
 
-/// Joins the results of shards into a folder without results, all of them or nothing. Memory does
-/// not grow with the number of cases. What is joined may be joined with more.
-/// @param complete  whether to write nothing where cases are missing
-/// @throws base::InputError naming the folder: it holds results already, a shard is of another run,
-/// or a case is in two of them.
+/// Joins the results of shards into a folder without results, all of them or nothing. Memory use
+/// does not grow with the number of cases. Joined results may be joined with more.
+/// @param complete  whether to write nothing if cases are missing
+/// @throws base::InputError naming the folder: it already contains results, a shard belongs to
+/// another run, or a case is in two shards.
 Merged Merge(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
              bool complete = false);
 

@@ -12,12 +12,12 @@
 
 namespace rangegrasp::experiment {
 
-/// What a person may look at of a case, in three dimensions and over time, or as diagrams. All in
-/// one frame W [m], z up. A task fills in what it has.
+/// Views of a case: scenes in three dimensions and over time, and diagrams. All are in one frame W
+/// [m], z up. A task fills in what it has.
 struct View {
   using Color = Eigen::Vector4f;  ///< red, green, blue, opacity in 0..1
 
-  /// What is shown or hidden together, by its name.
+  /// Items with the same layer name are shown or hidden together.
   struct Points {
     std::string layer;
     geometry::Points points_W;
@@ -33,20 +33,20 @@ struct View {
     geometry::TriangleMesh mesh_W;
     Color color;
   };
-  /// A surface whose triangles have colors: a picture of its own; all are turned as one.
+  /// A surface with colored triangles. Each has its own picture; all are rotated together.
   struct Painted {
     std::string layer;
     geometry::TriangleMesh mesh_W;
-    std::vector<std::uint8_t> paint;  ///< of each triangle, its position in colors
+    std::vector<std::uint8_t> paint;  ///< position in colors for each triangle
     std::vector<Color> colors;
   };
-  /// What moves as one.
+  /// A rigid body.
   struct Body {
     std::string name;
     std::string layer;
     geometry::TriangleMesh mesh_B;
     Color color;
-    std::vector<base::Pose> X_WB;  ///< one a frame
+    std::vector<base::Pose> X_WB;  ///< one per frame
   };
   struct Force {
     Eigen::Vector3d point_W;
@@ -54,11 +54,11 @@ struct View {
   };
   struct Frame {
     double time_s = 0.0;
-    std::string moment;  ///< what it is called; may be empty
+    std::string moment;  ///< name of this moment; may be empty
     std::vector<Force> forces;
   };
 
-  /// Diagrams that are shown together, one such page at a time.
+  /// Diagrams that are shown together; one page is shown at a time.
   struct Page {
     std::string name;
     std::vector<draw::Panel> panels;
@@ -69,12 +69,12 @@ struct View {
   std::vector<Surface> surfaces;
   std::vector<Painted> painted;
   std::vector<Body> bodies;
-  std::vector<Frame> frames;                         ///< in the order of time; empty: nothing moves
-  Eigen::Vector3d eye_W = Eigen::Vector3d::UnitX();  ///< where it is looked at from
+  std::vector<Frame> frames;                         ///< in order of time; empty: nothing moves
+  Eigen::Vector3d eye_W = Eigen::Vector3d::UnitX();  ///< position of the viewer
   Eigen::Vector3d target_W = Eigen::Vector3d::Zero();
 
   std::vector<draw::Panel> panels;  ///< always shown
-  std::vector<Page> pages;          ///< leafed through
+  std::vector<Page> pages;          ///< shown one at a time
 
   bool Empty() const {
     return points.empty() && surfaces.empty() && painted.empty() && bodies.empty() &&

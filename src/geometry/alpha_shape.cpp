@@ -27,7 +27,7 @@ using AlphaKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Triangle = std::array<std::uint32_t, 3>;
 
 using Vertex3 = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, AlphaKernel>;
-/// Each cell carries its squared circumradius.
+/// Each cell stores its squared circumradius.
 using Cell3 = CGAL::Triangulation_cell_base_with_info_3<
     double, AlphaKernel, CGAL::Delaunay_triangulation_cell_base_3<AlphaKernel>>;
 using Delaunay3 =
@@ -42,10 +42,10 @@ using Delaunay2 = CGAL::Delaunay_triangulation_2<
 
 constexpr double kNoAlpha = std::numeric_limits<double>::infinity();
 
-/// Of the circle or sphere through the corners; infinite if they are in one line or plane, where
-/// its formula divides by zero. The corners are taken in the order of their coordinates: in
-/// another one the radius of a needle rounds to something else, and CGAL names a facet from that
-/// one of its two cells which lies lower in memory.
+/// Squared radius of the circle or sphere through the corners; infinite if they are on one line or
+/// plane, where the formula divides by zero. The corners are sorted by their coordinates: in
+/// another order the radius of a needle rounds differently, and CGAL orders the corners of a facet
+/// as in the one of its two cells with the lower memory address.
 template <std::size_t n>
 double SquaredCircumradius(std::array<AlphaKernel::Point_3, n> corners) {
   std::ranges::sort(corners);
@@ -54,9 +54,9 @@ double SquaredCircumradius(std::array<AlphaKernel::Point_3, n> corners) {
   return std::isfinite(radius) ? radius : kNoAlpha;
 }
 
-/// The smallest empty circumsphere of a Delaunay triangle: its own smallest one if neither
-/// neighboring cell's far vertex is inside it (a Gabriel triangle), else the smaller of the
-/// cells'.
+/// Squared radius of the smallest empty circumsphere of a Delaunay triangle: its own smallest one
+/// if neither neighboring cell's far vertex is inside it (a Gabriel triangle), else the smaller one
+/// of the two cells.
 double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& facet) {
   const auto [cell, far] = facet;
   const auto other = cell->neighbor(far);
@@ -103,7 +103,7 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
     const auto a = cell->vertex((far + 1) & 3);
     const auto b = cell->vertex((far + 2) & 3);
     const auto c = cell->vertex((far + 3) & 3);
-    // No circumsphere is smaller than half the longest side: most far triangles end here.
+    // No circumradius is smaller than half the longest side: this rejects most large triangles.
     const double longest = std::max({CGAL::squared_distance(a->point(), b->point()),
                                      CGAL::squared_distance(b->point(), c->point()),
                                      CGAL::squared_distance(c->point(), a->point())});
@@ -113,7 +113,7 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
   }
 }
 
-/// All points in one plane: the triangles of the 2-D triangulation, each with its own circle.
+/// For coplanar points: the triangles of the 2-D triangulation, each with its own circumcircle.
 void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
   for (const auto& [cell, far] : delaunay.finite_facets()) {
     const auto& [a, b, c] = std::array{cell->vertex(0), cell->vertex(1), cell->vertex(2)};
@@ -134,8 +134,8 @@ double LoopLength(std::span<const Vector2d> points, const std::vector<std::uint3
 
 using EdgesFrom = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 
-/// The directed edges of the triangles whose reverse is in none, by their start; ends ascending.
-/// O(n): a point has few edges, so that looking through them beats sorting all.
+/// The directed edges of the triangles whose reverse is in no triangle, by start point, with
+/// ascending end points. O(n): a point has few edges, so searching them is faster than sorting all.
 EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
   std::uint32_t points = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
@@ -155,8 +155,8 @@ EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
   return from;
 }
 
-/// Of the edges that leave `at`, the one that turns furthest to the right on the way from
-/// `before`: with the interior on the left that keeps loops which touch in a point apart.
+/// Of the edges that leave `at`, the one that turns furthest to the right when coming from
+/// `before`. With the interior on the left, this separates loops that touch at a point.
 auto SharpestRight(std::span<const Vector2d> points, std::uint32_t before, std::uint32_t at,
                    const std::vector<std::uint32_t>& next) {
   const Vector2d in = points[at] - points[before];
@@ -273,26 +273,26 @@ namespace {
 
 // Two facts make the shortcut exact (up to rounding).
 //
-// 1. Let the ball on the diameter pq hold no point inside, and let r give the smallest circumradius
-//    R of the triangles pqr. Then the smallest ball through p, q, r holds no point inside either:
-//    move a ball through p and q from the first to this one; a point inside the last would have
-//    been met on the way, at a smaller radius than R, and its triangle would have a smaller
-//    circumradius. So pqr is in the complex if R <= alpha. All that matters lies within 2 R of p.
+// 1. Let the ball with diameter pq contain no point inside, and let r give the smallest
+//    circumradius R of the triangles pqr. Then the smallest ball through p, q, r contains none:
+//    move a ball through p and q from the first to the last. A point inside the last would have
+//    been reached on the way at a radius below R, and its triangle would have a smaller
+//    circumradius. So pqr is in the complex if R <= alpha. Only points within 2 R of p matter.
 //
-// 2. A triangle of the complex has sides <= 2 alpha, and its empty ball lies within 2 alpha of each
-//    of its corners. If it joins two sets, each corner is within 2 alpha of a point of another set:
-//    such triangles are found by a triangulation of the points within 2 alpha of those corners.
+// 2. A triangle of the complex has sides <= 2 alpha, and its empty ball is within 2 alpha of each
+//    of its corners. If it joins two sets, each corner is within 2 alpha of a point of another set.
+//    A triangulation of the points within 2 alpha of those corners finds these triangles.
 
-/// 21 bits a coordinate of a cube: cubes 2^21 apart share a number, which costs time, no more.
+/// 21 bits per coordinate of a cube: cubes 2^21 apart share a number, which only costs time.
 constexpr std::uint64_t kCubeMask = 0x1fffffu;
-/// Among which fact 1 is applied; of no influence on the result. Fewer leave more to the
-/// triangulation, more cost every point.
+/// Number of neighbors for fact 1, without influence on the result. Fewer leave more to the
+/// triangulation, more cost time for every point.
 constexpr std::size_t kNeighbors = 12;
-/// Above this share of points between sets the triangulation of all is cheaper; same result.
+/// Above this share of undecided points, triangulating all is cheaper; the result is the same.
 constexpr double kMaxUndecided = 0.3;
-/// Widens 2 alpha, since the tree leaves points at exactly the radius out; far more than rounding.
+/// Widens 2 alpha by far more than rounding, since the tree excludes points at exactly the radius.
 constexpr double kBeyond = 1.0 + 1e-9;
-/// Shrinks a ball, so that rounding does not put a point on its surface inside.
+/// Shrinks a ball, so that rounding does not put a point of its surface inside.
 constexpr double kInside = 1.0 - 1e-12;
 
 class Finder {
@@ -308,7 +308,7 @@ class Finder {
   AlphaComponents Find() {
     for (std::uint32_t i = 0; i < points_.size(); ++i) JoinNeighbors(i);
     JoinUndecided(Undecided());
-    // A point is used if one of the same place is.
+    // A point is used if any point at the same position is used.
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
       if (used_[i]) used_[twin_[i]] = true;
     }
@@ -325,10 +325,10 @@ class Finder {
     sets_.Unite(a, c);
   }
 
-  /// Fact 1 for p and its neighbors that are not yet joined with it.
+  /// Applies fact 1 to p and its neighbors that are not yet joined with it.
   void JoinNeighbors(std::uint32_t p) {
     tree_.Nearest(points_[p], kNeighbors, list_);
-    twin_[p] = list_.front().index;  // of those at distance 0 the smallest
+    twin_[p] = list_.front().index;  // the smallest index at distance 0
     sets_.Unite(p, twin_[p]);
     const double reach = list_.size() < kNeighbors ? kNoAlpha : list_.back().squared_distance;
     for (const KdTree::Neighbor& q : list_) {
@@ -339,7 +339,7 @@ class Finder {
     }
   }
 
-  /// No point inside the ball on the diameter pq; such a point would be nearer to p than q is.
+  /// Whether no point is inside the ball with diameter pq; it would be closer to p than q is.
   bool IsGabriel(std::uint32_t p, const KdTree::Neighbor& q) const {
     const Vector3d middle = 0.5 * (points_[p] + points_[q.index]);
     const double inside = 0.25 * q.squared_distance * kInside;
@@ -370,7 +370,7 @@ class Finder {
 
   using CubeSets = std::unordered_map<std::uint64_t, std::int32_t>;
 
-  /// A number of 3 x 21 bits for the cube of side 2 alpha that p is in, moved by (x, y, z) cubes.
+  /// A 3 x 21 bit number of the cube of side 2 alpha that contains p, shifted by (x, y, z) cubes.
   std::uint64_t Cube(const Vector3d& p, int x, int y, int z) const {
     const auto part = [this](double value, int shift) {
       return static_cast<std::uint64_t>(
@@ -382,25 +382,25 @@ class Finder {
 
   /// The points within 2 alpha of a point of another set, ascending.
   Indices Undecided() {
-    std::vector<std::int32_t> set;  // of each point, 0 the largest
+    std::vector<std::int32_t> set;  // set of each point; 0 is the largest set
     LabelBySize(sets_, std::vector<bool>(points_.size(), true), set);
     CubeSets largest;
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
       auto& entry = largest.try_emplace(Cube(points_[i], 0, 0, 0), set[i]).first->second;
       entry = std::min(entry, set[i]);
     }
-    CubeSets around;  // the same with the cubes round it
+    CubeSets around;  // the same, including the cubes around it
     std::vector<bool> undecided(points_.size(), false);
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
       const auto [entry, is_new] = around.try_emplace(Cube(points_[i], 0, 0, 0), set[i]);
       if (is_new) entry->second = LargestAround(points_[i], set[i], largest);
-      // Of two sets the smaller one looks for the other.
+      // Of two sets, the smaller one searches for the other.
       if (entry->second < set[i]) MarkOthers(i, undecided);
     }
     return PositionsOf(undecided);
   }
 
-  /// The largest set in the cubes at and round p, which is of `own`.
+  /// The largest set in the cube of p and those around it; p is in the set `own`.
   std::int32_t LargestAround(const Vector3d& p, std::int32_t own, const CubeSets& largest) const {
     std::int32_t best = own;
     for (int k = 0; k < 27; ++k) {
@@ -420,7 +420,7 @@ class Finder {
     }
   }
 
-  /// Fact 2.
+  /// Applies fact 2.
   void JoinUndecided(const Indices& undecided) {
     std::vector<bool> may_join(points_.size(), false);
     const bool all =
@@ -445,7 +445,7 @@ class Finder {
   double alpha_;
   UnionFind sets_;
   std::vector<bool> used_;
-  Indices twin_;  ///< the first point at the same place
+  Indices twin_;  ///< the first point at the same position
   std::vector<KdTree::Neighbor> list_;
 };
 

@@ -115,7 +115,7 @@ Header ReadHeader(LineReader& lines) {
   return header;
 }
 
-/// Fills in what may be left out, and checks that the numbers agree.
+/// Fills in optional values and checks that the numbers are consistent.
 void Complete(const LineReader& lines, Header& header) {
   if (header.fields.empty()) lines.Fail("the header has no FIELDS");
   if (!header.width && header.points) header.width = header.points;
@@ -131,12 +131,12 @@ void Complete(const LineReader& lines, Header& header) {
   if (product >= kEndOfCounts) lines.Fail("POINTS {} is too large", product);
 }
 
-/// A field that is a packed color; others of its name are no color.
+/// Whether a field is a packed color; other fields of the same name are not.
 bool IsColor(const Field& field) {
   return (field.name == "rgb" || field.name == "rgba") && field.size == 4 && field.count == 1;
 }
 
-/// Where x, y, z and the color are: row by row, or, for binary_compressed, field by field.
+/// Places of x, y, z and the color: row by row, or, for binary_compressed, field by field.
 Layout FindPlaces(const LineReader& lines, const Header& header) {
   Layout layout{.points = *header.points, .by_field = header.data == "binary_compressed"};
   for (const Field& field : header.fields) {
@@ -152,7 +152,7 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
       layout.xyz[static_cast<std::size_t>(axis)] = place;
     }
     if (IsColor(field)) {
-      // Words hold the number; the bytes of a float are taken as they are.
+      // In ascii data a word is the number; in binary data the bytes of a float are used unchanged.
       place.type.kind = field.type == 'F' && header.data == "ascii" ? 'f' : 'u';
       layout.color = {place};
     }
@@ -174,8 +174,8 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
   return layout;
 }
 
-/// Expands LZF data (Lehmann's liblzf format, as PCD's binary_compressed has it) to exactly `size`
-/// bytes; nullopt if the data are broken.
+/// Expands LZF data (Lehmann's liblzf format, used by PCD's binary_compressed) to exactly `size`
+/// bytes; nullopt if the data are damaged.
 std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
   std::string out;
   out.reserve(size);
@@ -186,7 +186,7 @@ std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
   };
   while (!data.empty()) {
     const unsigned control = next();
-    if (control < 32) {  // a run of control + 1 bytes as they are
+    if (control < 32) {  // a run of control + 1 literal bytes
       const std::size_t run = control + 1;
       if (data.size() < run || size - out.size() < run) return std::nullopt;
       out.append(data.substr(0, run));
@@ -200,7 +200,7 @@ std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
     if (longer) length += next();
     const std::size_t distance = ((control & 31u) << 8) + next() + 1;
     if (distance > out.size() || size - out.size() < length) return std::nullopt;
-    // It may overlap with what it writes.
+    // Source and destination may overlap.
     for (std::size_t i = 0; i < length; ++i) out.push_back(out[out.size() - distance]);
   }
   return out.size() == size ? std::optional(std::move(out)) : std::nullopt;
@@ -214,7 +214,7 @@ std::string Expand(const LineReader& lines, std::string_view body, std::size_t n
   if (sizes[1] != needed) {
     lines.Fail("the compressed data have {} bytes; the header says {}", sizes[1], needed);
   }
-  // Older writers of PCL fill up a page of memory behind the data.
+  // Older versions of PCL pad the data to a full page of memory.
   if (body.size() < sizes[0]) CheckSize(lines, body.size(), sizes[0]);
   auto expanded = ExpandLzf(body.substr(0, sizes[0]), needed);
   if (!expanded) lines.Fail("the compressed data are damaged");
@@ -229,8 +229,8 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
   Complete(lines, header);
   const Layout layout = FindPlaces(lines, header);
   const bool ascii = header.data == "ascii";
-  // A point of an ascii file takes at least two bytes: absurd counts end here, before memory is
-  // asked for. All factors < 2^31.
+  // A point of an ascii file takes at least two bytes: absurd counts are rejected here, before
+  // memory is allocated. All factors are < 2^31.
   const std::size_t needed = layout.points * (ascii ? 2 : layout.row_bytes);
   const std::string_view body = lines.Rest();
 
@@ -261,7 +261,7 @@ constexpr std::size_t kMaxNpyHeader_bytes = 4096;  ///< NumPy writes 118
   throw base::InputError(file.string() + ": NPY header: " + message);
 }
 
-/// The dict, after magic, version and its length; moves bytes behind it.
+/// The dict, which follows magic, version and its length; moves `bytes` past it.
 std::string NpyHeader(const std::filesystem::path& file, std::string_view& bytes) {
   const auto byte = [&](std::size_t i) {
     return std::size_t{static_cast<unsigned char>(bytes[i])};
@@ -288,7 +288,7 @@ std::string NpyValue(const std::filesystem::path& file, const std::string& heade
   FailNpy(file, fmt::format("no valid '{}' in {}", key, Quoted(header)));
 }
 
-/// Points as an array of N x 3 or H x W x 3 real numbers. @throws base::InputError.
+/// Reads points from an array of N x 3 or H x W x 3 real numbers. @throws base::InputError.
 CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   const std::string header = NpyHeader(file, bytes);
   const std::string type = NpyValue(file, header, "descr", "'([^']{1,20})'");
@@ -304,7 +304,7 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   std::vector<std::size_t> counts;
   for (const std::string& word : base::Split(shape, ',')) {
     const std::string digits = word.substr(std::min(word.find_first_not_of(' '), word.size()));
-    if (digits.empty()) continue;  // behind the last comma
+    if (digits.empty()) continue;  // after the last comma
     counts.push_back(base::NumberFrom<std::size_t>(digits).value_or(kEndOfCounts));
   }
   const auto is_count = [](std::size_t count) { return count > 0 && count < kEndOfCounts; };
@@ -327,7 +327,7 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   return cloud;
 }
 
-/// Text, a point a line: x, y, z and other numbers, which are not used; "#" begins a comment line.
+/// Reads text, one point per line: x, y, z and ignored numbers; "#" begins a comment line.
 CloudFile ReadXyz(const std::filesystem::path& file, std::string_view text) {
   LineReader lines(text, file);
   CloudFile cloud;
@@ -372,14 +372,14 @@ CloudFile ReadAny(const std::filesystem::path& file, const std::string& bytes) {
 namespace rangegrasp::geometry {
 namespace {
 
-/// Rows keep their places, but a point is either finite or NaN as a whole.
+/// Scales the points. Rows keep their positions, but a point is either finite or all NaN.
 void Normalize(const std::filesystem::path& file, double unit_m, CloudFile& cloud) {
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     Eigen::Vector3d& p = cloud.points[i];
     p *= unit_m;
     if (!p.allFinite()) {
       p.setConstant(std::numeric_limits<double>::quiet_NaN());
-    } else if (p.cwiseAbs().maxCoeff() > internal::kMaxPoint_m) {  // a name costs time
+    } else if (p.cwiseAbs().maxCoeff() > internal::kMaxPoint_m) {  // formatting a name costs time
       internal::CheckPlace(file, fmt::format("point {} [m]", i), p, internal::kMaxPoint_m);
     }
   }

@@ -9,7 +9,7 @@
 namespace rangegrasp::geometry {
 namespace {
 
-/// The graph while it is contracted: of each root, its neighbors and the summed weights to them.
+/// The graph during contraction: the neighbors of each root and the summed weights to them.
 class Contraction {
  public:
   Contraction(std::size_t nodes, std::span<const SignedEdge> edges)
@@ -33,7 +33,7 @@ class Contraction {
     while (!queue_.empty()) {
       const Candidate best = queue_.top();
       queue_.pop();
-      // A candidate whose edge was contracted or summed since is out of date.
+      // A candidate is outdated if its edge was contracted or summed since.
       const auto edge = neighbors_[best.a].find(best.b);
       if (edge != neighbors_[best.a].end() && edge->second == best.weight) Join(best.a, best.b);
     }

@@ -26,7 +26,7 @@ class UnionFind {
     return i;
   }
 
-  /// Joins the sets of a and b; false if they were one already.
+  /// Joins the sets of a and b; false if they were already one set.
   bool Unite(std::uint32_t a, std::uint32_t b) {
     a = Find(a);
     b = Find(b);
@@ -44,9 +44,9 @@ class UnionFind {
   std::vector<std::uint32_t> size_;
 };
 
-/// Numbers the sets 0, 1, ... by descending count of their used members, ties by first member, into
-/// `label` (-1 for unused members).
-/// @return how many there are
+/// Numbers the sets 0, 1, ... by descending count of their used members, ties by first member, and
+/// writes the numbers to `label` (-1 for unused members).
+/// @return the number of sets
 inline std::int32_t LabelBySize(UnionFind& sets, const std::vector<bool>& used,
                                 std::vector<std::int32_t>& label) {
   const auto n = static_cast<std::uint32_t>(sets.size());
@@ -66,7 +66,7 @@ inline std::int32_t LabelBySize(UnionFind& sets, const std::vector<bool>& used,
   return static_cast<std::int32_t>(roots.size());
 }
 
-/// How much speaks for two nodes being one (weight > 0), or against it (< 0).
+/// Evidence that two nodes belong together (weight > 0) or do not (weight < 0).
 struct SignedEdge {
   std::uint32_t a = 0;
   std::uint32_t b = 0;
@@ -75,14 +75,14 @@ struct SignedEdge {
 
 /// Partitions a graph of signed edges by greedy additive edge contraction (Keuper et al. 2015,
 /// "Efficient decomposition of image and mesh graphs by lifted multicuts", algorithm 1): the edge
-/// with the largest weight is contracted, parallel edges are summed, until none is positive: a
-/// border outvotes a leak of a few edges. Ties go to the lower nodes; edges may repeat. O(m log m).
+/// with the largest weight is contracted, parallel edges are summed, until none is positive. A
+/// border outweighs a leak of few edges. Ties go to the lower nodes; edges may repeat. O(m log m).
 /// @return the parts as sets of nodes 0 .. nodes - 1
-/// @throws std::invalid_argument if an edge names no node or its weight is not finite.
+/// @throws std::invalid_argument if an edge names an invalid node or its weight is not finite.
 UnionFind ContractGreedily(std::size_t nodes, std::span<const SignedEdge> edges);
 
-/// The ends of the edges that leave each node of a graph, one list after the other: those of node a
-/// are in `to` from first[a] to first[a + 1].
+/// The end nodes of the edges that leave each node of a graph, in concatenated lists: those of node
+/// a are in `to` from first[a] to first[a + 1].
 struct Adjacency {
   std::vector<std::uint32_t> first{0};
   std::vector<std::uint32_t> to;
@@ -93,36 +93,36 @@ struct Adjacency {
   }
 };
 
-/// Each node's ends in the order of the edges (from, to). O(n) without a sort of all edges.
-/// @param nodes  more than any edge names
+/// Each node's end nodes, in the order of the edges (from, to). O(n) without sorting all edges.
+/// @param nodes  number of nodes, greater than any node of an edge
 Adjacency MakeAdjacency(std::span<const std::pair<std::uint32_t, std::uint32_t>> edges,
                         std::size_t nodes);
 
-/// The same with each node's ends ascending, each once. O(n) for few edges a node.
+/// The same with each node's end nodes ascending and unique. O(n) for few edges per node.
 Adjacency Unique(Adjacency adjacency);
 
-/// Links in compressed rows: those of node v stand at [begin[v], begin[v + 1]).
+/// Links in compressed sparse rows: those of node v are at [begin[v], begin[v + 1]).
 struct LinkRows {
-  std::span<const std::uint32_t> begin;  ///< nodes + 1
+  std::span<const std::uint32_t> begin;  ///< nodes + 1 entries
   std::span<const std::uint32_t> neighbor;
   std::span<const double> length;  ///< >= 0, parallel to neighbor
 };
 
-/// Dijkstra's algorithm (1959) from any number of sources; keeps its heap between calls. Rounding
-/// is monotone: neither the order of the sources nor that of the links changes a bit of a distance,
-/// and sources may come in one call or one after the other. Stale entries stay in the heap: on
-/// meshes cheaper than a heap with positions. O((n + links) log links).
+/// Dijkstra's algorithm (1959) from any number of sources; its heap memory is reused between calls.
+/// Rounding is monotone, so distances are bit-identical for any order of sources and links, and for
+/// sources in one call or in several. Stale entries stay in the heap: on meshes this is cheaper
+/// than a heap with positions. O((n + links) log links).
 class ShortestPaths {
  public:
   static constexpr double kFar = std::numeric_limits<double>::infinity();
 
-  /// Lowers distance[v] to the distance from the nearest source wherever that is smaller (with all
-  /// infinite before: the distances from the sources). A source at distance 0 already is done.
+  /// Lowers distance[v] to the distance from the nearest source wherever that is smaller. If all
+  /// are infinite before, the result is all distances. A source at distance 0 is skipped.
   ///
-  /// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, by
-  ///                rising (d, v), d its final distance. It calls reach(next, through) for each
-  ///                neighbor with the length of the path through v, >= d; reach says whether
-  ///                that lowered next's distance (ties: no), e.g. to hand on a label.
+  /// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, in
+  ///                ascending order of (d, v), where d is its final distance. It calls reach(next,
+  ///                through) for each neighbor with the length of the path through v, >= d; reach
+  ///                returns whether it lowered next's distance (ties: no), e.g. to pass on a label.
   /// @param max_distance  nodes farther than this keep the distance they were reached with and are
   ///                      not expanded.
   template <typename Expand>
@@ -133,12 +133,12 @@ class ShortestPaths {
     Run(distance, expand, max_distance);
   }
 
-  /// The same along links in rows.
+  /// The same for links in compressed rows.
   void Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
              std::span<double> distance, double max_distance = kFar);
 
-  /// The same from one node at any distance, below 0 too. `through` may be below d here: where it
-  /// is always the same for the same node, the nodes come best first, each once.
+  /// The same from one node at any distance, also below 0. Here `through` may be below d: if it is
+  /// always the same for the same node, nodes are visited best first, each once.
   template <typename Expand>
   void LowerFrom(std::uint32_t source, double start, std::span<double> distance, Expand expand) {
     heap_.clear();
@@ -171,10 +171,10 @@ class ShortestPaths {
   std::vector<std::pair<double, std::uint32_t>> heap_;
 };
 
-/// Distances from the nearest of some sources; infinite where no links lead.
+/// Distances from the nearest source; infinite for nodes that no links lead to.
 std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links);
 
-/// The (lowest) node of the largest finite distance; 0 if none is finite.
+/// The (lowest) node with the largest finite distance; 0 if none is finite.
 std::uint32_t FarthestReached(std::span<const double> distance);
 
 }  // namespace rangegrasp::geometry

@@ -26,7 +26,7 @@ struct Adaptor {
   }
 };
 
-/// nanoflann::L2_Simple_Adaptor without its loop over the axes, which is no compile-time constant.
+/// nanoflann::L2_Simple_Adaptor without its loop over axes, which is not a compile-time constant.
 struct SquaredDistance {
   using ElementType = double;
   using DistanceType = double;
@@ -46,7 +46,7 @@ struct SquaredDistance {
 
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<SquaredDistance, Adaptor, 3, std::uint32_t>;
 
-/// nanoflann looks as far as worstDist() and may end where addPoint() is false.
+/// nanoflann searches up to worstDist() and may stop if addPoint() returns false.
 struct WithinSet {
   double squared_radius;
   std::vector<KdTree::Neighbor>& out;
@@ -77,7 +77,7 @@ bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
   return a.index < b.index;
 }
 
-/// The k nearest in order, ties by index: k is small, and a list is then faster than a heap.
+/// The k nearest in order, ties by index. k is small, and then a list is faster than a heap.
 class NearestSet {
  public:
   NearestSet(std::size_t k, std::vector<KdTree::Neighbor>& out) : k_(k), out_(out) {}
@@ -93,7 +93,7 @@ class NearestSet {
     std::size_t at = out_.size() - 1;
     for (; at > 0 && Before(candidate, out_[at - 1]); --at) out_[at] = out_[at - 1];
     out_[at] = candidate;
-    // One step up, so that branches at exactly the worst distance are still entered for ties.
+    // The next larger value, so that branches at exactly the worst distance are entered for ties.
     if (full()) worst_ = std::nextafter(out_.back().squared_distance, kInfinity);
     return true;
   }
@@ -114,7 +114,7 @@ PointSpan CheckFinite(PointSpan points) {
   return points;
 }
 
-/// Points a leaf: fewer make the tree deep, more are scanned in vain; nanoflann advises 10 to 50.
+/// Points per leaf: fewer make the tree deep, more are scanned in vain; nanoflann advises 10 to 50.
 constexpr std::size_t kLeafSize = 12;
 
 }  // namespace
@@ -126,7 +126,7 @@ struct KdTree::Impl {
 
   template <class Set>
   void Search(const Eigen::Vector3d& query, Set& set) const {
-    // nanoflann hands a search over an empty tree a null root.
+    // nanoflann would search a null root in an empty tree.
     if (!adaptor.points.empty()) tree.findNeighbors(set, query.data(), nanoflann::SearchParams());
   }
 

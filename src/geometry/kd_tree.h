@@ -25,8 +25,8 @@ class KdTree {
   KdTree(KdTree&&) noexcept;
   KdTree& operator=(KdTree&&) noexcept;
 
-  /// The k points nearest to the query, ascending by distance (fewer if there are fewer). A query
-  /// that is itself a point of the tree finds itself first.
+  /// The k points nearest to the query, ascending by distance (fewer if the tree has fewer). A
+  /// query that is itself a point of the tree finds itself first.
   void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out) const;
   /// All points with distance < radius [m], unsorted.
   void Within(const Eigen::Vector3d& query, double radius_m, std::vector<Neighbor>& out) const;
@@ -39,7 +39,7 @@ class KdTree {
   std::unique_ptr<Impl> impl_;
 };
 
-/// From every point to its nearest other point (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
+/// Distances of points to their nearest other one (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
 struct NeighborDistances {
   std::vector<double> each_m;
   double min_m = 0.0;
@@ -49,12 +49,12 @@ struct NeighborDistances {
 /// Needs at least two points. @throws std::invalid_argument otherwise.
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree);
 
-/// Groups of points that hang together, each within link_m of another of its group [m]; in the
-/// order of their first points, and so are the points of each. O(n log n) for few neighbors each.
+/// Connected groups of points, each within link_m [m] of another point of its group; in the order
+/// of their first points. Points keep their order. O(n log n) for few neighbors per point.
 /// @throws std::invalid_argument if a point is not finite.
 std::vector<Points> GroupsWithin(const Points& points, double link_m);
 
-/// The same as positions, with a tree over these points.
+/// The same as indices, with a tree over these points.
 std::vector<Indices> GroupsWithin(PointSpan points, const KdTree& tree, double link_m);
 
 }  // namespace rangegrasp::geometry

@@ -23,7 +23,7 @@ bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
                         hull.point(hull.target(hull.next(hull.opposite(h)))));
 }
 
-/// The facet that each triangle belongs to: neighbors exactly in one plane are one facet.
+/// The facet of each triangle: neighboring triangles in exactly one plane form one facet.
 std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> facet(hull.number_of_faces(), kNone);
@@ -46,7 +46,7 @@ std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
   return facet;
 }
 
-/// The corners of a facet in order, from one of the triangles' edges on its outline.
+/// The corners of a facet in order, starting at a triangle edge on its outline.
 std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
                             Halfedge start) {
   std::vector<Vertex> outline;
@@ -82,8 +82,8 @@ std::vector<std::vector<Vertex>> Facets(const SurfaceMesh& hull) {
   return facets;
 }
 
-/// Appends the vertices that are a corner of a facet to the mesh, ascending by x, y, z.
-/// @return the position of each in the mesh.
+/// Appends the vertices that are corners of facets to the mesh, ascending by x, y, z.
+/// @return the index of each in the mesh.
 std::vector<std::uint32_t> AddVertices(const SurfaceMesh& hull,
                                        const std::vector<std::vector<Vertex>>& facets,
                                        TriangleMesh& mesh) {
@@ -115,7 +115,7 @@ TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB) {
 }
 
 void Append(const TriangleMesh& other, TriangleMesh& mesh) {
-  // By positions, so that a mesh may be appended to itself.
+  // Iterates by index, so that a mesh may be appended to itself.
   const auto shift = static_cast<std::uint32_t>(mesh.vertices.size());
   for (std::size_t i = 0, n = other.vertices.size(); i < n; ++i) {
     mesh.vertices.push_back(other.vertices[i]);
@@ -167,8 +167,8 @@ MassProperties MassPropertiesOf(const TriangleMesh& mesh) {
   return result;
 }
 
-// CGAL's triangles of a facet with more than three corners, and their order, depend on addresses in
-// memory. The solid itself does not: its facets are found again, each is cut into a fan from its
+// CGAL's triangles of a facet with more than three corners, and their order, depend on memory
+// addresses. The solid itself does not: its facets are recovered, each is cut into a fan from its
 // first corner, and vertices and triangles are sorted.
 TriangleMesh ConvexHull(PointSpan points) {
   TriangleMesh mesh;

@@ -31,9 +31,9 @@ base::Pose ToPose(const aiMatrix4x4& m) {
   return base::Pose(matrix.cast<double>());
 }
 
-// The readers' flags do not always say what a mesh's faces are, and triangulation, which trusts
-// them, aborts the program. The importer owns the scene; it is const to others only.
-// @return whether there are polygons to be cut.
+// The readers' flags do not always describe a mesh's faces correctly, and triangulation, which
+// trusts them, aborts the program. The importer owns the scene; it is const only to others.
+// @return whether there are polygons to triangulate.
 bool CorrectFlags(const aiScene& scene) {
   bool polygons = false;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -63,7 +63,7 @@ TriangleMesh ToMesh(const aiMesh& source) {
   return mesh;
 }
 
-// Of the corners of what ToMesh makes of it.
+// Appends the texture coordinates of the corners of ToMesh's triangles.
 void AppendUv(const aiMesh& source, std::vector<std::array<Eigen::Vector2d, 3>>& uv) {
   const aiVector3D* coordinates = source.mTextureCoords[0];
   for (unsigned i = 0; i < source.mNumFaces; ++i) {
@@ -90,7 +90,7 @@ void Collect(const aiScene& scene, const aiNode& node, const base::Pose& X_WP,
   }
 }
 
-// Post-processing trusts faces and vertices.
+// Checks faces and vertices, since post-processing trusts them.
 void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D& p = mesh.mVertices[i];
@@ -107,8 +107,8 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   }
 }
 
-// Of a binary file: cuts off what stands behind the facets that it declares, for which assimp would
-// take it for text. Of one that is shorter it does not always find an end.
+// Cuts off the data after the declared facets of a binary file, since assimp would otherwise take
+// it for text. Of a file that is too short, assimp does not always find an end.
 void CheckStl(const std::filesystem::path& file, std::string& bytes) {
   constexpr std::size_t kHeader_bytes = 80, kFacet_bytes = 50;  // of the binary format
   const auto holds = [&](const char* word) { return bytes.find(word) != std::string::npos; };
@@ -127,7 +127,7 @@ void CheckStl(const std::filesystem::path& file, std::string& bytes) {
   bytes.resize(needed);
 }
 
-// assimp makes room for what the chunks of a binary glTF declare before it looks for them.
+// assimp allocates memory for the declared chunks of a binary glTF before it looks for them.
 void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
   constexpr std::size_t kHeader_bytes = 12, kChunkHeader_bytes = 8;  // of the format
   std::size_t at = kHeader_bytes;
@@ -143,7 +143,7 @@ void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
   }
 }
 
-// What has polygons and double precision as text, which assimp would cut and narrow.
+// Reads formats with polygons and doubles, which assimp would triangulate and round to floats.
 std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& file,
                                                   const std::string& bytes) {
   const std::string ending = base::EndingOf(file);
@@ -156,8 +156,8 @@ std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& f
   return std::nullopt;
 }
 
-// What a mesh names is opened if it lies in the mesh's folder, links followed: the mesh may be a
-// stranger's, and name a private file or a device that has no end.
+// Opens only files that are in the mesh's folder after links are resolved: the mesh may be
+// untrusted, and name a private file or a device that never ends.
 class FolderOnly : public Assimp::DefaultIOSystem {
  public:
   explicit FolderOnly(const std::filesystem::path& file)
@@ -171,7 +171,7 @@ class FolderOnly : public Assimp::DefaultIOSystem {
     }
     return DefaultIOSystem::Open(name, mode);
   }
-  /// Empty where nothing was.
+  /// Empty if nothing was refused.
   const std::string& refused() const { return refused_; }
 
  private:
@@ -187,8 +187,8 @@ class FolderOnly : public Assimp::DefaultIOSystem {
   std::string refused_;
 };
 
-// assimp chooses a reader by what a file looks like, and some of its readers do not check what they
-// read: only those of the formats here stay.
+// assimp chooses a reader by a file's content, and some of its readers do not check what they read.
+// Only the readers of the formats here are kept.
 void KeepOwnFormats(Assimp::Importer& importer) {
   constexpr std::array<std::string_view, 6> kFormats = {"off", "obj", "stl", "ply", "gltf", "glb"};
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
@@ -205,7 +205,7 @@ void KeepOwnFormats(Assimp::Importer& importer) {
 TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool textured) {
   if (base::EndingOf(file) == ".stl") CheckStl(file, bytes);
   if (bytes.starts_with("glTF")) CheckGlb(file, bytes);
-  // Common enough for a cure; assimp 5.2 ends the program where such an archive is damaged.
+  // 3MF is common: the message names a fix. assimp 5.2 ends the program if a 3MF file is damaged.
   if (base::EndingOf(file) == ".3mf") {
     throw base::InputError(file.string() + ": 3MF is not supported; save it as STL, OBJ or glTF");
   }
@@ -213,12 +213,12 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
   if (!ending.empty()) ending.erase(0, 1);
   Assimp::Importer importer;
   KeepOwnFormats(importer);
-  // Only positions count: vertices that differ in nothing else are joined.
+  // Only positions count: vertices that differ only in other attributes are joined.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
   auto* const folder = new FolderOnly(file);
-  importer.SetIOHandler(folder);  // which owns it
+  importer.SetIOHandler(folder);  // takes ownership
   const auto check = [&](const aiScene* scene) {
     if (!folder->refused().empty()) {
       throw base::InputError(
@@ -229,7 +229,7 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
     throw base::InputError(fmt::format("{}: cannot be read as OFF, OBJ, STL, PLY or glTF ({})",
                                        file.string(), importer.GetErrorString()));
   };
-  // The text form of glTF names files in its folder.
+  // The text form of glTF refers to files in its folder.
   const aiScene* scene =
       check(base::EndingOf(file) == ".gltf"
                 ? importer.ReadFile(file.string(), 0)
@@ -259,7 +259,7 @@ bool PlyHoldsMesh(const std::filesystem::path& file) {
 
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) {
   std::string bytes = base::ReadNonEmptyFile(file);
-  // Also reports what is wrong with the file, with its line.
+  // Also reports an error in the file with its line.
   const auto polygons = ReadPolygons(file, bytes);
   if (base::EndingOf(file) != ".off") return Read(file, std::move(bytes), true);
   return {internal::ToPolygonMesh(file, *polygons).mesh, {}};
@@ -280,7 +280,7 @@ PolygonMesh ReadPolygonMesh(const std::filesystem::path& file) {
 TriangleMesh ReadMesh(const std::filesystem::path& file) { return ReadPolygonMesh(file).mesh; }
 
 void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh) {
-  constexpr std::size_t kHeader_bytes = 80;  // of the format; its text means nothing
+  constexpr std::size_t kHeader_bytes = 80;  // of the format; its text has no meaning
   std::string bytes(kHeader_bytes, ' ');
   internal::AppendRaw(static_cast<std::uint32_t>(mesh.triangles.size()), bytes);
   for (const auto& [a, b, c] : mesh.triangles) {

@@ -9,7 +9,7 @@
 
 namespace rangegrasp::geometry {
 
-/// A mesh of which polygon i of the file became the triangles t with polygon[t] == i.
+/// A mesh in which polygon i of the file became the triangles t with polygon[t] == i.
 struct PolygonMesh {
   TriangleMesh mesh;
   std::vector<std::uint32_t> polygon;
@@ -17,33 +17,33 @@ struct PolygonMesh {
 };
 
 /// Reads OFF, OBJ, PLY (in double precision), STL or glTF (assimp, in single precision; their
-/// triangles are the polygons). Polygons are cut into triangles where they stand, equal vertices
-/// joined, unused ones left out.
+/// triangles are the polygons). Polygons are triangulated in their order, equal vertices are
+/// joined, and unused ones are removed.
 /// @throws base::InputError naming the file and what is wrong with it.
 PolygonMesh ReadPolygonMesh(const std::filesystem::path& file);
-/// Its triangles alone.
+/// Like ReadPolygonMesh, but only the triangles.
 TriangleMesh ReadMesh(const std::filesystem::path& file);
 
-/// A mesh with the texture coordinates of its triangles' corners; none where the file has none.
+/// A mesh with the texture coordinates of its triangles' corners; empty if the file has none.
 struct TexturedMesh {
   TriangleMesh mesh;
   std::vector<std::array<Eigen::Vector2d, 3>> uv;
 };
-/// The same with texture coordinates, in single precision; equal vertices are not joined, but in
+/// The same with texture coordinates, in single precision. Equal vertices are not joined, except in
 /// OFF, which has no texture.
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
-/// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for what is no PLY.
-/// @throws base::InputError if its header is broken or the file cannot be read.
+/// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for other files.
+/// @throws base::InputError if its header is invalid or the file cannot be read.
 bool PlyHoldsMesh(const std::filesystem::path& file);
 
-/// Binary STL, coordinates in single precision.
-/// @throws base::RunError naming the file if it cannot be written whole.
+/// Writes binary STL, with coordinates in single precision.
+/// @throws base::RunError naming the file if it cannot be written completely.
 void WriteStl(const std::filesystem::path& file, const TriangleMesh& mesh);
 
-/// A mesh with one colour a vertex (r, g, b in 0..255), as binary PLY.
-/// @throws base::RunError naming the file if it cannot be written whole.
-/// @throws std::invalid_argument if there is not one colour a vertex.
+/// Writes a mesh with one color per vertex (r, g, b in 0..255) as binary PLY.
+/// @throws base::RunError naming the file if it cannot be written completely.
+/// @throws std::invalid_argument if there is not one color per vertex.
 void WriteColoredPly(const std::filesystem::path& file, const TriangleMesh& mesh,
                      const std::vector<std::array<std::uint8_t, 3>>& colors);
 

@@ -18,7 +18,7 @@ using Eigen::Vector3i;
 
 constexpr double kMaxCells = 1e8;  // 100 MB
 
-/// The part of a line, as shares of it, inside a box; false if there is none.
+/// The part of a line inside a box, as fractions of the line; false if there is none.
 bool Clip(const Vector3d& from, const Vector3d& way, const Vector3d& low, const Vector3d& high,
           double& enter, double& leave) {
   enter = 0.0;
@@ -72,7 +72,7 @@ double MedianSpacing(const RangeImage& image) {
       double sum = 0.0;
       int neighbors = 0;
       const auto take = [&](const Vector3d& neighbor) {
-        const double distance = (neighbor - point).norm();  // NaN where one was not measured
+        const double distance = (neighbor - point).norm();  // NaN if one was not measured
         if (!(distance >= 0.0)) return;
         sum += distance;
         ++neighbors;
@@ -105,8 +105,8 @@ double SeenSpace::UnseenVolume() const {
          cell_m_ * cell_m_;
 }
 
-/// Visits the cells on the way in turn, with the way [m] from `from_C` to where it leaves each, as
-/// long as visit returns true (Amanatides and Woo 1987).
+/// Visits the cells along the line in order, with the distance [m] from `from_C` to where it leaves
+/// each, as long as visit returns true (Amanatides and Woo 1987).
 template <typename Visit>
 void SeenSpace::Walk(const Vector3d& from_C, const Vector3d& to_C, const Visit& visit) const {
   const Vector3d way = to_C - from_C;
@@ -116,7 +116,7 @@ void SeenSpace::Walk(const Vector3d& from_C, const Vector3d& to_C, const Visit& 
   const Vector3d start = (from_C + enter * way - low_C_) / cell_m_;
   Vector3i cell = start.array().floor().cast<int>();
   cell = cell.cwiseMax(0).cwiseMin(size_ - Vector3i::Ones());
-  Vector3d next, each;  // shares of the way at which it crosses the next face
+  Vector3d next, each;  // fractions of the line: at the next face, between faces
   for (int axis = 0; axis < 3; ++axis) {
     const double along = way[axis] / cell_m_;
     const double face = cell[axis] + (along > 0.0 ? 1.0 : 0.0);
@@ -156,7 +156,7 @@ void SeenSpace::Add(const View& view) {
 double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
                            const Eigen::AlignedBox3d& region_C, double depth_m) const {
   const Vector3d origin_C = X_CS.translation();
-  // Neighboring rays are a cell apart in the middle of the region.
+  // Neighboring rays are one cell apart at the center of the region.
   const double step = cell_m_ / std::max((region_C.center() - origin_C).norm(), cell_m_);
   const double right = std::tan(field.half_right_rad);
   const double down = std::tan(field.half_down_rad);
@@ -174,7 +174,7 @@ double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
           chances[i] = std::max(chances[i], static_cast<float>(chance));
         }
         chance *= kept;
-        return chance > 0.01;  // the rest adds nothing
+        return chance > 0.01;  // the rest is negligible
       });
     }
   }

@@ -15,12 +15,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Below this sine of the angle at a corner three points count as collinear: rounding (1e-16 of
-/// coordinates up to 1e3 times the triangle's size) can make no larger one of an exact line.
+/// Three points are collinear if the sine of the angle at a corner is below this: rounding (1e-16
+/// of coordinates up to 1e3 times the triangle's size) gives no larger one for an exact line.
 constexpr double kCollinear = 1e-9;
 /// The same for the ratio of the two larger eigenvalues, which are squares and carry rounding.
 constexpr double kCollinearSquared = 1e-14;
-/// Of a plane's thickness to its extent: far below any sensor's noise and far above rounding.
+/// Ratio of a plane's thickness to its extent: far below any sensor's noise, far above rounding.
 constexpr double kFlat = 1e-9;
 
 Indices Inliers(PointSpan points, const Plane& plane, double distance_m) {
@@ -38,20 +38,20 @@ std::array<std::size_t, 3> DrawThree(std::size_t n, base::Rng& rng) {
   return {a, b, c};
 }
 
-/// A smaller share of spread across is a line: three lines of points as far apart as long have 0.4.
+/// Less Spread::flatness counts as a line: three lines of points as far apart as long have 0.4.
 constexpr double kOnALine = 0.3;
-/// By how much a neighborhood grows at a time: fewer steps overshoot, more cost time.
+/// Growth factor of a neighborhood per step: fewer steps overshoot, more steps cost time.
 constexpr double kWiden = 1.4;
 
 struct Spread {
-  Vector3d normal = Vector3d::Zero();  ///< of least spread; zero if there is none
-  double flatness = 0.0;  ///< the middle deviation as a share of the largest; 0: on a line
+  Vector3d normal = Vector3d::Zero();  ///< direction of least spread; zero if there is none
+  double flatness = 0.0;  ///< ratio of the middle to the largest deviation; 0: on a line
 };
 
-/// Of the neighbors round p (eq. 4.10-4.12).
+/// The spread of the neighbors of p (eq. 4.10-4.12).
 Spread SpreadOf(PointSpan points, const Vector3d& p,
                 const std::vector<KdTree::Neighbor>& neighbors) {
-  // Sums relative to p: one pass, and small numbers.
+  // Sums relative to p need only one pass and keep the numbers small.
   Vector3d sum = Vector3d::Zero();
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
   for (const KdTree::Neighbor& neighbor : neighbors) {
@@ -69,13 +69,13 @@ Spread SpreadOf(PointSpan points, const Vector3d& p,
   scatter -= sum * sum.transpose() / static_cast<double>(neighbors.size());
   const double scale = scatter.trace();
   if (!(scale > 0.0)) return {};
-  // To unit size, for which the closed form is made.
+  // Scaled to unit size, for which the closed form is designed.
   scatter /= scale;
   const auto [values, vectors] = base::SymmetricEigenDirect(scatter);
   return {vectors.col(0), std::sqrt(std::max(0.0, values[1] / values[2]))};
 }
 
-/// The list of the next point, unless one before it was left out.
+/// Appends the list of point i, unless the list of an earlier point was left out.
 void Keep(const std::vector<KdTree::Neighbor>& neighbors, std::size_t i, NeighborLists& kept) {
   if (kept.ends.size() != i || kept.all.size() + neighbors.size() > kept.kMaxKept) return;
   for (const KdTree::Neighbor& neighbor : neighbors) kept.all.push_back(neighbor.index);
@@ -97,7 +97,7 @@ std::optional<Plane> FitPlane(PointSpan points) {
   if (points.size() < 3) return std::nullopt;
   const Vector3d mean = Centroid(points);
   const auto [values, vectors] = base::SymmetricEigen(Scatter(points, mean));
-  // Eigenvalues are squared lengths: points are collinear if their spread across is nothing.
+  // Eigenvalues are squared lengths: points are collinear if their spread across is negligible.
   if (!(values[1] > kCollinearSquared * values[2]) || !(values[2] > 0.0)) return std::nullopt;
   return PlaneAt(vectors.col(0).normalized(), mean);
 }
@@ -172,7 +172,7 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
       spread = SpreadOf(points, p, neighbors);
     }
     Vector3d normal = spread.normal;
-    if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // 0, not 1: nothing to go by
+    if (!(normal.squaredNorm() > 0.5)) normal = to_origin;  // zero, not unit: unknown
     if (!(normal.squaredNorm() > 0.0)) normal = Vector3d::UnitZ();
     normal.normalize();
     normals[i] = normal.dot(to_origin) < 0.0 ? Vector3d(-normal) : normal;
@@ -186,7 +186,7 @@ Points FaceNormals(PointSpan points, std::span<const std::array<std::uint32_t, 3
   for (const auto& triangle : triangles) {
     const Vector3d& p = points[triangle[0]];
     const Vector3d face =
-        (points[triangle[1]] - p).cross(points[triangle[2]] - p);  // of twice the area
+        (points[triangle[1]] - p).cross(points[triangle[2]] - p);  // its length is twice the area
     for (const std::uint32_t i : triangle) {
       normals[i] += face.dot(places[place_of[i]] - points[i]) < 0.0 ? Vector3d(-face) : face;
     }

@@ -22,7 +22,7 @@ struct Plane {
   Plane Flipped() const { return {-normal, -offset_m}; }
 };
 
-/// `other` with its normal on the side of the plane's.
+/// `other`, flipped if needed so that its normal points to the same side as that of `plane`.
 inline Plane TurnedLike(const Plane& plane, const Plane& other) {
   return other.normal.dot(plane.normal) < 0.0 ? other.Flipped() : other;
 }
@@ -39,11 +39,11 @@ std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3
 /// Least-squares plane of n >= 3 points (eq. 4.12); nullopt if degenerate.
 std::optional<Plane> FitPlane(PointSpan points);
 
-/// The sum of d d^T over the points, d from the mean.
+/// The scatter matrix: the sum of d d^T over the points, where d is the offset from the mean.
 Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean);
 
-/// Whether the points are in one plane: their thickness is below a billionth of their extent. Fewer
-/// than three always are.
+/// Whether the points are in one plane: their thickness is below 1e-9 of their extent. Fewer than
+/// three points always are.
 bool IsFlat(PointSpan points);
 
 struct PlaneRansacOptions {
@@ -54,8 +54,8 @@ struct PlaneFit {
   Plane plane;      ///< refitted to all inliers
   Indices inliers;  ///< ascending; within inlier_distance_m of the refitted plane
 };
-/// 100 hypotheses of three points each; the one with the most points within the distance wins and
-/// is refitted (sections 4.2.1, 5.1.1). @return nullopt if no hypothesis was possible.
+/// RANSAC: of `draws` hypotheses of three points each, the one with the most points within the
+/// distance is refitted (sections 4.2.1, 5.1.1). @return nullopt if no hypothesis was possible.
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,
                                        base::Rng& rng);
 
@@ -65,7 +65,7 @@ struct NeighborLists {
   static constexpr std::size_t kMaxKept = std::size_t{1} << 24;
 
   double radius_m = 0.0;
-  std::vector<std::size_t> ends;  ///< one a point whose list is kept: where it ends in `all`
+  std::vector<std::size_t> ends;  ///< one per point with a kept list: its end in `all`
   Indices all;
 
   bool Has(std::size_t i) const { return i < ends.size(); }
@@ -75,25 +75,25 @@ struct NeighborLists {
   }
 };
 
-/// Unit normals by principal components of the points within radius_m (section 4.2.2,
-/// eq. 4.10-4.12), turned to the side of the place that the point was seen from. A point with fewer
-/// than three neighbors takes the normal of its nearest three.
-/// @param places  where the sensors stood
-/// @param place_of  one a point: position in places
-/// @param max_radius_m  a neighborhood on a line (a line scanner's on a grazing face) is widened up
-/// to this; 0: as published.
-/// @param kept  receives the neighbors within radius_m, each point among its own; may be null
+/// Unit normals by principal component analysis of the points within radius_m (section 4.2.2, eq.
+/// 4.10-4.12), oriented toward the position from which the point was seen. A point with fewer than
+/// three neighbors gets the normal of its nearest three points.
+/// @param places  positions of the sensors
+/// @param place_of  for each point its index into places
+/// @param max_radius_m  a collinear neighborhood (of a line scanner on a grazing face) is widened
+/// up to this; 0: as published.
+/// @param kept  receives the neighbors within radius_m, including the point itself; may be null
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
                        std::span<const std::uint32_t> place_of, double max_radius_m = 0.0,
                        NeighborLists* kept = nullptr);
-/// The same where all points were seen from one place.
+/// The same if all points were seen from one position.
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
                        const Eigen::Vector3d& origin);
 
-/// Unit normals of the faces of a mesh (section 5.1.3): each triangle's turned to the side of the
-/// place that a point was seen from, and a point's the mean of those that it is a corner of,
-/// weighted by their areas. A point of no triangle faces the place that it was seen from.
-/// @param triangles  positions in points
+/// Unit normals of points from the faces of a mesh (section 5.1.3): the area-weighted mean of the
+/// normals of a point's triangles, each oriented toward the position from which the point was seen.
+/// The normal of a point without triangles points to that position.
+/// @param triangles  indices into points
 Points FaceNormals(PointSpan points, std::span<const std::array<std::uint32_t, 3>> triangles,
                    PointSpan places, std::span<const std::uint32_t> place_of);
 

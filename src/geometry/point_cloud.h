@@ -12,10 +12,10 @@ namespace rangegrasp::geometry {
 
 using Points = std::vector<Eigen::Vector3d>;
 using PointSpan = std::span<const Eigen::Vector3d>;
-/// Positions in a cloud.
+/// Indices of points in a cloud.
 using Indices = std::vector<std::uint32_t>;
 
-/// Points [m] of one frame; normals are absent or one a point (unit length).
+/// Points [m] in one frame; normals are absent or one per point (unit length).
 struct PointCloud {
   Points points;
   Points normals;
@@ -23,7 +23,7 @@ struct PointCloud {
   std::size_t size() const { return points.size(); }
 };
 
-/// The positions of the items that fulfil a condition, ascending.
+/// The indices of the items that fulfil a condition, ascending.
 template <typename Items, typename Holds>
 Indices PositionsWhere(const Items& items, const Holds& holds) {
   Indices found;
@@ -34,12 +34,12 @@ Indices PositionsWhere(const Items& items, const Holds& holds) {
   }
   return found;
 }
-/// The positions of the marks that are set, ascending.
+/// The indices of the marks that are set, ascending.
 inline Indices PositionsOf(const std::vector<bool>& marks) {
   return PositionsWhere(marks, [](bool mark) { return mark; });
 }
 
-/// Positions of the points in lexicographic order of their coordinates, ties by position.
+/// Indices of the points in lexicographic order of their coordinates, ties by index.
 template <class PointsOf>
 Indices CanonicalOrder(const PointsOf& points) {
   Indices order(points.size());
@@ -71,12 +71,12 @@ Points Select(PointSpan points, std::span<const std::uint32_t> indices);
 /// @throws std::invalid_argument if there is none.
 Eigen::Vector3d Centroid(PointSpan points);
 
-/// Red, green and blue as pictures hold them (sRGB, 8 bits each).
+/// Red, green and blue as in images (sRGB, 8 bits each).
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// The light that such a color stands for, each channel 0..1 (IEC 61966-2-1).
+/// The linear light of a color, each channel 0..1 (IEC 61966-2-1).
 Eigen::Vector3d LightOf(const Rgb& color);
-/// The nearest color of a light; what is brighter than 1 is clipped.
+/// The nearest color for a linear light; values above 1 are clipped.
 Rgb ColorOf(const Eigen::Vector3d& light);
 
 }  // namespace rangegrasp::geometry

@@ -49,8 +49,8 @@ void FillGeometry(RTCGeometry geometry, const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) indices = std::ranges::copy(triangle, indices).out;
 }
 
-// A packet's slots beyond the last ray repeat it with a mask of 0: Embree skips them, but where it
-// takes a packet in halves, Debian's build asserts that no slot holds what is no ray.
+// Slots after the last ray repeat it with a mask of 0, so that Embree skips them. When Embree
+// processes a packet in halves, Debian's build asserts that every slot contains a valid ray.
 void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPacket>& valid) {
   for (std::size_t i = 0; i < kPacket; ++i) {
     const Ray& ray = rays[std::min(i, rays.size() - 1)];
@@ -70,8 +70,8 @@ void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPa
   }
 }
 
-/// Calls trace(index of the first, rays, which of 16 slots hold one, context) for one packet of
-/// rays after the other.
+/// Calls trace(index of the first ray, rays, which of the 16 slots have a ray, context) for each
+/// packet of rays.
 template <typename Trace>
 void ForPackets(std::span<const Ray> rays, RTCRay16& packet, Trace trace) {
   RTCIntersectContext context;
@@ -92,8 +92,8 @@ struct RayCaster::Embree {
   RTCScene scene = nullptr;
 
   Embree() {
-    // "threads=1" alone lets TBB start a worker, which a fork would lose. For the life of the
-    // process: lifting the limit starts the worker too, and nothing else here uses TBB.
+    // "threads=1" alone lets TBB start a worker, which a fork would lose. The limit is static,
+    // since lifting it starts the worker too; nothing else here uses TBB.
     static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     if (device == nullptr) throw base::RunError("Embree: the device could not be created");
     scene = rtcNewScene(device);
@@ -163,7 +163,7 @@ void RayCaster::Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& bl
   alignas(64) RTCRay16 packet;
   ForPackets(rays, packet, [&](std::size_t begin, auto part, auto& valid, auto& context) {
     rtcOccluded16(valid.data(), embree_->scene, &context, &packet);
-    // Embree marks an occluded ray by a negative far end.
+    // Embree marks an occluded ray by a negative tfar.
     for (std::size_t i = 0; i < part.size(); ++i) {
       blocked[begin + i] = valid[i] != 0 && packet.tfar[i] < 0.0f ? 1 : 0;
     }

@@ -14,7 +14,7 @@
 
 namespace rangegrasp::geometry {
 
-/// The part of a line from near_m to far_m behind its origin; the direction is a unit vector.
+/// The part of a line between near_m and far_m from its origin; the direction is a unit vector.
 struct Ray {
   Eigen::Vector3f origin_W;
   Eigen::Vector3f direction_W;
@@ -28,7 +28,7 @@ struct Hit {
   float distance_m = 0.0f;
   std::uint32_t mesh = kNone;
   std::uint32_t triangle = 0;
-  /// Barycentric, of the triangle's second and third corner.
+  /// Barycentric coordinates of the triangle's second and third corner.
   float second = 0.0f;
   float third = 0.0f;
   Eigen::Vector3f normal_W = Eigen::Vector3f::Zero();  ///< unit, on the side the ray came from
@@ -36,21 +36,21 @@ struct Hit {
   bool found() const { return mesh != kNone; }
 };
 
-/// Ray queries on a set of meshes in one frame W, which are copied. Owns an Embree device of its
-/// own that uses the calling thread only, so that it may be made in a forked process. Neighboring
-/// rays should be neighbors in space: they are traced 16 at a time.
+/// Ray queries on a set of meshes in one frame W, which are copied. It owns an Embree device that
+/// uses only the calling thread, so that it can be created in a forked process. Consecutive rays
+/// should be close in space: they are traced 16 at a time.
 class RayCaster {
  public:
-  /// @throws std::invalid_argument naming the mesh and the vertex that is not finite or the
-  /// triangle that has no such vertex.
+  /// @throws std::invalid_argument naming the mesh and the vertex that is not finite, or the
+  /// triangle with a vertex that does not exist.
   explicit RayCaster(std::span<const TriangleMesh* const> meshes);
   ~RayCaster();
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// The first surface that each ray meets. O(log triangles) a ray.
+  /// The first surface that each ray hits. O(log triangles) per ray.
   void FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const;
-  /// Whether each ray meets anything (1) or not (0).
+  /// Whether each ray hits anything (1) or not (0).
   void Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& blocked) const;
 
  private:
@@ -58,28 +58,28 @@ class RayCaster {
   std::unique_ptr<Embree> embree_;
 };
 
-/// What is printed on a surface, row by row from v = 0.
+/// The print (texture) of a surface, row by row from v = 0.
 struct Print {
   int width = 0;
   int height = 0;
   std::vector<Rgb> texels;
 
-  /// The texel at a texture coordinate; repeats beyond 0 to 1.
+  /// Index of the texel at a texture coordinate, which repeats outside [0, 1].
   std::size_t IndexAt(const Eigen::Vector2f& uv) const;
 };
 
 /// The colors of a mesh's triangles.
 struct MeshColors {
   std::shared_ptr<const Print> print;  ///< null: nothing is printed
-  /// Of each triangle's corners (NaN where nothing is printed); empty without a print.
+  /// Texture coordinates of triangles' corners (NaN: nothing is printed); empty without a print.
   std::vector<std::array<Eigen::Vector2f, 3>> uv;
-  std::vector<Rgb> plain;  ///< of each triangle where nothing is printed; empty: not known
+  std::vector<Rgb> plain;  ///< color of each triangle where nothing is printed; empty: unknown
 
-  /// The print's texel where a ray met the mesh; nullopt where nothing is printed.
+  /// The texel of the print at a hit of the mesh; nullopt where nothing is printed.
   std::optional<std::size_t> TexelAt(const Hit& hit) const;
-  /// What is printed there.
+  /// The printed color at a hit; nullopt where nothing is printed.
   std::optional<Rgb> PrintAt(const Hit& hit) const;
-  /// The color there; nullopt where it is not known.
+  /// The color at a hit; nullopt if it is unknown.
   std::optional<Rgb> At(const Hit& hit) const;
 };
 

@@ -13,15 +13,15 @@ namespace {
 using Eigen::Vector3d;
 using Kind = Shape::Kind;
 
-/// Half sizes [m] below this count as this, so that flat meshes divide by no zero.
+/// Smallest half size [m], so that flat meshes do not cause a division by zero.
 constexpr double kMinHalfSize_m = 1e-6;
 
-/// Of a surface of revolution about z.
+/// A ring of a surface of revolution about z.
 struct Ring {
   double radius, z;
 };
 
-/// Revolves a profile that starts below and ends above on the axis (poles), outward faces.
+/// Revolves a profile that starts and ends on the axis (bottom and top pole); faces point outward.
 TriangleMesh Revolve(double bottom_z, const std::vector<Ring>& rings, double top_z, int segments) {
   TriangleMesh mesh;
   const auto n = static_cast<std::uint32_t>(segments);
@@ -51,7 +51,7 @@ TriangleMesh Revolve(double bottom_z, const std::vector<Ring>& rings, double top
   return mesh;
 }
 
-/// A sphere of radius 1, or the capsule that it becomes when its halves are moved apart.
+/// A sphere, or the capsule that results from moving its halves apart by half_length each.
 TriangleMesh RoundedTube(double radius, double half_length, int segments) {
   std::vector<Ring> rings;
   const int quarter = std::max(1, segments / 4);

@@ -15,26 +15,26 @@ struct Shape {
   Kind kind = Kind::kSphere;
   base::Pose X_BS = base::Pose::Identity();
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< [m]
-  TriangleMesh mesh;  ///< kConvex (its hull counts) and kMesh (a surface); in the shape's frame
+  TriangleMesh mesh;  ///< kConvex (used as its hull), kMesh (a surface); in the shape's frame
   std::string name;
 };
 
 /// The surface of a shape as triangles in frame B; round shapes get `segments` sides.
 TriangleMesh Tessellate(const Shape& shape, int segments = 24);
 
-/// How far a shape reaches from its own frame's origin along a unit direction of that frame [m]:
-/// its support function. Exact; of meshes that of their hull.
+/// The support function of a shape: how far it reaches from its frame's origin along a unit
+/// direction of that frame [m]. Exact; for meshes it is that of their hull.
 double Support(const Shape& shape, const Eigen::Vector3d& direction_S);
 
 /// The same for a shape whose body is at X_AB, from A's origin along a unit direction of A [m].
 double Support(const Shape& shape, const base::Pose& X_AB, const Eigen::Vector3d& direction_A);
 
 /// A shape grown by margin_m: exact for spheres and capsules; boxes, cylinders and ellipsoids grow
-/// along their axes; vertices of convex pieces move away from their middle. Surfaces (kMesh) stay.
+/// along their axes; vertices of convex pieces move away from their center. kMesh is unchanged.
 Shape Grown(Shape shape, double margin_m);
 
-/// Whether p_B lies inside a shape of the body frame B. Meshes count as the ellipsoid inscribed in
-/// their bounding box.
+/// Whether p_B is inside a shape of the body frame B. Meshes are approximated by the ellipsoid
+/// inscribed in their bounding box.
 bool Inside(const Shape& shape, const Eigen::Vector3d& p_B);
 
 }  // namespace rangegrasp::geometry

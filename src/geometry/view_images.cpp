@@ -5,11 +5,11 @@
 namespace rangegrasp::geometry {
 namespace {
 
-// Points of a camera are on the rays of its pixels, but for rounding.
+// A camera's points are on the rays of its pixels, except for rounding.
 constexpr double kOnRay_px = 0.01;
 constexpr std::size_t kMinPoints = 100;
 
-/// pixel = slope * ray + offset, by least squares; nullopt if that is not so for every pair.
+/// Least-squares fit of pixel = slope * ray + offset; nullopt if a pair deviates from it.
 struct Line {
   double slope, offset;
 };

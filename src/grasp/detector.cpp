@@ -42,8 +42,8 @@ DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
           grasp.probability};
 }
 
-// What is measured of a fixture lies so far from its drawn surface at most: the calibration's error
-// (three times 0.1 deg and 1 mm at 1 m), the noise, and what smears at edges.
+// Largest distance of measured points of a fixture from its drawn surface: the calibration's error
+// (three times 0.1 deg and 1 mm at 1 m), the noise, and smearing at edges.
 constexpr double kFixture_m = 0.010;
 
 std::deque<GraspSelector>& Selectors() {
@@ -51,7 +51,7 @@ std::deque<GraspSelector>& Selectors() {
   return selectors;
 }
 
-// Moves the object whose turn is first before the others. @return whether there is one.
+// Moves the object whose turn is first to the front. @return whether there is one.
 bool PutFirst(const Turn& turn, Scene& scene) {
   if (!turn) return true;
   auto& objects = scene.objects;
@@ -68,7 +68,7 @@ bool PutFirst(const Turn& turn, Scene& scene) {
   return true;
 }
 
-/// What both detectors here hand over.
+/// Fills in the output of both detectors here.
 void HandOver(const Scene& scene, std::span<const Grasp> grasps, Obstacles obstacles,
               Detected& detected) {
   detected.segments = static_cast<int>(scene.segments.size());
@@ -135,11 +135,11 @@ class DissertationDetector : public Detector {
   SceneObserver observer_;
 };
 
-/// Fewer points are noise, as for segments (SegmentOptions::min_points).
+/// Clusters with fewer points are noise, as for segments (SegmentOptions::min_points).
 constexpr std::size_t kMinClusterPoints = 40;
 
 /// Euclidean clusters of the cloud as objects, the one with the highest point first.
-/// @param link_m  points this near are of one
+/// @param link_m  points within this distance belong together
 void AddClusters(double link_m, Scene& scene) {
   const geometry::KdTree tree(scene.cloud.points);
   scene.segments = geometry::GroupsWithin(scene.cloud.points, tree, link_m);
@@ -215,7 +215,7 @@ perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
   std::vector<geometry::Shape> fixtures_W;
   for (const geometry::Shape& shape : robot.workcell()) {
     geometry::Shape grown = geometry::Grown(shape, kFixture_m);
-    // How far from the middle it begins in a direction, at least.
+    // Whether the whole fixture is beyond the radius in a direction.
     const auto beyond = [&](const Eigen::Vector3d& u) {
       return -geometry::Support(grown, base::Pose::Identity(), -u) - u.dot(middle_W) > radius_m;
     };

@@ -18,21 +18,21 @@ using geometry::SeenSpace;
 using robot::HandModel;
 
 constexpr double kSeenCell_m = 0.006;  // about three samples of a scan
-constexpr double kAround_m = 0.06;     // of what is looked at beyond the measured points
-constexpr double kOnTable_m = 0.004;   // lower is the table
+constexpr double kAround_m = 0.06;     // margin around the measured points
+constexpr double kOnTable_m = 0.004;   // lower points are the table
 constexpr double kWayStep_m = 0.01;
 constexpr int kWaySteps = 7;
-constexpr double kNeighbor_m = 0.05;  // further neighbors count as so near
+constexpr double kNeighbor_m = 0.05;  // larger distances count as this
 constexpr double kAdjacent_m = 0.012;
 constexpr double kPadHalf_m = 0.008;
-constexpr double kContact_m = 0.012;  // of a pad's middle
-constexpr double kFarthest_m = 0.2;   // objects extend at most so far into their shadow
+constexpr double kContact_m = 0.012;  // from a pad's middle
+constexpr double kFarthest_m = 0.2;   // an object extends at most this far into its shadow
 constexpr std::size_t kHandPoints = 48;
 
 enum class Space { kFree, kUnseen, kOwn, kOther, kTable };
 constexpr std::size_t kSpaces = 5;
 
-/// How often each was met.
+/// Shares of the kinds of space that were met.
 class Shares {
  public:
   void Add(Space space) {
@@ -48,17 +48,17 @@ class Shares {
   int all_ = 0;
 };
 
-/// What lies beyond one end of the object.
+/// The space beyond one end of the object.
 struct Side {
   Shares beyond;
   double unseen_m = 0.0;   ///< how far unseen space reaches from there
-  double missing_m = 0.0;  ///< how far the measured points end before the pads
+  double missing_m = 0.0;  ///< distance from the last measured points to the pads
 };
 
 /// The measured surface where a pad closes.
 struct Contact {
-  double seen_m = kNeighbor_m;  ///< how far off it is
-  double face = 0.0;            ///< its unit normal along the way out, and upward
+  double seen_m = kNeighbor_m;  ///< its distance from the pad
+  double face = 0.0;            ///< components of its unit normal: outward (face) and upward
   double up = 0.0;
 };
 
@@ -68,7 +68,7 @@ struct Around {
   double shadow = 0.0;    ///< above unseen space
 };
 
-/// All that features are read from.
+/// The data that features are computed from.
 struct Looked {
   const Grasp& grasp;
   const perception::PerceivedObject& object;
@@ -76,8 +76,8 @@ struct Looked {
   double own_points;
   Vector3d up, axis;    ///< axis: the measured object's longest one
   Vector3d middle;      ///< between the pads
-  double off_center_m;  ///< level, from the object's center
-  double height_m;      ///< of the middle above the table
+  double off_center_m;  ///< horizontal distance from the object's center
+  double height_m;      ///< height of the middle above the table
   Shares thumb_way, thumb_end, fingers_way, fingers_end, between;
   Side thumb_beyond, fingers_beyond;
   Contact at_thumb, at_fingers;
@@ -98,7 +98,7 @@ constexpr Feature kFeatures[] = {
     {"pad_height", [](L l) { return l.height_m; }},
     {"off_center", [](L l) { return l.off_center_m; }},
     {"workspace_distance", [](L l) { return l.middle.head<2>().norm(); }},
-    // Its contacts on the completed object.
+    // Contacts on the completed object.
     {"above", [](L l) { return l.grasp.quality.above_m; }},
     {"slope", [](L l) { return l.grasp.quality.slope_m; }},
     {"finger_lean", [](L l) { return l.grasp.quality.finger_lean; }},
@@ -113,12 +113,12 @@ constexpr Feature kFeatures[] = {
     {"points", [](L l) { return std::log(std::max(1.0, l.own_points)); }},
     {"rotational",
      [](L l) { return l.object.kind == perception::ObjectKind::kRotational ? 1.0 : 0.0; }},
-    // The way of thumb and fingers.
+    // Space on the way of thumb and fingers.
     {"thumb_way_free", [](L l) { return l.thumb_way.Of(Space::kFree); }},
     {"thumb_way_unseen", [](L l) { return l.thumb_way.Of(Space::kUnseen); }},
     {"fingers_way_free", [](L l) { return l.fingers_way.Of(Space::kFree); }},
     {"fingers_way_unseen", [](L l) { return l.fingers_way.Of(Space::kUnseen); }},
-    // Where they stand at its end.
+    // Space where thumb and fingers end.
     {"thumb_end_unseen", [](L l) { return l.thumb_end.Of(Space::kUnseen); }},
     {"fingers_end_unseen", [](L l) { return l.fingers_end.Of(Space::kUnseen); }},
     // Between the pads.
@@ -140,7 +140,7 @@ constexpr Feature kFeatures[] = {
     {"fingers_neighbor_m", [](L l) { return l.fingers_neighbor_m; }},
     {"adjacent", [](L l) { return l.around.adjacent; }},
     {"shadow", [](L l) { return l.around.shadow; }},
-    // What was measured where the pads close: how far off, how much, how it faces.
+    // The measured surface where the pads close: its distance, and how it faces.
     {"thumb_seen_m", [](L l) { return l.at_thumb.seen_m; }},
     {"thumb_face", [](L l) { return l.at_thumb.face; }},
     {"thumb_up", [](L l) { return l.at_thumb.up; }},
@@ -180,12 +180,12 @@ struct FeatureMaker::Impl {
   Vector3d up;
   Eigen::AlignedBox3d box;
   SeenSpace seen;
-  std::vector<std::uint8_t> things;  ///< of a cell: 1 own points, 2 another's
+  std::vector<std::uint8_t> things;  ///< per cell: 1 own points, 2 another's
   Points own, own_normals, others, wall;
-  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< views of these; or null
+  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< of these points; or null
   Around around;
   Vector3d axis = Vector3d::Zero();
-  std::vector<Points> thumbs_H, fingers_H;  ///< by the hand's state
+  std::vector<Points> thumbs_H, fingers_H;  ///< per state of the hand
 
   static Eigen::AlignedBox3d BoxOf(const perception::Scene& scene,
                                    const perception::PerceivedObject& object) {
@@ -283,7 +283,7 @@ struct FeatureMaker::Impl {
     return nearest_m;
   }
 
-  // The measured surface where a pad closes, which `out` points away from.
+  // The measured surface where a pad closes; `out` points away from the object.
   Contact ContactOf(const Vector3d& pad, const Vector3d& out) const {
     Contact contact;
     contact.seen_m = Nearest(own_tree, {pad}, kNeighbor_m);
@@ -299,7 +299,7 @@ struct FeatureMaker::Impl {
     return contact;
   }
 
-  // Beyond the end that the pads close on, along `out`.
+  // The space beyond the end that the pads close on, along `out`.
   Side SideOf(const Vector3d& middle, const Vector3d& out, const Vector3d& across,
               double half_m) const {
     Side side;
@@ -310,7 +310,7 @@ struct FeatureMaker::Impl {
     }
     side.missing_m = half_m - measured;
     bool unseen = true;
-    // Rays are free up to a cell before what they meet.
+    // Rays are free only up to one cell before the point that they meet.
     for (double d = 2.0 * kSeenCell_m; d < kFarthest_m; d += kSeenCell_m) {
       const Space space = At(middle + (half_m + d) * out);
       unseen = unseen && space == Space::kUnseen;

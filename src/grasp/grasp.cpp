@@ -16,11 +16,11 @@ using perception::PerceivedObject;
 using perception::Scene;
 using robot::HandModel;
 
-/// Of an object's surface: about 2 mm apart on a cup, as in a scan.
+/// Samples of an object's surface: about 2 mm apart on a cup, as in a scan.
 constexpr std::size_t kSamples = 10000;
-/// Every such sample where extents are enough: neighbors about 4 mm apart.
+/// Where extents suffice, one in this many samples is used: neighbors are about 4 mm apart.
 constexpr std::size_t kThinned = 5;
-/// Finer than a wall is thick: of specks for a container's points (its surface closes the cavity).
+/// Specks of a container's points, finer than a wall is thick (its surface closes the cavity).
 constexpr double kWallSpeckCell_m = 0.003;
 
 SurfaceSamples Thinned(const SurfaceSamples& samples) {
@@ -58,7 +58,7 @@ bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
          }) >= choosing.enough;
 }
 
-/// Without them contacts cannot be judged.
+/// Contacts cannot be judged without normals.
 bool HasNormals(const Scene& scene, const PerceivedObject& object) {
   return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
 }
@@ -97,8 +97,8 @@ void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
   const bool rotational =
       task.object.kind == perception::ObjectKind::kRotational && !options.power_only;
   if (rotational) CollectRotational(task, collider, out);
-  // The power grasp is for all other objects, and the last resort where a rotational one can be
-  // held neither round its body nor by its rim.
+  // Power grasps are for all other objects. They are the last resort for a rotational one that can
+  // be held neither around its body nor by its rim.
   if (rotational && !(options.power_fallback && out.free.empty())) return;
   internal::ChooseFree(
       collider, task, internal::PowerCandidates(task),
@@ -106,7 +106,7 @@ void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
   if (options.crowded && HasNormals(task.scene, task.object)) CollectCrowded(task, collider, out);
 }
 
-/// After those from above: their scores are not compared.
+/// Grasps from the side come after those from above; their scores are not compared.
 void CollectLateral(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   internal::ChooseFree(

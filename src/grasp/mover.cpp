@@ -61,7 +61,7 @@ class PlannedMover : public Mover {
   }
 
  private:
-  // Without sound_first all of them count as sound.
+  // Without sound_first, all grasps count as sound.
   geometry::Indices Free(const Detection& detection, bool sound) const {
     return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
       const bool holds = !options_.sound_first ||

@@ -5,32 +5,32 @@
 
 namespace rangegrasp::grasp {
 
-/// A motion for one of the detection's grasps, or why there is none.
+/// A motion for one of the detection's grasps, or the reason why there is none.
 struct Move {
   std::optional<planning::PickPlan> plan;
-  std::size_t grasp = 0;  ///< of Detection::grasps, which the plan is for
+  std::size_t grasp = 0;  ///< position in Detection::grasps of the planned grasp
   int tried = 0;          ///< grasps that were offered to the planner
   bool blind = false;     ///< the motion passes through space that was not seen
   bool brushes = false;   ///< the object may push its neighbors while it is lifted
-  /// "no_ik x3, approach_blocked (link5 and the hand) x2", of what was given up; most frequent
-  /// first
+  /// Reasons why grasps were given up, most frequent first: "no_ik x3, approach_blocked (link5 and
+  /// the hand) x2"
   std::string failures;
 };
 
-/// Stage 4: plans the arm's motions for the first object, its best grasps first.
+/// Stage 4: plans the arm's motions for the first object and tries its best grasps first.
 class Mover {
  public:
   virtual ~Mover() = default;
-  /// @param q_start  where the arm stands
+  /// @param q_start  current joint positions of the arm
   virtual Move Plan(const Detection& detection, const Eigen::VectorXd& q_start,
                     base::Rng& rng) const = 0;
 };
 
-/// What planning motions does beyond the dissertation, whose planner gets the grasps in their order
-/// and keeps clear of everything (section 4.3). All off: one pass over the grasps.
+/// Extensions of motion planning beyond the dissertation, whose planner gets the grasps in their
+/// order and keeps clear of everything (section 4.3). All off: one pass over the grasps.
 struct MoverAdditions {
   bool sound_first = true;     ///< a grasp that is expected to hold is worth a bolder motion
-  bool through_unseen = true;  ///< nothing may be there, and the approach stops at what it touches
+  bool through_unseen = true;  ///< it may be empty, and the approach stops at contact
   bool brushing = true;        ///< neighbors may give way
 };
 constexpr std::array<base::Addition<MoverAdditions>, 3> AdditionsOf(const MoverAdditions*) {
@@ -46,7 +46,7 @@ constexpr std::array<base::Addition<MoverAdditions>, 3> AdditionsOf(const MoverA
 }
 static_assert(base::AllAdditionsListed<MoverAdditions>());
 
-/// The switches of its base are what goes beyond the dissertation.
+/// The switches of its base class are the extensions beyond the dissertation.
 struct MoverOptions : MoverAdditions {
   planning::PlanOptions planning;
   int max_plans = 24;  ///< grasps that are offered to the planner before the trial is given up
@@ -56,7 +56,7 @@ struct MoverOptions : MoverAdditions {
 std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
                                         const robot::Robot& robot);
 
-/// Reads the keys of the mapping `planning`, to its end: the mover's, and what it keeps clear of.
+/// Reads all keys of the mapping `planning`: those of the mover, and those of its obstacles.
 /// @throws base::InputError
 void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles);
 

@@ -14,11 +14,11 @@ using Eigen::Vector3d;
 using geometry::TriangleMesh;
 using robot::HandModel;
 
-/// Of approach and closing, which the file may give a little askew.
+/// How far the angle between approach and closing direction in the file may differ from 90 deg.
 constexpr double kSquare_rad = base::Deg(5.0);
-/// An object that leans further is not upright: its contents are out.
+/// An object tilted further is not upright: its contents have spilled.
 constexpr double kUpright_rad = base::Deg(30.0);
-/// Steps of its turns that a file may ask for.
+/// Largest number of steps of the turns in a file.
 constexpr int kMaxAngles = 360;
 
 template <std::size_t n>
@@ -51,7 +51,7 @@ Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwi
   return v.normalized();
 }
 
-/// Frame G from the approach and the closing direction, as far as they are square.
+/// Frame G from the approach and the closing direction; the latter is made normal to the approach.
 Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
   const Vector3d x = (closing - closing.dot(approach) * approach).normalized();
   Eigen::Matrix3d R;
@@ -59,12 +59,12 @@ Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& cl
   return base::MakePose(R, at);
 }
 
-/// In how many ways one grasp can be taken.
+/// The ways in which one grasp can be taken.
 struct Ways {
   Vector3d axis_O = Vector3d::UnitZ();
-  std::vector<double> turns_rad;  ///< about the axis, through the model's origin
-  std::vector<double> leans_rad;  ///< of the approach, about the closing direction
-  bool either_way = false;        ///< thumb and fingers changed over
+  std::vector<double> turns_rad;  ///< about the axis through the model's origin
+  std::vector<double> leans_rad;  ///< turns of the approach about the closing direction
+  bool either_way = false;        ///< also with thumb and fingers exchanged
 };
 
 std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given) {
@@ -199,7 +199,7 @@ bool TouchesKeptFree(const Grasp& grasp, const NamedGrasps& known, const Pose& X
   return std::ranges::any_of(held.shapes, [&](const geometry::Shape& shape) {
     const TriangleMesh mesh_H = geometry::Tessellate(shape);
     return std::ranges::any_of(known.keep_free_O, [&](const Eigen::AlignedBox3d& box_O) {
-      // A triangle's box is enough here: the shapes are as small as a finger's segments.
+      // A triangle's box is sufficient: the shapes are as small as a finger's segments.
       return std::ranges::any_of(mesh_H.triangles, [&](const auto& triangle) {
         Eigen::AlignedBox3d of_triangle;
         for (const auto corner : triangle) of_triangle.extend(X_OH * mesh_H.vertices[corner]);

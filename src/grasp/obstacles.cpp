@@ -17,13 +17,13 @@ using geometry::Points;
 using geometry::TriangleMesh;
 using perception::Scene;
 
-/// Shadows start this far behind the surface that throws them: the surface itself is an obstacle
-/// already, and what leans on it need not be moved through its noise.
+/// Shadows start this far behind the surface that casts them: the surface itself is already an
+/// obstacle, and an object that leans on it need not be moved through its noise.
 constexpr double kBehind_m = 0.002;
-/// Where a shadow's ray hardly goes down, it ends here: beyond a table.
+/// Maximum length of a shadow whose ray hardly descends: longer than a table.
 constexpr double kMaxShadow_m = 2.0;
 
-/// Points above the table's clearance that no object holds.
+/// Points above the table's clearance that belong to no object.
 Points LeftoverPoints(const Scene& scene) {
   std::vector<bool> leftover(scene.points_C.size(), true);
   for (const auto i : scene.table.points) leftover[i] = false;
@@ -33,7 +33,7 @@ Points LeftoverPoints(const Scene& scene) {
   return geometry::Select(scene.points_C, geometry::PositionsOf(leftover));
 }
 
-/// Drops the points that are seen next to an object's.
+/// Drops the points that are next to an object's points, as seen from a sensor.
 void DropMixed(const Scene& scene, const Points& places_C, double width_m, Points& points) {
   Points of_objects;
   for (const auto& object : scene.objects) {
@@ -51,15 +51,16 @@ void DropMixed(const Scene& scene, const Points& places_C, double width_m, Point
   }
 }
 
-/// Whether a group is so near to the target, and so small, that it is a corner that was cut off it.
+/// Whether a group is so near to the target, and so small, that it is a corner cut off from it.
 bool IsPartOf(const KdTree& target, double target_extent_m, const Points& group, double link_m) {
   if (geometry::BoundsOf(group).diagonal().norm() >= target_extent_m) return false;
   return std::ranges::any_of(
       group, [&](const Vector3d& p) { return target.CountWithin(p, link_m, 1) > 0; });
 }
 
-/// The points furthest along a cube's 26 faces, edges and corners. Their hull misses at most 8 % of
-/// the radius, less than a point spacing in a cell, and is found several times faster.
+/// The outermost points in the directions of a cube's 26 faces, edges and corners. Their hull
+/// misses at most 8 % of the radius, less than a point spacing in a cell, and is found several
+/// times faster.
 Points Outermost(const Points& points) {
   std::set<std::size_t> found;
   for (int k = 0; k < 27; ++k) {
@@ -82,7 +83,7 @@ TriangleMesh HullAbout(const Points& points, double edge_m) {
   return geometry::ConvexHull(corners);
 }
 
-/// A hull about the points of each cell: a thing need not be convex, as a box that is open.
+/// A hull about the points of each cell, because a thing need not be convex, e.g. an open box.
 TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
   std::map<std::array<long, 3>, Points> cells;
   for (const Vector3d& p : points) cells[GridCell(p, cell_m)].push_back(p);
@@ -93,7 +94,7 @@ TriangleMesh FilledCells(const Points& points, double cell_m, double edge_m) {
   return filled;
 }
 
-/// The space between a surface and its shadow on the table, seen from a place.
+/// The space between a surface and its shadow on the table, cast from a sensor's position.
 TriangleMesh ShadowOf(const TriangleMesh& surface_C, const Vector3d& place_C,
                       const geometry::Plane& table) {
   Points corners;
@@ -164,7 +165,7 @@ void AddBox(const AlignedBox3d& box, TriangleMesh& mesh) {
   }
 }
 
-/// Of what is unseen: half of a finger's width, so that one finds its way between two cells.
+/// Cells of unseen space: half of a finger's width, so that a finger fits between two cells.
 constexpr double kCell_m = 0.010;
 
 }  // namespace
@@ -218,7 +219,7 @@ TriangleMesh UnseenByAll(const Observation& observation, std::span<const Triangl
   const Vector3d half = Vector3d::Constant(0.5 * cell_m);
   for (int y = 0; y < space.Size().y(); ++y) {
     for (int x = 0; x < space.Size().x(); ++x) {
-      AlignedBox3d column;  // of the cells since the last that does not count
+      AlignedBox3d column;  // of consecutive cells that count
       for (int z = 0; z <= space.Size().z(); ++z) {
         const Eigen::Vector3i cell(x, y, z);
         if (z < space.Size().z() && counts(cell)) {

@@ -23,7 +23,7 @@ std::size_t OpenState(double width_m, double room_m, const HandModel& hand,
   return options.preshape ? hand.IndexAtGap(width_m + room_m) : 0;
 }
 
-/// About thumb and fingers, along the axes of G.
+/// The box about thumb and fingers, along the axes of G.
 Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const Pose& X_GH) {
   Eigen::AlignedBox3d box_G;
   for (std::size_t i = 0; i < state.shapes.size(); ++i) {
@@ -42,11 +42,11 @@ std::vector<double> Along(PointSpan points, const Vector3d& direction) {
   return along;
 }
 
-/// Of ProposeStraightDown; the first depth and the height of the shipped examples' grasps.
+/// Used by ProposeStraightDown: the first depth and the height of the shipped examples' grasps.
 constexpr double kPadsBelowTop_m = 0.030;
 constexpr double kPadsAboveTable_m = 0.010;
 
-/// From end to end of the points along a direction.
+/// The range of the points along a direction.
 struct Extent {
   double low_m;
   double high_m;
@@ -58,7 +58,7 @@ Extent ExtentAlong(PointSpan points, const Vector3d& direction) {
   return {low, high};
 }
 
-/// Unit, in the plane: the direction in which the points spread most.
+/// The unit direction in the plane in which the points spread most.
 Vector3d MajorInPlane(PointSpan points, const geometry::Plane& plane) {
   geometry::Points flat(points.begin(), points.end());
   for (Vector3d& p : flat) p = plane.Project(p);
@@ -72,7 +72,7 @@ struct Bar {
   double width_m;
 };
 
-/// Where the handle is farthest out: single samples beside it do not count.
+/// The outermost part of the handle; single outlying samples do not count.
 Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
              const HandleOptions& options) {
   const double end = base::QuantileOf(Along(handle.points_C, out), 0.98);
@@ -166,7 +166,7 @@ std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& 
   for (int k = -steps; k < steps; ++k) {
     const Vector3d approach = Eigen::AngleAxisd(k * options.step_rad, across) * -out;
     const double down = -approach.dot(up_C);
-    // Through the body it cannot come, nor through the table.
+    // The hand cannot come through the body or through the table.
     if (approach.dot(out) > 0.1 || down < -std::sin(options.max_rise_rad)) continue;
     for (const double sign : {1.0, -1.0}) ways.push_back(Way(bar, approach, sign * across, down));
   }

@@ -6,36 +6,36 @@ namespace rangegrasp::grasp {
 
 /// A grasp that another program proposes.
 struct Proposal {
-  /// Frame G (base/frames.h): its origin is midway between the pads, closed on width_m.
+  /// Frame G (base/frames.h). Its origin is midway between the pads when closed on width_m.
   base::Pose X_CG = base::Pose::Identity();
-  double width_m = 0.0;                        ///< what the pads are expected to close on
-  Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: the hand's way to the grasp
+  double width_m = 0.0;                        ///< expected gap of the pads after closing
+  Eigen::Vector3d approach_C{0.0, 0.0, -1.0};  ///< unit: direction of the hand towards the grasp
   double score = 0.0;                          ///< higher is better
 };
 
-/// Puts the hand there, open for the width and options.placing.opening_m more (fully without
-/// options.preshape), without a look at what is in the way; what is wider than the hand opens
-/// counts as colliding.
+/// Places the hand at a proposal, opened to the width plus options.placing.opening_m (fully without
+/// options.preshape). Obstacles are not checked. A width beyond the hand's largest opening counts
+/// as a collision.
 Grasp PlaceHand(const Proposal& proposal, const robot::HandModel& hand,
                 const GraspOptions& options);
 
-/// Positions of the points between the fingers of the hand as it stands there, open: in the box,
-/// along the axes of G, about thumb and fingers. O(n).
+/// Positions of the points between the fingers of the open hand at the grasp: those in the box
+/// about thumb and fingers along the axes of G. O(n).
 geometry::Indices BetweenFingers(const Grasp& grasp, const robot::HandModel& hand,
                                  geometry::PointSpan points_C);
 
-/// The baseline that any other detector has to beat: straight down onto the middle of the points,
-/// closing across the shorter of their principal axes in the table's plane, thumb and fingers
-/// either way. The pads come 30 mm below the highest point, but stay 10 mm above the table, or
-/// halfway up what is lower than 20 mm.
-/// @param points_C  of one thing, above the table [m]
-/// @return none of fewer than three points.
+/// The baseline that any other detector has to beat: the hand comes straight down onto the middle
+/// of the points and closes across the shorter of their principal axes in the table's plane, with
+/// the thumb on either side. The pads stop 30 mm below the highest point, but at least 10 mm above
+/// the table, or at half the height of a thing lower than 20 mm.
+/// @param points_C  points of one thing, above the table [m]
+/// @return none for fewer than three points.
 std::vector<Proposal> ProposeStraightDown(geometry::PointSpan points_C,
                                           const geometry::Plane& table_C);
 
-/// Checks the hand of each proposal against everything else, with the opening that PlaceHand gives
-/// it or the narrow one: sets their openings and verdicts.
-/// @param object  position in scene.objects: what all are for
+/// Checks the hand of each proposal against everything else, with the opening from PlaceHand or the
+/// narrow one, and sets its opening and collision verdict.
+/// @param object  position in scene.objects of the object to grasp
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object.
 void CheckProposals(const perception::Scene& scene, std::size_t object,
@@ -43,26 +43,26 @@ void CheckProposals(const perception::Scene& scene, std::size_t object,
                     std::span<const geometry::TriangleMesh> obstacles_C,
                     std::vector<Grasp>& grasps);
 
-/// A part that stands out of an object, as a mug's handle, by its measured points.
+/// A part that stands out from an object, such as a mug's handle, given by its measured points.
 struct Handle {
   geometry::PointSpan points_C;
-  Eigen::Vector3d body_C;  ///< the middle of what it is joined to
+  Eigen::Vector3d body_C;  ///< middle of the body that it is joined to
 };
 
 struct HandleOptions {
-  /// Gripped is what is within this of the handle's outermost place: a bar and what bends away.
+  /// The gripped part lies within this of the handle's outermost point: a bar and its bends.
   double bar_m = 0.012;
-  /// Points of one side only measure less than the bar; thinner is no handle for a person's hand.
+  /// Smallest width: points of one side measure too little, and no handle for people is thinner.
   double min_width_m = 0.008;
-  double step_rad = 0.2618;      ///< between approaches: 15 deg
-  double max_rise_rad = 0.1745;  ///< the hand comes from above or level, to 10 deg
+  double step_rad = 0.2618;      ///< angle between approaches: 15 deg
+  double max_rise_rad = 0.1745;  ///< upwards: the hand comes from above or level, to 10 deg
 };
 
-/// Ways to take a handle: the fingers close across the plane that it lies in (its least principal
-/// axis), about what is farthest from the body, and come in that plane, the steepest first, thumb
-/// and fingers either way.
+/// Grasps of a handle: the fingers close across the plane of the handle (along its least principal
+/// axis), around the part farthest from the body. They approach in that plane, the steepest way
+/// first, with the thumb on either side.
 /// @param up_C  the table's normal
-/// @return none of fewer than three points.
+/// @return none for fewer than three points.
 std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Eigen::Vector3d& up_C,
                                           const HandleOptions& options = {});
 

@@ -9,7 +9,7 @@ using geometry::Select;
 using perception::Scene;
 using robot::HandModel;
 
-// Colours, sizes of dots and widths of lines on a white ground; grasps stand out.
+// Colors, dot sizes and line widths on a white ground; grasps stand out.
 const Color kTable{0.55F, 0.65F, 0.80F, 1.0F};
 const Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
 const Color kRest{0.7F, 0.7F, 0.7F, 1.0F};
@@ -22,10 +22,10 @@ constexpr float kOutlierDot_px = 4.0F;
 constexpr float kContactDot_px = 8.0F;
 constexpr float kRim_px = 1.5F;
 constexpr float kApproach_px = 2.0F;
-constexpr double kApproach_m = 0.1;  // drawn before the tool centre
+constexpr double kApproach_m = 0.1;  // length drawn before the tool centre
 constexpr int kSegments = 16;        // of the hand's round shapes
 
-// A scene is seen from so many of its radii, between the sensor's direction, up and the side.
+// The viewpoint's distance in scene radii; it lies between the sensor's direction, up and side.
 constexpr double kViewDistance = 4.2;
 constexpr double kViewUp = 0.25;
 constexpr double kViewSide = 0.45;

@@ -5,17 +5,17 @@
 
 namespace rangegrasp::draw {
 
-/// What perception and grasping made of a cloud: table points grey-blue, outliers red, every object
-/// in its colour, rims black, and the best free grasp's hand of each object that has one.
+/// Perception and grasps of a cloud: table points are grey-blue, outliers red, every object has its
+/// own colour, rims are black, and each object's best free grasp is shown by the hand.
 /// @param points_C  the cloud that was perceived
-/// @param grasps    one list an object, best first; may be shorter than the list of objects
+/// @param grasps    one list per object, best first; may be shorter than the list of objects
 Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
                  const std::vector<std::vector<grasp::Grasp>>& grasps,
                  const robot::HandModel& hand);
 
 /// A view of the objects of a scene, from the sensor's side and somewhat above.
 View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C);
-/// The same of any points on a table with the normal `up_C`.
+/// The same for any points on a table with the normal `up_C`.
 View LookAtPoints(geometry::PointSpan points_C, const Eigen::Vector3d& up_C,
                   const Eigen::Vector3d& sensor_origin_C);
 

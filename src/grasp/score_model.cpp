@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-// The file, for what is said of it.
+// The model's file; errors name it.
 struct ModelFile {
   const std::filesystem::path& path;
 

@@ -12,22 +12,23 @@
 
 namespace rangegrasp::grasp {
 
-/// A learned score: the probability that a grasp is delivered, from its features (features.h).
-/// Gradient-boosted trees (Friedman 2001) whose sum is the logit. scripts/train-grasp-score writes
-/// its file.
+/// A learned score: the probability that a grasp is delivered, from its features (features.h). Its
+/// logit is a sum of gradient-boosted trees (Friedman 2001). scripts/train-grasp-score writes its
+/// file.
 class ScoreModel {
  public:
-  /// Reads JSON: {"features": [NAME, ...], "base": LOGIT, "trees": [[NODE, ...], ...]}. A NODE is
-  /// [FEATURE, THRESHOLD, LEFT, RIGHT], positions of a feature above and of later nodes of the
-  /// tree, left where the feature is <= the threshold; or a leaf, [LOGIT]. Other keys are ignored.
+  /// Reads JSON: {"features": [NAME, ...], "base": LOGIT, "trees": [[NODE, ...], ...]}. A NODE is a
+  /// leaf, [LOGIT], or [FEATURE, THRESHOLD, LEFT, RIGHT]: the position of a feature above and
+  /// positions of later nodes; LEFT applies if the feature is <= the threshold. Other keys are
+  /// ignored.
   /// @throws base::InputError naming the file and what is wrong in it, e.g. an unknown feature.
   explicit ScoreModel(const std::filesystem::path& file);
 
-  /// @param features  one value a name of FeatureNames()
+  /// @param features  one value per name of FeatureNames()
   double Probability(std::span<const double> features) const;
 
-  /// Gives the grasps of an object their probabilities and orders them: free ones first, the most
-  /// probable ones first.
+  /// Sets the probabilities of an object's grasps and sorts them: free ones first, the most
+  /// probable of them first.
   /// @param object  position in scene.objects
   void Rank(const geometry::Observation& observation, const perception::Scene& scene,
             std::size_t object, const robot::HandModel& hand, std::vector<Grasp>& grasps) const;

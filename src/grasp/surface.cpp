@@ -10,12 +10,12 @@ using geometry::TriangleMesh;
 using perception::PerceivedObject;
 using perception::Scene;
 
-/// Of a perceived point: neighbors are about 2 mm apart in a scan.
+/// Area of a perceived point: neighbors are about 2 mm apart in a scan.
 constexpr double kPointArea_m2 = 4e-6;
-/// Of the bounding box: less than any of the shapes met fills. Below it the surface is a shell with
-/// gaps, and its "volume" is noise.
+/// Smallest share of the bounding box that a solid fills: less than any shape met. Below it, the
+/// surface is a shell with gaps, and its "volume" is noise.
 constexpr double kMinFilled = 0.1;
-/// Half the side of a speck: a point for all that is compared with it, but with an area.
+/// Half the side of a speck: as small as a point in comparisons, but with an area.
 constexpr double kHalfSpeck_m = 0.0005;
 
 double TotalArea(const TriangleMesh& mesh) {
@@ -29,7 +29,7 @@ double TotalArea(const TriangleMesh& mesh) {
 
 double Fraction(double x) { return x - std::floor(x); }
 
-/// Grid of the specks that stand for objects whose surface is not known.
+/// Grid of the specks for objects whose surface is not known.
 constexpr double kSpeckCell_m = 0.002;
 
 }  // namespace

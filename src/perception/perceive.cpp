@@ -22,7 +22,7 @@ using geometry::Points;
 using geometry::PointSpan;
 using geometry::Select;
 
-/// Fewer points are no scan of a table; the hull and the fits behind it would only fail later.
+/// Fewer points are not a scan of a table; the hull and the fits would only fail later.
 constexpr std::size_t kMinPoints = 100;
 
 std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
@@ -46,7 +46,7 @@ void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene&
   std::ranges::set_difference(above, scene.source, std::back_inserter(scene.outliers));
 }
 
-/// The table shows noise that neighborhoods do not: what is the same over a neighborhood.
+/// The table shows noise that neighborhoods do not: errors that are constant over a neighborhood.
 void AdaptToTable(Scene& scene, PerceptionOptions& options) {
   const double distance_m = options.preprocess.plane_distance_m;
   const double clearance_m = options.preprocess.table_clearance_m;
@@ -54,7 +54,7 @@ void AdaptToTable(Scene& scene, PerceptionOptions& options) {
                                   options.preprocess.preselection_m, options.sampling);
   scene.sampling.noise_m = std::max(scene.sampling.noise_m, fit.noise_m);
   AdaptLengths(scene.sampling, options);
-  // The plane as it was found lies below a table that is thicker than the search took it to be.
+  // The plane as found lies below a table that is thicker than the search assumed.
   const bool thicker = options.preprocess.plane_distance_m > distance_m;
   if (thicker || options.preprocess.table_clearance_m > clearance_m) {
     scene.table =
@@ -62,7 +62,7 @@ void AdaptToTable(Scene& scene, PerceptionOptions& options) {
   }
 }
 
-/// From each point's neighborhood, or of the faces of the segments' mesh (section 5.1.3).
+/// Normals from each point's neighborhood, or from the faces of the segments' mesh (section 5.1.3).
 Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan places_C,
                  const Indices& place_of) {
   const geometry::KdTree tree(points);
@@ -77,7 +77,7 @@ Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan p
   return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
 }
 
-/// Fills the scene's segments and the box that they lie in, whose walls would join what touches it.
+/// Fills the scene's segments and the box that they lie in, whose walls would join touching things.
 void FindSegments(const PerceptionOptions& options, Scene& scene) {
   const ContainerOptions& as_options = options.features.container;
   std::optional<internal::Container> container;
@@ -105,7 +105,7 @@ void FindSegments(const PerceptionOptions& options, Scene& scene) {
   std::ranges::sort(scene.container);
 }
 
-/// The median of what views state of the noise of samples; nullopt if none states any.
+/// The median of the noise that views state for samples; nullopt if none states any.
 std::optional<double> StatedNoise(const Observation& observation,
                                   const std::vector<SampleId>& samples) {
   std::vector<double> noises_m;
@@ -119,7 +119,7 @@ std::optional<double> StatedNoise(const Observation& observation,
   return base::MedianOf(std::move(noises_m));
 }
 
-/// One view of all that was measured from each place.
+/// One view per place, of all points measured from it.
 std::vector<internal::SensorView> ViewsFrom(PointSpan places_C, const Indices& place_of,
                                             PointSpan points_C) {
   std::vector<Points> seen_from(places_C.size());
@@ -131,13 +131,13 @@ std::vector<internal::SensorView> ViewsFrom(PointSpan places_C, const Indices& p
   return views;
 }
 
-/// What all later steps start from.
+/// The common input of all later steps.
 struct Begun {
   Scene scene;                ///< with its points, sampling and table
   PerceptionOptions options;  ///< with lengths that suit the sampling
-  Points places_C;            ///< of the sensors
-  Indices place_of;           ///< one a point of the scene
-  Indices above;              ///< the table; positions in the scene's points
+  Points places_C;            ///< places of the sensors
+  Indices place_of;           ///< one per point of the scene
+  Indices above;              ///< what is above the table; positions in the scene's points
 };
 
 Begun Begin(const Observation& observation, const PerceptionOptions& given, base::Rng& rng,
@@ -160,7 +160,7 @@ Begun Begin(const Observation& observation, const PerceptionOptions& given, base
     AdaptLengths(scene.sampling, options);
   }
   scene.seconds.emplace_back("sampling", watch.Restart());
-  // All sensors stand on one side of the table, and so does their middle.
+  // All sensors are on one side of the table, and so is their centroid.
   auto table =
       FindTable(scene.points_C, geometry::Centroid(begun.places_C), options.preprocess, rng);
   if (!table) throw base::InputError(NoTable(scene.points_C, options.preprocess, rng));

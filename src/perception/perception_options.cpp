@@ -6,7 +6,7 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-// A length that adapts to the sensor unless the file gives it.
+// Reads a length that adapts to the sensor unless the file gives it.
 void ReadLength(YamlMap& map, const std::string& key, AdaptiveLength& length, double low_mm,
                 double high_mm, const std::string& doc) {
   double value_m = length;

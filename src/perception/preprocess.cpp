@@ -34,7 +34,7 @@ std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Vector3d& sens
                                   const PreprocessOptions& options) {
   std::vector<Candidate> faces;
   for (const auto& [a, b, c] : hull.triangles) {
-    // Outward faces are counter-clockwise; turned round, the normal points inside.
+    // Outward faces are counter-clockwise; with two vertices swapped, the normal points inside.
     const auto plane = geometry::PlaneThrough(hull.vertices[a], hull.vertices[c], hull.vertices[b]);
     if (!plane || plane->Distance(sensor_origin) <= 0.0 || !IsUp(*plane, options)) continue;
     const Vector3d u = hull.vertices[b] - hull.vertices[a];
@@ -64,7 +64,7 @@ std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m, s
   return count;
 }
 
-/// The candidate that the most points lie near.
+/// The candidate with the most points near it.
 std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>& candidates,
                                   const PreprocessOptions& options) {
   const double distance_m = options.preselection_m;
@@ -101,8 +101,8 @@ Points Near(PointSpan points, const Plane& plane, double distance_m) {
                           }));
 }
 
-/// Preselects, draws hypotheses and refits (section 5.1.1); refits again, since the hull's plane
-/// may be tilted so far that its preselection has not all of the table. The normal keeps its side.
+/// Preselects, draws hypotheses and refits (section 5.1.1); refits again, because the hull's plane
+/// may be tilted so far that its preselection misses part of the table. The normal keeps its side.
 std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const PreprocessOptions& options,
                              base::Rng& rng) {
   const auto fit = geometry::FitPlaneRansac(
@@ -196,7 +196,7 @@ void Check(const PreprocessOptions& options) {
   require(!options.up_C || options.up_C->norm() > 0.0, "up_C must not be zero");
 }
 
-/// A cloud that is flat has no hull: all of it is the table.
+/// A flat cloud has no hull: all of it is the table.
 std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
                                const PreprocessOptions& options) {
   const Points some = Thinned(points, options.table.ranking_points);
@@ -209,10 +209,10 @@ std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
   return flat ? std::optional(up) : std::nullopt;
 }
 
-/// A bound on time, not on what is found: far outliers hide nearer ones in a few layers.
+/// A bound on time, not on the result: far outliers hide nearer ones in a few layers.
 constexpr int kMaxPasses = 20;
 
-/// The state of the filter: the points that are left, and how far each is from the nearest of them.
+/// The filter's state: the remaining points, and the distance of each from the nearest of them.
 class Filter {
  public:
   Filter(PointSpan points, const KdTree& tree, const OutlierFilterOptions& options)
@@ -222,7 +222,7 @@ class Filter {
         kept_(points.size(), true),
         nearest_m_(geometry::NearestNeighborDistances(points, tree).each_m) {}
 
-  /// Removes what eq. 4.5-4.9 call outliers among the points left; false if there was none.
+  /// Removes the outliers of eq. 4.5-4.9 among the remaining points; false if there was none.
   bool Pass() {
     if (points_.size() < removed_ + 2) return false;
     const CompressionRate rate = Rate();
@@ -260,8 +260,8 @@ class Filter {
     return std::min(static_cast<std::size_t>(kept), limit);
   }
 
-  /// Counts only as far as the answer needs: from N_a >= N_k d_a / d_k on a point is not isolated,
-  /// and an isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
+  /// Counts only as far as necessary: from N_a >= N_k d_a / d_k on, a point is not isolated, and an
+  /// isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
   bool Removes(std::uint32_t i, const CompressionRate& rate) {
     if (nearest_m_[i] < options_.keep_m) return false;
     const Vector3d& p = points_[i];
@@ -276,8 +276,8 @@ class Filter {
     return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, options_.unit_m);
   }
 
-  /// A point whose nearest neighbor goes is at least as far from it as that was from its own
-  /// nearest: all others keep their distance.
+  /// A point whose nearest neighbor is removed is at least as far from it as that neighbor was from
+  /// its own nearest one; all other points keep their distance.
   void Remove(const Indices& outliers) {
     double min_m = std::numeric_limits<double>::infinity();
     for (const std::uint32_t i : outliers) {
@@ -291,7 +291,7 @@ class Filter {
   }
 
   double DistanceToKept(std::uint32_t i) {
-    for (std::size_t k = 4;; k *= 2) {  // itself, and mostly one of three that is kept
+    for (std::size_t k = 4;; k *= 2) {  // itself, and usually a kept one among three
       tree_.Nearest(points_[i], k, neighbors_);
       for (const KdTree::Neighbor& n : neighbors_) {
         if (n.index != i && kept_[n.index]) return std::sqrt(n.squared_distance);
@@ -367,7 +367,7 @@ Points Smooth(PointSpan points, double radius_m) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     tree.Within(points[i], radius_m, neighbors);
     if (neighbors.size() < 2) continue;
-    // Offsets from the point itself, so that a point with no spread round it stays as it is.
+    // Offsets from the point itself, so that a point with no spread around it is unchanged.
     Vector3d shift = Vector3d::Zero();
     for (const KdTree::Neighbor& n : neighbors) shift += points[n.index] - points[i];
     smoothed[i] += shift / static_cast<double>(neighbors.size());

@@ -16,19 +16,19 @@ using geometry::Plane;
 using geometry::Points;
 using geometry::PointSpan;
 
-/// The median absolute value of a normal distribution is this part of its standard deviation.
+/// The median absolute value of a normal distribution, as a share of its standard deviation.
 constexpr double kMedianOfNormal = 0.6745;
-/// A neighborhood whose points have less freedom than a plane takes says nothing about noise.
+/// Parameters of a plane: a neighborhood with no more points than that says nothing about noise.
 constexpr std::size_t kPlaneFreedoms = 3;
 
-/// A point's nearest ones, nearest first only in so far as the last is the furthest.
+/// A point's nearest neighbors, in the order of the cloud.
 struct Neighborhood {
   Points points;
   std::vector<double> squared_distance;  ///< of each from the middle [m^2]
   double squared_radius = 0.0;           ///< to the first point that is left out
 };
 
-/// A pass over all points a place: a tree costs as much as a hundred places.
+/// Finds them by one pass over all points per place: a tree costs as much as a hundred places.
 class Neighborhoods {
  public:
   Neighborhoods(PointSpan points, std::size_t size) : points_(points), size_(size) {}
@@ -53,13 +53,13 @@ class Neighborhoods {
  private:
   static constexpr double kGuess = 2.0;  ///< larger: more to sort; smaller: more second passes
 
-  /// Everything within the guess; whether that is enough.
+  /// Collects all points within the guess; returns whether they are enough.
   bool Collect(const Vector3d& middle) {
     within_.points.clear();
     within_.squared_distance.clear();
     for (const Vector3d& p : points_) {
       const double along_x = p.x() - middle.x();
-      if (along_x * along_x > guess_) continue;  // says enough of most points
+      if (along_x * along_x > guess_) continue;  // sufficient for most points
       const double squared = (p - middle).squaredNorm();
       if (squared > guess_) continue;
       within_.points.push_back(p);
@@ -70,7 +70,7 @@ class Neighborhoods {
 
   PointSpan points_;
   std::size_t size_;
-  double guess_ = 1e-8;  ///< squared [m^2]: so small that it only ever grows to begin with
+  double guess_ = 1e-8;  ///< squared [m^2]; so small that it can only grow at first
   Neighborhood within_;
 };
 
@@ -83,7 +83,7 @@ std::vector<Vector2d> InPlane(const Plane& plane, const Points& points) {
   return flat;
 }
 
-/// The median distance in the plane of the inner points to their nearest.
+/// The median distance in the plane from the inner points to their nearest neighbors.
 double NearestInPlane(const Plane& plane, const Neighborhood& round, double inner_share) {
   const auto flat = InPlane(plane, round.points);
   std::vector<double> nearest;

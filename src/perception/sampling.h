@@ -7,33 +7,33 @@
 
 namespace rangegrasp::perception {
 
-/// How a cloud samples the surfaces in it, measured on the cloud itself. [m]
+/// How a cloud samples its surfaces, measured on the cloud itself. [m]
 struct Sampling {
   /// Standard deviation of the points across their surface; 0: not known.
   double noise_m = 0.0;
-  /// Root of the area of surface that one point stands for: the mean distance of neighbors.
+  /// Square root of the surface area per point: the mean distance of neighbors.
   double spacing_m = 0.0;
-  /// Distance of neighbors in the direction in which they are further apart: of one profile of a
-  /// line scanner from the next. At least spacing_m.
+  /// Distance of neighbors in the direction in which they are further apart, e.g. from one profile
+  /// of a line scanner to the next. At least spacing_m.
   double gap_m = 0.0;
 };
 
 struct SamplingOptions {
-  /// Places that are looked at; their median counts. More cost a pass over all points each.
+  /// Number of places that are sampled; their median counts. Each costs a pass over all points.
   int places = 32;
-  /// Round a place: over five profiles of a line scanner, points three times closer along them.
+  /// Points around a place: five profiles of a line scanner that is three times denser along them.
   int neighbors = 64;
-  /// Of a neighborhood's squared radius: the nearest neighbors of inner points are in it.
+  /// Share of a neighborhood's squared radius: it contains the nearest neighbors of inner points.
   double inner_share = 0.4;
-  std::size_t table_points = 10000;  ///< about so many measure the noise about the table
-  int max_rounds = 20;               ///< of growing the band round the table
-  /// Ends the growing: a change of the deviation by less than this share.
+  std::size_t table_points = 10000;  ///< about this many measure the noise of the table
+  int max_rounds = 20;               ///< rounds of growing the band around the table
+  /// The growing ends if the deviation changes by less than this share.
   double settled = 0.02;
 };
 
-/// Medians over neighborhoods evenly spread over a cloud: residuals about their planes (white
-/// noise: what is the same over a neighborhood does not show), the area of a point and the distance
-/// of the nearest neighbor in the plane. O(places * n).
+/// Medians over neighborhoods evenly spread over a cloud: of residuals about their planes (white
+/// noise: an error that is constant over a neighborhood does not show), of the area per point and
+/// of the distance to the nearest neighbor in the plane. O(places * n).
 /// @return zeros if there are not enough points for one neighborhood.
 Sampling MeasureSampling(geometry::PointSpan points, const SamplingOptions& options);
 
@@ -42,23 +42,23 @@ struct NoisyPlane {
   geometry::Plane plane;
   double noise_m = 0.0;  ///< standard deviation of its points
 };
-/// Refits a plane that was found as if there were little noise, and measures the noise with the
-/// sensor's slow errors, which differ over a table. The band of points round the plane grows from
-/// `band_m` until it holds the distribution in it; the deviation is taken under the plane, where no
-/// object's points are. The normal keeps its side. O(options.table_points) a round.
+/// Refits a plane found on the assumption of little noise, and measures the noise including the
+/// sensor's slow errors, which vary over a table. The band of points around the plane grows from
+/// `band_m` until it contains their distribution. The deviation is measured below the plane, where
+/// no object has points. The normal keeps its side. O(options.table_points) per round.
 NoisyPlane FitNoisy(const geometry::Plane& table, geometry::PointSpan points, double band_m,
                     const SamplingOptions& options);
 
-/// How much of each a length has to cover.
+/// How much of each quantity a length has to cover.
 struct Growth {
   double noises = 0.0;    ///< of Sampling::noise_m
   double spacings = 0.0;  ///< of Sampling::spacing_m
   double gaps = 0.0;      ///< of Sampling::gap_m
 };
 
-/// A length that stands for noise or point spacing, not for the size of an object or a hand: the
-/// published value, or more where the sensor is noisier or coarser than the dissertation's. A value
-/// that is assigned stays as it is.
+/// A length that depends on noise or point spacing, not on the size of an object or a hand: the
+/// published value, or more if the sensor is noisier or coarser than the dissertation's. An
+/// assigned value is not adapted.
 class AdaptiveLength {
  public:
   constexpr AdaptiveLength(double published_m, Growth growth)
@@ -83,11 +83,11 @@ class AdaptiveLength {
   bool given_ = false;
 };
 
-/// A number of points that stands for an area of surface: fewer where the sensor is coarser. A
-/// value that is assigned stays as it is.
+/// A number of points that stands for an area of surface: fewer if the sensor is coarser. An
+/// assigned value is not adapted.
 class AdaptiveCount {
  public:
-  /// @param min  with fewer points nothing can be said at all
+  /// @param min  with fewer points nothing can be concluded
   constexpr AdaptiveCount(int published, double area_m2, int min)
       : count_(published), published_(published), area_m2_(area_m2), min_(min) {}
   AdaptiveCount& operator=(int count) {

@@ -14,7 +14,7 @@ using geometry::SampleId;
 /// The table: its plane (normal towards the sensor) and its points.
 struct Table {
   geometry::Plane plane;
-  geometry::Indices points;  ///< positions in the points that were perceived
+  geometry::Indices points;  ///< positions in the perceived points
 };
 
 /// The top surface of an object (section 5.1.3).
@@ -26,16 +26,16 @@ struct TopSurface {
   Eigen::Vector3d minor_C;   ///< unit; normal x major
   double major_m = 0.0;      ///< full extent along major_C
   double minor_m = 0.0;      ///< full extent along minor_C
-  /// The highest part is a ridge (a lying cylinder, a roof), not a plane: major_C runs along it and
-  /// points is the strip about it.
+  /// The highest part is a ridge (a lying cylinder, a roof), not a plane: major_C runs along it,
+  /// and points is the strip around it.
   bool ridge = false;
   /// Outer boundary by the 2-D alpha shape, in order; positions in Scene::cloud.
   geometry::Indices rim;
-  geometry::Indices bridged_rim;  ///< the same over wider gaps; empty if it was not asked for
+  geometry::Indices bridged_rim;  ///< the same over wider gaps; empty if it was not requested
 };
 
 /// A rotation axis: the centre and radius of the circle at its end, and the direction out of the
-/// body there. A standing body's end is its top, so that the direction is away from the table.
+/// body there. A standing body's end is its top, so the direction points away from the table.
 struct RotationAxis {
   Eigen::Vector3d center_C;
   Eigen::Vector3d direction_C;
@@ -44,7 +44,7 @@ struct RotationAxis {
   double rim_fraction = 0.0;
   /// Share of the points that agree with their section circle (the second 80 % rule).
   double body_fraction = 0.0;
-  /// Of a lying body, from end to end; 0: it stands, and goes down to what it stands on.
+  /// Length of a lying body from end to end; 0: it stands and reaches down to its support.
   double length_m = 0.0;
 
   bool Lies() const { return length_m > 0.0; }
@@ -60,37 +60,37 @@ struct PerceivedObject {
   bool open = false;  ///< a container, by the sphere of eq. 5.9
   std::optional<TopSurface> top;
   std::optional<RotationAxis> axis;  ///< for kRotational
-  double height_m = 0.0;             ///< of its highest points above the table
-  double base_m = 0.0;               ///< of its lowest points above the table
-  Eigen::Vector3d center_C;          ///< of the completed shape's bounding box
+  double height_m = 0.0;             ///< height of its highest points above the table
+  double base_m = 0.0;               ///< height of its lowest points above the table
+  Eigen::Vector3d center_C;          ///< centre of the completed shape's bounding box
   Eigen::Vector3d size_m;  ///< the box: along its principal axes in the table's plane (longest
                            ///< first), and height
   Eigen::Vector3d axis_C;  ///< unit, in the table's plane: the direction of size_m[0]
-  geometry::Points completed_C;      ///< the points and what completion adds (section 5.1.4)
+  geometry::Points completed_C;      ///< the points and those added by completion (section 5.1.4)
   geometry::TriangleMesh surface_C;  ///< the completed shape, for collision and pictures
 };
 
-/// Wall seconds of each step, in order.
+/// Wall-clock seconds of each step, in order.
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
 struct Scene {
-  /// What was perceived: the measured points in the workspace, view after view, each in the order
+  /// The perceived points: the measured points in the workspace, view after view, each in the order
   /// of its scan.
   geometry::Points points_C;
-  std::vector<SampleId> samples;  ///< one a point of points_C: what it was measured as
-  Sampling sampling;              ///< measured or stated; zeros where lengths were not adapted
+  std::vector<SampleId> samples;  ///< one per point of points_C: its measured sample
+  Sampling sampling;              ///< measured or stated; zeros if lengths were not adapted
   Table table;                    ///< its points are positions in points_C
   geometry::PointCloud cloud;  ///< points above the table after the filters, smoothed, with normals
-  geometry::Indices source;    ///< one a point of cloud: its position in points_C
+  geometry::Indices source;    ///< one per point of cloud: its position in points_C
   geometry::Indices outliers;  ///< removed by the filter; positions in points_C
   std::vector<geometry::Indices> segments;  ///< before merging; positions in cloud, largest first
-  /// Walls of an open box that objects lie in: obstacles; positions in cloud, in none of
-  /// the segments and objects.
+  /// Walls of an open box that objects lie in, which are obstacles; positions in cloud, in no
+  /// segment or object.
   geometry::Indices container;
   std::vector<PerceivedObject> objects;  ///< topmost first
   StageSeconds seconds;
 
-  /// The sample that a point of the cloud (and of an object) was measured as.
+  /// The measured sample of a point of the cloud (and of an object).
   const SampleId& SampleOf(std::uint32_t point) const { return samples[source[point]]; }
   std::vector<SampleId> SamplesOf(const PerceivedObject& object) const {
     std::vector<SampleId> of_object;

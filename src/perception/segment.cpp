@@ -21,10 +21,10 @@ using geometry::KdTree;
 using geometry::PointCloud;
 using geometry::PointSpan;
 
-/// Which points are neighbors on a surface: of each those that it has, ascending. Symmetric.
+/// The neighbors of each point on a surface, ascending. Symmetric.
 using Links = geometry::Adjacency;
 
-/// A piece of surface that is small and nearly flat.
+/// A small, nearly flat piece of surface.
 struct Patch {
   std::uint32_t points = 0;
   Vector3d center = Vector3d::Zero();
@@ -32,7 +32,7 @@ struct Patch {
   Matrix3d spread = Matrix3d::Zero();   ///< sum of d d^T, d from the center [m^2]
   Matrix3d turning = Matrix3d::Zero();  ///< sum of (n - normal) d^T [m]
 
-  /// How fast its normals turn along a direction [rad/m], by least squares; > 0: convex that way.
+  /// How fast its normals turn along a direction [rad/m], by least squares; > 0: convex along it.
   double TurningAlong(const Vector3d& direction) const {
     const double length = direction.dot(spread * direction);
     return length > 0.0 ? direction.dot(turning * direction) / length : 0.0;
@@ -40,7 +40,7 @@ struct Patch {
 };
 struct Patches {
   std::vector<Patch> patches;
-  std::vector<std::uint32_t> patch_of;  ///< one a point
+  std::vector<std::uint32_t> patch_of;  ///< one per point
 };
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -52,10 +52,10 @@ bool Tangential(const PointCloud& cloud, std::uint32_t a, std::uint32_t b, doubl
   return std::abs(cloud.normals[a].dot(d)) <= most && std::abs(cloud.normals[b].dot(d)) <= most;
 }
 
-/// The direction of the line that the neighbors of a point lie on; zero if they spread across, too.
+/// The direction of the line that a point's neighbors lie on; zero if they spread across it, too.
 Vector3d LineOf(const PointCloud& cloud, std::uint32_t point,
                 const std::vector<KdTree::Neighbor>& near, double on_a_line) {
-  // The furthest one says which way the line goes, the others how far they are from it.
+  // The furthest neighbor gives the line's direction, the others their distance from the line.
   const auto furthest = std::ranges::max_element(
       near, {}, [](const auto& n) { return std::pair(n.squared_distance, n.index); });
   const Vector3d line = (cloud.points[furthest->index] - cloud.points[point]).normalized();
@@ -71,7 +71,7 @@ Vector3d LineOf(const PointCloud& cloud, std::uint32_t point,
   return line.isZero() ? cloud.normals[point] : line;  // alone: any direction in its plane
 }
 
-/// Where a seed is and which way it faces: both sides of an edge or a thin wall have their own.
+/// The place and the facing of a seed: both sides of an edge or a thin wall have their own.
 std::array<long, 4> CellOf(const Vector3d& p, const Vector3d& normal, double size_m) {
   Eigen::Index axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -97,8 +97,8 @@ Indices FindSeeds(const PointCloud& cloud, const ConvexityOptions& options) {
   return seeds;
 }
 
-/// Splits a surface into connected patches of about patch_m that do not bend: grown along the links
-/// from seeds spread evenly over places and directions, nearest first, by distance and normal
+/// Splits a surface into connected patches of about patch_m that do not bend. They grow along the
+/// links from seeds spread evenly over places and directions, nearest first, by distance and normal
 /// (simple non-iterative clustering: Achanta and Suesstrunk 2017). O(m log m), m links.
 class PatchGrowth {
  public:
@@ -114,7 +114,7 @@ class PatchGrowth {
   Patches Run(const Indices& seeds) {
     for (const auto seed : seeds) Open(seed);
     Empty();
-    // What no seed reached: pieces of too few points for one.
+    // Points that no seed reached: pieces with too few points for one.
     for (std::uint32_t i = 0; i < cloud_.size(); ++i) {
       if (grown_.patch_of[i] != kNone) continue;
       Open(i);
@@ -167,7 +167,7 @@ class PatchGrowth {
       if (grown_.patch_of[other] != kNone) continue;
       const double distance = (cloud_.points[other] - center).squaredNorm() * per_square_m_ +
                               (cloud_.normals[other] - normal).squaredNorm() * per_square_turn_;
-      // A nearer patch that waits for the point will have it.
+      // A nearer patch that waits for the point will get it.
       if (distance > nearest_[other]) continue;
       nearest_[other] = distance;
       queue_.push({distance, other, p});
@@ -180,10 +180,10 @@ class PatchGrowth {
   double per_square_turn_;
   Patches grown_;  ///< centers and normals are sums until the end
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
-  std::vector<double> nearest_;  ///< of each point, to the patches that wait for it
+  std::vector<double> nearest_;  ///< distance of each point to the patches that wait for it
 };
 
-/// Points within link_m; where a surface is seen at a grazing angle, also further off in its plane.
+/// Links points within link_m and, on a surface seen at a grazing angle, further ones in its plane.
 Links FindLinks(const PointCloud& cloud, const ConvexityOptions& options) {
   const KdTree tree(cloud.points);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // both ways
@@ -218,7 +218,7 @@ Links FindLinks(const PointCloud& cloud, const ConvexityOptions& options) {
 
 /// The border of two patches a < b.
 struct Border {
-  std::uint32_t links = 0;             ///< how many cross it: its length
+  std::uint32_t links = 0;             ///< number of links across it: its length
   Vector3d across = Vector3d::Zero();  ///< mean of the links from a to b [m]
 };
 
@@ -293,8 +293,8 @@ class Specks {
 
   void Absorb(std::uint32_t gone, std::uint32_t kept) {
     of_[kept].points += of_[gone].points;
-    // Points at the border of the two are inside now; which of them lie at another, too, is not
-    // known: taken as none.
+    // Points at the border of the two are now inside. How many of them also lie at another border
+    // is not known; none is assumed.
     of_[kept].at_border -= std::min(of_[kept].at_border, of_[gone].at_border);
     for (const auto& [other, links] : of_[gone].border) {
       of_[other].border.erase(gone);
@@ -330,7 +330,7 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, Border> FindBorders(const Poin
   return found;
 }
 
-/// How much a border speaks for its patches being of one body, -1 .. 1: see SegmentByConvexity.
+/// How much a border counts for its patches being one body, at most 1: see SegmentByConvexity.
 double Togetherness(const Patch& a, const Patch& b, const Border& border,
                     const ConvexityOptions& options) {
   const double angle = std::acos(std::clamp(a.normal.dot(b.normal), -1.0, 1.0));
@@ -341,7 +341,7 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
     return std::abs(normal.dot(border.across)) > options.step_m ? -1.0 : 1.0;
   }
   if (bend > 0.0) return 1.0;
-  // What both patches bend by themselves is the inside of something round, or noise.
+  // Bending of both patches by themselves is the inside of something round, or noise.
   const double own =
       std::max(a.TurningAlong(between), b.TurningAlong(between)) * (b.center - a.center).norm();
   const double crease_rad = angle * std::clamp(1.0 - std::min(0.0, own) / bend, 0.0, 1.0);
@@ -350,7 +350,7 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
                                                      (options.concave_rad - options.concavity_rad));
 }
 
-/// The points of each label, for the labels with enough of them (labels go by descending size).
+/// The points of each label, for labels with enough of them (labels are in descending size).
 std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
                              const SegmentOptions& options) {
   std::vector<Indices> segments(static_cast<std::size_t>(labels));
@@ -464,7 +464,7 @@ std::vector<Indices> SegmentByConvexity(const PointCloud& cloud, const SegmentOp
   geometry::UnionFind bodies = geometry::ContractGreedily(grown.patches.size(), edges);
   Specks(links, grown, options.convexity, bodies).Join();
   geometry::UnionFind points(cloud.size());
-  // The other points of a body join its first.
+  // The other points of a body join its first point.
   std::vector<std::optional<std::uint32_t>> first(grown.patches.size());
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     auto& of_body = first[bodies.Find(grown.patch_of[i])];

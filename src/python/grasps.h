@@ -5,17 +5,17 @@
 
 namespace rangegrasp::python {
 
-/// A grasp as the class Grasp of the package takes it.
+/// A grasp as a dictionary for the package's class Grasp.
 nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
 
-/// Frame G of the proposal that puts the hand where the grasp has it, pitch and centering included.
+/// Frame G of the proposal that gives the grasp's hand pose, including pitch and centering.
 base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
 
-/// Their positions in the image of their view.
+/// Positions of the samples in the image of their view.
 nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
     const std::vector<geometry::SampleId>& samples);
 
-/// What a scan says of the work cell: "center", "radius", "max_opening".
+/// Adds the work cell's data to a scan: "center", "radius", "max_opening".
 void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan);
 
 }  // namespace rangegrasp::python

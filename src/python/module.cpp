@@ -14,13 +14,13 @@
 
 namespace rangegrasp {
 
-/// Of the systems that are built; CMake writes it (cmake/RangegraspSystems.cmake).
+/// Registers the systems that are built. CMake generates it (cmake/RangegraspSystems.cmake).
 void RegisterSystems();
 
 namespace python {
 namespace {
 
-// Messages go to Python's logger "rangegrasp".
+// Sends messages to Python's logger "rangegrasp".
 class LogSink : public spdlog::sinks::base_sink<std::mutex> {
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {

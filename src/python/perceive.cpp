@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A scene's hand is sampled from its model once: that takes longer than perceiving.
+// Caches the robot of each scene: sampling the hand from its model takes longer than perception.
 const robot::Robot& RobotOf(const std::string& scene) {
   static std::map<std::string, robot::Robot> robots;
   const auto found = robots.find(scene);
@@ -37,7 +37,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   if (up) options.preprocess.up_C = Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(up->data()));
   const robot::Robot& robot = RobotOf(scene_file);
   static const grasp::ScoreModel score(grasp::ScoreModelOf({}));
-  // Of an array nothing is known of a workspace.
+  // A scan made from an array has no workspace.
   std::optional<perception::Workspace> workspace;
   const double radius_m = nb::cast<double>(scan["radius"]);
   if (std::isfinite(radius_m)) {

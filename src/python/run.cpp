@@ -20,10 +20,10 @@
 namespace rangegrasp::python {
 namespace {
 
-/// The word of the detector that is a Python function.
+/// The word of a detector that is a Python function.
 constexpr const char* kPython = "python";
 
-// The function, and what it is called in stamps; of the run or report that is made.
+// The function of the current run or report, and its name in stamps.
 struct Function {
   nb::object ask;
   std::string name;
@@ -33,7 +33,7 @@ const Function*& Present() {
   return function;
 }
 
-// While it lives, the function is the detector `python`.
+// Makes the function the detector `python` during its lifetime.
 class Asked {
  public:
   Asked(const nb::object& ask, const std::string& name) : function_{ask, name} {
@@ -76,8 +76,8 @@ std::unique_ptr<grasp::Detector> MakeDetector(const trial::Options& options,
   return external::MakeFunctionDetector(Ask, options, robot, std::move(observer));
 }
 
-// While the fork is made, no other thread of Python holds a lock. The terminal's Ctrl-C is for the
-// parent, which ends its children.
+// Forks while no other Python thread holds a lock. The child ignores Ctrl-C: the parent handles it
+// and ends its children.
 int Fork() {
   PyOS_BeforeFork();
   const pid_t pid = fork();
@@ -90,7 +90,7 @@ int Fork() {
   return 0;
 }
 
-// Other threads may run meanwhile; Ctrl-C ends the run.
+// Waits while other Python threads may run. Ctrl-C ends the run.
 void Wait(const std::function<void()>& wait) {
   {
     const nb::gil_scoped_release others_may_run;

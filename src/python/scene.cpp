@@ -25,16 +25,16 @@ using nlohmann::json;
 experiment::Experiment Open(const std::string& file, const std::vector<std::string>& set,
                             std::uint64_t seed) {
   auto e = experiment::OpenExperiment(base::FindExperiment(file), {.set = set, .seed = seed});
-  trial::CellOf(*e.task);  // of another task: an error
+  trial::CellOf(*e.task);  // throws for another task
   return e;
 }
 
-// A grasp as Python names it.
+// A grasp given by Python.
 struct Asked {
   base::Pose X_WG;
   double width_m = 0.0;
   Eigen::Vector3d approach_W;
-  std::vector<std::int64_t> samples;  // of its object; empty: what lies between the fingers
+  std::vector<std::int64_t> samples;  // of its object; empty: the samples between the fingers
 };
 
 std::string AnswerOf(const Asked& asked) {
@@ -50,7 +50,7 @@ std::string AnswerOf(const Asked& asked) {
   return answer.dump();
 }
 
-// Answers with one grasp of what was found before.
+// A detector that returns one grasp of an earlier detection.
 class Chosen : public grasp::Detector {
  public:
   Chosen(const grasp::Detected& found, std::size_t grasp) : found_(found) {
@@ -66,10 +66,10 @@ class Chosen : public grasp::Detector {
   grasp::Detected found_;
 };
 
-/// A settled world with its work cell, between two looks or attempts.
+/// A settled world with its work cell, between two scans or attempts.
 class Scene {
  public:
-  // The arrangement of an experiment's trial.
+  // Makes the arrangement of an experiment's trial.
   Scene(const std::string& file, const std::vector<std::string>& set, std::uint64_t seed,
         const std::string& target, int index)
       : experiment_(Open(file, set, seed)), cell_(trial::CellOf(*experiment_.task)) {
@@ -99,7 +99,7 @@ class Scene {
     target_ = arranged->target;
   }
 
-  // Objects where they are put; they settle.
+  // Places objects at the given poses and lets them settle.
   Scene(const std::string& file, const std::vector<std::string>& set, std::uint64_t seed,
         const std::vector<std::pair<std::string, Matrix4>>& objects)
       : experiment_(Open(file, set, seed)), cell_(trial::CellOf(*experiment_.task)), seed_(seed) {
@@ -134,8 +134,8 @@ class Scene {
     return scan;
   }
 
-  // As a trial perceives.
-  // @param with_features  of each grasp, of the dissertation's method
+  // Perceives in the same way as a trial.
+  // @param with_features  adds the features of each grasp, for the dissertation's method
   nb::dict Perceive(std::uint64_t seed, bool with_features) {
     LookOnce();
     std::vector<double> features;
@@ -220,7 +220,7 @@ class Scene {
                                               static_cast<std::size_t>(image.width), 3}));
   }
 
-  // What lies at the delivery place is taken away. @return the names
+  // Removes the objects at the delivery place. @return their names
   std::vector<std::string> TakeAway() {
     std::vector<std::string> taken;
     for (int i = 0; i < world_->objects(); ++i) {
@@ -283,13 +283,13 @@ class Scene {
   void LookOnce() {
     if (!sensed_) Scan(seed_);
   }
-  // What was seen of the scene as it was.
+  // Discards the scan and the detection of an earlier state of the scene.
   void Forget() {
     sensed_.reset();
     found_.reset();
   }
-  // A grasp that was perceived keeps all that is known of it; another one is checked like that of
-  // a detector that is a program.
+  // A perceived grasp keeps all its data. Any other grasp is checked like that of an external
+  // detector.
   std::unique_ptr<grasp::Detector> DetectorOf(const Asked& asked) const {
     for (std::size_t i = 0; found_ && i < found_->detection.grasps.size(); ++i) {
       const grasp::DetectedGrasp& grasp = found_->detection.grasps[i];
@@ -308,8 +308,8 @@ class Scene {
   std::uint64_t seed_ = 0;
   std::unique_ptr<sim::World> world_;
   std::optional<int> target_;
-  std::shared_ptr<trial::Sensed> sensed_;         // since anything last moved
-  std::shared_ptr<const grasp::Detected> found_;  // in that
+  std::shared_ptr<trial::Sensed> sensed_;         // null after anything moved
+  std::shared_ptr<const grasp::Detected> found_;  // detection in that scan
 };
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRotationError = 1e-3;
 
-// An array that Python owns together with whatever else holds the owner.
+// An array that shares the ownership of its values with `owner`. Without an owner, a copy.
 template <typename T>
 nb::ndarray<nb::numpy, T, nb::c_contig> Shared(const T* values, std::vector<std::size_t> shape,
                                                const std::shared_ptr<const void>& owner) {

@@ -19,7 +19,7 @@ using Array = nb::ndarray<nb::numpy, double, nb::c_contig>;
 using Matrix4 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
 using Vector3 = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
 
-/// An array of its own with these values.
+/// A new array with a copy of these values.
 template <typename T>
 nb::ndarray<nb::numpy, T, nb::c_contig> Copied(const T* values, std::vector<std::size_t> shape) {
   std::size_t count = 1;
@@ -37,19 +37,19 @@ Array ArrayOf(const geometry::Points& points);  ///< n x 3
 /// @throws std::invalid_argument (ValueError) naming the argument unless it is a rigid motion
 base::Pose PoseFrom(const Matrix4& X, const char* name);
 
-/// None, numbers, texts, lists and dictionaries.
+/// Converts JSON to None, numbers, strings, lists and dictionaries.
 nb::object ObjectOf(const nlohmann::ordered_json& json);
 
-/// What perception may know of a scan: {"views": [{"points", "noise", "colors", "X_WV"}]}.
-/// @param owner  keeps the points alive, which are not copied; null: they are
+/// A scan without ground truth: {"views": [{"points", "noise", "colors", "X_WV"}]}.
+/// @param owner  keeps the points alive, which are then not copied; null: they are copied
 nb::dict DictOf(const geometry::Observation& observation,
                 const std::shared_ptr<const void>& owner = nullptr);
 
-/// The observation of such a dictionary. Copies the points.
-/// @throws std::invalid_argument naming what is wrong with an array
+/// The observation in such a dictionary. Copies the points.
+/// @throws std::invalid_argument naming the error in an array
 geometry::Observation ObservationFrom(const nb::dict& scan);
 
-// What a file of the module adds to it.
+// Each adds the definitions of one source file to the module.
 void AddScene(nb::module_& m);
 void AddPerceive(nb::module_& m);
 void AddRun(nb::module_& m);

@@ -16,13 +16,13 @@ using Eigen::VectorXd;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Longest step of a joint in one iteration: larger, wild starts leave the branch they were drawn
-/// on; smaller, more iterations.
+/// Longest step of a joint in one iteration. With a larger one, distant starts leave their initial
+/// branch; with a smaller one, more iterations are needed.
 constexpr double kMaxStep_rad = 0.6;
 /// [m^2] keeps the system solvable where the Jacobian is singular and the error is nearly zero.
 constexpr double kMinDamping_m2 = 1e-8;
-/// A start is given up, as stuck at the limits, when over so many iterations its squared error did
-/// not fall below this share.
+/// A start is given up, as stuck at the limits, if its squared error has not fallen below this
+/// share over this many iterations.
 constexpr int kPatience = 8;
 constexpr double kMinProgress = 0.7;
 
@@ -34,7 +34,7 @@ Vector6 PoseError(const base::Pose& X_target, const base::Pose& X) {
   return error;
 }
 
-/// dq = J^T (J J^T + damping I)^-1 e, and once more without the joints that it would push out.
+/// dq = J^T (J J^T + damping I)^-1 e, repeated without the joints that would leave their limits.
 VectorXd Step(MatrixXd& J, const Vector6& error, double damping, const VectorXd& q,
               const VectorXd& lower, const VectorXd& upper) {
   VectorXd dq;
@@ -61,7 +61,7 @@ struct IkTolerance {
 };
 
 /// Levenberg-Marquardt from q towards X_WH inside [lower, upper]; q holds the result. Damping is
-/// half the squared error (Sugihara 2011); joints at a limit that the step would leave are held.
+/// half the squared error (Sugihara 2011); joints that would leave their limits are held.
 /// @return false if the tolerance was not met or the error stalled.
 bool RefineIk(const Robot& robot, const base::Pose& X_WH, const VectorXd& lower,
               const VectorXd& upper, const IkTolerance& tolerance, VectorXd& q) {
@@ -88,7 +88,7 @@ bool RefineIk(const Robot& robot, const base::Pose& X_WH, const VectorXd& lower,
   return false;
 }
 
-/// Of the angles that differ by whole turns the one nearest to the seed's, within the limits.
+/// Shifts each angle by whole turns to the value nearest to the seed's, within the limits.
 void Unwind(const VectorXd& seed, const VectorXd& lower, const VectorXd& upper, VectorXd& q) {
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const double turned = q[i] + 2.0 * base::kPi * std::round((seed[i] - q[i]) / (2.0 * base::kPi));
@@ -97,11 +97,11 @@ void Unwind(const VectorXd& seed, const VectorXd& lower, const VectorXd& upper, 
 }
 
 /// A joint that moves further from one pose to the next has changed its branch, or passes a
-/// singular pose.
+/// singularity.
 constexpr double kMaxJump_rad = 0.2;
-/// Step in the null space at a joint's limit. Larger: off the limits sooner, the elbow turns more.
+/// Null space step at a joint limit. If larger, the limit is left sooner but the elbow turns more.
 constexpr double kNullSpaceStep_rad = 0.02;
-/// Few iterations: near the solution, every one about doubles the digits.
+/// Few iterations: near the solution, each one about doubles the number of digits.
 constexpr IkTolerance kFollowTolerance{1e-6, 1e-5, 20};
 /// [m^2] keeps J J^T invertible at singular poses; 1e-9 of its entries' order of 0.1 to 1.
 constexpr double kRegularisation_m2 = 1e-9;

@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using internal::Mjcf;
 
-/// Range of a joint without limits to either side of zero, and half of it to either side of home.
+/// Without limits, a joint gets this range on each side of zero and half on each side of home.
 constexpr double kContinuous_rad = 2.0 * base::kPi;
 
-/// Moves X_WP on to the link: X_WB at joint positions q.
+/// The link's pose X_WB from its parent's X_WP, at joint positions q.
 base::Pose Advance(const base::Pose& X_WP, const Link& link, const VectorXd& q) {
   base::Pose X_WB = X_WP * link.X_PB;
   if (link.joint < 0) return X_WB;
@@ -29,7 +29,7 @@ base::Pose Advance(const base::Pose& X_WP, const Link& link, const VectorXd& q) 
   return X_WB;
 }
 
-/// Bodies from the base (what the first joint turns on, maybe the world) to the hand's carrier.
+/// Bodies from the base (on which the first joint turns, maybe the world) to the hand's carrier.
 std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>& arm_joints) {
   const mjModel& m = mjcf.model();
   std::vector<int> chain;
@@ -54,7 +54,7 @@ std::vector<int> ChainBodies(const Mjcf& mjcf, int hand, const std::vector<int>&
   return chain;
 }
 
-/// The joint of a chain body as a position in arm_joints; -1 if it has none.
+/// The index in arm_joints of a chain body's joint; -1 if it has none.
 int ArmJoint(const Mjcf& mjcf, int body, const std::vector<int>& arm_joints) {
   const mjModel& m = mjcf.model();
   if (m.body_jntnum[body] == 0) return -1;
@@ -79,15 +79,15 @@ Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& ar
   const int id = m.body_jntadr[body];
   link.axis_B = mjcf::Vec3(m.jnt_axis + 3 * id);
   link.anchor_B = mjcf::Vec3(m.jnt_pos + 3 * id);
-  // MuJoCo draws the body at the joint's reference angle: turn it back to zero.
+  // MuJoCo places the body at the joint's reference angle: turn it back to zero.
   const Eigen::AngleAxisd back(-m.qpos0[m.jnt_qposadr[id]], link.axis_B);
   link.X_PB =
       link.X_PB * Eigen::Translation3d(link.anchor_B) * back * Eigen::Translation3d(-link.anchor_B);
   return link;
 }
 
-/// The position in the chain of the body that a body hangs rigidly on or is; nullopt of another
-/// tree, the hand, and (where the world is the base) all that is fixed.
+/// The index in the chain of the body that a body is or is rigidly attached to; nullopt for another
+/// tree, the hand, and (if the world is the base) everything fixed.
 std::optional<std::size_t> LinkOf(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
                                   int body) {
   if (mjcf.InSubtree(body, hand)) return std::nullopt;
@@ -104,8 +104,8 @@ bool Excluded(const mjModel& m, int a, int b) {
   });
 }
 
-/// Whether the engine lets the geoms of two bodies collide: the bodies are not excluded from it,
-/// and one's type meets the other's affinity.
+/// Whether the engine lets two geoms collide: their bodies are not excluded, and one's type matches
+/// the other's affinity.
 bool GeomsMeet(const mjModel& m, int g, int h) {
   const bool types = (m.geom_contype[g] & m.geom_conaffinity[h]) != 0 ||
                      (m.geom_contype[h] & m.geom_conaffinity[g]) != 0;
@@ -117,7 +117,7 @@ bool NeverMeets(const mjModel& m, const std::vector<int>& geoms_of_link, int geo
   return std::ranges::none_of(geoms_of_link, [&](int g) { return GeomsMeet(m, g, geom); });
 }
 
-/// Geoms of each link, and last of the hand.
+/// Geoms of each link, the hand's last.
 std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<int>& chain,
                                            int hand) {
   const mjModel& m = mjcf.model();
@@ -131,7 +131,7 @@ std::vector<std::vector<int>> GeomsOfLinks(const Mjcf& mjcf, const std::vector<i
   return geoms;
 }
 
-/// How many joints lie between the base and each link, and last the hand: weld groups.
+/// Weld groups: how many joints lie between the base and each link, the hand last.
 std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
   std::vector<int> groups;
   int joints = 0;
@@ -143,8 +143,8 @@ std::vector<int> WeldGroups(const Mjcf& mjcf, const std::vector<int>& chain) {
   return groups;
 }
 
-/// As the engine counts: what is rigidly joined, or neighbors across one joint, never collides. An
-/// exclusion of the hand's root body counts for its fingers, too.
+/// As in the engine, rigidly joined links and neighbors across one joint never collide. An
+/// exclusion of the hand's root body also applies to its fingers.
 std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
                                           const std::vector<std::vector<int>>& geoms) {
   const mjModel& m = mjcf.model();
@@ -163,10 +163,10 @@ std::vector<std::array<int, 2>> SelfPairs(const Mjcf& mjcf, const std::vector<in
   return pairs;
 }
 
-/// How far from z = 0 the table's top may lie: rounding of its file's numbers.
+/// How far the table's top may be from z = 0: rounding of the numbers in its file.
 constexpr double kTableTop_m = 1e-6;
 
-/// The table's top is what lies level at z = 0 under the workspace.
+/// The table's top is a plane, or a box whose level top is at z = 0 under the workspace.
 bool IsTableTop(const Mjcf& mjcf, int geom, const base::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
   if (m.geom_type[geom] == mjGEOM_PLANE) return true;
@@ -188,7 +188,7 @@ struct FixedGeoms {
 FixedGeoms FindFixed(const Mjcf& mjcf, const std::vector<int>& chain, int hand,
                      const base::Pose& X_WWorkspace) {
   const mjModel& m = mjcf.model();
-  // An open box with objects in it is part of what is to be seen, not of the work cell's drawing.
+  // An open box with objects in it belongs to the perceived scene, not to the work cell's drawing.
   const int container = mjcf.FindIfAny(mjOBJ_SITE, "container");
   const int container_body = container < 0 ? -1 : m.site_bodyid[container];
   FixedGeoms fixed;
@@ -218,7 +218,7 @@ void ReadLimits(const Mjcf& mjcf, const std::vector<int>& arm_joints, Robot& rob
   robot.acceleration = mjcf.Numeric("joint_acceleration", dof);
 }
 
-/// Of the site "wrist_scanner" in the hand's root body; nullopt if the scene has none.
+/// Pose of the site "wrist_scanner" in the hand's root body; nullopt if the scene has none.
 std::optional<base::Pose> WristScanner(const Mjcf& mjcf, int hand) {
   const int site = mjcf.FindIfAny(mjOBJ_SITE, "wrist_scanner");
   if (site < 0) return std::nullopt;
@@ -297,7 +297,7 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
     robot.links_.push_back(MakeLink(mjcf, chain[i], static_cast<int>(i) - 1, arm_joints));
   }
   if (chain.front() == 0) {
-    // An arm on the world itself has its base's frame where its first link is.
+    // If the arm is mounted on the world itself, the base's frame is at the first link.
     robot.links_[0].X_PB.translation() = robot.links_[1].X_PB.translation();
     robot.links_[1].X_PB.translation().setZero();
   }

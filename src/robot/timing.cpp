@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kMinLength_rad = 1e-9;  ///< waypoints nearer to each other are one; rounding
-constexpr double kStraight_rad = 1e-7;   ///< a corner that turns by less is none; rounding
+constexpr double kMinLength_rad = 1e-9;  ///< closer waypoints count as one; rounding
+constexpr double kStraight_rad = 1e-7;   ///< a smaller turn is not a corner; rounding
 /// A corner that turns by more (160 deg) is not rounded: a stop costs less than such a tight arc.
 constexpr double kMaxTurn_rad = 2.8;
 
@@ -25,7 +25,7 @@ std::vector<VectorXd> WithoutRepeats(const std::vector<VectorXd>& waypoints) {
 
 struct Corner {
   PathPiece arc;      ///< length 0: none
-  double cut = 0.0;   ///< taken from both legs
+  double cut = 0.0;   ///< length taken from both legs
   bool stop = false;  ///< cannot be rounded
 };
 
@@ -52,18 +52,18 @@ Corner RoundCorner(const VectorXd& before, const VectorXd& at, const VectorXd& a
   return corner;
 }
 
-/// Longest interval along the path. Longer: a little slower motion, shorter: more time to compute.
+/// Longest interval along the path. Longer: slightly slower motion; shorter: more computing time.
 constexpr double kGrid_rad = 0.01;
-constexpr double kArcGrid_rad = 0.1;  ///< and of the direction within an arc
-constexpr int kMinIntervals = 4;      ///< of a piece, however short: up to speed and down again
-/// Fine samples a period, that the sliding mean runs over: 2 ms of the usual 10 ms, the servo's.
+constexpr double kArcGrid_rad = 0.1;  ///< largest turn of the direction per interval of an arc
+constexpr int kMinIntervals = 4;      ///< per piece, however short: to speed up and slow down
+/// Fine samples per period, for the moving average: 2 ms of the usual 10 ms, as the servo's.
 constexpr int kFinePerSample = 5;
 constexpr double kReserve = 0.995;  ///< an arc bends between grid points: (0.1 / 2)^2 / 2 = 0.1 %
 /// [rad^2/s^2] squared path speed that counts as rest, so that every interval ends.
 constexpr double kMinSpeed2 = 1e-12;
-/// A joint whose share of the path's direction is less does not bound its speed.
+/// A joint with a smaller share of the path's direction does not bound its speed.
 constexpr double kMinSlope = 1e-12;
-/// Bisection for the controllable speeds ends at this share of the speed, or after so many steps.
+/// Bisection for the controllable speeds ends at this share of the speed, or after this many steps.
 constexpr double kRelativeSpeed2 = 1e-9;
 constexpr int kBisections = 40;
 
@@ -159,7 +159,7 @@ std::vector<double> Controllable(const std::vector<Interval>& grid, const Vector
   return top;
 }
 
-/// From rest, always as fast as the controllable sets allow.
+/// The fastest profile from rest that the controllable sets allow.
 std::vector<double> FastestProfile(const std::vector<Interval>& grid, const VectorXd& velocity,
                                    const VectorXd& acceleration) {
   const std::vector<double> top = Controllable(grid, velocity, acceleration);

@@ -16,16 +16,17 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr double kWhite = 0.85;  // albedo that noise is stated for
-// Of less light than this share nothing can be measured; keeps the noise finite.
+constexpr double kWhite = 0.85;  // albedo to which the stated noise refers
+// Minimum reflected light, which keeps the noise finite: less light cannot be measured.
 constexpr double kFaint = 0.02;
-// Neighbors whose disparity differs by more see two surfaces: a slope of 85 deg at ten baselines.
+// Neighbors whose disparity differs by more belong to two surfaces: a slope of 85 deg at ten
+// baselines.
 constexpr float kDisparityEdge_px = 1.0F;
-// The same for time of flight, of the depth: at 1 m, a slope of 85 deg from pixel to pixel.
+// The same for the depth by time of flight: at 1 m, a slope of 85 deg from pixel to pixel.
 constexpr float kDepthEdge = 0.02F;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Nearly normal numbers of mean 0: sums of uniform whole numbers (Irwin and Hall).
+/// Nearly normal random numbers of mean 0: sums of uniform integers (Irwin and Hall).
 constexpr int kUniforms = 4;
 constexpr double kUniformSize = 65536.0;
 const double kSumSigma = std::sqrt(kUniforms * (kUniformSize * kUniformSize - 1.0) / 12.0);
@@ -36,7 +37,7 @@ std::int32_t SumOfUniforms(std::uint64_t bits) {
   return static_cast<std::int32_t>(sum) - kMean;
 }
 
-/// out[i] = sum of `window` values from in[i] on.
+/// out[i] = sum of the `window` values starting at in[i].
 void RunningSum(std::span<const std::int32_t> in, std::span<std::int32_t> out, int window) {
   const auto last = static_cast<std::size_t>(window - 1);
   std::int32_t sum = 0;
@@ -48,22 +49,22 @@ void RunningSum(std::span<const std::int32_t> in, std::span<std::int32_t> out, i
   }
 }
 
-/// Albedo at 850 nm: what is printed absorbs the near infrared no more than the color that it
-/// reflects most; only black absorbs it, too. An estimate.
+/// Albedo at 850 nm. A print absorbs the near infrared no more than the color that it reflects
+/// most; only black absorbs it, too. An estimate.
 double InfraredAlbedo(const sim::VisualMesh& mesh, const Hit& hit) {
   const auto printed = mesh.colors.PrintAt(hit);
   return printed ? PrintAlbedo(std::ranges::max(*printed)) : mesh.surface.albedo;
 }
 
-/// The share of normal numbers below x, to 0.01 (a logistic curve).
+/// Normal distribution function, to 0.01 (a logistic curve).
 double ShareBelow(double x) { return 1.0 / (1.0 + std::exp(-1.702 * x)); }
 
-/// The share of the noise that averaging over images leaves.
+/// The share of the noise that remains after averaging images.
 double Averaged(const DepthCameraOptions& options) {
   return std::sqrt(options.fixed_share + (1.0 - options.fixed_share) / options.frames);
 }
 
-/// What a pixel's ray meets.
+/// The surface that a pixel's ray hits.
 struct Pixel {
   float depth_m = kNaN;  ///< along z
   std::uint32_t mesh = kNone;
@@ -73,7 +74,7 @@ struct Pixel {
 /// A depth edge near a pixel.
 struct Edge {
   std::uint32_t other = kNone;  ///< the nearest pixel across it
-  float distance_px = 0.0F;     ///< to that one
+  float distance_px = 0.0F;     ///< to that pixel
 };
 
 class Look {
@@ -136,7 +137,7 @@ class Look {
     return scan;
   }
 
-  /// A part of the image that shows all distances: the median of all takes longer to find.
+  /// A part of the image that shows all distances. The median of all pixels would take longer.
   geometry::RangeImage MiddleColumns(const geometry::RangeImage& image) const {
     constexpr std::size_t kShare = 16;
     const std::size_t first = width_ / 2 - width_ / (2 * kShare);
@@ -155,7 +156,7 @@ class Look {
     if (options_.color) light_.assign(size_, Vector3f::Zero());
     constexpr float kRayEnd_m = 100.0F;
     std::vector<Ray> rays(width_);
-    std::vector<double> along_rays(width_);  // of them for each m of depth
+    std::vector<double> along_rays(width_);  // length of each ray per m of depth
     std::vector<Hit> hits;
     const Vector3f lens_W = X_WS_.translation().cast<float>();
     const Eigen::Matrix3f R_WS = X_WS_.linear().cast<float>();
@@ -190,7 +191,7 @@ class Look {
     }
   }
 
-  /// Light comes from the camera: it is mirrored back where a surface faces it.
+  /// The light comes from the camera, so surfaces that face the camera reflect it back.
   bool IsLost(std::size_t i, double albedo, double facing, const Vector3f& point_W,
               const sim::OpticalSurface& surface) const {
     if (facing < harmless_.low || facing > harmless_.high) {
@@ -230,7 +231,7 @@ class Look {
     return step * step > kDepthEdge * kDepthEdge * both;
   }
 
-  /// Tells the pixels from `near` on, away from the edge, what lies across it.
+  /// Records the edge for the pixels from `near` on, in the direction away from the edge.
   void Tell(std::size_t near, std::size_t across, std::ptrdiff_t step, std::ptrdiff_t room) {
     for (std::ptrdiff_t k = 0; k < room; ++k) {
       const auto distance_px = static_cast<float>(k + 1);
@@ -293,14 +294,14 @@ class Look {
     return SampleState::kMeasured;
   }
 
-  /// What a pixel next to a depth edge sees; false: nothing. What is decided by the field of noise
-  /// is the same over a window. Its values far away serve as draws of their own.
+  /// Decides what a pixel next to a depth edge sees; false: nothing. The decisions use the noise
+  /// field, so that they are correlated over a window. Distant values serve as independent draws.
   bool CrossEdge(std::size_t i, Pixel& seen, Scan& scan) const {
     const auto draw = [&](std::size_t k) { return noise_[(i + k * size_ / 5) % size_]; };
     const Edge& edge = edges_[i];
     if (ShareBelow(draw(1)) < options_.edge_loss) return false;
     const Pixel& other = pixels_[edge.other];
-    double share = 0.0;  // of what lies across the edge
+    double share = 0.0;  // of the surface across the edge
     if (ShareBelow(draw(2)) < options_.flying_share) {
       share = ShareBelow(draw(3));
     } else if (options_.lateral_sigma_px * draw(4) > edge.distance_px - 0.5) {
@@ -330,12 +331,12 @@ class Look {
     return (range_m + offset_m_ + FlightNoise(range_m, seen.reflected) * draw) / along_ray;
   }
 
-  /// FlightSigma.
+  /// The same as FlightSigma.
   double FlightNoise(double range_m, double reflected) const {
     return sigma_at_1m_ * range_m / std::sqrt(std::max(reflected, kFaint));
   }
 
-  /// The color camera stands next to the lens, and its picture is laid over the depth image.
+  /// The color camera is next to the lens, and its image is registered to the depth image.
   void SeeColors(geometry::View& view) const {
     base::Rng rng(base::DeriveSeed(seed_, "color"));
     Vector3f gain;
@@ -374,10 +375,10 @@ class Look {
   Pose X_WS_known_;  // as calibrated
   Patches patches_;
   double disparity_sigma_px_;
-  double sigma_at_1m_;  ///< of stereo; by time of flight with an albedo of 1
+  double sigma_at_1m_;  ///< for time of flight, with an albedo of 1
   struct {
     double low, high;
-  } harmless_;  ///< cosines of incidence that lose no patches
+  } harmless_;  ///< range of cosines of incidence without lost patches
   double offset_m_ = 0.0;
   std::vector<Pixel> pixels_;
   std::vector<Vector3f> light_;
@@ -404,11 +405,11 @@ std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {
     return static_cast<std::ptrdiff_t>(
         std::lrint(static_cast<float>(column) - disparity_px[static_cast<std::size_t>(column)]));
   };
-  std::vector<float> nearest(disparity_px.size(), 0.0F);  // of the right image
+  std::vector<float> nearest(disparity_px.size(), 0.0F);  // largest disparity in the right image
   for (std::ptrdiff_t column = 0; column < width; ++column) {
     const float d = disparity_px[static_cast<std::size_t>(column)];
     std::ptrdiff_t end = place(column);
-    // A surface that the right lens sees wider has no gaps there.
+    // Closes the gaps in a surface that appears wider in the right image.
     if (column + 1 < width &&
         std::abs(disparity_px[static_cast<std::size_t>(column + 1)] - d) <= kDisparityEdge_px) {
       end = std::max(end, place(column + 1) - 1);

@@ -11,10 +11,10 @@ using base::kMm;
 using Eigen::Vector3d;
 
 constexpr char kNoDepths[] = "min_depth_mm must be less than max_depth_mm";
-// What a file may hold: far beyond any cell, near enough to find a wrong unit.
+// Maximum coordinate in a file: far beyond any work cell, but small enough to detect a wrong unit.
 constexpr double kFarthest_mm = 1e5;
 
-/// Every key with its option, range and documentation. The source is a file, or a check of ranges.
+/// Every key with its option, range and documentation. The source is a file or a check of ranges.
 template <typename Source, typename Options>
 void ReadCameraKeys(Source& from, Options& o) {
   from.Read("width_px", o.width, 2, 4096, "columns of the depth image");
@@ -51,8 +51,8 @@ void ReadCameraKeys(Source& from, Options& o) {
   ReadSharedKeys(from, o);
 }
 
-/// The pose of a camera at `from` whose axis points to `to`. Its x axis is horizontal; of one that
-/// looks straight up or down, W's y axis.
+/// The pose of a camera at `from` whose axis points to `to`. Its x axis is horizontal. For a camera
+/// that looks straight up or down it is W's y axis.
 base::Pose Looking(const Vector3d& from, const Vector3d& to) {
   constexpr double kVertical = 1e-6;
   const Vector3d z = (to - from).normalized();

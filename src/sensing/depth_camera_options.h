@@ -18,9 +18,9 @@ constexpr std::array<std::string_view, 2> WordsOf(DepthPrinciple) {
   return {"active_stereo", "time_of_flight"};
 }
 
-/// A camera that measures the depth of each pixel. Its frame S (x right, y down, z forward) has its
-/// origin in the lens (of stereo: the left one) and z along the axis through the image's middle;
-/// pixels are square.
+/// A camera that measures the depth of each pixel. The origin of its frame S (x right, y down, z
+/// forward) is the lens (for stereo, the left lens); the z axis passes through the image center.
+/// Pixels are square.
 struct DepthCameraOptions : RangeSensorOptions {
   // The keys of depth_camera_options.cpp document the fields.
   DepthPrinciple principle = DepthPrinciple::kActiveStereo;
@@ -49,11 +49,11 @@ struct DepthCameraOptions : RangeSensorOptions {
   double flying_share = 0.05;
   double lateral_sigma_px = 0.8;
 
-  std::string site = "scanner";    ///< of the scene
-  std::optional<base::Pose> X_WS;  ///< instead of a site
+  std::string site = "scanner";    ///< site in the scene
+  std::optional<base::Pose> X_WS;  ///< used instead of a site
 };
 
-/// Reads models/sensors/depth_camera_*.yaml; what is not given keeps its default.
+/// Reads models/sensors/depth_camera_*.yaml; missing keys keep their defaults.
 /// @throws base::InputError naming file, line and key.
 DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file);
 inline constexpr const char* kDepthCamera = "depth_camera";

@@ -13,9 +13,9 @@ using base::kMm;
 using base::Pose;
 using Eigen::Vector3d;
 
-// What a file may hold: far beyond any cell, near enough to find a wrong unit.
+// Maximum distance in a file: far beyond any work cell, but small enough to detect a wrong unit.
 constexpr double kMaxDistance_mm = 1e5;
-// A quaternion written with five digits is this near to 1.
+// Rounding error of the length of a quaternion written with five digits.
 constexpr double kQuaternionTolerance = 1e-4;
 
 }  // namespace

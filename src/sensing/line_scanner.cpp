@@ -19,7 +19,7 @@ struct LaserRay {
   double slope;
 };
 
-/// What a laser ray makes on the surface it meets, and in the camera.
+/// The spot of a laser ray on the surface that it hits, and in the camera.
 struct Spot {
   Hit hit;
   Vector3f point_W = Vector3f::Zero();
@@ -29,30 +29,30 @@ struct Spot {
   double column_px = 0.0;
   double axial_m = 0.0;
   double albedo = 0.0;
-  double brightness = 0.0;  ///< Lambert's law: albedo, and the cosine towards the camera
+  double brightness = 0.0;  ///< Lambert's law: albedo times the cosine towards the camera
 };
 
-/// The head at one profile.
+/// Pose of the head at one profile.
 struct ProfilePose {
   Matrix3d R_WP;
   Vector3d laser_W, camera_W;
 };
 
-// Where rays of the laser end: beyond everything that a scene holds.
+// Length of the laser's rays: beyond everything in a scene.
 constexpr float kFarAway_m = 20.0f;
 // A ray to the camera starts this far from the surface: above the error of single-precision points
-// (0.2 um at 2 m), below the thickness of all things.
+// (0.2 um at 2 m), below the thickness of all objects.
 constexpr float kLiftOff_m = 1e-4f;
 
-/// What the laser lights on meshes, and what of it the camera sees. Keeps references to its
-/// arguments.
+/// Computes the points on meshes that the laser lights and whether the camera sees them. Keeps
+/// references to its arguments.
 class Illumination {
  public:
-  /// @throws std::invalid_argument as RayCaster.
+  /// @throws std::invalid_argument like RayCaster.
   Illumination(std::span<const sim::VisualMesh> meshes, const LineScannerOptions& options)
       : meshes_(meshes), options_(options), camera_(options), caster_(meshes) {}
 
-  /// Lights the surfaces by rays of one profile; spots[i] is what rays[i] makes.
+  /// Casts the laser rays of one profile; spots[i] is the spot of rays[i].
   void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots) {
     Cast(pose, rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -63,8 +63,7 @@ class Illumination {
     HideBlockedSpots(pose, spots);
   }
 
-  /// What the room's light, half of it from above, shows of the surfaces that the rays meet: each
-  /// channel 0..1; black where they meet none.
+  /// Room light that the surfaces reflect where the rays hit them (RoomLight); black without a hit.
   void Show(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Vector3d> light) {
     Cast(pose, rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -128,7 +127,7 @@ class Illumination {
   const LineScannerOptions& options_;
   CameraModel camera_;
   RayCaster caster_;
-  // Buffers of Light, kept for their memory.
+  // Buffers of Light, kept to avoid allocations.
   std::vector<Ray> rays_W_, camera_rays_W_;
   std::vector<Hit> hits_;
   std::vector<std::size_t> camera_ray_spot_;
@@ -136,16 +135,18 @@ class Illumination {
 };
 
 // Neighboring samples further than this from each other's tangent plane have an edge between them:
-// the line's width. Smaller costs rays on curved surfaces; larger leaves small steps too sharp.
+// the line's width. A smaller value costs rays on curved surfaces; a larger one leaves small steps
+// too sharp.
 constexpr float kEdge_m = 0.001f;
-// Steps of albedo that pull the line's centroid enough: 0.1 in 0.5 by at most a fifth of half the
-// line's width. Smaller ones cost rays on every print.
+// Minimum step of albedo that shifts the line's centroid noticeably: 0.1 in 0.5 shifts it by at
+// most a fifth of half the line's width. A smaller value would cost rays on every print.
 constexpr double kAlbedoStep = 0.1;
-// Below this share of the line's light in view the camera finds no peak. An estimate: larger widens
-// the shadows' borders, by less than the line's width.
+// If a smaller share of the line's light is in view, the camera finds no peak. An estimate: a
+// larger value widens the shadows' borders, by less than the line's width.
 constexpr double kFaintShare = 0.15;
 
-/// Nodes over the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and one sample's length.
+/// Sample points across the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and along one
+/// sample's length.
 constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
 constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
 
@@ -258,7 +259,7 @@ class Sweep {
     }
   }
 
-  /// Resolves the line's width for the marked samples of a profile.
+  /// Samples the line's width at the marked samples of a profile.
   void Refine(const ProfilePose& pose, std::size_t profile) {
     std::vector<LaserRay> rays;
     std::vector<std::size_t> marked;
@@ -299,7 +300,7 @@ class Sweep {
     }
     const double width_px = camera_.SpotWidth(parts[glints[0].source].axial_m);
     const Blob blob = BrightestBlob(std::span(glints).first(count), width_px);
-    // The truth is the nominal ray's own spot where it is part of the peak and of the same surface.
+    // The truth is the nominal ray's own spot if it is part of the peak and on the same surface.
     const Spot& brightest = parts[blob.source];
     const bool own = main.state == SampleState::kMeasured && main.hit.mesh == brightest.hit.mesh &&
                      main.column_px >= blob.low_px && main.column_px <= blob.high_px;
@@ -331,7 +332,7 @@ class Sweep {
                         dropout_draw, slope, R_WP, point_W);
       if (scan.truth.state[i] == SampleState::kMeasured) {
         const double depth_m = R_WP.col(2).dot(point_W - X_WS_known_.translation());
-        const double along_ray = std::sqrt(1.0 + slope * slope);  // of the ray for each m of depth
+        const double along_ray = std::sqrt(1.0 + slope * slope);  // ray length per m of depth
         scan.view.noise_m[i] =
             static_cast<float>(centroid_sigma_px * camera_.DepthPerPixel(depth_m) * along_ray);
       }
@@ -365,7 +366,7 @@ class Sweep {
     return SampleState::kMeasured;
   }
 
-  /// The second exposure.
+  /// The second exposure, for colors.
   void SeeColors(std::span<const ProfilePose> poses, geometry::View& view) {
     base::Rng rng(base::DeriveSeed(noise_seed_, "color"));
     const double shift_m = options_.color_shift_m / std::sqrt(2.0);
@@ -398,11 +399,11 @@ class Sweep {
   Pose X_WS_known_;  // as calibrated
   Patches patches_;
   double first_slope_, slope_step_;
-  std::vector<Spot> spots_;  // one a sample
+  std::vector<Spot> spots_;  // one per sample
   std::vector<std::uint8_t> edge_;
 };
 
-// Surfaces nearer to a point than this hide it from nothing, so that it may lie on a mesh itself.
+// Surfaces nearer to a point than this do not hide it, so that the point may lie on a mesh itself.
 constexpr float kOwnSurface_m = 0.0005f;
 
 Ray Segment(const Vector3d& from_W, const Vector3d& to_W, double end_gap_m) {

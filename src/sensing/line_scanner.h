@@ -11,53 +11,54 @@
 
 namespace rangegrasp::sensing {
 
-/// Why a sample of the range image is what it is. A sample is a laser ray: what lies in the laser's
-/// shadow has none (see ClassifySurface).
+/// State of a sample of the range image. A sample is a laser ray, so surfaces in the laser's shadow
+/// have no samples (see ClassifySurface).
 enum class SampleState : std::uint8_t {
   kMeasured,
   kCameraShadow,  ///< lit by the laser, within the camera's view, but hidden from the camera
   kDropout,       ///< seen, but lost to grazing incidence, low albedo, gloss or clarity
-  kOutOfView      ///< the ray meets nothing, or its spot lies outside the sensor's window
+  kOutOfView      ///< the ray hits no surface, or its spot lies outside the sensor's window
 };
 
-/// What only the scorer may read; the same layout as the image. Of a measured sample: the surface
-/// that gave most of its light; of any other: the first surface that the ray meets.
+/// Ground truth that only the scorer may read, in the layout of the image. A measured sample has
+/// the surface that returned most of its light, any other the first surface that the ray hits.
 struct ScanTruth {
   std::vector<SampleState> state;
-  std::vector<std::uint32_t> label;  ///< 0 where nothing was met
-  std::vector<double> true_range_m;  ///< from the laser to that surface; NaN where nothing
+  std::vector<std::uint32_t> label;  ///< 0 if the ray hits no surface
+  std::vector<double> true_range_m;  ///< from the laser to the surface; NaN without one
 };
 
-/// Predicted standard deviation [m] of the depth of a plane, at a depth:
-///   sigma_z^2 = (Zc^2 p / (f b))^2 (sigma_centroid^2 + sigma_speckle^2 + quantisation^2 / 12) with
-/// Zc the distance along the camera's axis, p the pixel pitch, all sigmas in pixels. Without the
-/// pan's jitter, which moves whole profiles.
+/// Predicted standard deviation [m] of the depth of a plane at a given depth:
+///   sigma_z^2 = (Zc^2 p / (f b))^2 (sigma_centroid^2 + sigma_speckle^2 + quantisation^2 / 12),
+/// where Zc is the distance along the camera's axis, p the pixel pitch, and all sigmas are in
+/// pixels. Does not include the pan jitter, which moves whole profiles.
 double DepthSigma(const LineScannerOptions& options, double depth_m);
 
 struct Scan {
-  /// What the robot knows: points in W by the nominal calibration X_WS and the nominal pan angles.
-  /// The one origin is the laser's exit point; X_CV is X_WS; noise_m is DepthSigma at the sample's
-  /// measured depth, turned into the ray's direction; spacing_m is geometry::MedianSpacing.
+  /// The robot's data: points in W, by the nominal calibration X_WS and the nominal pan angles. The
+  /// only origin is the laser's exit point; X_CV is X_WS; noise_m is DepthSigma at the sample's
+  /// measured depth, converted to the ray's direction; spacing_m is geometry::MedianSpacing.
   geometry::View view;
   ScanTruth truth;
 };
 
-/// One sweep over the meshes. Per sample: a ray from the laser to the first surface, a second one
-/// to the camera, which decides whether the spot is seen; near edges (of depth, orientation,
-/// visibility or reflectance) further rays over the line's width and the sample's length, whose
-/// images' centroid, weighted by the light that reaches the camera, bends there as the real one's
-/// (Curless and Levoy 1995, "Better optical triangulation through spacetime analysis"); of parts
-/// further apart than the image's own width the brighter counts. The centroid is disturbed,
-/// quantised, and triangulated on the sample's nominal ray.
+/// Simulates one sweep over the meshes. Each sample has a ray from the laser to the first surface
+/// and a second one to the camera, which decides whether the spot is seen. Near edges (of depth,
+/// orientation, visibility or reflectance) it has additional rays over the line's width and the
+/// sample's length. The centroid of their images, weighted by the light that reaches the camera, is
+/// biased like that of a real scanner (Curless and Levoy 1995, "Better optical triangulation
+/// through spacetime analysis"). If the image splits into parts further apart than its own width,
+/// the brighter one counts. Noise is added to the centroid; it is quantized and triangulated on the
+/// sample's nominal ray.
 ///
-/// Depends only on the arguments and one draw of rng; every sample has its own draws, so that an
-/// object moved elsewhere does not change the noise here. Single-threaded.
+/// Depends only on the arguments and one draw of rng. Every sample has its own draws, so that
+/// moving an object does not change the noise elsewhere. Single-threaded.
 /// @throws std::invalid_argument naming the option that is out of range, or the mesh and vertex or
 /// triangle that is not finite or out of range.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const LineScannerOptions& options, base::Rng& rng);
 
-/// What scanner and surroundings make of a point of a surface.
+/// Visibility of a surface point from the scanner.
 enum class SurfaceState : std::uint8_t {
   kSeen,          ///< lit, and open to the camera
   kLaserShadow,   ///< open to the camera, not lit
@@ -66,10 +67,10 @@ enum class SurfaceState : std::uint8_t {
   kOutOfView  ///< outside the sweep, the fan or the sensor's window
 };
 
-/// Classifies points [m] of a surface, each at the pan angle whose fan passes through it: is the
-/// segment to the laser free, and the one to the camera? Surfaces within 0.5 mm of a point hide it
-/// from nothing. Independent of sampling, noise, drop-outs and orientation.
-/// @throws std::invalid_argument as ScanScene.
+/// Classifies points [m] of a surface, each at the pan angle at which the fan passes through it, by
+/// whether the segments to the laser and to the camera are free. Surfaces within 0.5 mm of a point
+/// do not hide it. Independent of sampling, noise, drop-outs and orientation.
+/// @throws std::invalid_argument like ScanScene.
 std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
                                           std::span<const sim::VisualMesh> meshes,
                                           const base::Pose& X_WS,

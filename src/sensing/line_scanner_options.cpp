@@ -9,7 +9,7 @@ using base::kMm;
 constexpr double kMicrometer = 1e-6;
 constexpr char kType[] = "line_scanner";
 
-/// Every key with its option, range and documentation. The source is a file, or a check of ranges.
+/// Every key with its option, range and documentation. The source is a file or a check of ranges.
 template <typename Source, typename Options>
 void ReadKeys(Source& from, Options& o) {
   from.Read("samples", o.samples, 2, 8192, "number of points of a profile, along the line");

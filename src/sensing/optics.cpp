@@ -9,11 +9,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Below this the camera's ray and the fan are parallel: they meet beyond 300 km.
+// Below this value the camera's ray and the fan count as parallel: they meet beyond 300 km.
 constexpr double kParallel = 1e-6;
 
-// The mirror direction of a share `gloss` of the samples blinds the camera; albedo's corner points
-// are estimates for dark print under a red line.
+// The albedo's corner points are estimates for dark print under a red line.
 constexpr double kDarkAlbedo = 0.05;
 constexpr double kFairAlbedo = 0.10;
 constexpr double kDarkLoss = 0.5;
@@ -21,10 +20,10 @@ constexpr double kBlackLoss = 0.9;
 constexpr double kInkAlbedo = 0.04;
 constexpr double kPaperAlbedo = 0.85;
 
-// Of the room's light so much comes from lamps above, the rest from everywhere.
+// Share of the room's light that comes from lamps above; the rest comes from all directions.
 constexpr double kFromAbove = 0.5;
 
-// Places that count as different where each sample is drawn by itself: below any spacing.
+// Cell size if each sample is drawn separately: below any spacing.
 constexpr double kSinglePlace_m = 1e-5;
 
 Blob Sum(std::span<const Glint> group) {
@@ -168,7 +167,8 @@ bool Patches::IsLost(const Eigen::Vector3f& point_W, double loss) const {
   std::uint64_t patch = seed_;
   for (int axis = 0; axis < 3; ++axis) {
     const auto place = static_cast<double>(point_W[axis]);
-    // A grid with a corner in the origin would, by rounding, tear the table's plane in two.
+    // With a grid corner in the origin, rounding would split the table's plane between two layers
+    // of cells.
     const double cell = size_m_ > 0.0 ? std::floor(place / size_m_ + shift_[axis])
                                       : std::round(place / kSinglePlace_m);
     patch = base::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));

@@ -10,7 +10,7 @@
 namespace rangegrasp::sensing {
 namespace {
 
-/// Its rows see 1 / z within a span about 1 / focus distance.
+/// The sensor's rows cover a range of 1 / z around 1 / focus distance.
 geometry::Field Field(const LineScannerOptions& scanner) {
   const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
                       (scanner.focal_length_m * scanner.baseline_m);

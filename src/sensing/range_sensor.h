@@ -14,22 +14,22 @@
 
 namespace rangegrasp::sensing {
 
-/// A sensor whose samples are rays from one head.
+/// A range sensor: its samples are rays from one head.
 using RangeSensor = std::variant<LineScannerOptions, DepthCameraOptions>;
 
-/// Reads a sensor's file by the `type` in it. @throws base::InputError naming file, line and key.
+/// Reads a sensor's file of either type. @throws base::InputError naming file, line and key.
 RangeSensor ReadRangeSensor(const std::filesystem::path& file);
 
 const RangeSensorOptions& SharedOf(const RangeSensor& sensor);
 RangeSensorOptions& SharedOf(RangeSensor& sensor);
 
-/// What it sees from its frame S.
+/// Field of view in the sensor's frame S.
 geometry::Field FieldOf(const RangeSensor& sensor);
 
-/// Where it stands in a world. @throws base::InputError if the scene has no such site
+/// The sensor's pose in a world. @throws base::InputError if the scene does not have its site
 base::Pose PoseIn(const sim::World& world, const RangeSensor& sensor);
 
-/// ScanScene of either.
+/// ScanScene of either sensor type.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const RangeSensor& sensor, base::Rng& rng);
 

@@ -7,21 +7,21 @@
 
 namespace rangegrasp::sensing {
 
-/// What all simulated range sensors have: samples that surfaces lose, the calibration's error, and
-/// a camera for colors. ReadSharedKeys documents the fields.
+/// Options of all simulated range sensors: drop-outs, calibration error, and color camera.
+/// ReadSharedKeys documents the fields.
 struct RangeSensorOptions {
   double dropout_begin_rad = base::Deg(60.0);
   double dropout_end_rad = base::Deg(80.0);
   double saturation_angle_rad = base::Deg(5.0);
   double dropout_patch_m = 0.008;
-  // By how far the head's pose, as the robot knows it, is off: one draw a scan.
+  // Error of the head's pose that the robot knows: one draw per scan.
   double calibration_sigma_m = 0.001;
   double calibration_sigma_rad = base::Deg(0.1);
   // The color camera sees the room's light.
   bool color = false;
   double color_noise_levels = 2.0;
   double color_gain_sigma = 0.05;
-  double color_shift_m = 0.001;  ///< along rows and columns together
+  double color_shift_m = 0.001;  ///< root mean square; rows and columns together
 };
 
 /// Every shared key with its option, range and documentation.
@@ -51,10 +51,10 @@ void ReadSharedKeys(Source& from, Options& o) {
                   "distance between a sample and its color, root mean square; one draw per scan");
 }
 
-/// Ends the reading of a sensor's file. @throws base::InputError for an unknown key, or drop-outs
-/// that end before they begin.
+/// Finishes reading a sensor's file. @throws base::InputError for an unknown key, or unless
+/// dropout_begin is less than dropout_end.
 void FinishShared(const base::YamlMap& map, const RangeSensorOptions& options);
-/// @throws std::invalid_argument for drop-outs that end before they begin.
+/// @throws std::invalid_argument unless dropout_begin is less than dropout_end.
 void CheckShared(const std::string& what, const RangeSensorOptions& options);
 
 }  // namespace rangegrasp::sensing

@@ -10,9 +10,9 @@
 namespace rangegrasp::sim {
 namespace {
 
-constexpr int kCapsuleSegments = 20;  // of round primitives: a page is looked at, not measured
+constexpr int kCapsuleSegments = 20;  // for round primitives: pages are for viewing, not measuring
 
-// As the model has it: the same bytes whatever the body's pose.
+// From the model, so that the bytes do not depend on the body's pose.
 base::Pose InBody(const mjModel* model, int geom) {
   const mjtNum* q = model->geom_quat + 4 * geom;
   return base::MakePose(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(),
@@ -24,7 +24,7 @@ bool HasEnd(const mjModel* model, int geom) {
   return model->geom_type[geom] != mjGEOM_PLANE || (size[0] > 0 && size[1] > 0);
 }
 
-// By body: an object of the world, one that is parked, or neither.
+// Kind of each body: an object of the world, a parked object, or neither.
 enum class Part { kScene, kObject, kParked };
 std::vector<Part> PartsOf(const World& world) {
   const mjModel* model = world.model();
@@ -84,7 +84,7 @@ std::vector<ContactForce> HandForces(const World& world, double min_N) {
     if (first == of_hand(contact.geom[1])) continue;
     mjtNum force_K[6] = {0};  // in the contact's frame, whose axes are the rows of `frame`
     mj_contactForce(model, data, i, force_K);
-    // As the engine has it: from the first geom on the second.
+    // The engine gives the force of the first geom on the second.
     const Eigen::Vector3d force_W =
         (first ? 1.0 : -1.0) * (mjcf::Mat3(contact.frame).transpose() * internal::Vec3(force_K));
     if (force_W.norm() > min_N) forces.push_back({internal::Vec3(contact.pos), force_W});

@@ -11,32 +11,32 @@
 
 namespace rangegrasp::sim {
 
-/// What a picture shows of a body in one colour.
+/// The visible geoms of a body that have one color.
 struct VisualBody {
   int body = 0;  ///< number in World::model()
   std::string name;
   geometry::TriangleMesh mesh_B;
-  Eigen::Vector4f color;  ///< red, green, blue, opacity; of what is printed on it, the mean
+  Eigen::Vector4f color;  ///< red, green, blue, opacity; mean color for a textured geom
   bool object = false;    ///< one of the world's objects
 };
 
-/// The visible geoms of all bodies, as World::VisualMeshes, but with the scanner and one by one, so
-/// that a page can move them. Parked objects and infinite planes are left out.
+/// The visible geoms of all bodies. Unlike World::VisualMeshes, this includes the scanner and keeps
+/// bodies apart, so that a web page can move them. Parked objects and infinite planes are left out.
 std::vector<VisualBody> VisualBodies(const World& world);
 
-base::Pose BodyPose(const World& world, int body);  ///< X_WB as of the last kinematics
+base::Pose BodyPose(const World& world, int body);  ///< X_WB at the last kinematics update
 
-/// What the hand presses with at a contact.
+/// Force of the hand at a contact.
 struct ContactForce {
   Eigen::Vector3d point_W;
-  Eigen::Vector3d force_W;  ///< [N], on what is touched
+  Eigen::Vector3d force_W;  ///< [N], on the touched body
 };
-/// The contacts of the hand that bear more than min_N, as of the last step.
+/// The contacts of the hand with a force above min_N in the last step.
 /// @throws base::InputError if the scene has no body "hand".
 std::vector<ContactForce> HandForces(const World& world, double min_N);
 
-/// What is seen of an object with its colors, in the frame B of its root body: World::ObjectPose.
-/// @throws base::InputError naming the file if it is no object.
+/// Visible surface and colors of an object in the frame B of its root body: World::ObjectPose.
+/// @throws base::InputError naming the file if it is not an object.
 geometry::ColoredMesh ObjectSurface(const ObjectModel& object);
 
 }  // namespace rangegrasp::sim

@@ -25,21 +25,22 @@ using Eigen::VectorXd;
 using internal::PoseInHand;
 using internal::Vec3;
 
-// Of a person's arm that takes something with care; the object follows it within centimetres.
+// A person's arm that takes something carefully; the object follows it within centimetres.
 constexpr double kStiffness_N_m = 250.0;
 constexpr double kTurnStiffness_Nm_rad = 1.0;
-// Critical damping of 0.4 kg, and of something 0.2 m long.
+// Critical damping of 0.4 kg, and of an object 0.2 m long.
 constexpr double kDamping_N_s_m = 20.0;
 constexpr double kTurnDamping_Nm_s_rad = 0.03;
-// Of the way that the object is drawn; it hangs behind the person's hand.
+// Share of the pulling distance at which the pull is done; the object lags behind the hand.
 constexpr double kDone = 0.8;
 
-/// A person's hand on an object, as a spring and a damper between the object's centre of mass and a
-/// place that moves along a direction: its force rises to the stated one, and it carries the
-/// object's weight and keeps its orientation. It acts on the robot through the object alone.
+/// A person's hand on an object, modeled as a spring and a damper between the object's centre of
+/// mass and a point that moves along a direction. Its force rises to the given value; it carries
+/// the object's weight and keeps its orientation. It acts on the robot only through the object.
 class User {
  public:
-  /// Takes hold of the object where it is. @param direction_W  unit
+  /// Grasps the object where it is.
+  /// @param direction_W  unit
   User(World& world, int object, const Vector3d& direction_W, const UserOptions& options)
       : world_(world),
         object_(object),
@@ -52,19 +53,19 @@ class User {
   User(const User&) = delete;
   User& operator=(const User&) = delete;
 
-  double pull_N() const { return pull_N_; }  ///< along the direction, as of the last tick
+  double pull_N() const { return pull_N_; }  ///< along the direction, at the last tick
   bool Done() const { return Drawn() > kDone * options_.draw_m; }  ///< nearly all the way
 
-  /// Once before each step.
+  /// To be called once before each step.
   void Tick() {
     const Vector3d& along = direction_W_;
     const double dt = world_.physics().timestep_s;
-    // The force rises at its rate until it is the stated one; then the hand goes with the object.
+    // The force rises at its rate to the given value; then the hand moves with the object.
     const double rate_m_s = options_.force_N / options_.rise_s / kStiffness_N_m;
     const double most_m = Drawn() + options_.force_N / kStiffness_N_m;
     drawn_to_m_ = std::min({drawn_to_m_ + rate_m_s * dt, most_m, options_.draw_m});
 
-    double velocity[6];  // turning, then moving, in W
+    double velocity[6];  // angular, then linear, in W
     const int body = world_.object_body(object_);
     mj_objectVelocity(world_.model(), world_.data(), mjOBJ_BODY, body, velocity, 0);
     const Vector3d goal_W = start_W_ + drawn_to_m_ * along;
@@ -83,7 +84,7 @@ class User {
   }
 
  private:
-  // How far the object has come [m].
+  // Distance that the object has moved along the direction [m].
   double Drawn() const { return (world_.ObjectCenterOfMass(object_) - start_W_).dot(direction_W_); }
 
   World& world_;
@@ -91,55 +92,55 @@ class User {
   Vector3d direction_W_;
   UserOptions options_;
   Vector3d start_W_;         ///< of the object's centre of mass
-  Matrix3d R_WO_;            ///< when it was taken hold of
-  double drawn_to_m_ = 0.0;  ///< where the person's hand is along the direction
+  Matrix3d R_WO_;            ///< when the object was grasped
+  double drawn_to_m_ = 0.0;  ///< position of the person's hand along the direction
   double pull_N_ = 0.0;
 };
 
-// Simulated times. Limits end what does not end by itself: larger ones only cost time.
+// Simulated times. Limits end motions that do not end by themselves; larger ones only cost time.
 constexpr double kPreshapeLimit_s = 2.0;  // the whole range takes 0.35 s at the closing speed
 constexpr double kCloseLimit_s = 2.5;     // the same, with the rise of the force (0.2 s)
 constexpr double kOpenLimit_s = 1.0;
-constexpr double kRestLimit_s = 3.0;  // of what was let go
-// Waits for the arm, which lags behind the end of a motion.
+constexpr double kRestLimit_s = 3.0;  // for the released object
+// Waiting times for the arm, which lags at the end of a motion.
 constexpr double kApproachSettle_s = 0.10;
 constexpr double kClosedHold_s = 0.15;  // the coupled hand drags the object until both sides grip
 constexpr double kLiftSettle_s = 0.30;
 constexpr double kCarrySettle_s = 0.10;
-// What the drives feel: a joint this far behind its command, where free motions lag by 0.003 at
-// most. The wrist's drives then push with about 20 N at the hand.
+// The drives feel a contact if a joint lags its command by this much; free motions lag by at most
+// 0.003 rad. The wrist's drives then push with about 20 N at the hand.
 constexpr double kFelt_rad = 0.005;
-// What fingertips feel on their way down: at less, loose things slide or a joint lags by a third of
-// the above.
+// Force that fingertips feel on their way down. Below it, loose objects slide or a joint lags by a
+// third of the above.
 constexpr double kMet_N = 2.0;
-// A change of the force on the resting hand, as the drives feel it, that is a pull; a swinging
-// object changes it by less than 1 N. Larger: a gentle person draws in vain; smaller: real gears
-// stick.
+// A change of the force on the resting hand, as the drives feel it, that counts as a pull. A
+// swinging object changes it by less than 1 N. With a larger value a gentle person pulls in vain;
+// with a smaller one the stiction of real gears matters.
 constexpr double kPull_N = 5.0;
-// Where the arm is stretched its drives feel nothing of a force along it: a lever of this length is
-// added to all.
+// The drives of a stretched arm do not feel a force along the arm, so a lever of this length is
+// added in all directions.
 constexpr double kMinLever_m = 0.05;
-// Drawing an object out of the open hand takes 0.6 s.
+// Pulling an object out of the open hand takes 0.6 s.
 constexpr double kDrawLimit_s = 2.0;
-// So far behind an arm that gives way stays: it feels nothing yet; and so much of its torque each
-// drive gives at most.
+// The command of a yielding arm stays this close to its joints, so that it feels nothing yet, and
+// each drive gives at most this share of its torque.
 constexpr double kGives_rad = 0.004;
 constexpr double kGivesShare = 0.9;
-// A joint this far behind where nothing should be in the way ends the grasp, as a real arm's drives
-// would. Below the audit's bound, by what a joint moves in a step or two.
+// A joint lag of this size in free motion ends the grasp, as a real arm's drives would. It is below
+// the audit's bound by what a joint moves in a step or two.
 constexpr double kBlocked_rad = 0.008;
-// In the lift, which may push neighbors, drives at their limits give way by this much: 6 deg, 30 mm
-// at the hand for the wrist. Further behind, the object is stuck.
+// In the lift, which may push neighbors, drives at their limits may lag by this much: 6 deg, or 30
+// mm at the hand for the wrist. With a larger lag, the object is stuck.
 constexpr double kStuck_rad = 0.1;
-// Time in which an arm that was stopped so comes back to its planned way.
+// Time in which an arm that was stopped returns to its planned path.
 constexpr double kRejoin_s = 1.0;
-// The arm lags by 3 mrad at the end of a motion at most, and its servos are critically damped.
+// The arm lags by at most 3 mrad at the end of a motion, and its servos are critically damped.
 constexpr double kMoveSettle_s = 0.3;
-// The rest that creep is measured over: 200 steps of 2 ms. At its bound a thing creeps 40 um in it.
+// Time over which creep is measured: 200 steps of 2 ms. At its bound, an object creeps 40 um in it.
 constexpr double kRest_s = 0.40;
-// Without a touch for this long on the way the target is lost; contacts chatter for less.
+// The target is lost if the hand does not touch it for this long; contacts chatter for less.
 constexpr double kLost_s = 0.10;
-// What moves slower than this for this long rests (as in World::Settle).
+// An object rests if it is slower than this for this long (as in World::Settle).
 constexpr double kRestSpeed_m_s = 0.002;
 constexpr double kRestTime_s = 0.2;
 
@@ -217,7 +218,7 @@ class Execution {
     if (!log_.met_W.empty()) GoBackUp(world_.time_s() - start_s);
   }
 
-  // The way that the approach has come in a time.
+  // Goes back over the part of the approach that was done in a time.
   void GoBackUp(double time_s) {
     const base::JointTrajectory& way = program_.approach;
     base::JointTrajectory back{way.period_s, {internal::CommandAt(way, time_s).position}};
@@ -227,7 +228,7 @@ class Execution {
     FollowToTheEnd(back, "withdrawal", Start::kKeepOffset, Motion::kPushing);
   }
 
-  // It may be another thing than the hand was sent for; figures are of what it holds.
+  // The hand may hold another object than its target; the figures are about the held one.
   void LookWhatIsHeld() {
     double hardest_N = 0.0;
     for (int object = 0; object < world_.objects(); ++object) {
@@ -278,7 +279,7 @@ class Execution {
     carrying_ = false;
   }
 
-  // Of what is lost already it stays what it was then.
+  // An object that is already lost keeps the values from when it was lost.
   void RecordHold() {
     if (lost_) return;
     log_.grip_force_N = controller_.force_N();
@@ -297,7 +298,7 @@ class Execution {
 
   Vector3d HandNow() { return internal::BodyPose(world_.data(), hand_.body()).translation(); }
 
-  // Where the hand's root body is in W at joint positions; the world's own kinematics stay.
+  // Position of the hand's root body in W at joint positions; the world's own kinematics stay.
   Vector3d HandAt(const VectorXd& q) {
     const mjModel* model = world_.model();
     const internal::DataPtr copy(mj_makeData(model));
@@ -326,7 +327,7 @@ class Execution {
     }
   }
 
-  // The arm feels the pull by its drives' torques; then the hand lets go.
+  // The arm feels the pull in its drives' torques; then the hand lets go.
   void HandOver() {
     stage_ = "hand over";
     UserOptions options = *program_.user;
@@ -358,8 +359,8 @@ class Execution {
     user_.reset();
   }
 
-  // The force f on the hand that explains best how the drives' torques at rest have changed: by
-  // -J^T f, with the Jacobian J of the tools' centre.
+  // The force f on the hand that best explains the change -J^T f of the drives' torques at rest,
+  // where J is the Jacobian of the tool's centre.
   Vector3d FeltForce(const VectorXd& before) const {
     const VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
     const Vector3d tool_W =
@@ -383,8 +384,8 @@ class Execution {
     log_.final_distance_m = (center - place).head<2>().norm();
     log_.at_rest = world_.ObjectSpeed(target_) < kRestSpeed_m_s;
     log_.touched_by_hand = touch.hand;
-    // A sleeping object's contacts are not listed: at rest over the table and free of the hand, it
-    // rests on the table, if there is one below it.
+    // Contacts of a sleeping object are not listed. An object that is at rest over the table and
+    // free of the hand therefore rests on the table, if there is one below it.
     log_.on_support =
         log_.at_rest && !touch.hand && center.z() > place.z() && world_.OverTable(center);
     log_.simulated_s = world_.time_s() - start_s_;
@@ -392,18 +393,18 @@ class Execution {
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
   }
 
-  // From where the arm was stopped it follows lift and retreat at that offset: to join them would
-  // push once more against what stopped it. The carry comes back to the planned way.
+  // An arm that was stopped keeps its offset in lift and retreat: rejoining the plan would push
+  // once more against the obstacle. The carry returns to the planned path.
   enum class Start { kKeepOffset, kRejoin };
 
   enum class Motion {
     kFree,     // nothing may be in the way
-    kPushing,  // neighbors may be in the way, and give way
-    kGuarded,  // it ends at what it touches
+    kPushing,  // neighbors may be in the way and are pushed aside
+    kGuarded,  // ends when it touches something
   };
   static constexpr double kLimit_rad[] = {kBlocked_rad, kStuck_rad, kFelt_rad};  // by Motion
 
-  // @return false if the drives felt that something is in the way, or a stop was asked for.
+  // @return false if the drives felt an obstacle, or if `stops` asked for a stop.
   bool Follow(const base::JointTrajectory& trajectory, Start from, Motion motion,
               const std::function<bool()>& stops = {}) {
     if (trajectory.positions.empty()) return true;
@@ -436,16 +437,16 @@ class Execution {
     log_.lags_rad = log_.lags_rad.cwiseMax(lags_rad);
   }
 
-  // A motion that has to come to its end: if it does not, the grasp has failed.
+  // A motion that must be completed; if it is not, the grasp has failed.
   void FollowToTheEnd(const base::JointTrajectory& trajectory, const char* name,
                       Start from = Start::kKeepOffset, Motion motion = Motion::kFree) {
     if (Follow(trajectory, from, motion)) return;
     log_.stopped_by_contact.emplace_back(name);
     blocked_ = true;
-    command_.position = world_.ArmPositions();  // it pushes no longer
+    command_.position = world_.ArmPositions();  // stops pushing
   }
 
-  // A hand that closes on what does not move, as what leans on a wall, pushes the arm along.
+  // A hand that closes on a fixed object, such as one that leans on a wall, pushes the arm along.
   template <class Done>
   void GiveWayUntil(const Done& done, double limit_s) {
     for (double t = 0.0; !done() && t < limit_s; t += Period()) {
@@ -480,7 +481,7 @@ class Execution {
     Frame();
   }
 
-  // Before the lift has ended an empty hand goes on: it has to leave its place among the objects.
+  // An empty hand goes on until the lift has ended, because it has to leave the objects.
   bool Ended() const { return ByAperture() ? carrying_ && empty_s_ > kLost_s : lost_; }
 
   void Frame() {
@@ -495,7 +496,7 @@ class Execution {
     if (observer_.on_moment) observer_.on_moment(moment, world_);
   }
 
-  // Of an object that was let go or lost the way in the hand stays what it was then.
+  // The displacement in the hand keeps its last value after an object was released or lost.
   ExecutionState StateNow() {
     if (holding_ && !lost_) {
       slip_m_ = (closed_pose_.inverse() * PoseInHand(world_, hand_, target_)).translation().norm();
@@ -528,7 +529,7 @@ class Execution {
   internal::AuditRecorder audit_;
   const double start_s_;
 
-  std::optional<User> user_;  ///< from when they take hold until they have the object
+  std::optional<User> user_;  ///< exists from grasping the object until taking it
 
   ExecutionLog log_;
   internal::JointCommand command_;
@@ -559,7 +560,7 @@ MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory) {
     log.lag_rad = std::max(log.lag_rad, lag_rad);
   }
   log.arrived = log.lag_rad <= kBlocked_rad;
-  // Where it was stopped it pushes no longer.
+  // A stopped arm no longer pushes.
   const auto rest =
       internal::StayAt(log.arrived ? trajectory.positions.back() : world.ArmPositions());
   for (const double rest_s = world.time_s(); world.time_s() - rest_s < kMoveSettle_s;) step(rest);

@@ -26,8 +26,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kMaxGeoms = 20000;         // of a picture; what is more is left out
-constexpr double kMinDistance_m = 1e-3;  // of a free camera from what it looks at
+constexpr int kMaxGeoms = 20000;         // per picture; further geoms are left out
+constexpr double kMinDistance_m = 1e-3;  // from a free camera to the point that it looks at
 
 bool ParseFreeView(const std::string& text, Vector3d& eye, Vector3d& look) {
   int used = 0;
@@ -58,7 +58,7 @@ mjvCamera CameraOf(const mjModel* model, const std::string& name) {
   return camera;
 }
 
-// What a view sees, at the distance of the near plane. Rows count from the top, heights from below.
+// The view frustum at the near plane. Rows count from the top, heights from the bottom.
 mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, int width,
                           int height) {
   mjvGLCamera camera = clipping;
@@ -66,7 +66,7 @@ mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, 
   Eigen::Map<Vector3f>(camera.forward) = view.X_WC.linear().col(2).cast<float>();
   Eigen::Map<Vector3f>(camera.up) = -view.X_WC.linear().col(1).cast<float>();
   const double scale = clipping.frustum_near / view.focal_px;
-  // The edges of a picture lie half a pixel beyond the middles of its outer pixels.
+  // The edges of a picture lie half a pixel beyond the centers of its outer pixels.
   const Vector2d center = view.center_px + Vector2d::Constant(0.5);
   camera.frustum_center = static_cast<float>(scale * (0.5 * width - center.x()));
   camera.frustum_width = static_cast<float>(scale * 0.5 * width);
@@ -86,16 +86,16 @@ internal::TextureSet PrintedTextures(const World& world) {
   return {world.model(), bodies, surfaces};
 }
 
-// One context serves all renderers of a thread (and of forked processes): what draws a kind of
-// surface is compiled once for each context, which takes as long as a picture. Its own frame buffer
-// is small: the engine draws into one of the wanted size.
+// One context serves all renderers of a thread (and of forked processes). The code that draws a
+// kind of surface is compiled once per context, which takes as long as a picture. The context's own
+// frame buffer is small: the engine draws into one of the requested size.
 std::shared_ptr<image::OffscreenContext> ContextOfThread() {
   thread_local const auto context = std::make_shared<image::OffscreenContext>(16, 16);
   context->MakeCurrent();
   return context;
 }
 
-/// Of the planes that bound what a camera sees to both sides, where they must pass.
+/// Bounds for the two side planes of a camera's field of view: A and B of FrameAll.
 struct Bounds {
   double low = std::numeric_limits<double>::infinity();    // A
   double high = -std::numeric_limits<double>::infinity();  // B
@@ -106,7 +106,7 @@ struct Bounds {
   }
 };
 
-/// From the arm's right, 23 deg down: the direction of the shipped scenes' camera "close".
+/// From the arm's right, 23 deg downward, as the camera "close" of the shipped scenes.
 const Vector3d kLooksAlong_W(-0.630, 0.669, -0.394);
 
 void AddCorners(const AlignedBox3d& box, const base::Pose& X_WB, std::vector<Vector3d>& corners_W) {
@@ -115,7 +115,7 @@ void AddCorners(const AlignedBox3d& box, const base::Pose& X_WB, std::vector<Vec
   }
 }
 
-// From the scanner's side, so far away that an object fills half of the picture.
+// A view from the scanner's side, so far away that an object fills half of the picture.
 std::string NearBy(const World& world) {
   const AlignedBox3d box = world.ObjectBounds(0);
   const Vector3d eye =
@@ -133,7 +133,7 @@ struct Renderer::Impl {
   mjvScene scene;
   mjvOption option;
   mjrContext context;
-  internal::DataPtr data;  // of worlds that must not change
+  internal::DataPtr data;  // copy of a world that must not change
 
   Impl(const World& world, int width_px, int height_px, const RenderQuality& quality)
       : width(width_px), height(height_px) {
@@ -164,7 +164,7 @@ struct Renderer::Impl {
     const std::ptrdiff_t row = std::ptrdiff_t{3} * width;
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(row * height));
     internal::CallEngine(nullptr, [&] {
-      mjr_restoreBuffer(&context);  // another renderer's may be the thread's
+      mjr_restoreBuffer(&context);  // another renderer's may be active
       mjr_render(viewport, &scene, &context);
       mjr_readPixels(pixels.data(), nullptr, viewport, &context);
     });
@@ -203,7 +203,7 @@ image::Image Renderer::Render(const World& world, const PinholeView& view) {
   impl_->gl->MakeCurrent();
   mjvCamera any;
   mjv_defaultCamera(&any);
-  // The engine asks for data that it may write to.
+  // The engine needs data that it may write to.
   internal::CallEngine(nullptr, [&] {
     if (!impl_->data) impl_->data.reset(mj_makeData(world.model()));
     mj_copyData(impl_->data.get(), world.model(), world.data());

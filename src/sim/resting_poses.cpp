@@ -20,28 +20,28 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Of round primitives: 5.6 deg each, which the classes below join again.
+// For round primitives: 5.6 deg each; the classes below join them again.
 constexpr int kHullSegments = 64;
-// Triangles of one face of the hull: what modelled meshes are rounded to. Larger joins the flanks
-// of rounded edges, smaller splits a face.
+// Tolerances for triangles of one hull face: the rounding of modelled meshes. Larger values join
+// the flanks of rounded edges, smaller ones split a face.
 constexpr double kCoplanarAngle_rad = 0.01;
 constexpr double kCoplanar_m = 5e-5;
-// Triangles below this have no direction worth asking for [m^2, twice the area].
+// Triangles below this have no reliable normal [m^2, twice the area].
 constexpr double kSliver_m2 = 1e-8;
-// The foot of the center of mass may stand this far outside a face, for rounding.
+// The projected center of mass may lie this far outside a face because of rounding.
 constexpr double kFootTolerance_m = 1e-5;
-// Steps and directions in which a body is tilted until it falls: the margin is known to half a deg.
+// Steps and directions of tilting a body until it falls; the margin is known to half a deg.
 constexpr double kTiltStep_rad = base::Deg(0.5);
 constexpr int kAzimuths = 24;
 // Rises below this share of the height of the center of mass are ripples of a round surface's
 // polygon (64 segments make 0.12 %, 16 make 2 %).
 constexpr double kRipple = 0.02;
-// By how much a hull that a symmetry turns may miss itself (rounded meshes, ripples), in so many
-// directions.
+// Tolerance for a hull that a symmetry maps onto itself (rounded meshes, ripples), and the number
+// of tested directions.
 constexpr double kSymmetric_m = 0.0005;
 constexpr int kSymmetryDirections = 64;
-// Faces of something that rolls: the center of mass stands as high, and they are turned by at most
-// this (11 deg: 32 segments).
+// Faces that a body rolls over: their heights of the center of mass differ by at most this, and
+// their normals by at most this angle (11 deg: 32 segments).
 constexpr double kSameHeight_m = 0.001;
 constexpr double kRolls_rad = 0.2;
 // A body rests on a face within this: more than half a segment, less than to the next face.
@@ -52,8 +52,8 @@ struct Facet {
   double offset = 0.0;  // normal . x = offset
   std::vector<std::size_t> triangles;
   double solid_angle = 0.0;
-  // Where the foot of the centre of mass lies outside the most: the signed distance and the facet
-  // beyond that edge.
+  // Smallest signed distance of the projected centre of mass from an edge (negative outside), and
+  // the facet beyond that edge.
   double min_inside = 0.0;
   std::size_t beyond = 0;
   std::vector<Vector3d> edge_normals;  // in the facet's plane, outward
@@ -86,7 +86,7 @@ class Hull {
     return height;
   }
 
-  // Minimum tilt from a stable facet over which the body falls on.
+  // Minimum tilt from a stable facet at which the body tips over.
   double Tipping(const Facet& facet) const {
     const Vector3d u = facet.normal.unitOrthogonal();
     const Vector3d v = facet.normal.cross(u);
@@ -102,7 +102,7 @@ class Hull {
     return tipping;
   }
 
-  // The facet that a body set down on `facet` ends on.
+  // The facet on which a body ends that is set down on `facet`.
   std::size_t RestsOn(std::size_t facet) const {
     for (std::size_t rolls = 0; rolls < facets_.size() && !facets_[facet].Stable(); ++rolls) {
       facet = facets_[facet].beyond;
@@ -118,7 +118,7 @@ class Hull {
     return (Vertex(t, 1) - Vertex(t, 0)).cross(Vertex(t, 2) - Vertex(t, 0));
   }
 
-  // Big triangles first, so that slivers with noisy normals join a facet rather than found one.
+  // Large triangles come first, so that slivers with noisy normals join a facet and start none.
   void BuildFacets() {
     std::vector<std::size_t> order(mesh_.triangles.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -192,7 +192,7 @@ class Hull {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> twins_;
 };
 
-// Collision vertices in the root body's frame, of an object alone at its zero pose.
+// Convex hull of the collision geometry in the root body's frame; the object is at its zero pose.
 geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, int root) {
   geometry::Points points;
   for (int geom = 0; geom < model->ngeom; ++geom) {
@@ -207,7 +207,7 @@ geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, i
   return geometry::ConvexHull(points);
 }
 
-// Directions all round, even (a Fibonacci lattice).
+// Evenly distributed directions (a Fibonacci lattice).
 std::vector<Vector3d> EvenDirections(int count) {
   std::vector<Vector3d> directions;
   const double golden = base::kPi * (3.0 - std::sqrt(5.0));
@@ -219,7 +219,7 @@ std::vector<Vector3d> EvenDirections(int count) {
   return directions;
 }
 
-// Whether the hull turned by R is the hull.
+// Whether the rotation R maps the hull onto itself.
 bool MapsOntoItself(const Hull& hull, const Matrix3d& R) {
   static const std::vector<Vector3d> directions = EvenDirections(kSymmetryDirections);
   return std::ranges::all_of(directions, [&](const Vector3d& d) {
@@ -227,14 +227,14 @@ bool MapsOntoItself(const Hull& hull, const Matrix3d& R) {
   });
 }
 
-// A frame whose z axis is the face's normal, x one of its edge's.
+// A frame whose z axis is the face's normal and whose x axis is one of its edge normals.
 Matrix3d FrameOf(const Facet& facet, const Vector3d& edge_normal) {
   Matrix3d frame;
   frame << edge_normal, facet.normal.cross(edge_normal), facet.normal;
   return frame;
 }
 
-// Whether a turn of the body about its own symmetry maps one face onto the other.
+// Whether a symmetry of the body maps one face onto the other.
 bool Symmetric(const Hull& hull, const Facet& a, const Facet& b) {
   if (std::abs(a.offset - b.offset) > kSymmetric_m || a.edge_normals.empty()) return false;
   const Matrix3d A = FrameOf(a, a.edge_normals.front());
@@ -250,17 +250,17 @@ bool RollsOver(const Facet& a, const Facet& b) {
 
 struct PoseClass {
   std::vector<std::size_t> facets;
-  std::size_t lowest = 0;  // of them: stands for the class
+  std::size_t lowest = 0;  // the lowest of them represents the class
   double solid_angle = 0.0;
 };
 
-// The stable faces that are one pose.
+// The stable faces, grouped by pose.
 std::vector<PoseClass> ClassesOf(const Hull& hull) {
   std::vector<PoseClass> classes;
   for (std::size_t f = 0; f < hull.facets().size(); ++f) {
     if (!hull.facets()[f].Stable()) continue;
     PoseClass joined{{f}, f, 0.0};
-    // What this face belongs to may be several classes that it joins.
+    // This face may belong to several classes, which it joins.
     std::erase_if(classes, [&](const PoseClass& c) {
       const Facet& facet = hull.facets()[f];
       const bool same = Symmetric(hull, hull.facets()[c.lowest], facet) ||
@@ -280,7 +280,7 @@ std::vector<PoseClass> ClassesOf(const Hull& hull) {
   return classes;
 }
 
-// By descending solid angle of the faces that fall onto them.
+// Classes by descending solid angle of the faces from which a body falls onto them.
 std::vector<PoseClass> WeighedClasses(const Hull& hull) {
   std::vector<PoseClass> classes = ClassesOf(hull);
   for (std::size_t f = 0; f < hull.facets().size(); ++f) {

@@ -13,14 +13,14 @@
 namespace rangegrasp::sim {
 namespace {
 
-// In the proportion of the table's two numbers.
+// The kinetic coefficient keeps its tabulated ratio to the static one.
 FrictionPair PairOf(const GloveRange& range, double static_mu) {
   return {static_mu, static_mu * range.kinetic / range.middle};
 }
 
 constexpr const char* kFileName = "surfaces.yaml";
 constexpr double kMaxFriction = 3.0;  // rubber on rubber
-// Foam, and what is heavier than all but gold.
+// Foam, and a density that only the heaviest metals exceed.
 constexpr double kMinDensity_kg_m3 = 20.0;
 constexpr double kMaxDensity_kg_m3 = 12000.0;
 

@@ -26,15 +26,15 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Parked objects hang here, out of sight and reach, weightless and asleep.
+// Parked objects are here: out of sight and reach, weightless and asleep.
 constexpr double kParking_m = 1000.0;
 constexpr double kParkingSpacing_m = 5.0;
-// Contacts of falling things then give way within 8 ms; a fall of 30 mm takes 80 ms.
+// Contacts of falling objects then yield within 8 ms; a fall of 30 mm takes 80 ms.
 constexpr double kCoarseStep_s = 0.004;
-// A velocity that changes by more in one step was not solved for: things fall at 2 m/s, fingers
-// close at 0.3 m/s, and 5 m/s are a blow of 250 g.
+// A larger change of velocity in one step is a solver failure: objects fall at 2 m/s, fingers close
+// at 0.3 m/s, and 5 m/s is an impact of 250 g.
 constexpr double kLeap_m_s = 5.0;
-// What fell further below the table than this has left it.
+// An object that fell further below the table than this has left it.
 constexpr double kLost_m = -1.0;
 
 }  // namespace
@@ -49,7 +49,7 @@ struct World::Impl {
   internal::DataPtr data;
   std::vector<ObjectEntry> objects;
   PhysicsOptions physics;
-  mjOption scene_option;  // what StepCoarsely goes back to
+  mjOption scene_option;  // restored by StepCoarsely
   std::vector<FrictionPair> glove_on_object;
   FrictionPair glove_on_scene;
   GloveRange table;  // the scene's surface
@@ -58,7 +58,7 @@ struct World::Impl {
   std::vector<std::string> warnings;
   SolverCounts solver_counts;
   internal::ColorsOfGeoms colors{nullptr};
-  // Before the step at hand.
+  // State before the present step.
   struct {
     std::vector<mjtNum> state;
     std::vector<mjtNum> velocity;
@@ -69,7 +69,7 @@ struct World::Impl {
   const ObjectEntry& at(int object) const { return objects.at(object); }
   ObjectEntry& at(int object) { return objects.at(object); }
 
-  // A velocity of -0.0 wakes a tree, and with it what it touches, and changes nothing else.
+  // A velocity of -0.0 wakes a tree and what it touches, and changes nothing else.
   void SetPose(const ObjectEntry& object, const base::Pose& X_WO) {
     const Eigen::Quaterniond q(X_WO.linear());
     Eigen::Map<Eigen::Vector<mjtNum, 7>>(data->qpos + object.qpos) << X_WO.translation(), q.w(),
@@ -78,7 +78,7 @@ struct World::Impl {
     std::fill_n(data->qacc_warmstart + object.dof, 6, 0.0);
   }
 
-  // What has drives never sleeps otherwise.
+  // Trees with drives never sleep otherwise.
   void LetRobotSleep(bool may_sleep) {
     for (int tree = 0; tree < model->ntree; ++tree) {
       if (IsObject(model->tree_bodyadr[tree])) continue;
@@ -86,7 +86,7 @@ struct World::Impl {
     }
   }
 
-  // As SetPose does. Parked objects hang still, and fall asleep again.
+  // Wakes them in the same way as SetPose. Parked objects do not move and fall asleep again.
   void WakeAll() {
     for (int dof = 0; dof < model->nv; ++dof) {
       if (data->qvel[dof] == 0.0) data->qvel[dof] = -0.0;
@@ -99,7 +99,7 @@ struct World::Impl {
     });
   }
 
-  // Of the collision geometry of an object from those geoms that `of` holds for.
+  // Distance of an object's collision geometry from the geoms for which `of` holds.
   template <typename Predicate>
   double Distance(int object, double limit_m, const Predicate& of) {
     std::vector<int> own, others;
@@ -122,8 +122,8 @@ struct World::Impl {
     return distance;
   }
 
-  // A hand of "hand_motors" stands open, and its servos hold it so; else fingers whose zero is
-  // elsewhere swing as the first motion begins. One that is incomplete stands as in its file.
+  // Opens a hand with "hand_motors" and lets its servos hold it open. Otherwise fingers with
+  // another zero would swing when the first motion begins. An incomplete hand stays as in its file.
   void OpenHand() {
     if (!mjcf::HasMotors(model.get())) return;
     try {
@@ -135,11 +135,11 @@ struct World::Impl {
         data->ctrl[model->actuator_ctrladr[motor.actuator]] =
             -(drive.bias[0] + drive.bias[1] * motor.open) / drive.gain;
       }
-    } catch (const base::InputError&) {  // whoever moves it says what is missing
+    } catch (const base::InputError&) {  // reported when something moves the hand
     }
   }
 
-  // What a step depends on.
+  // Saves everything that a step depends on.
   void KeepState() {
     mj_getState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
     before.velocity.assign(data->qvel, data->qvel + model->nv);
@@ -148,14 +148,14 @@ struct World::Impl {
   }
   void GoBack() {
     mj_setState(model.get(), data.get(), before.state.data(), mjSTATE_INTEGRATION);
-    // Who sleeps is no state that can be set: the engine keeps lists of it that are its own.
+    // The sleep state cannot be set, because the engine keeps its own lists of it.
     WakeAll();
     std::copy_n(before.counts.data(), mjNWARNING, data->warning);
     warnings.resize(before.warnings);
   }
 
-  // Whether in every island the solver ended before its iterations did, and nothing leapt: it ends
-  // early also where its line search finds no way down.
+  // True if the solver converged in every island and no object's velocity jumped. The jump test is
+  // needed because the solver also stops early when its line search fails.
   bool Solved() const {
     const auto leapt = [&](const ObjectEntry& object) {
       return (Vec3(data->qvel + object.dof) - Vec3(before.velocity.data() + object.dof)).norm() >

@@ -25,14 +25,14 @@ using internal::RandomRotation;
 using internal::Resting;
 using internal::Shuffle;
 
-// The positions of a world's objects.
+// The indices of a world's objects.
 auto Numbers(const sim::World& world) { return std::views::iota(0, world.objects()); }
 
 // How many other objects the target (object 0) touches.
 int Touching(const sim::World& world, double touch_m) {
   int touching = 0;
   for (int other = 1; other < world.objects(); ++other) {
-    // Strictly: what is further apart has the limit for its distance.
+    // Strictly less: objects further apart are reported at the limit.
     if (world.ObjectDistance(0, other, touch_m) < touch_m) ++touching;
   }
   return touching;
@@ -53,7 +53,7 @@ bool Overlaps(const sim::World& world, double max_penetration_m) {
   return false;
 }
 
-// Of all but the target.
+// Highest point of all objects except the target.
 double OthersTop(const sim::World& world) {
   double top = 0.0;
   for (int other = 1; other < world.objects(); ++other) {
@@ -67,7 +67,7 @@ bool OverWorkspace(const robot::Robot& robot, const Eigen::Vector3d& p_W, double
          (robot.X_WWorkspace.inverse() * p_W).z() > 0.0;
 }
 
-// What is wrong with a target among others at rest.
+// Why a settled arrangement of several objects is not acceptable.
 std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner,
                                        const sim::World& world) {
@@ -75,7 +75,7 @@ std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robo
   if (world.ObjectTop(0) <= OthersTop(world)) return Redraw::kNotHighest;
   const int min_touching = options.arranger == kTouching ? clutter.min_touching : 1;
   if (Touching(world, clutter.touch_m) < min_touching) return Redraw::kTouchesFew;
-  // A box is where it stands, whatever part of it the arm reaches.
+  // A box stays where it stands, even if the arm does not reach all of it.
   if (!world.container() && !OverWorkspace(robot, world.ObjectCenterOfMass(0), 0.0)) {
     return Redraw::kOutOfReach;
   }
@@ -97,7 +97,7 @@ class WorldArranger : public Arranger {
     return sim::World(options_.scene, models, options_.physics);
   }
 
-  // A drawn number of them, in random order.
+  // Keeps a random number of them, in random order.
   void DrawSome(std::vector<std::string>& others, base::Rng& rng) const {
     const ClutterOptions& clutter = options_.clutter;
     const auto range = static_cast<std::size_t>(clutter.max_others - clutter.min_others + 1);
@@ -115,7 +115,7 @@ class WorldArranger : public Arranger {
                     others > 1 ? ", or lower clutter.max_others" : ""));
   }
 
-  // The target first, then a drawn number of others.
+  // The target first, then a random number of others.
   sim::World WorldWithSome(const std::string& target, base::Rng& rng) const {
     std::vector<std::string> names = options_.objects;
     std::erase(names, target);
@@ -133,8 +133,8 @@ class WorldArranger : public Arranger {
   const sensing::LineScannerOptions& scanner_;
 };
 
-// An arrangement that does not rest in view is drawn again, so often at most. None of the 120
-// trials of laser_single needs it (seed 1); a scene where all of these fail is out of the sensor's
+// Maximum number of draws until an arrangement rests in view. None of the 120 trials of
+// laser_single needs a second one (seed 1). A scene in which all draws fail is out of the sensor's
 // view.
 constexpr int kMaxDraws = 50;
 
@@ -176,9 +176,9 @@ class SingleArranger : public WorldArranger {
   Resting resting_;
 };
 
-// Places that are tried for one object among those that lie there already.
+// Maximum number of places that are tried for one object among those already put down.
 constexpr int kMaxPlaces = 100;
-// Drops of something that is to lie and comes to stand.
+// Maximum number of drops of an object that should lie but comes to stand.
 constexpr int kMaxDrops = 20;
 
 class ScatteredArranger : public WorldArranger {
@@ -213,7 +213,7 @@ class ScatteredArranger : public WorldArranger {
   }
 
  private:
-  /// What may lie beside a target and what is always there.
+  /// Objects that may be drawn in addition to the target and those that are always there.
   std::vector<std::string> Choice(const std::string& target) const {
     std::vector<std::string> choice;
     AddOnce(clutter_.others.empty() ? options_.objects : clutter_.others, choice);
@@ -222,7 +222,7 @@ class ScatteredArranger : public WorldArranger {
     return choice;
   }
 
-  /// The target first, then what is always there, then others.
+  /// The target first, then the objects that are always there, then others.
   sim::World WorldWith(const std::string& target, base::Rng& rng) const {
     std::vector<std::string> names{target};
     AddOnce(clutter_.always, names);
@@ -232,7 +232,7 @@ class ScatteredArranger : public WorldArranger {
     return WorldOf(names);
   }
 
-  /// @return what is wrong with the arrangement.
+  /// @return why the arrangement must be redrawn, if it must.
   std::optional<Redraw> PutDownAll(base::Rng& rng, Arrangement& trial) const {
     sim::World& world = trial.world;
     for (const int object : Numbers(world)) world.ParkObject(object);
@@ -267,7 +267,7 @@ class ScatteredArranger : public WorldArranger {
     return std::nullopt;
   }
 
-  /// @return nullopt for a pose that is not to be.
+  /// @return nullopt if no permitted pose was found.
   std::optional<sim::AtRest> PoseFor(sim::World& world, int object, base::Rng& rng) const {
     const auto& share = clutter_.standing_share;
     const bool chosen = share && MayBeTarget(world, object);
@@ -290,7 +290,7 @@ class ScatteredArranger : public WorldArranger {
     return object == 0 || IsAlwaysThere(world.object_name(object));
   }
 
-  /// Where it is inside none of those before it. It may touch them.
+  /// A place where it does not penetrate the objects before it. It may touch them.
   std::optional<base::Pose> PlaceBeside(const sim::RestingFace& face, int object, base::Rng& rng,
                                         sim::World& world) const {
     const auto is_outside = [&](int other) {
@@ -303,7 +303,7 @@ class ScatteredArranger : public WorldArranger {
     return std::nullopt;
   }
 
-  /// What may be a target lies where the arm reaches it.
+  /// An object that may be a target must lie within reach of the arm.
   double RadiusFor(const sim::World& world, int object) const {
     return MayBeTarget(world, object)
                ? robot_.workspace_radius_m
@@ -314,14 +314,14 @@ class ScatteredArranger : public WorldArranger {
   Resting resting_;
 };
 
-// Drops until an object lies in a stable pose, and lower than the target.
+// Maximum number of drops until an object lies in a stable pose and lower than the target.
 constexpr int kMaxLowerDrops = 5;
-// The way of a slide, from where nothing is met: the longest object (0.3 m) may have one next to
-// it.
+// Start distance of a slide. It is free of contact: the longest object (0.3 m) may have another one
+// next to it.
 constexpr double kSlide_m = 0.7;
 // An object that slides up to others stops within this share of touch_m.
 constexpr double kSlideShare = 0.1;
-// Steps of a slide, each as long as the way is known to be free.
+// Maximum number of steps of a slide. Each step is as long as the distance known to be free.
 constexpr int kMaxSlideSteps = 500;
 
 class SideBySideArranger : public WorldArranger {
@@ -345,14 +345,14 @@ class SideBySideArranger : public WorldArranger {
   }
 
  private:
-  // How an object came to rest, alone on the table.
+  // Resting pose of an object that is alone on the table.
   struct Alone {
     base::Pose X_WO;
     double top_m = 0.0;
     std::string pose_class;
   };
 
-  // @return what is wrong with the arrangement.
+  // @return why the arrangement must be redrawn, if it must.
   std::optional<Redraw> PutTogether(base::Rng& rng, Arrangement& trial) const {
     sim::World& world = trial.world;
     std::vector<Alone> alone;
@@ -379,7 +379,7 @@ class SideBySideArranger : public WorldArranger {
     return WrongAmongOthers(options_, robot_, scanner_, world);
   }
 
-  // @return nullopt if no drop ends in a stable pose and below max_top_m.
+  // @return nullopt if no drop ends in a stable pose lower than max_top_m.
   std::optional<Alone> DropLower(int object, double max_top_m, sim::World& world,
                                  base::Rng& rng) const {
     for (int drop = 0; drop < kMaxLowerDrops; ++drop) {
@@ -392,14 +392,14 @@ class SideBySideArranger : public WorldArranger {
     return std::nullopt;
   }
 
-  // Its center of mass comes over the place; nothing turns.
+  // Moves its center of mass over the place, without rotation.
   static void MoveTo(const Eigen::Vector3d& place_W, int object, sim::World& world) {
     base::Pose X_WO = world.ObjectPose(object);
     X_WO.translation().head<2>() += (place_W - world.ObjectCenterOfMass(object)).head<2>();
     world.PlaceObject(object, X_WO);
   }
 
-  // From a random side towards the target, until it touches something that stands there.
+  // Slides the object from a random side towards the target until it touches another object.
   bool SlideTo(const Eigen::Vector3d& target_W, int object, base::Rng& rng,
                sim::World& world) const {
     const double side = rng.Uniform(0.0, 2.0 * base::kPi);
@@ -433,12 +433,12 @@ class SideBySideArranger : public WorldArranger {
   Resting resting_;
 };
 
-// Rotations that are tried for an object that must fit between the box's walls.
+// Maximum number of rotations that are tried until an object fits between the box's walls.
 constexpr int kMaxTurns = 50;
-// How often a falling target is looked after: it falls 30 mm in 80 ms.
+// Interval at which a falling target is checked: it falls 30 mm in 80 ms.
 constexpr double kLook_s = 0.1;
 
-// Of one arrangement while it is made.
+// Makes one arrangement of dropped objects.
 class Heap {
  public:
   Heap(const Options& options, const robot::Robot& robot,
@@ -450,7 +450,7 @@ class Heap {
         world_(world),
         container_(world.container()) {}
 
-  // Everything but the target (object 0), one after the other. @return what is wrong with it.
+  // Drops all objects except the target (object 0). @return why they must be redrawn, if they must.
   std::optional<Redraw> DropOthers(base::Rng& rng) {
     for (const int object : Numbers(world_)) world_.ParkObject(object);
     world_.SetArm(robot_.home);
@@ -462,7 +462,7 @@ class Heap {
     return DropAll(std::move(order), rng);
   }
 
-  // The target onto what lies there. @return what is wrong with the arrangement.
+  // Drops the target onto the others. @return why it must be redrawn, if it must.
   std::optional<Redraw> DropTarget(base::Rng& rng) {
     world_.StepCoarsely(true);
     center_W_ = MiddleOfOthers();
@@ -478,13 +478,14 @@ class Heap {
  private:
   std::ranges::iota_view<int, int> Others() const { return {kTarget + 1, world_.objects()}; }
 
-  // The bag and the box stand in the middle, a few objects anywhere that leaves them in reach.
+  // The bag and the box are at the center; a few objects lie anywhere within reach.
   double CenterRadius() const {
     if (options_.arranger != kTouching) return 0.0;
     return std::max(0.0, robot_.workspace_radius_m - clutter_.touching_radius_m);
   }
 
-  // Turned at random, at rest, above what lies below. False if it does not fit into the box.
+  // Places the object above those below it, with a random rotation and at rest. False if it does
+  // not fit into the box.
   bool LetGo(int object, base::Rng& rng) {
     for (int turn = 0; turn < kMaxTurns; ++turn) {
       const Eigen::Matrix3d R_WO = RandomRotation(rng).toRotationMatrix();
@@ -503,7 +504,7 @@ class Heap {
     return false;
   }
 
-  // Where the middle of something of this size is let go; nullopt if it does not fit.
+  // Center from which an object of this size is dropped; nullopt if it does not fit.
   std::optional<Eigen::Vector3d> MiddleFor(const Eigen::Vector3d& size, base::Rng& rng) const {
     if (!container_) {
       const double radius =
@@ -511,7 +512,7 @@ class Heap {
       const base::Pose X_WC = base::MakePose(robot_.X_WWorkspace.linear(), center_W_);
       return PlaceInDisc(X_WC, radius, rng);
     }
-    // The box stands square to W in all scenes so far; where it does not, less of it is used.
+    // The box is aligned with W in all scenes so far. In a rotated box less space would be used.
     const Eigen::Vector2d room = container_->half_m.head<2>() - 0.5 * size.head<2>();
     if (room.minCoeff() < 0.0) return std::nullopt;
     const double x = rng.Uniform(-room.x(), room.x());
@@ -519,14 +520,14 @@ class Heap {
     return container_->X_WI * Eigen::Vector3d(x, y, 0.0);
   }
 
-  // The target falls onto the middle of what lies there.
+  // Mean center of mass of the others, onto which the target falls.
   Eigen::Vector3d MiddleOfOthers() const {
     Eigen::Vector3d sum_W = Eigen::Vector3d::Zero();
     for (const int other : Others()) sum_W += world_.ObjectCenterOfMass(other);
     return sum_W / (world_.objects() - 1);
   }
 
-  // The highest place of what lies below something with these bounds.
+  // Highest point of the table, box or objects below an object with these bounds.
   double TopBelow(int object, const Eigen::AlignedBox3d& bounds) const {
     double top = robot_.X_WWorkspace.translation().z();
     if (container_) top = container_->X_WI.translation().z() - container_->half_m.z();
@@ -541,7 +542,7 @@ class Heap {
     return top;
   }
 
-  // What rolls away is put back onto the rest.
+  // Drops the objects of the queue. An object that rolls away is dropped again.
   std::optional<Redraw> DropAll(std::vector<int> queue, base::Rng& rng) {
     const std::size_t max_drops = static_cast<std::size_t>(clutter_.max_put_back) + queue.size();
     for (std::size_t next = 0; next < queue.size(); ++next) {
@@ -565,15 +566,15 @@ class Heap {
     queue.push_back(object);
   }
 
-  // Parks what has left its place and appends it to the queue.
+  // Parks the objects that left the heap's area and appends them to the queue.
   void TakeAway(std::vector<int>& queue) {
     for (const int object : Others()) {
       if (!world_.parked(object) && Lost(object)) PutBack(object, queue);
     }
   }
 
-  // The same, and only as long as the target lies highest, so that a lost drop costs little: what
-  // has come to lie lower hardly climbs up again.
+  // Settles like Settle(), but stops as soon as the target is no longer the highest. This makes a
+  // failed drop cheap: a target that has fallen lower hardly ever rises again.
   std::optional<Redraw> SettleTarget() {
     const double end_s = world_.time_s() + clutter_.settle_limit_s;
     double rested_s = 0.0;
@@ -591,7 +592,7 @@ class Heap {
     return Redraw::kNotAtRest;
   }
 
-  // Until all is at rest or something has left its place.
+  // Simulates until all objects are at rest or one has left the heap's area.
   std::optional<Redraw> Settle() {
     const double end_s = world_.time_s() + clutter_.settle_limit_s;
     while (world_.time_s() < end_s) {
@@ -646,7 +647,7 @@ class ClutterArranger : public WorldArranger {
     Arrangement trial{WorldWith(target, rng)};
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
-      // Other objects, too: among some the target can hardly be the highest.
+      // Draws other objects, too: among some objects the target can hardly be the highest.
       if (draw > 0 && DrawsOthers()) trial.world = WorldWith(target, rng);
       if (const auto wrong = heap.DropOthers(rng)) {
         ++redraws[*wrong];
@@ -719,7 +720,7 @@ std::vector<ArrangerKind>& ArrangerKinds() {
 
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner) {
-  // Throws for walls that the scene has not, before the first trial.
+  // Throws before the first trial if the scene does not have the walls.
   if (options.physics.box_wall_m) sim::World(options.scene, {}, options.physics);
   return std::ranges::find(ArrangerKinds(), options.arranger, &ArrangerKind::word)
       ->make(options, robot, scanner);

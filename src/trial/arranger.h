@@ -17,17 +17,17 @@ namespace rangegrasp::trial {
 
 /// Why an arrangement is drawn again.
 enum class Redraw {
-  kNotAtRest,   ///< something still moves at the time limit, or moves again
-  kOtherPose,   ///< single, scattered: something rests in another pose than the one drawn
-  kOutOfView,   ///< something is not in the scanner's view
+  kNotAtRest,   ///< an object still moves at the time limit, or moves again
+  kOtherPose,   ///< single, scattered: an object rests in another pose than the one drawn
+  kOutOfView,   ///< an object is not in the scanner's view
   kOutOfReach,  ///< the target lies outside the workspace
-  kLeftTable,   ///< something fell off the table, or out of the box
+  kLeftTable,   ///< an object fell off the table, or out of the box
   kTouchesArm,
-  kOverlaps,    ///< two things are inside each other
-  kNotHighest,  ///< another object is higher than the target, or no drop ends lower
-  kTouchesFew,  ///< the target touches fewer others than it should
-  kDoesNotFit,  ///< something is larger than the box, or no place is left for it
-  kHidden,      ///< scattered: too little of the target is seen behind the others
+  kOverlaps,    ///< two objects penetrate each other
+  kNotHighest,  ///< another object is higher than the target, or no drop of it ends lower
+  kTouchesFew,  ///< the target touches too few other objects
+  kDoesNotFit,  ///< an object is larger than the box, or there is no free place for it
+  kHidden,      ///< scattered: the others hide too much of the target
 };
 constexpr std::array<std::string_view, 11> WordsOf(Redraw) {
   return {"not_at_rest", "other_pose",  "out_of_view", "out_of_reach", "left_table", "touches_arm",
@@ -43,36 +43,38 @@ std::string Text(const Redraws& redraws);  ///< "not_at_rest x2, out_of_view x1"
 /// A settled world with the target in it.
 struct Arrangement {
   sim::World world;
-  int target = 0;            ///< in `world`; the others follow
-  std::string pose_class{};  ///< of the target's resting pose; "leaning" where it is none of those
-  int touching = 0;          ///< objects that the target touches
+  int target = 0;            ///< index in `world`; the other objects follow
+  std::string pose_class{};  ///< label of the target's resting pose; "leaning" if it is in none
+  int touching = 0;          ///< number of objects that the target touches
 };
 
-/// Stage 1: lays objects out.
+/// Stage 1: arranges the objects.
 class Arranger {
  public:
   virtual ~Arranger() = default;
   /// @param target  the row's object
   /// @param redraws  counts the arrangements that were drawn again
-  /// @return nullopt if none that was drawn is what the experiment asks for.
+  /// @return nullopt if no drawn arrangement meets the experiment's conditions.
   virtual std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                              Redraws& redraws) const = 0;
 };
 
 // The words of the key `arrangement` (docs/architecture.md, definitions).
 //
-// scattered: the target, what is always there and a drawn number of others, each in a pose like
-// those of single, anywhere in the workspace where it is inside no other; they may touch.
+// scattered: the target, the objects that are always there and a random number of others. Each has
+// a pose like those of `single` and lies anywhere in the workspace where it does not penetrate
+// another object; they may touch.
 //
-// side_by_side: the target and a drawn number of others, each in a pose in which a drop onto the
-// table ended, and the others in one that is lower than the target. One after the other comes from
-// a random side straight towards the target until it touches what stands there, so that all touch
-// in one group and the first touches the target.
+// side_by_side: the target and a random number of others, each in a pose in which a drop onto the
+// table ended. The others are lower than the target. One after the other is moved from a random
+// side straight towards the target until it touches an object. All objects then form one group of
+// touching objects, and the first one touches the target.
 //
-// touching, box, pile: objects are let go one after the other, turned at random, from a small
-// height above what lies below them: over a small place on the table (touching), through the mouth
-// of a bag (pile), into an open box (box). When they rest, the target follows. Drawn again, the
-// target alone at first and then all, until everything rests in view and nothing overlaps.
+// touching, box, pile: objects are dropped one after the other, with random rotations, from a small
+// height above the objects below: onto a small area of the table (touching), through the mouth of a
+// bag (pile), into an open box (box). When they are at rest, the target is dropped. This is
+// repeated, at first for the target alone and then for all objects, until all are at rest in view
+// and none overlap.
 
 inline constexpr const char* kSingle = "single";
 inline constexpr const char* kScattered = "scattered";
@@ -81,18 +83,18 @@ inline constexpr const char* kSideBySide = "side_by_side";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
 
-/// Lays objects out: a word of the key `arrangement`.
+/// A kind of arranger: a word of the key `arrangement`.
 struct ArrangerKind {
   std::string word;
   std::unique_ptr<Arranger> (*make)(const Options& options, const robot::Robot& robot,
                                     const sensing::LineScannerOptions& scanner) = nullptr;
 };
-/// All that there are; a system adds its own.
+/// All kinds; a system adds its own.
 std::vector<ArrangerKind>& ArrangerKinds();
 
-/// The arranger that the options name. The arguments must outlive it.
-/// @throws base::InputError if an object has no resting pose, there are too few, or the scene has
-/// no box.
+/// The arranger selected by the options. The arguments must outlive it.
+/// @throws base::InputError if an object has no resting pose, there are too few objects, or the
+/// scene has no box.
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner);
 

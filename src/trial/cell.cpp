@@ -12,7 +12,7 @@
 namespace rangegrasp::trial {
 namespace {
 
-// Any cell has the line scanner: objects lie in its view, so that all sensors see the same
+// Every cell has a line scanner: objects are arranged in its view, so that all sensors see the same
 // arrangements.
 sensing::LineScannerOptions ScannerOf(const Options& options) {
   const std::filesystem::path file = FindSensor(options.sensor_type)->laser(options.sensor);
@@ -52,7 +52,7 @@ class DepthCamera : public Sensor {
         sensing::ScanScene(world.VisualMeshes(), sensing::PoseIn(world, sensor_), sensor_, rng));
   }
 
-  /// The pictures lie next to the cloud.
+  /// Writes the pictures next to the cloud.
   std::string WriteLook(const sim::World& world, base::Rng& rng,
                         const std::filesystem::path& cloud) const override {
     const auto meshes = world.VisualMeshes();
@@ -88,7 +88,7 @@ void Cell::Hide(const std::filesystem::path& folder) {
   const DetectorKind& kind = *FindDetector(options.detector);
   if (!kind.hide) return;
   kind.hide(std::filesystem::absolute(folder), options);
-  detector = MakeDetector(options, robot);  // it keeps options of its own
+  detector = MakeDetector(options, robot);  // a detector keeps a copy of its options
 }
 
 geometry::Plane Cell::TablePlane() const {

@@ -24,49 +24,50 @@ struct DepthCameraOptions;
 
 namespace rangegrasp::trial {
 
-/// What a sensor measured, with the truth that only the judge may read.
+/// An observation, with the ground truth that only the judge may read.
 struct Sensed {
   geometry::Observation observation;
-  std::vector<sensing::ScanTruth> truth;  ///< one a view, in the layout of its image
+  std::vector<sensing::ScanTruth> truth;  ///< one per view, in the layout of its image
 };
 
-/// Stage 2: looks at a settled world.
+/// Stage 2: scans a settled world.
 class Sensor {
  public:
   virtual ~Sensor() = default;
   virtual Sensed Sense(const sim::World& world, base::Rng& rng) const = 0;
-  /// Looks, and writes the cloud with what the sensor makes it from.
-  /// @return what was written where, for a person; empty: there is nothing to write
+  /// Scans, and writes the cloud and the sensor's images.
+  /// @return a message with the written files; empty: the sensor has nothing to write
   virtual std::string WriteLook(const sim::World& /*world*/, base::Rng& /*rng*/,
                                 const std::filesystem::path& /*cloud*/) const {
     return "";
   }
-  /// What it does once before its first look.
+  /// Called once before the first scan.
   virtual void Prepare() const {}
-  /// Looks at a world so that later looks are faster, those of forked processes too.
+  /// Scans a world so that later scans are faster, also those of forked processes.
   virtual void Rehearse(const sim::World&) const {}
-  virtual bool Rehearses() const { return false; }  ///< whether that is of any use
+  virtual bool Rehearses() const { return false; }  ///< whether Rehearse has an effect
 };
 
-/// The line scanner at its site. The options must outlive it.
+/// The line scanner at its pose. The options must outlive it.
 std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
                                         const base::Pose& X_WScanner);
 
-/// A depth camera at its site or place.
+/// A depth camera at its site or pose.
 std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options);
 
-/// What all trials of an experiment share: its options, what they name, and four parts. Made once,
-/// before processes are forked; stays where it was made, since the parts refer to it.
+/// Everything that the trials of an experiment share: the options, the robot, and the arranger,
+/// sensor, detector and mover. Made once, before processes are forked. It cannot be copied or
+/// moved, since its parts refer to it.
 struct Cell {
-  /// @throws base::InputError for a scene, sensor or object that is not what it should be.
+  /// @throws base::InputError for an invalid scene, sensor or object.
   explicit Cell(Options options);
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  /// Results lie there: no program in a sandbox sees them.
+  /// Hides a folder of results from detectors in a sandbox.
   void Hide(const std::filesystem::path& folder);
 
-  geometry::Plane TablePlane() const;  ///< in W, as the scene's model has it
+  geometry::Plane TablePlane() const;  ///< in W, from the scene's model
 
   Options options;
   robot::Robot robot;
@@ -77,7 +78,7 @@ struct Cell {
   std::unique_ptr<Mover> mover;
 };
 
-/// Fields of a written cloud's points: "label", "state", and colors where the sensor sees them.
+/// Fields of a written cloud's points: "label", "state", and colors if the sensor measures them.
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,
                                               const sensing::ScanTruth& truth);
 

@@ -16,7 +16,7 @@ using experiment::ReplayOptions;
 using experiment::Result;
 using experiment::Stamp;
 
-// All objects of the experiment in the middle of the workspace: to be drawn, not to be moved.
+// All objects of the experiment at the center of the workspace, for rendering only.
 sim::World WorldOfAll(const Cell& cell) {
   std::vector<sim::ObjectModel> models;
   for (const std::string& object : cell.options.objects) {
@@ -44,9 +44,9 @@ class Grasping : public experiment::Task {
 
   Result Run(const Case& which) const override { return RunTrial(cell_, SpecOf(which)); }
 
-  // Leaves pictures of every stage (`<id>_perceived.png`, `<id>_lifted.png`, ...) and a film of the
-  // execution, or the view.
-  // @throws base::InputError also if there is no such camera, or no ffmpeg for the film.
+  // Writes pictures of every stage (`<id>_perceived.png`, `<id>_lifted.png`, ...) and a video of
+  // the execution, or fills the view.
+  // @throws base::InputError also if the camera does not exist, or there is no ffmpeg for a video.
   Result Replay(const Case& which, const ReplayOptions& options) const override {
     const TrialSpec spec = SpecOf(which);
     if (options.view) {

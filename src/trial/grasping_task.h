@@ -5,11 +5,11 @@
 
 namespace rangegrasp::trial {
 
-/// `task: grasping`: grasp attempts in simulation (chapter 5), one case a trial, one row of the
-/// table an object.
+/// `task: grasping`: grasp attempts in simulation (chapter 5), with one case per trial and one
+/// table row per object.
 const experiment::TaskKind& GraspingTask();
 
-/// The trials of an experiment: those of each object in turn.
+/// The trials of an experiment, object by object.
 std::vector<experiment::Case> TrialsOf(const Options& options, std::uint64_t seed);
 
 /// The work cell of a grasping experiment.

@@ -5,15 +5,15 @@
 namespace rangegrasp::trial {
 namespace {
 
-// Definitions: lifted by at least this, and at the end within this of the delivery place.
+// Definitions: minimum lift height, and maximum final distance from the delivery place.
 constexpr double kMinLift_m = 0.1;
 constexpr double kDeliveryRadius_m = 0.15;
-// "More than half", of the object's samples and of the target's.
+// "More than half" of the object's and of the target's samples.
 constexpr double kHalf = 0.5;
-// What has moved by less was brushed at most: a few times the scan's noise.
+// An object that moved by less was at most brushed. A few times the scan's noise.
 constexpr double kMoved_m = 0.005;
 
-// The target's samples that lie clear of the table.
+// Number of the target's samples that are clear of the table.
 std::ptrdiff_t VisibleSamples(const Sensed& sensed, const TargetTruth& target) {
   std::ptrdiff_t visible = 0;
   for (std::size_t v = 0; v < sensed.truth.size(); ++v) {

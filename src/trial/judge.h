@@ -35,45 +35,45 @@ constexpr std::array<std::string_view, 11> WordsOf(Outcome) {
           "invalid_physics", "detector_failed", "crashed"};
 }
 
-/// What the judge makes of a detection, from the labels that it alone knows.
+/// The judge's verdict on a detection, from the labels, which only the judge knows.
 struct DetectionVerdict {
-  /// The first object holds more than half of the target's samples in the raw observation that lie
-  /// clear of the table; of an object that is not meant whole one sample is enough.
+  /// The first object contains more than half of the target's samples in the raw observation that
+  /// are clear of the table. One sample is enough if the object is not whole (DetectedObject).
   bool segmented = false;
   bool right_target = false;  ///< more than half of the first object's samples are the target's
   double share_of_object = 0.0;
   double share_of_target = 0.0;
 };
-/// What the judge knows of a trial.
+/// Ground truth of a trial.
 struct TargetTruth {
-  std::uint32_t label = 0;   ///< of the target, in the truth of each view
+  std::uint32_t label = 0;   ///< label of the target in the truth of each view
   geometry::Plane table_W;   ///< normal up
-  double clearance_m = 0.0;  ///< lower samples do not count: the preselection's distance
+  double clearance_m = 0.0;  ///< lower samples are ignored: the preselection's distance
 };
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
 
-/// How many of the samples bear each object's label, by object; -1: the scene's.
+/// Number of samples with each object's label; key -1 is the scene.
 std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
                                const Sensed& sensed);
 
-/// The object that most samples of a detection's first one show; where they show none (a part of
-/// the scene was taken for an object) the nearest one. nullopt if the world holds no object.
+/// The object to which most samples of the detection's first object belong. If they belong to none
+/// (a part of the scene was detected as an object), the nearest object. nullopt without objects.
 std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
                            const sim::World& world);
 
-/// Whether an object rests at the delivery place, as Delivered asks for.
+/// Whether an object is at the delivery place, as required for the outcome `delivered`.
 bool IsAtDelivery(const sim::World& world, int object);
 
 /// delivered, not_lifted, dropped, misplaced or invalid_physics (docs/architecture.md,
 /// definitions).
 Outcome JudgeExecution(const sim::ExecutionLog& log);
 
-/// What became of the other objects.
+/// Numbers of other objects that a grasp affected.
 struct OthersVerdict {
-  int moved = 0;       ///< further than 5 mm, from before the grasp to its end
+  int moved = 0;       ///< moved by more than 5 mm between the start and the end of the grasp
   int left_table = 0;  ///< no longer over the table
-  int brought = 0;     ///< moved, and at the delivery place
+  int brought = 0;     ///< moved, and now at the delivery place
 };
 /// Centers of mass of all objects.
 std::vector<Eigen::Vector3d> CentersOf(const sim::World& world);

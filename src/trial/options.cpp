@@ -113,7 +113,7 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
   map.Finish();
 }
 
-// Shows all structs of switches to `visit(prefix of their keys, switches)`.
+// Calls `visit(prefix of their keys, switches)` for all structs of switches.
 void VisitSwitches(Options& o, const auto& visit) {
   visit("perception.", static_cast<perception::PreprocessAdditions&>(o.perception.preprocess));
   visit("perception.", static_cast<perception::SegmentAdditions&>(o.perception.segment));
@@ -123,7 +123,7 @@ void VisitSwitches(Options& o, const auto& visit) {
   visit("planning.", static_cast<grasp::MoverAdditions&>(o));
 }
 
-// What the methods differ in that is no switch.
+// Differences between the methods that are not switches.
 struct MethodValue {
   MethodDifference key;
   void (*set)(bool improved, Options& options);
@@ -147,7 +147,7 @@ const std::vector<MethodValue>& MethodValues() {
   return kValues;
 }
 
-// A word, or a map whose keys a detector of its own reads.
+// Reads a word, or a map whose keys are read by the detector with keys.
 void ReadDetector(YamlMap& map, Options& o) {
   o.detector = kDissertation;
   const DetectorKind* with_keys = FindDetector(kDetectorWithKeys);
@@ -155,7 +155,7 @@ void ReadDetector(YamlMap& map, Options& o) {
   if (with_keys && (holds_keys || !map.Has("detector"))) {
     with_keys->read(map.Child("detector"), o);
   } else if (holds_keys) {
-    map.Child("detector").Finish();  // names the system that knows its keys
+    map.Child("detector").Finish();  // the error names the system that reads these keys
   }
   if (holds_keys) {
     o.detector = kDetectorWithKeys;
@@ -168,7 +168,7 @@ void ReadDetector(YamlMap& map, Options& o) {
 
 // ---- files of objects ----
 
-// Adds an MJCF file and, by its file="..." attributes, what it refers to.
+// Adds an MJCF file and the files that its file="..." attributes refer to.
 void CollectModelFiles(const fs::path& file, std::set<fs::path>& files) {
   const auto path = file.lexically_normal();
   if (!fs::is_regular_file(path) || !files.insert(path).second) return;
@@ -179,7 +179,7 @@ void CollectModelFiles(const fs::path& file, std::set<fs::path>& files) {
   }
 }
 
-// Of objects that come with the program: next to the experiments, or else in the data folder.
+// Folder of the objects that come with the program: `next_to`, or else in the data folder.
 fs::path ShippedObjects(const fs::path& next_to) {
   if (fs::is_directory(next_to)) return next_to;
   try {
@@ -193,7 +193,7 @@ std::set<fs::path> AsSet(const std::vector<fs::path>& files) {
   return {files.begin(), files.end()};
 }
 
-// Of all folders, sorted.
+// Names of the objects in all folders, sorted.
 std::vector<std::string> KnownObjects(const Options& options) {
   std::set<std::string> known;
   for (const auto& folder : options.object_folders) {
@@ -232,7 +232,7 @@ std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
   return folders;
 }
 
-// What is wrong with the scene and the objects that there are; CheckObjects names the others.
+// Errors of the scene and of the objects that exist; CheckObjects reports the missing ones.
 std::vector<base::Finding> FindingsOf(const Options& options) {
   auto findings = check::CheckModel(options.scene, check::Kind::kScene);
   for (const std::string& object : AllObjects(options)) {
@@ -306,7 +306,7 @@ Options ReadOptions(YamlMap& map) {
            "picture");
   ReadPhysicsOptions(map.Child("physics", "physics simulation"), o.physics);
   ReadHandOptions(map.Child("hand", "controller of the hand"), o.firm_from_rad, o.hand);
-  // Matched pictures' errors are the same over a window of many samples.
+  // Errors of stereo matching are the same over a window of many samples.
   o.perception.stated_noise = FindSensor(o.sensor_type)->states_noise;
   perception::ReadOptions(map.Child("perception", "perception: from the cloud to objects"),
                           o.perception);
@@ -384,8 +384,8 @@ std::string SceneHash(const Options& options) {
   files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
   if (const auto model = grasp::ScoreModelOf(options); !model.empty()) files.insert(model);
   for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
-  // By name, not by path: the same files in another folder hash alike, each once, however it is
-  // reached.
+  // Sorted by name, not by path, so that the same files in another folder have the same hash. Each
+  // file counts once, whatever path leads to it.
   std::set<std::pair<std::string, fs::path>> sorted;
   for (const auto& file : files) {
     sorted.emplace(file.filename().string(), fs::weakly_canonical(file));

@@ -21,25 +21,24 @@
 
 namespace rangegrasp::trial {
 
-/// How objects come to lie on and next to each other: scattered, touching, side_by_side, box, pile.
+/// Options of the arrangements with several objects: scattered, touching, side_by_side, box, pile.
 /// The texts of the keys (options.cpp) describe the fields.
 struct ClutterOptions {
   std::vector<std::string> always;
   std::vector<std::string> others;       ///< empty: all rows' objects
-  std::optional<double> standing_share;  ///< without it slender things hardly ever stand
+  std::optional<double> standing_share;  ///< without it slender objects hardly ever stand
   double min_seen_share = 0.0;
   double scatter_radius_m = 0.22;
   int min_others = 2;  ///< table 5.3: 2 to 5
   int max_others = 5;
   bool draw_others = false;  ///< table 5.6
   int min_touching = 2;
-  /// Less than the scanner's noise, about what two boards that were pushed together leave between
-  /// them.
+  /// Less than the scanner's noise; about the gap between two boards that are pushed together.
   double touch_m = 0.0005;
-  double drop_height_m = 0.03;      ///< as from a hand, or a bag's mouth above the growing pile
-  double touching_radius_m = 0.06;  ///< of two hands' width
+  double drop_height_m = 0.03;      ///< height of a hand, or of the bag's mouth above the pile
+  double touching_radius_m = 0.06;  ///< of an area two hands wide
   double mouth_radius_m = 0.08;
-  double interval_s = 0.15;  ///< the first object has left its place by then
+  double interval_s = 0.15;  ///< by then the first object has left its place
   int max_put_back = 12;
   int target_drops = 8;
   int max_draws = 200;
@@ -49,7 +48,7 @@ struct ClutterOptions {
   double max_penetration_m = 0.001;
 };
 
-// The parts that see no truth live below: grasp/detector.h, grasp/mover.h.
+// The parts without access to ground truth are in a lower layer: grasp/detector.h, grasp/mover.h.
 using grasp::Detected;
 using grasp::Detector;
 using grasp::DetectorFailed;
@@ -59,18 +58,17 @@ using grasp::SceneObserver;
 using grasp::Turn;
 using grasp::WorkspaceOf;
 
-/// The dissertation's method as it was published, or with what this program adds to it
-/// (MethodDifferences); keys in the file win over it.
+/// The dissertation's method as published, or with this program's additions (MethodDifferences).
+/// Keys in the file override it.
 enum class MethodKind { kImproved, kPublished };
 constexpr std::array<std::string_view, 2> WordsOf(MethodKind) { return {"improved", "published"}; }
 
-/// A grasping experiment, as its file states it: the options of its parts, and its own. Defaults
-/// are those of the option structs.
+/// The contents of a grasping experiment's file: the options of its parts and its own options.
 struct Options : grasp::DetectorOptions, grasp::MoverOptions {
   std::filesystem::path scene;
   std::filesystem::path sensor;
   std::string sensor_type;  ///< the word of a SensorKind (registry.h)
-  /// Each holds NAME/NAME.xml for objects; of two with the same name that of the first counts.
+  /// Each contains NAME/NAME.xml for its objects. The first folder that has a name is used.
   std::vector<std::filesystem::path> object_folders;
   std::filesystem::path reference;  ///< may be empty
   std::vector<std::string> objects;
@@ -81,27 +79,28 @@ struct Options : grasp::DetectorOptions, grasp::MoverOptions {
   MethodKind method = MethodKind::kImproved;
 
   ClutterOptions clutter;
-  /// Such a pose would not stand long on a real table; the upright prism tips over at 6.6 deg.
+  /// A pose that tips over earlier would not last on a real table. The upright prism tips over at
+  /// 6.6 deg.
   double min_tipping_rad = 10.0 * base::kDeg;
-  bool as_drawn = false;  ///< an open vessel upside down is another object
-  /// The last time, and with 1 always, the hand closes where it is.
+  bool as_drawn = false;  ///< an open vessel upside down is a different object
+  /// In the last approach the hand closes where it is. With 1 it always does.
   int max_approaches = 3;
-  double early_m = 0.006;  ///< less is within the error of what is perceived
+  double early_m = 0.006;  ///< a smaller distance is within the error of perception
 
   bool color = false;
-  std::uint64_t seed = 1;  ///< of the experiment; for what is done once before all trials
+  std::uint64_t seed = 1;  ///< of the experiment; for computations made once before all trials
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
-  /// Contact angle from which the first grip is the strongest one; 90 deg: never, as the
-  /// prosthesis, whose grip begins with one force and is raised by slips alone.
+  /// Contact angle above which the hand grips with its maximum force at once. 90 deg: never, like
+  /// the prosthesis, which starts with one force and increases it only after slips.
   double firm_from_rad = 90.0 * base::kDeg;
   sim::AuditBounds audit;
 
-  /// What systems read of the file (registry.h), each under a name of its own.
+  /// Options that systems read from the file (registry.h), each under its own name.
   std::map<std::string, std::any> of_systems;
 };
 
-/// What a system keeps in the options under a name; its defaults where nothing was read.
+/// The options of a system by name; its defaults if nothing was read.
 template <typename T>
 T& Of(Options& options, const std::string& name) {
   std::any& any = options.of_systems[name];
@@ -114,43 +113,44 @@ T Of(const Options& options, const std::string& name) {
   return found == options.of_systems.end() ? T() : std::any_cast<const T&>(found->second);
 }
 
-/// Reads all keys of a grasping experiment but the common ones, to the end of the map.
+/// Reads all keys of a grasping experiment except the common ones, to the end of the map.
 /// @throws base::InputError naming file, line, key, value and the nearest valid key.
 Options ReadOptions(base::YamlMap& map);
 
-/// Sets all that the methods differ in.
+/// Sets all options in which the methods differ.
 void SetMethod(MethodKind method, Options& options);
 
-/// A key of experiment files by which the improved method differs from the published one.
+/// A key of experiment files with different values in the improved and the published method.
 struct MethodDifference {
   std::string key;  ///< "perception.ridge_tops"
   std::string doc;
-  std::string improved = "true";  ///< its value
+  std::string improved = "true";  ///< value of the key
   std::string published = "false";
 };
-/// All of them.
+/// All differences.
 std::vector<MethodDifference> MethodDifferences();
 
-/// Appends those names that the list does not hold yet.
+/// Appends the names that are not in the list yet.
 void AddOnce(const std::vector<std::string>& names, std::vector<std::string>& list);
 
-/// The rows' objects, and what else may lie there; each once, the rows' first.
+/// The objects of the rows, then the others that may be in the scene; each once.
 std::vector<std::string> AllObjects(const Options& options);
 
-/// The MJCF of one of the experiment's objects; where it would stand in the first folder if it is
-/// in none.
+/// The MJCF file of one of the experiment's objects. If no folder has it, the path that it would
+/// have in the first folder.
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object);
 
 /// @throws base::InputError if an object is missing.
 void CheckObjects(const base::YamlMap& map, const Options& options);
 
-/// Shows common.on_findings what is wrong with the scene, its arm and its hand (sim/check/check.h),
-/// and with the objects; then CheckObjects.
-/// @return false where on_findings does not want to go on
-/// @throws base::InputError as CheckObjects.
+/// Passes the errors of the scene, its arm, its hand (sim/check/check.h) and the objects to
+/// common.on_findings, then calls CheckObjects.
+/// @return false if on_findings returns false
+/// @throws base::InputError like CheckObjects.
 bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common);
 
-/// A hash over the scene, the models that it and the objects refer to, and the sensor.
+/// A hash of all files that decide a trial: the scene, the objects, what both refer to, surfaces,
+/// the sensor, the grasp score and files of systems.
 std::string SceneHash(const Options& options);
 
 }  // namespace rangegrasp::trial

@@ -12,7 +12,7 @@ namespace {
 
 using experiment::View;
 
-// Of a trial that is run again for its record alone.
+// For a trial that is repeated only for its record.
 class NoRecorder : public Recorder {
  public:
   explicit NoRecorder(const Cell& cell) : cell_(cell) {}
@@ -22,15 +22,15 @@ class NoRecorder : public Recorder {
   const Cell& cell_;
 };
 
-constexpr double kFramePeriod_s = 0.1;  // a motion's path is smooth; a page fills in between
+constexpr double kFramePeriod_s = 0.1;  // motions are smooth; the page interpolates between frames
 constexpr double kMinForce_N = 0.05;
-constexpr double kApproach_m = 0.06;  // drawn before what a grasp closes on
+constexpr double kApproach_m = 0.06;  // drawn length of the approach to a grasp
 constexpr int kSegments = 16;         // of the hand's round shapes
-// More points of a kind than these are thinned: a person sees no difference, a page loads faster.
-constexpr std::size_t kMaxObjectPoints = 12000;  // of one object
-constexpr std::size_t kMaxRestPoints = 9000;     // of the table, and of what is neither
+// Maximum numbers of points. Thinning makes no visible difference, and the page loads faster.
+constexpr std::size_t kMaxObjectPoints = 12000;  // per object
+constexpr std::size_t kMaxRestPoints = 9000;     // each: table, outliers, no object
 
-// Colours as of a picture of what is perceived (grasp/scene_view.h).
+// The colors of the pictures of perceived scenes (grasp/scene_view.h).
 const View::Color kTable{0.55F, 0.65F, 0.80F, 1.0F};
 const View::Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
 const View::Color kRest{0.55F, 0.55F, 0.55F, 1.0F};
@@ -85,7 +85,7 @@ void AddScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_W, V
   view.target_W = look.target;
 }
 
-// From before the object to where the pads stand, and from pad to pad.
+// Draws a grasp as lines: the approach, and a fork from pad to pad.
 void AddGrasp(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, View& view) {
   const auto& state = hand.AtGap(grasp.opening_m);
   const Eigen::Vector3d thumb = grasp.X_CH * state.thumb_pad_H;
@@ -107,7 +107,7 @@ void AddHand(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, Vi
   view.surfaces.push_back({"chosen grasp", std::move(mesh), kHand});
 }
 
-// The one that was executed last; of an attempt that executed none, the best free one.
+// The last executed grasp; if none was executed, the best collision-free one.
 const grasp::DetectedGrasp* ChosenOf(const Attempt& attempt) {
   if (attempt.grasp) return &*attempt.grasp;
   const auto& grasps = attempt.detected.detection.grasps;

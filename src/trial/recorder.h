@@ -11,54 +11,54 @@
 
 namespace rangegrasp::trial {
 
-/// Leaves what a person wants to see of attempts while they run: a picture of what is perceived and
-/// of each moment of an execution (`<prefix>_perceived.png`, `<prefix>_lifted.png`, ...), all of
-/// them on one sheet, and a film, where they are asked for. Unless a camera is named, each picture
-/// shows the hand, its object, and the object's way since the picture before.
+/// Records attempts while they run, on request: a picture of the perceived scene and of each moment
+/// of an execution (`<prefix>_perceived.png`, `<prefix>_lifted.png`, ...), a sheet of all pictures,
+/// and a video. Without a named camera, each picture shows the hand, its object, and the object's
+/// path since the previous picture.
 class Recorder {
  public:
   virtual ~Recorder() = default;
-  virtual const Detector& detector() const = 0;  ///< the cell's, looked at
+  virtual const Detector& detector() const = 0;  ///< the cell's, observed by the recorder
   virtual sim::ExecutionObserver Observer() { return {}; }
-  virtual void SetPrefix(const std::string& /*prefix*/) {}  ///< of the pictures that follow
-  /// A picture of a moment that no execution names.
+  virtual void SetPrefix(const std::string& /*prefix*/) {}  ///< of the following pictures
+  /// Takes a picture at a moment that is not part of an execution.
   /// @throws base::InputError for an unknown camera.
   virtual void Take(const std::string& /*moment*/, sim::World& /*world*/) {}
-  /// Which moments of executions become pictures; all unless it is set.
+  /// Selects the moments of executions to take pictures of; default: all.
   virtual void KeepMoments(std::function<bool(const std::string&)> /*wanted*/) {}
-  /// Called with where each picture or frame is taken from, unless by a named camera.
+  /// Sets a callback that gets the viewpoint of each picture or frame without a named camera.
   virtual void OnView(std::function<void(const std::string& moment, const sim::World& world,
                                          const sim::PinholeView& view)> /*on_view*/) {}
-  /// Writes the sheet, `<first prefix>_sheet.png`, and closes the film; of what never moved it
-  /// shows the start.
+  /// Writes the sheet, `<first prefix>_sheet.png`, and closes the video. If nothing moved, the
+  /// video shows the start.
   /// @throws base::RunError if ffmpeg failed.
   virtual void Finish() {}
 };
 
-/// The cell must outlive the recorder. Without pictures and film it only knows the cell's detector.
-/// @throws base::NotBuilt for pictures or a film where the system that makes them is not built;
-/// base::InputError if a film is asked for and there is no ffmpeg.
+/// Makes a recorder. Without pictures and video it only provides the cell's detector. The cell must
+/// outlive the recorder.
+/// @throws base::NotBuilt for pictures or a video if the system that makes them is not built;
+/// base::InputError for a video without ffmpeg.
 std::unique_ptr<Recorder> MakeRecorder(const Cell& cell, const std::string& prefix,
                                        const experiment::ReplayOptions& options);
 
-/// What makes those that take pictures; null where there is none.
+/// Makes recorders that take pictures; null if that system is not built.
 using RecorderMaker = std::unique_ptr<Recorder> (*)(const Cell& cell, const std::string& prefix,
                                                     const experiment::ReplayOptions& options);
 RecorderMaker& PictureMaker();
 
-/// What there is to look at of a trial while it runs: the scan in the colors of the perceived
-/// objects, their completed surfaces, the grasps, and what moved. The cell must outlive it; it
-/// stays where it was made.
+/// Records a trial for the 3D view: the scan in the colors of the perceived objects, their
+/// completed surfaces, the grasps, and the moving bodies. The cell must outlive it.
 class ViewRecorder {
  public:
   explicit ViewRecorder(const Cell& cell);
   ViewRecorder(const ViewRecorder&) = delete;
   ViewRecorder& operator=(const ViewRecorder&) = delete;
 
-  const Detector& detector() const { return *detector_; }  ///< the cell's, looked at
+  const Detector& detector() const { return *detector_; }  ///< the cell's, observed by this
   sim::ExecutionObserver Observer();
-  /// All that was seen.
-  /// @param attempt  what came of the trial
+  /// Completes and returns the recorded view.
+  /// @param attempt  result of the trial
   experiment::View Finish(const Attempt& attempt);
 
  private:
@@ -67,7 +67,7 @@ class ViewRecorder {
   const Cell& cell_;
   experiment::View view_;
   std::unique_ptr<Detector> detector_;  // writes into view_
-  std::vector<int> bodies_;             // of each of the view's bodies: its number in the world
+  std::vector<int> bodies_;             // for each body of the view, its number in the world
 };
 
 }  // namespace rangegrasp::trial

@@ -39,7 +39,7 @@ const Kind* Find(const std::deque<Kind>& kinds, const std::string& word) {
   return found == kinds.end() ? nullptr : &*found;
 }
 
-// What `rangegrasp list` lists.
+// The listings of `rangegrasp list`.
 
 using Entries = std::vector<cli::ListEntry>;
 

@@ -38,12 +38,12 @@ struct Published {
   std::optional<int> trials;
 };
 
-// All of a family of comparisons together are wrong by chance this often.
+// Family-wise significance level of all comparisons of a table.
 constexpr double kSignificance = 0.05;
-// Of a published row: more are a mistake in the file.
+// Maximum for a published row: a larger number is a mistake in the file.
 constexpr double kMaxTrials = 1e6;
 
-// A rate in per cent; nullopt where the cell is empty.
+// A rate, read in per cent; nullopt if the cell is empty.
 Rate PublishedRate(const base::CsvTable& csv, std::size_t row, const char* name) {
   const std::size_t column = csv.Column(name);
   const Rate percent = csv.OptionalNumber(row, column);
@@ -54,7 +54,7 @@ Rate PublishedRate(const base::CsvTable& csv, std::size_t row, const char* name)
   return *percent / 100.0;
 }
 
-// How many trials a row stands for; nullopt where the table does not say.
+// Number of trials of a row; nullopt if the table does not state it.
 std::optional<int> PublishedTrials(const base::CsvTable& csv, std::size_t row) {
   if (std::ranges::find(csv.header(), "trials") == csv.header().end()) return std::nullopt;
   const std::size_t column = csv.Column("trials");
@@ -66,7 +66,7 @@ std::optional<int> PublishedTrials(const base::CsvTable& csv, std::size_t row) {
   return static_cast<int>(*trials);
 }
 
-// By title, and "overall".
+// Published rows by title, and "overall".
 std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   std::map<std::string, Published> published;
   const auto csv = experiment::ReferenceOf(stamp);
@@ -79,7 +79,7 @@ std::map<std::string, Published> PublishedIn(const Stamp& stamp) {
   return published;
 }
 
-// A row's rates, as CSV and JSON name them.
+// A row's rates with their names in CSV and JSON.
 constexpr std::array<std::pair<std::string_view, RowRate Row::*>, 4> kRates = {
     {{"detection", &Row::detection},
      {"grasp", &Row::grasping},
@@ -103,11 +103,11 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
   if (detected) Add(delivered, grasping.count);
 }
 
-// A record's reason without figures, for counting: the first line up to ';' or '(', and without
-// words that have a digit or no letter. Of several with their numbers ("no_ik x3, no_carry x1") the
-// first.
+// A record's reason without numbers, for counting: the first line up to ';' or '(', without words
+// that have a digit or no letter. Only the first of several counted reasons ("no_ik x3, no_carry
+// x1") is kept.
 std::string ReasonWithoutFigures(const std::string& detail) {
-  constexpr std::size_t kMaxLength = 60;  // of a cell
+  constexpr std::size_t kMaxLength = 60;  // of a table cell
   const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
   const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
   std::string reason;
@@ -129,7 +129,7 @@ void CountRecord(const Record& record, const Data& data, Row& row) {
   if (!reason.empty()) ++row.reasons[outcome][reason];
   CountTrial(data.value("detected", false), record.result.outcome == kDelivered, row.detection,
              row.grasping);
-  // A record of an older version has none; a trial that crashed has no data at all.
+  // A record of an older version has no "text"; a trial that crashed has no data at all.
   const auto text = data.find("text");
   if (text == data.end() && !data.empty()) return;
   CountTrial(text != data.end() && text->value("detected", false),
@@ -147,7 +147,7 @@ Interval IntervalOf(const Count& count) {
   return experiment::WilsonInterval(count.k, count.n);
 }
 
-// The mean of those rows that have the rate: the dissertation's "overall".
+// The mean over the rows that have the rate: the dissertation's "overall".
 void SetMean(const std::vector<Row>& rows, RowRate Row::*of, Row& overall) {
   std::vector<double> rates;
   std::vector<Count> counts;
@@ -174,14 +174,14 @@ void AddPublished(const std::map<std::string, Published>& published, const std::
   if (!trials) return;
   row.text_detection.published_count.n = *trials;
   if (!detection || !grasping) return;
-  // The rates are of whole objects: 77.77 % of 9 detected are 7.
+  // The counts are whole numbers: 77.77 % of 9 detected objects are 7.
   row.text_detection.published_count = PublishedCount(*detection, *trials);
   row.text_grasping.published_count =
       PublishedCount(*grasping, row.text_detection.published_count.k);
 }
 
-// The published overall is that of all published rows: a run of some of them is not compared with
-// it.
+// The published overall row covers all published rows. A run of only some of them is not compared
+// with it.
 bool HasAllRows(const std::map<std::string, Published>& published, const std::vector<Row>& rows) {
   return std::ranges::all_of(published, [&](const auto& one) {
     return one.first == "overall" || std::ranges::find(rows, one.first, &Row::title) != rows.end();
@@ -199,7 +199,7 @@ void Compare(Row& row) {
   Compare(row.text_grasping);
 }
 
-// The overall row stands for the counts of all rows, if all have them.
+// Compares the rows, and the pooled counts of the overall row if all rows have published counts.
 void ComparePooled(Table& table) {
   int compared = 0;
   RowRate& detection = table.overall.text_detection;
@@ -239,7 +239,7 @@ void RaiseAudit(const Data& data, std::map<std::string, double>& max) {
   }
 }
 
-// Reads the data of each record once: they are long, and a table may have a million.
+// Parses the data of each record only once: they are long, and a table may have a million records.
 void CountRecords(const std::vector<Record>& records, Table& table) {
   for (const Record& record : records) {
     const Data data = DataOf(record);
@@ -261,13 +261,14 @@ int DeliveredOf(const Table& table) {
 std::string NameOf(const Row& row) { return row.title.empty() ? row.object : row.title; }
 std::string Percent(const Rate& rate) { return rate ? Fixed(*rate * 100.0, 2) : "-"; }
 
-// A p-value, marked where it is below the threshold.
+// A p-value, marked if it is below the threshold.
 std::string PText(const Table& table, const Rate& p) {
   if (!p) return "-";
   return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
 }
 
-// "dropped 2 (slid in the hand 2), no_path 3 (no_ik 2)": with the most frequent reason of each.
+// Counts of failures with the most frequent reason of each: "dropped 2 (slid in the hand 2),
+// no_path 3 (no_ik 2)".
 std::string Failures(const Row& row) {
   std::vector<std::string> texts;
   for (const auto& [outcome, count] : row.outcomes) {
@@ -343,7 +344,7 @@ std::string PooledLine(const Table& table) {
                      PooledText(all.text_detection), PooledText(all.text_grasping));
 }
 
-// What else became of arrangements and of the objects around.
+// Numbers of redrawn arrangements and of affected other objects.
 std::string OthersLine(const Table& table) {
   return fmt::format(
       "arrangements drawn again: {}; of {} delivered, {} moved other objects by more than 5 mm, {} "
@@ -451,7 +452,7 @@ ordered_json JsonOf(const Table& table) {
   return json;
 }
 
-// The overall rates are means of rows, the test is of the pooled counts.
+// The overall rates are means of the rows; the overall test uses the pooled counts.
 std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
   std::vector<experiment::PublishedFigure> figures;
   for (const Row& row : AllRows(table)) {
@@ -471,11 +472,11 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
 
 // ---- what the rates depend on ----
 
-// A coefficient that is a bin's end belongs to the bin above, whatever its last bit is.
+// A coefficient at the boundary of two bins belongs to the upper bin despite rounding errors.
 constexpr double kRounding = 1e-9;
 
-// Upper ends of bins; what is larger is in one more. A hold's slip is a millimetre or two, a lost
-// object's is as far as it fell.
+// Upper ends of the bins; larger values are in one more bin. The slip of a held object is one or
+// two millimetres, that of a lost object the distance that it fell.
 const std::vector<double> kSlipEnds_mm = {1, 2, 5, 10, 20, 50};
 const std::vector<double> kTiltEnds_deg = {1, 2, 5, 10, 20, 45};
 const std::vector<double> kTenths_percent = {10, 20, 30, 40, 50, 60, 70, 80, 90};
@@ -498,7 +499,7 @@ FrictionBins SumOf(const FrictionCurve& curve) {
   return sum;
 }
 
-// Of a record that counts as detected.
+// Data of a record that counts as detected.
 struct Tried {
   std::string object;
   Data data;
@@ -539,8 +540,7 @@ Chart ObjectChart(const Table& table, const char* title, RowRate Row::*of, RowRa
   return chart;
 }
 
-// What a chart puts a record into: label and order of the bin; nullopt where the record says
-// nothing.
+// A record's bin in a chart: order and label; nullopt if the record does not have the value.
 using Bin = std::optional<std::pair<int, std::string>>;
 
 Chart DeliveredChart(const std::vector<Tried>& tried, const std::string& title,
@@ -555,7 +555,7 @@ Chart DeliveredChart(const std::vector<Tried>& tried, const std::string& title,
   return chart;
 }
 
-// By a word of the records.
+// Bins by a word of the records.
 auto WordBin(const char* key) {
   return [key](const Data& data) -> Bin {
     const std::string word = data.value(key, "");
@@ -569,7 +569,7 @@ std::optional<int> FrictionBin(const Data& data) {
   return static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
 }
 
-// A figure of the executions' logs, where there is one.
+// A number of the execution's log, if the record has it.
 std::optional<double> Logged(const Data& data, const char* pointer) {
   const Data::json_pointer at(pointer);
   if (!data.contains(at) || !data[at].is_number()) return std::nullopt;
@@ -588,7 +588,7 @@ auto LogBin(const char* pointer, double scale, const std::vector<double>& ends) 
   };
 }
 
-// What a learned score predicted next to what happened (a reliability diagram).
+// Predicted probabilities of the learned score and actual rates (a reliability diagram).
 Chart PredictedChart(const std::vector<Tried>& tried) {
   constexpr const char* kProbability = "/log/grasp/probability";
   const auto bin_of = LogBin(kProbability, 100.0, kTenths_percent);

@@ -24,7 +24,7 @@ using experiment::Result;
 using experiment::Stamp;
 using nlohmann::ordered_json;
 
-// Stages 1 to 6 up to where they end; `data` receives what the arrangement is.
+// Runs stages 1 to 6 until the attempt ends. `data` receives the arrangement's data.
 Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* detector,
                       const sim::ExecutionObserver& observer, double& arrange_s,
                       ordered_json& data) {
@@ -49,7 +49,7 @@ Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* d
                      .observer = observer});
 }
 
-/// About a fingertip that met something: as wide as a finger.
+/// Size of the obstacle at a contact of a fingertip: the width of a finger.
 constexpr double kMet_m = 0.016;
 
 ordered_json JsonOf(const sim::Audit& a) {
@@ -142,7 +142,7 @@ std::string FiguresOf(const sim::ExecutionLog& log) {
       log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
 }
 
-// What the log says of an execution that failed; the cause, then the figures (tables count causes).
+// Why an execution failed: the cause, then the numbers (tables count causes).
 std::string WhyOf(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty()) return log.audit.failed;
   if (!log.stopped_by_contact.empty()) {
@@ -159,7 +159,7 @@ std::string WhyOf(const sim::ExecutionLog& log) {
   return cause + FiguresOf(log);
 }
 
-// What an attempt without a free grasp lacks.
+// Why an attempt has no collision-free grasp.
 std::string NoFreeGrasp(const Detected& detected) {
   if (!detected.why_none.empty()) return detected.why_none;
   const std::size_t candidates = detected.detection.grasps.size();
@@ -177,7 +177,7 @@ std::string NotTheTarget(const Detected& detected, const DetectionVerdict& verdi
                      verdict.share_of_object, verdict.share_of_target);
 }
 
-/// The predicted probability of delivery of the best free grasp; 0 without one.
+/// Predicted probability of delivery of the best collision-free grasp; 0 without one.
 double BestPromise(const grasp::Detection& detection) {
   const auto best = std::ranges::find(detection.grasps, false, &grasp::DetectedGrasp::collides);
   return best == detection.grasps.end() ? 0.0 : best->probability.value_or(0.0);
@@ -187,7 +187,7 @@ std::ptrdiff_t FreeGrasps(const grasp::Detection& detection) {
   return std::ranges::count(detection.grasps, false, &grasp::DetectedGrasp::collides);
 }
 
-// One attempt while it runs: what a stage leaves for the next.
+// State of one attempt, passed from stage to stage.
 class AttemptRun {
  public:
   AttemptRun(const Cell& cell, sim::World& world, const AttemptOptions& options)
@@ -233,7 +233,7 @@ class AttemptRun {
   base::Rng Stream(std::string_view stage) const { return StageStream(options_.seed, stage); }
 
   void RunStages() {
-    // Of an attempt that ends before anything moves, too.
+    // Called also for an attempt that ends before anything moves.
     if (options_.observer.on_moment) options_.observer.on_moment("start", world_);
     Begin("scan");
     std::optional<Sensed> own;
@@ -247,7 +247,7 @@ class AttemptRun {
 
     Begin("perceive");
     Detect(sensed.observation);
-    if (own) {  // the verdict is on what the detector saw
+    if (own) {  // the verdict is on the views of the kept detection
       own->observation.views.resize(detected_views_);
       own->truth.resize(detected_views_);
     }
@@ -258,7 +258,7 @@ class AttemptRun {
     Move();
   }
 
-  // From as many places as the experiment asks for.
+  // Scans from as many viewpoints as the experiment specifies.
   Sensed LookAround() {
     Sensed first = Look(cell_, world_, options_.seed);
     const auto& further = FurtherLooking();
@@ -279,7 +279,8 @@ class AttemptRun {
     return std::move(around.sensed);
   }
 
-  // Comes down where something was met before only if nothing else is left.
+  // Plans and executes grasps. A place where the hand hit something is tried again only if no other
+  // grasp is left.
   void Move() {
     base::Rng rng = Stream("plan");
     base::Rng noise = Stream("execute");
@@ -314,7 +315,8 @@ class AttemptRun {
     if (options_.prefer) options_.prefer(result_.detected.detection);
   }
 
-  // Detects, and forgets it where fewer views promised more. @return what this promises
+  // Detects, and keeps the detection unless one from fewer views has a better best grasp.
+  // @return predicted probability of this detection's best grasp
   double Consider(const geometry::Observation& observation) {
     base::Rng rng = Stream("perceive");
     const Detector& detector = options_.detector ? *options_.detector : *cell_.detector;
@@ -331,7 +333,7 @@ class AttemptRun {
     return promise;
   }
 
-  // Whether there is something to plan for; if not, the attempt has ended.
+  // Whether there is a grasp to plan for. If not, the attempt has ended.
   bool Accept(const Sensed& sensed) {
     if (options_.target ? !MayTake(sensed) : !IsAnything()) return false;
     if (FreeGrasps(result_.detected.detection) == 0) {
@@ -344,8 +346,8 @@ class AttemptRun {
     return true;
   }
 
-  // The judge's verdict on the detection. With by_text an attempt that it ends goes on where the
-  // first object holds something of the target.
+  // The judge's verdict on the detection. With by_text, an attempt that fails it continues if the
+  // first object contains a part of the target.
   bool MayTake(const Sensed& sensed) {
     const grasp::Detection& detection = result_.detected.detection;
     const auto verdict =
@@ -398,11 +400,11 @@ class AttemptRun {
   sim::World& world_;
   const AttemptOptions& options_;
   base::Stopwatch watch_;
-  Eigen::VectorXd q_start_;                ///< where the arm stands before it plans
-  std::size_t considered_views_ = 0;       ///< of the last observation in which was detected
-  std::size_t detected_views_ = 0;         ///< of the one whose detection was kept
+  Eigen::VectorXd q_start_;                ///< the arm's position before planning
+  std::size_t considered_views_ = 0;       ///< number of views at the last detection
+  std::size_t detected_views_ = 0;         ///< number of views of the kept detection
   std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
-  std::optional<Ended> undetected_;        ///< how it ended by our own verdict, if it goes on
+  std::optional<Ended> undetected_;        ///< outcome by the strict verdict, if it continues
   Attempt result_;
 };
 
@@ -552,7 +554,7 @@ void ReadUser(base::YamlMap map, HandOverOptions& options) {
 sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
                          base::Rng& rng) {
   sim::UserOptions user = options.user;
-  // Even over the cap of the sphere.
+  // Uniform over the spherical cap.
   const double cosine = rng.Uniform(std::cos(options.pull_spread_rad), 1.0);
   const double round = rng.Uniform(0.0, 2.0 * base::kPi);
   const Eigen::Vector3d u = out_H.unitOrthogonal();

@@ -18,86 +18,87 @@
 
 namespace rangegrasp::trial {
 
-/// The stream that a stage draws from.
+/// The random stream of a stage.
 base::Rng StageStream(std::uint64_t seed, std::string_view stage);
 
-/// Stage 2, at a settled world. Draws from the seed's stream "scan".
+/// Stage 2: scans a settled world. Draws from the seed's stream "scan".
 Sensed Look(const Cell& cell, const sim::World& world, std::uint64_t seed);
 
-/// One further look, from the wrist (Registry: FurtherLooks).
+/// One additional scan from the wrist (registry.h: FurtherLooks).
 struct LookRecord {
-  double gain_m3 = 0.0;     ///< new space that it was expected to see
-  double unseen_m3 = 0.0;   ///< of all that was not seen
-  double way_s = 0.0;       ///< of the arm
-  bool arrived = false;     ///< and did look
-  bool refined = false;     ///< its pose was corrected by what it and the views before see alike
-  double deviations = 0.0;  ///< size of the correction in deviations of the error
+  double gain_m3 = 0.0;     ///< unseen volume that the scan was expected to show
+  double unseen_m3 = 0.0;   ///< total unseen volume before the scan
+  double way_s = 0.0;       ///< duration of the arm's motion
+  bool arrived = false;     ///< the arm arrived and the sensor scanned
+  bool refined = false;     ///< its pose was corrected by registration with the earlier views
+  double deviations = 0.0;  ///< size of the correction, in standard deviations of the pose error
   double sigma_m = 0.0;
   std::size_t pairs = 0;
 };
 
-/// All looks of a trial: what was sensed, and where the arm stands after it.
+/// Result of all scans of a trial: the observation and the arm's final joint positions.
 struct LookedAround {
   Sensed sensed;
   Eigen::VectorXd q;
-  std::vector<LookRecord> looks;  ///< from the wrist
+  std::vector<LookRecord> looks;  ///< scans from the wrist
 };
 
-/// How an attempt is made, and who looks on. Functions and pointers may be empty.
+/// Options and observers of an attempt. Functions and pointers may be empty.
 struct AttemptOptions {
-  std::uint64_t seed = 0;  ///< each stage draws from its own stream of it
-  /// The object that the detector has to take first: another one ends the attempt. Without it the
-  /// attempt is at whatever the detector takes, and goes by the hand's aperture in place of truth.
+  std::uint64_t seed = 0;  ///< each stage draws from its own stream of this seed
+  /// The object that the detector must put first; any other first object ends the attempt. Without
+  /// a target, the attempt grasps the detector's first object and uses the hand's aperture instead
+  /// of ground truth.
   std::optional<int> target = {};
-  /// Goes on where the first object only holds something of the target (TextVerdict).
+  /// Continues if the first object contains only a part of the target (TextVerdict).
   bool by_text = false;
-  const Sensed* sensed = nullptr;  ///< an earlier look at the same world; null: looks itself
-  std::function<void(const Sensed&)> on_sensed = {};  ///< is shown what was sensed
-  std::optional<Eigen::VectorXd> q_start = {};        ///< where the arm stands; absent: home
-  const Detector* detector = nullptr;                 ///< in place of the cell's
-  Turn turn = {};                                     ///< which object is taken first
-  /// Puts the grasps of the first object into the order in which they are offered to the mover.
+  const Sensed* sensed = nullptr;  ///< an earlier scan of the same world; null: takes its own
+  std::function<void(const Sensed&)> on_sensed = {};  ///< called with the result of the scan
+  std::optional<Eigen::VectorXd> q_start = {};        ///< the arm's position; absent: home
+  const Detector* detector = nullptr;                 ///< replaces the cell's
+  Turn turn = {};                                     ///< which object is grasped first
+  /// Sorts the grasps of the first object into the order in which the mover tries them.
   std::function<void(grasp::Detection&)> prefer = {};
-  std::optional<sim::UserOptions> user = {};  ///< takes what is carried; absent: it is put down
-  sim::ExecutionObserver observer = {};       ///< has the moment "start", too, before the look
+  std::optional<sim::UserOptions> user = {};  ///< person who takes the object; absent: put it down
+  sim::ExecutionObserver observer = {};       ///< also gets the moment "start", before the scan
 };
 
-/// The verdict of the dissertation's words: "If objects cannot be separated because they are
+/// The verdict by the dissertation's wording: "If objects cannot be separated because they are
 /// stacked on top of each other they are considered as one object. A grasp will disambiguate the
 /// situation" (chapter 5); detection is lower in a box "because of possible collisions of the hand
-/// with the box" (section 5.3). So the first object need not be the target alone.
+/// with the box" (section 5.3). The first object may therefore contain other objects too.
 struct TextVerdict {
-  /// A collision-free grasp of the first object, whose samples hold at least one of the target.
+  /// The first object has a collision-free grasp and contains at least one sample of the target.
   bool detected = false;
-  Outcome outcome = Outcome::kCrashed;  ///< of executing that grasp; delivered: the target was
+  Outcome outcome = Outcome::kCrashed;  ///< of executing that grasp; delivered means the target
   std::string detail = {};
 };
 
-/// One attempt at the topmost object: how far it came, and what each stage left. With by_text, what
-/// happened after an outcome of not_segmented or wrong_target is that of the text's verdict.
+/// One attempt at the topmost object: its outcome and the results of each stage. With by_text, the
+/// results after an outcome of not_segmented or wrong_target belong to the text's verdict.
 struct Attempt {
   Outcome outcome = Outcome::kCrashed;
-  std::string stage = {};  ///< that it ended in
+  std::string stage = {};  ///< stage in which it ended
   std::string detail = {};
   TextVerdict text = {};
   std::size_t scan_points = 0;
-  std::vector<LookRecord> looks = {};  ///< from the wrist
+  std::vector<LookRecord> looks = {};  ///< scans from the wrist
   Detected detected = {};
-  std::optional<int> target = {};                  ///< truth: the object that it was at
-  bool accepted = false;                           ///< detected, with a grasp that is free
-  int plans = 0;                                   ///< grasps that were offered to the mover
-  int approaches = 0;                              ///< all but the last met something and went back
+  std::optional<int> target = {};                  ///< ground truth: the object of the attempt
+  bool accepted = false;                           ///< detected, with a collision-free grasp
+  int plans = 0;                                   ///< grasps that the mover tried to plan
+  int approaches = 0;                              ///< all but the last hit something and withdrew
   bool blind = false;                              ///< grasp::Move
   bool brushes = false;                            ///< grasp::Move
-  std::optional<grasp::DetectedGrasp> grasp = {};  ///< that was executed last
+  std::optional<grasp::DetectedGrasp> grasp = {};  ///< the last grasp that was executed
   std::vector<std::size_t> executed =
-      {};  ///< one for each approach: positions in the detection's grasps
+      {};  ///< the grasp of each approach: position in the detection's grasps
   std::optional<sim::ExecutionLog> log = {};
   OthersVerdict others = {};
   std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage
 };
 
-/// Stages 2 to 6: looks, detects, plans, executes, judges. What it may run into is an outcome.
+/// Stages 2 to 6: scans, detects, plans, executes, judges. Failures are outcomes, not exceptions.
 Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& options);
 
 /// The part of a trial's data (RunTrial) from scan_points on.
@@ -109,56 +110,57 @@ struct TrialSpec {
   int index = 0;           ///< from 0
   std::uint64_t seed = 0;  ///< TrialSeed
 };
-/// As the engine knows it: its id is "<object>-<index, 4 digits>", its group the object.
+/// The trial as a case of the experiment engine. Its id is "<object>-<index, 4 digits>", and its
+/// group is the object.
 experiment::Case CaseOf(const TrialSpec& spec);
-/// @throws base::InputError if the case's parameters are no trial's.
+/// @throws base::InputError if the case's parameters are not those of a trial.
 TrialSpec SpecOf(const experiment::Case& which);
 /// Derived from (experiment seed, object, index) alone.
 std::uint64_t TrialSeed(std::uint64_t experiment_seed, const std::string& object, int index);
 
-/// Puts what every result of the cell depends on into the stamp's identity: the hash of its models
-/// and the engine's version.
+/// Adds the dependencies of all results to the stamp's identity: the hash of the cell's models and
+/// the engine's version.
 void AddModelsTo(const Options& options, experiment::Stamp& stamp);
 
-/// Puts the titles of the experiment's objects into the stamp's data (experiment::TitleOf).
+/// Adds the titles of the experiment's objects to the stamp's data (experiment::TitleOf).
 void AddTitles(const Options& options, experiment::Stamp& stamp);
 
-/// Of a case for which no arrangement came about.
+/// Result of a case for which no arrangement was found.
 experiment::Result NoArrangement(const Redraws& redraws);
 
-/// Stage 1 of a trial, as RunTrial goes through it.
+/// Stage 1 of a trial, as in RunTrial.
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec);
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws);
 
-/// One trial from arrangement to judgement (docs/architecture.md). What a trial may run into is an
-/// outcome. The result's data: pose_class, friction (static, glove on target), redraws,
-/// redraw_reasons (how many of each), scene_objects, touching (objects that the target touches),
+/// Runs one trial from arrangement to judgment (docs/architecture.md). Failures are outcomes, not
+/// exceptions. The result's data: pose_class, friction (static, glove on target), redraws,
+/// redraw_reasons (count of each), scene_objects, touching (objects that the target touches),
 /// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
 /// blind, brushes, grasp_type, detected, text (detected, outcome, detail; TextVerdict),
 /// others_moved (by more than 5 mm), others_left_table, others_brought (to the delivery place), log
-/// (what the simulation measured, with the audit).
-/// @param detector  in place of the cell's, so that a viewer can look on; may be null
-/// @param seen  receives what each stage left; may be null
+/// (the simulation's measurements, with the audit).
+/// @param detector  replaces the cell's, so that a viewer can observe it; may be null
+/// @param seen  receives the results of each stage; may be null
 experiment::Result RunTrial(const Cell& cell, const TrialSpec& spec,
                             const Detector* detector = nullptr,
                             const sim::ExecutionObserver& observer = {}, Attempt* seen = nullptr);
 
-/// Puts the arm back at home between two attempts, and lets the world come to rest. The way is
+/// Puts the arm back at home between two attempts, and lets the world come to rest. The motion is
 /// timed, not simulated.
-/// @return seconds that the way takes by the arm's limits
+/// @return duration of the motion by the arm's limits [s]
 double GoHome(const Cell& cell, sim::World& world);
 
-/// Whether the engine still knows where everything is.
+/// Whether all positions of objects and arm are finite.
 bool IsFinite(const sim::World& world);
 
-/// The outcome of a run whose object a person has got.
+/// The outcome of a run in which a person received the object.
 inline constexpr const char* kHandedOver = "handed_over";
 
-/// A person who draws the object out of the hand (section 4.3).
+/// A person who pulls the object out of the hand (section 4.3).
 struct HandOverOptions {
   sim::UserOptions user;
-  /// The pull's direction is drawn within this of the one that objects leave the open hand by:
-  /// people stand somewhere. Larger: the object is drawn through fingers.
+  /// Maximum angle between the random direction of the pull and the direction straight out of the
+  /// open hand: people may stand anywhere. With larger angles the fingers are in the way.
   double pull_spread_rad = base::Deg(30.0);
 };
 
@@ -166,17 +168,17 @@ struct HandOverOptions {
 /// @throws base::InputError
 void ReadUser(base::YamlMap map, HandOverOptions& options);
 
-/// The person of one run.
-/// @param out_H  unit: out of the open hand
+/// Draws the person of one run.
+/// @param out_H  unit vector out of the open hand
 sim::UserOptions UserFor(const HandOverOptions& options, const Eigen::Vector3d& out_H,
                          base::Rng& rng);
 
-/// That of an attempt with the robot's hand, drawn from the stream "user" of the attempt's seed.
+/// The person of an attempt with the robot's hand, drawn from the stream "user" of its seed.
 sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robot,
                         std::uint64_t seed);
 
-/// How an attempt that ends with a person ended: its own word up to the carry; then handed_over,
-/// felt_early (the arm took its own motion for a pull), not_felt, not_taken.
+/// The outcome of an attempt that ends with a person. Up to the carry it is the attempt's own;
+/// then handed_over, felt_early (the arm mistook its own motion for a pull), not_felt, not_taken.
 std::string HandOverOutcome(const Attempt& attempt);
 
 }  // namespace rangegrasp::trial

@@ -24,25 +24,25 @@ using base::kMmPerM;
 using Eigen::VectorXd;
 
 constexpr int kTrialsPerObject = 3;
-constexpr double kLimit_s = 45.0;  // of computing
-// Of the hand's opening, or of what a table's things measure, that objects are wide.
+constexpr double kLimit_s = 45.0;  // computing time
+// Widths of the objects, as shares of the hand's opening or of kWidest_m, whichever is smaller.
 constexpr std::array<double, 3> kWidths = {0.4, 0.6, 0.8};
 constexpr double kWidest_m = 0.1;
 constexpr double kHeight_m = 0.1;
 constexpr double kDensity_kg_m3 = 600.0;  // of a full carton
-constexpr double kFoot = 0.4;             // of a ball's radius: what it stands on does not roll
-constexpr double kPasses = 0.9;           // delivered of all trials
-// Of 5 mrad that count as contact in an approach (sim/execute.cpp).
+constexpr double kFoot = 0.4;             // radius of a ball's foot / the ball's, against rolling
+constexpr double kPasses = 0.9;           // delivered / all trials
+// Less than the 5 mrad that count as contact in an approach (sim/execute.cpp).
 constexpr double kLag_rad = 0.004;
-constexpr double kSlower = 0.8;  // a round of a cure is slower by this at least
+constexpr double kSlower = 0.8;  // each round lowers the limits at least by this factor
 constexpr int kRounds = 6;
-// Slower limits are no cure below this share of the file's: the drives are too weak.
+// Limits below this share of the file's are no fix: the drives are too weak.
 constexpr double kUsable = 0.1;
-constexpr double kPressed = 0.6;  // of the commanded grip that arrives at the pads
+constexpr double kPressed = 0.6;  // minimum measured / commanded grip force
 constexpr double kSlid_m = 0.01;
 constexpr std::uint64_t kSeed = 101;
 
-// Of this process, so that other processes do not change what is found.
+// CPU time of this process, so that other processes do not influence the findings.
 double Computed_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Thing {
@@ -85,7 +85,7 @@ void Write(const std::filesystem::path& folder, const Thing& thing) {
                               thing.name, geoms));
 }
 
-// The generated objects alone on the table, by the method of chapter 5.
+// Options for the generated objects alone on the table, with the method of chapter 5.
 Options Generated(Options options, const std::filesystem::path& folder) {
   const double opening_m = robot::Robot::Load(options.scene).hand().MaxGap();
   options.object_folders = {folder};
@@ -103,12 +103,12 @@ Options Generated(Options options, const std::filesystem::path& folder) {
   return options;
 }
 
-// What keeps a trial of a kind from its end, and what would help.
+// Why trials fail, and how to fix it.
 struct Cause {
   std::string element, what, cure;
 };
 
-// By the figures of the audit (sim/internal/audit.cpp).
+// The fix for a failed audit, by the name of its value (sim/internal/audit.cpp).
 std::string CureOf(const std::string& failed) {
   const std::array<std::pair<const char*, const char*>, 8> cures = {{
       {"equality",
@@ -205,7 +205,7 @@ Cause CauseOf(const Attempt& attempt) {
   }
 }
 
-// Trials of one cell, one after the other.
+// Runs the trials of one cell in sequence.
 class Trying {
  public:
   Trying(Cell& cell, const std::function<void(const std::string&)>& say) : cell_(cell), say_(say) {}
@@ -249,7 +249,7 @@ class Trying {
   void Try(const TrialSpec& spec) {
     Attempt attempt;
     RunTrial(cell_, spec, nullptr, {}, &attempt);
-    if (attempt.stage == "arrange") return;  // of the objects, not of the cell
+    if (attempt.stage == "arrange") return;  // a fault of the objects, not of the cell
     ++tried_.trials;
     tried_.detected += attempt.accepted ? 1 : 0;
     tried_.delivered += attempt.outcome == Outcome::kDelivered ? 1 : 0;
@@ -279,7 +279,7 @@ class Trying {
          group.first.cure});
   }
 
-  // Drives that do not give the grip hold nothing heavier than what was tried.
+  // Drives that do not reach the grip force will not hold heavier objects than those tried.
   void CheckGrip() {
     if (2 * weak_ <= tried_.trials || tried_.delivered < kPasses * tried_.trials) return;
     tried_.findings.push_back(
@@ -289,7 +289,8 @@ class Trying {
          kStronger});
   }
 
-  // Drives that fall behind stop where nothing is: an error even where all went well this time.
+  // A joint that lags behind can stop the arm as if it had hit something. This is an error even if
+  // all trials succeeded.
   void CheckLag() {
     if (lags_rad_.size() == 0 || lags_rad_.maxCoeff() <= kLag_rad) return;
     std::vector<std::string> slow;
@@ -306,7 +307,7 @@ class Trying {
     tried_.findings.push_back(behind);
   }
 
-  // Limits with which the worst trial's drives follow, as its cure.
+  // Adds a fix: limits with which the drives can follow in the worst trial.
   void SlowEnough(Finding& behind) {
     robot::Robot& robot = cell_.robot;
     const VectorXd velocity = robot.velocity, acceleration = robot.acceleration;
@@ -357,9 +358,9 @@ class Trying {
   double start_s_ = Computed_s();
   Tryout tried_;
   std::map<std::string, Group> groups_;
-  VectorXd lags_rad_;  ///< largest, of each joint
-  TrialSpec worst_;    ///< of the trial with the largest
-  int weak_ = 0;       ///< trials in which the grip did not arrive
+  VectorXd lags_rad_;  ///< largest lag of each joint
+  TrialSpec worst_;    ///< the trial with the largest lag
+  int weak_ = 0;       ///< number of trials with too little grip force at the pads
 };
 
 }  // namespace

@@ -13,45 +13,45 @@
 namespace rangegrasp::draw {
 namespace {
 
-constexpr char kInk[] = "#444";   // of axes and frames
-constexpr char kGrid[] = "#ddd";  // of lines across a diagram
+constexpr char kInk[] = "#444";   // axes and frames
+constexpr char kGrid[] = "#ddd";  // grid lines
 constexpr char kBold[] = " font-weight=\"bold\"";
-// Room round a diagram for what is written there [px].
+// Margins around a diagram for its text [px].
 constexpr double kLeft = 70.0;
 constexpr double kRight = 20.0;
 constexpr double kTop = 30.0;
 constexpr double kBottom = 45.0;
-constexpr double kLabelX = 16.0;  // of a turned label at the left edge
+constexpr double kLabelX = 16.0;  // x of the rotated label at the left edge
 
-// A range of one value: a tenth of it to both sides, or this.
+// A range of one value is widened by a tenth of it on both sides, or at least by this.
 constexpr double kMinHalfRange = 1e-9;
-// Fewer say little, and twice as many with their numbers still fit.
+// Fewer ticks say little, and twice as many with their numbers still fit.
 constexpr double kMinTicks = 4.0;
 
-constexpr double kAir = 0.06;      // of the data's range, above and below it
-constexpr double kLine_px = 15.0;  // from a line of text to the next
+constexpr double kAir = 0.06;      // margin above and below the data, as a share of their range
+constexpr double kLine_px = 15.0;  // text line spacing
 
-// One for each series, in turn; the category colors of common plotters.
+// Colors of the series, in turn: the category colors of common plotting tools.
 constexpr std::array kColors = {"#1f77b4", "#ff7f0e", "#2ca02c", "#d62728",
                                 "#9467bd", "#8c564b", "#e377c2", "#7f7f7f"};
-constexpr double kLegend_px = 20.0;  // between title and bars
-constexpr double kBarAir = 1.05;     // of the highest bar
-constexpr double kGroupShare = 0.8;  // of a group's room is bars, the rest is between groups
-constexpr double kBarShare = 0.95;   // of a bar's room
-constexpr double kLetter_px = 7.0;   // about a letter's width
+constexpr double kLegend_px = 20.0;  // space for the legend between title and bars
+constexpr double kBarAir = 1.05;     // height of the axis relative to the highest bar
+constexpr double kGroupShare = 0.8;  // share of bars in a group's width, the rest is space
+constexpr double kBarShare = 0.95;   // share of a bar in its width
+constexpr double kLetter_px = 7.0;   // approximate letter width
 
-/// An interval that grows with what it takes.
+/// An interval that grows to include values.
 struct Range {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
-  /// NaN and infinity are left out.
+  /// Ignores NaN and infinity.
   void Take(double value) {
     if (!std::isfinite(value)) return;
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  /// By a share of itself at both ends; never empty afterwards.
+  /// Widens both ends by a share of the range; the range is never empty afterwards.
   void Widen(double share) {
     if (!(low <= high)) *this = {0.0, 1.0};
     const double air =
@@ -61,7 +61,7 @@ struct Range {
   }
 };
 
-/// Where a diagram lies in the picture: from data to pixels.
+/// Position of a diagram in the picture; maps data to pixels.
 struct Frame {
   Range x, y;
   double left, top, width, height;
@@ -96,7 +96,7 @@ std::string Rect(const Frame& frame, const std::string& more = "") {
   return Rect(frame.left, frame.top, frame.width, frame.height, more);
 }
 
-/// The first lines, with a white ground; "</svg>" must follow.
+/// The first lines of the SVG, with a white background; "</svg>" must follow.
 std::string Head(int width, int height) {
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" "
@@ -105,7 +105,7 @@ std::string Head(int width, int height) {
       width, height);
 }
 
-/// A frame with room for titles, numbers and labels round it, `top` pixels below the upper edge.
+/// A frame with margins for titles, numbers and labels, `top` pixels below the upper edge.
 Frame FrameIn(double top, int width_px, int height_px) {
   return {{}, {}, kLeft, top + kTop, width_px - kLeft - kRight, height_px - kTop - kBottom};
 }
@@ -210,7 +210,7 @@ std::string DrawMarkers(const Panel& panel, const Frame& frame) {
     const double x = frame.X(marker.x);
     svg += LineTo(x, frame.top, x, frame.Bottom(), marker.color, 1.5);
     svg += Text(x + 4, y, marker.label, "start", fmt::format(" fill=\"{}\"", marker.color));
-    y += kLine_px - 1;  // labels of near marks stay readable
+    y += kLine_px - 1;  // keeps labels of close markers readable
   }
   return svg;
 }
@@ -292,7 +292,7 @@ std::vector<double> Ticks(double low, double high) {
     if (factor * power <= rough) step = factor * power;
   }
   std::vector<double> ticks;
-  const double slack = 1e-9 * step;  // for ends that are round numbers themselves
+  const double slack = 1e-9 * step;  // includes ends that are round numbers themselves
   for (double k = std::ceil((low - slack) / step); k * step <= high + slack; k += 1.0) {
     ticks.push_back(k == 0.0 ? 0.0 : k * step);
   }

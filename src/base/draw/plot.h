@@ -7,16 +7,16 @@
 
 namespace rangegrasp::draw {
 
-/// One line (or set of dots) of a panel; NaN interrupts a line.
+/// A line or a set of dots in a panel; NaN interrupts the line.
 struct Series {
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< legend entry; empty: not in the legend
   std::vector<double> x, y;
-  std::string color = "#1f77b4";  ///< as in SVG
+  std::string color = "#1f77b4";  ///< SVG color
   bool dots = false;
   double width_px = 1.2;
 };
 
-/// A vertical mark at x.
+/// A vertical line at x with a label.
 struct Marker {
   double x;
   std::string label;
@@ -28,18 +28,18 @@ struct Panel {
   std::string title, x_label, y_label;
   std::vector<Series> series;
   std::vector<Marker> markers;
-  std::optional<std::pair<double, double>> y_range;  ///< of the data if absent
-  bool equal_axes = false;                           ///< one unit is as long on both axes
+  std::optional<std::pair<double, double>> y_range;  ///< absent: the range of the data
+  bool equal_axes = false;                           ///< same scale on both axes
 };
 
-/// Round numbers within [low, high], 4 to 11 of them.
+/// Round numbers for axis ticks within [low, high], 4 to 11 of them.
 std::vector<double> Ticks(double low, double high);
 
-/// Panels one below the other, as SVG.
+/// Draws the panels below one another, as SVG.
 std::string PlotSvg(const std::vector<Panel>& panels, int width_px = 900,
                     int panel_height_px = 260);
 
-/// Bars in groups: values[series][group]; NaN draws no bar.
+/// Grouped bars: values[series][group]; no bar is drawn for NaN.
 struct BarChart {
   std::string title, y_label;
   std::vector<std::string> groups;

@@ -17,13 +17,13 @@ namespace {
 
 using base::InputError;
 
-// Deflate packs 1032 to 1 at best: a header that asks for more than the file can hold is damaged,
-// and must not make us ask for the memory.
+// Deflate compresses by at most 1032:1. A header that declares more than the file can contain is
+// damaged, and no memory must be allocated for it.
 constexpr std::size_t kMaxPacking = 1100;
-// Files written before bear this level's bytes: zlib's own default.
+// zlib's default level, with which all earlier files were written.
 constexpr int kCompressionLevel = 6;
 
-// How a picture's pixels stand in a file.
+// The PNG pixel format of each image type.
 template <typename Picture>
 struct PixelFormat;
 template <>
@@ -50,10 +50,10 @@ std::string KindOf(int color_type, int bits) {
   return fmt::format("{}-bit {}", bits, kind);
 }
 
-// libpng leaves its functions by longjmp: between setjmp and there nothing with a destructor may
-// live, so each function that calls it holds plain values only.
+// libpng reports errors by longjmp: no object with a destructor may live between setjmp and there.
+// Each function that calls setjmp therefore holds only plain values.
 
-/// What libpng works on, while a picture is read or written.
+/// State of libpng while an image is read or written.
 struct State {
   explicit State(std::string_view file)
       : bytes(file), png(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)) {
@@ -85,8 +85,8 @@ struct State {
   }
   static void OnWarning(png_structp, png_const_charp) {}
 
-  std::string_view bytes;          // reading: what is left
-  std::string* written = nullptr;  // writing
+  std::string_view bytes;          // reading: the remaining bytes
+  std::string* written = nullptr;  // writing: the output
   std::array<char, 160> error{};
   png_structp png;
   png_infop info = nullptr;
@@ -105,7 +105,7 @@ void WriteBytes(png_structp png, png_bytep bytes, std::size_t count) {
   try {
     state->written->append(reinterpret_cast<const char*>(bytes), count);
   } catch (const std::bad_alloc&) {
-    out_of_memory = true;  // png_error must not leave a handler
+    out_of_memory = true;  // png_error must not jump out of a catch block
   }
   if (out_of_memory) png_error(png, "out of memory");
 }
@@ -120,7 +120,7 @@ bool ReadHeader(State& state) {
 
 bool ReadRows(State& state, png_bytepp rows) {
   if (setjmp(png_jmpbuf(state.png)) != 0) return false;
-  // A file's 16-bit values have the higher byte first; this machine's the lower one.
+  // PNG stores 16-bit values in big-endian order; this machine is little-endian.
   png_set_swap(state.png);
   png_read_image(state.png, rows);
   png_read_end(state.png, nullptr);
@@ -145,7 +145,7 @@ bool WriteRows(State& state, png_uint_32 width, png_uint_32 height, int bits, in
   throw InputError(std::string("is not a complete PNG image: ") + reader.error.data());
 }
 
-// The first byte of each row. libpng takes rows to write without const, and leaves them alone.
+// Pointers to the rows. libpng takes the rows to write as non-const, but does not modify them.
 template <typename Value>
 std::vector<png_bytep> RowsOf(const Value* values, std::size_t rows, std::size_t values_per_row) {
   std::vector<png_bytep> begins(rows);

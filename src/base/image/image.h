@@ -11,13 +11,13 @@
 
 namespace rangegrasp::image {
 
-/// The position of a pixel among those of a picture, row after row; of (0, height): their number.
+/// Row-major index of a pixel in an image; for (0, height) it is the number of pixels.
 constexpr std::size_t IndexAt(int x, int y, int width) {
   const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
   return row + static_cast<std::size_t>(x);
 }
 
-/// A colour picture with 8 bits a channel.
+/// An RGB image with 8 bits per channel.
 struct Image {
   int width = 0;
   int height = 0;
@@ -26,7 +26,7 @@ struct Image {
   const std::uint8_t* At(int x, int y) const { return rgb.data() + 3 * IndexAt(x, y, width); }
 };
 
-/// A grey picture of brightness, depth, height, ...
+/// A single-channel image of brightness, depth, height, ...
 template <typename Pixel>
 struct Grey {
   int width = 0;
@@ -36,18 +36,18 @@ struct Grey {
 using Grey8 = Grey<std::uint8_t>;
 using Grey16 = Grey<std::uint16_t>;
 
-/// The picture in the bytes of a PNG file.
-/// @tparam Picture  Image (8-bit RGB), Grey8 or Grey16: the file must hold exactly that.
-/// @throws base::InputError saying what is wrong; the caller names the file.
+/// Decodes the bytes of a PNG file.
+/// @tparam Picture  Image (8-bit RGB), Grey8 or Grey16: the file must have exactly this format.
+/// @throws base::InputError describing the problem; the caller names the file.
 template <typename Picture>
 Picture DecodePng(std::string_view bytes);
 
-/// The picture in a PNG file. @throws base::InputError as above, naming the file.
+/// Reads a PNG file. @throws base::InputError as DecodePng, naming the file.
 template <typename Picture>
 Picture ReadPng(const std::filesystem::path& file);
 
-/// The bytes of a PNG file of an Image, Grey8 or Grey16; the same picture is the same bytes.
-/// @throws std::invalid_argument if the size and the number of pixels do not fit, or are 0;
+/// Encodes an Image, Grey8 or Grey16 as PNG; equal images give equal bytes.
+/// @throws std::invalid_argument if the size is 0 or does not match the number of pixels;
 /// base::RunError if libpng fails.
 template <typename Picture>
 std::string EncodePng(const Picture& picture);

@@ -15,20 +15,19 @@
 namespace rangegrasp::image {
 namespace {
 
-constexpr GLint kDepthBits = 24;   // fewer let near surfaces show through each other
-constexpr GLint kStencilBits = 8;  // the physics engine's renderer casts shadows with it
+constexpr GLint kDepthBits = 24;   // with fewer, close surfaces show through each other
+constexpr GLint kStencilBits = 8;  // used by the physics engine's renderer for shadows
 constexpr GLint kAccumulationBits = 0;
-/// With shadows and Mesa itself: where less is left, it crashes.
+/// Memory for drawing with shadows, including Mesa itself, which crashes if less is available.
 constexpr std::size_t kDrawing_bytes = std::size_t{800} << 20;
-constexpr std::size_t kRgba = 4;  // bytes a pixel
+constexpr std::size_t kRgba = 4;  // bytes per pixel
 
-// Only the caller's thread draws. Mesa's threads would be missing in a process that is forked
-// later, which would wait for them without end, and they end late on a busy machine. The variable,
-// where it is set, overrides this.
+// Only the caller's thread draws. A process forked later would lack Mesa's threads and wait for
+// them forever; they also end late on a busy machine. The variable, if already set, overrides this.
 void DrawInThisThread() { setenv("LP_NUM_THREADS", "0", /*overwrite=*/0); }
 
 OpenGl Load() {
-  // MuJoCo looks for the functions among all that are loaded.
+  // RTLD_GLOBAL: MuJoCo looks up the functions among all loaded libraries.
   void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
   const auto find = [&]<typename Function>(Function*& function, const char* name) {
     function = library ? reinterpret_cast<Function*>(dlsym(library, name)) : nullptr;
@@ -71,7 +70,7 @@ const OpenGl& Gl() {
 
 bool DrawBeforeForking() {
   DrawInThisThread();
-  setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/1);  // the cache on disk has a thread
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/1);  // the disk cache uses a thread
   return std::string_view(std::getenv("LP_NUM_THREADS")) == "0";
 }
 

@@ -6,30 +6,30 @@
 
 #include "base/image/image.h"
 
-struct osmesa_context;  // OSMesa's
+struct osmesa_context;  // defined by OSMesa
 
 namespace rangegrasp::image {
 
-/// To be called before the first context of a process that draws and then forks: Mesa then starts
-/// no thread, which the forked process would not have, and no cache of shaders on disk.
-/// @return false where the variable LP_NUM_THREADS asks for threads: then it must not draw.
+/// Call this before the first context in a process that draws and then forks. Mesa then starts no
+/// thread, which a forked process would lack, and uses no shader cache on disk.
+/// @return false if the variable LP_NUM_THREADS asks for threads; the process must then not draw.
 bool DrawBeforeForking();
 
-/// A frame buffer in memory that OpenGL draws to (OSMesa: no display, no GPU), with depth and
-/// stencil. One is current in a thread at a time; it is not once it is gone.
+/// An in-memory frame buffer for OpenGL (OSMesa: no display, no GPU) with depth and stencil. One
+/// context is current per thread; a destroyed context is no longer current.
 class OffscreenContext {
  public:
-  /// Makes it current. @throws base::RunError if there is no such context; base::NotInstalled
+  /// Makes the context current. @throws base::RunError if it cannot be created; base::NotInstalled
   /// without OSMesa; std::invalid_argument for a size that is not positive.
   OffscreenContext(int width_px, int height_px);
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
   OffscreenContext& operator=(const OffscreenContext&) = delete;
 
-  /// What is drawn from now on goes here. @throws base::RunError if OSMesa refuses.
+  /// Directs all further drawing to this context. @throws base::RunError if OSMesa fails.
   void MakeCurrent();
 
-  /// What was drawn; each pixel is the mean of `oversampling` >= 1 drawn ones in both directions,
+  /// The drawn image. Each pixel is the mean of `oversampling` >= 1 drawn pixels in each direction,
   /// which smooths edges without multisampling.
   Image Picture(int oversampling = 1) const;
 
@@ -39,7 +39,7 @@ class OffscreenContext {
   };
   int width_px_;
   int height_px_;
-  std::vector<std::uint8_t> rgba_;  // rows from the bottom
+  std::vector<std::uint8_t> rgba_;  // bottom row first
   std::unique_ptr<osmesa_context, ContextDeleter> context_;
 };
 

@@ -4,8 +4,8 @@
 
 struct osmesa_context;
 
-// Types and values of OpenGL 1.1 and OSMesa 22, as their specifications give them. Debian's headers
-// bring 47 packages along.
+// Types and constants of OpenGL 1.1 and OSMesa 22, as defined in their specifications. Debian's
+// headers are not used, since they depend on 47 packages.
 using GLenum = std::uint32_t;
 using GLbitfield = std::uint32_t;
 using GLboolean = std::uint8_t;
@@ -32,7 +32,7 @@ inline constexpr GLenum OSMESA_RGBA = 0x1908;
 
 namespace rangegrasp::image {
 
-/// Their functions that are used; the names are without gl and OSMesa.
+/// The functions of OpenGL and OSMesa in use, named without the prefixes gl and OSMesa.
 struct OpenGl {
   void (*begin)(GLenum mode);
   void (*blend_func)(GLenum source, GLenum destination);
@@ -59,8 +59,8 @@ struct OpenGl {
   osmesa_context* (*get_current_context)();
 };
 
-/// Mesa's library is loaded by the first call: most runs draw nothing, and it brings a compiler of
-/// 130 MB along. @throws base::NotInstalled without it.
+/// The functions of Mesa's library, which the first call loads: most runs draw nothing, and the
+/// library depends on a compiler of 130 MB. @throws base::NotInstalled if the library is missing.
 const OpenGl& Gl();
 
 }  // namespace rangegrasp::image

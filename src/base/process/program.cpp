@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writing to a program that has ended is an error, not this process's end.
+/// Blocks SIGPIPE: writing to a program that has ended fails, but does not end this process.
 class WithoutPipeSignal {
  public:
   WithoutPipeSignal() {
@@ -50,10 +50,10 @@ class WithoutPipeSignal {
   sigset_t pipe_{}, before_{};
 };
 
-// Shells say so of a program that cannot be executed, and of one that a signal killed.
+// Exit codes as in shells: the program cannot be executed, or a signal (added) killed it.
 constexpr int kNotStarted = 127;
 constexpr int kKilled = 128;
-// A guard has this long to end everything [s] before it is killed itself.
+// Time [s] for a guard to end all processes before it is killed itself.
 constexpr double kMaxSweep_s = 5.0;
 constexpr useconds_t kPoll_us = 200;
 
@@ -61,7 +61,7 @@ constexpr useconds_t kPoll_us = 200;
   throw base::RunError(std::string(what) + ": " + strerror(errno));
 }
 
-/// An end of a pipe; below 0 once closed.
+/// One end of a pipe; negative once closed.
 class End {
  public:
   explicit End(int end = -1) : end_(end) {}
@@ -91,14 +91,14 @@ struct Pipe {
   }
 };
 
-/// This process's end.
+/// Makes this process's end of a pipe non-blocking.
 End NotBlocking(End end) {
   fcntl(end, F_SETFL, O_NONBLOCK);
   return end;
 }
 
-// Whatever is made before the fork: after it nothing may allocate, since other threads of this
-// process (a renderer's) may have held the heap's lock.
+// Everything that is prepared before the fork. Nothing may be allocated after it, since other
+// threads of this process (a renderer's) may have held the heap's lock.
 struct Start {
   explicit Start(const Program& p) : program(p), folder(p.folder.string()) {
     for (const std::string& word : p.command) argv.push_back(const_cast<char*>(word.c_str()));
@@ -130,7 +130,7 @@ void Limit(__rlimit_resource what, std::uint64_t bytes) {
   dup2(in, STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
-  // Files of this process: results, sockets.
+  // Closes files of this process (results, sockets).
   close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);
   Limit(RLIMIT_CORE, 0);
   if (start.program.max_memory_bytes > 0) Limit(RLIMIT_AS, start.program.max_memory_bytes);
@@ -147,8 +147,8 @@ void Limit(__rlimit_resource what, std::uint64_t bytes) {
   _exit(kNotStarted);
 }
 
-// Kills what is left of the program. Orphans come to the guard (it is their subreaper), so that
-// killing its children over and over reaches all.
+// Kills all remaining processes of the program. Orphans become children of the guard (their
+// subreaper), so killing its children repeatedly reaches all of them.
 void Sweep() {
   const int list = open("/proc/thread-self/children", O_RDONLY | O_CLOEXEC);
   std::array<char, 4096> text{};
@@ -159,7 +159,7 @@ void Sweep() {
     while (at < end) {
       pid_t child = 0;
       const auto read = std::from_chars(at, end, child);
-      // A number that the buffer cuts off is another process's.
+      // A number truncated by the buffer would be the id of another process.
       if (read.ec != std::errc() || read.ptr == end) break;
       kill(child, SIGKILL);
       at = read.ptr + 1;
@@ -197,18 +197,18 @@ int CodeOf(int status) {
   _exit(code);
 }
 
-/// A program under a guard: a process between this one and the program that stays until the program
-/// has ended, this process has died, or Kill, and then kills every process that came from the
-/// program. (A process group does not suffice: programs leave it, as a shell with job control.)
+/// A program and its guard: a process between this one and the program. The guard kills every
+/// process that came from the program when it ends, this process dies, or Kill is called. (A
+/// process group does not suffice: programs can leave it, e.g. a shell with job control.)
 class Guard {
  public:
-  End in, out, err;  // not blocking
+  End in, out, err;  // non-blocking
 
   /// @throws base::RunError if no process or pipe can be made.
   explicit Guard(const Program& program) {
     const Start start(program);
     Pipe to, from, error;
-    // A guard's signals wait from its first moment on.
+    // Blocks all signals, so that those to the guard stay pending from its start.
     sigset_t all, before;
     sigfillset(&all);
     const pid_t parent = getpid();
@@ -225,7 +225,7 @@ class Guard {
   Guard(const Guard&) = delete;
   Guard& operator=(const Guard&) = delete;
 
-  /// How the program ended: its exit code, or 128 and the signal that killed it; -1 if it runs.
+  /// The program's exit code, or 128 plus the signal that killed it; -1 while it runs.
   int ExitCode() {
     int status = 0;
     if (pid_ > 0 && waitpid(pid_, &status, WNOHANG) == pid_) {
@@ -235,7 +235,7 @@ class Guard {
     return code_;
   }
 
-  /// Waits until nothing is left.
+  /// Kills all processes of the program and waits for their end.
   void Kill() {
     if (pid_ <= 0) return;
     kill(pid_, SIGTERM);
@@ -256,7 +256,7 @@ class Guard {
   int code_ = -1;
 };
 
-/// An exit code of Guard's in words: "ended with code 3", "killed by Segmentation fault".
+/// Describes an exit code of Guard: "ended with code 3", "killed by Segmentation fault".
 std::string HowItEnded(int code) {
   if (code == kKilled + SIGXFSZ) return "it wrote a file larger than the limit";
   if (code > kKilled) return fmt::format("killed by {}", strsignal(code - kKilled));
@@ -264,13 +264,13 @@ std::string HowItEnded(int code) {
 }
 
 constexpr const char* kSandbox = "bwrap";
-// Of what it writes to stderr so much is kept, and so much of it shown.
+// How much of the program's stderr output is kept, and how much of it is shown.
 constexpr std::size_t kKept_bytes = 4096;
 constexpr std::size_t kShown = 400;
-// Between the end of its output and its own end [s]; what takes longer is killed.
+// Maximum time [s] from the end of its output to its exit; then it is killed.
 constexpr double kEnding_s = 1.0;
 
-/// Reads what is there. @return whether the pipe is still open
+/// Reads the available data. @return whether the pipe is still open
 bool ReadFrom(int pipe, std::string& text) {
   std::array<char, 65536> buffer{};
   const ssize_t n = read(pipe, buffer.data(), buffer.size());
@@ -278,15 +278,15 @@ bool ReadFrom(int pipe, std::string& text) {
   return n > 0 || (n < 0 && (errno == EAGAIN || errno == EINTR));
 }
 
-/// Keeps the end of what the program writes to stderr.
+/// Reads the program's stderr output and keeps its end.
 void ReadErr(Guard& guard, std::string& err) {
   if (guard.err < 0) return;
   if (!ReadFrom(guard.err, err)) guard.err.Close();
   if (err.size() > kKept_bytes) err.erase(0, err.size() - kKept_bytes);
 }
 
-/// Until one of the pipes can be used, in the order in, out, err; those that are closed (below 0)
-/// are passed over.
+/// Waits until one of the pipes is ready. The result has the order in, out, err; closed pipes
+/// (negative) are ignored.
 std::array<pollfd, 3> WaitFor(const Guard& guard, double left_s) {
   std::array<pollfd, 3> waits{
       {{guard.in, POLLOUT, 0}, {guard.out, POLLIN, 0}, {guard.err, POLLIN, 0}}};
@@ -343,7 +343,7 @@ class Conversation {
     }
   }
 
-  // Its output has ended without an end of line.
+  // Called when its output has ended without a line break.
   void AtEnd() {
     const base::Stopwatch ending;
     while (guard_.ExitCode() < 0 && ending.Seconds() < kEnding_s) {
@@ -381,8 +381,8 @@ fs::path TemporaryFolder() {
 }
 
 std::vector<fs::path> HiddenBy(const Box& box) {
-  // Temporary folders are shared by all programs of the machine, and sockets in /run command other
-  // programs.
+  // Temporary folders are shared by all programs of the machine, and sockets in /run give control
+  // over other programs.
   std::vector<fs::path> paths = {"/tmp", "/var/tmp", "/run", TemporaryFolder()};
   paths.insert(paths.end(), box.hidden.begin(), box.hidden.end());
   std::vector<fs::path> hidden;
@@ -391,7 +391,7 @@ std::vector<fs::path> HiddenBy(const Box& box) {
     const fs::path real = fs::canonical(path, error);
     if (!error && real != "/" && fs::is_directory(real)) hidden.push_back(real);
   }
-  // Outer ones first, since what is mounted later lies on top.
+  // Outer folders come first, since later mounts cover earlier ones.
   std::ranges::sort(hidden);
   const auto twice = std::ranges::unique(hidden);
   hidden.erase(twice.begin(), twice.end());
@@ -450,18 +450,18 @@ struct Feed::Impl {
                                      words.empty() ? "" : ": " + words));
   }
 
-  // Waits for something to do, as long as it may take.
+  // Waits until a pipe is ready, at most for the time limit.
   void Wait(const base::Stopwatch& watch, const char* too_long) {
     const double left_s = program.limit_s - watch.Seconds();
     if (left_s <= 0.0) Fail(fmt::format("{} for {:g} s", too_long, program.limit_s));
     const auto waits = WaitFor(guard, left_s);
-    // What it prints is of no use, and must not block it.
+    // Its output is not used, but is read so that it does not block the program.
     std::string dropped;
     if (waits[1].revents != 0 && !ReadFrom(guard.out, dropped)) guard.out.Close();
     if (waits[2].revents != 0) ReadErr(guard, err);
   }
 
-  // Reads what it still has to say, and waits for its end.
+  // Reads its remaining output and waits for its exit.
   int ExitCode() {
     const base::Stopwatch watch;
     while (guard.ExitCode() < 0) {

@@ -10,13 +10,13 @@
 namespace rangegrasp::draw {
 namespace {
 
-// Drawn twice as large in both directions and averaged: smooth edges without multisampling.
+// Images are drawn at twice the size and averaged: smooth edges without multisampling.
 constexpr int kOversampling = 2;
-// What is drawn lies between these, in units of the distance that is looked at.
+// Near and far clipping planes, in units of the viewing distance.
 constexpr double kNear = 0.02;
 constexpr double kFar = 20.0;
-// Brightness of a surface: seen edge on, and what facing the light adds to it. The light stands at
-// the eye, raised by a part of the view's up.
+// Brightness of a surface seen edge-on, and the increase for a surface that faces the light. The
+// light is at the eye, raised by a part of the view's up vector.
 constexpr double kAmbient = 0.35;
 constexpr double kDiffuse = 0.6;
 constexpr double kLightRise = 0.5;
@@ -71,8 +71,8 @@ void DrawPoints(GLenum as, const geometry::Points& points, const Color& color) {
   gl.end();
 }
 
-// Flat shading by a light at the eye, brighter from above; computed here, so that it does not
-// depend on winding.
+// Flat shading by a light at the eye, brighter from above. It is computed here so that it does not
+// depend on the winding.
 void DrawSurface(const Canvas::Surface& surface, const View& view) {
   const image::OpenGl& gl = image::Gl();
   gl.depth_mask(surface.color[3] < 1.0F ? GL_FALSE : GL_TRUE);
@@ -95,10 +95,10 @@ void DrawSurface(const Canvas::Surface& surface, const View& view) {
 }  // namespace
 
 Color PaletteColor(std::size_t i) {
-  // Hues by the golden angle: every new one falls into the widest gap. Orange comes first.
-  constexpr double kFirstHue = 0.05;  // of the circle
+  // Hues by the golden angle: each new one falls into the widest gap. The first is orange.
+  constexpr double kFirstHue = 0.05;  // share of the hue circle
   constexpr double kTurn = 1.0 / std::numbers::phi;
-  constexpr double kBright = 0.85;  // of the strongest channel, and by how much the weakest is less
+  constexpr double kBright = 0.85;  // the strongest channel, and how much lower the weakest is
   constexpr double kSpread = 0.7;
   const double hue = std::fmod(kFirstHue + kTurn * static_cast<double>(i), 1.0) * 6.0;
   const auto channel = [&](double offset) {

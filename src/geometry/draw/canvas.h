@@ -12,7 +12,7 @@ namespace rangegrasp::draw {
 /// Red, green, blue, opacity in 0..1.
 using Color = Eigen::Vector4f;
 
-/// A colour for number i, far from those of its neighbors.
+/// A color for number i that is clearly different from those of neighboring numbers.
 Color PaletteColor(std::size_t i);
 
 /// Points, lines and triangles to be drawn, all in one frame [m].
@@ -33,7 +33,7 @@ struct Canvas {
   };
   std::vector<Dots> dots;
   std::vector<Line> lines;
-  std::vector<Surface> surfaces;  ///< drawn in this order after dots, lines; translucent ones last
+  std::vector<Surface> surfaces;  ///< drawn in order after dots and lines; put translucent last
 };
 
 /// A pinhole camera.

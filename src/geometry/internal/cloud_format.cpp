@@ -23,7 +23,7 @@ double NumberIn(const LineReader& lines, std::string_view word) {
   return *value;
 }
 
-/// A number that a type holds: a whole one in its range, if it is whole.
+/// Parses a number of a type; for an integer type it must be whole and in range.
 double NumberOf(const LineReader& lines, const Type& type, std::string_view word) {
   const double value = NumberIn(lines, word);
   if (type.kind == 'f') return value;
@@ -43,11 +43,11 @@ Rgb Unpacked(double packed, const Type& type) {
           static_cast<std::uint8_t>(bits)};
 }
 
-/// @param value  value(place) is the point's number there
+/// @param value  value(place) is the point's number at that place
 template <class Value>
 void AppendPointFrom(const Layout& layout, const Value& value, CloudFile& cloud) {
   const auto& [x, y, z] = layout.xyz;
-  cloud.points.push_back({value(x), value(y), value(z)});  // braces: in this order
+  cloud.points.push_back({value(x), value(y), value(z)});  // braces: evaluated in this order
   if (layout.label) {
     constexpr double kMax = std::numeric_limits<std::uint32_t>::max();
     cloud.labels.push_back(static_cast<std::uint32_t>(std::clamp(value(*layout.label), 0.0, kMax)));
@@ -67,7 +67,7 @@ void AppendPointFrom(const Layout& layout, const Value& value, CloudFile& cloud)
 struct Property {
   std::string name;
   Type type;
-  std::optional<Type> count;  // of a list
+  std::optional<Type> count;  // for a list: type of its length
 };
 
 struct Element {
@@ -83,10 +83,10 @@ struct PlyHeader {
   bool has_vertex = false;
   bool in_vertex = false;
   Layout vertex;
-  std::vector<Element> after;  // behind vertex
+  std::vector<Element> after;  // after vertex
 
   bool IsAscii() const { return format == "ascii"; }
-  bool IsLast() const { return elements == vertex.points; }  // nothing stands behind the vertices
+  bool IsLast() const { return elements == vertex.points; }  // no data after the vertices
   bool IsSwapped() const { return format == "binary_big_endian"; }
 };
 
@@ -155,7 +155,7 @@ void ReadProperty(const LineReader& lines, const WordList& words, PlyHeader& hea
 
 bool IsMissing(const Place& place) { return place.type.size == 0; }
 
-/// Checks a whole header, and drops a color of which a channel is missing.
+/// Checks a whole header, and drops a color with a missing channel.
 void CheckHeader(const LineReader& lines, PlyHeader& header) {
   if (!header.IsAscii() && !header.IsSwapped() && header.format != "binary_little_endian") {
     lines.Fail("format {} is not one of ascii, binary_little_endian, binary_big_endian",
@@ -193,7 +193,7 @@ PlyHeader ReadPlyHeader(LineReader& lines) {
   return header;
 }
 
-/// The number whose bytes stand there, turned round if `swap_bytes`.
+/// The number with these bytes, which are reversed if `swap_bytes`.
 template <class T>
 double LoadAs(const char* bytes, bool swap_bytes) {
   std::array<char, sizeof(T)> copy;
@@ -217,7 +217,7 @@ double Load(const Type& type, const char* at, bool swap) {
   }
 }
 
-/// The numbers behind the vertices, one after the other.
+/// Reads the numbers after the vertices, one after the other.
 class Values {
  public:
   Values(std::string_view data, const PlyHeader& header, LineReader& lines)
@@ -230,7 +230,7 @@ class Values {
     data_.remove_prefix(type.size);
     return value;
   }
-  /// The length of a list of numbers of a type, which the file can hold.
+  /// The length of a list of numbers of a type; fails if the file is too short for it.
   std::size_t NextCount(const Type& count, const Type& type) {
     const double n = Next(count);
     const std::size_t left =
@@ -255,7 +255,7 @@ class Values {
     return NumberIn(lines_, words_[word_++]);
   }
 
-  std::string_view data_;  // what is left of binary data
+  std::string_view data_;  // remaining binary data
   bool ascii_, swap_;
   LineReader& lines_;
   WordList words_;
@@ -285,7 +285,7 @@ void ReadRow(const Element& element, Values& values, PolygonSoup& soup) {
   if (element.name == "face") soup.EndPolygon();
 }
 
-/// @return the data behind the vertices, if they are binary.
+/// @return the data after the vertices, if they are binary.
 std::string_view ReadVertices(const PlyHeader& header, LineReader& lines, CloudFile& cloud) {
   const Layout& vertex = header.vertex;
   const bool ascii = header.IsAscii();
@@ -342,7 +342,7 @@ std::optional<double> ParseNumber(std::string_view word) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || word.empty()) return std::nullopt;
-  if (error == std::errc::result_out_of_range) {  // infinite, or nothing
+  if (error == std::errc::result_out_of_range) {  // gives infinity or zero
     return std::strtod(std::string(word).c_str(), nullptr);
   }
   if (error != std::errc()) return std::nullopt;
@@ -368,7 +368,7 @@ void CheckPlace(const std::filesystem::path& file, const std::string& what,
 }
 
 std::string Quoted(std::string_view word) {
-  constexpr std::size_t kMaxLength = 40;  // a message stays on one line
+  constexpr std::size_t kMaxLength = 40;  // keeps a message on one line
   std::string text = "\"";
   for (const char c : word.substr(0, kMaxLength)) {
     text += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
@@ -455,7 +455,7 @@ PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view 
   Values values(behind, header, lines);
   for (const Element& element : header.after) {
     for (std::size_t i = 0; i < element.count; ++i) ReadRow(element, values, soup);
-    if (element.name == "face") break;  // nothing behind it counts
+    if (element.name == "face") break;  // later elements are not used
   }
   return soup;
 }

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Joins equal vertices and leaves those out that no triangle has; the order stays.
+// Joins equal vertices and removes unused ones; the order is kept.
 void CleanVertices(TriangleMesh& mesh) {
   const auto first = FirstTwin(mesh.vertices, CanonicalOrder(mesh.vertices));
   std::vector<std::uint32_t> place(mesh.vertices.size(), 0);
@@ -39,7 +39,7 @@ void CleanVertices(TriangleMesh& mesh) {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Vertex = CGAL::Triangulation_vertex_base_with_info_2<std::uint32_t, Kernel>;
-// Whether a face is inside of the polygon: -1 not yet known.
+// The info of a face is 1 inside the polygon, 0 outside, and -1 if not yet known.
 using Face = CGAL::Constrained_triangulation_face_base_2<
     Kernel, CGAL::Triangulation_face_base_with_info_2<int, Kernel>>;
 using Plane =
@@ -49,7 +49,7 @@ using Plane =
 using Corners = std::span<const std::uint32_t>;
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-// Newell: its length is twice the area.
+// The normal by Newell's method; its length is twice the area.
 Vector3d NormalOf(const Points& points, Corners corners) {
   Vector3d normal = Vector3d::Zero();
   const Vector3d& origin = points[corners[0]];
@@ -66,7 +66,7 @@ void AppendFan(Corners corners, std::size_t from, Triangles& triangles) {
   }
 }
 
-// The corner at which the polygon turns the other way; 0 if there is none.
+// The first reflex corner, at which the polygon turns the other way; 0 if there is none.
 std::size_t HollowCorner(const Points& points, Corners corners, const Vector3d& normal) {
   const std::size_t n = corners.size();
   for (std::size_t k = 0; k < n; ++k) {
@@ -77,7 +77,7 @@ std::size_t HollowCorner(const Points& points, Corners corners, const Vector3d& 
   return 0;
 }
 
-// Faces on the same side of the border as `face`, with each crossing of it the other way round.
+// Marks the faces inside the polygon: starts outside and switches at each crossing of its border.
 void TellInside(Plane& plane) {
   std::vector<std::pair<Plane::Face_handle, int>> open = {{plane.infinite_face(), 0}};
   while (!open.empty()) {
@@ -110,7 +110,7 @@ Plane Triangulated(const Points& points, Corners corners, const Vector3d& normal
   return plane;
 }
 
-// @return whether the polygon is simple, so that it was cut.
+// @return whether the polygon is simple and was triangulated.
 bool AppendDelaunay(const Points& points, Corners corners, const Vector3d& normal,
                     Triangles& triangles) {
   const std::size_t before = triangles.size();
@@ -131,10 +131,10 @@ bool AppendDelaunay(const Points& points, Corners corners, const Vector3d& norma
   return false;
 }
 
-/// Cuts a polygon into triangles of the same turn and appends them: a quad along the diagonal from
-/// its hollow corner, or from its first; one of more corners by a constrained Delaunay
-/// triangulation in its mean plane. One that crosses itself becomes a fan. O(n log n).
-/// @param corners  positions in `points`, finite; of less than three nothing is made.
+/// Appends the triangles of a polygon, with its orientation: a quad is cut along the diagonal from
+/// its reflex corner, or from its first; more corners get a constrained Delaunay triangulation in
+/// the mean plane. A polygon that crosses itself becomes a fan. O(n log n).
+/// @param corners  indices into `points`, finite; less than three give no triangle.
 void AppendTriangles(const Points& points, Corners corners, Triangles& triangles) {
   if (corners.size() <= 3) return AppendFan(corners, 0, triangles);
   const Vector3d normal = NormalOf(points, corners);
@@ -145,7 +145,7 @@ void AppendTriangles(const Points& points, Corners corners, Triangles& triangles
   AppendFan(corners, hollow, triangles);
 }
 
-/// The next line; one that ends with a backslash goes on in the next one, which `joined` holds.
+/// The next line; a line that ends with a backslash is joined with the next one in `joined`.
 std::optional<std::string_view> NextLine(LineReader& lines, std::string& joined) {
   auto line = lines.Next();
   if (!line || !line->ends_with('\\')) return line;
@@ -160,7 +160,7 @@ std::optional<std::string_view> NextLine(LineReader& lines, std::string& joined)
   return joined;
 }
 
-/// Of "7", "7/1", "7//3", "7/1/3"; counted from 1, below 0 from the last one back.
+/// Vertex index of "7", "7/1", "7//3", "7/1/3"; counted from 1, negative from the last one back.
 std::uint32_t VertexOf(const LineReader& lines, std::string_view word, std::size_t vertices) {
   const auto number = base::NumberFrom<std::int64_t>(word.substr(0, word.find('/')));
   const auto n = static_cast<std::int64_t>(vertices);
@@ -170,11 +170,11 @@ std::uint32_t VertexOf(const LineReader& lines, std::string_view word, std::size
   return static_cast<std::uint32_t>(*number > 0 ? *number - 1 : n + *number);
 }
 
-/// Of a line: "0 0 0" with its end, and "3 0 1 2" with its end, which may be absent.
+/// Shortest lines: "0 0 0" and "3 0 1 2", each with its line break, which may be absent.
 constexpr std::uint64_t kMinVertex_bytes = 6;
 constexpr std::uint64_t kMinFace_bytes = 8;
 
-/// The words of the next line that has some, without its comment; none at the end.
+/// The words of the next line that is not blank, without its comment; empty at the end.
 WordList NextWords(LineReader& lines) {
   while (const auto line = lines.Next()) {
     WordList words = Words(line->substr(0, line->find('#')));

@@ -9,30 +9,30 @@
 
 namespace rangegrasp::geometry::internal {
 
-/// Polygons as a file holds them: polygon i has the corners [begin[i], begin[i + 1]).
+/// Polygons as stored in a file: polygon i has the corners [begin[i], begin[i + 1]).
 struct PolygonSoup {
   Points points;
   std::vector<std::uint32_t> begin = {0};
-  std::vector<std::uint32_t> corner;  ///< positions in points
+  std::vector<std::uint32_t> corner;  ///< indices into points
 
   std::size_t Polygons() const { return begin.size() - 1; }
   /// Ends the polygon whose corners were appended last.
   void EndPolygon() { begin.push_back(static_cast<std::uint32_t>(corner.size())); }
 };
 
-/// Cuts polygons into triangles where they stand, equal vertices joined, unused ones left out.
-/// A polygon of less than three corners has none.
+/// Triangulates polygons in their order, joins equal vertices and removes unused ones. A polygon
+/// with less than three corners gives no triangle.
 /// @throws base::InputError naming the file: a vertex that is not finite, no triangle.
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup);
 
-/// Reads places and faces of an OBJ file; all else in it is passed over.
+/// Reads vertices and faces of an OBJ file and ignores everything else.
 /// @throws base::InputError naming file and line: a vertex without three numbers, a face with a
-/// vertex that is not there.
+/// vertex that does not exist.
 PolygonSoup ReadObj(const std::filesystem::path& file, std::string_view bytes);
 
-/// Reads the text of an OFF file (OFF, COFF, NOFF, STOFF and what they make together).
-/// @throws base::InputError naming file and line: counts that the file cannot hold, fewer faces
-/// than declared, a face with a vertex that is not there, what is no number.
+/// Reads the text of an OFF file (OFF, COFF, NOFF, STOFF and their combinations).
+/// @throws base::InputError naming file and line: counts too large for the file, fewer faces than
+/// declared, a face with a vertex that does not exist, a word that is not a number.
 PolygonSoup ReadOff(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace rangegrasp::geometry::internal

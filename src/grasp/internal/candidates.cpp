@@ -13,7 +13,7 @@ using geometry::Points;
 using geometry::PointSpan;
 
 constexpr Eigen::Index kMinNeighbors = 6;
-/// [m^2] points on a line have no second principal axis: less than this in it is rounding.
+/// [m^2] Points on a line have no second principal axis; a smaller spread along it is rounding.
 constexpr double kMinSpread_m2 = 1e-12;
 
 double WrappedAngle(double a) { return std::remainder(a, 2.0 * base::kPi); }
@@ -32,7 +32,7 @@ struct Cylindrical {
   }
 };
 
-/// |K| at the rim's points, by sector: the mean of those that fall into it.
+/// |K| at the rim's points by sector: the mean over the points in it.
 std::vector<double> RimCurvature(const Scene& scene, const PerceivedObject& object,
                                  const Cylindrical& polar, std::size_t sectors,
                                  double neighborhood_m) {
@@ -89,7 +89,7 @@ void MeasureWall(const std::vector<Polar>& wall, double rim_radius_m, const RimO
   sector.radius_m = seen ? 0.5 * (outer + inner) : rim_radius_m - 0.5 * options.assumed_wall_m;
 }
 
-/// The wall between the pads at one sector. `out`: the thumb's side, +1 outside, -1 in the cavity.
+/// A grasp of the wall at one sector. `out`: the thumb's side, +1 outside, -1 in the cavity.
 Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSector& sector,
                         const Vector3d& axis, const Vector3d& radial, double out, double pitch) {
   const RimOptions& options = task.options.rim;
@@ -113,7 +113,7 @@ Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSect
 }
 
 std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d& zero) {
-  // The points themselves: the surface may close the cavity.
+  // The points themselves are used, because the surface may close the cavity.
   SurfaceSamples samples;
   const TriangleMesh specks = SpeckMesh(task.object.completed_C, task.options.rim.speck_cell_m);
   for (std::size_t i = 0; i < specks.vertices.size(); i += 3) {
@@ -154,7 +154,7 @@ std::vector<Candidate> ClosedRim(Task& task, const Vector3d& axis, const Vector3
 }
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-/// Cosine between approaches that are one: 2.6 deg.
+/// Cosine above which two approaches count as one: 2.6 deg.
 constexpr double kSameApproach = 0.999;
 
 struct Direction {
@@ -167,8 +167,9 @@ Vector3d UpNormal(const Task& task) {
   return normal.dot(task.up_C) < 0.0 ? Vector3d(-normal) : normal;
 }
 
-/// Wide open over the top surface's centre, against its normal, both ways round, down to contact:
-/// where nothing else is left, e.g. for what is wider than the hand.
+/// Grasps with the hand wide open over the top surface's centre, against its normal, in both
+/// orientations, down to contact: if nothing else is left, e.g. if the object is wider than the
+/// hand.
 std::vector<Candidate> OverTheTop(Task& task) {
   std::vector<Candidate> candidates;
   if (!task.object.top) return candidates;
@@ -191,7 +192,7 @@ std::vector<Candidate> OverTheTop(Task& task) {
   return candidates;
 }
 
-/// Along which the object is narrowest, across the approach, in equal steps from `first`.
+/// The direction across the approach in which the object is narrowest, in equal steps from `first`.
 Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& first) {
   const PowerOptions& options = task.options.power;
   Vector3d best = first;
@@ -201,7 +202,7 @@ Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& f
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
     const auto [low, high] = std::ranges::minmax(
         task.coarse.points | std::views::transform([&](const Vector3d& p) { return x.dot(p); }));
-    // Ties, as between all directions of a cylinder, go to the first.
+    // Ties, e.g. between all directions of a cylinder, go to the first direction.
     if (high - low < min_width - options.same_width_m) {
       min_width = high - low;
       best = x;
@@ -223,7 +224,7 @@ Vector3d MinSpread(const Task& task, const Vector3d& approach) {
   return least[0] * u + least[1] * v;
 }
 
-/// Adds a closing direction and those next to it, both ways round, where none is near yet.
+/// Adds a closing direction and its neighbors, in both orientations, unless one is near already.
 void AddClosing(const PowerOptions& options, const Vector3d& approach, const Vector3d& closing,
                 std::vector<Direction>& list) {
   for (const double turn : options.turns_rad) {
@@ -238,14 +239,14 @@ void AddClosing(const PowerOptions& options, const Vector3d& approach, const Vec
   }
 }
 
-/// Against the top surface, closing across its principal axis, from the left and the right.
+/// Against the top surface, closing across its principal axis, from the left and from the right.
 std::vector<Direction> PublishedDirections(const Task& task) {
   if (!task.object.top) return {};
   const Vector3d approach = -UpNormal(task);
   return {{approach, task.object.top->minor_C}, {approach, -task.object.top->minor_C}};
 }
 
-/// Straight down, and against the top surface where that is tilted.
+/// Straight down, and against the top surface if it is tilted.
 std::vector<Vector3d> Approaches(const Task& task) {
   const PowerOptions& options = task.options.power;
   std::vector<Vector3d> approaches{-task.up_C};
@@ -274,7 +275,7 @@ Vector3d Across(const Task& task, const Vector3d& approach) {
                          : MinSpread(task, approach);
 }
 
-/// The approaches; closing across the narrowest side, the principal axis and the axis normal to it.
+/// All approaches, closing across the narrowest side, the principal axis and the axis normal to it.
 std::vector<Direction> Directions(const Task& task) {
   const PowerOptions& options = task.options.power;
   if (!task.options.directions) return PublishedDirections(task);
@@ -288,14 +289,14 @@ std::vector<Direction> Directions(const Task& task) {
   return directions;
 }
 
-/// Pads at the centre of mass, below it, and as deep as it goes; or down to contact alone.
+/// Pad depths: at the centre of mass, below it, and halfway to the bottom; or only down to contact.
 std::vector<double> Depths(const Task& task, const View& view) {
   if (!task.options.depths) return {kToContact_m};
   return {view.com.z(), view.com.z() + task.options.power.below_center_m,
           0.5 * (view.com.z() + view.bottom_m)};
 }
 
-/// The pads from as little below the top as holds to the centre of mass.
+/// Pad depths from the shallowest that holds to the centre of mass.
 std::vector<double> ShallowDepths(const Task& task, const View& view) {
   const int count = std::max(2, task.options.power.crowded_depths);
   const double shallow = view.top_m + task.options.placing.min_depth_m;
@@ -305,18 +306,18 @@ std::vector<double> ShallowDepths(const Task& task, const View& view) {
   return depths;
 }
 
-/// The measured best pitch; level fingers without pitches.
+/// The measured best pitch, or 0 (level fingers) without pitches.
 double MainPitch(const Task& task) {
   return task.options.pitches ? task.options.power.pitch_rad : 0.0;
 }
 
-/// The best candidate's pitch, or the measured best one where there is none.
+/// The best candidate's pitch, or the measured best one if there is none.
 double BestPitch(const std::vector<Candidate>& candidates, double main_pitch_rad) {
   const auto best = std::ranges::max_element(candidates, {}, ScoreOf);
   return best == candidates.end() ? main_pitch_rad : best->grasp.pitch_rad;
 }
 
-/// Along the fingers' row: the centre of mass, or the top's, which is then the view's origin.
+/// Position along the fingers' row: the centre of mass, or the top's (then the view's origin).
 double MiddleOf(const Task& task, const View& view) {
   return task.options.centering || !task.object.top ? view.com.y() : 0.0;
 }
@@ -335,7 +336,7 @@ void Search(Task& task, const View& view, int group, std::vector<Candidate>& can
     }
   }
   if (!task.options.offsets) return;
-  // New ones first: ties of the score go to them.
+  // New candidates come first, so that they win ties of the score.
   std::vector<Candidate> found(candidates.begin() + static_cast<std::ptrdiff_t>(before),
                                candidates.end());
   std::ranges::copy_if(candidates, std::back_inserter(found),
@@ -381,10 +382,10 @@ std::vector<Candidate> SearchedCandidates(Task& task) {
 
 struct SideApproach {
   Vector3d approach;
-  double ahead;  ///< cosine between it, seen from above, and the arm's way to the object
+  double ahead;  ///< cosine between it, seen from above, and the arm's direction to the object
 };
 
-/// Away from the arm, level or a little downwards, and turned to both sides.
+/// Directions away from the arm, level or a little downwards, and turned to both sides.
 std::vector<SideApproach> SideApproaches(const Task& task) {
   const LateralOptions& options = task.options.lateral;
   const Vector3d away = NormalPart(task.com_C - task.arm.base_C, task.up_C);
@@ -399,7 +400,7 @@ std::vector<SideApproach> SideApproaches(const Task& task) {
   return approaches;
 }
 
-/// Along y, which is nearly upright with a level closing direction: from the centre of mass up.
+/// Along y (nearly upright if the closing direction is level), from the centre of mass up.
 std::vector<double> Heights(const Task& task, const View& view) {
   const LateralOptions& options = task.options.lateral;
   const double sign = view.up.y() > 0.0 ? 1.0 : -1.0;
@@ -423,7 +424,7 @@ std::optional<double> GaussianCurvature(PointSpan neighbors, const Vector3d& cen
   if (axes.values[1] < kMinSpread_m2) return std::nullopt;
   Eigen::MatrixXd A(n, 6);
   Eigen::VectorXd h(n);
-  // Lengths in units of the neighbourhood, so that the columns weigh alike.
+  // Lengths are in units of the neighbourhood, so that the columns have similar weights.
   const double unit = std::sqrt(axes.values[2] / static_cast<double>(n));
   for (Eigen::Index i = 0; i < n; ++i) {
     const Vector3d q =
@@ -497,7 +498,7 @@ std::vector<Candidate> CylindricalCandidates(Task& task) {
     const std::array middle{0.5 * (view.top_m + view.bottom_m)};
     for (const double pitch : pitches) {
       Aim aim{pitch, best};
-      // The tool centre on the axis, in the middle of the height; the width is the diameter.
+      // The tool centre is on the axis at half the height; the width is the diameter.
       if (!task.options.centering) aim.width_m = diameter_m;
       const std::size_t before = candidates.size();
       PlaceAtDepths(task, view, band, aim, middle, GraspType::kCylindrical, k, candidates);
@@ -546,7 +547,7 @@ std::vector<Candidate> CrowdedCandidates(Task& task, std::size_t round) {
       ++group;
     }
   }
-  // From all round there is always something to close on; what slips for sure is no grasp.
+  // Some direction always finds a surface to close on, so grasps that certainly slip are removed.
   std::erase_if(candidates, [&](const Candidate& candidate) {
     return candidate.grasp.quality.angles.Larger() > task.options.friction_cone_rad;
   });
@@ -561,7 +562,7 @@ std::vector<Candidate> LateralCandidates(Task& task) {
     for (const double side : {1.0, -1.0}) {
       View view =
           MakeView(task, task.coarse, task.com_C, approach, side * task.up_C.cross(approach));
-      // Next to the arm is here the side that the hand comes from, not the thumb's.
+      // Here, the side that the hand comes from counts as next to the arm, not the thumb's side.
       view.thumb_to_arm = ahead;
       const std::array depths{view.com.z(), 0.5 * (view.com.z() + view.bottom_m)};
       for (const double y : Heights(task, view)) {

@@ -13,16 +13,16 @@ using geometry::Points;
 constexpr float kNone = std::numeric_limits<float>::infinity();
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kSides = 12;  ///< of a tessellated capsule: at most 0.3 mm below the true surface
-/// Finer than the samples that the hand closes on, which are 2 mm apart; the underside, which only
-/// stops the hand above them, as fine.
+/// Finer than the samples that the hand closes on, which are 2 mm apart. The grid of the underside,
+/// which only stops the hand above the samples, has their spacing.
 constexpr double kInnerCell_m = 0.0015;
 constexpr double kLowerCell_m = 0.002;
-/// [m^2] twice the area of a facet seen edge on, that covers no cell: rounding.
+/// [m^2] Twice the area below which a facet is seen edge on and covers no cell: rounding.
 constexpr double kMinArea_m2 = 1e-14;
-/// Share of a facet's edge by which a cell's middle may lie outside: none falls between two.
+/// Share of a facet's edge by which a cell's middle may lie outside, so that no cell is missed.
 constexpr double kEdge = 1e-9;
 
-/// A height field being drawn: coordinates u, v of the points span the grid, w is kept.
+/// A height field being drawn: coordinates u and v of the points span the grid, w is stored.
 struct Canvas {
   int u, v, w;
   const Grid& grid;
@@ -36,7 +36,7 @@ void Draw(const Vector3d& a, const Vector3d& b, const Vector3d& c, Canvas& canva
   const Vector2d e(b[canvas.u] - p.x(), b[canvas.v] - p.y());
   const Vector2d f(c[canvas.u] - p.x(), c[canvas.v] - p.y());
   const double area = e.x() * f.y() - e.y() * f.x();
-  // The near side hides the far one of a shape, whose faces are counter-clockwise from outside.
+  // The near side of a shape hides its far side; its faces are counter-clockwise from outside.
   if ((canvas.keep_max ? area : -area) < kMinArea_m2) return;
   const auto cell = [&](double x, double x0) {
     return static_cast<int>(std::floor((x - x0) / g.cell_m - 0.5));
@@ -73,16 +73,16 @@ Grid GridOver(const Vector2d& lower, const Vector2d& upper, double cell_m) {
   return {lower.x(), lower.y(), cell_m, cells(upper.x() - lower.x()), cells(upper.y() - lower.y())};
 }
 
-/// Samples this near to a pad at the contact belong to it: the glove's 1.5 mm yields, and samples
-/// are 2 mm apart. Larger: normals from round the corner count; smaller: one sample is the contact.
+/// Samples this near to a pad at contact belong to it: the glove's 1.5 mm yields, and samples are 2
+/// mm apart. Larger: normals around the corner count; smaller: one sample is the contact.
 constexpr double kPatch_m = 0.003;
-/// [m^2] so that samples right at the patch's edge have a weight.
+/// [m^2] Gives samples right at the patch's edge a weight.
 constexpr double kMinWeight_m2 = 1e-12;
 
 struct Sample {
   double x_T;
-  std::size_t cell;   ///< of the inner side's grid
-  std::size_t index;  ///< of the given points
+  std::size_t cell;   ///< in the inner side's grid
+  std::size_t index;  ///< in the given points
 };
 
 struct Limits {
@@ -121,7 +121,7 @@ Limits LimitsOf(const HandProfiles::Inner& inner, const std::vector<Sample>& sam
 }
 
 /// The contact of one side: the mean of the samples within the glove's softness, weighted by the
-/// square of how far they stand in. `side`: -1 the fingers, at smaller x, +1 the thumb.
+/// square of their depth in it. `side` is -1 for the fingers, at smaller x, and +1 for the thumb.
 struct Patch {
   Vector3d point = Vector3d::Zero();
   Vector3d out = Vector3d::Zero();
@@ -273,7 +273,7 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
   }
 
   Closing closing;
-  // Where one side met nothing in the state before, the contact is the closed one.
+  // If one side met nothing in the state before, the contact is that of the closed state.
   const bool both = std::isfinite(at_free.a) && std::isfinite(at_free.b);
   const double room = at_free.b - at_free.a;
   const double f = both ? room / (room + at_closed.a - at_closed.b) : 1.0;

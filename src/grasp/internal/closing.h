@@ -29,7 +29,7 @@ struct Grid {
   int nu = 0;
   int nv = 0;
 
-  /// The cell that holds (u, v), -1 outside.
+  /// The cell that contains (u, v), or -1 outside the grid.
   int Cell(double u_m, double v_m) const {
     const double i = (u_m - u0_m) / cell_m;
     const double j = (v_m - v0_m) / cell_m;
@@ -38,28 +38,28 @@ struct Grid {
   }
 };
 
-/// The hand at a pitch as height fields, in its tool frame T: axes as frame G's (x from the fingers
-/// to the thumb, z the approach), origin at the open hand's tip tool centre,
+/// Height fields of the hand at a pitch, in its tool frame T. T has the axes of frame G (x from the
+/// fingers to the thumb, z the approach) and its origin at the open hand's tip tool centre,
 ///   X_TH = Ry(-pitch) X_HG_tip^-1,
-/// so that a positive pitch takes the thumb's tip down, along +z_T.
-/// Fields are made when they are first asked for and kept. Not thread-safe.
+/// so that a positive pitch moves the thumb's tip down, along +z_T.
+/// Fields are computed on first use and kept. Not thread-safe.
 class HandProfiles {
  public:
   /// The inner side of fingers and thumb over (y_T, z_T). All states of one pitch share one grid.
   struct Inner {
     Grid grid;
-    std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity where there is none
-    std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity where there is none
-    double finger_min_m = std::numeric_limits<double>::infinity();  ///< of `finger`
-    double thumb_max_m = -std::numeric_limits<double>::infinity();  ///< of `thumb`
+    std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity if there is none
+    std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity if there is none
+    double finger_min_m = std::numeric_limits<double>::infinity();  ///< minimum of `finger`
+    double thumb_max_m = -std::numeric_limits<double>::infinity();  ///< maximum of `thumb`
   };
   /// How far down the hand reaches over (x_T, y_T).
   struct Lower {
     Grid grid;
-    std::vector<float> z;  ///< max z_T of all shapes [m]; -infinity where there is none
+    std::vector<float> z;  ///< max z_T of all shapes [m]; -infinity if there is none
   };
 
-  /// Keeps a reference to the hand. State k's shape i must be state 0's shape i moved.
+  /// Keeps a reference to the hand. Shape i of each state must be shape i of state 0, moved.
   /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
   explicit HandProfiles(const HandModel& hand);
 
@@ -70,8 +70,8 @@ class HandProfiles {
   const Lower& LowerSide(double pitch_rad, std::size_t state);
   /// The middle of the thumb's and the fingers' pads, in T.
   Vector3d PadCenter_T(double pitch_rad, std::size_t state) const;
-  /// The published tool centre: of the tips of the thumb and the index finger, or (power) of the
-  /// little finger too, in T.
+  /// The published tool centre in T: between the tips of the thumb and the index finger or (power)
+  /// the middle of the index and the little finger.
   Vector3d ToolCenter_T(double pitch_rad, std::size_t state, bool power) const;
   /// The farthest extent [m] of the hand along a unit direction of T, from T's origin.
   double Extent(double pitch_rad, std::size_t state, const Vector3d& direction_T) const;
@@ -88,26 +88,26 @@ class HandProfiles {
   std::map<Key, Lower> lower_;
 };
 
-/// What the hand meets when it closes on a surface.
+/// The contacts of the hand when it closes on a surface.
 struct Closing {
-  std::size_t state = 0;    ///< of the hand, nearest to the contact of both sides
-  double gap_m = 0.0;       ///< of the pads when both sides touch
+  std::size_t state = 0;    ///< of the hand, nearest to where both sides touch
+  double gap_m = 0.0;       ///< gap of the pads when both sides touch
   double drag_m = 0.0;      ///< how far the first side to touch pushes the object, along x_T
   Vector3d finger_T;        ///< middle of the fingers' contact
   Vector3d thumb_T;         ///< middle of the thumb's contact
   Vector3d finger_out_T;    ///< unit normal of the surface there, towards the fingers
-  Vector3d thumb_out_T;     ///< towards the thumb
+  Vector3d thumb_out_T;     ///< the same, towards the thumb
   double contact_m2 = 0.0;  ///< area of the surface within 3 mm of the fingers or the thumb
 };
 
-/// Closes the hand model on surface samples, as a caliper whose two sides move together: at every
-/// state the object may lie from a to b along x, where
+/// Closes the hand model on surface samples, like a caliper whose two sides move together. In each
+/// state the object can be shifted by a to b along x, where
 ///   a = max(finger(y, z) - x), b = min(thumb(y, z) - x)
-/// over the samples between the open jaws (not the far wall of a cup). Both touch where a and b
-/// meet (bisection over the states, then linear between two); the object has been pushed to there.
+/// over the samples between the open jaws (not the far wall of a cup). Both sides touch where a and
+/// b meet (bisection over the states, then linear between two), which is then the object's shift.
 /// @param points_A, normals_A  samples in a frame A whose axes are T's
 /// @param origin_A  T's origin in A [m]
-/// @param open_state  before closing
+/// @param open_state  state before closing
 /// @return nullopt if one side meets nothing, or the open jaws do not clear the object.
 /// O(log(states) n).
 std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t open_state,
@@ -115,7 +115,7 @@ std::optional<Closing> CloseOn(HandProfiles& hand, double pitch_rad, std::size_t
                                std::span<const Vector3d> normals_A, double sample_area_m2,
                                const Vector3d& origin_A);
 
-/// Of two contacts and their outward unit normals.
+/// The antipodal angles of two contacts with their outward unit normals.
 AntipodalAngles Antipodal(const Vector3d& finger, const Vector3d& finger_out, const Vector3d& thumb,
                           const Vector3d& thumb_out);
 

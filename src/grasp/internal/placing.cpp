@@ -4,9 +4,9 @@ namespace rangegrasp::grasp::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Less than this share of a vector normal to an axis is rounding: any normal does then.
+/// A vector's part normal to an axis below this share is rounding; any normal is used then.
 constexpr double kMinPart = 1e-6;
-/// Where the hand meets nothing on its way down, the limit is this far away [m].
+/// The limit [m] if the hand meets nothing on its way down.
 constexpr double kNoLimit_m = 1e9;
 
 Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Closing& closing,
@@ -31,7 +31,7 @@ Quality QualityOf(const Task& task, const View& view, const Aim& aim, const Clos
 
 double Square(double x) { return x * x; }
 
-/// The extent that the hand passes; of an upper part, the deepest one that fits between the jaws.
+/// The extent that the hand passes; for an upper part, that of the deepest one that fits the jaws.
 std::optional<Slab> PassedSlab(const Task& task, const View& view, const Band& band,
                                const Aim& aim) {
   const PlacingOptions& options = task.options.placing;
@@ -45,15 +45,15 @@ std::optional<Slab> PassedSlab(const Task& task, const View& view, const Band& b
   return slab;
 }
 
-/// The hand as it comes down: what does not change while it is centred.
+/// The descending hand: values that do not change while it is centered.
 struct Descent {
   std::size_t open;
   const HandProfiles::Lower& lower;
   double reach_m;
-  Vector3d pads;  ///< middle of the pads, or the tool centre, in T when they hold
+  Vector3d pads;  ///< in T when they hold: the middle of the pads, or the tool centre
 };
 
-/// Closes the hand at the aim's depth, as deep as it may go; every further round stands midway
+/// Closes the hand at the aim's depth, or as deep as it can go. Each further round places it midway
 /// between the contacts that the last one found.
 std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& band, const Aim& aim,
                                      const Descent& descent, Vector3d& origin) {
@@ -72,7 +72,7 @@ std::optional<Closing> CloseCentered(Task& task, const View& view, const Band& b
   }
 }
 
-/// Place, where the extent that the hand passes is known: it is the same at every depth.
+/// Place with a known extent of the part that the hand passes, which is the same at every depth.
 std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
                                  const std::optional<Slab>& slab, const Aim& aim, GraspType type) {
   const PlacingOptions& options = task.options.placing;
@@ -104,8 +104,8 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
   candidate.depth_m = origin.z() + descent.pads.z();
   candidate.to_contact = aim.depth_m == kToContact_m;
   if (closing) {
-    // The "tightest" side has the largest area of the surface against the closed fingers (section
-    // 5.2 leaves the measure open).
+    // The "tightest" side has the largest area of surface against the closed fingers (section 5.2
+    // leaves the measure open).
     candidate.grasp.score = closing->contact_m2 / task.options.score.contact_scale_m2;
     candidate.grasp.quality = QualityOf(task, view, aim, *closing, origin, *slab);
     if (task.options.contact_ranking) {
@@ -126,7 +126,7 @@ std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
   return lifts;
 }
 
-/// Whether it is free, as it is or a little higher (PlacingOptions::lifts_m); sets its opening.
+/// Whether it is free, in place or a little higher (PlacingOptions::lifts_m); sets its opening.
 bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
   const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
@@ -264,7 +264,7 @@ double ReachDown(Task& task, const View& view, double pitch_rad, std::size_t ope
 double TableLimit(const View& view, double reach_m, double x_m, double y_m, double clearance_m) {
   const double height_at_zero = view.table_offset_m + view.up.x() * x_m + view.up.y() * y_m;
   const double room = height_at_zero - reach_m - clearance_m;
-  // A level hand neither nears the table on its way nor leaves it.
+  // A level hand neither approaches the table on its way nor moves away from it.
   if (std::abs(view.up.z()) < kMinPart) return room >= 0.0 ? kNoLimit_m : -kNoLimit_m;
   return room / -view.up.z();
 }
@@ -313,7 +313,7 @@ void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
   for (const double depth : depths_m) {
     aim.depth_m = depth;
     const auto candidate = PlaceIn(task, view, band, slab, aim, type);
-    // It stopped where it had stopped.
+    // The hand stopped at the same thing as before.
     if (candidate && candidate->depth_m < deepest + options.same_depth_m) break;
     add(candidate);
     if (candidate) deepest = candidate->depth_m;

@@ -25,7 +25,7 @@ using perception::Scene;
 /// The scales and the bounds 4 and 2 stand in ScoreWeights.
 double Score(const Quality& quality, double friction_cone_rad, const ScoreWeights& weights);
 
-/// All that candidates of one object need. C is the cloud's frame.
+/// Data for all candidates of one object. C is the cloud's frame.
 struct Task {
   const Scene& scene;
   const PerceivedObject& object;
@@ -34,7 +34,7 @@ struct Task {
   Vector3d up_C;  ///< the table's normal
   const GraspOptions& options;
   SurfaceSamples samples;  ///< dense, for contacts
-  SurfaceSamples coarse;   ///< for extents and for coming down
+  SurfaceSamples coarse;   ///< for extents and the descent
   Vector3d com_C;
   HandProfiles profiles;
 
@@ -56,11 +56,11 @@ struct View {
   double y_min_m, y_max_m;
   double thumb_to_arm;  ///< cosine
 };
-/// @param closing_C  need not be normal to the approach, but not along it
+/// @param closing_C  must not be parallel to the approach, but need not be normal to it
 View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& origin_C,
               const Vector3d& approach_C, const Vector3d& closing_C);
 
-/// The dense samples that pads at y0 may meet, in A.
+/// The dense samples that pads at y0 may touch, in A.
 struct Band {
   double y_m = 0.0;
   geometry::Points points;
@@ -68,8 +68,8 @@ struct Band {
 };
 Band MakeBand(const Task& task, const View& view, double y0_m);
 
-/// The extent of the object along x, in the part that the hand passes: |y - y0| <= half_band and
-/// not deeper than reach below the top of that part.
+/// The extent of the object along x in the part that the hand passes: |y - y0| <= half_band and at
+/// most reach below the top of that part.
 struct Slab {
   double x_min_m = 0.0;
   double x_max_m = 0.0;
@@ -79,103 +79,102 @@ struct Slab {
 };
 std::optional<Slab> SlabAt(const View& view, double y0_m, double half_band_m, double reach_m);
 
-/// How far down T's origin can go along the approach at (x, y) until the hand, coming straight
-/// down, is object_clearance above the object.
+/// The largest depth of T's origin along the approach at (x, y) at which the hand, coming straight
+/// down, is still clearance_m above the object.
 double DescentLimit(const View& view, const HandProfiles::Lower& lower, double x_m, double y_m,
                     double clearance_m);
 /// How far the hand reaches below T's origin, towards the table, in any state from `open` to
 /// `closed`: fingers and thumb swing down while they close.
 double ReachDown(Task& task, const View& view, double pitch_rad, std::size_t open,
                  std::size_t closed);
-/// How far down T's origin can go along the approach at (x, y) until a hand that reaches reach_m
-/// below it is clearance_m above the table.
+/// The largest depth of T's origin along the approach at (x, y) at which a hand that reaches
+/// reach_m below it is still clearance_m above the table.
 double TableLimit(const View& view, double reach_m, double x_m, double y_m, double clearance_m);
 
-/// The hand on its way down: how far T's origin can go at (x, y) with a hand that reaches reach_m
-/// below it, until it is at its clearance above the table or the object.
+/// The smaller of TableLimit and DescentLimit with the options' clearances.
 double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower& lower,
                   double reach_m, double x_m, double y_m);
 
-/// A unit vector normal to the axis, in the direction of v where that is possible.
+/// A unit vector normal to the axis: along v's part normal to it, or any if v has no such part.
 Vector3d NormalPart(const Vector3d& v, const Vector3d& axis);
 
-/// The rotation axis, turned away from the table; nullopt where it is not upright enough
-/// (CylindricalOptions::max_tilt_rad) to be approached along from above.
+/// The rotation axis, pointing away from the table; nullopt if it is not upright enough
+/// (CylindricalOptions::max_tilt_rad) for an approach along it from above.
 std::optional<Vector3d> UprightAxis(const Task& task);
 
 struct Candidate {
   Grasp grasp;
   std::size_t open_state = 0;
-  std::size_t narrow_state = 0;  ///< tried where the open state collides
+  std::size_t narrow_state = 0;  ///< tried if the open state collides
   std::size_t held_state = 0;
   double depth_m = 0.0;     ///< z of the pads' middle in the view
-  bool to_contact = false;  ///< comes down until it meets something, wherever that is
+  bool to_contact = false;  ///< comes down until it meets something, at any depth
   int group = 0;            ///< candidates of one group are alike; see ChooseFree
 };
 
 inline double ScoreOf(const Candidate& candidate) { return candidate.grasp.score; }
 
-/// The candidate for T at origin_A; its states, widths and score are still to be set.
+/// The candidate with T at origin_A; its states, widths and score must still be set.
 Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
                         const Vector3d& center_A, double pitch_rad, GraspType type);
-/// Opens the candidate's hand to a state, for what is expected to be held at another with a width.
+/// Sets the candidate's state before closing, the state that is expected to hold, and its width.
 void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
                Candidate& candidate);
 
-/// Where the contacts are sought.
+/// The target of a placement.
 struct Aim {
   double pitch_rad = 0.0;
   double best_pitch_rad = 0.0;
-  double depth_m = 0.0;     ///< wanted z of the pads' middle; the hand stops earlier where it must
+  double depth_m = 0.0;     ///< wanted z of the pads' middle; the hand stops earlier if it must
   double back_off_m = 0.0;  ///< and then goes back up by this
-  /// The object's, where it is known from more than what the hand passes (a diameter).
+  /// The object's width, if it is known from more than the part that the hand passes (a diameter).
   std::optional<double> width_m{};
-  /// What is too wide for the hand further down is gripped by the part of it that is not.
+  /// If the object is too wide for the hand further down, an upper part that fits is gripped.
   bool upper_part = false;
 };
 
-/// The depth of a hand that comes down until it meets the object, or the table.
+/// The depth of a hand that comes down until it meets the object or the table.
 constexpr double kToContact_m = std::numeric_limits<double>::infinity();
 
-/// Places the hand so that its pads close on the object in the band and at the aim, midway between
-/// the contacts; nullopt if it does not fit or meets nothing on one side. Without centering the
-/// tool centre comes to x = 0 and the band's y instead, whatever the hand meets there.
+/// Places the hand so that its pads close on the object in the band at the aim, midway between the
+/// contacts; nullopt if it does not fit or if one side meets nothing. Without centering, the tool
+/// centre is placed at x = 0 and the band's y instead, whatever the hand meets there.
 std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
                                GraspType type);
-/// Place at each of the depths, from the first down, and, where the hand had to stop above the
-/// first of them, also a little higher (PlacingOptions::back_offs_m).
+/// Place at each of the depths, starting with the first. If the hand had to stop above the first of
+/// them, it is also placed a little higher (PlacingOptions::back_offs_m).
 void PlaceAtDepths(Task& task, const View& view, const Band& band, Aim aim,
                    std::span<const double> depths_m, GraspType type, int group,
                    std::vector<Candidate>& candidates);
 
 struct Quota {
-  int max_free = 24;     ///< candidates
-  int max_of_group = 1;  ///< of one group
-  int max_checks = 120;  ///< candidates looked at
+  int max_free = 24;     ///< free candidates in all
+  int max_of_group = 1;  ///< free candidates of one group
+  int max_checks = 120;  ///< candidates checked
 };
 
-/// States of the hand: how it may be open before it closes, and what it is expected to hold at.
+/// States of the hand: two openings before it closes, and the state that is expected to hold.
 struct Openings {
   std::size_t wide = 0;
   std::size_t narrow = 0;
   std::size_t held = 0;
 };
 
-/// The wide opening, then the narrow one, that clears obstacles and the object itself.
+/// The first of the wide and the narrow opening that clears obstacles and the object itself.
 std::optional<std::size_t> FreeOpening(const HandCollider& collider, const Pose& X_CH,
                                        const Openings& openings);
-/// Whether the hand meets the table at an opening from the wide one to just beyond the held.
+/// Whether the hand hits the table in a state from the wide opening to just beyond the held one.
 bool HitsTableClosing(const HandCollider& collider, const HandModel& hand, const Pose& X_CH,
                       const Openings& openings);
 
 struct Collected {
   std::vector<Grasp> free;         ///< by type, in the order of section 5.2
-  std::vector<Grasp> unreachable;  ///< free, but not for the arm
+  std::vector<Grasp> unreachable;  ///< free, but out of the arm's reach
   std::vector<Grasp> colliding;
 };
 
-/// Checks candidates in the order of their scores and appends them to what was collected: of those
-/// that collide, the best one of every group.
+/// Checks candidates in the order of their scores and appends them to `out`. Of those that collide,
+/// only the best of every group is kept.
 void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Candidate> candidates,
                 const Quota& quota, Collected& out);
 

@@ -18,11 +18,11 @@ struct Member {
 /// The points of each section, those that face outward before those that face the axis.
 using Members = std::map<std::pair<int, bool>, std::vector<Member>>;
 
-/// The radius about which most members lie, and which of the sorted members these are.
+/// The radius about which most members lie, and the range of these among the sorted members.
 struct Agreement {
   double radius_m = 0.0;
   std::size_t first = 0;
-  std::size_t last = 0;  ///< one past
+  std::size_t last = 0;  ///< one past the end
 };
 
 Agreement Agree(std::vector<Member>& members, double distance_m) {
@@ -77,7 +77,7 @@ void AddMembers(const std::vector<Member>& members, const Agreement& agreement, 
   }
 }
 
-/// A body point that faces outward: its section, and where it is about the axis, in the plane.
+/// A body point that faces outward: its section, and its position about the axis in the plane.
 struct OuterPoint {
   int section;
   Vector2d radial;
@@ -101,14 +101,14 @@ std::vector<OuterPoint> OuterPoints(const PointCloud& cloud, const BodyProfile& 
   return outer;
 }
 
-/// One step of Gauss-Newton: how far the center is off. A point's residual is its distance from the
-/// axis less its section's radius, which follows the center by the section's mean direction.
-/// @return nullopt where too few points, or too short an arc, say where it is.
+/// One Gauss-Newton step: how far the center is off. A point's residual is its distance from the
+/// axis minus its section's radius, which follows the center by the section's mean direction.
+/// @return nullopt if too few points, or too short an arc, determine it.
 std::optional<Vector2d> CenterShift(const std::vector<OuterPoint>& points, const BodyProfile& body,
                                     const FeatureOptions& options) {
   std::map<int, double> radius_m;
   for (const Section& s : body.sections) radius_m[SectionOf(s.depth_m, options)] = s.outer_m;
-  std::map<int, std::pair<Vector2d, int>> directions;  // their sum over a section, and how many
+  std::map<int, std::pair<Vector2d, int>> directions;  // sum over a section, and their number
   for (const OuterPoint& point : points) {
     auto& [sum, count] = directions.try_emplace(point.section, Vector2d::Zero(), 0).first->second;
     sum += point.radial.normalized();
@@ -130,7 +130,7 @@ std::optional<Vector2d> CenterShift(const std::vector<OuterPoint>& points, const
   return normal_matrix.inverse() * right;
 }
 
-/// Smoothing rounds the rim; the wall under it gives the radius. 0 where it has too few points.
+/// Smoothing rounds the rim, so the wall under it gives the radius. 0 if it has too few points.
 double RadiusUnderRim(const BodyProfile& body, const AxisOptions& options) {
   double sum = 0.0;
   double count = 0.0;

@@ -23,7 +23,7 @@ Image HalfTurn(const Vector3d& through, const Vector3d& axis) {
   };
 }
 
-/// Empty where the part is not symmetric.
+/// Empty if the part is not symmetric.
 Image FindSymmetry(const ObjectContext& context, const Part& part) {
   const CompletionOptions& options = context.options.completion;
   const Vector3d& up = context.table.normal;
@@ -51,7 +51,7 @@ struct ProfilePoint {
   double radius_m;
 };
 
-/// The frame that a profile is turned in.
+/// The frame in which a profile is rotated.
 struct Revolution {
   Vector3d center;
   Vector3d direction;
@@ -78,7 +78,7 @@ std::vector<ProfilePoint> OuterProfile(const BodyProfile& body, double radius_m,
   return profile;
 }
 
-/// How deep under the rim the floor of a cavity was seen; 0 if it was not.
+/// The depth under the rim at which the floor of a cavity was seen; 0 if it was not.
 double FloorDepth(const ObjectContext& context, const Part& part, double inner_m) {
   const CompletionOptions& options = context.options.completion;
   const Vector3d& center = part.axis->center_C;
@@ -97,8 +97,8 @@ double FloorDepth(const ObjectContext& context, const Part& part, double inner_m
   return base::UpperMedianOf(std::move(depths));
 }
 
-/// The cavity from its floor up to the rim. Where the floor was not seen, the deepest seen part of
-/// the wall stands for it: a finger goes no further than is known to be empty.
+/// The cavity from its floor up to the rim. If the floor was not seen, the deepest seen part of the
+/// wall replaces it: a finger goes no further than is known to be empty.
 std::vector<ProfilePoint> InnerProfile(const ObjectContext& context, const Part& part,
                                        const BodyProfile& body, double length_m) {
   const CompletionOptions& options = context.options.completion;
@@ -177,7 +177,7 @@ void AddRing(const ObjectContext& context, const Revolution& r, const ProfilePoi
 /// Keeps a gap of exactly one step from being cut in two.
 constexpr double kRounding = 1e-9;
 
-/// The profile with points at most one section apart.
+/// The profile with points added so that they are at most one section apart.
 std::vector<ProfilePoint> Filled(const std::vector<ProfilePoint>& profile, double step_m) {
   std::vector<ProfilePoint> filled{profile.front()};
   for (std::size_t i = 1; i < profile.size(); ++i) {
@@ -193,7 +193,7 @@ std::vector<ProfilePoint> Filled(const std::vector<ProfilePoint>& profile, doubl
   return filled;
 }
 
-/// From the end of the axis to the other end: a lying body's, or what the body stands on.
+/// From the end of the axis to the other end of a lying body, or to the base of a standing one.
 double LengthOf(const ObjectContext& context, const RotationAxis& axis, double base_m) {
   if (axis.Lies()) return axis.length_m;
   const CompletionOptions& options = context.options.completion;
@@ -202,7 +202,7 @@ double LengthOf(const ObjectContext& context, const RotationAxis& axis, double b
   return std::max(options.wall_m, (context.table.Distance(axis.center_C) - base_m) / upright);
 }
 
-/// The last of n cells is that of 1, too.
+/// Puts 1 into the last of n cells, too.
 constexpr double kBelowOne = 1.0 - 1e-9;
 
 double EndOf(std::vector<double> values, const CompletionOptions& options) {
@@ -211,7 +211,7 @@ double EndOf(std::vector<double> values, const CompletionOptions& options) {
   return SupportedEnd(std::move(values), others, options.end_band_m);
 }
 
-/// Without mixed points, which hang singly off the rectangle's ends. The top surface's are kept.
+/// The points without mixed ones, which hang singly off the rectangle's ends. The top's are kept.
 Points WithoutStrays(const ObjectContext& context, const Part& part, const Points& points) {
   const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
   const auto flat = Flatten(frame, points);
@@ -234,7 +234,7 @@ Points WithoutStrays(const ObjectContext& context, const Part& part, const Point
   return Select(points, geometry::PositionsOf(kept));
 }
 
-/// How high the posts along one side of an outline are: the highest points near each, or the base.
+/// Heights of the posts along one side of an outline: the highest points near each, or the base.
 std::vector<double> PostTops(const ObjectContext& context, const Points& points,
                              std::span<const Vector2d> flat, const Vector2d& a,
                              const Vector2d& along, double length_m, double base_m) {
@@ -254,7 +254,7 @@ std::vector<double> PostTops(const ObjectContext& context, const Points& points,
   return tops;
 }
 
-/// Points down from the highest points of the outline to the base: the planes square to the table.
+/// Points from the outline's highest points down to the base: the planes normal to the table.
 Points Walls(const ObjectContext& context, const Points& points, double base_m) {
   const double step_m = context.options.completion.wall_step_m;
   const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
@@ -279,8 +279,8 @@ Points Walls(const ObjectContext& context, const Points& points, double base_m) 
   return walls;
 }
 
-/// The hull of the points and of their projections to the base; of the footprint's corners alone:
-/// the others' lie in one plane with them, where the hull's exact predicates are slow.
+/// The hull of the points and of their projections to the base. Only the footprint's corners are
+/// projected: the others lie in one plane with them, where the hull's exact predicates are slow.
 TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double base_m) {
   Points solid = points;
   const auto flat = Flatten(frame, points);
@@ -309,9 +309,9 @@ std::vector<Points> Slices(const PlanarFrame& frame, std::span<const Vector2d> f
   return slices;
 }
 
-/// One hull where the outline is nearly convex, else hulls of slices along its longest axis.
+/// One hull if the outline is nearly convex, else hulls of slices along its longest axis.
 TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points, double base_m) {
-  constexpr double kMinArea_m2 = 1e-9;  // of a line, so that nothing is divided by 0
+  constexpr double kMinArea_m2 = 1e-9;  // of a line, to avoid a division by 0
   const CompletionOptions& options = context.options.completion;
   const PlanarFrame frame = MakePlanarFrame(context.table, points.front());
   const auto flat = Flatten(frame, points);
@@ -325,7 +325,7 @@ TriangleMesh ConvexPieces(const ObjectContext& context, const Points& points, do
   return mesh;
 }
 
-/// Whether the top fills its outline, and the rest is within it, seen along the top's normal.
+/// Whether the top fills its outline and the rest is within it, seen along the top's normal.
 bool IsSquareTo(std::span<const Vector2d> top, std::span<const Vector2d> all,
                 const CompletionOptions& options) {
   const auto outline = ConvexPolygon::Around(top);
@@ -335,8 +335,8 @@ bool IsSquareTo(std::span<const Vector2d> top, std::span<const Vector2d> all,
   return static_cast<double>(outside) <= options.max_lean_outside * static_cast<double>(all.size());
 }
 
-/// If the top leans and the points below stand square to it: the outline in the top's plane, moved
-/// against the top's normal as far down as points were seen, but not below the base.
+/// If the top leans and the points below form faces normal to it: the outline in the top's plane,
+/// moved against the top's normal as far down as points were seen, but not below the base.
 std::optional<Completion> CompleteLeaning(const ObjectContext& context, const Part& part,
                                           const Points& points, double base_m) {
   const CompletionOptions& options = context.options.completion;
@@ -430,7 +430,7 @@ Completion CompleteRotational(const ObjectContext& context, const Part& part, do
 
 Rectangle FootprintBox(const PlanarFrame& frame, std::span<const Vector2d> flat,
                        const std::optional<TopSurface>& top, const CompletionOptions& options) {
-  // The axis lies in the top's plane; where that stands on edge (60 deg), its shadow says nothing.
+  // The axis lies in the top's plane; if that stands on edge (60 deg), its projection says nothing.
   constexpr double kMinShadow = 0.5;
   if (!top || top->major_m <= options.min_elongation * top->minor_m) return MinAreaRectangle(flat);
   const Vector2d along(top->major_C.dot(frame.u), top->major_C.dot(frame.v));

@@ -14,12 +14,12 @@ double HeightOver(const PlanarFrame& frame, const Vector3d& p) {
   return (p - frame.origin).dot(frame.n);
 }
 
-/// Where a cloud's points are from above, how high, and which are of upright surfaces.
+/// A cloud's points seen from above, their heights, and which belong to upright surfaces.
 struct Seen {
   Flat all;
   std::vector<double> height_m;
   Flat upright;
-  Flat facing;  ///< one an upright point: its normal's share in the table's plane
+  Flat facing;  ///< one per upright point: its normal's part in the table's plane
 };
 
 Seen SeeFromAbove(const PointCloud& cloud, const PlanarFrame& frame,
@@ -74,13 +74,13 @@ Flat Turned(const Flat& points, double by_rad) {
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
 
-/// A line across one of the axes, and how high it is at the steps along it.
+/// A line across one of the axes, and its height at the steps along it.
 struct Line {
   double at_m = 0.0;
-  std::vector<double> highest_m;    ///< of the points at each step; kNothing where there are none
-  std::vector<int> level_before{};  ///< how many of the steps before each are as high as the rim
+  std::vector<double> highest_m;    ///< of the points at each step; kNothing if there are none
+  std::vector<int> level_before{};  ///< number of steps before each that are as high as the rim
 
-  /// The height that most of its steps have, within the margin.
+  /// The height of most of its steps, within the margin.
   double Level(double margin_m) const {
     std::vector<double> heights = highest_m;
     std::erase(heights, kNothing);
@@ -105,7 +105,7 @@ struct Line {
   }
 };
 
-/// One axis of the search; positions are along it, steps across.
+/// One axis of the search; positions are along it, steps are across it.
 class Axis {
  public:
   Axis(const Flat& all, const std::vector<double>& height_m, const Flat& upright, Eigen::Index axis,
@@ -122,8 +122,8 @@ class Axis {
     steps_ = static_cast<std::size_t>(StepOf(box.max()[along_]) - first_step_ + 1);
   }
 
-  /// The sheets: windows as wide as a wall that have more steps with upright points than their
-  /// neighbors, and enough for a wall. With the ends of each along the other axis.
+  /// Finds the sheets: windows as wide as a wall that have more steps with upright points than
+  /// their neighbors, and enough for a wall; and the ends of each along the other axis.
   void FindSheets(std::vector<double>& at, std::vector<double>& ends) const {
     if (upright_.empty()) return;
     const double half_m = 0.5 * options_.wall_m;
@@ -160,7 +160,7 @@ class Axis {
     }
   }
 
-  /// A line at each of the positions; positions nearer to each other than a wall is thick are one.
+  /// A line at each position; positions within half a wall's thickness become one.
   std::vector<Line> LinesAt(std::vector<double> positions) const {
     std::ranges::sort(positions);
     std::vector<Line> lines;
@@ -179,7 +179,7 @@ class Axis {
     return lines;
   }
 
-  /// How much [m] of the line from one position of the other axis to another is as high as the rim.
+  /// The length [m] between two positions of the other axis where the line is as high as the rim.
   double Covered(const Line& line, double from_m, double to_m) const {
     const auto bound = [&](double m) {
       return static_cast<std::size_t>(
@@ -206,7 +206,7 @@ class Axis {
     return static_cast<std::size_t>(StepOf(q[along_]) - first_step_);
   }
 
-  /// Steps with points of a window of two bins; single points are strays.
+  /// The number of steps with points in a window of two bins; single points are strays.
   int Support(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) const {
     if (a.empty() && b.empty()) return 0;
     std::vector<int> points(steps_, 0);
@@ -225,15 +225,15 @@ class Axis {
   std::size_t steps_ = 0;
 };
 
-/// A rectangle along the axes of a turned frame, and the rim that goes round it.
+/// A rectangle along the axes of a turned frame, and its rim.
 struct RimBox {
   Eigen::AlignedBox2d box;
-  double rim_m = 0.0;     ///< how high it is
-  double coverage = 0.0;  ///< share of it that is so high; 0: there is none
+  double rim_m = 0.0;     ///< height of the rim
+  double coverage = 0.0;  ///< share of the rim that is so high; 0: there is none
 };
 
-/// Replaces `best` by the rectangle that is level round the most of it, if that is better, among
-/// those with two sides across one axis, where sheets are, and two across the other.
+/// Replaces `best` by the rectangle with the largest level share of its border, if that is better,
+/// among those with two sides across one axis, at sheets, and two across the other.
 void SearchRim(const Axis& axis, const std::vector<double>& sheets, const Axis& other,
                const std::vector<double>& others, const ContainerOptions& options, RimBox& best) {
   const double margin_m = 2.0 * options.rim_margin_m;
@@ -265,7 +265,7 @@ void SearchRim(const Axis& axis, const std::vector<double>& sheets, const Axis& 
   }
 }
 
-/// The rectangle that two sheets are opposite sides of and that is level round the most of it.
+/// The rectangle with two sheets as opposite sides and the largest level share of its border.
 RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
                   const ContainerOptions& options) {
   const std::array<Axis, 2> axes{Axis(all, height_m, upright, 0, options),
@@ -283,7 +283,7 @@ RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Fl
   return best;
 }
 
-/// How far [rad] the upright points at the border are turned: the slope of one line through all.
+/// The turn [rad] of the upright points at the border: the slope of one line through all.
 double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   double turned = 0.0;
   double spread = 0.0;
@@ -308,7 +308,7 @@ double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   return spread > 0.0 ? turned / spread : 0.0;
 }
 
-/// The best border over all directions, each made better by its own points.
+/// The best border over all directions, each refined with its own points.
 std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
                                    const ContainerOptions& options) {
   RimBox best;
@@ -338,14 +338,14 @@ std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
                    best.rim_m + options.rim_margin_m};
 }
 
-/// How far inside the rectangle's border; < 0: outside.
+/// Distance inside the rectangle's border; < 0: outside.
 double Depth(const Rectangle& r, const Vector2d& q) {
   const Vector2d d = q - r.center;
   return std::min(0.5 * r.length_m - std::abs(d.dot(r.axis)),
                   0.5 * r.width_m - std::abs(Cross(r.axis, d)));
 }
 
-/// Whether what is seen inside at the height of the rim closes the box: a cuboid.
+/// Whether the points inside at the height of the rim close the box: it is a cuboid.
 bool HasLid(const PointCloud& cloud, const Container& container, const ContainerOptions& options) {
   Flat lid;
   for (const auto& p : cloud.points) {

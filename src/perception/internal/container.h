@@ -4,20 +4,20 @@
 
 namespace rangegrasp::perception::internal {
 
-/// An open box that things lie in. Its walls are in the hand's way, and nothing to grasp.
+/// An open box that things lie in. Its walls are obstacles for the hand and are not grasped.
 struct Container {
   PlanarFrame frame;   ///< on the table
   Rectangle walls;     ///< in that frame: the border that the walls stand on
-  double rim_m = 0.0;  ///< height over the table below which what is at the border is a wall
+  double rim_m = 0.0;  ///< height over the table below which points at the border are a wall
 };
 
-/// A box is known by its geometry alone: two upright sheets face each other, further apart than a
-/// hand can grasp; a rectangle of which they are sides is wider that way, too, and most of its
-/// border is equally high, which things that stand about are not; and there is no lid. A sheet is a
-/// straight line, seen from above, that upright points lie on for the most part of a side: what is
-/// off it, singly or as a thing, does not move it. Where a wall is not seen but for its rim, the
-/// ends of the sheets say where it is. O(n).
-/// @return nullopt where there is no box.
+/// A box is recognized by its geometry alone. Two upright sheets face each other, further apart
+/// than a hand can grasp. A rectangle with them as sides is that wide in the other direction, too,
+/// and most of its border is equally high, unlike things that stand about. There is no lid. A
+/// sheet, seen from above, is a straight line with upright points along most of a side; points off
+/// it, single ones or a thing's, do not move it. If only the rim of a wall is seen, the ends of the
+/// sheets show where it is. O(n).
+/// @return nullopt if there is no box.
 std::optional<Container> FindContainer(const PointCloud& cloud, const Plane& table,
                                        const ContainerOptions& options);
 
@@ -26,7 +26,7 @@ Indices PointsOfWalls(const PointCloud& cloud, const Container& container,
                       const ContainerOptions& options);
 
 /// Whether a segment is a piece of wall that the border has missed: nearly all of it lies close to
-/// it and below the rim.
+/// the border and below the rim.
 bool IsPieceOfWall(const PointCloud& cloud, const Container& container,
                    const ContainerOptions& options, const Indices& segment);
 

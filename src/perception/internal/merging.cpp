@@ -57,7 +57,7 @@ PointPairs Across(const ObjectContext& context, const Part& fragment, const Part
   return pairs;
 }
 
-/// The tangent planes continue each other or fold away from the sensor; the gap is not sideways.
+/// Whether the tangent planes continue each other or fold away from the sensor; no sideways gap.
 bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_t b) {
   const auto& [cloud, table, views, options] = context;
   const Vector3d gap = cloud.points[b] - cloud.points[a];
@@ -69,7 +69,7 @@ bool ContinuesAcross(const ObjectContext& context, std::uint32_t a, std::uint32_
   return std::abs(gap.dot(sideways)) < options.merge.max_sideways * gap.norm();
 }
 
-/// Whether most of the fragment is inside of a lying host: its far side, through its mouth.
+/// Whether most of the fragment is inside a lying host: its far side, seen through its mouth.
 bool IsInside(const ObjectContext& context, const Part& fragment, const RotationAxis& host) {
   const MergeOptions& options = context.options.merge;
   const double margin_m = options.footprint_margin_m;
@@ -81,7 +81,7 @@ bool IsInside(const ObjectContext& context, const Part& fragment, const Rotation
   });
 }
 
-/// What is seen of a part along a direction, but for stray points.
+/// The extent of a part along a direction, without stray points.
 struct Extent {
   double from_m;
   double to_m;
@@ -94,7 +94,7 @@ Extent ExtentAlong(const ObjectContext& context, const Part& part, const Vector3
           TopHeight(context.cloud, part.points, across)};
 }
 
-/// Whether the fragment goes on from the host's end that way, short, thin and in line with it.
+/// Whether the fragment continues the host's end that way, short, thin and in line with it.
 bool IsCapAlong(const ObjectContext& context, const Part& fragment, const Part& host,
                 const Vector3d& out) {
   const auto& [cloud, table, views, all] = context;
@@ -105,7 +105,7 @@ bool IsCapAlong(const ObjectContext& context, const Part& fragment, const Part& 
       f.Length() > options.max_cap_length * h.Length()) {
     return false;
   }
-  // Across the view as much is hidden of a thing on the one side as on the other.
+  // Across the view, as much of a thing is hidden on one side as on the other.
   const auto any = fragment.points.front();
   const Vector3d to_sensor = views.OriginOf(any) - cloud.points[any];
   const PlanarFrame frame = MakePlanarFrame({out, 0.0}, Vector3d::Zero(), out.cross(to_sensor));
@@ -127,7 +127,7 @@ bool IsCap(const ObjectContext& context, const Part& fragment, const Part& host)
                       IsCapAlong(context, fragment, host, -host.top->major_C));
 }
 
-/// Whether the segmentation saw the two surfaces meet, and cut between them.
+/// Whether the segmentation saw the two surfaces meet and cut between them.
 bool AreCutApart(const ObjectContext& context, const PointPairs& pairs) {
   const MergeOptions& options = context.options.merge;
   const auto& points = context.cloud.points;
@@ -137,7 +137,7 @@ bool AreCutApart(const ObjectContext& context, const PointPairs& pairs) {
   return touching >= options.min_pairs;
 }
 
-/// Whether nothing but the host can hold the fragment: see kHanging.
+/// Whether only the host can hold the fragment: see kHanging.
 bool Hangs(const ObjectContext& context, const Part& fragment, const Footprint& f, const Part& host,
            double min_free_below) {
   const CompletionOptions& completion = context.options.completion;
@@ -168,7 +168,7 @@ bool IsUnderTop(const ObjectContext& context, const Part& fragment, const Footpr
          ShareOver(context, fragment, h.frame, h.hull) >= options.within_share;
 }
 
-/// Whether the fragment lies in a rotational host. What is under a lying one is over its footprint.
+/// Whether the fragment lies in a rotational host. A thing under a lying one is over its footprint.
 bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprint& f,
               const Part& host, const Footprint& h) {
   if (!host.axis) return false;
@@ -176,8 +176,8 @@ bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprin
                            : IsUnderTop(context, fragment, f, h);
 }
 
-/// Whether the fragment is close, or a round host's shoulder or the root of its handle may be what
-/// was not seen between them.
+/// Whether the fragment is close, or the unseen part between them may be a round host's shoulder or
+/// the root of its handle.
 bool IsWithinReach(const ObjectContext& context, const Part& fragment, const Part& host,
                    PartSurface& surface, bool close) {
   return close || (host.axis && std::ranges::any_of(fragment.points, [&](auto i) {
@@ -200,11 +200,11 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
     if (cuts && Hangs(context, fragment, f, host, free)) return Kinship::kHanging;
   }
   if (cuts && AreCutApart(context, pairs)) return Kinship::kNone;
-  // So small compared with the host, it is more likely a piece of it than of something under it.
+  // A piece this small compared with the host more likely belongs to it than to a thing under it.
   const bool crumb = static_cast<double>(fragment.points.size()) <=
                      options.max_crumb_share * static_cast<double>(host.points.size());
   if (!pairs.empty() && crumb && IsUnderTop(context, fragment, f, h)) return Kinship::kWithin;
-  // A large thing meets its neighbor at a corner: a surface goes on over about its whole width.
+  // A large thing meets its neighbor at a corner; a surface continues over about its whole width.
   const double wide = std::sqrt(static_cast<double>(fragment.points.size()));
   if (!close || static_cast<double>(pairs.size()) < wide) return Kinship::kNone;
   const auto continuing = std::ranges::count_if(
@@ -213,7 +213,7 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   return static_cast<double>(continuing) > enough ? Kinship::kSurface : Kinship::kNone;
 }
 
-/// Joins fragments to hosts. What was found of two parts holds until one of them changes.
+/// Joins fragments to hosts. Results for two parts are valid until one of them changes.
 class Joining {
  public:
   Joining(const ObjectContext& context, std::vector<Part>& parts)
@@ -224,7 +224,7 @@ class Joining {
     }
   }
 
-  /// Joins the first pair that is akin, fragments with fewer points first.
+  /// Joins the first pair with a kinship, fragments with fewer points first.
   bool JoinOne(base::Rng& rng) {
     std::vector<std::size_t> order(parts_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -263,8 +263,8 @@ class Joining {
 
   const ObjectContext& context_;
   std::vector<Part>& parts_;
-  std::vector<Footprint> footprints_;  ///< one a part
-  std::vector<std::uint32_t> names_;   ///< one a part; a union has a new one
+  std::vector<Footprint> footprints_;  ///< one per part
+  std::vector<std::uint32_t> names_;   ///< one per part; a union has a new one
   std::set<std::pair<std::uint32_t, std::uint32_t>> strangers_;  ///< fragment and host, by name
   std::uint32_t next_name_ = 0;
 };
@@ -276,8 +276,8 @@ struct Touch {
   PointPairs pairs;
 };
 
-/// The mean angle [rad] of the edge along which two parts meet, > 0 where it is concave: between
-/// the mean normals of what each has within the gap of the edge.
+/// The mean angle [rad] of the edge along which two parts meet, > 0 if it is concave: between the
+/// mean normals of each part's points within the gap of the edge.
 double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vector<Part>& parts,
                 std::deque<PartSurface>& surfaces) {
   const PointCloud& cloud = context.cloud;
@@ -333,7 +333,7 @@ bool MayBeOne(const ObjectContext& context, const Part& a, const Part& b) {
   return height <= options.max_height_difference_m;
 }
 
-/// Whether both parts lie on the union's rim, as it is or with its gaps bridged.
+/// Whether both parts lie on the union's rim, with or without bridged gaps.
 bool OnRim(const ObjectContext& context, const Part& a, const Part& b, const Part& both,
            base::Rng& rng) {
   const auto& [cloud, table, views, options] = context;
@@ -348,7 +348,7 @@ bool OnRim(const ObjectContext& context, const Part& a, const Part& b, const Par
   return on_rim;
 }
 
-/// Whether a part's share of the union's top is on its lip: a wide lip's rim is one side alone.
+/// Whether a part's share of the union's top is on its lip: a wide lip's rim is only one side.
 bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
   const Indices own = Shared(both.top->points, part.points);
   return !own.empty() && IsOnLip(context.cloud, own, *both.axis, context.options);
@@ -360,7 +360,8 @@ bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& b
   return agreeing >= context.options.merge.min_own_body * (agreeing + differing);
 }
 
-/// Whether a part lies on the union's body with all of its points but ends, lips and floors.
+/// Whether a part lies on the union's body with the least share of its points. The others may be
+/// ends, lips and floors.
 bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& body) {
   return HoldsForShare(context.options.merge.min_own_body, part.points,
                        [&](auto i) { return std::ranges::binary_search(body.agreeing, i); });
@@ -382,7 +383,7 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
                                        both.axis->center_C, both.axis->direction_C, options);
   if (!Agrees(context, a, body) || !Agrees(context, b, body)) return std::nullopt;
-  // An axis from the body alone has no rim to ask the parts for; where things lie about, a few
+  // An axis from the body alone has no rim to test the parts with. Where things lie about, a few
   // points of one agree with the body of another.
   if (both.axis->rim_fraction == 0.0) {
     const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
@@ -478,7 +479,7 @@ void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, bas
       }
       parts[a] = std::move(*both);
       parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
-      b = a + 1;  // The union may take what the part alone did not.
+      b = a + 1;  // The union may match a part that the single part did not.
     }
   }
 }

@@ -11,7 +11,7 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// What a part stands on, above the table: its lowest points if other parts lie under it, else 0.
+/// Height of a part's support over the table: its lowest points if other parts are under it, or 0.
 double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std::size_t which) {
   const CompletionOptions& options = context.options.completion;
   const double lowest = BaseHeight(context.cloud, parts[which].points, context.table);
@@ -62,7 +62,7 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 }
 
 void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
-  // Objects of one height to the millimetre are as high: noise must not order them.
+  // Objects with the same height to the millimetre are equally high: noise must not order them.
   std::ranges::stable_sort(objects, std::ranges::greater(), [](const PerceivedObject& object) {
     return std::pair(std::lround(object.height_m * base::kMmPerM), object.points.size());
   });

@@ -5,18 +5,18 @@
 
 namespace rangegrasp::perception::internal {
 
-/// What the steps from segments to objects read.
+/// Input of the steps from segments to objects.
 struct ObjectContext {
   const PointCloud& cloud;
   const Plane& table;
   const SensorViews& views;
   const FeatureOptions& options;
 
-  /// Any one place, for the origin of frames on the table.
+  /// Any one of the sensors' places, for the origin of frames on the table.
   const Vector3d& FirstOrigin() const { return views.places.front().origin_C(); }
 };
 
-/// A part on its way to an object: one segment or several joined, and what was found of it.
+/// A candidate for an object: one segment or several joined ones, and their features.
 struct Part {
   Indices points;  ///< ascending positions in the cloud
   std::optional<TopSurface> top;
@@ -26,12 +26,12 @@ struct Part {
 /// Top surface and rotation axis of a set of points.
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng);
 
-/// The same of the points of both.
+/// The same for the points of both.
 Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, base::Rng& rng);
 
 /// Sections 5.1.3 and 5.1.4 over all segments: top surfaces, circles, merging of clipped rotational
-/// parts and of fragments, completion, order: topmost first, to the millimetre; then the larger.
-/// Appends the seconds of its steps.
+/// parts and of fragments, completion, and order: topmost first, to the millimetre, then larger
+/// first. Appends the seconds of its steps.
 std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
                                           const std::vector<Indices>& segments, const Plane& table,
                                           const SensorViews& views, const FeatureOptions& options,

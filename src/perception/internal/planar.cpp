@@ -12,7 +12,7 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// A hint whose part in the plane is this short (squared) is square to it but for rounding.
+/// A hint whose part in the plane is this short (squared) is normal to the plane, up to rounding.
 constexpr double kNoDirection = 1e-12;
 
 double SegmentDistance(const Vector2d& a, const Vector2d& b, const Vector2d& q) {
@@ -22,11 +22,11 @@ double SegmentDistance(const Vector2d& a, const Vector2d& b, const Vector2d& q) 
   return (q - a - t * ab).norm();
 }
 
-/// Of a squared sine and of a scatter: far above rounding, far below what noise makes of a line.
+/// For a squared sine and for a scatter: far above rounding, far below what noise makes of a line.
 constexpr double kCollinearThree = 1e-18;
 constexpr double kCollinearMany = 1e-12;
-/// Bins of an arc, 10 deg each: a rim of 35 mm radius has three points in one. Fewer bins count a
-/// few points as a long arc, more count the gaps between points.
+/// Bins of an arc, 10 deg each: on a rim of 35 mm radius, one bin has three points. Fewer bins
+/// count a few points as a long arc, more count the gaps between points.
 constexpr int kArcBins = 36;
 
 Indices Inliers(const Circle& circle, PointSpan rim, double distance_m) {
@@ -118,7 +118,7 @@ Rectangle PrincipalRectangle(std::span<const Vector2d> points) {
 }
 
 double HighestLine(const PlanarFrame& frame, const Plane& table, PointSpan points) {
-  // Two and a half point spacings: each slice has some points, and a short edge some slices.
+  // Two and a half point spacings: each slice has some points, and a short edge has some slices.
   constexpr double kSlice_m = 0.005;
   std::map<long, std::pair<double, double>> slices;  // height and offset of the highest
   for (const auto& p : points) {

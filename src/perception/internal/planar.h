@@ -21,7 +21,7 @@ using geometry::PointSpan;
 using geometry::Select;
 using geometry::TriangleMesh;
 
-/// A right-handed frame on a plane: u and v in it, n its normal.
+/// A right-handed frame on a plane: u and v lie in it, n is its normal.
 struct PlanarFrame {
   Vector3d origin;
   Vector3d u;
@@ -34,12 +34,12 @@ struct PlanarFrame {
   }
 };
 
-/// The frame on `plane` under the point `near`, with u along `hint` as far as that lies in the
-/// plane (any direction where it does not).
+/// The frame on `plane` under the point `near`, with u along the part of `hint` in the plane (any
+/// direction if there is none).
 PlanarFrame MakePlanarFrame(const Plane& plane, const Vector3d& near,
                             const Vector3d& hint = Vector3d::Zero());
 
-/// Of two opposite directions the same one: that whose largest component is positive.
+/// One of two opposite directions, always the same: the one whose largest component is positive.
 inline Vector3d WithoutSign(const Vector3d& direction) {
   Eigen::Index main = 0;
   direction.cwiseAbs().maxCoeff(&main);
@@ -48,7 +48,7 @@ inline Vector3d WithoutSign(const Vector3d& direction) {
 
 std::vector<Vector2d> Flatten(const PlanarFrame& frame, PointSpan points);
 
-/// Those of the points that fulfil a condition, in their order.
+/// The points that fulfil a condition, in their order.
 template <typename Holds>
 Indices Where(const Indices& points, const Holds& holds) {
   Indices found;
@@ -65,7 +65,7 @@ bool HoldsForShare(double share, const Indices& points, const Holds& holds) {
          share * static_cast<double>(points.size());
 }
 
-/// Of the shapes that are drawn, the one that most items agree with, and how many do (RANSAC).
+/// The drawn shape that most items agree with, and how many do (RANSAC).
 template <typename Draw, typename Items, typename Agrees>
 auto BestOfDraws(int draws, const Draw& draw, const Items& items, const Agrees& agrees) {
   std::pair<decltype(draw()), std::size_t> best;  // std::optional of a shape
@@ -92,27 +92,27 @@ struct Rectangle {
   }
 };
 
-/// The rectangle of least area round a set of points: one of its sides lies on a side of the
-/// hull. O(n log n + h^2), h points on the hull.
+/// The rectangle of least area around a set of points: one of its sides lies on a side of the hull.
+/// O(n log n + h^2), h points on the hull.
 Rectangle MinAreaRectangle(std::span<const Vector2d> points);
 
 /// The rectangle along the principal axes of the points' covariance (section 5.2).
 Rectangle PrincipalRectangle(std::span<const Vector2d> points);
 
-/// The rectangle with sides along `axis` and across it; `axis` stays the rectangle's even where it
-/// is the shorter side.
+/// The rectangle with sides along `axis` and across it; `axis` stays the rectangle's axis even if
+/// it is along the shorter side.
 Rectangle RectangleAlong(std::span<const Vector2d> points, const Vector2d& axis);
 
-/// Positions of the points on the convex hull, counter-clockwise (Andrew's monotone chain). All
-/// points come back, in order along the line, where they are collinear.
+/// Positions of the points on the convex hull, counter-clockwise (Andrew's monotone chain). If the
+/// points are collinear, all are returned, in order along the line.
 std::vector<std::uint32_t> HullPositions(std::span<const Vector2d> points);
 
-/// Where, along v, a fold or an edge along u is: the median over 5 mm slices along u of the v of
-/// the highest point over the table. Needs a point.
+/// The position along v of a fold or an edge along u: the median over 5 mm slices along u of the v
+/// of the highest point over the table. Needs a point.
 double HighestLine(const PlanarFrame& frame, const Plane& table, PointSpan points);
 
-/// The highest value that has so many others within the band below it, or the highest of all: the
-/// end of what was measured without the few mixed points beyond it. O(n log n); needs a value.
+/// The highest value that has this many others within the band below it, or the highest of all: the
+/// end of the measured points without the few mixed points beyond it. O(n log n); needs a value.
 double SupportedEnd(std::vector<double> values, std::size_t others, double band_m);
 
 /// The area [m^2] that points in the plane fill, counted in square cells of a grid.
@@ -157,7 +157,7 @@ double CircleDistance(const Circle& circle, const Vector3d& p);
 /// @return nullopt if no draw gave a circle of an admissible radius.
 std::optional<CircleFit> FitCircle(PointSpan rim, const CircleFitOptions& options, base::Rng& rng);
 
-/// How far round the circle's axis the points go [rad], counted in bins of 10 deg.
+/// The arc [rad] around the circle's axis that the points cover, counted in bins of 10 deg.
 double ArcOf(const PointCloud& cloud, const Indices& points, const Circle& circle);
 
 /// Distance [m] of p from the axis through c with unit direction n: |(p - c) x n| (eq. 5.8).

@@ -13,18 +13,18 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
-/// A draw of two points and their normals is more often in vain than one of three rim points.
+/// A draw of two points with normals fails more often than one of three rim points.
 constexpr int kDrawsPerCircleDraw = 2;
-/// Refits of the circle: the points that agree change a little with every one.
+/// Number of refits of the circle: the points that agree change a little with each.
 constexpr int kWallRefits = 5;
 
-/// A point of a body seen along an axis: where it is, and where its normal points to.
+/// A point of a body seen along an axis: its position and the direction of its normal.
 struct Wall {
   Vector2d p;
   Vector2d normal;  ///< unit
 };
 
-/// What was seen of the wall about the frame's normal, in the frame.
+/// The part of the wall that was seen about the frame's normal, in the frame.
 std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
                          const FeatureOptions& options) {
   std::vector<Wall> wall;
@@ -50,18 +50,18 @@ Circle CircleOf(const RotationAxis& axis) {
   return {axis.center_C, axis.direction_C, axis.radius_m};
 }
 
-/// How far a point is inside of the axis' circle [m].
+/// How far a point is inside the axis' circle [m].
 double Inside(const PointCloud& cloud, std::uint32_t i, const RotationAxis& axis) {
   return axis.radius_m - AxisDistance(cloud.points[i], axis.center_C, axis.direction_C);
 }
 
-/// The circle about where the normals of two wall points meet, if they are about as far from there.
+/// The circle about the point where two wall points' normals meet, if both are as far from it.
 std::optional<Circle2> NormalsMeet(const Wall& a, const Wall& b, const FeatureOptions& options) {
   Eigen::Matrix2d directions;
   directions << -a.normal, b.normal;
   if (std::abs(directions.determinant()) < options.axis.min_normals_sine) return std::nullopt;
   const Vector2d steps = directions.inverse() * (b.p - a.p);
-  // p - step * normal: the center lies behind both, at the same distance but for the noise of both.
+  // p - step * normal: the center lies behind both, at the same distance except for their noise.
   if (steps.minCoeff() <= 0.0 || std::abs(steps[0] - steps[1]) > 2.0 * options.circle.distance_m) {
     return std::nullopt;
   }
@@ -88,7 +88,7 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
   return {circle.center + solved.head<2>(), std::sqrt(squared)};
 }
 
-/// The drawn circle that most wall points are on; nullopt if these are less than half a least wall.
+/// The drawn circle with most wall points on it; nullopt if they are below half of the minimum.
 std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
                                   const std::function<std::optional<Circle2>()>& candidate,
                                   const std::function<bool(const Circle2&)>& admissible,
@@ -108,7 +108,7 @@ std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
 bool Any(const Circle2&) { return true; }
 
 /// The circle of a body seen along the frame's normal: two wall points with their normals give a
-/// center (as eq. 5.7, with normals in the place of a third point); refitted to all that agree.
+/// center (as in eq. 5.7, with normals instead of a third point); refitted to all that agree.
 /// @return nullopt if the wall has too few points, or too few that agree.
 std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
                                     const PlanarFrame& frame,
@@ -123,7 +123,7 @@ std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& poin
   auto circle =
       DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, admissible, options);
   if (!circle) return std::nullopt;
-  // Two normals say little of the center; all that agree say more.
+  // Two normals locate the center poorly; all that agree locate it better.
   for (int round = 0; round < kWallRefits; ++round) {
     const Circle2 refitted = Refit(walls, *circle, options);
     if (!admissible(refitted)) break;
@@ -132,14 +132,14 @@ std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& poin
   return circle;
 }
 
-/// Rounds in which the direction is taken from the normals that the last one left square to it.
+/// Rounds in which the direction is fitted to the normals that the last one left normal to it.
 constexpr int kDirectionRounds = 3;
-/// Rounds of the refit: a turn of a few degrees brings in further points with each.
+/// Rounds of the refit: each turn of a few degrees brings in further points.
 constexpr int kRefits = 8;
-/// Points within this many circle distances are fitted: those at the ends of a body whose direction
-/// is still a few degrees off.
+/// Points within this many circle distances are fitted, to include those at the ends of a body
+/// whose direction is still a few degrees off.
 constexpr double kRefitBand = 2.0;
-/// 1 + the normal's share upward: points that face down say nothing of a circle on the table.
+/// 1 + the normal's upward part: points that face down do not determine a circle on the table.
 constexpr double kMinRise = 0.2;
 
 Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
@@ -148,7 +148,7 @@ Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
   return base::SymmetricEigen(scatter).vectors.col(0);
 }
 
-/// From the body's upper side first (its ends face sideways); nullopt where it is too steep to lie.
+/// First from the body's upper side (its ends face sideways); nullopt if it is too steep to lie.
 std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points,
                                   const Plane& table, const FeatureOptions& options) {
   Indices square = UpwardPoints(cloud, points, table.normal, options.ridge.window_rad);
@@ -164,7 +164,7 @@ std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points
   return WithoutSign(direction);
 }
 
-/// Normal to the body's direction, v as nearly up as that allows, at the points' centroid.
+/// The frame normal to the body's direction, v as nearly up as possible, at the points' centroid.
 PlanarFrame FrameAcross(const PointCloud& cloud, const Indices& points, const Vector3d& direction,
                         const Vector3d& up) {
   const Vector3d v = (up - up.dot(direction) * direction).normalized();
@@ -180,14 +180,14 @@ std::optional<Circle2> Touching(const Wall& wall, double table_v) {
   return Circle2{wall.p - radius * wall.normal, radius};
 }
 
-/// A body that lies rests on the table, which says more than the arc seen from above.
+/// A lying body rests on the table, which says more than the arc seen from above.
 std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double table_v,
                                      const FeatureOptions& options, base::Rng& rng) {
   const auto draw = [&] { return Touching(walls[rng.Index(walls.size())], table_v); };
   return DrawCircle(options.circle.draws, walls, draw, Any, options);
 }
 
-/// A cylinder that lies on the table: the frame across it, whose origin is on its axis.
+/// A cylinder that lies on the table: the frame across it, with its origin on the axis.
 struct Lying {
   PlanarFrame frame;
   double radius_m;
@@ -233,7 +233,7 @@ RotationAxis AxisOf(const Lying& body, const PointCloud& cloud, const Indices& p
   return axis;
 }
 
-/// The second rule, with its normals; the body has to be seen far enough round, too.
+/// The second rule, with its normals; the body must also be seen over a large enough arc.
 bool Agrees(const PointCloud& cloud, const Indices& points, const FeatureOptions& options,
             RotationAxis& axis) {
   if (!axis.Lies()) return false;
@@ -259,7 +259,7 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
   return RotationAxis{fit->circle.center, top.plane.normal, fit->circle.radius_m, share, 0.0};
 }
 
-/// The body about the better of the axis' direction and the vertical, which becomes the axis'.
+/// Profiles the body about the axis and about the vertical; the better one becomes the axis.
 BodyProfile BodyOf(const PointCloud& cloud, const Indices& points, const TopSurface& top,
                    const Plane& table, const FeatureOptions& options, RotationAxis& axis) {
   auto body = ProfileBody(cloud, points, top.plane, axis.center_C, axis.direction_C, options);
@@ -275,13 +275,13 @@ BodyProfile BodyOf(const PointCloud& cloud, const Indices& points, const TopSurf
   return body;
 }
 
-/// The second rule, and what the normals say to it.
+/// The second rule, and the test of the normals.
 bool Agrees(const BodyProfile& body, double min_share, const FeatureOptions& options) {
   return body.fraction >= min_share &&
          (!options.radial_normals || body.normal_fraction >= options.axis.normal_share);
 }
 
-/// The mean over points of their section's arc: a round cap does not speak for a flat bottle.
+/// The mean over points of their section's arc: a round cap does not make a flat bottle round.
 double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationAxis& axis,
                const FeatureOptions& options) {
   std::map<int, Indices> sections;
@@ -297,7 +297,7 @@ double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationA
   return sum / static_cast<double>(std::max<std::size_t>(1, on_circle.size()));
 }
 
-/// Whether what is on the circles goes this far round the axis. A lid alone says nothing of that.
+/// Whether the points on the circles go this far around the axis. A lid alone cannot show that.
 bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationAxis& axis,
                double min_arc_rad, const FeatureOptions& options) {
   if (!options.arc_rule) return true;
@@ -306,7 +306,7 @@ bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationA
          MeanArc(cloud, body, axis, options) >= min_arc_rad;
 }
 
-/// Whether the top is a lid: its rim is within the circle, and goes far enough round on it.
+/// Whether the top is a lid: its rim is within the circle, and covers a large enough arc of it.
 bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
            const FeatureOptions& options) {
   const double distance_m = options.axis.lid_distance_m;
@@ -334,7 +334,7 @@ std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& p
   return axis;
 }
 
-/// From its rim, else from its wall; not refined yet.
+/// The axis from the rim, else from the wall; not refined yet.
 std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices& points,
                                          const TopSurface& top, const Plane& table,
                                          const FeatureOptions& options, base::Rng& rng) {
@@ -404,7 +404,7 @@ std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices
     RotationAxis axis = AxisOf(body, cloud, points);
     if (Agrees(cloud, points, options, axis)) return axis;
   }
-  // On something else than the table. A flatter arc that would reach under it fits as well.
+  // The body lies on something else than the table. A flatter arc that reaches under it also fits.
   const auto above_table = [&](const Circle2& circle) {
     return table.Distance(frame.Lift(circle.center)) >= circle.radius_m - options.axis.max_sunk_m;
   };

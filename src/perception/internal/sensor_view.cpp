@@ -7,16 +7,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Directions further from the mean one (51 deg) are not kept, and nothing there counts as free: a
-/// tabletop of 1 m seen from 0.5 m away fits; twice as much would take four times the memory.
+/// Directions further from the mean one (51 deg) are not stored, and nothing there counts as free.
+/// A tabletop of 1 m seen from 0.5 m away fits; twice as much would take four times the memory.
 constexpr double kHalfField_rad = 0.9;
-/// Of a cell of directions: 4 mm at 1 m, two of the scanner's point distances.
+/// Size of a cell of directions: 4 mm at 1 m, two of the scanner's point distances.
 constexpr double kCell_rad = 0.004;
 constexpr std::ptrdiff_t kHalf = static_cast<std::ptrdiff_t>(kHalfField_rad / kCell_rad);
 constexpr std::ptrdiff_t kSide = 2 * kHalf + 1;  ///< cells
 
 /// Half of SensorView's cell of directions at the scanner's working distance of 1 m. Larger: a
-/// moving sensor's free space blurs; smaller: one more grid of directions for every step it makes.
+/// moving sensor's free space blurs; smaller: one more grid of directions for each of its steps.
 constexpr double kSamePlace_m = 0.002;
 
 std::uint32_t PlaceOf(const Vector3d& origin_C, geometry::Points& places_C) {

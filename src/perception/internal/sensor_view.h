@@ -4,14 +4,14 @@
 
 namespace rangegrasp::perception::internal {
 
-/// What the sensor saw through: measured ranges by direction. A place nearer than everything that
-/// was measured in its direction is free; one behind a measured point, or in a direction without
-/// points, is unseen. A point counts for the cells round its own too: surfaces that the sensor sees
-/// at a grazing angle return no points next to their silhouette.
+/// The space that the sensor saw through: measured ranges by direction. A place nearer than all
+/// points measured in its direction is free. A place behind a measured point, or in a direction
+/// without points, is unseen. A point also counts for the cells around its own: surfaces seen at a
+/// grazing angle return no points next to their silhouette.
 class SensorView {
  public:
-  /// @param points_C  everything measured, the table too. O(n).
-  /// @param origin_C  where the sensor stood. Directions are angles about the mean direction.
+  /// @param points_C  all measured points, including the table's. O(n).
+  /// @param origin_C  the sensor's position. Directions are angles about the mean direction.
   SensorView(geometry::PointSpan points_C, const Eigen::Vector3d& origin_C);
 
   /// Whether the sensor saw through p: every point of its cell of directions lies more than
@@ -28,34 +28,34 @@ class SensorView {
   std::vector<float> nearest_;  ///< [m]; infinity where nothing was measured
 };
 
-/// What the sensors saw from all the places that they stood at, and from which of them each point
-/// of a cloud was seen. Not empty. O(n) time, and 0.8 MB a place.
+/// The views from all places of the sensors, and the place from which each point of a cloud was
+/// seen. Not empty. O(n) time, and 0.8 MB per place.
 struct SensorViews {
   std::vector<SensorView> places;
-  geometry::Indices place_of;  ///< one a point of the cloud: position in places
+  geometry::Indices place_of;  ///< one per point of the cloud: position in places
 
   /// Whether a sensor saw through p from any place.
   bool IsFree(const Eigen::Vector3d& p, double margin_m) const {
     return std::ranges::any_of(places, [&](const auto& view) { return view.IsFree(p, margin_m); });
   }
-  /// Where the sensor stood that measured a point of the cloud.
+  /// Position of the sensor that measured a point of the cloud.
   const Eigen::Vector3d& OriginOf(std::uint32_t point) const {
     return places[place_of[point]].origin_C();
   }
 };
 
-/// The points that perception works on, and where each was seen from.
+/// The points that perception works on, and the places from which they were seen.
 struct MeasuredPoints {
   geometry::Points points_C;      ///< view after view, each in the order of its scan
-  std::vector<SampleId> samples;  ///< one a point
-  /// The places that sensors stood at, in the order of their first point. Places closer together
-  /// than half a cell of directions at 1 m are one: they saw the same.
+  std::vector<SampleId> samples;  ///< one per point
+  /// The places of the sensors, in the order of their first point. Places closer together than half
+  /// a cell of directions at 1 m count as one: they saw the same.
   geometry::Points places_C;
-  geometry::Indices place_of;  ///< one a point: position in places_C
+  geometry::Indices place_of;  ///< one per point: position in places_C
 };
 
 /// The finite samples of all views, without those outside the workspace.
-/// @throws std::invalid_argument if a view has neither one origin nor one a profile.
+/// @throws std::invalid_argument if a view has neither one origin nor one per profile.
 MeasuredPoints Gather(const geometry::Observation& observation,
                       const std::optional<Workspace>& workspace);
 

@@ -18,20 +18,20 @@ std::size_t MinPlanePoints(const FeatureOptions& options) {
   return static_cast<std::size_t>(options.top.min_plane_points);
 }
 
-/// Shares of the points that may lie beyond the ends of a length and the height of a ridge: strays.
+/// Shares of points that may lie beyond the ends of a ridge's length and height: strays.
 constexpr double kEndShare = 0.05;
 constexpr double kWidthEndShare = 0.02;
 constexpr double kHeightShare = 0.8;
 constexpr double kSpreadFrom = 0.2;
 constexpr double kSpreadTo = 0.8;
-/// A spread of sines below this (variance) is no spread: no slope can be had from it.
+/// A variance of sines below this is no spread and gives no slope.
 constexpr double kNoVariance = 1e-9;
 
 double Between(const std::vector<double>& values, double from, double to) {
   return QuantileOf(values, to) - QuantileOf(values, from);
 }
 
-/// The direction that the normals are most nearly square to, and the mean square of what remains.
+/// The direction that the normals are most nearly perpendicular to, and their mean square along it.
 std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices& points) {
   Matrix3d scatter = Matrix3d::Zero();
   for (const auto i : points) scatter += cloud.normals[i] * cloud.normals[i].transpose();
@@ -57,7 +57,7 @@ struct Sums {
     const double variances = (n * xx - x * x) * (n * yy - y * y);
     return variances > 0.0 ? (n * xy - x * y) / std::sqrt(variances) : 0.0;
   }
-  /// The least-squares line y = first + second x; a level one where the x are all alike.
+  /// The least-squares line y = first + second x; a level one if all x are alike.
   std::pair<double, double> Line() const {
     const double variance = n * xx - x * x;
     if (variance <= kNoVariance * n * n) return {y / n, 0.0};
@@ -66,10 +66,10 @@ struct Sums {
   }
 };
 
-/// The upward points of a segment about the axis that their normals are square to.
+/// The upward points of a segment about the axis that their normals are perpendicular to.
 struct Body {
   Vector3d axis;
-  Vector3d normal;   ///< square to the axis, as near to the table's as can be
+  Vector3d normal;   ///< normal to the axis, as near to the table's as possible
   Vector3d lateral;  ///< axis x normal
   Vector3d origin;   ///< one of the points
   Indices points;
@@ -80,7 +80,7 @@ struct Body {
   std::vector<double> heights;  ///< along `normal`
 };
 
-/// The axis and the points whose normals are square to it; nullopt if they are few or steep.
+/// The axis and the points whose normals are perpendicular to it; nullopt if they are few or steep.
 std::optional<Body> AboutOneAxis(const PointCloud& cloud, const Indices& segment,
                                  const Vector3d& up, const FeatureOptions& options) {
   const Indices upward = UpwardPoints(cloud, segment, up, options.ridge.window_rad);
@@ -129,7 +129,7 @@ Body Strip(const Body& body, double half_angle_rad) {
   return strip;
 }
 
-/// Descent of points off the ridge, over that of an arc with their normals; 1 where none is off.
+/// Descent of points off the ridge, over that of an arc with their normals; 1 if none is off.
 double DropOverArc(const Body& body, double off_ridge_rad, double height_m, double radius_m) {
   double drop = 0.0;
   double arc = 0.0;
@@ -141,8 +141,8 @@ double DropOverArc(const Body& body, double off_ridge_rad, double height_m, doub
   return arc > 0.0 ? drop / arc : 1.0;
 }
 
-/// So many points, a tenth of a small part, may lie above the highest that counts: strays. More
-/// would cut a pointed top.
+/// At most this many points, a tenth of a small part, may lie above the highest that counts:
+/// strays. More would cut a pointed top.
 constexpr std::size_t kStrays = 4;
 constexpr std::size_t kStrayPart = 10;
 /// A plane and a rim have at least three points.
@@ -154,7 +154,7 @@ Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
                [&](auto i) { return std::abs(plane.Distance(cloud.points[i])) <= distance_m; });
 }
 
-/// Eq. 5.5 among planes that are themselves within the angle of the table; refitted.
+/// Eq. 5.5 among planes within the angle of the table; refitted.
 std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candidates,
                                   const Vector3d& up, const FeatureOptions& options,
                                   base::Rng& rng) {
@@ -182,7 +182,7 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
   return geometry::TurnedLike({up, 0.0}, *best);
 }
 
-/// The fullest plane, or one above it that holds the options' share of its points.
+/// The fullest plane, or one above it that has the options' share of its points.
 std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates,
                               const Plane& table, const FeatureOptions& options, base::Rng& rng) {
   const double separation_m = options.top.plane_separation * options.top.plane_distance_m;
@@ -224,7 +224,7 @@ Indices OuterLoop(const std::vector<Vector2d>& points, const geometry::AlphaShap
   return {};
 }
 
-/// Fills all that follows from the points, the plane and (for a ridge) the axis.
+/// Fills in all values that follow from the points, the plane and (for a ridge) the axis.
 void Describe(const PointCloud& cloud, const std::optional<Vector3d>& axis,
               const FeatureOptions& options, TopSurface& top) {
   const Points points = Select(cloud.points, top.points);
@@ -261,12 +261,12 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
   top.plane = geometry::PlaneAt(ridge.normal, geometry::Centroid(Select(cloud.points, top.points)));
   Describe(cloud, ridge.axis, options, top);
   if (top.major_m < top.minor_m) return std::nullopt;
-  // The scan is denser on the sensor's side; the ridge itself is not.
+  // The scan is denser on the sensor's side, but the ridge is not off center.
   top.center_C += (ridge.point - top.center_C).dot(lateral) * lateral;
   return top;
 }
 
-/// The highest points where nothing is near the table's inclination.
+/// The highest points if no plane is near the table's inclination.
 std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segment,
                                   const Plane& table, const FeatureOptions& options) {
   const double height = TopHeight(cloud, segment, table);
@@ -280,7 +280,7 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
   if (top.major_m <= 0.0 || top.rim.size() < kMinCorners) return std::nullopt;
   top.ridge = top.major_m > options.top.fold_elongation * top.minor_m;
   if (!top.ridge) return top;
-  // Often only one side of the fold is seen: the strip lies beside it.
+  // Often only one side of the fold is seen: the strip lies next to it.
   const PlanarFrame frame = MakePlanarFrame(top.plane, top.center_C, top.major_C);
   top.center_C += HighestLine(frame, table, Select(cloud.points, top.points)) * frame.v;
   return top;
@@ -310,7 +310,7 @@ std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, 
 
   const auto [u, radius] = Sums(strip.sines, strip.offsets).Line();
   const double height = QuantileOf(strip.heights, kHeightShare);
-  // A flat top would ask for a drop that its edges are too near for.
+  // A flat top would require a descent for which its edges are too near.
   const double half_width = 0.5 * Between(body->offsets, kWidthEndShare, 1.0 - kWidthEndShare);
   if (DropOverArc(*body, asked.off_ridge_rad, height, std::min(radius, half_width)) <
       asked.min_drop_share) {

@@ -5,18 +5,18 @@
 
 namespace rangegrasp::perception::internal {
 
-/// A ridge: the surface next to it curves (or is folded) about `axis`, and is highest there.
+/// A ridge: the surface near it curves (or is folded) about `axis` and is highest there.
 struct Ridge {
   Vector3d axis;    ///< unit
   Vector3d normal;  ///< unit, across the axis, away from the table
   Vector3d point;   ///< on the ridge
 };
 
-/// One direction that the normals of all upward points are square to and a wide spread about it
-/// make a ridge. With u the offset across the axis and theta the normal's turn about it, u is
-/// fitted by a line over sin(theta); the ridge is at theta = 0, for a circle, an ellipse or a roof
-/// alike the highest line.
-/// @return nullopt where the upward points are no ridge (RidgeOptions says what is asked of one).
+/// A ridge needs one direction that the normals of all upward points are perpendicular to, and a
+/// wide spread of normals about it. With u the offset across the axis and theta the normal's angle
+/// about it, u is fitted by a line over sin(theta). The ridge is at theta = 0, the highest line of
+/// a circle, an ellipse or a roof alike.
+/// @return nullopt if the upward points form no ridge (RidgeOptions has the conditions).
 std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
                                const FeatureOptions& options);
 
@@ -29,27 +29,27 @@ Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vect
 double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
                         const FeatureOptions& options);
 
-/// Open or closed by that sphere in the top surface's center of gravity: open if no point (but for
-/// the options' strays) is inside.
+/// Open or closed by that sphere in the top surface's center of gravity: open if no point (except
+/// for the options' strays) is inside.
 bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
             const FeatureOptions& options);
 
 /// The top surface of a segment: RANSAC plane over the points whose normals are near the table's
-/// (eq. 5.5), its principal axis, extents and rim. Takes the strip along the ridge where the top
-/// curves about a lying axis, and the highest points where no plane is near enough to the table's
+/// (eq. 5.5), its principal axis, extents and rim. Takes the strip along the ridge if the top
+/// curves about a lying axis, and the highest points if no plane is near enough to the table's
 /// inclination (a lying prism), both with `ridge` set.
 /// @return nullopt if the segment has fewer than three points or they lie on one line.
 std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
                                          const Plane& table, const FeatureOptions& options,
                                          base::Rng& rng);
 
-/// The highest points as a top surface, whatever the plane that holds the most: the lip of a bowl
-/// has fewer points than its floor. nullopt where they are a fold.
+/// The highest points as a top surface, even if another plane has more points: a bowl's lip has
+/// fewer points than its floor. nullopt if they are a fold.
 std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
                                   const Plane& table, const FeatureOptions& options);
 
 /// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
-/// cloud. The convex hull's corners where the alpha shape is empty. One for each alpha.
+/// cloud. The convex hull's corners if the alpha shape is empty. One rim per alpha.
 std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, const Plane& plane,
                                std::span<const double> alphas_m);
 
@@ -57,7 +57,7 @@ std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, c
 /// stray point does not count.
 double TopHeight(const PointCloud& cloud, const Indices& points, const Plane& table);
 
-/// The same at the lower end.
+/// The same for the lower end.
 double BaseHeight(const PointCloud& cloud, const Indices& points, const Plane& table);
 
 }  // namespace rangegrasp::perception::internal

@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 using Kind = geometry::Shape::Kind;
 
 /// Facets with 12 sides lie up to r (1 - cos 15 deg) = 0.27 to 0.34 mm inside a finger of 8 to 10
-/// mm radius; grown by half of that they lie as much outside of it as inside. Larger: a free grasp
-/// is called a hit; smaller: a hit is missed.
+/// mm radius. Grown by half of that, they lie as much outside as inside. If larger, a free grasp
+/// counts as a hit; if smaller, a hit is missed.
 constexpr double kFacet_m = 0.00015;
 
 bool IsMesh(Kind kind) { return kind == Kind::kConvex || kind == Kind::kMesh; }
@@ -69,7 +69,7 @@ std::shared_ptr<fcl::CollisionGeometryd> MakeGeometry(const geometry::Shape& sha
   return primitive;
 }
 
-/// A grasp that was placed exactly at the table's clearance passes in spite of rounding.
+/// Lets a grasp that was placed exactly at the table's clearance pass in spite of rounding.
 constexpr double kRounding_m = 1e-6;
 
 const base::Pose kWorld = base::Pose::Identity();
@@ -170,7 +170,7 @@ HandCollider::HandCollider(const robot::HandModel& hand,
   }
 }
 
-/// An obstacle with a vertex inside a shape: surfaces need not cross where it is small.
+/// Whether an obstacle has a vertex inside a shape: a small obstacle's surface need not cross it.
 bool HandCollider::Swallows(const base::Pose& X_CH, std::size_t state,
                             const std::vector<PlacedSolid>& grown,
                             const PlacedSolid& obstacle) const {
@@ -296,8 +296,8 @@ std::optional<Touch> RobotCollider::TouchOfScene(const Contacts& contacts) const
   return std::nullopt;
 }
 
-/// The held object, its frame at X_WT, against the work cell; with the margin also as far down as
-/// it may reach.
+/// Checks the held object, with its frame at X_WT, against the work cell; with the margin also at
+/// the lowest height that it may reach.
 std::optional<Touch> RobotCollider::HeldInWorkcell(const base::Pose& X_WT,
                                                    const Contacts& contacts) const {
   const auto& workcell = contacts.cell_margin ? grown_workcell_ : workcell_;
@@ -312,7 +312,7 @@ std::optional<Touch> RobotCollider::HeldInWorkcell(const base::Pose& X_WT,
   return std::nullopt;
 }
 
-/// The held object against table, work cell, obstacles and the arm (not the hand).
+/// Checks the held object against table, work cell, obstacles and the arm (not the hand).
 std::optional<Touch> RobotCollider::TouchOfHeld(const base::Pose& X_WH,
                                                 const Contacts& contacts) const {
   if (target_.IsEmpty()) return std::nullopt;

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// While one lives, the engine neither prints nor logs warnings: who simulates a scene reports them.
+// While it exists, the engine neither prints nor logs warnings: the simulation reports them.
 class QuietEngine {
  public:
   QuietEngine() : before_(mju_setLogHandler([](const mjLogMessage*) {})) {}
@@ -28,16 +28,16 @@ class QuietEngine {
   mjfLogHandler before_;
 };
 
-/// From open to closed: the gap of a hand that opens 100 mm changes by 4 to 5 mm from one to the
-/// next. More: grasps are checked at more openings, and height fields take more time.
+/// Number of states from open to closed: the gap of a hand that opens 100 mm changes by 4 to 5 mm
+/// per state. With more, grasps are checked at more openings, and height fields take more time.
 constexpr int kStates = 24;
-/// For the share of the range at which the pads touch, to 2^-30.
+/// Bisections for the share of the range at which the pads touch, to 2^-30.
 constexpr int kBisections = 30;
-/// For a spring's stiffness by a difference; springs are linear.
+/// Step of the finite difference for a spring's stiffness; springs are linear.
 constexpr double kProbe_rad = 1e-3;
 constexpr double kMinStiffness = 1e-9;  ///< [N m / rad] less is no spring
 
-/// Who is who among the hand's geoms and joints.
+/// Roles of the hand's geoms and joints.
 struct Parts {
   int body = -1;
   std::vector<int> driven, passive;          // joints
@@ -45,8 +45,8 @@ struct Parts {
   std::vector<int> fingertips;               // geoms that may hold an object
   mjcf::LastSegments tips;                   // among them
   int thumb_root = -1;                       // body
-  std::optional<mjcf::HandClosing> closing;  // of a hand that says how it closes
-  /// Sites at the tips that a tool centre lies between, the thumb's first; may be empty.
+  std::optional<mjcf::HandClosing> closing;  // of a hand that states how it closes
+  /// Sites at the tips with a tool centre between them, the thumb's first; may be empty.
   std::vector<int> tip_sites, power_sites;
 };
 
@@ -100,8 +100,8 @@ double SpringForce(const mjModel& m, mjData& d, int joint) {
   return d.qfrc_spring[m.jnt_dofadr[joint]];
 }
 
-/// A passive joint without load: where its linear springs' force is zero (one Newton step), within
-/// its range; at the same share of its range where it has no spring.
+/// Moves a passive joint to where its linear springs' force is zero (one Newton step), within its
+/// range; without a spring, to the same share of its range.
 void RelaxPassive(const mjModel& m, mjData& d, int joint, double fraction) {
   mjtNum& q = d.qpos[m.jnt_qposadr[joint]];
   const double lower = m.jnt_range[2 * joint];
@@ -135,7 +135,7 @@ double Gap(const Mjcf& mjcf, const Parts& parts) {
   return mjcf::GapOf(&mjcf.model(), &mjcf.data(), parts.tips);
 }
 
-/// Points of the hand's surface that move with their geoms: geom, point in its frame.
+/// Points on the hand's surface that move with their geoms: geom, point in its frame.
 using PadPoints = std::vector<std::pair<int, Vector3d>>;
 struct Pads {
   PadPoints thumb, fingers;
@@ -147,21 +147,21 @@ Vector3d Mean_W(const Mjcf& mjcf, const PadPoints& points) {
   return sum_W / static_cast<double>(points.size());
 }
 
-/// The furthest a geom reaches along the unit vector n_W.
+/// How far a geom reaches along the unit vector n_W.
 double Reach(const Mjcf& mjcf, int geom, const Vector3d& n_W) {
   return geometry::Support(mjcf.ShapeOf(geom, mjcf.GeomPose(geom)), base::Pose::Identity(), n_W);
 }
 
-/// The middle of a geom's side in a direction: of two flat pads the engine names any nearest
-/// points.
+/// The middle of a geom's side in a direction: for two flat pads, the engine gives arbitrary
+/// nearest points.
 Vector3d MiddleOfSide_S(const Mjcf& mjcf, int geom, const Vector3d& direction_W) {
   const base::Pose X_WS = mjcf.GeomPose(geom);
   const double half_m = Reach(mjcf, geom, direction_W) - direction_W.dot(X_WS.translation());
   return X_WS.linear().transpose() * (half_m * direction_W);
 }
 
-/// Where the last segments are nearest to each other, at the present closing; of a hand that says
-/// how it closes, the middles of the sides that they turn to each other.
+/// Where the last segments are nearest to each other at the present closing; for a hand that states
+/// how it closes, the middles of the sides that face each other.
 Pads FacingPoints(const Mjcf& mjcf, const Parts& parts, const Vector3d& x_W) {
   Pads pads;
   if (parts.closing) {
@@ -220,7 +220,7 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
   state.gap_m = std::max(0.0, Gap(mjcf, parts));
   state.thumb_pad_H = X_HW * Mean_W(mjcf, pads.thumb);
   state.finger_pad_H = X_HW * Mean_W(mjcf, pads.fingers);
-  // Without sites at its tips a hand's tool centres move as the middle of its pads does.
+  // Without sites at its tips, a hand's tool centres move like the middle of its pads.
   state.tip_center_H = state.power_center_H = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
   if (parts.tip_sites.size() > 1) state.tip_center_H = X_HW * TipCenter_W(mjcf, parts.tip_sites);
   if (parts.power_sites.size() > 1) {
@@ -229,7 +229,7 @@ HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads
   return state;
 }
 
-/// From the front of what is fixed to the hand's root to the tool centre, along the approach.
+/// Distance from the front of the hand's fixed parts to the tool centre, along the approach.
 double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
   const Vector3d approach_W = X_WG.linear().col(2);
   double front = -std::numeric_limits<double>::infinity();
@@ -256,7 +256,7 @@ base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
 
 Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
   char text[1000] = "";
-  // Of a relative path the engine loses what an included file refers to.
+  // With a relative path, the engine loses the files that an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
   base::CheckReadable(file);
   {

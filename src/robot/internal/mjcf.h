@@ -14,7 +14,7 @@
 
 namespace rangegrasp::robot::internal {
 
-/// A compiled MJCF file and its kinematic state. Names go by what follows their last '/'.
+/// A compiled MJCF file and its kinematic state. Names are matched by the part after the last '/'.
 class Mjcf {
  public:
   /// @throws base::InputError with the file and MuJoCo's own message.
@@ -39,10 +39,10 @@ class Mjcf {
   std::string Name(mjtObj type, int id) const {
     return std::string(mjcf::NameOf(&model(), type, id));
   }
-  std::string GeomTitle(int geom) const;  ///< its name, or else whose geom it is
+  std::string GeomTitle(int geom) const;  ///< its name, or else its body's
   bool InSubtree(int body, int root) const { return mjcf::InSubtree(&model(), body, root); }
   bool Collides(int geom) const { return mjcf::Collides(&model(), geom); }
-  /// The geom as a shape in frame B, with its pose X_BS given.
+  /// The geom as a shape in frame B, at a given pose X_BS.
   geometry::Shape ShapeOf(int geom, const base::Pose& X_BS) const;
 
   /// Poses in W at the present joint positions.
@@ -61,8 +61,8 @@ class Mjcf {
 /// A pose from MuJoCo's position and quaternion.
 base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
 
-/// Closes the hand below `hand_body` step by step and records what the caliper looks like. Joint
-/// equalities hold; passive joints stand where their springs pull them. Changes mjcf's positions.
+/// Closes the hand below `hand_body` step by step and records its states as a caliper. Joint
+/// equalities hold; passive joints are where their springs pull them. Changes mjcf's positions.
 HandModel SampleHand(const Mjcf& mjcf, int hand_body);
 
 }  // namespace rangegrasp::robot::internal

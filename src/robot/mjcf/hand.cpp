@@ -97,7 +97,7 @@ double Along(const mjModel* model, int actuator, double otherwise, const OfJoint
   return gear * sum;
 }
 
-/// The joints of the hand, those that nothing drives among them.
+/// The joints of the hand, including those that nothing drives.
 std::vector<int> HandJoints(const mjModel* model) {
   const int hand = Find(model, mjOBJ_BODY, "hand");
   std::vector<int> joints;
@@ -111,15 +111,15 @@ std::vector<int> HandJoints(const mjModel* model) {
   return joints;
 }
 
-constexpr int kPoints = 97;           // 1 mm of gap each of a hand that opens 100 mm
-constexpr int kFirstSteps = 600;      // 1.2 s: from where the model is drawn to the open hand
+constexpr int kPoints = 97;           // 1 mm of gap each for a hand that opens 100 mm
+constexpr int kFirstSteps = 600;      // 1.2 s: from the model's initial pose to the open hand
 constexpr int kStepsAPoint = 15;      // 30 ms: servos come within a hundredth of the step
 constexpr double kStep_s = 0.002;     // as in scenes
-constexpr double kServo_1_s = 300.0;  // of drives: a third of what the step allows
-constexpr double kDrag = 0.95;        // of speed kept from step to step: springs swing out
-constexpr double kArmature = 1000.0;  // of all but the hand, which so stands still
+constexpr double kServo_1_s = 300.0;  // frequency of drives: a third of what the step allows
+constexpr double kDrag = 0.95;        // share of speed kept per step: springs swing out
+constexpr double kArmature = 1000.0;  // of everything except the hand, to keep it still
 
-/// What one unit of an actuator's force does to each degree of freedom.
+/// Effect of one unit of an actuator's force on each degree of freedom.
 VectorXd MomentOf(const mjModel* model, const mjData* data, int actuator) {
   VectorXd moment = VectorXd::Zero(model->nv);
   const int out = model->actuator_outadr[actuator];
@@ -130,7 +130,7 @@ VectorXd MomentOf(const mjModel* model, const mjData* data, int actuator) {
   return moment;
 }
 
-// The copy that is closed, with drives that follow their commands.
+// The copy of the hand that is closed, with drives that follow their commands.
 class Rehearsal {
  public:
   Rehearsal(const mjModel* model, const std::vector<HandMotor>& motors)
@@ -171,8 +171,8 @@ class Rehearsal {
   }
 
  private:
-  // A servo of one frequency for every drive, by the inertia that it moves, stiffer where the
-  // joints are damped more than the servo itself; all others idle.
+  // Gives every drive a servo of the same frequency, from the inertia that it moves, stiffer if the
+  // joints are damped more than the servo itself. All other actuators are idle.
   void MakeServos() {
     mjModel* m = model_.get();
     mj_forward(m, data_.get());
@@ -210,7 +210,7 @@ class Rehearsal {
     return 1.0 / mobility;
   }
 
-  // Of the joints on which a drive acts, at the drive.
+  // Damping of the joints on which a drive acts, at the drive.
   double DampingAt(int actuator) const {
     const VectorXd arm = MomentOf(model_.get(), data_.get(), actuator);
     return arm.cwiseAbs2().dot(Eigen::Map<const VectorXd>(model_->dof_damping, model_->nv));
@@ -256,14 +256,14 @@ class Rehearsal {
   DataPtr data_;
 };
 
-// Where a share lies: the point below it, and how far on to the next.
+// Position of a share: the point below it, and the fraction of the way to the next.
 std::pair<std::size_t, double> Place(const std::vector<HandClosing::Point>& points, double share) {
   const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(points.size() - 1);
   const auto from = std::min(static_cast<std::size_t>(at), points.size() - 2);
   return {from, at - static_cast<double>(from)};
 }
 
-/// Column k: what one unit of force of the k-th drive, then equality, does to the joints.
+/// Column k: effect of one unit of force of the k-th drive, then equality, on the joints.
 MatrixXd Columns(const mjModel* model, const mjData* data, const std::vector<HandMotor>& motors) {
   const std::size_t drives = motors.size();
   MatrixXd all = MatrixXd::Zero(model->nv, drives + data->ne);
@@ -285,7 +285,7 @@ MatrixXd Columns(const mjModel* model, const mjData* data, const std::vector<Han
   return all;
 }
 
-/// What the joints have to give where the last segments press.
+/// Joint forces that the pressing of the last segments requires.
 VectorXd Wanted(const mjModel* model, const mjData* data, const Vector3d& x_W) {
   const LastSegments tips = LastSegmentsOf(model);
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> J(3, model->nv);
@@ -539,7 +539,7 @@ AffineDrive AffineOf(const mjModel* model, int actuator) {
   }
   const int control = model->actuator_ctrladr[actuator];
   if (drive.bias[1] == 0.0 && model->actuator_ctrllimited[control]) {
-    // Of a motor the command's range is the force's.
+    // For a motor, the command's range limits the force.
     const double a = drive.bias[0] + drive.gain * model->actuator_ctrlrange[2 * control];
     const double b = drive.bias[0] + drive.gain * model->actuator_ctrlrange[2 * control + 1];
     drive.weakest = std::max(drive.weakest, std::min(a, b));

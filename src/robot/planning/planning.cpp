@@ -21,17 +21,17 @@ using internal::MotionCheck;
 using internal::Stage;
 using internal::Task;
 
-/// Steps of the projection to an upright hand, with damping [rad^2] far below the Jacobian's
-/// squared entries of about 1, until it leans by less than this, well within
-/// PlanOptions::carry_tilt_rad.
+/// The projection to an upright hand takes at most this many steps, with damping [rad^2] far below
+/// the Jacobian's squared entries of about 1. It ends when the hand tilts by less than this, well
+/// within PlanOptions::carry_tilt_rad.
 constexpr int kUprightSteps = 20;
 constexpr double kUprightDamping = 0.01;
 constexpr double kUpright_rad = 0.02;
 
-/// Corners of a rounded path that touches something are rounded less, and at last not at all.
+/// If a rounded path touches something, its corners are rounded less, and at last not at all.
 constexpr double kCornerShares[] = {1.0, 0.2, 0.0};
 
-/// The key that counts most, the first of equals; empty if there is none.
+/// The most frequent key, the first of equals; empty if there is none.
 std::string MostFrequent(const std::map<std::string, int>& counts) {
   using Count = std::map<std::string, int>::value_type;
   return counts.empty() ? "" : std::ranges::max_element(counts, {}, &Count::second)->first;
@@ -61,7 +61,7 @@ struct Planner::Impl {
         options(some_options),
         check(robot, options.collision_margin_m, options.cell_margin_m) {}
 
-  /// By the time [s] that the slowest joint needs, and what joints near their limits cost.
+  /// Sorts by the time [s] that the slowest joint needs plus the cost of joints near their limits.
   void SortByCost(const VectorXd& from, std::vector<VectorXd>& solutions) const {
     std::ranges::stable_sort(solutions, {}, [&](const VectorXd& q) {
       const double travel_s = ((q - from).array().abs() / robot.velocity.array()).maxCoeff();
@@ -71,7 +71,7 @@ struct Planner::Impl {
     });
   }
 
-  /// Timed motions of the branch; tighter corners where the rounded path touches something.
+  /// Timed motion along a path; corners are tighter if the rounded path touches something.
   std::optional<base::JointTrajectory> Timed(const JointPath& path,
                                              const robot::TimingOptions& timing,
                                              const Stage* stage) {
@@ -87,7 +87,7 @@ struct Planner::Impl {
     return {};
   }
 
-  /// Samples about half a resolution apart, and the last.
+  /// Samples about half a resolution apart, and the last one.
   JointPath Thinned(const JointPath& samples) const {
     JointPath out{samples.front()};
     for (const VectorXd& q : samples) {
@@ -119,7 +119,7 @@ struct Planner::Impl {
     robot::IkOptions ik;
     const int drawn = options.ik_per_branch * options.ik_solutions;
     ik.max_solutions = drawn;
-    ik.starts = 2 * drawn;  // about every second start ends in a solution that is new
+    ik.starts = 2 * drawn;  // about every second start gives a new solution
     std::vector<VectorXd> solutions = SolveIk(robot, request.X_WH, request.q_start, ik, rng);
     SortByCost(request.q_start, solutions);
     std::vector<Branch> branches;
@@ -144,7 +144,7 @@ struct Planner::Impl {
     return whole;
   }
 
-  /// Plans the carry in joint space to any delivery that can be lowered.
+  /// Plans the carry in joint space to any delivery from which the object can be lowered.
   std::optional<base::JointTrajectory> FreeCarry(const BranchBuilder& builder, const Task& task,
                                                  Branch& branch, base::Rng& rng) {
     if (branch.lift.empty()) return {};
@@ -177,7 +177,7 @@ struct Planner::Impl {
     return {};
   }
 
-  /// The branch's motions once the reach is known.
+  /// Completes the branch's motions once the reach is known.
   std::optional<PickPlan> Complete(const BranchBuilder& builder, const Task& task, Branch branch,
                                    base::JointTrajectory reach, base::Rng& rng) {
     PickPlan plan;
@@ -194,8 +194,8 @@ struct Planner::Impl {
     return plan;
   }
 
-  /// The feasible branches; where none carries on the arc, those of a shorter approach and lift if
-  /// one does, or if there are no others.
+  /// The feasible branches. If none carries on the arc, those of a shorter approach and lift if one
+  /// of them does, or if there are no others.
   std::vector<Branch> FeasibleOrShorter(const BranchBuilder& builder,
                                         const std::vector<Branch>& all, Task& task) {
     const auto carries = [](const std::vector<Branch>& branches) {
@@ -212,7 +212,7 @@ struct Planner::Impl {
     return branches;
   }
 
-  /// The whole motion of the first branch that is reached from q_start and carries.
+  /// Completes the motion of the first branch that is reached from q_start and carries.
   void CompleteFirst(const BranchBuilder& builder, const Task& task, const PickRequest& request,
                      std::vector<Branch> branches, base::Rng& rng, PlanResult& result) {
     result.failure = branches.empty() ? PlanFailure::kApproachBlocked : PlanFailure::kNoReach;
@@ -265,7 +265,7 @@ PlanResult Planner::Plan(const PickRequest& request, base::Rng& rng) {
   return impl_->Plan(request, rng);
 }
 
-// A stage as it is made: the hand open, everything an obstacle.
+// A default stage: the hand open, everything an obstacle.
 bool Planner::IsFree(const VectorXd& q) const { return impl_->check.Free(q, Stage()); }
 
 std::optional<base::JointTrajectory> Planner::PlanMotion(const VectorXd& q_start,

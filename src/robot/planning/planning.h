@@ -25,49 +25,49 @@ struct PickRequest {
   Eigen::VectorXd q_start;
   base::Pose X_WH = base::Pose::Identity();  ///< hand at the grasp
   Eigen::Vector3d approach_W = -Eigen::Vector3d::UnitZ();
-  double opening_m = 0.1;     ///< gap of the pads during the approach
+  double opening_m = 0.1;     ///< gap between the pads during the approach
   double closed_gap_m = 0.0;  ///< gap when the object is held
-  /// The object (not hand and arm) may push what it touches during the lift, if it is clear after:
-  /// neighbors give way, and the completed surface is a guess.
+  /// The object (not hand and arm) may push what it touches during the lift, if it is clear
+  /// afterwards: neighbors yield, and the completed surface is a guess.
   bool may_brush = false;
 };
 
 struct PlanOptions {
-  double approach_m = 0.2;  ///< the start above the grasp along the approach axis (section 4.3)
+  double approach_m = 0.2;  ///< start of the approach above the grasp, along its axis (section 4.3)
   double lift_m = 0.2;
-  /// The object is let go this far above the height it stood at: the sensor's calibration may be
+  /// The object is released this far above the height it stood at. The sensor's calibration may be
   /// off (three times 0.1 deg and 1 mm at 1 m are 6 mm), and a hand that presses into the table
   /// moves the arm.
   double lower_clearance_m = 0.010;
-  /// An object seen down to less than this above the table stands on it: its lowest points are
-  /// taken for the table's, or lost to grazing light.
+  /// An object seen down to less than this above the table stands on it: its lowest points were
+  /// assigned to the table, or lost to grazing light.
   double standing_m = 0.03;
   double retreat_m = 0.15;  ///< back along the approach axis after release
   double contact_m = 0.06;  ///< the last part of the approach, where the hand may touch the target
-  /// Grows about the arm and the hand; the hand goes without it where the grasp was checked closer:
-  /// in the approach, the lift, the lowering and the retreat.
+  /// Growth of the arm and the hand. The hand moves without it where the grasp was checked more
+  /// closely: in the approach, the lift, the lowering and the retreat.
   double collision_margin_m = 0.003;
-  /// In the carry also of the hand and what it holds to the work cell: the calibration's error is
-  /// up to 6 mm (lower_clearance_m), and a joint may lag by 5 mrad, 4 mm at the hand.
+  /// Margin of the hand and the held object to the work cell, in the carry. The calibration's error
+  /// is up to 6 mm (lower_clearance_m), and a joint may lag by 5 mrad, 4 mm at the hand.
   double cell_margin_m = 0.010;
   double resolution_rad = 0.04;  ///< of path validity checks (2-norm of the joint step)
-  int ik_solutions = 6;          ///< branches tried, best first, whose approach is free
+  int ik_solutions = 6;          ///< number of branches tried whose approach is free, best first
   int ik_per_branch = 8;         ///< solutions drawn for each of them: most are blocked
-  /// A solution costs this for each joint right at a limit, falling to 0 over the zone: a second of
-  /// travel is worth a joint with room to move on.
+  /// Cost of a solution for each joint right at a limit; it falls to 0 over the zone. A joint with
+  /// room to move on is worth a second of travel.
   double limit_cost_s = 1.0;
   double limit_zone_rad = 0.35;  ///< 20 deg
-  /// Of approach and lift where the whole length is blocked: the arm may lack room high up.
+  /// Share of approach and lift if the full length is blocked: the arm may lack room high up.
   double shortened = 0.6;
   int planning_iterations = 1500;    ///< of RRTConnect, for one query
   double planning_s = 2.0;           ///< bound for one OMPL query, a backstop to the iterations
   double carry_tilt_rad = 0.44;      ///< the object leans no further in transit (25 deg)
   int carry_yaws = 12;               ///< turns about the vertical tried for the delivery
-  int carry_goals = 3;               ///< of the carry in joint space, where the arc is blocked
+  int carry_goals = 3;               ///< goals of the carry in joint space, if the arc is blocked
   double step_m = 0.01;              ///< between poses of straight lines and arcs
   robot::TimingOptions free_motion;  ///< published limits
-  /// With the object in the hand: slower, or tall and heavy ones tip and slip (an acceleration of
-  /// half the limits is below 0.1 g at the hand).
+  /// With the object in the hand: slower, because tall and heavy ones tip and slip otherwise (an
+  /// acceleration of half the limits is below 0.1 g at the hand).
   robot::TimingOptions held_motion{.velocity_scale = 0.7, .acceleration_scale = 0.5};
 };
 
@@ -84,10 +84,10 @@ struct PickPlan {
 /// The stage that a plan ended in.
 enum class PlanFailure {
   kNone,
-  kNoIk,             ///< the arm reaches the grasp in no configuration
-  kApproachBlocked,  ///< in each of them something stands in the way of the approach
-  kNoReach,          ///< no way from q_start to the start of an approach was found
-  kNoCarry           ///< none from the lifted grasp to the delivery place
+  kNoIk,             ///< no arm configuration reaches the grasp
+  kApproachBlocked,  ///< the approach is blocked in each configuration
+  kNoReach,          ///< no path from q_start to the start of an approach was found
+  kNoCarry           ///< no path from the lifted grasp to the delivery place
 };
 constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
   return {"none", "no_ik", "approach_blocked", "no_reach", "no_carry"};
@@ -96,21 +96,21 @@ constexpr std::array<std::string_view, 5> WordsOf(PlanFailure) {
 struct PlanResult {
   std::optional<PickPlan> plan;
   PlanFailure failure = PlanFailure::kNone;
-  /// What was in the way, by the names of the MJCF ("arm/link6 and the hand"): the most frequent of
-  /// the blocked approaches, or at a start that nothing leads away from; may be empty.
+  /// What was in the way, by the names of the MJCF ("arm/link6 and the hand"): the most frequent in
+  /// blocked approaches, or the contact at a start that cannot be left; may be empty.
   std::string blocked_by;
 };
 
 /// Plans with OMPL (RRTConnect in joint space, then shortcuts) and FCL. Inverse kinematics at the
 /// grasp gives branches, those near to q_start and far from the limits first. Each is followed
 /// through approach, lift, carry, lowering and retreat as motions of the hand on lines; the carry
-/// runs on an arc about the arm's base, turned about the vertical alone. The first branch that is
-/// free all the way, and that RRTConnect reaches from q_start, wins. Where the arc is blocked for
-/// all, RRTConnect plans the carry with the tilt bounded.
+/// follows an arc about the arm's base and turns only about the vertical. The first branch that is
+/// free all the way, and that RRTConnect reaches from q_start, wins. If the arc is blocked for all
+/// branches, RRTConnect plans the carry with bounded tilt.
 ///
 /// The object moves with the hand from the lift to the lowering and is released with its lowest
-/// point lower_clearance_m above the table, or as deep as the hand allows. What it touches at the
-/// grasp is no obstacle to its lift until they have parted.
+/// point lower_clearance_m above the table, or as low as the hand allows. Objects that it touches
+/// at the grasp are no obstacles to its lift until they have separated.
 ///
 /// The same scene and arguments give the same plan (unless the backstop planning_s strikes). Not
 /// thread-safe.
@@ -118,12 +118,12 @@ class Planner {
  public:
   Planner(const robot::Robot& robot, PlanOptions options);
   ~Planner();
-  /// What all plans from now on have to keep clear of; an empty scene before.
+  /// Sets the scene that all later plans have to keep clear of; it is empty at first.
   void SetScene(PlanningScene scene);
   PlanResult Plan(const PickRequest& request, base::Rng& rng);
-  /// Whether the arm, its hand empty and open, may stand there: within limits, clear of all.
+  /// Whether the arm with an empty, open hand may be there: within limits, clear of everything.
   bool IsFree(const Eigen::VectorXd& q) const;
-  /// A motion between two such places; nullopt if none was found.
+  /// Plans a motion between two free positions; nullopt if none was found.
   std::optional<base::JointTrajectory> PlanMotion(const Eigen::VectorXd& q_start,
                                                   const Eigen::VectorXd& q_goal, base::Rng& rng);
 

@@ -25,7 +25,7 @@ using Eigen::Vector3d;
 using internal::Cure;
 using internal::Model;
 
-// ---- names, tuples and numerics that the program looks for ----
+// Names, tuples and numerics that the program looks for.
 
 struct Wanted {
   mjtObj type;
@@ -34,7 +34,7 @@ struct Wanted {
   bool needed = true;
 };
 
-// Whether it is there once; adds what is wrong.
+// Whether the element exists exactly once; reports a finding if not.
 bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
   const auto found = model.FindAll(wanted.type, wanted.name);
   const std::string element = fmt::format("{} \"{}\"", mju_type2Str(wanted.type), wanted.name);
@@ -50,7 +50,7 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
   return false;
 }
 
-// Places and views of scenes/tabletop.xml.
+// Sites and cameras as in scenes/tabletop.xml.
 void CheckSceneNames(Model& model) {
   const std::string file = model.file().string();
   const auto in_world = [&](const char* block, const char* said = "") {
@@ -90,7 +90,7 @@ void CheckTuple(Model& model, const std::string& file, const char* name, mjtObj 
               fmt::format("must have only elements of type {}", mju_type2Str(type)), cure);
 }
 
-// A numeric of so many values above 0 (or any).
+// Checks that a numeric has this many values, all above 0 if `positive`.
 void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, std::size_t size,
                   bool positive) {
   if (!CheckOne(model, wanted, file)) return;
@@ -103,7 +103,7 @@ void CheckNumeric(Model& model, const std::string& file, const Wanted& wanted, s
               wanted.cure);
 }
 
-// So many times a value.
+// A value repeated `count` times.
 std::string Values(std::size_t count, const char* value) {
   return fmt::format("{}", fmt::join(std::vector(count, value), " "));
 }
@@ -137,7 +137,7 @@ void CheckArmNames(Model& model) {
                n, false);
 }
 
-// Whether it is to be a hand with one geared motor on hinges, not with drives ("hand_motors").
+// Whether the hand is meant to have one geared motor on hinges instead of drives ("hand_motors").
 bool IsGeared(const Model& model) {
   return model.Find(mjOBJ_TUPLE, "hand_motors") < 0 &&
          (model.Find(mjOBJ_TUPLE, "hand_motor") >= 0 ||
@@ -197,7 +197,7 @@ void CheckHandNames(Model& model) {
   if (!CheckOne(model, {mjOBJ_BODY, "hand", "the hand's root", rename},
                 model.HasArm() ? model.ArmFile() : file)) {
     if (model.kind() != Kind::kHand || model.m().nbody < 2) return;
-    model.hand = 1;  // what else it lacks is said at once
+    model.hand = 1;  // reports what else is missing at once
   }
   if (IsGeared(model)) {
     CheckTuple(model, file, "hand_joints", mjOBJ_JOINT, "the driven joints, the thumb's first", {});
@@ -216,9 +216,9 @@ void CheckHandNames(Model& model) {
       file);
 }
 
-constexpr int kFewestOfAnArm = 5;  // joints in a chain, of a file that says nothing else
+constexpr int kFewestOfAnArm = 5;  // joints in a chain, if the file says nothing else
 
-// What the engine or a loader says; its file and line, where it begins with them, stand apart.
+// A message of the engine or a loader as a finding; its leading file and line are split off.
 Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& error,
                   const std::string& element = "", const std::string& cure = "") {
   const std::string what = error.what();
@@ -230,22 +230,22 @@ Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& err
   return {true, where, element, what.substr(end + 2), cure};
 }
 
-// ---- objects ----
+// Objects.
 
-constexpr int kSegments = 32;  // of round primitives
-// The longest edge of what collides; larger: its mesh is in millimetres.
+constexpr int kSegments = 32;  // for round primitives
+// Bounds of the collision geometry's longest edge; a larger mesh is in millimetres.
 constexpr double kMinSize_m = 0.005;
 constexpr double kMaxSize_m = 1.0;
-// Mass in the convex hull of what collides: foam, and what is heavier than all but gold.
+// Density in the collision geometry's convex hull: foam, and the heaviest common metals.
 constexpr double kMinDensity_kg_m3 = 20.0;
 constexpr double kMaxDensity_kg_m3 = 12000.0;
-// Principal moments against those of its hull filled evenly with its mass: a hammer has 0.3 to 2.5,
-// a shell up to 1.7.
+// Principal moments relative to those of its homogeneous hull of the same mass: a hammer has 0.3 to
+// 2.5, a shell up to 1.7.
 constexpr double kMinInertia = 0.1;
 constexpr double kMaxInertia = 4.0;
-// What is seen and what collides have the same size but for this share of it.
+// Visible and collision geometry may differ in size by this share.
 constexpr double kMaxMismatch = 0.25;
-// A colliding mesh with less than this share of its hull's volume has a hollow that is closed.
+// A colliding mesh with less than this share of its hull's volume has a hollow that gets closed.
 constexpr double kMinConvexity = 0.85;
 
 std::string Mm(double length_m) { return fmt::format("{:.4g} mm", length_m * base::kMmPerM); }
@@ -254,7 +254,7 @@ double LongestEdge(const geometry::Points& points) {
   return points.empty() ? 0.0 : geometry::BoundsOf(points).sizes().maxCoeff();
 }
 
-// A compiled object at its zero pose, and what is wrong with it.
+// A compiled object at its zero pose, and its findings.
 class Checked {
  public:
   Checked(const sim::ObjectModel& object, double min_tipping_rad)
@@ -346,7 +346,7 @@ class Checked {
     CheckInertia(density * filled.inertia_M, hull);
   }
 
-  // Of one rigid body: others' inertia changes with their joints.
+  // Only for one rigid body: with joints, the inertia changes.
   void CheckInertia(const Eigen::Matrix3d& filled, const geometry::TriangleMesh& hull) {
     if (model()->nbody != root() + 1) return;
     Vector3d own = sim::internal::Vec3(model()->body_inertia + 3 * root());

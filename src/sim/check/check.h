@@ -10,32 +10,32 @@
 
 namespace rangegrasp::check {
 
-/// What an MJCF file is, by what it holds.
+/// Kind of an MJCF file, by its content.
 enum class Kind { kScene, kArm, kHand, kObject };
 constexpr std::array<std::string_view, 4> WordsOf(Kind) {
   return {"scene", "arm", "hand", "object"};
 }
 
-/// By the file's own text: a scene has a site "workspace", an arm a tuple "arm_joints", a hand a
-/// tuple "hand_motors" or "hand_joints", an object a free joint. What has none of them is an arm
-/// from five hinges on, else a hand from one hinge or slide on, else a scene.
-/// @throws base::InputError if the file is no XML.
+/// Kind by the file's own text: a scene has a site "workspace", an arm a tuple "arm_joints", a hand
+/// a tuple "hand_motors" or "hand_joints", an object a free joint. A file with none of these is an
+/// arm if it has at least five hinges, else a hand if it has a hinge or slide, else a scene.
+/// @throws base::InputError if the file is not XML.
 Kind KindOf(const std::filesystem::path& mjcf);
 
-/// Everything that is wrong with a scene, an arm or a hand (with what it attaches), errors first.
-/// What is simulated (the home pose held for 2 s, a motion at the arm's limits) is only tried where
-/// all else is right. Takes a fraction of a second.
+/// All faults of a scene, an arm or a hand (with what it attaches), errors first. Simulations (the
+/// home pose held for 2 s, a motion at the arm's limits) run only if everything else is right.
+/// Takes a fraction of a second.
 /// @param kind  not kObject
 /// @throws base::InputError if the file cannot be read at all.
 std::vector<base::Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind);
 
-/// Whether a file holds one free body and nothing else: an object, no scene.
-/// @throws base::InputError naming the file if it is no MJCF.
+/// Whether a file holds one free body and nothing else: an object, not a scene.
+/// @throws base::InputError naming the file if it is not MJCF.
 bool IsObjectFile(const std::filesystem::path& mjcf);
 
-/// What is wrong with an object's file, worst first. A file that cannot be compiled, or is no
-/// object, is one finding.
-/// @param min_tipping_rad  at least one resting pose tips over later
+/// Faults of an object's file, worst first. A file that cannot be compiled, or is not an object,
+/// gives one finding.
+/// @param min_tipping_rad  at least one resting pose must withstand this tilt
 std::vector<base::Finding> CheckObject(const sim::ObjectModel& object,
                                        double min_tipping_rad = 0.17);
 

@@ -16,9 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Names first, then how the hand closes, motions, trials.
+// Rounds of fixes: names first, then how the hand closes, motions, trials.
 constexpr int kRounds = 8;
-constexpr int kMaxNesting = 8;  // files that attach each other in a ring are the engine's to refuse
+constexpr int kMaxNesting = 8;  // the engine refuses files that attach each other in a ring
 
 std::size_t StartOf(const pugi::xml_node& node) {
   return static_cast<std::size_t>(node.offset_debug()) - 1;
@@ -62,7 +62,7 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
       text.substr(line, std::min(begin, text.find_first_not_of(" \t", line)) - line);
   const std::string close = fmt::format("</{}>", node.name());
   const std::size_t inner = begin + tag.size();
-  if (edit.replace) {  // what holds none of its own kind
+  if (edit.replace) {  // the element contains none of its own kind
     const std::size_t end = tag.ends_with("/>") ? inner : text.find(close, inner) + close.size();
     const std::string before = text.substr(begin, end - begin);
     const std::string block = Indented(edit.block, indent).substr(indent.size());
@@ -104,7 +104,7 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {
     const std::size_t end = text.rfind(fmt::format("</{}", document.document_element().name()));
     const bool section = edit.element.starts_with("/*/") && edit.element.rfind('/') == 2;
     if (!section || end == std::string::npos) return {};
-    // At the end of the file: of repeated sections, the last decides.
+    // At the end of the file: the last one of repeated sections counts.
     text.insert(end, fmt::format("  <{}/>\n", edit.element.substr(3)));
     return ApplyEdit(edit, text);
   }
@@ -113,7 +113,7 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {
     return change.after.empty() ? std::vector<Change>{} : std::vector{change};
   }
   std::vector<Change> changes;
-  nodes.sort(/*reverse=*/true);  // what stands further up stays where it is
+  nodes.sort(/*reverse=*/true);  // from the end, so that earlier positions stay valid
   for (const auto& found : nodes) {
     const std::size_t begin = StartOf(found.node());
     const std::string before = TagAt(text, begin);
@@ -148,7 +148,7 @@ void Fixer::Edit(const fs::path& original, const base::Edit& edit) {
     targets_[original] =
         in_place_ ? original : original.parent_path() / (original.stem().string() + ".fixed.xml");
     change.file = original;
-    // What is edited again is one change.
+    // Repeated edits of one element count as one change.
     const auto first = std::ranges::find_if(
         changes_, [&](const Change& c) { return c.file == original && c.after == change.before; });
     if (first == changes_.end() || change.before.empty()) {
@@ -159,7 +159,7 @@ void Fixer::Edit(const fs::path& original, const base::Edit& edit) {
   }
 }
 
-// Lets a file refer to the copies of what it includes or attaches. Whether it has a copy then.
+// Makes a file refer to the copies of what it includes or attaches. Returns whether it has a copy.
 bool Fixer::Refer(const fs::path& original, int depth) {
   if (depth > kMaxNesting || !fs::is_regular_file(original)) return false;
   pugi::xml_document document;
@@ -178,7 +178,7 @@ bool Fixer::Refer(const fs::path& original, int depth) {
 bool Fixer::Apply(const std::vector<base::Finding>& findings) {
   const auto before = texts_;
   const auto edited = targets_;
-  std::set<std::string> done;  // of two edits for one thing, the first
+  std::set<std::string> done;  // the first of two edits of one thing counts
   for (const base::Finding& finding : findings) {
     for (const base::Edit& edit : finding.edits) {
       const std::string what = edit.set.empty() ? edit.block : edit.set.front().first;
@@ -188,7 +188,7 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     }
   }
   if (!in_place_) Refer(mjcf_, 0);
-  std::map<fs::path, fs::path> made;  // the backup or copy of what is edited for the first time
+  std::map<fs::path, fs::path> made;  // backups or copies of files that are edited first
   for (const auto& [original, target] : targets_) {
     if (edited.contains(original)) continue;
     made[original] = in_place_ ? fs::path(original.string() + ".bak") : target;

@@ -10,51 +10,49 @@
 
 namespace rangegrasp::check {
 
-/// The edits that give a numeric of a scene's files other values; none where it is not found.
+/// The edits that give a numeric of a scene's files other values; none if it is not found.
 std::vector<base::Edit> SetNumeric(const std::filesystem::path& scene, const std::string& name,
                                    const std::string& data);
-/// The edits that make the drives of some of an arm's joints, counted from 0, so many times as
-/// stiff.
+/// The edits that multiply the stiffness of the drives of some of an arm's joints, counted from 0.
 std::vector<base::Edit> StifferDrives(const std::filesystem::path& scene,
                                       const std::vector<int>& joints, double times);
 
-/// What an edit did to a file; of an added block `before` is empty.
+/// The effect of an edit on a file; `before` is empty for an added block.
 struct Change {
   std::filesystem::path file;
   int line = 0;
   std::string before, after;
 };
 
-/// One edit of an XML text. Attributes are set in place or appended, a block is indented as the
-/// first thing in its element; all other bytes stay. Where nothing matches, nothing changes.
-/// @return what changed, without the file
+/// Applies one edit to an XML text. Attributes are set in place or appended; a block is indented as
+/// the first child of its element. All other bytes stay. If nothing matches, nothing changes.
+/// @return the changes, without the file
 std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text);
 
-/// Makes the edits of findings in copies of a model's files, NAME.fixed.xml next to NAME.xml: of
-/// what is edited, and of what includes or attaches that. Or in place, with the bytes before in
-/// NAME.xml.bak.
+/// Applies the edits of findings to copies of a model's files, NAME.fixed.xml next to NAME.xml: to
+/// the edited files and to those that include or attach them. Or edits in place and keeps the
+/// original bytes in NAME.xml.bak.
 class Fixer {
  public:
   Fixer(const std::filesystem::path& mjcf, bool in_place)
       : mjcf_(mjcf.lexically_normal()), in_place_(in_place) {}
 
-  /// Writes what changes, each file in one step.
-  /// @param findings  of the model, then of file()
+  /// Writes the changed files, each in one step.
+  /// @param findings  first of the model, later of file()
   /// @return whether anything changed
-  /// @throws base::InputError before anything is written, if there is such a copy or backup
-  /// already.
+  /// @throws base::InputError before anything is written, if such a copy or backup already exists.
   bool Apply(const std::vector<base::Finding>& findings);
 
-  /// Applies and checks again, until nothing changes or for a few rounds: what is cured shows what
-  /// else is wrong.
+  /// Applies and checks again until nothing changes, or for a few rounds: a fix can reveal other
+  /// faults.
   /// @param findings  of the model
-  /// @param check  of file()
+  /// @param check  checks file()
   void Run(std::vector<base::Finding> findings,
            const std::function<std::vector<base::Finding>()>& check);
 
-  /// What is to be checked: the copy, once there is one.
+  /// The file to check: the copy, once there is one.
   std::filesystem::path file() const { return Target(mjcf_); }
-  /// Of all edits so far, in the order in which they were made, with the lines as they are now.
+  /// All changes so far, in the order in which they were made, with their present line numbers.
   std::vector<Change> changes() const;
 
  private:
@@ -68,9 +66,9 @@ class Fixer {
 
   Path mjcf_;
   bool in_place_;
-  std::map<Path, std::string> texts_;  // by original, as edited
-  std::map<Path, Path> targets_;       // of what is edited
-  std::vector<Change> changes_;        // by original
+  std::map<Path, std::string> texts_;  // edited text by original
+  std::map<Path, Path> targets_;       // of edited files, by original
+  std::vector<Change> changes_;        // with the original as file
 };
 
 }  // namespace rangegrasp::check

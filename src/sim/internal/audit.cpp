@@ -12,15 +12,15 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-// The lever of points that an equality joins: their error as a share of it is like that of a joint
-// as a share of its range.
+// Lever of points that an equality connects: their error as a share of it corresponds to a joint's
+// error as a share of its range.
 constexpr double kLever_m = 0.1;
-// Within half a degree, or 5 mm of a slide, a joint is at its range's end.
+// A joint is at an end of its range within half a degree, or 5 mm for a slide.
 constexpr double kNearEnd_rad = 0.0087;
 constexpr double kNearEnd_m = 0.005;
-constexpr double kPercentile = 0.95;  // of penetration_p95_m
+constexpr double kPercentile = 0.95;  // for penetration_p95_m
 
-// What the errors of each equality are shares of, before a ratchet narrows the ranges.
+// The reference of each equality's error, before a ratchet narrows the ranges.
 std::vector<double> LeversOf(const mjModel* model) {
   std::vector<double> levers(model->neq, kLever_m);
   for (int i = 0; i < model->neq; ++i) {
@@ -42,7 +42,7 @@ double EqualityShare(const mjData* data, const std::vector<double>& levers) {
 }  // namespace
 
 base::Pose PoseInHand(const World& world, const HandGeoms& hand, int target) {
-  // Both from the last kinematics, which lags the state by one step: the same instant for both.
+  // Both are from the last kinematics, one step behind the state: they are of the same instant.
   const base::Pose X_WH = BodyPose(world.data(), hand.body());
   return X_WH.inverse() * BodyPose(world.data(), world.object_body(target));
 }
@@ -141,7 +141,7 @@ void AuditRecorder::EndRest(double unrest_s) {
   for (const RestingContact& contact : rest_contacts_) {
     const double way_m = (X_HO * contact.point_O - contact.point_H).norm();
     audit_.creep_m_s = std::max(audit_.creep_m_s, way_m / rest_s);
-    // std::max would drop what is no number.
+    // std::max would drop a NaN.
     if (!std::isfinite(way_m)) audit_.creep_m_s = way_m;
   }
 }
@@ -171,7 +171,7 @@ Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
     audit.failed = fmt::format("unsolved_steps {} > 0", audit.unsolved_steps);
   }
   if (!held_after_lift) return audit;
-  // The first figure out of bounds; one that is no number is.
+  // Reports the first figure out of bounds; a NaN is out of bounds.
   const auto check = [&](const char* figure, double value, double bound) {
     if (!audit.failed.empty() || value <= bound) return;
     audit.failed = fmt::format("{} {:.4g} > {:.4g}", figure, value, bound);

@@ -13,14 +13,14 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr double kFarApart_m = 1.0;  // beyond any hand: the engine looks no further
+constexpr double kFarApart_m = 1.0;  // beyond any hand; the engine searches no further
 
-// Of the readings: 5 of them in the time after which a force may be raised again.
+// Period of the readings: 5 of them in the time after which a force may be raised again.
 constexpr double kPeriod_s = 0.008;
 // A time step may end a rounding error before a reading is due.
 constexpr double kRounding_s = 1e-9;
 
-// Calls `of` with the number of each contact of an object that bears load, and the other geom.
+// Calls `of` with the number of each load-bearing contact of an object, and the other geom.
 template <class Function>
 void ForContactsOf(const World& world, int object, const Function& of) {
   const mjModel* model = world.model();
@@ -42,7 +42,7 @@ double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& cont
   if (contact.efc_address < 0 || contact.dim < 3) return -1.0;
   const mjtNum* v = data->efc_vel + contact.efc_address;
   if (model->opt.cone == mjCONE_ELLIPTIC) return std::hypot(v[1], v[2]);
-  // Rows of a pyramid: normal +- friction * tangent.
+  // Rows of a pyramidal cone: normal +- friction * tangent.
   return std::hypot((v[0] - v[1]) / (2 * contact.friction[0]),
                     (v[2] - v[3]) / (2 * contact.friction[1]));
 }

@@ -12,25 +12,25 @@
 
 namespace rangegrasp::sim::internal {
 
-/// Tangential speed of a contact [m/s]; negative if it is none that can bear load.
+/// Tangential speed of a contact [m/s]; negative if the contact cannot bear load.
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact);
 /// Normal force of contact number i [N].
 double NormalForce(const mjModel* model, const mjData* data, int i);
-/// With which contact number i presses its second geom, in W [N]; its first one the other way.
+/// Force of contact i on its second geom, in W [N]; the first geom receives the opposite force.
 Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i);
 
-/// The hand's collision geoms and what they are.
+/// The hand's collision geoms and their roles.
 class HandGeoms {
  public:
   /// @throws base::InputError naming the body or tuple that the scene lacks ("hand", "hand_joints",
-  /// "fingertips"), or a grip sensor that is no touch sensor.
+  /// "fingertips"), or a grip sensor that is not a touch sensor.
   explicit HandGeoms(const mjModel* model);
 
   bool IsHand(int geom) const { return hand_[geom]; }
   bool IsTip(int geom) const { return tip_[geom]; }
   bool IsThumb(int geom) const { return thumb_[geom]; }
   bool IsThumbBody(int body) const { return thumb_body_[body]; }
-  /// The distal pads: geoms of bodies with touch sensors of "grip_sensors"; without, no feeling.
+  /// Distal pads: geoms of bodies with touch sensors of "grip_sensors"; without these, no feeling.
   bool IsPad(int geom) const { return pad_[geom]; }
   const std::vector<int>& touch_sensors() const { return touch_sensors_; }
   const std::vector<int>& all() const { return all_; }
@@ -46,12 +46,12 @@ class HandGeoms {
   std::vector<int> touch_sensors_, all_;
 };
 
-/// What touches an object.
+/// Contacts of an object.
 struct Touch {
   bool hand = false, other = false;
-  double deepest_m = 0.0;  ///< penetration at the hand's contacts
+  double deepest_m = 0.0;  ///< penetration of the hand's deepest contact
 };
-/// A contact of the hand with an object: in the middle between the two surfaces.
+/// A contact of the hand with an object, at the middle between the two surfaces.
 struct ContactPoint {
   Eigen::Vector3d point_W, normal_W;
 };
@@ -59,30 +59,30 @@ std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, 
 /// Sum of the normal forces of the hand's contacts with an object [N].
 double PressureOn(const World& world, const HandGeoms& hand, int object);
 Touch TouchOf(const World& world, const HandGeoms& hand, int object);
-/// Penetration of the deepest contact but for those of the hand with an object or with itself [m].
+/// Penetration of the deepest contact, except those of the hand with an object or with itself [m].
 double DeepestElsewhere(const World& world, const HandGeoms& hand, int object);
 
-/// The glove's friction: each of the hand's geoms has the static coefficient on what it touches
-/// until a contact with it slides, then the kinetic one until it sticks again, by the object's pair
-/// (World::glove_friction). The engine knows one coefficient a geom: that of what it presses
-/// hardest.
+/// The glove's friction. Each geom of the hand has the static coefficient on what it touches until
+/// a contact with it slides, then the kinetic one until it sticks again, from the object's pair
+/// (World::glove_friction). The engine has one coefficient per geom: that of the object that it
+/// presses hardest.
 class Glove {
  public:
-  /// @param target  whose pair a geom has that has touched nothing yet
+  /// @param target  its friction pair applies to a geom that has touched nothing yet
   Glove(const World& world, const HandGeoms& hand, int target);
-  /// Once before each step.
+  /// To be called once before each step.
   void Tick(World& world);
-  bool Slides() const { return slides_; }  ///< any fingertip on anything
-  /// Of the fastest contact with a distal pad [m/s]; 0 where nothing touches one.
+  bool Slides() const { return slides_; }  ///< whether any fingertip slides
+  /// Speed of the fastest contact with a distal pad [m/s]; 0 if nothing touches one.
   double PadSpeed() const { return pad_speed_m_s_; }
-  /// Sum of the forces on the hand of all that it touches [N]: the grip's own balance each other.
+  /// Sum of all contact forces on the hand [N]; the grip's own forces cancel out.
   const Eigen::Vector3d& Load_W() const { return load_W_; }
 
  private:
-  // Of a geom of the hand with one object, or with the scene.
+  // Contact of a geom of the hand with one object, or with the scene.
   struct Contact {
     SlipState state;
-    double speed_m_s = -1.0;  ///< of the fastest contact; negative if there is none
+    double speed_m_s = -1.0;  ///< speed of the fastest contact; negative if there is no contact
     double pressure_N = 0.0;
   };
   Contact& ContactOf(std::size_t part, int object) {
@@ -91,25 +91,25 @@ class Glove {
   void ReadContacts(const World& world);
 
   const HandGeoms* hand_;
-  std::vector<int> object_of_body_;   // by root body; the scene's is -1
-  std::vector<std::size_t> part_of_;  // by geom: its place among the hand's
-  int objects_;                       // with the scene, which stands first
-  std::vector<Contact> contacts_;     // a row for each of the hand's geoms
-  std::vector<int> touched_;          // by the hand's geoms: the last one that was pressed
+  std::vector<int> object_of_body_;   // by root body; -1 for the scene
+  std::vector<std::size_t> part_of_;  // index among the hand's geoms, by geom
+  int objects_;                       // number including the scene, which is first
+  std::vector<Contact> contacts_;     // one row per geom of the hand
+  std::vector<int> touched_;          // last pressed object, by geom of the hand
   bool slides_ = false;
   double pad_speed_m_s_ = 0.0;
   Eigen::Vector3d load_W_ = Eigen::Vector3d::Zero();
 };
 
-/// What the distal pads' sensors hear: the speed of what slides along a pad, read with noise at a
-/// fixed period and reported after the delay.
+/// Slip sensors of the distal pads. They read the speed of sliding along a pad with noise at a
+/// fixed period, and report it after the delay.
 class SlipSensor {
  public:
   SlipSensor(const HandControlOptions& options, base::Rng rng) : options_(options), rng_(rng) {}
 
-  /// Once a time step.
-  /// @param speed_m_s  of the fastest contact with a pad; 0 where none slides
-  /// @return whether the newest reading that has come through tells of a slip.
+  /// To be called once per time step.
+  /// @param speed_m_s  speed of the fastest contact with a pad; 0 if none slides
+  /// @return whether the newest reading that has arrived indicates a slip.
   bool Tick(double time_s, double speed_m_s);
 
  private:

@@ -25,7 +25,7 @@ mjfLogHandler previous_handler = nullptr;
 
 void Handle(const mjLogMessage* message) {
   if (!recovery) {
-    // Not our call: leave it to whoever had the log before us.
+    // Not our call: pass it to the previous log handler.
     if (previous_handler) previous_handler(message);
     return;
   }
@@ -39,7 +39,7 @@ void Handle(const mjLogMessage* message) {
   }
 }
 
-// Alone in its function, so that no automatic object with a destructor stands between setjmp and
+// A function of its own, so that no automatic object with a destructor lies between setjmp and
 // longjmp.
 bool RunRecoverably(Recovery& here, const std::function<void()>& call) {
   if (setjmp(here.point) != 0) return false;
@@ -47,10 +47,10 @@ bool RunRecoverably(Recovery& here, const std::function<void()>& call) {
   return true;
 }
 
-// Of round primitives: a cylinder of 40 mm radius is 0.2 mm out of round, less than a scan's noise.
+// For round primitives: a cylinder of 40 mm radius is 0.2 mm out of round, below a scan's noise.
 constexpr int kSegments = 32;
 constexpr double kInfinitePlane_m = 10.0;  // half extent: beyond what any sensor sees
-// Blue laminate under a red laser: an estimate, above what drops out for darkness (0.1).
+// Estimate for blue laminate under a red laser; it exceeds the albedo of dropouts (0.1).
 constexpr double kLaminateAlbedo = 0.35;
 constexpr double kLaminateGloss = 0.1;
 constexpr int kMaxVisibleGroup = 2;  // MuJoCo's viewers show groups 0 to 2
@@ -64,7 +64,7 @@ geometry::TriangleMesh PlaneOf(const mjtNum* size) {
   return result;
 }
 
-// The mean of what is printed, in 0..1; white for none.
+// Mean color of a material's print, in 0..1; white if it has none.
 Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
   const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
   if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
@@ -85,7 +85,7 @@ geometry::Rgb RgbOf(const Eigen::Vector4f& color) {
   return {level(color[0]), level(color[1]), level(color[2])};
 }
 
-// Its surface, in one color.
+// Appends a geom's surface in one color.
 void AppendGeom(const mjModel* model, const mjData* data, int geom, ColorsOfGeoms& colors,
                 VisualMesh& visual) {
   geometry::Append(geometry::Transformed(GeomSurface(model, geom, kSegments), GeomPose(data, geom)),
@@ -116,7 +116,7 @@ std::shared_ptr<const geometry::Print> PrintOf(const mjModel* model, int texture
   return print;
 }
 
-// Of the triangles of a geom's mesh, in their order.
+// Appends the texture coordinates of the triangles of a geom's mesh, in their order.
 void AppendUv(const mjModel* model, int geom, std::vector<std::array<Eigen::Vector2f, 3>>& uv) {
   const int mesh = model->geom_dataid[geom];
   const float* coordinates = model->mesh_texcoord + 2 * model->mesh_texcoordadr[mesh];
@@ -144,7 +144,7 @@ OpticalSurface SurfaceOf(const mjModel* model, const std::string& prefix) {
           .gloss = gloss.empty() ? kLaminateGloss : gloss[0]};
 }
 
-// Visible geoms of some bodies, with the surface of the custom numerics "<prefix>_...".
+// Visible geoms of the bodies for which `holds` is true; surface by the numerics "<prefix>_...".
 template <typename Predicate>
 VisualMesh VisualOfBodies(const mjModel* model, const mjData* data, const std::string& prefix,
                           ColorsOfGeoms& colors, const Predicate& holds) {

@@ -23,9 +23,9 @@ using SpecPtr = std::unique_ptr<mjSpec, SpecDeleter>;
 using mjcf::DataPtr;
 using mjcf::ModelPtr;
 
-/// Runs engine code: warnings are appended to `warnings` (may be null), an engine error becomes a
-/// base::RunError. It ends the call by longjmp: `call` must not own anything that needs a
-/// destructor while the engine runs, and after an error the mjData concerned must only be deleted.
+/// Runs engine code. Warnings are appended to `warnings` (may be null); an engine error becomes a
+/// base::RunError. It leaves the call by longjmp, so `call` must not own anything that needs a
+/// destructor while the engine runs. After an error the mjData concerned must only be deleted.
 void CallEngine(std::vector<std::string>* warnings, const std::function<void()>& call);
 DataPtr MakeData(const mjModel* model);    ///< no kinematics yet. @throws base::RunError
 DataPtr DataAtZero(const mjModel* model);  ///< with kinematics and centers of mass
@@ -42,7 +42,7 @@ using mjcf::TryFind;
 using mjcf::TupleOf;
 using mjcf::Vec3;
 
-/// Center of mass in W of a root body and all below it.
+/// Center of mass in W of a root body and its subtree.
 Eigen::Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root);
 
 /// Colors of a model's geoms. Textures are read once.
@@ -50,9 +50,9 @@ class ColorsOfGeoms {
  public:
   explicit ColorsOfGeoms(const mjModel* model) : model_(model) {}
 
-  /// Red, green, blue, opacity, 0..1; of what is printed on it, the mean.
+  /// Red, green, blue, opacity, 0..1; mean color for a textured geom.
   Eigen::Vector4f Of(int geom);
-  /// What a 2-D texture shows.
+  /// The image of a 2-D texture.
   std::shared_ptr<const geometry::Print> Print(int texture);
 
  private:
@@ -65,23 +65,23 @@ class ColorsOfGeoms {
 bool Visible(const mjModel* model, int geom);
 /// The surface of a geom in its frame; a plane is cut at its size, or at 10 m if infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
-/// Highest point of a geom [m].
+/// Reach of a geom along a unit direction [m].
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
                    const Eigen::Vector3d& direction_W);
 
-/// Least distance between two geoms, of which b may be a plane [m]; negative where they overlap,
-/// limit_m at most.
+/// Smallest distance between two geoms [m], where b may be a plane; negative if they overlap, at
+/// most limit_m.
 double GeomDistance(const mjModel* model, mjData* data, int a, int b, double limit_m);
 
-/// Visible geoms below a root body, in W, with the first texture that one of them has.
+/// Visible geoms of a root body's subtree in W, with the first texture among them.
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, ColorsOfGeoms& colors);
 /// The body that holds the site "container"; -1 if there is none.
 int ContainerBody(const mjModel* model);
-/// Its visible geoms. Surface: custom numerics "container_albedo" and "container_gloss", else that
-/// of the table's blue laminate.
+/// Visible geoms of that body. Its surface comes from the custom numerics "container_albedo" and
+/// "container_gloss", else it is that of the table's blue laminate.
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors);
-/// Visible geoms of all but objects (trees with a free joint), the container and the body that
-/// holds the site "scanner". Surface: "scene_albedo" and "scene_gloss", else as above.
+/// Visible geoms of everything except objects (trees with a free joint), the container and the body
+/// that holds the site "scanner". Surface: "scene_albedo" and "scene_gloss", else as above.
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data, ColorsOfGeoms& colors);
 
 }  // namespace rangegrasp::sim::internal

@@ -16,15 +16,15 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr double kFineTexel_mm = 0.17;  // half a pixel of a camera that sees 3 in a mm
-constexpr int kMaxTexels = 2048;        // along an edge
-constexpr double kLinePitch_mm = 2.4;   // of lists of ingredients
+constexpr double kFineTexel_mm = 0.17;  // half a pixel of a camera with 3 pixels per mm
+constexpr int kMaxTexels = 2048;        // per edge
+constexpr double kLinePitch_mm = 2.4;   // line spacing of ingredient lists
 constexpr double kLetter_mm = 1.5;      // height of their letters
 constexpr double kLetterPitch_mm = 1.05;
-constexpr double kBar_mm = 0.5;    // a module of a bar code, of which 95 make one
+constexpr double kBar_mm = 0.5;    // module of a bar code, which has 95
 constexpr double kGrain_mm = 0.5;  // patches of unevenness
 constexpr int kEmptyLevels = 12;   // a region with less contrast than this is empty
-constexpr int kTries = 400;        // of places for a block
+constexpr int kTries = 400;        // to place blocks
 constexpr int kChannels = 3;
 
 struct Rectangle {
@@ -36,7 +36,7 @@ struct Rectangle {
   }
 };
 
-// 32 random bits of a place, without a draw's order.
+// 32 random bits for a position, independent of the order of draws.
 std::uint32_t Hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   std::uint32_t h = x * 0x8da6b343u + y * 0xd8163841u + seed * 0xcb1ab31fu;
   h ^= h >> 15;
@@ -82,7 +82,7 @@ class Printer {
     const int cell = std::max(1, Texels(kGrain_mm));
     for (int y = 0; y < page_.height; ++y) {
       for (int x = 0; x < page_.width; x += cell) {
-        // Of four random bytes: near enough a normal number.
+        // The sum of four random bytes approximates a normal distribution.
         const std::uint32_t h = Hash(x / cell, y / cell, seed_);
         const int sum = (h & 255u) + (h >> 8 & 255u) + (h >> 16 & 255u) + (h >> 24);
         const int shift = static_cast<int>(std::lround(levels * (sum - 510) / 148.0));
@@ -111,13 +111,13 @@ class Printer {
     page_.width = label.width * factor_;
     page_.height = label.height * factor_;
     page_.rgb.resize(std::size_t(page_.width) * page_.height * kChannels);
-    // A texel's middle lies at factor * (i + 1/2): two texels mix by shares of 2 * factor, first
-    // along columns, then along rows.
+    // The center of texel i lies at factor * (i + 1/2). Two texels mix with weights that add up to
+    // 2 * factor, first along columns, then along rows.
     const int whole = 2 * factor_;
     const auto edge = [](int i, int size) { return std::clamp(i, 0, size - 1); };
     std::vector<int> column(std::size_t(label.width) * kChannels);
     for (int y = 0; y < page_.height; ++y) {
-      const int at_y = 2 * y + 1 + factor_;  // one texel further, so that it is not negative
+      const int at_y = 2 * y + 1 + factor_;  // shifted by one texel, so that it is not negative
       const int row = at_y / whole - 1;
       const int down = at_y % whole;
       const std::ptrdiff_t stride = std::ptrdiff_t{kChannels} * label.width;
@@ -203,7 +203,7 @@ class Printer {
     }
   }
 
-  // Smooth random numbers of three sizes of blotches, fading to the picture's edge.
+  // Smooth noise with three sizes of blotches that fades towards the picture's edge.
   void Picture(int center_x, int center_y, int radius) {
     const auto salt = static_cast<std::uint32_t>(rng_.Next());
     const int top = std::max(0, center_y - radius), left = std::max(0, center_x - radius);
@@ -222,7 +222,7 @@ class Printer {
     }
   }
 
-  // From -1 to 1, bilinear between the corners of cells.
+  // Noise from -1 to 1, bilinear between the corners of cells.
   static double Smooth(int x, int y, int cell, std::uint32_t salt) {
     const auto corner = [&](int i, int j) {
       return Hash(x / cell + i, y / cell + j, salt) * 0x1.0p-31 - 1.0;
@@ -240,7 +240,7 @@ class Printer {
   std::vector<Rectangle> blocks_;
 };
 
-// The texture of an object's label and how large its texels are on the object; -1 for none.
+// The texture of an object's label and the size of its texels on the object; -1 for none.
 int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int material = model->geom_matid[geom];
@@ -284,9 +284,9 @@ Texture TextureIn(const mjModel* model, int texture) {
   return result;
 }
 
-// Printed once in this process or the one it was forked from: a tenth of a picture's time.
+// Printed once in this process or the one it was forked from: it takes a tenth of a picture's time.
 const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrint& print) {
-  // What is printed on an object is its label's: the same in all scenes.
+  // The print depends only on the label: it is the same in all scenes.
   const std::uint64_t seed = base::DeriveSeed(
       0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
   using Key = std::tuple<std::uint64_t, double, double, int, double>;

@@ -10,45 +10,45 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-// Of the pre-shape, a share of the motor's damping: the hand follows the ramp by 0.09 rad, and the
+// Position gain of the pre-shape per motor damping: the hand lags the ramp by 0.09 rad, and the
 // passive fingers' springs (two of 0.1 Nm/rad, over 0.75 rad) move it by 1 mrad.
 constexpr double kPositionRate_1_s = 25.0;
 constexpr double kLeastPositionGain_Nm_rad = 15.0;
-// What a side must press to feel it: a twentieth of the weakest grip. Larger shoves light objects
-// further before the grip.
+// Smallest force that a side feels: a twentieth of the weakest grip. A larger value pushes light
+// objects further before the grip.
 constexpr double kFelt_N = 0.5;
-// A motor that turns slowly for this long stalls: longer than the start takes.
+// A motor that turns slowly for this long has stalled; starting up takes less.
 constexpr double kStallTime_s = 0.06;
-// The force rises from touch to the first grip of 20 N in 0.04 s, and returns to it as fast. Faster
-// is a blow.
+// The force rises from touch to the initial 20 N in 0.04 s, and returns to it at the same rate. A
+// faster rise is an impact.
 constexpr double kForceRate_N_s = 250.0;
-// The first grip stands this long before slip is listened to: closing itself slides.
+// The initial grip is held this long before slip counts, because closing itself causes sliding.
 constexpr double kFirstGripHold_s = 0.05;
-// One detection of slip in this time at most, so that a force has time to act before the next.
+// At most one slip is detected in this time, so that a force has time to act before the next.
 constexpr double kSlipPeriod_s = 0.04;
-// A load that pulls less is none: less than half of the lightest object's weight.
+// A smaller pull counts as no load: less than half of the lightest object's weight.
 constexpr double kNoLoad_N = 0.5;
-// And is gone when it has been none for this long; contacts chatter for less.
+// The load is gone when there has been none for this long; contacts chatter for less.
 constexpr double kLoadGone_s = 0.1;
 
-// A plain motor gets a servo that presses with the strongest grip at this share of its way from its
-// goal, and comes there in about so long.
+// A plain motor gets a servo that presses with the maximum grip force at this share of its travel
+// from its goal, and reaches the goal in about this time.
 constexpr double kFullForceAt = 0.1;
 constexpr double kServo_s = 0.05;
-// Where on the way forces are looked at, from the open to the touching hand.
+// Number of positions at which forces are evaluated, from the open to the touching hand.
 constexpr int kSamples = 12;
 
-// The hand's range is tried in so many steps for a gap: 0.7 deg or 1.7 mm of gap each.
+// The hand's range is searched for a gap in this many steps: 0.7 deg or 1.7 mm of gap each.
 constexpr int kGapSteps = 60;
-// A joint is where it should be within this: 3 mm of gap, twice what the passive fingers' springs
-// move it by; or 2 % of the way of "hand_motors".
+// A joint has reached its target within this: 3 mm of gap, twice what the passive fingers' springs
+// move it by; or 2 % of the travel of "hand_motors".
 constexpr double kAtTarget_rad = 0.02;
-// A gap of the tips that a closed hand's joints tell from none: what it closes on is thicker (the
-// bowl's wall: 3 mm). On nothing they stop at up to 1.1 mm, by the passive fingers' springs.
+// The smallest gap of the tips that a closed hand's joints distinguish from none. Held parts are
+// thicker (the bowl's wall: 3 mm). On nothing, the passive fingers' springs leave up to 1.1 mm.
 constexpr double kLeastFelt_m = 0.002;
 // Halvings of one of the steps above: 0.03 mm of gap.
 constexpr int kGapHalvings = 6;
-// And at the closed end of its range within this: 1.4 mm of gap, nothing to be held there.
+// A joint is at its closed end within this: 1.4 mm of gap, where nothing can be held.
 constexpr double kAtClosedEnd_rad = 0.01;
 
 int MotorOf(const mjModel* model) {
@@ -57,12 +57,12 @@ int MotorOf(const mjModel* model) {
   return motors[0];
 }
 
-// A hand with "hand_motors" closes its whole way in this time (a Robotiq 2F-85: 0.57 s).
+// A hand with "hand_motors" closes over its full travel in this time (a Robotiq 2F-85: 0.57 s).
 constexpr double kClosing_s = 0.5;
-// The share of its closing speed below which a motor stalls, as of the geared one.
+// The share of its closing speed below which a motor stalls, as for the geared motor.
 constexpr double kStallShare = 0.03 / 2.2;
 
-// The scene's own where it says them; forces that the options state go before it.
+// The scene's own values where it gives them; forces in the options take precedence.
 HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
   HandDrive drive;
   const auto calibration = NumericOf(model, "grip_torque_per_force");
@@ -88,7 +88,7 @@ HandDrive DriveOf(const mjModel* model, const HandControlOptions& options) {
   return drive;
 }
 
-// Speeds of a hand with "hand_motors" are shares of its way: faster and slower as a geared one.
+// Speeds of a hand with "hand_motors" are shares of its travel, scaled like those of a geared one.
 HandControlOptions OptionsOf(const mjModel* model, HandControlOptions options) {
   if (mjcf::HasMotors(model)) {
     options.closing_speed_rad_s /= HandControlOptions().closing_speed_rad_s * kClosing_s;
@@ -137,12 +137,12 @@ double GripControl::Tick(const HandReading& reading) {
   return -MovingTorque(-reading.speed_rad_s);
 }
 
-// What a moving hand meets is shoved with the weakest grip, and not with what the motor has.
+// A moving hand pushes what it meets with the weakest grip, not with the motor's full force.
 double GripControl::moving_force_N() const {
   return std::min(options_.min_force_N, drive_.first_force_N);
 }
 
-// Runs free at the closing speed, and stalls at the limit of the current.
+// The motor runs free at the closing speed and stalls at the current limit.
 double GripControl::MovingTorque(double speed_rad_s) const {
   const double limit_Nm = moving_force_N() * drive_.torque_per_force_Nm_N;
   const double free_Nm = drive_.damping_Nm_s * options_.closing_speed_rad_s;
@@ -215,7 +215,7 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
       drives_[k].per_newton = std::max(drives_[k].per_newton, std::abs(forces[k]));
     }
   }
-  // Motors that move the fingers together become alike servos: by the work of the one that does
+  // Motors that move the fingers together become equal servos, by the work of the one that does
   // most.
   double work = 0.0;
   for (const Drive& drive : drives_) {
@@ -229,8 +229,8 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
   }
 }
 
-// A motor's controller gives it stiffness and damping, the latter in the engine's own implicit
-// terms.
+// A plain motor's controller gives it stiffness and damping; the damping uses the engine's own
+// implicit terms.
 void HandMotors::ServePlainMotor(Drive& drive, double strongest_N) {
   const int a = drive.motor.actuator;
   drive.affine = mjcf::AffineOf(model_, a);
@@ -263,7 +263,7 @@ void HandMotors::Follow(mjData* data, double share) const {
   for (const Drive& drive : drives_) Command(data, drive, Wanted(drive, data, share));
 }
 
-// What a drive's own damping and that of the joints that it moves take of its force.
+// Force that a drive loses to its own damping and to that of the joints that it moves.
 double HandMotors::Damping(const Drive& drive, const mjData* data) const {
   const int a = drive.motor.actuator;
   const int out = model_->actuator_outadr[a];
@@ -280,7 +280,7 @@ double HandMotors::Damping(const Drive& drive, const mjData* data) const {
 }
 
 void HandMotors::Press(mjData* data, double share, double force_N) const {
-  double work_J = -force_N * work_per_newton_m_;  // beyond the limit, of a whole way
+  double work_J = -force_N * work_per_newton_m_;  // beyond the limit, over the full travel
   double stiffness_J = 0.0;
   for (const Drive& drive : drives_) {
     const double way = drive.motor.Travel();
@@ -440,7 +440,7 @@ void HandController::Tick(bool slips, const Eigen::Vector3d& load_W) {
   if (control_.Ratchets()) RatchetJoints();
 }
 
-// The share that motors are sent to goes at the closing speed, whatever they meet.
+// The commanded share of closing moves at the closing speed, whatever the motors meet.
 void HandController::DriveMotors() {
   mjData* data = world_->data();
   const double step = world_->physics().timestep_s * options_.closing_speed_rad_s;

@@ -14,14 +14,14 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr char kDefaultSurface[] = "cardboard";  // of an object that names none
+constexpr char kDefaultSurface[] = "cardboard";  // for an object that names none
 constexpr double kSameRim_m = 1e-4;              // numbers in scenes are rounded to less
 
 base::InputError Wrong(const std::filesystem::path& file, const std::string& what) {
   return base::InputError(file.string() + ": " + what);
 }
 
-// The engine reads "nan" as "not given" and puts its own default there.
+// The engine reads "nan" as "not given" and uses its own default instead.
 void RefuseNan(const std::filesystem::path& file) {
   const std::string text = base::ReadFile(file);
   const auto match = base::FindMatch(
@@ -39,7 +39,7 @@ SpecPtr Parse(const std::filesystem::path& file) {
   NeedMjcf(file);
   char error[1000] = "";
   mjSpec* spec = nullptr;
-  // Of a relative path the engine loses what an included file refers to.
+  // With a relative path, the engine loses the files that an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
   base::CheckReadable(file);
   process::NeedMemory(mjcf::kEngine_bytes);
@@ -79,14 +79,14 @@ mjsElement* FindSo(mjSpec* spec, mjtObj type, std::string_view suffix) {
   return e;
 }
 
-// Of its first number; nullopt if it does not hold one number.
+// The number of a numeric; nullopt if it does not hold exactly one.
 std::optional<double> NumberOf(mjsElement* numeric) {
   int size = 0;
   const double* data = mjs_getDouble(mjs_asNumeric(numeric)->data, &size);
   return size == 1 ? std::optional(data[0]) : std::nullopt;
 }
 
-// What says so for itself stays as it is.
+// Bodies that set gravcomp themselves keep it.
 void CompensateGravity(mjsBody* body) {
   if (body->gravcomp == 0.0) {
     body->gravcomp = 1.0;
@@ -97,7 +97,7 @@ void CompensateGravity(mjsBody* body) {
   for (mjsElement* child : Children(body, mjOBJ_BODY, false)) CompensateGravity(mjs_asBody(child));
 }
 
-// The body that the arm's first joint moves: of the hand's ancestors with a joint the furthest.
+// The body that the arm's first joint moves: the hand's topmost ancestor with a joint.
 mjsBody* FirstMoving(mjSpec* spec) {
   mjsElement* hand = FindSo(spec, mjOBJ_BODY, "hand");
   if (!hand) return nullptr;
@@ -108,8 +108,8 @@ mjsBody* FirstMoving(mjSpec* spec) {
   return first;
 }
 
-// Where the numeric "gravity_compensation" is not 0: as those of real arms, the drives carry arm
-// and hand, in all bodies from the first joint on. In MJCF each body would have to say so for
+// If the numeric "gravity_compensation" is not 0, the drives carry arm and hand, as in real arms.
+// This applies to all bodies from the first joint on; in MJCF each body would have to state it
 // itself.
 void CompensateGravityIfAsked(mjSpec* spec) {
   mjsElement* numeric = FindSo(spec, mjOBJ_NUMERIC, "gravity_compensation");
@@ -117,8 +117,8 @@ void CompensateGravityIfAsked(mjSpec* spec) {
   if (mjsBody* first = FirstMoving(spec)) CompensateGravity(first);
 }
 
-// The interior of the site "container" and what reaches its rim get another height, from the same
-// bottom up. The body's z axis is the box's.
+// Changes the height of the interior of the site "container" and of the geoms that reach its rim;
+// the bottom stays. The body's z axis is the box's.
 void SetBoxWalls(mjSpec* spec, const std::filesystem::path& file, double height_m) {
   mjsElement* element = FindSo(spec, mjOBJ_SITE, "container");
   if (!element) {
@@ -147,7 +147,7 @@ bool HasFreeJointOnly(const mjsBody* body) {
   return joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE;
 }
 
-// The root body of an object's spec, after it has been checked to be an object.
+// The root body of an object's spec, after checking that it is an object.
 mjsBody* ObjectRoot(mjSpec* spec, const std::filesystem::path& file) {
   const mjsBody* world = mjs_findBody(spec, "world");
   const auto roots = Children(world, mjOBJ_BODY, false);
@@ -183,7 +183,7 @@ double Numeric(const mjSpec* spec, const std::filesystem::path& file, const char
   throw Wrong(file, fmt::format("numeric \"{}\" must be one number from 0 to 1", name));
 }
 
-// What its text "surface" names.
+// The surface that an object's text "surface" names.
 Surface SurfaceOf(const mjSpec* spec, const std::filesystem::path& file) {
   std::string name = kDefaultSurface;
   if (mjsElement* text = mjs_findElement(spec, mjOBJ_TEXT, "surface")) {
@@ -204,7 +204,7 @@ ObjectEntry ReadEntry(const ObjectModel& object, const mjSpec* spec) {
   entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", usual.albedo);
   entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", usual.gloss);
   entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", usual.clarity);
-  // What is swallowed does not come back either, whatever the surface is printed with.
+  // Absorbed light does not come back either, whatever is printed on the surface.
   const double absorption = Numeric(spec, object.mjcf, "absorption", 0.0);
   entry.optical.clarity = 1.0 - (1.0 - entry.optical.clarity) * (1.0 - absorption);
   return entry;
@@ -228,10 +228,10 @@ void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectE
   }
 }
 
-// Joins an object to the scene. @return its root body there
+// Attaches an object to the scene and returns its root body there.
 mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& file,
                    const std::string& prefix) {
-  // Weightless while parked; counted by the compiler as such, switched by World.
+  // Weightless while parked. The compiler counts it as such, and World switches it.
   root->gravcomp = 1.0;
   mjsFrame* frame = mjs_addFrame(mjs_findBody(scene, "world"), nullptr);
   mjsElement* attached = mjs_attach(frame->element, root->element, prefix.c_str(), "");
@@ -277,7 +277,7 @@ BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
   try {
     built.model = Compile(scene.get(), scene_mjcf);
   } catch (const base::InputError&) {
-    // Is it an object's fault? Then say which.
+    // If an object causes the error, say which.
     for (const ObjectModel& object : objects) BuildObject(object);
     throw;
   }

@@ -15,10 +15,10 @@ namespace rangegrasp::sim::internal {
 struct ObjectEntry {
   std::string name;
   Surface surface;
-  OpticalSurface optical;    ///< its own, where its file says so, else its surface's
+  OpticalSurface optical;    ///< from its file if given there, else from its surface
   int body = -1, tree = -1;  ///< root body, kinematic tree
   int qpos = -1, dof = -1;   ///< addresses of the free joint's 7 coordinates and 6 velocities
-  double radius_m = 0.0;  ///< of a ball round the body's origin that holds all collision geometry
+  double radius_m = 0.0;     ///< of a sphere about the body's origin with all collision geometry
   bool parked = true;
 };
 
@@ -27,7 +27,7 @@ struct BuiltScene {
   std::vector<ObjectEntry> objects;
 };
 
-/// @throws base::InputError if a file is not there, or is a folder.
+/// @throws base::InputError if a file does not exist or is a folder.
 void NeedMjcf(const std::filesystem::path& file);
 
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.
@@ -35,10 +35,12 @@ void NeedMjcf(const std::filesystem::path& file);
 BuiltScene BuildScene(const std::filesystem::path& scene_mjcf,
                       const std::vector<ObjectModel>& objects, const PhysicsOptions& options);
 
-/// An object alone. @throws base::InputError also if it is none.
+/// An object alone.
+/// @throws base::InputError also if it is not an object.
 BuiltScene BuildObject(const ObjectModel& object);
 
-/// Whether a file holds one free body and nothing else. @throws base::InputError if it is no MJCF.
+/// Whether a file holds one free body and nothing else.
+/// @throws base::InputError if it is not MJCF.
 bool IsObject(const std::filesystem::path& mjcf);
 
 }  // namespace rangegrasp::sim::internal

@@ -58,7 +58,7 @@ void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& c
 
 bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) const {
   const int joint = joints_[i];
-  // The engine cuts the torque there, so that it never exceeds it.
+  // The engine clamps the torque at this limit, so that it never exceeds it.
   const double limit = (1.0 - kRounding) * model->jnt_actfrcrange[2 * joint + 1];
   return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
 }

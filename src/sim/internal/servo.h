@@ -9,8 +9,8 @@
 
 namespace rangegrasp::sim::internal {
 
-/// A trajectory's position and velocity at a time; positions are linear between samples, velocities
-/// (central differences at the samples) too, so that the drives see no staircase.
+/// Position and velocity of a trajectory at a time. Both are linear between samples (velocities are
+/// central differences at the samples), so that the drives see no steps.
 struct JointCommand {
   Eigen::VectorXd position, velocity;
 };
@@ -26,19 +26,19 @@ class ArmServo {
   void Command(const mjModel* model, mjData* data, const JointCommand& command) const;
   const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& actuators() const { return actuators_; }
-  /// Whether the drive of joint number i gives all that it has.
+  /// Whether the drive of joint number i is at its torque or force limit.
   bool AtLimit(const mjModel* model, const mjData* data, std::size_t i) const;
-  /// Moves a command towards where the joints are, so that no drive gives more than a share of what
-  /// it has: gravity's part of it counts, too.
+  /// Moves a command towards the present joint positions so that no drive gives more than a share
+  /// of its limit, including the load of gravity.
   void GiveWay(const mjModel* model, const mjData* data, double share,
                Eigen::VectorXd& position) const;
-  /// What the drives give [Nm, N].
+  /// Torques or forces of the drives [Nm, N].
   Eigen::VectorXd Torques(const mjModel* model, const mjData* data) const;
-  /// Of a point that moves with a body, by the arm's joints: p_W' = J q'.
+  /// Jacobian of a point that moves with a body, for the arm's joints: p_W' = J q'.
   Eigen::Matrix3Xd Jacobian(const mjModel* model, const mjData* data, int body,
                             const Eigen::Vector3d& point_W) const;
-  /// How far each joint is from its command [rad, m]. The servo sees a joint as it was a step ago:
-  /// ahead by what it moves in a step (6 mrad of 3 rad/s) is no error.
+  /// Distance of each joint from its command [rad, m]. The servo sees the joint's position of the
+  /// step before, so a lead of up to one step's motion (6 mrad at 3 rad/s) is not an error.
   Eigen::VectorXd Lags(const mjModel* model, const mjData* data, const JointCommand& command) const;
   double TrackingError(const mjModel* model, const mjData* data,
                        const JointCommand& command) const {

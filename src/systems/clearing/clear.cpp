@@ -18,7 +18,7 @@ double SharedSamples(Samples a, Samples b) {
   return either == 0 ? 0.0 : static_cast<double>(both.size()) / static_cast<double>(either);
 }
 
-// The one that has the most in common; the first of equals.
+// The entry with the largest share of common samples; the first of equals.
 const TriedObjects::Entry* TriedObjects::Find(const Samples& object) const {
   const Entry* best = nullptr;
   double best_share = 0.0;
@@ -95,17 +95,17 @@ using trial::Attempt;
 using trial::Outcome;
 using trial::Sensed;
 
-// Attempts that end before a grasp only pass an object over; more of them for each grasp than this
-// are no clearing: a pile of twelve has fewer pieces.
+// Maximum number of attempts per allowed grasp. Attempts that end before a grasp only pass an
+// object over. A pile of twelve objects has fewer segments than this.
 constexpr int kAttemptsPerGrasp = 20;
-// What is this far below the table is on the floor.
+// An object this far below the table is on the floor.
 constexpr double kFloor_m = -0.1;
 
 const Samples& FirstSamples(const Attempt& attempt) {
   return attempt.detected.detection.objects.front().samples;
 }
 
-// The object whose label most of the samples bear; nullopt for the scene's.
+// The object to which most of the samples belong; nullopt if it is the scene.
 std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
   const auto votes = trial::ObjectVotes(samples, sensed);
   const auto most =
@@ -142,7 +142,7 @@ class Run {
  private:
   ObjectEnd& EndOf(int object) { return ends_[static_cast<std::size_t>(object)]; }
 
-  // One attempt. @return why the run ends, if it does.
+  // Makes one attempt. @return why the run ends, if it does.
   std::optional<Stop> Next() {
     if (!sensed_) Scan();
     if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
@@ -158,7 +158,7 @@ class Run {
     }
     last_ = attempt.detected.detection;
     result_.perceived = last_.objects.size();
-    // Of an object that is not there nothing can be measured: truth ends the run.
+    // No object is left, so there is nothing to measure: ground truth ends the run.
     const bool empty = !last_.objects.empty() && !attempt.target;
     if (empty || last_.objects.empty() || !attempt.detected.has_turn) {
       result_.steps.push_back(std::move(step));
@@ -198,7 +198,7 @@ class Run {
          .observer = observer_.execution});
   }
 
-  // The scan at hand is used up: a new one, or the end.
+  // No object in the current scan may be taken: requests a new scan or ends the run.
   std::optional<Stop> NothingToTake() {
     if (fresh_ && last_.objects.empty()) return Stop::kNothingPerceived;
     if (fresh_ && idle_++ >= options_.idle_scans) return WhyNothing();
@@ -237,7 +237,7 @@ class Run {
     }
   }
 
-  // Of the scan at hand. Its truth keeps the labels; nothing reads those of lost samples.
+  // Deletes samples from the current scan. Its truth keeps their labels, but nothing reads them.
   void LeaveOut(const Samples& samples) {
     for (const auto& id : samples) {
       sensed_->observation.views[id.view].image.points_C[id.sample].setConstant(
@@ -292,8 +292,8 @@ class Run {
   Clearing result_;
   std::vector<ObjectEnd> ends_;
   std::optional<Sensed> sensed_;
-  bool fresh_ = false;     // nothing was left out of the scan at hand
-  grasp::Detection last_;  // in the scan at hand
+  bool fresh_ = false;     // nothing was deleted from the current scan
+  grasp::Detection last_;  // in the current scan
   int idle_ = 0;
 };
 

@@ -20,70 +20,70 @@ namespace rangegrasp::clearing {
 /// When the table is scanned again (section 5.1, fig. 5.2).
 enum class Rescan {
   kEach,          ///< after each grasp
-  kAfterFailure,  ///< what was taken is left out of the last scan; a failed grasp needs a new one
+  kAfterFailure,  ///< only after a failed grasp; otherwise the object is removed from the last scan
 };
 constexpr std::array<std::string_view, 2> WordsOf(Rescan) { return {"each", "after_failure"}; }
 
 /// When a failed object is tried again.
 enum class Retry {
   kAtOnce,
-  kAfterOthers,  ///< those with fewer failed tries first: what was in the way may be gone by then
+  kAfterOthers,  ///< after those with fewer failures: obstacles may be gone by then
 };
 constexpr std::array<std::string_view, 2> WordsOf(Retry) { return {"at_once", "after_others"}; }
 
-/// How a program that does not know the truth goes on after a grasp (the keys' texts in
-/// task/clearing_task.cpp).
+/// Rules of a program without ground truth for the steps after a grasp. The texts of the keys
+/// (task/clearing_task.cpp) describe the fields.
 struct ClearingOptions {
   int runs = 100;
   Rescan rescan = Rescan::kEach;
   Retry retry = Retry::kAfterOthers;
   int tries_per_object = 3;
   int max_grasps = 0;
-  int idle_scans = 2;              ///< noise may have hidden a grasp
+  int idle_scans = 2;              ///< repeated scans: noise may have hidden a grasp
   double same_object_share = 0.5;  ///< the sensor does not move between scans
-  /// Half of a fingertip's width, and what the hand's own give evens out.
+  /// Half the width of a fingertip. The hand's compliance makes up for smaller differences.
   double other_grasp_m = 0.010;
   double other_grasp_rad = 15.0 * base::kDeg;
 };
 
 using Samples = std::vector<geometry::SampleId>;
 
-/// Samples that two objects of scans from the same place have in common, of those that either has.
+/// Intersection over union of the samples of two objects in scans from the same viewpoint.
 double SharedSamples(Samples a, Samples b);
 
 /// Why an object is passed over.
 enum class Passed {
-  kNotYet,       ///< it is not
-  kNoGrasp,      ///< none is free, as the scene stands
-  kNoPath,       ///< none is reached, as the scene stands
-  kTriesUsedUp,  ///< for good
+  kNotYet,       ///< it is not passed over
+  kNoGrasp,      ///< no collision-free grasp in the current scene
+  kNoPath,       ///< no reachable grasp in the current scene
+  kTriesUsedUp,  ///< permanently
 };
 constexpr std::array<std::string_view, 4> WordsOf(Passed) {
   return {"not_tried", "no_grasp", "no_path", "tries_used_up"};
 }
 
-/// What the program remembers of objects that it could not take. It knows an object again by its
-/// samples alone: one that a grasp has moved is a new one to it.
+/// The program's memory of objects that it could not grasp. It recognizes an object only by its
+/// samples, so an object that was moved by a grasp is a new one.
 class TriedObjects {
  public:
   explicit TriedObjects(const ClearingOptions& options) : options_(&options) {}
 
   Passed StateOf(const Samples& object) const;
   bool MayBeTaken(const Samples& object) const { return StateOf(object) == Passed::kNotYet; }
-  /// nullopt if it may not be taken; else 0, or its failed tries where others come before it.
+  /// nullopt if it may not be taken; else 0, or its number of failed tries (Retry::kAfterOthers).
   std::optional<int> TurnOf(const Samples& object) const;
   int TriesAt(const Samples& object) const;
 
-  /// No grasp could be executed: it is passed over until the scene changes.
+  /// Passes the object over until the scene changes, since no grasp could be executed.
   void PassOver(const Samples& object, Passed why);
-  /// A grasp with the hand there was executed and failed.
+  /// A grasp with this hand pose was executed and failed.
   void Failed(const Samples& object, const base::Pose& X_CH);
-  /// It is gone; another one may be seen in its place.
+  /// The object is gone. Another one may be seen in its place.
   void Taken(const Samples& object);
-  /// What could not be grasped may be free now. Used-up tries stay so.
+  /// Passed-over objects may be graspable now, except those without tries left.
   void SceneChanged();
 
-  /// Puts the first object's grasps that are like one that has failed at it behind the others.
+  /// Moves the first object's grasps that are similar to a failed one behind the others.
   void PutFailedLast(grasp::Detection& detection) const;
 
  private:
@@ -103,15 +103,15 @@ class TriedObjects {
 
 /// Why a run ended.
 enum class Stop {
-  kNothingPerceived,  ///< the program takes the table for empty
-  kNothingGraspable,  ///< of all that it sees none has a free grasp
-  kNoPath,            ///< some have one, none is reached
-  kTriesUsedUp,       ///< what is left has been tried as often as allowed
+  kNothingPerceived,  ///< the program perceives an empty table
+  kNothingGraspable,  ///< no perceived object has a collision-free grasp
+  kNoPath,            ///< some objects have a grasp, but the arm reaches none
+  kTriesUsedUp,       ///< an object that is left has been tried as often as allowed
   kMaxGrasps,
-  kEmpty,           ///< truth: no object is left; the program still sees something
-  kBrokenPhysics,   ///< the engine lost the state of the world
-  kDetectorFailed,  ///< one that is another program
-  kCrashed,         ///< an attempt did
+  kEmpty,           ///< truth: no object is left, but the program still perceives something
+  kBrokenPhysics,   ///< the world's state is no longer finite
+  kDetectorFailed,  ///< an external detector failed
+  kCrashed,         ///< an attempt crashed
 };
 constexpr std::array<std::string_view, 9> WordsOf(Stop) {
   return {"nothing_perceived", "nothing_graspable", "no_path",
@@ -119,10 +119,10 @@ constexpr std::array<std::string_view, 9> WordsOf(Stop) {
           "broken_physics",    "detector_failed",   "crashed"};
 }
 
-/// Where an object is at the end, by truth.
+/// Where an object is at the end, by ground truth.
 enum class Fate {
-  kDelivered,  ///< a grasp at it was judged so
-  kBrought,    ///< it came to the delivery place otherwise: beside another one, or not validly
+  kDelivered,  ///< the outcome of a grasp of this object was `delivered`
+  kBrought,    ///< it reached the delivery place with another object or with another outcome
   kLeft,
 };
 constexpr std::array<std::string_view, 3> WordsOf(Fate) { return {"delivered", "brought", "left"}; }
@@ -130,20 +130,20 @@ constexpr std::array<std::string_view, 3> WordsOf(Fate) { return {"delivered", "
 struct ObjectEnd {
   std::string object;
   Fate fate = Fate::kLeft;
-  int grasps = 0;  ///< in which the hand had it, or nothing and was at it
+  int grasps = 0;  ///< grasps that held it, or that were aimed at it and held nothing
   /// Why it was left: off_table, out_of_workspace, not_perceived (it is not the main part of any
-  /// object of the last scan), or what the program has it passed over for (Passed). Of what was
-  /// brought: the outcome of the grasp. Empty if delivered.
+  /// object of the last scan), or why the program passes it over (Passed). For an object that was
+  /// brought: the outcome of the grasp, or beside_another. Empty if delivered.
   std::string why;
 };
 
 /// One attempt of a run.
 struct Step {
   trial::Attempt attempt;
-  int scan = 0;                 ///< it was made on, from 1
-  int try_number = 0;           ///< at that object, as the program counts, from 1
-  bool felt = false;            ///< the hand's aperture showed until the end that it held something
-  std::vector<int> taken_away;  ///< objects that it left at the delivery place
+  int scan = 0;                 ///< number of the scan that it used, from 1
+  int try_number = 0;           ///< the program's count of tries at that object, from 1
+  bool felt = false;            ///< by its aperture, the hand held something until the end
+  std::vector<int> taken_away;  ///< objects that were removed from the delivery place after it
 };
 
 /// A run, from its arrangement to its end.
@@ -151,35 +151,35 @@ struct Clearing {
   Stop stop = Stop::kNothingPerceived;
   std::string detail;
   int scans = 0;
-  std::size_t perceived = 0;  ///< objects of the last scan
-  double homing_s = 0.0;      ///< ways home, by the arm's limits; not simulated
+  std::size_t perceived = 0;  ///< number of objects in the last scan
+  double homing_s = 0.0;      ///< time of the motions home, by the arm's limits; not simulated
   double scan_s = 0.0;        ///< computing time of all scans
   std::vector<Step> steps;
   std::vector<ObjectEnd> objects;
 
-  int Grasps() const;          ///< attempts that were executed
-  int Count(Fate fate) const;  ///< objects
+  int Grasps() const;          ///< number of executed attempts
+  int Count(Fate fate) const;  ///< number of objects
 };
 
-/// What a viewer sees of a run.
+/// Observers of a run.
 struct ClearingObserver {
-  const trial::Detector* detector = nullptr;  ///< in place of the cell's; may be null
+  const trial::Detector* detector = nullptr;  ///< replaces the cell's; may be null
   sim::ExecutionObserver execution;
   std::function<void(int attempt)> on_attempt;  ///< before each, from 1; may be empty
   std::function<void(sim::World&)> on_end;      ///< may be empty
 };
 
-/// Clears the world (section 5.1, fig. 5.2): scan, take the topmost object, deliver it, and again,
-/// until nothing is perceived or nothing can be done.
+/// Clears the world (section 5.1, fig. 5.2): scans, grasps the topmost object, delivers it, and
+/// repeats this until nothing is perceived or nothing can be done.
 ///
-/// The program knows no truth. It feels by the aperture of the closed hand that a grasp has failed
-/// and tries again, with another grasp where there is one. An object without a free grasp, or that
-/// the arm does not reach, is passed over until something else has been taken.
+/// The program has no ground truth. It detects a failed grasp by the aperture of the closed hand
+/// and tries again, with another grasp if there is one. An object without a collision-free grasp,
+/// or out of the arm's reach, is passed over until the scene changes.
 ///
-/// Between two attempts what lies at the delivery place is taken away, and the arm is put back at
-/// home (trial::GoHome). Friction should be drawn before.
-/// @param world  settled, the arm at home; what is left stays in it
-/// @param seed  each scan and each attempt draws from its own stream of it
+/// Between two attempts, objects at the delivery place are removed, and the arm is put back at home
+/// (trial::GoHome). Friction should be drawn before.
+/// @param world  settled, the arm at home; the remaining objects stay in it
+/// @param seed  each scan and each attempt draws from its own stream of this seed
 Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,
                     sim::World& world, std::uint64_t seed, const ClearingObserver& observer = {});
 

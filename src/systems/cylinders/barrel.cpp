@@ -30,7 +30,7 @@ Indices Gather(const PointCloud& cloud, std::span<const std::uint32_t> near, con
   return gathered;
 }
 
-/// The normal equations of one Gauss-Newton step: two shifts, two tilts, the radius.
+/// Normal equations of one Gauss-Newton step for two shifts, two tilts and the radius.
 struct Step {
   Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
@@ -38,7 +38,7 @@ struct Step {
   double weights = 0.0;
 };
 
-/// Lengths along the axis are measured in radii, so that all parameters weigh alike.
+/// Lengths along the axis are in units of the radius, so that all parameters have a similar scale.
 Step StepOf(const PointCloud& cloud, const Indices& points, const Line& axis, const Across& across,
             double radius_m, double distance_m) {
   Step step;
@@ -67,17 +67,17 @@ void Move(const Across& across, const Eigen::Vector4d& change, double radius_m, 
       (axis.direction + (change[2] * across.u + change[3] * across.v) / radius_m).normalized();
 }
 
-/// The axis' point moves to the middle of the points: tilts then hardly trade against shifts.
+/// Moves the axis' point to the mean of the points, which nearly decouples tilts from shifts.
 void Center(const PointCloud& cloud, const Indices& points, Line& axis) {
   double sum = 0.0;
   for (const auto i : points) sum += (cloud.points[i] - axis.point).dot(axis.direction);
   axis.point += sum / static_cast<double>(points.size()) * axis.direction;
 }
 
-/// How far round the points go in one run of bins of 10 deg; a bin that is empty alone is no gap.
+/// Longest run of filled 10 deg bins around the axis [rad]; a single empty bin is not a gap.
 double ArcOf(const PointCloud& cloud, const Indices& points, const Line& axis) {
   constexpr std::size_t kBins = 36;
-  constexpr std::size_t kTurns = 2;  // a run may go over the first bin
+  constexpr std::size_t kTurns = 2;  // a run may extend over the first bin
   std::vector<bool> filled(kBins, false);
   const Across across(axis.direction);
   for (const auto i : points) {
@@ -103,7 +103,7 @@ double MedianNormalAngle(const PointCloud& cloud, const Indices& points, const L
   return std::acos(std::clamp(base::MedianOf(std::move(cosines)), -1.0, 1.0));
 }
 
-/// One step with the radius as it is; false if the points say nothing of the axis.
+/// One step with fixed radius; false if the points do not determine the axis.
 bool Improve(const PointCloud& cloud, const Indices& points, double radius_m, double distance_m,
              Line& axis) {
   Center(cloud, points, axis);
@@ -118,7 +118,7 @@ bool Improve(const PointCloud& cloud, const Indices& points, double radius_m, do
   return true;
 }
 
-/// The radius fitted together with the axis, its deviation, and their residuals.
+/// Fits the radius together with the axis; computes its standard deviation and the RMS residual.
 void MeasureRadius(const PointCloud& cloud, const Line& fixed_axis, double radius_m,
                    double distance_m, RefinedAxis& refined) {
   Line axis = fixed_axis;
@@ -140,7 +140,7 @@ void MeasureRadius(const PointCloud& cloud, const Line& fixed_axis, double radiu
   refined.radius_m = radius;
 }
 
-/// The median place along the axis of the points near an end of the barrel that face along it.
+/// Median position along the axis of the points near an end of the barrel with normals along it.
 std::optional<double> FaceAt(const PointCloud& cloud, std::span<const std::uint32_t> near,
                              const Line& axis, double radius_m, double sign, double end_m,
                              const BarrelOptions& options) {
@@ -157,14 +157,14 @@ std::optional<double> FaceAt(const PointCloud& cloud, std::span<const std::uint3
   return base::MedianOf(std::move(places));
 }
 
-/// Pieces from first to last that all have enough points.
+/// Consecutive pieces, from first to last, that all have enough points.
 struct Run {
   std::size_t first = 0;
   std::size_t last = 0;
-  std::size_t count = 0;  ///< of points
+  std::size_t count = 0;  ///< number of points
 };
 
-/// @param counts  of points in the pieces of a barrel along its axis
+/// @param counts  numbers of points in the pieces of a barrel along its axis
 std::vector<Run> RunsOf(const std::vector<std::size_t>& counts, double min_share) {
   std::vector<std::size_t> occupied = counts;
   std::erase(occupied, 0u);
@@ -179,7 +179,7 @@ std::vector<Run> RunsOf(const std::vector<std::size_t>& counts, double min_share
   return runs;
 }
 
-/// The fullest run with others, fuller ones first, that make it no longer than so many pieces.
+/// The fullest run joined with others, fuller ones first, up to `max_pieces` in total.
 Run Joined(std::vector<Run> runs, std::size_t max_pieces) {
   std::ranges::stable_sort(runs, std::greater{}, &Run::count);
   Run joined = runs.front();
@@ -192,7 +192,7 @@ Run Joined(std::vector<Run> runs, std::size_t max_pieces) {
   return joined;
 }
 
-/// Axis points with the normals that they came from.
+/// Axis points with the normals that they were computed from.
 PointCloud VotesOf(const PointCloud& cloud, double radius_m, int max_points) {
   const std::size_t step =
       std::max<std::size_t>(1, cloud.size() / static_cast<std::size_t>(max_points));
@@ -204,7 +204,7 @@ PointCloud VotesOf(const PointCloud& cloud, double radius_m, int max_points) {
   return votes;
 }
 
-/// A place in the plane that many votes are about, at their mean height.
+/// A place in the plane near which many votes are, at their mean height.
 struct Peak {
   Eigen::Vector3d place;
   std::size_t count = 0;
@@ -214,7 +214,7 @@ std::vector<Line> Standing(const PointCloud& votes, const Eigen::Vector3d& up, d
                            double radius_m, const BarrelSearchOptions& options) {
   const auto& [u, v] = Across(up);
   const double max_sine = std::sin(options.max_off_square_rad);
-  // By square cells in the plane of the table: places across, across, and along its normal [m].
+  // Grid cells in the table's plane. Coordinates: two in the plane, and one along its normal [m].
   std::map<std::pair<std::int64_t, std::int64_t>, Points> cells;
   for (std::size_t i = 0; i < votes.points.size(); ++i) {
     if (std::abs(votes.normals[i].dot(up)) > max_sine) continue;
@@ -226,7 +226,7 @@ std::vector<Line> Standing(const PointCloud& votes, const Eigen::Vector3d& up, d
   }
   std::vector<Peak> peaks;
   for (const auto& [cell, own] : cells) {
-    // Each cell with its eight neighbors.
+    // Sum over each cell and its eight neighbors.
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     std::size_t count = 0;
     for (std::int64_t x = cell.first - 1; x <= cell.first + 1; ++x) {
@@ -254,7 +254,7 @@ std::vector<Line> Standing(const PointCloud& votes, const Eigen::Vector3d& up, d
   return lines;
 }
 
-/// Which votes are about a line, no further along it than a cylinder is high.
+/// Tests which votes lie near a line, at most a cylinder's height along it.
 struct Support {
   const PointCloud& votes;
   double scatter_m;
@@ -276,7 +276,7 @@ struct Support {
   }
 };
 
-/// The horizontal axis that one vote names: square to its normal.
+/// The horizontal axis that a single vote determines: it is perpendicular to its normal.
 std::optional<Line> LyingThrough(const PointCloud& votes, std::size_t i, const Eigen::Vector3d& up,
                                  double min_lean) {
   const Eigen::Vector3d across = up.cross(votes.normals[i]);
@@ -285,7 +285,7 @@ std::optional<Line> LyingThrough(const PointCloud& votes, std::size_t i, const E
   return Line{votes.points[i], across / sine};
 }
 
-/// Fits the line to the votes that support it; returns these.
+/// Fits the line to the votes that support it; returns these votes.
 std::vector<std::size_t> FitToSupport(const Support& support, const std::vector<std::size_t>& of,
                                       Line& line) {
   auto supporters = support.Of(of, line);
@@ -295,7 +295,7 @@ std::vector<std::size_t> FitToSupport(const Support& support, const std::vector<
   return supporters;
 }
 
-/// The best supported of the lines that `draw` makes, where one is supported enough.
+/// The best supported of the lines from `draw`; nullopt if its support is below min_support.
 template <typename Draw>
 std::optional<Line> BestDrawn(const Support& support, const std::vector<std::size_t>& of, int draws,
                               int min_support, Draw draw) {
@@ -318,7 +318,7 @@ std::vector<Line> Lying(const PointCloud& votes, const Eigen::Vector3d& up, doub
   const double max_sine = std::sin(options.max_off_square_rad);
   const double max_upright = std::cos(options.max_off_square_rad);
   const double min_lean = std::sin(options.min_lean_rad);
-  // What faces sideways only is of standing things; half of what is seen of a lying one leans.
+  // Standing objects have only horizontal normals; half of a lying one's visible normals lean.
   std::vector<std::size_t> left;
   std::vector<std::size_t> leaning;
   for (std::size_t i = 0; i < votes.points.size(); ++i) {
@@ -334,18 +334,18 @@ std::vector<Line> Lying(const PointCloud& votes, const Eigen::Vector3d& up, doub
       return LyingThrough(votes, leaning[rng.Index(leaning.size())], up, min_lean);
     });
     if (!line) break;
-    // Once more with all that is about the line through the supporters.
+    // Refines the line with its leaning supporters, then with all votes near it.
     FitToSupport(support, leaning, *line);
     FitToSupport(support, left, *line);
     lines.push_back(*line);
-    // Twice the scatter: what is left of the same barrel would be found again.
+    // Twice the scatter, or the rest of the same barrel would be found again.
     const Support wider{votes, 2.0 * scatter_m, 2.0 * height_m, 1.0};
     if (std::erase_if(leaning, [&](std::size_t i) { return wider.Has(i, *line); }) == 0) break;
   }
   return lines;
 }
 
-/// The line through the axis points of two votes, if it is oblique and square to both normals.
+/// The line through two votes' axis points, if it is oblique and perpendicular to both normals.
 std::optional<Line> LeaningThrough(const PointCloud& votes, std::size_t i, std::size_t k,
                                    const Eigen::Vector3d& up, double min_length_m,
                                    double max_length_m, const BarrelSearchOptions& options) {

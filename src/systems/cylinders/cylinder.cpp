@@ -13,19 +13,19 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-/// A line that meets a plane at less than this sine has no point in it worth naming.
+/// A line at less than this sine to a plane has no usable intersection with it.
 constexpr double kInPlane = 1e-6;
 
-/// A point further from a line than this many median distances is left out of the next fit.
+/// Points further from a line than this many median distances are left out of the next fit.
 constexpr double kTrim = 3.0;
-constexpr int kTrimRounds = 5;  // ends where none changes
+constexpr int kTrimRounds = 5;  // stops early if the set of points stays the same
 
-/// All of the cylinder, grown by so much, is this near to its center.
+/// Radius about its center of a sphere that contains the cylinder grown by `grown_m`.
 double BoundOf(const Cylinder& cylinder, double grown_m) {
   return std::hypot(cylinder.radius_m, 0.5 * cylinder.height_m) + grown_m;
 }
 
-/// Whether the line from the origin through p meets the sphere.
+/// True if the line from the origin through p meets the sphere.
 bool Meets(const Eigen::Vector3d& origin, const Eigen::Vector3d& p, const Eigen::Vector3d& center,
            double radius_m) {
   const Eigen::Vector3d way = p - origin;
@@ -100,7 +100,7 @@ std::optional<Entry> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3
                              const Cylinder& cylinder) {
   const About from(cylinder.center, cylinder.axis, origin);
   const About way(Eigen::Vector3d::Zero(), cylinder.axis, way_to);
-  // Where the ray is within the barrel's round, then within its ends.
+  // Interval of the ray inside the infinite barrel, then between the planes of the ends.
   const double a = way.radial.squaredNorm();
   const double b = way.radial.dot(from.radial);
   const double c = from.radial.squaredNorm() - cylinder.radius_m * cylinder.radius_m;

@@ -22,20 +22,20 @@ using geometry::KdTree;
 using geometry::Points;
 using geometry::PointSpan;
 
-/// What all candidates are compared with.
+/// Everything that candidates are compared with.
 struct CandidateContext {
   const CylinderScene& scene;
   Rays rays;  ///< of scene.points_C
   const DetectOptions& options;
 };
 
-/// Where a given cylinder may be.
+/// A possible pose of a given cylinder.
 struct Candidate {
   Line axis_C;
   const Rim* rim = nullptr;  ///< nullptr: found by its barrel
 };
 
-/// Points about the axis that its barrel or its ends could have.
+/// Points near the axis that could belong to the barrel or its ends.
 Indices NearAxis(const Points& points, const Line& axis, double radius_m, double reach_m) {
   Indices near;
   const double square = radius_m * radius_m;
@@ -48,7 +48,7 @@ Indices NearAxis(const Points& points, const Line& axis, double radius_m, double
   return near;
 }
 
-/// Of a rim's points above the table, the median [m].
+/// Median height of a rim's points above the table [m].
 double HeightOf(const Rim& rim, const CylinderScene& scene) {
   std::vector<double> heights;
   for (const auto i : rim.points) {
@@ -57,7 +57,7 @@ double HeightOf(const Rim& rim, const CylinderScene& scene) {
   return base::MedianOf(std::move(heights));
 }
 
-/// Up, away from the table.
+/// Turns the axis up, away from the table.
 void TurnUp(const Eigen::Vector3d& up, Line& axis) {
   if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
 }
@@ -68,15 +68,15 @@ void AddRim(const Rim& rim, FoundCylinder& found) {
   found.rim = rim.points;
 }
 
-/// A given cylinder at an axis, fitted to what was seen (refine_pose) and checked (check_shape).
+/// Fits (refine_pose) and checks (check_shape) a given cylinder at a candidate axis.
 class Examination {
  public:
   Examination(const CandidateContext& context, const GivenCylinder& given)
       : context_(context), accept_(context.options.accept), given_(given) {}
 
-  /// nullopt if it is not there.
+  /// Returns nullopt if the cylinder is not there.
   std::optional<FoundCylinder> Of(const Candidate& candidate) const {
-    // From a rim the axis goes down by the height, as from a barrel's middle where half is hidden.
+    // It may extend by its height below a rim, or from a barrel's middle if half is hidden.
     const double reach_m = 1.5 * given_.height_m + accept_.max_height_error_m;
     const double round_m = given_.radius_m + context_.options.barrel.first_distance_m;
     const Indices near = NearAxis(context_.scene.cloud.points, candidate.axis_C, round_m, reach_m);
@@ -93,7 +93,7 @@ class Examination {
                                         RefinedAxis refined) const {
     if (!IsOfTheGivenRadius(refined)) return std::nullopt;
     TurnUp(Table().normal, refined.axis);
-    // Points are no further out than the ends but for noise; they may end a row before them.
+    // Points lie beyond the ends only by noise; they may stop up to a row before the ends.
     const double max_length_m = given_.height_m + accept_.max_face_error_m;
     const auto ends = FindEnds(context_.scene.cloud, near, refined, given_.radius_m, max_length_m,
                                context_.options.barrel);
@@ -114,21 +114,21 @@ class Examination {
     return found;
   }
 
-  /// What was seen of the cylinder.
+  /// The visible part of the cylinder.
   struct Seen {
     const RefinedAxis& refined;
     const BarrelEnds& ends;
-    const RaysThrough& rays;  ///< those that any cylinder may meet that the ends are ends of
-    Cylinder shown;           ///< what ends on it says nothing of a part that is not seen
+    const RaysThrough& rays;  ///< all rays that may meet any cylinder with these ends
+    Cylinder shown;           ///< rays that end on it are ignored for the unseen parts
   };
 
-  /// The cylinder between two places along its axis.
+  /// The part of the cylinder between two positions along its axis.
   Cylinder Part(const Line& axis, double from_m, double to_m) const {
     return {axis.point + 0.5 * (from_m + to_m) * axis.direction, axis.direction, given_.radius_m,
             to_m - from_m};
   }
 
-  /// The cylinder goes on from one end of what is seen until it is as high as given.
+  /// The cylinder may extend from either end of its visible part up to the given height.
   RaysThrough RaysAbout(const Line& axis, const BarrelEnds& ends) const {
     const double slack_m = 2.0 * accept_.max_height_error_m + accept_.view_tolerance_m;
     const double reach_m = given_.height_m - 0.5 * ends.Length();
@@ -144,8 +144,8 @@ class Examination {
            refined.normal_angle_rad <= accept_.max_normal_angle_rad;
   }
 
-  /// Its top at the given height above the table, or higher where it shows that it stands on
-  /// something; lower only where the top may be hidden.
+  /// Places the top at the given height above the table, or higher if it visibly stands on an
+  /// object. The visible end may be lower only if the top may be hidden.
   bool PlaceStanding(const Seen& seen, FoundCylinder& found) const {
     const auto& [refined, ends, rays, shown] = seen;
     const double half = 0.5 * given_.height_m;
@@ -177,7 +177,7 @@ class Examination {
       if (ends.low_face && !ends.high_face) middle = ends.low_m + half;
       return Place(seen, middle, found);
     }
-    // What is missing is hidden beyond one end or both: the middle of all places where it may be.
+    // The missing part is hidden beyond one or both ends: take the middle of the possible places.
     const double missing = given_.height_m - ends.Length();
     const double low = ends.low_face ? 0.0 : HiddenLength(seen, ends.low_m, -1.0, missing);
     const double high = ends.high_face ? 0.0 : HiddenLength(seen, ends.high_m, 1.0, missing);
@@ -187,7 +187,7 @@ class Examination {
     return Place(seen, 0.5 * (most_up + most_down), found);
   }
 
-  /// Puts the middle there, and says whether what was seen agrees.
+  /// Sets the center; true if the scan agrees with it.
   bool Place(const Seen& seen, double middle_m, FoundCylinder& found) const {
     const auto& [refined, ends, rays, shown] = seen;
     found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
@@ -198,7 +198,7 @@ class Examination {
            MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found, &rays);
   }
 
-  /// Under the table by more than its end's uncertainty.
+  /// True if it is below the table by more than the uncertainty of its end.
   bool IsSunk(const Cylinder& cylinder) const {
     const double upright = std::abs(cylinder.axis.dot(Table().normal));
     const double lowest = 0.5 * given_.height_m * upright +
@@ -206,8 +206,8 @@ class Examination {
     return Table().Distance(cylinder.center) < lowest - 2.0 * accept_.max_height_error_m;
   }
 
-  /// How far beyond an end the cylinder may go on unseen, up to so much [m]. Slices are a row of
-  /// points at least: one that no ray meets would be taken for hidden.
+  /// Length by which the cylinder may extend unseen beyond an end, at most `up_to_m` [m]. Slices
+  /// are at least one row of points long: a slice that no ray meets would count as hidden.
   double HiddenLength(const Seen& seen, double end_m, double sign, double up_to_m) const {
     const int steps =
         std::clamp(static_cast<int>(up_to_m / accept_.max_height_error_m), 1, accept_.hidden_steps);
@@ -220,7 +220,7 @@ class Examination {
     return up_to_m;
   }
 
-  /// Whether a part of the cylinder, along its axis, that showed no points can be there.
+  /// True if a part of the cylinder along its axis can exist although it has no points.
   bool MayBeHidden(const Seen& seen, double from_m, double to_m) const {
     return to_m - from_m <= accept_.max_height_error_m || IsHidden(seen, from_m, to_m);
   }
@@ -232,7 +232,7 @@ class Examination {
            accept_.max_missing_seen * static_cast<double>(counts.through + counts.before);
   }
 
-  /// @param rays  some of all rays that may do; nullptr: there are none chosen
+  /// @param rays  preselected rays, used if they suffice; nullptr: no preselection
   bool Agrees(FoundCylinder& found, const RaysThrough* rays = nullptr) const {
     Cylinder as_given = found.cylinder_C;
     as_given.radius_m = given_.radius_m;
@@ -242,7 +242,7 @@ class Examination {
                accept_.min_seen_share * static_cast<double>(found.view.All());
   }
 
-  /// @param rays  some of the rays, asked where they are all that say something of the cylinder
+  /// @param rays  preselected rays, used only if they include all rays relevant to the cylinder
   ViewCounts ViewOf(const Cylinder& cylinder, const RaysThrough* rays,
                     const Cylinder* left_out = nullptr) const {
     const double tolerance_m = accept_.view_tolerance_m;
@@ -251,7 +251,7 @@ class Examination {
                            left_out);
   }
 
-  /// Only the rim is seen: it stands on the table, below its rim.
+  /// If only the rim is seen, the cylinder stands on the table below its rim.
   std::optional<FoundCylinder> ByRim(const Rim& rim) const {
     const Eigen::Vector3d& up = Table().normal;
     const double error_m = HeightOf(rim, context_.scene) - given_.height_m;
@@ -271,7 +271,7 @@ class Examination {
 };
 
 /// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis, the line
-/// through their axis points, the centre again on it.
+/// through their axis points, and the center recomputed on it.
 FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
                             const GivenCylinder& given) {
   const geometry::PointCloud& cloud = context.scene.cloud;
@@ -296,15 +296,15 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
   return found;
 }
 
-/// Fewer points are no scan of a table.
+/// With fewer points it is not a scan of a table.
 constexpr std::size_t kMinPoints = 100;
 
-/// What was measured, and from where.
+/// The measured points and the sensor's positions.
 struct Measured {
   Points points_C;
-  std::vector<ScanPlace> scan;  ///< one a point
+  std::vector<ScanPlace> scan;  ///< one per point
   Points places_C;
-  Indices place_of;  ///< one a point: position in places_C
+  Indices place_of;  ///< for each point, its position in places_C
   bool scan_order = false;
 };
 
@@ -344,7 +344,7 @@ void CheckGiven(std::span<const GivenCylinder> given) {
   }
 }
 
-/// The plane that most points are near (section 4.2.1), its normal to the sensor's side.
+/// The plane with the most points near it (section 4.2.1); its normal points to the sensor's side.
 std::optional<perception::Table> DominantPlane(PointSpan points, const Eigen::Vector3d& origin,
                                                const DetectOptions& options, base::Rng& rng) {
   auto fit = geometry::FitPlaneRansac(
@@ -363,7 +363,7 @@ std::optional<perception::Table> DominantPlane(PointSpan points, const Eigen::Ve
   return table;
 }
 
-/// With the noise about the table, which neighborhoods do not show, the lengths grow.
+/// Adapts the lengths to the noise about the table, which small neighborhoods do not show.
 void AdaptToTable(CylinderScene& scene, DetectOptions& options) {
   const auto fit = perception::FitNoisy(scene.table.plane, scene.points_C,
                                         options.preprocess.preselection_m, options.sampling);
@@ -431,7 +431,7 @@ void FindCurvature(const Measured& measured, const KdTree& tree,
   scene.edges = geometry::PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
 }
 
-/// Leaves the points out whose normals are not those of a top.
+/// Removes the points whose normals are not those of a top.
 void KeepTops(const Measured& measured, const DetectOptions& options, const CylinderScene& scene,
               Indices& points) {
   const Eigen::Vector3d& up = scene.table.plane.normal;
@@ -445,8 +445,8 @@ void KeepTops(const Measured& measured, const DetectOptions& options, const Cyli
   });
 }
 
-/// As published all curvature points are segmented (section 4.2.3), and the top ones of each
-/// fragment are looked at (section 4.2.4); with table_gate only the top ones are segmented.
+/// As published, all curvature points are segmented (section 4.2.3), and then the top ones of each
+/// fragment are used (section 4.2.4). With table_gate, only the top ones are segmented.
 void FindFragments(const Measured& measured, const DetectOptions& options, CylinderScene& scene) {
   Indices curved;
   std::set_union(scene.curved.begin(), scene.curved.end(), scene.edges.begin(), scene.edges.end(),
@@ -479,8 +479,8 @@ double RadiusError(const Rim& rim, const GivenCylinder& given) {
   return std::abs(rim.circle_C.radius_m - given.radius_m);
 }
 
-/// Eq. 4.27: of all rims as high above the table as the given cylinder, "the radius and the height
-/// [...] are used" (section 4.2.4), the one of the nearest radius.
+/// Eq. 4.27: of all rims at the given cylinder's height above the table ("the radius and the height
+/// [...] are used", section 4.2.4), takes the one with the nearest radius.
 void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylinder> given,
                      CylinderScene& scene) {
   for (std::size_t g = 0; g < given.size(); ++g) {
@@ -497,7 +497,7 @@ void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylin
   }
 }
 
-/// All places where a given cylinder may be: rims of its radius, and barrels.
+/// All possible poses of a given cylinder: from rims of its radius, and from barrels.
 std::vector<Candidate> CandidatesFor(const CylinderScene& scene, const GivenCylinder& given,
                                      const DetectOptions& options, base::Rng& rng) {
   std::vector<Candidate> candidates;
@@ -514,7 +514,7 @@ std::vector<Candidate> CandidatesFor(const CylinderScene& scene, const GivenCyli
   return candidates;
 }
 
-/// The points on a found cylinder, less for what its radius is off.
+/// Number of points on a found cylinder, reduced by the error of its radius.
 double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
                const DetectOptions& options) {
   const double error = std::abs(found.cylinder_C.radius_m - given.radius_m);
@@ -522,8 +522,8 @@ double ScoreOf(const FoundCylinder& found, const GivenCylinder& given,
   return on * std::exp(-error / options.accept.max_radius_error_m);
 }
 
-/// Of what shares points the better one stays. A cylinder's points are all on its surface: its axis
-/// may be fitted to a piece of it, and another piece would be found as another.
+/// Of cylinders that share points, keeps the best. All points on a cylinder's surface count as its
+/// own: its axis may be fitted to one piece, and another piece would be found as a second cylinder.
 std::vector<FoundCylinder> WithoutOverlaps(std::vector<FoundCylinder> found,
                                            std::span<const GivenCylinder> given,
                                            const DetectOptions& options, PointSpan points) {

@@ -19,8 +19,8 @@
 
 namespace rangegrasp::cylinders {
 
-/// What the detection of given cylinders does beyond chapter 4; every switch off is the method as
-/// published (base/words.h).
+/// Additions to chapter 4 in the detection of given cylinders; with every switch off it is the
+/// published method (base/words.h).
 struct DetectAdditions {
   bool adapt_lengths = true;
   bool robust_table = true;
@@ -62,66 +62,66 @@ constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const Dete
 }
 static_assert(base::AllAdditionsListed<DetectAdditions>());
 
-/// When what was seen is a given cylinder. An adaptive length grows with the noise and the gaps.
+/// Criteria for accepting a given cylinder. Adaptive lengths grow with the noise and the gaps.
 struct AcceptOptions {
-  /// Of a rim's points from the circle (eq. 4.26).
+  /// Maximum distance of a rim's points from the circle (eq. 4.26).
   perception::AdaptiveLength rim_distance_m{0.002, {.noises = 2.5, .spacings = 0.67}};
-  double min_rim_share = 0.8;  ///< of the rim's points on the circle (section 4.2.4)
-  /// Of the circle's radius from the given one: the range tolerance of section 4.2.4 (eq. 4.27
-  /// takes the nearest, however far it is). Larger: other cylinders are taken for given ones.
+  double min_rim_share = 0.8;  ///< share of the rim's points on the circle (section 4.2.4)
+  /// Maximum error of the circle's radius: the range tolerance of section 4.2.4 (eq. 4.27 takes the
+  /// nearest radius without a limit). Larger: other cylinders are mistaken for given ones.
   perception::AdaptiveLength max_rim_error_m{0.002, {.noises = 4.0}};
-  /// Of the barrel's radius: the line scanner's is off by 0.1 mm, one in twenty by 0.4. As much
-  /// again where two deviations of the fit are as much (a short arc).
+  /// Maximum error of the barrel's radius: with the line scanner 0.1 mm, one in twenty 0.4 mm.
+  /// Increased by two standard deviations of the fit (short arcs), at most to twice the value.
   perception::AdaptiveLength max_radius_error_m{0.0005, {.noises = 1.5}};
-  /// Of the height that is seen from the given one: a row of points at each end.
+  /// Maximum error of the visible height: a row of points at each end.
   perception::AdaptiveLength max_height_error_m{0.003, {.noises = 4.0, .gaps = 1.0}};
-  /// The same of ends that are seen as faces, of many points each.
+  /// The same for ends that are seen as faces, which have many points each.
   perception::AdaptiveLength max_face_error_m{0.002, {.noises = 4.0}};
-  /// Of the height: of a shorter piece nothing says how far it goes on.
+  /// Minimum visible share of the height: the full length of a shorter piece cannot be estimated.
   double min_length_share = 0.2;
-  double min_arc_rad = base::Deg(45.0);  ///< less of a barrel fits about any curved thing
-  /// Of RefinedAxis. Larger: corners of boxes are barrels; smaller: noisy barrels are none.
+  double min_arc_rad = base::Deg(45.0);  ///< a shorter arc fits almost any curved object
+  /// Limit of RefinedAxis. Larger: box corners pass as barrels; smaller: noisy barrels fail.
   double max_normal_angle_rad = base::Deg(9.0);
-  /// Of the rays that should have ended on the cylinder. All of them did in 1,500 scenes and 20
-  /// scans with the line scanner; the rest is for mixed points and holes. Smaller: others that are
-  /// partly hidden are taken for it.
+  /// Minimum share of the rays that should have ended on the cylinder and did. In 1,500 scenes and
+  /// 20 scans with the line scanner all of them did; the margin is for mixed points and holes.
+  /// Smaller: partly hidden other objects are mistaken for it.
   double min_agreement = 0.95;
-  /// Of the rays to a part that no points show: those that went through. The others end before it.
+  /// Maximum share of the rays to a part without points that pass through it (others end before).
   double max_missing_seen = 0.05;
-  /// Slices of such a part, to see how far the cylinder may go on. More: better and slower.
+  /// Slices of such a part, to find how far the cylinder may extend. More: more accurate, slower.
   int hidden_steps = 8;
-  /// Of all rays that meet the cylinder: how many show it. Smaller: found behind more.
+  /// Minimum share of all rays to the cylinder that end on it. Smaller: more of it may be hidden.
   double min_seen_share = 0.12;
-  /// Of a ray's end from the surface.
+  /// Maximum distance of a ray's end from the surface.
   perception::AdaptiveLength view_tolerance_m{0.004, {.noises = 5.0, .gaps = 0.7}};
-  double max_standing_tilt_rad = base::Deg(30.0);  ///< of an axis that stands, from the vertical
-  double max_shared = 0.3;  ///< of a cylinder's points: those that another one has, too
+  double max_standing_tilt_rad = base::Deg(30.0);  ///< maximum, of a standing axis to the vertical
+  double max_shared = 0.3;  ///< maximum share of points that also belong to another cylinder
 };
 
-/// Defaults with an equation or section are the dissertation's; the others are this program's own.
+/// Defaults with an equation or section come from the dissertation; the others are our own.
 struct DetectOptions : DetectAdditions {
-  /// Table, filter and normals of chapter 5. Nothing is smoothed: barrels would become thinner.
+  /// Table, filter and normals of chapter 5. Without smoothing, which would make barrels thinner.
   perception::PreprocessOptions preprocess;
   perception::SamplingOptions sampling;
   CurvatureOptions curvature;
   FragmentOptions fragments;
-  int circle_draws = 100;  ///< of triples (section 4.2.4)
+  int circle_draws = 100;  ///< number of triples (section 4.2.4)
   AcceptOptions accept;
   BarrelOptions barrel;
   BarrelSearchOptions search;
-  /// The plane of no table (without robust_table) holds fewer of the points than this share.
+  /// Without robust_table: a plane with a smaller share of the points is not a table.
   double min_table_share = 0.05;
 };
 
-/// Every addition off.
+/// Options with every addition off.
 DetectOptions AsPublished();
 
-/// Adapts every length that was not given to the sampling.
+/// Adapts all lengths that were not set explicitly to the sampling.
 void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options);
 
-// Detection of given cylinders among other things on a table (section 4.2).
+// Detection of given cylinders among other objects on a table (section 4.2).
 
-/// The shape of a cylinder that is looked for [m].
+/// The shape of a cylinder to be found [m].
 struct GivenCylinder {
   double radius_m = 0.0;
   double height_m = 0.0;
@@ -130,36 +130,36 @@ struct GivenCylinder {
 /// A fragment of curvature points whose circle passed the 80 % rule.
 struct Rim {
   Circle circle_C;
-  double share = 0.0;        ///< of its points on the circle (eq. 4.26)
+  double share = 0.0;        ///< share of its points that are on the circle (eq. 4.26)
   geometry::Indices points;  ///< positions in CylinderScene::cloud
 };
 
 /// A given cylinder that was found.
 struct FoundCylinder {
-  std::size_t given = 0;       ///< which
-  Cylinder cylinder_C;         ///< the radius as measured, the height as given
+  std::size_t given = 0;       ///< index of the given cylinder
+  Cylinder cylinder_C;         ///< radius as measured, height as given
   bool lies = false;           ///< its axis is not upright
-  bool from_rim = false;       ///< found by its rim; else by its barrel
-  double rim_share = 0.0;      ///< as Rim's; 0 where it was found by its barrel
+  bool from_rim = false;       ///< found by its rim, otherwise by its barrel
+  double rim_share = 0.0;      ///< Rim::share; 0 if found by its barrel
   double length_seen_m = 0.0;  ///< of the barrel along the axis; 0: only its rim was seen
-  ViewCounts view;             ///< how the scan agrees; zeros without check_shape
+  ViewCounts view;             ///< agreement with the scan; zeros without check_shape
   geometry::Indices rim;       ///< positions in CylinderScene::cloud
   geometry::Indices barrel;
 };
 
 struct CylinderScene {
   geometry::Points points_C;  ///< the measured points in the workspace, in the order of the scan
-  perception::Sampling sampling;  ///< zeros where lengths were not to be adapted
+  perception::Sampling sampling;  ///< zeros if lengths are not adapted
   perception::Table table;        ///< positions in points_C
   geometry::PointCloud cloud;     ///< points above the table after the filter, with normals
-  geometry::Indices source;       ///< one a point of cloud: its position in points_C
+  geometry::Indices source;       ///< position in points_C of each point of cloud
   geometry::Indices outliers;     ///< removed by the filter; positions in points_C
   geometry::Indices curved;       ///< curvature points by normals (eq. 4.13); positions in cloud
   geometry::Indices edges;        ///< curvature points by scan lines (eq. 4.14); positions in cloud
   std::vector<geometry::Indices> fragments;  ///< of the top curvature points; positions in cloud
   std::vector<Rim> rims;
-  std::vector<FoundCylinder> cylinders;  ///< in the order of the given ones
-  bool scan_order = false;  ///< the cloud has the order of its scan; else there are no line edges
+  std::vector<FoundCylinder> cylinders;  ///< in the order of the given cylinders
+  bool scan_order = false;  ///< the cloud is in scan order; otherwise there are no line edges
   perception::StageSeconds seconds;
 };
 
@@ -169,12 +169,12 @@ inline bool IsOnSensorSide(const geometry::Plane& plane, const Eigen::Vector3d& 
   return plane.Distance(p) * plane.Distance(sensor_origin) > 0.0;
 }
 
-/// Section 4.2: table, filter, normals, curvature points, fragments, circles, axes. An image of
-/// more than one profile has the order of its scan.
-/// @param given  at least one; other cylinders are left alone
+/// Detection by section 4.2: table, filter, normals, curvature points, fragments, circles, axes. An
+/// image with more than one profile is in scan order.
+/// @param given  at least one; other cylinders are ignored
 /// @throws base::InputError if a given cylinder has no size, if there are fewer than 100 points, or
-/// no table can be found.
-/// @throws std::invalid_argument if a view has neither one origin nor one a profile.
+/// if no table can be found.
+/// @throws std::invalid_argument if a view has neither one origin nor one per profile.
 CylinderScene DetectCylinders(const geometry::Observation& observation,
                               std::span<const GivenCylinder> given, const DetectOptions& options,
                               base::Rng& rng,

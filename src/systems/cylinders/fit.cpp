@@ -15,7 +15,7 @@
 
 namespace rangegrasp::cylinders {
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  // Of a cosine alone angles below 1e-8 would be lost.
+  // The cosine alone would lose angles below 1e-8.
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
@@ -25,7 +25,7 @@ Incidence IncidenceOf(const Barrel& barrel, const Eigen::Vector3d& eye, const Ei
   const Eigen::Vector3d across = ray - ray.dot(d) * d;
   const double length = across.norm();
   if (length == 0.0) return {0.0, 0.0};
-  // In the section square to the axis: the ray's distance from it as a share of the radius.
+  // In the section perpendicular to the axis: the ray's distance from it as a share of the radius.
   const double sine = std::min(
       1.0, std::abs((barrel.axis.point - eye).dot(across.cross(d))) / (length * barrel.radius_m));
   return {length * std::sqrt(1.0 - sine * sine), length * sine};
@@ -42,7 +42,7 @@ DistanceNoise DistanceNoiseOf(const RayNoise& noise, const Incidence& incidence,
 
 namespace {
 
-/// What Eigen's Levenberg-Marquardt asks for.
+/// Functor for Eigen's Levenberg-Marquardt.
 class Residuals {
  public:
   using Scalar = double;
@@ -95,7 +95,7 @@ double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
   const Eigen::Vector3d across = offset - along * d;
   const double distance = across.norm();
   if (gradient != nullptr) {
-    // On the axis itself the direction is free; none is as good as another.
+    // On the axis itself the direction is undefined; the gradient is zero there.
     const Eigen::Vector3d outward =
         distance > 0.0 ? Eigen::Vector3d(across / distance) : Eigen::Vector3d::Zero();
     gradient->head<3>() = -outward;
@@ -127,11 +127,11 @@ std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations
 
 namespace {
 
-/// A normal closer to the axis than 45 deg is of an end.
+/// Normals at less than 45 deg to the axis belong to an end.
 constexpr double kSquare = 0.7071;
 
-/// CircleOnAxis ends after so many steps, or where one is below this share of the radius; a
-/// distance below the floor, as a share of the radius, counts by its square.
+/// CircleOnAxis ends after this many steps, or when a step is below this share of the radius.
+/// Errors below the floor (a share of the radius) count by their square.
 constexpr int kCircleRounds = 40;
 constexpr double kRestShare = 1e-9;
 constexpr double kFloorShare = 1e-4;
@@ -143,7 +143,7 @@ void Check(const RcfOptions& options) {
   }
 }
 
-/// "Top curvature points": curved, and through the gate. Ascending.
+/// "Top curvature points": curved points that pass the gate. Ascending.
 geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
                         const RcfOptions& options) {
   const Eigen::Matrix3d R_CS = SensorAxes(input.up, input.eye - geometry::Centroid(input.points));
@@ -161,7 +161,7 @@ geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepare
   geometry::PointCloud wall;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
     if (prepared.curved[i] || std::abs(barrel.Distance(input.points[i])) > tolerance_m) continue;
-    // The seen end lies within the tolerance near its rim; its normals do not point to the axis.
+    // The visible end is within the tolerance near its rim; its normals do not point to the axis.
     if (std::abs(prepared.normals[i].dot(barrel.axis.direction)) > kSquare) continue;
     wall.points.push_back(input.points[i]);
     wall.normals.push_back(prepared.normals[i]);
@@ -214,7 +214,7 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
       if (distance == 0.0) continue;
       const double error = distance - circle.radius_m;
       const Eigen::Vector3d row(-offset.x() / distance, -offset.y() / distance, -1.0);
-      // The square over its root is the size. Below the floor squares count: no point holds it.
+      // This weight turns squares into absolute values. Below the floor squares remain.
       const double weight = 1.0 / std::max(std::abs(error), kFloorShare * start.radius_m);
       normal += weight * row * row.transpose();
       right -= weight * error * row;
@@ -254,15 +254,15 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
 namespace {
 
 constexpr std::size_t kMinRefinedPoints = 7;
-/// Standard deviation of normal values from the median of their sizes.
+/// Factor from the median of absolute values to the standard deviation, for a normal distribution.
 constexpr double kSigmaOfMedian = 1.4826;
-/// Least share of either noise in the whole: else a few points at the outline would decide all.
+/// Minimum share of each noise in the total; else a few points at the outline would dominate.
 constexpr double kMinNoiseShare = 0.05;
-/// Noise below this [m] is rounding: exact points get equal weights.
+/// Noise below this is rounding [m]: exact points get equal weights.
 constexpr double kRounding_m = 1e-12;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Offsets of the axis along u and v, its turns towards them, and of the radius.
+/// Shifts of the axis along u and v, its tilts towards them, and the change of the radius.
 using LevenbergStep = Eigen::Matrix<double, 5, 1>;
 
 Barrel Moved(const Barrel& barrel, const LevenbergStep& step) {
@@ -280,27 +280,27 @@ double Tukey(double sigmas, double cut) {
 
 double Square(double x) { return x * x; }
 
-// The variance of unit normal values, weighed by Tukey's biweight: what its weights leave of it.
-// (Of values beyond the cut, which are one in 3e5 at 4.685, the formula has none.)
+// Variance of standard normal values that remains after weighting by Tukey's biweight. (The formula
+// neglects values beyond the cut, which are one in 3e5 at 4.685.)
 double KeptVariance(double cut) {
   const double c2 = cut * cut;
   return (1.0 - 6.0 / c2 + 15.0 / (c2 * c2)) / (1.0 - 2.0 / c2 + 3.0 / (c2 * c2));
 }
 
-/// A point's part in a round.
+/// Contribution of a point to a round.
 struct Term {
-  double distance_m = 0.0;  ///< from the barrel, less its mean under noise
-  LevenbergStep gradient;   ///< of the distance
+  double distance_m = 0.0;  ///< from the barrel, less the mean due to noise
+  LevenbergStep gradient;   ///< gradient of the distance
   Incidence incidence;
-  double variance_m2 = 1.0;  ///< of the distance by the point's own noise
-  double weight = 0.0;       ///< of the robust loss: 0 to 1
+  double variance_m2 = 1.0;  ///< of the distance, from the point's own noise
+  double weight = 0.0;       ///< robust weight, 0 to 1
 };
 
 class Refinement {
  public:
   Refinement(const FitInput& input, const Barrel& start, const RefineOptions& options)
       : input_(input), options_(options), barrel_(start) {
-    // The middle of the points: turns of the axis then leave them where they are.
+    // The axis' point is at the middle of the points, so that tilts hardly move them.
     const Eigen::Vector3d middle = geometry::Centroid(input.points);
     barrel_.axis.point += start.axis.PlaceOf(middle).along_m * start.axis.direction;
     for (const auto& p : input.points) reach_m_ = std::max(reach_m_, (p - middle).norm());
@@ -308,7 +308,7 @@ class Refinement {
 
   const Barrel& barrel() const { return barrel_; }
 
-  /// One round. False where there is no further one to make of the points.
+  /// Does one round. Returns false if the points allow no further one.
   bool Advance() {
     FindTerms();
     if (terms_.size() < kMinRefinedPoints) return false;
@@ -330,7 +330,7 @@ class Refinement {
   bool AtRest() const { return moved_m_ <= options_.rest_m; }
 
  private:
-  // Of an end that was seen many points lie far inside the barrel, about one plane.
+  // A visible end shows as many points far inside the barrel, near one plane.
   void FindWall() {
     low_m_ = -kInfinity;
     high_m_ = kInfinity;
@@ -342,11 +342,11 @@ class Refinement {
     }
     const double enough = options_.end_share * static_cast<double>(input_.points.size());
     if (static_cast<double>(inside.size()) < std::max(enough, 3.0) || on.empty()) return;
-    // Mixed points behind the wall lie within it, too, but all along it.
+    // Mixed points behind the wall are also inside, but spread along its whole length.
     const double spread_m = base::QuantileOf(inside, 0.75) - base::QuantileOf(inside, 0.25);
     if (spread_m > options_.inner_share * barrel_.radius_m) return;
     const double end_m = base::MedianOf(inside);
-    // The end is seen at an angle: along the axis its noise is at most that along the ray.
+    // The end is seen at an angle; the noise along the axis is at most that along the ray.
     const double noise_m = noise_ ? std::hypot(noise_->along_m, noise_->across_m) : 0.0;
     const double margin_m = options_.end_margin_sigmas * noise_m;
     if (end_m > base::MedianOf(on)) {
@@ -395,8 +395,8 @@ class Refinement {
     }
   }
 
-  // The squares of the distances as a sum of both noises' squares, each times its part of the
-  // normal: linear least squares with the robust weights, or points far off would widen the noise.
+  // Fits the squared distances by a sum of both noise variances, each times its part of the normal:
+  // linear least squares with the robust weights; else outliers would increase the noise.
   void EstimateNoise(double sigma_m) {
     const double kept = KeptVariance(options_.cut_sigmas);
     double aa = 0.0, ab = 0.0, bb = 0.0, ay = 0.0, by = 0.0;
@@ -404,7 +404,7 @@ class Refinement {
       if (term.weight == 0.0) continue;
       const double a = Square(term.incidence.radial);
       const double b = 1.0 - a;
-      // The variance of a square is twice the square of its mean.
+      // The variance of a squared normal value is twice the square of its mean.
       const double w = term.weight / Square(term.variance_m2);
       const double y = Square(term.distance_m) / kept;
       aa += w * a * a;
@@ -415,7 +415,7 @@ class Refinement {
     }
     const double determinant = aa * bb - ab * ab;
     const double least = Square(kMinNoiseShare * sigma_m);
-    if (!(determinant > 1e-12 * aa * bb)) {  // one incidence alone
+    if (!(determinant > 1e-12 * aa * bb)) {  // all points have the same incidence
       noise_ = RayNoise{sigma_m, sigma_m};
       return;
     }
@@ -445,7 +445,7 @@ class Refinement {
   double reach_m_ = 0.0;
   double moved_m_ = kInfinity;
   std::optional<RayNoise> noise_;
-  double low_m_ = -kInfinity;  ///< the wall alone, along the axis
+  double low_m_ = -kInfinity;  ///< bounds of the wall without the end, along the axis
   double high_m_ = kInfinity;
   std::vector<Term> terms_;
 };

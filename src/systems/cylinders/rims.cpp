@@ -9,12 +9,12 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-/// Twice a triangle's area, squared, to the product of its two longer sides, squared: below it the
-/// corners are collinear to what double precision of coordinates about a metre can say.
+/// Ratio of twice a triangle's area, squared, to the product of its two longer sides, squared.
+/// Below it the corners are collinear within double precision for coordinates of about a metre.
 constexpr double kCollinear = 1e-12;
 
-/// The first point at least step_m from point i, going along its scan line by `forward` or back;
-/// with a step of 0 the next or last stored one, on whichever line.
+/// The first point at least step_m from point i along its scan line, forward or backward. With a
+/// step of 0, the next or previous stored point, on any line.
 std::optional<std::size_t> Along(geometry::PointSpan points, std::span<const ScanPlace> places,
                                  std::size_t i, bool forward, double step_m) {
   std::size_t at = i;
@@ -62,7 +62,7 @@ std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry
       for (const auto& neighbor : near) searched.push_back(neighbor.index);
       neighbors = searched;
     }
-    // The mean cosine of unit normals, by their sum. The point finds itself.
+    // Mean cosine of unit normals, from their sum. The neighbors include the point itself.
     Eigen::Vector3d sum = -cloud.normals[i];
     for (const auto k : neighbors) sum += cloud.normals[k];
     const auto others = static_cast<double>(neighbors.size()) - 1.0;
@@ -96,7 +96,7 @@ double MeanNeighborDistance(geometry::PointSpan points, const geometry::KdTree& 
     tree.Within(points[i], radius_m, near);
     double of_one = 0.0;
     for (const auto& neighbor : near) of_one += std::sqrt(neighbor.squared_distance);
-    if (near.size() < 2) continue;  // itself
+    if (near.size() < 2) continue;  // only the point itself
     sum_m += of_one / static_cast<double>(near.size() - 1);
     ++count;
   }
@@ -185,7 +185,7 @@ std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::
     const std::size_t a = rng.Index(rim.size());
     const std::size_t b = rng.Index(rim.size());
     const std::size_t c = rng.Index(rim.size());
-    const auto circle = CircleThrough(rim[a], rim[b], rim[c]);  // none where one is drawn twice
+    const auto circle = CircleThrough(rim[a], rim[b], rim[c]);  // none if a point is drawn twice
     if (!circle) continue;
     const double sum_m = SumOfDistances(*circle, rim, least_m);
     if (best && !(sum_m < least_m)) continue;

@@ -16,87 +16,87 @@
 
 namespace rangegrasp::cylinders {
 
-/// cos(beta_i) of eq. 4.14: of the angle at p between the directions to the points before and after
-/// it on its scan line: -1 on a straight line. -1, too, where two of the points are one.
+/// cos(beta_i) of eq. 4.14, the angle at p between the directions to the previous and the next
+/// point on its scan line: -1 on a straight line, and also if two of the points coincide.
 double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
                   const Eigen::Vector3d& after);
 
-/// The axes of the sensor's frame S, as columns, by the way up and the way to the sensor: x is up,
-/// as of the cylinder with v = (1, 0, 0) in section 4.4, z is level and towards the sensor. (With z
-/// away from it n_z of all that is seen were below 0, and n_x > n_z would ask nothing.)
+/// The axes of the sensor's frame S as columns. x points up, as for the cylinder with v = (1, 0, 0)
+/// in section 4.4; z is horizontal and points towards the sensor. (If z pointed away from it, n_z
+/// of all visible points would be negative and n_x > n_z would exclude nothing.)
 Eigen::Matrix3d SensorAxes(const Eigen::Vector3d& up, const Eigen::Vector3d& to_sensor);
 
-/// n_x > n_y and n_x > n_z of a normal in the sensor's frame (section 4.2.4). Neither component's
-/// size: a normal to -y passes for any n_x > 0, as printed.
+/// n_x > n_y and n_x > n_z of a normal in the sensor's frame (section 4.2.4). Signed components, as
+/// printed: a normal towards -y passes for any n_x > 0.
 inline bool PassesSensorGate(const Eigen::Vector3d& n_S) {
   return n_S.x() > n_S.y() && n_S.x() > n_S.z();
 }
 
 struct CurvatureOptions {
-  /// Neighbors of a point (section 4.2.3): as far as its normal's.
+  /// Neighborhood of a point (section 4.2.3): the same as for its normal.
   perception::AdaptiveLength radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};
   double min_angle_rad = base::Deg(20.0);        ///< alpha (section 4.2.3)
   double max_edge_angle_rad = base::Deg(110.0);  ///< beta (section 4.2.3)
-  /// How far before and after on the scan line the angle of an edge is looked at. 0: the points
-  /// stored before and after ("line by line", section 4.2.3), so that lines end in edges. 2 mm
-  /// apart there; closer than the noise every point would be an edge.
+  /// Distance on the scan line over which an edge's angle is measured. 0: to the previous and next
+  /// stored points ("line by line", section 4.2.3), so that lines end in edges. They are 2 mm apart
+  /// there; at distances below the noise every point would be an edge.
   perception::AdaptiveLength line_step_m{0.002, {.noises = 8.0}};
-  /// Of a top's normal from the table's (table_gate). Larger: more of a rim's outer side.
+  /// Maximum angle of a top's normal to the table's (table_gate). Larger: more of a rim's outside.
   double max_tilt_rad = base::Deg(55.0);
 };
 
-/// For each point whether the angle of its normal to its m neighbors' is above min_angle_rad: its
-/// cosine is the mean of the normals' cosines (eq. 4.13; the printed sum lacks 1 / m). O(n log n).
-/// @param known  neighbors that the normals' estimation found; used if they are of options.radius_m
+/// For each point, whether the angle of its normal to its m neighbors' is above min_angle_rad; its
+/// cosine is the mean of their cosines (eq. 4.13; the printed sum lacks 1 / m). O(n log n).
+/// @param known  neighbors found by the normal estimation; used if their radius is options.radius_m
 std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry::KdTree& tree,
                                const CurvatureOptions& options,
                                const geometry::NeighborLists& known = {});
 
-/// Where a point was measured: its scan line, and the order on it.
+/// Place of a measured point in the scan: its scan line, and its index on the line.
 struct ScanPlace {
   std::uint32_t line = 0;
   std::uint32_t sample = 0;
 };
 
-/// For each point whether its scan line has an edge there (eq. 4.14). Points are in the order of
-/// the scan. @param places  one a point. O(n).
-/// @throws std::invalid_argument if there is not one place a point.
+/// For each point, whether its scan line has an edge there (eq. 4.14). Points are in scan order.
+/// @param places  one per point. O(n).
+/// @throws std::invalid_argument if there is not one place per point.
 std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
                             const CurvatureOptions& options);
 
-// Curvature points that hang together (section 4.2.3).
+// Segmentation of curvature points into connected fragments (section 4.2.3).
 
-/// d_ca of eq. 4.15 as its sum stands [m]: of a point's distances to its m neighbors within
-/// radius_m, the neighborhood of eq. 4.13, and the mean of that over all points that have any. 0 if
-/// none has.
+/// d_ca of eq. 4.15, following its sum [m]: the mean distance of a point to its m neighbors within
+/// radius_m (the neighborhood of eq. 4.13), averaged over all points that have neighbors. 0 if none
+/// has any.
 double MeanNeighborDistance(geometry::PointSpan points, const geometry::KdTree& tree,
                             double radius_m);
 
 struct FragmentOptions {
-  /// How near a point of a fragment is to another of it, in mean nearest distances (one reading of
-  /// d_ca; with 1 about half of all points would be alone); 0: nearer than d_ca, as published (eq.
-  /// 4.17). Larger: fragments with gaps hold together, and those of touching objects, too.
+  /// Distance below which points are linked, in mean nearest-neighbor distances (one reading of
+  /// d_ca; at 1 about half of all points would be isolated). 0: d_ca, as published (eq. 4.17).
+  /// Larger: fragments with gaps stay connected, but so do those of touching objects.
   double link = 3.0;
-  double neighborhood_m = 0.005;  ///< of d_ca (section 4.2.3)
-  int min_points = 12;            ///< fewer say nothing of a circle
+  double neighborhood_m = 0.005;  ///< neighborhood of d_ca (section 4.2.3)
+  int min_points = 12;            ///< fewer points do not determine a circle
 };
 
-/// Connected sets of points, each less than the link from another of its set (eq. 4.16, 4.17):
-/// what the recursive flood fill finds, by disjoint sets. Largest first, ties by first point;
-/// positions ascending; those with too few points left out. O(n log n).
+/// Connected sets of points, each closer than the link to another of its set (eq. 4.16, 4.17): the
+/// same as the recursive flood fill, by disjoint sets. Largest first, ties by first point;
+/// positions ascending; sets with fewer than min_points left out. O(n log n).
 std::vector<geometry::Indices> Fragments(geometry::PointSpan points,
                                          const FragmentOptions& options);
 
-// Random circle fitting, the dissertation's fit of a rim (section 4.2.4).
+// Random circle fitting (RCF), the dissertation's fit of a rim (section 4.2.4).
 
-/// A circle in the frame of the points it came from.
+/// A circle in the frame of the points that it was fitted to.
 struct Circle {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< c_m [m]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit; sign arbitrary
   double radius_m = 0.0;
 };
 
-/// The products of the sides of the triangle A, B, C (eq. 4.18, 4.19) [m^2, m^4].
+/// Dot and pair products of the sides of the triangle A, B, C (eq. 4.18, 4.19) [m^2, m^4].
 struct TriangleProducts {
   double d_ca = 0.0;  ///< (C - A) . (B - A); the text calls it d_ac in eq. 4.19
   double d_ba = 0.0;  ///< (C - B) . (A - B)
@@ -112,33 +112,33 @@ TriangleProducts ProductsOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c);
 
 /// r of eq. 4.20 [m]: half of the root of (d_ca + d_ba)(d_ba + d_cb)(d_cb + d_ca) / (n_1 + n_2 +
-/// n_3). The root is over the quotient: with the root over the product of the sides alone r would
-/// be 1 / m. Each factor is a squared side, so that r = |AB| |BC| |CA| / (4 area).
+/// n_3). The root covers the quotient: with the root over the product alone, r would have the unit
+/// 1 / m. Each factor is a squared side, so that r = |AB| |BC| |CA| / (4 area).
 double CircumradiusOf(const TriangleProducts& products);
 
-/// The circle round the triangle a, b, c (eq. 4.18 to 4.21); nullopt if they are collinear.
+/// The circumcircle of the triangle a, b, c (eq. 4.18 to 4.21); nullopt if they are collinear.
 std::optional<Circle> CircleThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                     const Eigen::Vector3d& c);
 
 enum class CircleDistance {
-  kSphere,  ///< | ||p - c_m|| - r | of eq. 4.26: from the sphere round the circle
-  kCurve,   ///< from the circumference: what lies on the sphere but off the circle's plane is off
+  kSphere,  ///< | ||p - c_m|| - r | of eq. 4.26: from the sphere of radius r about c_m
+  kCurve,   ///< from the circumference, including the distance from the circle's plane
 };
 /// Distance [m] of p from the circle.
 double DistanceTo(const Circle& circle, const Eigen::Vector3d& p, CircleDistance distance);
 
-/// d_j of eq. 4.24 [m]: the sum of all points' distances "to the circumference". (The equation's
-/// |r - p_c| is a number less a point.) Ends early with a value above `enough_m`.
+/// d_j of eq. 4.24 [m]: the sum of all points' distances "to the circumference". (|r - p_c| in the
+/// equation subtracts a point from a number.) Stops early with a value above `enough_m`.
 double SumOfDistances(const Circle& circle, geometry::PointSpan rim, double enough_m);
 
 /// Share of the points for which eq. 4.26 holds; 0 if there are none.
 double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance distance,
                double tolerance_m);
 
-/// Of drawn triples of the points the circle with the least sum of distances of all points (RCF,
+/// The circle through a randomly drawn triple with the least sum of distances of all points (RCF,
 /// eq. 4.24, 4.25, section 4.2.4). O(draws n). Depends only on the arguments and the rng's state.
-/// @return nullopt if there are fewer than three points or no triple made a circle.
-/// @param draws  as published 100. @throws std::invalid_argument if < 1.
+/// @return nullopt if there are fewer than three points or no triple gave a circle.
+/// @param draws  100 as published. @throws std::invalid_argument if < 1.
 std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng);
 
 }  // namespace rangegrasp::cylinders

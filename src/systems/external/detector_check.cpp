@@ -18,7 +18,7 @@ using grasp::DetectorFailed;
 using trial::Cell;
 
 constexpr std::size_t kScenes = 3;
-// Tables are reported on other seeds.
+// The reported tables use other seeds.
 constexpr std::uint64_t kSeed = 11;
 
 struct CheckScene {
@@ -116,11 +116,11 @@ std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Det
   }
 }
 
-/// Asks the cell's detector, which is another program, about the first arrangement of up to three
-/// objects, says what of its answers was understood, and the first thing that is wrong with its
-/// cure; then whether a sandbox can be made here, whether the detector works in it, and whether it
-/// gives the same answer to the same question.
-/// @param text  receives it; ends with an end of line
+/// Queries the cell's external detector on the first arrangement of up to three objects. Describes
+/// its answers and the first error with its fix. Then reports whether a sandbox can be made on this
+/// machine, whether the detector works in it, and whether it gives the same answer to the same
+/// question.
+/// @param text  receives the report; ends with a newline
 /// @return whether the detector can be used
 bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
@@ -150,8 +150,8 @@ void Read(base::YamlMap keys, Options& options) {
   ReadOutside(std::move(keys), trial::Of<OutsideOptions>(options, kExternal));
 }
 
-// A sandbox that is asked for can be made here, and a trial does not end before the detector's time
-// is over.
+// Checks that a required sandbox can be made on this machine, and that the detector's time limit is
+// less than that of the trial.
 void Check(const base::YamlMap& map, const Options& all, double case_limit_s) {
   const auto options = trial::Of<OutsideOptions>(all, kExternal);
   if (options.command.empty()) map.Fail("detector", "key 'command': is missing and has no default");
@@ -168,7 +168,7 @@ void Check(const base::YamlMap& map, const Options& all, double case_limit_s) {
   }
 }
 
-// A hash of the files that the command names.
+// Adds a hash of the files in the command.
 void AddTo(const Options& all, experiment::Stamp& stamp) {
   const auto options = trial::Of<OutsideOptions>(all, kExternal);
   std::uint64_t hash = base::Fnv1a(options.sandbox ? "sandbox" : "");

@@ -38,7 +38,7 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
   for (std::string& word : command) {
     const bool is_name = &word == &command.front() && word.find('/') == std::string::npos;
     const auto beside = (folder / word).lexically_normal();
-    std::error_code ignored;  // of words that are no names of files at all
+    std::error_code ignored;  // for words that cannot be file names
     if (is_name || word.empty() || !fs::exists(beside, ignored)) {
       if (word.ends_with(".py")) map.Fail("command", fmt::format("no file {}", beside.string()));
       continue;
@@ -55,16 +55,16 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
   command.front() = program->string();
 }
 
-// Of what is said of an answer so many characters are recorded.
+// Maximum length of a recorded error message about an answer.
 constexpr std::size_t kDetail = 600;
-// Seeds below 2^53 are whole numbers in every language's floating point.
+// Seeds below 2^53 are exact integers in every language's floating point.
 constexpr int kSeedShift = 11;
 constexpr double kMega_bytes = 1024.0 * 1024.0;
-// Larger surfaces are refused: what a scan shows of an object has ten times fewer triangles, and
-// hulls and collision trees of more take longer than a trial.
+// Larger surfaces are refused. The surface of an object in a scan has ten times fewer triangles,
+// and computing hulls and collision trees of larger ones takes longer than a trial.
 constexpr std::uintmax_t kMaxSurface_bytes = 64 * 1024 * 1024;
 constexpr std::size_t kMaxTriangles = 100'000;
-// Of so many grasps the best are looked at: each costs a collision check.
+// Maximum number of grasps that are considered, best first: each costs a collision check.
 constexpr std::size_t kMaxChecked = 200;
 
 process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder) {
@@ -75,7 +75,7 @@ process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder
   program.max_memory_bytes = static_cast<std::uint64_t>(options.memory_mb * kMega_bytes);
   program.max_file_bytes = static_cast<std::uint64_t>(options.file_mb * kMega_bytes);
   program.environment = {{"TMPDIR", folder.string()}};
-  // Trials share the cores already, and sums in another order are other figures.
+  // Parallel trials use all cores already, and another summation order changes the results.
   for (const char* threads : {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"}) {
     if (!std::getenv(threads)) program.environment.emplace_back(threads, "1");
   }
@@ -90,7 +90,7 @@ process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder
   return program;
 }
 
-// A surface from the detector's folder: what it says is no more to be trusted than its answer.
+// Reads a surface from the detector's folder. The file is not trusted, like the answer itself.
 geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& folder) {
   const auto fail = [&](const std::string& why) {
     throw DetectorFailed(fmt::format("answer: surface '{}' {}", name, why));
@@ -101,7 +101,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   if (file.parent_path() != folder) fail("lies outside the detector's folder");
   if (!fs::is_regular_file(file)) fail("is not a file");
   if (fs::file_size(file) > kMaxSurface_bytes) fail("is larger than 64 MB");
-  // Other formats name further files.
+  // Other formats may refer to other files.
   const std::string ending = base::EndingOf(file);
   if (ending != ".ply" && ending != ".stl") fail("must be a .ply or .stl");
   geometry::TriangleMesh mesh;
@@ -117,7 +117,7 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   return mesh;
 }
 
-// Where each sample of the observation stands in the scene's cloud; -1: not above the table.
+// Position of each sample of the observation in the scene's cloud; -1: not above the table.
 class CloudPositions {
  public:
   CloudPositions(const Scene& scene, const geometry::Observation& observation) {
@@ -143,7 +143,7 @@ class CloudPositions {
   std::vector<std::vector<std::int64_t>> positions_;
 };
 
-// What hangs together with some points of a cloud; positions in it.
+// Region growing: the positions of all points of a cloud that are connected with the seeds.
 geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan points_C,
                             double link_m) {
   std::vector<char> is_seed(points_C.size(), 0);
@@ -158,11 +158,11 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
   return grown;
 }
 
-// Of a wrong unit or frame so many of the best grasps are enough to tell.
+// Number of best grasps that are enough to detect a wrong unit or frame.
 constexpr std::size_t kJudged = 20;
 constexpr double kWorkCell_m = 2.0;
 
-// What a grasp would be if the detector had made a mistake that is often made.
+// A common mistake of detectors, and how to correct a grasp for it.
 struct Mistake {
   std::string words;
   std::function<grasp::Proposal(const grasp::Proposal&)> corrected;
@@ -184,8 +184,8 @@ std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
     meant.X_CG = X_WV * given.X_CG;
     return meant;
   };
-  // What is larger than a work cell is in another unit. Centimetres first: as millimetres they all
-  // lie about the origin, where something may stand.
+  // Coordinates larger than a work cell are in another unit. Centimetres are tested first: read as
+  // millimetres, they would all be near the origin, where an object may be.
   const auto beyond = [](const grasp::Proposal& given) {
     return given.X_CG.translation().norm() > kWorkCell_m;
   };
@@ -198,13 +198,13 @@ std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
 
 // An answer to a question, or why there is none.
 struct Answered {
-  std::unique_ptr<process::OwnFolder> folder;  // of the files that it names
+  std::unique_ptr<process::OwnFolder> folder;  // contains the files that it names
   std::optional<std::string> text;
   std::string failure;
-  std::string words;  // what was said besides, "; stderr: ..."
+  std::string words;  // other output, "; stderr: ..."
 };
 
-// A detector that answers by JSON, whoever does.
+// A detector that answers in JSON: a program or a function.
 class AnsweringDetector : public Detector {
  public:
   AnsweringDetector(const grasp::DetectorOptions& options, const robot::Robot& robot,
@@ -267,7 +267,7 @@ class AnsweringDetector : public Detector {
     if (observer_) observer_(scene, grasps, observation);
     grasp::Detection made = grasp::DetectionFrom(scene, grasps);
     for (std::size_t i = 0; i < grasps.size(); ++i) made.grasps[i].approach_C = approaches_C[i];
-    // Samples are scored as the detector names them, those near the table, too.
+    // Detection is scored with all samples that the detector names, also those near the table.
     for (std::size_t i = 0; i < made.objects.size(); ++i) {
       made.objects[i].samples = std::move(detected.detection.objects[i].samples);
       made.objects[i].whole = detected.detection.objects[i].whole;
@@ -280,8 +280,8 @@ class AnsweringDetector : public Detector {
   static std::size_t Judged(const Answer& answer) {
     return std::min(answer.grasps.size(), kJudged);
   }
-  // How many of the best grasps have a measured point above the table between their fingers.
-  // @param mistake  if the answer was made with it; null: as it is
+  // Number of the best grasps with a measured point above the table between their fingers.
+  // @param mistake  corrects the grasps for this mistake; null: unchanged grasps
   std::size_t HoldSomething(const Answer& answer, const Scene& scene,
                             const Mistake* mistake) const {
     std::size_t count = 0;
@@ -307,7 +307,7 @@ class AnsweringDetector : public Detector {
     }
   }
 
-  // What is nowhere near the workspace counts as colliding.
+  // A grasp far outside the workspace counts as colliding.
   grasp::Grasp Placed(const grasp::Proposal& proposal) const {
     grasp::Grasp placed = grasp::PlaceHand(proposal, robot_.hand(), options_.grasp);
     const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
@@ -323,7 +323,8 @@ class AnsweringDetector : public Detector {
     scene.objects.insert(first ? scene.objects.begin() : scene.objects.end(), std::move(object));
   }
 
-  // The answer's objects, the one whose turn it is first. @return its position in the answer
+  // Adds the answer's objects, starting with the one whose turn it is.
+  // @return its position in the answer
   std::optional<std::size_t> FirstOfObjects(const Answer& answer, const fs::path& folder,
                                             const geometry::Observation& observation,
                                             const Turn& turn, Scene& scene,
@@ -347,7 +348,7 @@ class AnsweringDetector : public Detector {
     return first;
   }
 
-  // The object between the fingers of the best grasp (whose turn it is).
+  // Adds the object between the fingers of the best grasp (of an object whose turn it is).
   std::optional<std::size_t> FirstOfGrasps(const Answer& answer, const Turn& turn, Scene& scene,
                                            Detected& detected) const {
     geometry::Indices best;

@@ -11,47 +11,48 @@
 
 namespace rangegrasp::external {
 
-/// A detector that is another program; empty command: there is none.
+/// Options of an external detector program; empty command: no such detector.
 struct OutsideOptions {
-  std::vector<std::string> command;          ///< the program's file, and its arguments
-  std::vector<std::filesystem::path> files;  ///< those and folders that the command names as such
+  std::vector<std::string> command;          ///< the program's file and its arguments
+  std::vector<std::filesystem::path> files;  ///< files and folders named in the command
   double limit_s = 20.0;
   bool sandbox = false;
   int memory_mb = 4096;
   int file_mb = 256;
-  std::vector<std::filesystem::path> hidden;  ///< from a program in a sandbox: results lie there
+  std::vector<std::filesystem::path> hidden;  ///< folders of results, hidden in a sandbox
 };
 
-/// Under this name they stand in trial::Options.
+/// Name of these options in trial::Options.
 inline constexpr const char* kExternal = "external";
 
-/// Reads the keys below `detector`, to the end of the map: words of the command that name a file
-/// from the experiment's folder become its path, the program's name is looked for in PATH.
-/// @throws base::InputError also if the program is not there.
+/// Reads the keys below `detector`, to the end of the map. Words of the command that name a file
+/// relative to the experiment's folder are replaced by its path; the program is searched in PATH.
+/// @throws base::InputError also if the program does not exist.
 void ReadOutside(base::YamlMap map, OutsideOptions& options);
 
 /// A detector that is another program (docs/bring-your-own-detector.md). Each question starts it in
-/// a new folder and ends it after its answer: results do not depend on the number of workers. The
-/// arguments but `outside` must outlive it.
-/// @param observer  sees the answer as a scene, with the table and what lies above it; may be empty
+/// a new folder and ends it after its answer, so that results do not depend on the number of
+/// workers. All arguments except `outside` must outlive it.
+/// @param observer  gets the answer as a scene, with the table and the points above it; may be
+///                  empty
 std::unique_ptr<grasp::Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                                      const grasp::DetectorOptions& options,
                                                      const robot::Robot& robot,
                                                      grasp::SceneObserver observer = {});
 
-/// What a detector is asked about one scan.
+/// A question to a detector about one scan.
 struct Question {
   const geometry::Observation& observation;
   const robot::Robot& robot;
   double noise_m = 0.0;    ///< of the points, measured on the table
-  double margin_m = 0.0;   ///< round the workspace in which things are perceived
-  std::uint64_t seed = 0;  ///< below 2^53, so that every language can hold it
+  double margin_m = 0.0;   ///< points further outside the workspace are ignored
+  std::uint64_t seed = 0;  ///< below 2^53, so that every language can represent it
 };
 
-/// Answers by the same JSON as a program. What it throws as grasp::DetectorFailed is an outcome.
+/// Returns the same JSON as a program. grasp::DetectorFailed is an outcome of the trial.
 using AnswerFunction = std::function<std::string(const Question&)>;
 
-/// A detector that is a function of this process. The arguments but `answer` must outlive it.
+/// A detector that is a function of this process. All arguments except `answer` must outlive it.
 /// @param observer  as above
 std::unique_ptr<grasp::Detector> MakeFunctionDetector(AnswerFunction answer,
                                                       const grasp::DetectorOptions& options,

@@ -20,10 +20,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// [m] Without a unit it is guessed only where the size comes to lie within these: a dice, a bottle.
+// [m] A unit is guessed only if it gives a size between these limits: a die and a bottle.
 constexpr double kLikelyMin_m = 0.02, kLikelyMax_m = 0.4;
 
-// CoACD's plain C interface, as its wheel's Python module declares it; the wheel has no header.
+// CoACD's plain C interface, as declared in its wheel's Python module; the wheel has no header.
 struct CoacdMesh {
   double* vertices = nullptr;
   std::uint64_t vertex_count = 0;
@@ -43,25 +43,25 @@ using CoacdRun = CoacdMeshes (*)(const CoacdMesh& input, double threshold, int m
 using CoacdFree = void (*)(CoacdMeshes);
 using CoacdLog = void (*)(const char*);
 
-// CoACD's values of these arguments.
+// Values of CoACD's arguments.
 constexpr int kAnyNumber = -1;
 constexpr int kNoPreprocess = 2;           // the solid is closed
-constexpr int kPreprocessResolution = 50;  // not used then
+constexpr int kPreprocessResolution = 50;  // not used without preprocessing
 constexpr int kDepth = 3;                  // of the search: CoACD's default
 constexpr int kMaxHullVertices = 256;      // not used: fewer vertices would cut corners off
 constexpr int kHulls = 0;
 constexpr unsigned kSeed = 0;
-// The search for good cuts: nodes and rounds of its tree, samples of a surface. A third of CoACD's
-// own defaults, and a tenth of their time; six household shapes come out as well within 1 % of
-// their volumes.
+// The search for good cuts: nodes and iterations of its tree, samples of a surface. A third of
+// CoACD's defaults, in a tenth of their time. For six household shapes the results are the same
+// within 1 % of their volumes.
 constexpr int kNodes = 10, kRounds = 40, kSamples = 1000;
-// Triangles that are cut: more are simplified before. Time grows with them, the parts do not.
+// Larger meshes are simplified first. More triangles take more time but do not improve the parts.
 constexpr std::size_t kMaxTriangles = 2000;
 // A part below this share of the solid's volume is a splinter; the engine refuses such hulls.
 constexpr double kMinPart = 1e-5;
 
-// Loaded when it is needed, and kept: what does not cut meshes does not wait for 13 MB, and runs
-// without it. It is looked for where the program's own libraries stand.
+// CoACD's library, loaded at its first use and kept. Other commands need not load its 13 MB, and
+// run without it. It is searched in the folders of the program's own libraries.
 struct Coacd {
   CoacdRun run = nullptr;
   CoacdFree free = nullptr;
@@ -73,9 +73,9 @@ const Coacd& Library() {
   static const Coacd library = [] {
     Coacd coacd;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    return coacd;  // a sanitizer's run time refuses a library that binds to itself first
+    return coacd;  // a sanitizer's runtime refuses libraries with RTLD_DEEPBIND
 #endif
-    // It holds a spdlog of its own, which must not be mistaken for the program's.
+    // It contains its own spdlog, which must not be mixed with the program's.
     void* handle = dlopen("lib_coacd.so", RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
     if (handle == nullptr) return coacd;
     coacd.run = reinterpret_cast<CoacdRun>(dlsym(handle, "CoACD_run"));
@@ -107,7 +107,7 @@ Eigen::AlignedBox3d BoxOf(const geometry::TriangleMesh& mesh) {
   return box;
 }
 
-// What points up in the file points along z.
+// Rotates the file's upward axis to z.
 Eigen::Matrix3d Upright(Up up) {
   if (up == Up::kZ) return Eigen::Matrix3d::Identity();
   const Eigen::AngleAxisd turn = up == Up::kY
@@ -121,7 +121,7 @@ std::string Length(double length_m) {
                          : fmt::format("{:.4g} mm", length_m * base::kMmPerM);
 }
 
-// [m] a file's number
+// Length of a file's unit [m].
 double UnitOf(const std::filesystem::path& file, double longest, const MeshObjectOptions& options,
               std::vector<std::string>& said) {
   if (options.unit) return MetersOf(*options.unit);
@@ -142,7 +142,7 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
   return MetersOf(*guess);
 }
 
-// What a hand may want to grasp: longest edge of the box round it.
+// Limits for objects to grasp: longest edge of the bounding box.
 constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
 
 double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
@@ -168,7 +168,7 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
   return scale;
 }
 
-// Unrolled round the z axis: u once round it, v from the bottom to the top.
+// Texture coordinates around the z axis: u goes once around it, v from the bottom to the top.
 std::vector<std::array<Eigen::Vector2d, 3>> Unrolled(const geometry::TriangleMesh& mesh,
                                                      const Eigen::AlignedBox3d& box) {
   std::vector<std::array<Eigen::Vector2d, 3>> uv;
@@ -179,7 +179,7 @@ std::vector<std::array<Eigen::Vector2d, 3>> Unrolled(const geometry::TriangleMes
       const Vector3d p = mesh.vertices[triangle.at(k)] - box.center();
       const double u = std::atan2(p.y(), p.x()) / (2.0 * base::kPi) + 0.5;
       corners.at(k) = {u, p.z() / box.sizes().z() + 0.5};
-      // A triangle across the seam goes on beyond 1; textures repeat.
+      // A triangle across the seam has coordinates outside 0..1, since textures repeat.
       const double ahead = corners.at(k).x() - corners.front().x();
       if (ahead > 0.5) corners.at(k).x() -= 1.0;
       if (ahead < -0.5) corners.at(k).x() += 1.0;
@@ -197,9 +197,9 @@ double AreaOf(const geometry::TriangleMesh& mesh) {
   return area;
 }
 
-// The coarsest cut that is good enough, else once more, half as coarsely. Good enough is little
-// volume outside the solid, or, of thin walls, hulls that stand off their surface by little on
-// average: a tenth of the volume of a mug's wall is as thin as a sensor's noise.
+// Decomposes the solid and, if the result is not good enough, repeats this with half the concavity.
+// Good enough means little volume outside the solid or, for thin walls, a small mean distance of
+// the hulls from the surface: a tenth of the volume of a mug's wall is as thin as a sensor's noise.
 void Cut(const geometry::TriangleMesh& solid, MeshObject& object) {
   constexpr double kMaxBeyond = 0.1;     // of the volume
   constexpr double kMaxStandOff = 3e-3;  // of the longest edge: 0.3 mm of 100 mm
@@ -213,7 +213,7 @@ void Cut(const geometry::TriangleMesh& solid, MeshObject& object) {
   }
 }
 
-// Of what is shorter than the meshes' own rounding.
+// A number with six significant digits; -0 becomes 0.
 std::string Number(double value) {
   const std::string text = fmt::format("{:.6g}", value);
   return text == "-0" ? "0" : text;
@@ -223,7 +223,7 @@ std::string Number(double value) {
 std::string ObjText(const geometry::TriangleMesh& mesh,
                     const std::vector<std::array<Eigen::Vector2d, 3>>& uv = {}) {
   std::string text;
-  // A tenth of a micrometre: far below what a mesh is good for.
+  // A tenth of a micrometer: far below the accuracy of a mesh.
   for (const Vector3d& v : mesh.vertices) {
     text += fmt::format("v {:.7f} {:.7f} {:.7f}\n", v.x(), v.y(), v.z());
   }
@@ -384,7 +384,7 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
   object.inertia_O = object.mass_kg / unit.volume_m3 * unit.inertia_M;
 
   if (!given.uv.empty()) {
-    // Coordinates belong to the triangles of the file.
+    // The texture coordinates belong to the triangles of the file.
     object.seen_O = std::move(given.mesh);
     for (Vector3d& v : object.seen_O.vertices) v -= box.center();
     object.uv = std::move(given.uv);
@@ -393,7 +393,7 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
       for (auto& [a, b, c] : object.uv) std::swap(b, c);
     }
   } else {
-    constexpr std::size_t kMaxSeen = 40000;  // 0.5 mm each on an object of 100 mm
+    constexpr std::size_t kMaxSeen = 40000;  // triangles of 0.5 mm on an object of 100 mm
     object.seen_O = geometry::Simplified(solid, kMaxSeen);
     if (object.seen_O.triangles.size() < solid.triangles.size()) {
       object.said.push_back(fmt::format("the visible mesh has {} of its {} triangles",

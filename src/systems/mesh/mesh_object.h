@@ -15,48 +15,48 @@
 
 namespace rangegrasp::objects {
 
-/// Unit of a mesh file's numbers. Only glTF says its own (metres).
+/// Unit of a mesh file's coordinates. Only glTF defines its own (metres).
 enum class LengthUnit { kMm, kCm, kM, kInch };
 constexpr std::array<std::string_view, 4> WordsOf(LengthUnit) { return {"mm", "cm", "m", "inch"}; }
 
-/// [m]
+/// A unit's length [m].
 double MetersOf(LengthUnit unit);
 
-/// The unit (mm, cm or m) that makes `longest` of a file's numbers a likely size, 20 mm (a dice) to
-/// 400 mm (a bottle); of two the one that is nearer to 100 mm in proportion.
+/// Guesses the unit (mm, cm or m) in which a file's longest edge has a likely size: 20 mm (a die)
+/// to 400 mm (a bottle). Of two units it chooses the one with a size nearer to 100 mm by ratio.
 std::optional<LengthUnit> GuessUnit(double longest);
 
-/// How far a part's hull may stand off from the solid, as a share of half its longest edge: 2.5 mm
-/// of 100 mm. Smaller: more parts, slower to cut and to simulate.
+/// Maximum distance of a part's hull from the solid, as a share of half its longest edge: 2.5 mm
+/// for 100 mm. Smaller values give more parts, which are slower to compute and to simulate.
 inline constexpr double kConcavity = 0.05;
 
 /// Approximate convex decomposition (CoACD; Wei et al. 2022): closed hulls, faces outward, in the
 /// solid's frame and unit. The same solid gives the same bytes, on any number of cores.
-/// @param solid  as geometry::RepairMesh makes it.
-/// @throws base::RunError saying how to install CoACD's library where there is none.
+/// @param solid  from geometry::RepairMesh.
+/// @throws base::RunError with instructions to install CoACD's library if it is missing.
 std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& solid,
                                                 double concavity = kConcavity);
 
-/// Whether CoACD's library is there.
+/// Whether CoACD's library is installed.
 bool CanCut();
 
-/// Which of a file's axes points up.
+/// The axis of a file that points up.
 enum class Up { kZ, kY, kX };
 constexpr std::array<std::string_view, 3> WordsOf(Up) { return {"z", "y", "x"}; }
 
 struct MeshObjectOptions {
-  std::optional<LengthUnit> unit;   ///< guessed where not given
-  std::optional<double> height_m;   ///< along the axis that points up, whatever the unit
-  std::optional<double> longest_m;  ///< longest edge of the box round it, whatever the unit
-  double scale = 1.0;               ///< after the unit
-  std::optional<Up> up;             ///< z where not given; y of glTF, which says so
-  std::optional<double> mass_kg;    ///< goes before density
+  std::optional<LengthUnit> unit;   ///< default: guessed
+  std::optional<double> height_m;   ///< along the axis that points up; overrides the unit
+  std::optional<double> longest_m;  ///< longest edge of the bounding box; overrides the unit
+  double scale = 1.0;               ///< applied in addition to the unit
+  std::optional<Up> up;             ///< default: z; for glTF y, by its standard
+  std::optional<double> mass_kg;    ///< overrides the density
   double density_kg_m3 = 900.0;
   geometry::RepairOptions repair;
 };
 
-/// What a mesh became: a solid in the object's frame O, whose origin is the middle of the box round
-/// it, z up.
+/// An object made from a mesh: a solid in the object's frame O, z up, with its origin at the center
+/// of the bounding box.
 struct MeshObject {
   geometry::TriangleMesh seen_O;
   std::vector<std::array<Eigen::Vector2d, 3>> uv;  ///< of the corners of seen_O; may be empty
@@ -67,27 +67,28 @@ struct MeshObject {
   double volume_m3 = 0.0;
   Eigen::Vector3d center_O;       ///< of mass [m]
   Eigen::Matrix3d inertia_O;      ///< about the center of mass, along the axes of O [kg m^2]
-  std::vector<std::string> said;  ///< what was guessed or repaired, a sentence each
+  std::vector<std::string> said;  ///< guesses and repairs, one sentence each
 };
 
-/// Reads, scales, repairs, weighs and cuts a mesh.
-/// @param keep_uv  texture coordinates: the file's, else the mesh is unrolled round its z axis.
+/// Reads, scales and repairs a mesh, computes its mass, and decomposes it into convex parts.
+/// @param keep_uv  keeps the file's texture coordinates; without any, unrolls the mesh around its z
+///                 axis.
 /// @throws base::InputError naming the file and why it cannot become an object.
 MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOptions& options,
                           bool keep_uv = false);
 
-/// What an object's file says besides its shape.
+/// Properties in an object's file other than its shape.
 struct ObjectLook {
   std::string name;   ///< letters, digits and '_'
   std::string title;  ///< in tables
   sim::Surface surface;
-  std::string texture_png;  ///< a PNG's bytes; may be empty
+  std::string texture_png;  ///< contents of a PNG file; may be empty
 };
 
-/// A file's name as that of an object: letters, digits and '_'.
+/// Converts a file name to an object name: letters, digits and '_'.
 std::string ObjectNameFrom(const std::string& text);
 
-/// The files of an object's folder by their names, MJCF and meshes as in models/objects.
+/// Contents of the files of an object's folder by file name: MJCF and meshes, as in models/objects.
 std::map<std::string, std::string> ObjectFiles(const MeshObject& object, const ObjectLook& look);
 
 }  // namespace rangegrasp::objects

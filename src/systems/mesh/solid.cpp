@@ -46,25 +46,25 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// A vertex or cell that CGAL compares by its age instead of its address, so that all of them are
-/// taken in the same order in every process.
+/// A vertex or cell that CGAL compares by its age instead of its address, so that their order is
+/// the same in every process.
 template <class Base>
 class Aged : public Base {
  public:
   using Base::Base;
   using Has_timestamp = CGAL::Tag_true;
   template <class Tds>
-  struct Rebind_TDS {  // CGAL's names
+  struct Rebind_TDS {  // names required by CGAL
     using Other = Aged<typename Base::template Rebind_TDS<Tds>::Other>;
   };
   std::size_t time_stamp() const { return age_; }
   void set_time_stamp(const std::size_t& age) { age_ = age; }
 
  private:
-  std::size_t age_ = static_cast<std::size_t>(-1);  // as CGAL marks a new one
+  std::size_t age_ = static_cast<std::size_t>(-1);  // CGAL's mark for a new one
 };
 
-// A type of its own, so that the specialization below changes nothing else.
+// A separate type, so that the specialization below changes nothing else.
 struct PoissonKernel : Kernel {};
 using PoissonTraits = CGAL::Reconstruction_triangulation_default_geom_traits_3<
     CGAL::Robust_circumcenter_filtered_traits_3<PoissonKernel>>;
@@ -74,9 +74,9 @@ using PoissonTraits = CGAL::Reconstruction_triangulation_default_geom_traits_3<
 
 namespace CGAL {
 
-/// The cells that Poisson_reconstruction_function refines. Its queue sorts equally bad ones by
-/// comparing the cells; without an age that would be by address. It has no parameter for their
-/// type.
+/// The cells that Poisson_reconstruction_function refines. Its queue sorts equally bad cells by
+/// comparing them, which without an age would compare addresses. The function has no parameter for
+/// the cell type, hence this specialization.
 template <class Base>
 class Triangulation_cell_base_with_info_3<int, rangegrasp::geometry::PoissonTraits, Base>
     : public rangegrasp::geometry::Aged<Triangulation_cell_base_with_info_3<
@@ -92,7 +92,7 @@ namespace sms = CGAL::Surface_mesh_simplification;
 using Point = Kernel::Point_3;
 using Surface = CGAL::Surface_mesh<Point>;
 
-/// What CGAL calls a polygon soup.
+/// A polygon soup, as CGAL calls it.
 struct Soup {
   std::vector<Point> points;
   std::vector<std::vector<std::size_t>> faces;
@@ -113,7 +113,7 @@ Surface ToSurface(Soup soup) {
   return surface;
 }
 
-// Vertices and faces in the surface's own order, which depends on the input alone.
+// Vertices and faces in the surface's own order, which depends only on the input.
 TriangleMesh FromSurface(Surface& surface) {
   surface.collect_garbage();
   TriangleMesh mesh;
@@ -136,7 +136,7 @@ std::string Times(std::size_t count, const std::string& thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
 }
 
-// Joined, without triangles that have no area, oriented alike.
+// Merges vertices, removes triangles without area, and orients the others consistently.
 Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
   Soup soup = ToSoup(mesh);
   pmp::merge_duplicate_points_in_polygon_soup(soup.points, soup.faces);
@@ -151,7 +151,7 @@ Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
   }
   if (soup.faces.empty()) throw base::InputError("has no triangle with an area");
   const std::size_t points = soup.points.size();
-  // False where it had to duplicate vertices: edges with three triangles, or a Moebius strip.
+  // False if it had to duplicate vertices: edges with three triangles, or a Moebius strip.
   if (!pmp::orient_polygon_soup(soup.points, soup.faces) && soup.points.size() > points) {
     done.push_back(Times(soup.points.size() - points, "vertex") + " split where surfaces meet");
   }
@@ -176,7 +176,7 @@ double WidthOf(const Surface& surface, Surface::Halfedge_index border) {
   return DiagonalOf(box);
 }
 
-// Whether its border is a line there and back: what a triangle without area leaves.
+// Whether the border is a straight line there and back, as left by a triangle without area.
 bool IsSlit(const Surface& surface, Surface::Halfedge_index border) {
   const Point& a = surface.point(surface.source(border));
   const Point& b = surface.point(surface.target(border));
@@ -186,8 +186,8 @@ bool IsSlit(const Surface& surface, Surface::Halfedge_index border) {
   });
 }
 
-// As triangles about the middle of its border: where CGAL finds no patch, since each would have an
-// edge that is there already. They may cross the surface.
+// Closes a hole by triangles around the center of its border. Used if CGAL finds no patch, since
+// every patch would have an edge that already exists. The triangles may intersect the surface.
 void CloseByFan(Surface::Halfedge_index border, Surface& surface) {
   Kernel::Vector_3 sum(0.0, 0.0, 0.0);
   double count = 0.0;
@@ -200,7 +200,7 @@ void CloseByFan(Surface::Halfedge_index border, Surface& surface) {
   surface.point(surface.target(middle)) = CGAL::ORIGIN + sum / count;
 }
 
-// Small holes; the error states the width of the largest that is too large.
+// Closes small holes. The error for a too large hole states the width of the largest one.
 void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std::string>& done) {
   std::vector<Surface::Halfedge_index> borders;
   pmp::extract_boundary_cycles(surface, std::back_inserter(borders));
@@ -255,17 +255,17 @@ using MesherTriangulation = CGAL::Delaunay_triangulation_3<
     MesherKernel, CGAL::Triangulation_data_structure_3<
                       Aged<CGAL::Surface_mesh_vertex_base_3<MesherKernel>>, Aged<MesherCell>>>;
 
-/// Meshes where a function is zero within a sphere (Boissonnat and Oudot 2005).
+/// Meshes the zero set of a function within a sphere (Boissonnat and Oudot 2005).
 /// @throws base::InputError once it has been evaluated `max_evaluations` times.
 template <class Function>
 Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double spacing_m,
                std::size_t max_evaluations) {
-  // CGAL's own choice of the least angle; triangles as large as two thirds of what it takes, for
-  // small things.
+  // The minimum angle is CGAL's choice. Triangles are two thirds as large as CGAL's, for small
+  // objects.
   constexpr double kMinAngle_deg = 20.0;
   constexpr double kMaxRadius = 20.0;
   constexpr double kMaxDistance = 0.25;
-  constexpr double kError = 1e-3;  // of a crossing's place, in max. distances
+  constexpr double kError = 1e-3;  // of an intersection's position, relative to the max. distance
   std::size_t evaluations = 0;
   const auto counted = [&](const Point& p) {
     if (++evaluations > max_evaluations) {
@@ -277,7 +277,7 @@ Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double 
   using Implicit = CGAL::Implicit_surface_3<Kernel, decltype(counted)>;
   const Implicit implicit(counted, sphere,
                           kError * kMaxDistance * spacing_m / std::sqrt(sphere.squared_radius()));
-  // The mesher starts from points drawn from CGAL's own generator, which the clock would seed.
+  // The mesher draws its initial points from CGAL's generator. By default the clock seeds it.
   CGAL::get_default_random() = CGAL::Random(0);
   MesherTriangulation triangulation;
   CGAL::Surface_mesh_complex_2_in_triangulation_3<MesherTriangulation> complex(triangulation);
@@ -328,7 +328,7 @@ TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset) {
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles) {
   if (mesh.triangles.size() <= max_triangles) return mesh;
   Surface surface = SurfaceOf(mesh);
-  // A closed surface of triangles has three edges for two of them.
+  // A closed triangle mesh has three edges for every two triangles.
   const sms::Count_stop_predicate<Surface> stop(max_triangles * 3 / 2);
   const sms::GarlandHeckbert_plane_policies<Surface, Kernel> policies(surface);
   sms::edge_collapse(
@@ -343,10 +343,10 @@ Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& par
   std::vector<Convex> solids(parts.begin(), parts.end());
   Eigen::AlignedBox3d box = BoundsOf(mesh.vertices);
   for (const Convex& solid : solids) box.extend(solid.box);
-  constexpr int kPoints = 48;  // of the lattice along the longest edge of the box
+  constexpr int kPoints = 48;  // lattice points along the longest edge of the box
   const double step = box.sizes().maxCoeff() / kPoints;
   std::size_t inside = 0, covered = 0, beyond = 0;
-  // From half a step inside, so that no point lies on a face of an upright box.
+  // Starts half a step inside, so that no point lies on a face of an axis-aligned box.
   for (double x = box.min().x() + step / 2; x < box.max().x(); x += step) {
     for (double y = box.min().y() + step / 2; y < box.max().y(); y += step) {
       for (double z = box.min().z() + step / 2; z < box.max().z(); z += step) {
@@ -383,16 +383,17 @@ std::optional<TriangleMesh> PoissonSurface(const PointCloud& cloud, double spaci
   static_assert(CGAL::internal::Has_timestamp<Triangulation::Cell>::value);  // specialized above
   Function inside(oriented.begin(), oriented.end(), PointMap(), NormalMap());
   if (!inside.compute_implicit_function()) return std::nullopt;
-  // From a point inside, large enough to hold all of the surface.
+  // A sphere around an inner point, large enough to contain the whole surface.
   constexpr double kSphere = 5.0;
   const Kernel::Sphere_3 sphere(inside.get_inner_point(),
                                 kSphere * kSphere * inside.bounding_sphere().squared_radius());
-  // A point: a ball of 4,000 takes 22, one of which a third was seen 164, normals at random 2,100.
+  // Per point. A ball of 4,000 points takes 22, a ball of which a third was seen 164, random
+  // normals 2,100.
   constexpr std::size_t kMaxEvaluations = 3000;
   Surface surface;
   try {
     surface = MeshOf(inside, sphere, spacing_m, kMaxEvaluations * cloud.size());
-  } catch (const CGAL::Failure_exception&) {  // crossings that rounding cannot tell apart
+  } catch (const CGAL::Failure_exception&) {  // rounding makes intersections coincide
     return std::nullopt;
   }
   if (surface.number_of_faces() == 0) return std::nullopt;

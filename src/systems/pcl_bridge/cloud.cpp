@@ -88,7 +88,7 @@ geometry::Indices StatisticalFilter(const Cloud& cloud, const StatisticalFilterO
   Demand(options.neighbors >= 1, "StatisticalFilter: neighbors must be >= 1");
   Demand(options.max_deviations >= 0.0, "StatisticalFilter: max_deviations must be >= 0");
   const auto& points = cloud.data().finite;
-  // The library divides by the number of points less one, and by neighbors that may not be there.
+  // The library divides by the number of points minus one and assumes that all neighbors exist.
   if (points->size() < 3) return cloud.data().source;
   pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
   filter.setMeanK(std::min(options.neighbors, static_cast<int>(points->size()) - 1));

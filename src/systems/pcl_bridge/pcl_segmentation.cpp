@@ -23,12 +23,12 @@ using Clustering = pcl::SupervoxelClustering<pcl::PointXYZ>;
 using Supervoxels = std::map<std::uint32_t, pcl::Supervoxel<pcl::PointXYZ>::Ptr>;
 using Convexity = pcl::LCCPSegmentation<pcl::PointXYZ>;
 
-/// How supervoxels grow: (1 - |cos| of the angle between normals) and distance / seed_m are added
-/// with these weights, the library's own.
+/// The distance measure for growing supervoxels is the sum of (1 - |cos| of the angle between
+/// normals) and distance / seed_m with these weights, the library's defaults.
 constexpr float kNormalImportance = 1.0F;
 constexpr float kSpatialImportance = 0.4F;
-/// Connections across a step are left out: planes further apart than their angle explains by more
-/// than this many voxels (the library's).
+/// Connections across a step are left out: the planes are further apart than their angle explains,
+/// by more than this many voxels (the library's default).
 constexpr float kStepVoxels = 0.1F;
 
 void Check(const Cloud& cloud, const LocalConvexityOptions& options) {
@@ -54,9 +54,9 @@ std::vector<SupervoxelEdge> FindEdges(const Supervoxels& found,
   Convexity convexity;
   convexity.setConcavityToleranceThreshold(
       static_cast<float>(base::ToDeg(options.concavity_tolerance_rad)));
-  // The paper's sanity criterion: connections at which supervoxels touch in a point only are left
-  // out; without it six of ten pairs of touching boxes came out as one. Its extended convexity
-  // (setKFactor) broke convex boxes at their corners (scans of pcl_segmentation_test.cpp: 40 % of a
+  // The paper's sanity criterion leaves out connections at which supervoxels touch only in a point.
+  // Without it six of ten pairs of touching boxes became one segment. Its extended convexity
+  // (setKFactor) split convex boxes at their corners (scans of pcl_segmentation_test.cpp: 40 % of a
   // face lost).
   convexity.setSanityCheck(true);
   convexity.setKFactor(0);
@@ -76,7 +76,7 @@ std::vector<SupervoxelEdge> FindEdges(const Supervoxels& found,
   return edges;
 }
 
-/// Joins every set of at most `max_small` members with its largest neighbor: smallest set first.
+/// Joins every set of at most `max_small` members with its largest neighbor, smallest sets first.
 void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small,
                geometry::UnionFind& sets) {
   const auto n = static_cast<std::uint32_t>(sets.size());
@@ -116,12 +116,12 @@ void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small
   }
 }
 
-/// The points of a cloud that have a normal; the library's sorts and fits do not stand NaN.
+/// The points of a cloud that have a normal. The library's sorts and fits do not tolerate NaN.
 struct OrientedCloud {
   Cloud cloud;
   pcl::PointCloud<pcl::Normal>::Ptr normals;  ///< one for each of cloud.data().finite
 };
-/// Positions still count in the cloud given.
+/// Positions still refer to the given cloud.
 OrientedCloud WithNormals(const Cloud& cloud, const geometry::Points& normals) {
   Demand(normals.size() == cloud.size(), "there must be one normal for each point of the cloud");
   const Cloud::Data& all = cloud.data();
@@ -141,7 +141,7 @@ OrientedCloud WithNormals(const Cloud& cloud, const geometry::Points& normals) {
 }
 
 struct Model {
-  Eigen::VectorXd values;  ///< in the library's frame; empty where there is none
+  Eigen::VectorXd values;  ///< in the library's frame; empty without a model
   pcl::PointIndices inliers;
 };
 
@@ -172,7 +172,7 @@ void CheckRansac(const Options& options) {
   Demand(options.confidence > 0.0 && options.confidence < 1.0, "confidence must be in (0, 1)");
 }
 
-/// The plane p . values(0..2) + values(3) = 0, for p = point - origin.
+/// Converts the plane p . values(0..2) + values(3) = 0, with p = point - origin.
 geometry::Plane ToPlane(const Eigen::VectorXd& values, const Eigen::Vector3d& origin) {
   const double length = values.head<3>().norm();
   geometry::Plane plane{values.head<3>() / length, values(3) / length};
@@ -181,7 +181,7 @@ geometry::Plane ToPlane(const Eigen::VectorXd& values, const Eigen::Vector3d& or
   return plane;
 }
 
-/// A point of the axis, its direction, the radius.
+/// @param values  a point on the axis, the axis direction, the radius.
 Cylinder ToCylinder(const Eigen::VectorXd& values, const Eigen::Vector3d& mean,
                     const Eigen::Vector3d& origin) {
   Cylinder cylinder;
@@ -235,7 +235,7 @@ LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityO
   clustering.extract(found);
   std::multimap<std::uint32_t, std::uint32_t> adjacency;
   clustering.getSupervoxelAdjacency(adjacency);
-  // The library's labels of the supervoxels in ascending order: their positions are ours.
+  // The library's labels of the supervoxels in ascending order. Their positions are our labels.
   const auto keys = std::views::keys(found);
   const std::vector<std::uint32_t> labels(keys.begin(), keys.end());
   result.edges = FindEdges(found, adjacency, labels, options);

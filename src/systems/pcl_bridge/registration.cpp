@@ -15,8 +15,8 @@ namespace {
 
 using PclOriented = pcl::PointCloud<pcl::PointNormal>;
 
-/// The pairs leave the pose open: the library would go on with NaN, and end the process in an
-/// assertion.
+/// Thrown if the pairs do not determine the pose: the library would continue with NaN and end the
+/// process by an assertion.
 struct Undetermined {};
 using LeastSquares =
     pcl::registration::TransformationEstimationPointToPlaneLLS<pcl::PointNormal, pcl::PointNormal,
@@ -33,7 +33,7 @@ struct Estimation : LeastSquares {
 using PointToPlane =
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>;
 
-/// Finds the one nearest point with the project's own tree. The library's opens and closes a team
+/// Finds the nearest point with the project's own tree. The library's tree starts and ends a team
 /// of threads for each query, which takes as long as the query.
 class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
  public:
@@ -104,7 +104,7 @@ Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& t
   method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
   method.setMaxCorrespondenceDistance(options.max_pair_distance_m);
   method.setMaximumIterations(options.max_iterations);
-  // The library holds the source relative to its origin.
+  // The library's source points are relative to their origin.
   const Eigen::Translation3d to_source(source.origin());
   try {
     PclOriented aligned;

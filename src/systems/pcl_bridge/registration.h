@@ -8,22 +8,21 @@
 namespace rangegrasp::pcl_bridge {
 
 struct RegistrationOptions {
-  /// > 0. Pairs farther apart are left out: larger finds the way from a worse guess, smaller is
-  /// less drawn by what only one cloud shows.
+  /// > 0. Pairs further apart are left out. A larger value converges from a worse guess; with a
+  /// smaller one, points that only one cloud contains have less influence.
   double max_pair_distance_m = 0.02;
   int max_iterations = 100;  ///< >= 1; from a guess within a few pairs' distances 10 to 30 are used
-  /// > 0: it has converged when an iteration moves by less; a tenth of the scanner's noise is
-  /// plenty.
+  /// > 0: the registration has converged when an iteration moves by less. A tenth of the scanner's
+  /// noise is small enough.
   double min_step_m = 1e-5;
   double min_step_rad = 1e-5;  ///< > 0, as above
 };
 
-/// A surface that many clouds are laid on, with its normals and search tree made once. Immutable; a
-/// copy shares them.
+/// A target surface for many registrations, with its normals and a search tree that is built once.
+/// Immutable; a copy shares them.
 class PlaneTarget {
  public:
-  /// @throws std::invalid_argument unless there are 3 points or more, all finite, with a normal
-  /// each.
+  /// @throws std::invalid_argument unless there are 3 points or more, all finite and with a normal.
   explicit PlaneTarget(const geometry::PointCloud& surface);
 
   struct Data;
@@ -33,11 +32,11 @@ class PlaneTarget {
   std::shared_ptr<const Data> data_;
 };
 
-/// Moves source onto target by iterated closest points, the distance taken along the target's
+/// Registers source to target by iterative closest points, with distances along the target's
 /// normals (Chen and Medioni 1991; IterativeClosestPointWithNormals). Single-threaded, no
 /// randomness.
 /// @param X_TS  the initial guess of the source's frame S in the target's frame T.
-/// @return X_TS; as it was where the pairs leave the pose open.
+/// @return X_TS; the initial guess if the pairs do not determine the pose.
 /// @throws std::invalid_argument if an option is out of range or the source has fewer than 3 finite
 ///         points.
 Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,

@@ -16,19 +16,19 @@ namespace {
 
 using geometry::PointCloud;
 
-constexpr std::size_t kMinPoints = 200;  // fewer are noise, or too coarse a scan to learn from
-/// A place of the surface was seen if a measured point is no further away, in spacings.
+constexpr std::size_t kMinPoints = 200;  // fewer are noise, or the scan is too coarse to learn from
+/// A place on the surface was seen if a measured point is within this many spacings.
 constexpr double kSeen = 2.5;
-constexpr double kMaxSize = 1000.0;  // in spacings; of an outlier far away the mesher finds no end
-constexpr double kFacesUp = 0.5;     // of a normal's z: the foot's upper end is inside of the thing
+constexpr double kMaxSize = 1000.0;  // in spacings; a distant outlier keeps the mesher from ending
+constexpr double kFacesUp = 0.5;     // z of a normal; the foot's upper end is inside the object
 
-/// The table's plane in its own frame: z away from it.
+/// A frame in the table's plane, with z away from it.
 base::Pose TableFrame(const geometry::Plane& table) {
   const auto R = base::TurnOnto(Eigen::Vector3d::UnitZ(), table.normal);
   return base::MakePose(R.toRotationMatrix(), table.Project(Eigen::Vector3d::Zero()));
 }
 
-/// All perceived objects, in the table's frame: a thing may be segmented into several.
+/// All perceived objects in the table's frame: one object may be split into several segments.
 PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
   PointCloud thing;
   for (const auto& object : scene.objects) {
@@ -40,7 +40,7 @@ PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
   return thing;
 }
 
-/// One point a cell: the mean of those whose normals are alike. Both sides of a thin wall stay.
+/// Per cell, the mean of the points with similar normals. Both sides of a thin wall are kept.
 PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
   struct Sum {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
@@ -66,8 +66,8 @@ PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
   return thinned;
 }
 
-/// Adds its side below the lowest points that were seen, and the bottom, both of the hull of its
-/// feet: one that is hollow from below looks the same from above.
+/// Adds the side below the lowest seen points, and the bottom, both from the hull of the foot
+/// points. An object that is hollow from below looks the same from above.
 void AddFoot(const LearnOptions& options, PointCloud& thing) {
   const double lowest_m = geometry::BoundsOf(thing.points).min().z();
   geometry::Points feet;
@@ -94,7 +94,7 @@ double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing,
     const Eigen::Vector3d& pc = mesh.vertices[c];
     const Eigen::Vector3d middle = (pa + pb + pc) / 3.0;
     const Eigen::Vector3d twice = (pb - pa).cross(pc - pa);
-    if (middle.z() < options.foot_m) continue;  // nobody can see it there
+    if (middle.z() < options.foot_m) continue;  // no sensor can see it there
     all_m2 += 0.5 * twice.norm();
     if (measured.CountWithin(middle, kSeen * options.spacing_m, 1) > 0)
       seen_m2 += 0.5 * twice.norm();

@@ -17,11 +17,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Errors of drawings and scans change over a part of an object, not from point to point.
+// Errors of drawings and scans vary slowly over an object, not from point to point.
 constexpr double kShortestWave_m = 0.05;
 constexpr double kLongestWave_m = 0.10;
 constexpr int kWaves = 12;
-// A fifth of the shortest wave: longer edges would cut it off.
+// A fifth of the shortest wave: longer edges could not reproduce it.
 constexpr double kMaxEdge_m = 0.01;
 
 struct Wave {
@@ -48,14 +48,14 @@ std::vector<Wave> RandomWaves(base::Rng& rng) {
   return waves;
 }
 
-// A triangle with the texture coordinates of its corners, or 0 where there are none.
+// A triangle with the texture coordinates of its corners, or 0 if it has none.
 struct Corners {
   std::array<Vector3d, 3> p;
   std::array<Eigen::Vector2f, 3> uv;
 };
 
 // Halves the longest edge until none is longer than kMaxEdge_m. An edge of two triangles is halved
-// at the same places in both, so that the surface stays closed.
+// at the same points in both, so that the surface stays closed.
 void AddSplit(const Corners& t, std::vector<Corners>& parts) {
   std::size_t longest = 0;
   std::array<double, 3> length{};

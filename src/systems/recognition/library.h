@@ -15,24 +15,24 @@
 
 namespace rangegrasp::recognition {
 
-/// What is known of an object before it is looked for.
+/// Prior knowledge of an object.
 struct KnownObject {
   std::string name;
-  std::string title;               ///< as people call it
-  geometry::TriangleMesh mesh_B;   ///< what is seen of it, in the frame of its body
+  std::string title;               ///< its everyday name
+  geometry::TriangleMesh mesh_B;   ///< its visible surface, in the frame of its body
   geometry::PointCloud surface_B;  ///< evenly sampled from the mesh, with outward normals
-  geometry::MeshColors colors;     ///< of its triangles; empty: not known
-  Symmetry symmetry;               ///< of its shape, whatever its colors
+  geometry::MeshColors colors;     ///< of its triangles; empty: unknown
+  Symmetry symmetry;               ///< of its shape, regardless of its colors
 };
 
 /// Samples a mesh evenly and finds its symmetry.
 /// @param colors  of the mesh's triangles; may be empty
-/// @throws std::invalid_argument naming the object if the mesh is too small to be one (fewer than 4
-/// samples), or the colors are of another one.
+/// @throws std::invalid_argument naming the object if the mesh is too small (fewer than 4 samples),
+/// or the colors belong to another mesh.
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
                             geometry::MeshColors colors = {});
 
-/// The same object as a model with errors shows it: every point p is displaced by
+/// The same object with the errors of an inexact model: every point p is displaced by
 ///
 ///   d(p) = s (sum over waves of a sin(k . p + phase) - the mean over the vertices)
 ///
@@ -41,22 +41,22 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 /// bend. Colors stay with their triangles.
 geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m, base::Rng& rng);
 
-/// What a task's library is made of: the simulator's own meshes, which no real user has, or what
-/// is known less well.
+/// Source of a task's library: the simulator's own meshes, which no real user has, or less accurate
+/// ones.
 struct LibraryOptions {
-  std::filesystem::path folder;  ///< of NAME.stl; empty: the objects' own meshes
+  std::filesystem::path folder;  ///< contains NAME.stl; empty: the objects' own meshes
   double distortion_m = 0.0;     ///< root mean square (Distorted)
-  std::uint64_t seed = 1;        ///< of the experiment
+  std::uint64_t seed = 1;        ///< seed of the experiment
 };
 
-/// Known objects, prepared for recognition. Immutable; a copy shares its content. In a process that
-/// forks it may be made before or after.
+/// Known objects, prepared for recognition. Immutable; copies share their content. In a process
+/// that forks, it may be created before or after the fork.
 class Library {
  public:
-  /// @throws std::invalid_argument if two have one name
+  /// @throws std::invalid_argument if two objects have the same name
   explicit Library(std::vector<KnownObject> objects);
 
-  /// @throws base::InputError naming the known ones.
+  /// @throws base::InputError listing the known objects if there is no such object.
   const KnownObject& Find(const std::string& name) const;
 
   struct Prepared;  ///< internal/prepared_object.h

@@ -21,22 +21,22 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Points drawn for each cell that is kept, so that few cells stay empty (e^-8).
+/// Points drawn per kept cell, so that few cells stay empty (e^-8).
 constexpr double kDrawnPerCell = 8.0;
-/// Directions nearer than this are one (2.6 deg).
+/// Directions closer than this are duplicates (2.6 deg).
 constexpr double kSameDirection = 0.999;
-/// Turns by these are no symmetry of anything but a solid of revolution [rad].
+/// Only a solid of revolution is symmetric under rotation by these angles [rad].
 constexpr double kOddTurns_rad[] = {0.29, 0.83, 1.37, 2.11, 2.93};
-/// Faces of the hull whose normals may be axes, the largest.
+/// Number of the hull's largest faces whose normals are candidate axes.
 constexpr std::size_t kMaxFaces = 12;
-/// No solid but one of revolution has more: an icosahedron's.
+/// Maximum number of rotations of a solid that is not one of revolution: an icosahedron's.
 constexpr std::size_t kMaxTurns = 60;
-/// Between samples of a surface, generously.
+/// Upper bound on the spacing of surface samples.
 constexpr double kSampleSpacing_m = 0.003;
-/// Coplanar faces: cos 2 deg, finer than one side of a round body of 64 (5.6 deg).
+/// Coplanar faces: cos 2 deg, finer than one side of a 64-sided round body (5.6 deg).
 constexpr double kCoplanar = 0.99939;
 constexpr double kSameFace_m = 0.0005;
-/// Faces this near in direction (8 deg) are one way to lie.
+/// Faces this close in direction (8 deg) are one lying orientation.
 constexpr double kSameDown = 0.9903;
 constexpr int kAxisIterations = 20;
 /// A point that turns off its surface by more [m/rad] is of another part: noise a step of turning.
@@ -66,7 +66,7 @@ struct HullFace {
   geometry::Points corners_B;  ///< three of each triangle
 };
 
-/// The hull's triangles, joined to faces where they are coplanar, the largest face first.
+/// The hull's triangles, merged into faces if they are coplanar, the largest face first.
 std::vector<HullFace> FacesOf(const geometry::TriangleMesh& hull) {
   std::vector<HullFace> faces;
   for (const auto& triangle : hull.triangles) {
@@ -89,7 +89,7 @@ std::vector<HullFace> FacesOf(const geometry::TriangleMesh& hull) {
   return faces;
 }
 
-/// By how much a point in a convex face's plane is outside of it [m]; negative inside.
+/// Distance by which a point in a convex face's plane is outside the face [m]; negative inside.
 double Outside(const HullFace& face, const Vector3d& p) {
   double outside = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 2 < face.corners_B.size(); i += 3) {
@@ -107,13 +107,14 @@ double Outside(const HullFace& face, const Vector3d& p) {
 
 // Symmetry.
 
-/// Of a turned surface, but for a share of it: a scan with 1 mm of noise and error tells no less.
+/// Maximum error of a turned surface, except for kStrayShare of it: a scan with 1 mm of noise and
+/// error cannot resolve less.
 constexpr double kTolerance_m = 0.0015;
 constexpr double kStrayShare = 0.02;
-constexpr std::size_t kSamples = 600;  // of the surface that are turned
+constexpr std::size_t kSamples = 600;  // of the surface, that are turned
 constexpr int kMaxFold = 8;            // turns by 360 deg / n up to this n
 
-/// The surface, and how far a turned copy of it is off.
+/// The surface, and the error of a turned copy of it.
 class TurnedSurface {
  public:
   TurnedSurface(const geometry::PointCloud& surface_B, const Vector3d& center_B)
@@ -132,7 +133,7 @@ class TurnedSurface {
   }
 
  private:
-  // To the planes of the nearest samples.
+  // Distance to the planes of the nearest samples.
   double Distance(const Vector3d& p) const {
     thread_local std::vector<geometry::KdTree::Neighbor> near;
     tree_.Nearest(p, 4, near);
@@ -140,7 +141,7 @@ class TurnedSurface {
     for (const auto& [i, squared_distance] : near) {
       distance = std::min(distance, std::abs((p - surface_.points[i]).dot(surface_.normals[i])));
     }
-    // Beyond an edge the plane goes on where there is no surface.
+    // Beyond an edge the plane continues where there is no surface.
     return std::max(distance, std::sqrt(near.front().squared_distance) - kSampleSpacing_m);
   }
 
@@ -180,7 +181,7 @@ void AddTurn(const Matrix3d& R, std::vector<Matrix3d>& turns) {
   if (!known) turns.push_back(R);
 }
 
-/// Adds the products of all turns: they are a group.
+/// Adds the products of all turns, which form a group.
 void Close(std::vector<Matrix3d>& turns) {
   for (std::size_t i = 0; i < turns.size(); ++i) {
     for (std::size_t j = 0; j < turns.size() && turns.size() < kMaxTurns; ++j) {
@@ -189,7 +190,7 @@ void Close(std::vector<Matrix3d>& turns) {
   }
 }
 
-/// First and second moment of the surface itself: samples of it would be off by their own spread.
+/// First and second moments of the surface itself; samples would add an error by their own spread.
 struct Moments {
   Vector3d center_B = Vector3d::Zero();
   Matrix3d scatter_B = Matrix3d::Zero();
@@ -221,7 +222,7 @@ struct Motion {
   Vector3d shift;
 };
 
-/// The motion by which the weighted points leave their surfaces least.
+/// The motion in which the weighted points leave their surfaces least.
 Motion LeastLeaving(const geometry::Points& points, const geometry::Points& normals,
                     const std::vector<double>& weights) {
   Matrix3d turns = Matrix3d::Zero(), mixed = Matrix3d::Zero(), shifts = Matrix3d::Zero();
@@ -231,7 +232,7 @@ Motion LeastLeaving(const geometry::Points& points, const geometry::Points& norm
     mixed += weights[i] * normals[i] * arm.transpose();
     shifts += weights[i] * normals[i] * normals[i].transpose();
   }
-  // Of shifts that leave nothing, such as along a cylinder, none is taken.
+  // Shifts that leave no surface, such as along a cylinder, are set to zero.
   const Matrix3d shift_of_turn = -shifts.completeOrthogonalDecomposition().solve(mixed);
   const Matrix3d rest = turns + mixed.transpose() * shift_of_turn;
   const Vector3d turn = base::SymmetricEigen(rest).vectors.col(0);
@@ -241,7 +242,7 @@ Motion LeastLeaving(const geometry::Points& points, const geometry::Points& norm
 }  // namespace
 
 geometry::Indices Thinned(geometry::PointSpan points, double edge_m) {
-  constexpr std::int64_t kHalf = 1 << 20;  // cells a side of the origin: 21 bits an axis
+  constexpr std::int64_t kHalf = 1 << 20;  // cells on each side of the origin: 21 bits per axis
   std::unordered_set<std::int64_t> taken;
   geometry::Indices kept;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -330,7 +331,7 @@ std::optional<Axis> AxisOfRevolution(const geometry::PointCloud& surface_B) {
     motion = LeastLeaving(points, surface_B.normals, weights);
     staying = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      // Along the normal [m per radian].
+      // Motion along the normal [m per radian].
       const double leaves = surface_B.normals[i].dot(motion.shift + motion.turn.cross(points[i]));
       const double off = leaves / kOff_m;
       weights[i] = 1.0 / ((1.0 + off * off) * (1.0 + off * off));

@@ -20,12 +20,12 @@ using internal::Posed;
 using internal::Segment;
 using SampleSet = std::set<geometry::SampleId>;
 
-/// Settling a pose raises its score by less than this share of what is hopeless.
+/// Settling a pose raises its score by less than this share of `hopeless`.
 constexpr double kNearEnough = 0.5;
-/// A find that scores by so much less than one of fewer views explains two objects as one.
+/// A find that scores this much less than one from fewer views explains two objects as one.
 constexpr double kMuchWorse = 0.1;
 
-/// What is recognized, by what.
+/// Inputs of a recognition.
 struct Query {
   const geometry::Observation& observation;
   const perception::Scene& scene;
@@ -56,7 +56,7 @@ FoundObject FoundAt(const Match& match, const Posed& posed, const Segment& segme
   return found;
 }
 
-/// A known object at a segment: its poses, the best first.
+/// A known object matched to a segment: its poses, best first.
 struct Candidate {
   Match match;
   std::vector<Posed> posed;
@@ -71,7 +71,7 @@ void Sort(std::vector<Candidate>& candidates) {
   });
 }
 
-/// Leaves out what is hopeless compared with the best.
+/// Removes candidates that are hopeless compared with the best one.
 void Prune(std::vector<Candidate>& candidates, double hopeless) {
   Sort(candidates);
   if (candidates.empty()) return;
@@ -79,7 +79,7 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
   std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
 }
 
-/// All known objects at a segment, as far as they are not hopeless, the best first.
+/// All known objects that are not hopeless at a segment, best first.
 std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cloud& source,
                                     const Query& query, std::uint64_t seed) {
   const RecognitionOptions& options = query.options;
@@ -101,7 +101,7 @@ std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cl
   return candidates;
 }
 
-/// Of these points of the scene's cloud those that are this near to a found object.
+/// Those of the given points of the scene's cloud that are within near_m of a found object.
 geometry::Indices PointsAt(const FoundObject& found, geometry::Indices points, const Query& query,
                            double near_m) {
   const geometry::KdTree surface(query.library.Find(found.object).surface_B.points);
@@ -112,7 +112,7 @@ geometry::Indices PointsAt(const FoundObject& found, geometry::Indices points, c
   return points;
 }
 
-/// The share of a segment that lies close about the model and is not explained by it.
+/// The share of a segment that is close to the model but not explained by it.
 double Hugging(const FoundObject& found, const geometry::Indices& own, const Query& query) {
   const SampleSet explained(found.samples.begin(), found.samples.end());
   geometry::Indices rest = own;
@@ -121,7 +121,7 @@ double Hugging(const FoundObject& found, const geometry::Indices& own, const Que
   return static_cast<double>(hugging) / static_cast<double>(own.size());
 }
 
-/// Whether it is seen well enough to be named, and not another shape of about its size.
+/// True if it is seen well enough to be named, and is not another shape of similar size.
 bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
   return found.samples.size() >= options.min_samples &&
          found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
@@ -132,7 +132,7 @@ bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
          found.share_seen >= options.min_share_seen;
 }
 
-/// The object that a segment is; nullopt where none is good enough, or two are about as good.
+/// The known object at a segment; nullopt if none is good enough, or two are about equally good.
 std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
                                     base::Rng& rng) {
   const RecognitionOptions& options = query.options;
@@ -160,7 +160,7 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
   return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
 }
 
-/// An object's points with those of small pieces near it, such as a handle; empty without these.
+/// An object's points with those of small pieces near it, e.g. a handle; empty if there are none.
 geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
                              const RecognitionOptions& options) {
   const geometry::Indices& own = scene.objects[object].points;
@@ -179,7 +179,7 @@ geometry::Indices WithPieces(const perception::Scene& scene, std::size_t object,
   return all.size() > own.size() ? all : geometry::Indices();
 }
 
-/// Leaves out finds more than half of whose samples a larger one explains: they are pieces of it.
+/// Removes finds of which a larger one explains more than half of the samples: they are its pieces.
 void DropPieces(std::vector<FoundObject>& all) {
   std::ranges::stable_sort(all, std::greater{},
                            [](const FoundObject& found) { return found.samples.size(); });
@@ -191,8 +191,9 @@ void DropPieces(std::vector<FoundObject>& all) {
   });
 }
 
-/// A find of more views replaces one of fewer unless it fits much worse: it explains two as one.
-/// @return the earlier finds that are left
+/// A find from more views replaces one from fewer, unless it fits much worse: then it explains two
+/// objects as one.
+/// @return the earlier finds that remain
 std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
                                        std::vector<FoundObject>& now) {
   std::erase_if(before, [&](const FoundObject& one) {
@@ -208,7 +209,7 @@ std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
   return before;
 }
 
-/// Whether the new views agree with an earlier find: they see its surface, and nothing behind it.
+/// True if the new views agree with an earlier find: they see its surface, and nothing behind it.
 bool StillFits(const FoundObject& found, const geometry::Indices& own, const Query& query) {
   const RecognitionOptions& options = query.options;
   const auto prepared =
@@ -222,8 +223,8 @@ bool StillFits(const FoundObject& found, const geometry::Indices& own, const Que
          evidence.Rms_m() <= options.max_rms * options.tolerance_m;
 }
 
-/// Earlier finds that the new views agree with take the points near to them; the others go.
-/// @return whether a point of the scene's cloud is theirs
+/// Earlier finds that agree with the new views claim the points near them; the others are removed.
+/// @return for each point of the scene's cloud, whether it is claimed
 std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
   const perception::Scene& scene = query.scene;
   std::vector<bool> claimed(scene.cloud.size(), false);
@@ -243,7 +244,7 @@ std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
   return claimed;
 }
 
-/// What each of these perceived objects is, as far as that is known.
+/// Identifies each of these perceived objects, if possible.
 std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
                                      base::Rng& rng) {
   std::vector<FoundObject> all;
@@ -261,7 +262,7 @@ std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::
   return all;
 }
 
-/// Takes the points that are claimed off the perceived objects. @return those that lost some
+/// Removes claimed points from the perceived objects. @return the objects that lost points
 std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -285,7 +286,7 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
   known = NotFoundAgain(std::move(known), all);
   const auto claimed = Claim(query, known);
   if (!known.empty()) {
-    // What else is in their segments is another object.
+    // The rest of their segments are other objects.
     perception::Scene rest = scene;
     const auto changed = TakeOff(claimed, rest);
     auto beside = IdentifyAll({observation, rest, library, options}, changed, rng);

@@ -13,117 +13,118 @@
 namespace rangegrasp::recognition {
 
 struct RecognitionOptions {
-  /// Of an explained sample from a model's surface, across it: three times what a scan's noise and
-  /// a pose's error are together.
+  /// Maximum distance of an explained sample from a model's surface, along the normal: three times
+  /// the combined error of a scan's noise and a pose.
   double tolerance_m = 0.003;
-  double coarse_tolerance_m = 0.010;  ///< the same of poses before they are registered
-  /// Rays this far beside a segment are looked at, too: a model must not stand there.
+  double coarse_tolerance_m = 0.010;  ///< the same for poses before registration
+  /// Rays this far around a segment are also evaluated: a model must not extend there.
   double beside_m = 0.12;
-  std::size_t coarse_rays = 240;    ///< half of them a segment's own
-  std::size_t fine_rays = 3000;     ///< half of them a segment's own
+  std::size_t coarse_rays = 240;    ///< half of them from the segment itself
+  std::size_t fine_rays = 3000;     ///< half of them from the segment itself
   std::size_t source_points = 300;  ///< of a segment, for registration
   int references = 24;              ///< points of a segment whose pairs vote for poses
-  int registered = 4;  ///< poses of one object and segment, the best by the coarse score
-  /// Objects whose score is so far below the best one's are not registered, nor refined.
+  int registered = 4;               ///< best poses by the coarse score, per object and segment
+  /// Objects whose score is this far below the best one's are neither registered nor refined.
   double hopeless = 0.25;
-  /// u of the score: less than 1, for two objects may be one segment.
+  /// u of the score: less than 1, because one segment may contain two objects.
   double unexplained_weight = 0.6;
   /// l of the score, less where a ray meets the surface at more than 60 deg: it may have been lost
-  /// to gloss or in a shadow of the sensor's camera.
+  /// by gloss or in a shadow of the sensor's camera.
   double lost_weight = 0.3;
 
-  // An object is named if all of these hold.
+  // An object is named only if all of the following hold.
   double min_score = 0.72;
-  double margin = 0.02;  ///< of the score above any other object's there, over share_seen
-  /// Of FoundObject::violations: of right finds alone 0.005 at most was, of a box that is 20 mm
-  /// shorter 0.027.
+  double margin = 0.02;  ///< lead of the score over any other object's, divided by share_seen
+  /// Maximum of FoundObject::violations: it was at most 0.005 in correct finds alone, and 0.027 for
+  /// a box that is 20 mm shorter.
   double max_violations = 0.02;
-  /// Of rms_m, as a share of the tolerance: 0.16 at most in right finds alone. A cylinder of
-  /// another diameter fits more loosely.
+  /// Maximum of rms_m, as a share of the tolerance: it was at most 0.16 in correct finds alone. A
+  /// cylinder of another diameter fits more loosely.
   double max_rms = 0.17;
-  /// Of the samples that it leaves unexplained: those this near to it would be of a shape that is a
-  /// little larger. What reaches away is a neighbor's.
+  /// Unexplained samples this near to the model would belong to a slightly larger shape. Samples
+  /// further away belong to a neighbor.
   double hugs_m = 0.012;
   double max_hugging = 0.05;
-  double min_share_seen = 0.4;   ///< of what is hidden one cannot tell its size
-  std::size_t min_samples = 60;  ///< that it explains, and of what is compared with the library
-  double min_color = 0.5;        ///< of FoundObject::color
+  double min_share_seen = 0.4;   ///< the size of a mostly hidden object is unknown
+  std::size_t min_samples = 60;  ///< explained ones; also of a segment to be compared
+  double min_color = 0.5;        ///< minimum of FoundObject::color
 
   /// A perceived object with up to this share of another one's points, and this near to it, may be
-  /// a part of it: the handle of a cup is perceived apart.
+  /// a part of it, e.g. a cup's handle that is segmented separately.
   double max_piece = 0.25;
   double piece_gap_m = 0.025;
-  /// w of the score; 0: colors play no part.
+  /// w of the score; 0: colors are ignored.
   double color_weight = 0.5;
-  /// Colors that differ by as much agree no more: in the shares of red and blue white and cream
-  /// differ by 0.1, orange and yellow by 0.2, red and white by 0.7.
+  /// Colors that differ by this much do not agree at all. In the shares of red and blue, white and
+  /// cream differ by 0.1, orange and yellow by 0.2, red and white by 0.7.
   double color_tolerance = 0.25;
-  double max_sunk_m = 0.003;  ///< deeper in the table no object stands
+  double max_sunk_m = 0.003;  ///< maximum depth of an object in the table
 };
 
 /// A known object that was found.
 struct FoundObject {
   std::string object;  ///< KnownObject::name
   base::Pose X_CB = base::Pose::Identity();
-  double score = 0.0;  ///< 0 to 1; Recognize
-  double color = 1.0;  ///< c of the score; 1 where colors are not known
-  /// Of the rays that meet the model's surface in this pose: measured where it is.
+  double score = 0.0;  ///< 0 to 1; see Recognize
+  double color = 1.0;  ///< c of the score; 1 if colors are unknown
+  /// Share of the rays to the model's surface in this pose that measured it there.
   double share_seen = 0.0;
-  /// Of those that nothing stopped before it: went through it and met something behind.
+  /// Share of the unhidden rays that passed through it and met something behind.
   double violations = 0.0;
-  double hugging = 0.0;    ///< of the perceived object's samples: close about it, and unexplained
+  double hugging = 0.0;    ///< share of the segment's samples close to it but unexplained
   double runner_up = 0.0;  ///< the score of the next best object there
-  double rms_m = 0.0;      ///< of the samples' distances to the model, across its surface
-  std::vector<geometry::SampleId> samples;  ///< that it explains
-  /// Other poses of it that explain the samples as well, within RecognitionOptions::margin: what
-  /// would tell them apart was not seen, e.g. a handle.
+  double rms_m = 0.0;      ///< of the samples' distances to the model, along the normal
+  std::vector<geometry::SampleId> samples;  ///< explained samples
+  /// Other poses of it that explain the samples equally well, within RecognitionOptions::margin,
+  /// since the distinguishing part was not seen, e.g. a handle.
   std::vector<base::Pose> alternatives_CB;
 };
 
-/// Finds known objects in what was perceived. Each perceived object is compared with each known
-/// one: poses in which it would lie on the table, turned in steps, and poses that pairs of points
-/// with normals vote for (Drost et al. 2010); the best of them are registered (PCL), and judged by
-/// what the views must and must not see. Each measured sample is a ray: a sample on the model's
-/// surface is explained; one behind it saw through where the model would be (a violation); one of
-/// the perceived object that lies before the surface or beside the model is unexplained.
+/// Finds known objects in a perceived scene. Each perceived object is compared with each known one.
+/// Candidate poses are those in which it would lie on the table, turned in steps, and those that
+/// pairs of points with normals vote for (Drost et al. 2010). The best are registered (PCL) and
+/// scored by what the views must and must not see. Each measured sample is a ray. A sample on the
+/// model's surface is explained; one behind it is a violation, since its ray passed through the
+/// model; one of the perceived object in front of the surface or next to the model is unexplained.
 ///
 ///   score = sum of (1 - (e / tolerance)^2) over explained samples
 ///           / (explained + violations + u unexplained + l lost)
 ///
-/// with e across the surface, u = options.unexplained_weight, l = options.lost_weight, and lost the
-/// rays that should have met the surface and did not come back. Where samples and models have
-/// colors, the score is
+/// with e the distance along the normal, u = options.unexplained_weight, l = options.lost_weight,
+/// and lost the rays that should have met the surface but did not return. Where samples and models
+/// have colors, the score is
 ///
 ///   score (1 - w (1 - c)),  c = mean over explained samples of 1 - min(1, (d / tolerance)^2)
 ///
-/// with w = options.color_weight and d the distance of the sample's color from the model's there,
-/// in the shares of red and of blue; brightness counts less, and all samples' mean of it not at
-/// all. What no model explains well enough, or two explain about as well, is not named. The order
-/// of the library plays no part.
-/// @param scene  of this observation
-/// @param known  SureOnes of earlier looks at the same scene. Those that are not found again, since
-/// more points make two objects one segment, stay as long as the new views agree with them; what
-/// lies within two tolerances of them is theirs, the rest of their segment is looked at by itself
+/// with w = options.color_weight and d the difference between the sample's color and the model's
+/// there, in the shares of red and blue; brightness counts less, and its mean over all samples not
+/// at all. Objects that no model explains well enough, or that two explain equally well, are not
+/// named. The order of the library has no influence.
+/// @param scene  perceived from this observation
+/// @param known  SureOnes of earlier looks at the same scene. With more points two objects may
+/// become one segment. Known ones that are not found again are therefore kept as long as the new
+/// views agree with them; points within two tolerances of them are theirs, and the rest of their
+/// segment is recognized separately
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
                                    const RecognitionOptions& options, base::Rng& rng,
                                    std::vector<FoundObject> known = {});
 
-/// The perceived objects that another view should be taken for: of which no find explains half of
-/// the points, or only one whose pose is open (FoundObject::alternatives_CB). What is too small to
-/// be compared with the library is none.
+/// The perceived objects that need another view: those of which no find explains half of the
+/// points, or only one whose pose is ambiguous (FoundObject::alternatives_CB). Objects too small to
+/// be compared with the library are excluded.
 /// @return positions in scene.objects, ascending (topmost first)
 std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
                                      const std::vector<FoundObject>& found,
                                      const RecognitionOptions& options);
 
-/// The finds whose pose is not open: what the next look at the same scene need not find again.
+/// The finds with an unambiguous pose, which the next look at the same scene need not find again.
 std::vector<FoundObject> SureOnes(std::vector<FoundObject> found);
 
-/// Finds for another scan from where the first view was taken, of a scene that may have changed
-/// since: what only further views saw of them is left out. What has not moved need not be found
-/// again, and what has fits no longer (Recognize).
+/// Finds for another scan from the first viewpoint, of a scene that may have changed since. Samples
+/// that only further views saw are removed. Objects that have not moved need not be found again;
+/// those that have moved no longer fit (Recognize).
 std::vector<FoundObject> AsFirstSeen(std::vector<FoundObject> found);
 
 }  // namespace rangegrasp::recognition

@@ -19,12 +19,12 @@ namespace rangegrasp::seam {
 namespace {
 
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
-// Of a function of 4th order (section 3.2).
+// Coefficients of a 4th-order polynomial (section 3.2).
 constexpr std::size_t kTerms = 5;
-// Places at which the fitted function must go the same way: a polynomial of 4th order turns at most
-// three times, and between two of these places no turn is deep enough to matter.
+// Intervals in which the fitted polynomial must have the same direction. A 4th-order polynomial has
+// at most three extrema, and none within an interval is large enough to matter.
 constexpr int kMonotonySamples = 256;
-// Bounds of a calibration file, which keep out slips of unit: [m] and [px].
+// Bounds of a calibration file that reject wrong units: [m] and [px].
 constexpr double kMaxBodyHeight_m = 100.0;
 constexpr double kMaxRow_px = 1e6;
 constexpr int kMaxColumns = 65536;
@@ -110,10 +110,10 @@ void FitLateral(std::span<const LateralSample> samples, Calibration& calibration
   }
 }
 
-// HeightAt of a whole line, without branches.
+// HeightAt for a whole line, without branches.
 RANGEGRASP_VECTORISED void HeightsAt(const Calibration& calibration, const float* row_px,
                                      std::size_t count, float* height_m) {
-  const Calibration c = calibration;  // which height_m cannot point into
+  const Calibration c = calibration;  // a copy that height_m cannot alias
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = static_cast<double>(row_px[i]);
     const double height = Polynomial(c.height_m, Mapped(c, row));
@@ -126,14 +126,14 @@ RANGEGRASP_VECTORISED void HeightsAt(const Calibration& calibration, const float
 
 // Columns on either side whose medians are compared: half of the narrowest step (16 columns).
 constexpr int kWindow = 8;
-// Columns between two risers, at least: the narrowest step.
+// Minimum number of columns between two risers: the narrowest step.
 constexpr int kSeparation = 16;
-// Columns next to a riser that are left out of a plateau: the camera sees the riser blurred.
+// Columns next to a riser that are excluded from a plateau: the camera sees the riser blurred.
 constexpr int kMargin = 3;
-// Of a plateau: fewer have no median that two outliers could not move.
+// Minimum number of points on a plateau: with fewer, two outliers could shift the median.
 constexpr std::size_t kMinBodyPoints = 5;
-// Rows a metre and columns a metre change over the body by perspective, by some tens of per cent; a
-// riser that is none is off by far more.
+// Perspective changes rows per metre and columns per metre by some tens of per cent over the body;
+// at a false riser they differ far more.
 constexpr double kMaxChange = 2.0;
 
 double MedianRow(const std::vector<float>& rows, int begin, int end) {
@@ -165,7 +165,7 @@ std::vector<Riser> RisersOf(const CalibrationBody& body) {
   return risers;
 }
 
-// The columns where the row changes most, `count` of them, ascending.
+// The `count` columns where the row changes most, ascending.
 std::vector<int> StrongestChanges(const std::vector<float>& rows, std::size_t count) {
   const auto m = static_cast<int>(rows.size());
   std::vector<double> change(rows.size(), 0.0);
@@ -187,8 +187,8 @@ std::vector<int> StrongestChanges(const std::vector<float>& rows, std::size_t co
   return columns;
 }
 
-// How many points round a riser lie on the wrong side of the middle between its two plateaus if it
-// stands left of the column `border`.
+// Number of points around a riser on the wrong side of the middle between its two plateaus, if the
+// riser is just left of column `border`.
 int PointsOnWrongSide(const std::vector<float>& rows, int column, int border, double left,
                       double right) {
   const int begin = std::max(0, column - kWindow);
@@ -204,8 +204,8 @@ int PointsOnWrongSide(const std::vector<float>& rows, int column, int border, do
   return wrong;
 }
 
-// The column at which the row passes from one plateau to the next, near `column`: the border with
-// the fewest points on the wrong side; the middle of equal ones, such as round a missing column.
+// Column near `column` where the row passes from one plateau to the next: the border with the
+// fewest points on the wrong side, or the middle of equal ones (e.g. around a missing column).
 double CrossingNear(const std::vector<float>& rows, int column, double left, double right) {
   int min_wrong = std::numeric_limits<int>::max();
   int first = column;
@@ -240,7 +240,7 @@ std::vector<double> PlateauRows(const std::vector<float>& rows, const std::vecto
   return plateaus;
 }
 
-// True if all of the values lie within a factor of their middle one, whatever its sign.
+// True if all values have the sign of their median and are within a factor kMaxChange of it.
 bool AreAlike(const std::vector<double>& values) {
   const double middle = base::UpperMedianOf(values);
   return std::ranges::all_of(values, [&](double value) {
@@ -248,8 +248,8 @@ bool AreAlike(const std::vector<double>& values) {
   });
 }
 
-// Rows a metre of height at each riser, and columns a metre of width between two: both change
-// little over the body, so that a wrong riser stands out.
+// Compares rows per metre of height at the risers, and columns per metre of width between them:
+// both change little over the body, so a wrong riser stands out.
 bool LooksLikeTheBody(const std::vector<Riser>& risers, const std::vector<int>& columns,
                       const std::vector<double>& plateaus) {
   std::vector<double> rows_per_m;

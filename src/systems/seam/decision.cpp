@@ -13,14 +13,13 @@ namespace {
 
 // Beyond this many standard deviations a bell adds less than 4e-6.
 constexpr double kBellReach = 5.0;
-// The same of a candidate's bell, of which the highest counts alone: beyond, less than 1.2 % is
-// left.
+// The same for a candidate's bell, where only the highest counts: less than 1.2 % is left beyond.
 constexpr double kSpreadReach = 3.0;
 
-// Lines are tried through pairs of so many points.
+// Maximum number of points whose pairs are tried as lines.
 constexpr std::size_t kTried = 16;
 
-// At most `count` of the points, the first and the last among them.
+// At most `count` evenly spread points, including the first and the last.
 std::vector<TimedColumn> SpreadOver(std::span<const TimedColumn> points, std::size_t count) {
   if (points.size() <= count) return {points.begin(), points.end()};
   std::vector<TimedColumn> some;
@@ -48,19 +47,19 @@ Support SupportOf(const TimedLine& line, std::span<const TimedColumn> points, do
 
 // ---- the height of a step ----
 
-// Medians of stretches of this length are compared: blocks.
+// Length of a block; the fit uses the median of each block.
 constexpr double kBlock_m = 0.5e-3;
-// Of the line on each side of a place [blocks]: what shows its step, and what is left out. What
-// frays is, and half of a slant of 2 mm but for what the rest outweighs.
+// Blocks on each side of a place that show its step, and blocks next to it that are excluded. Frays
+// are excluded, and half of a slant of 2 mm except for a part that the other blocks outweigh.
 constexpr int kStepReach = 20;
 constexpr int kStepGap = 1;
-// Blocks on a side, at least: the four terms of the fit rest on ten then.
+// Minimum number of blocks on a side: the four terms of the fit then rest on ten blocks.
 constexpr int kMinBlocks = 5;
-// Profiles that are averaged, at least: as many as a period has at 30 Hz (section 3.4).
+// Minimum number of averaged profiles: those in a period at 30 Hz (section 3.4).
 constexpr std::size_t kMinProfiles = 3;
 
-// Weights of the blocks on both sides of a place, `gap` on each left out, whose sum is s of the
-// least-squares fit of c0 + c1 t + c2 t^2 + s [t > 0].
+// Weights of the blocks on both sides of a place, without `gap` blocks on each side. The weighted
+// sum is s of the least-squares fit of c0 + c1 t + c2 t^2 + s [t > 0].
 std::vector<float> StepWeights(int left, int right, int gap) {
   Eigen::MatrixXd terms(left + right, 4);
   for (int i = 0; i < left + right; ++i) {
@@ -72,8 +71,8 @@ std::vector<float> StepWeights(int left, int right, int gap) {
   return {step.data(), step.data() + step.size()};
 }
 
-// Sorts the heights of each block, all blocks side by side: by exchanges of neighbors, of which as
-// many rounds as a block has columns suffice (odd-even transposition; Knuth 1998).
+// Sorts the heights of each block, all blocks in parallel, by odd-even transposition (Knuth 1998):
+// as many rounds as a block has columns are enough.
 RANGEGRASP_VECTORISED void SortBlocks(float* heights, std::size_t columns, std::size_t blocks) {
   for (std::size_t round = 0; round < columns; ++round) {
     for (std::size_t k = round % 2; k + 1 < columns; k += 2) {
@@ -89,7 +88,7 @@ RANGEGRASP_VECTORISED void SortBlocks(float* heights, std::size_t columns, std::
   }
 }
 
-// The middle one of each block's heights; `sorted` is room to work in.
+// Median height of each block; `sorted` is a work buffer.
 std::vector<float> MiddlesOf(std::span<const float> line, std::size_t columns,
                              std::vector<float>& sorted) {
   const std::size_t blocks = line.size() / columns;
@@ -209,8 +208,8 @@ void WeightByHistory(std::span<float> weight, std::span<const double> history,
     const double reach = kBellReach * sigma_columns;
     const int begin = std::max(0, static_cast<int>(std::ceil(history[t] - reach)));
     const int end = std::min(m - 1, static_cast<int>(std::floor(history[t] + reach)));
-    // exp(-(d+1)^2/2s^2) follows from exp(-d^2/2s^2) by two products: one exp a bell, not one a
-    // column.
+    // exp(-(d+1)^2/2s^2) follows from exp(-d^2/2s^2) by two products: one exp per bell instead of
+    // one per column.
     const double s2 = sigma_columns * sigma_columns;
     double bell = Bell(begin, history[t], sigma_columns);
     double factor = std::exp(-(2.0 * (begin - history[t]) + 1.0) / (2.0 * s2));
@@ -262,7 +261,7 @@ void StepTest::Take(const PreparedProfile& profile) {
   Average();
 }
 
-// Over the blocks of the last profile: the others' only where they have them, too.
+// Over the blocks of the last profile; the other profiles contribute only the blocks they have.
 void StepTest::Average() {
   mean_ = recent_.back();
   std::vector<float> count(mean_.height_m.size(), 1.0F);
@@ -316,8 +315,8 @@ std::optional<double> StepTest::HeightAt(double column) {
   return highest;
 }
 
-// A step makes the sum of squares smaller by (height x certainty)^2. Between blocks the parabola
-// through the best place and its neighbors tells.
+// A step reduces the sum of squares by (height x certainty)^2. The parabola through the best block
+// and its neighbors interpolates between blocks.
 std::optional<double> StepTest::Locate(double column, double within_columns) {
   const auto score = [&](int block) {
     const auto fit = FitBefore(block, 0);

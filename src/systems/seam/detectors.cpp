@@ -12,12 +12,12 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Fewer columns hold no edge that differs from an end: eq. 3.5 looks at three on either side.
+// With fewer columns an edge cannot be distinguished from an end: eq. 3.5 uses three on each side.
 constexpr std::size_t kMinEdgeColumns = 8;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }
 
-// In four sums side by side: faster than one, and always in the same order.
+// Uses four parallel sums: faster than one, and always in the same order.
 double SumOf(std::span<const float> f) {
   constexpr std::size_t kLanes = 4;
   double sum[kLanes] = {};
@@ -31,13 +31,13 @@ double SumOf(std::span<const float> f) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-// What a step at column j is judged by.
+// Running values for the fit of a step at column j.
 struct RunningFigures {
   std::vector<float> min_left;   // min of f(i), i < j; j >= 1
   std::vector<float> max_right;  // max of f(i), i >= j
   std::vector<double> left;      // sum of f(i) - mean, i < j
-  float min = 0.0F;              // of all
-  double mean, total, squares;   // of f(i) - mean: sum and sum of squares
+  float min = 0.0F;              // min of all f(i)
+  double mean, total, squares;   // of f; sum and sum of squares of f(i) - mean
 
   explicit RunningFigures(std::span<const float> f)
       : min_left(f.size()), max_right(f.size()), left(f.size()) {
@@ -47,12 +47,12 @@ struct RunningFigures {
     float high = -low;
     double sum = 0.0;
     double sum_of_squares = 0.0;
-    // Both ways in one loop, so that the chains of dependent operations overlap.
+    // Both directions in one loop, so that the chains of dependent operations overlap.
     for (std::size_t j = 0; j < m; ++j) {
       min_left[j] = low;
       left[j] = sum;
       low = std::min(low, f[j]);
-      // About the mean, so that sums of squares keep their digits.
+      // Relative to the mean, so that sums of squares keep their precision.
       const double z = static_cast<double>(f[j]) - mean;
       sum += z;
       sum_of_squares += z * z;
@@ -74,7 +74,7 @@ std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels level
   const std::size_t m = f.size();
   std::vector<double> S(m, 0.0);
   for (std::size_t j = 1; j < m; ++j) {
-    // By way of 32 bits, which vectors can convert.
+    // Via 32 bits, which vector instructions can convert.
     const auto n_left = static_cast<double>(static_cast<std::int32_t>(j));
     const auto n_right = static_cast<double>(static_cast<std::int32_t>(m - j));
     const double left = figures.left[j];
@@ -141,8 +141,8 @@ double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
   return CandidateWeight(f, j, step_columns) * votes;
 }
 
-// |f(j+1) - f(j)| and j+1 in one number that orders by the difference, and among equals puts the
-// smaller column first. A difference is not negative, so its bits order as it does.
+// Packs |f(j+1) - f(j)| and j+1 into a number that orders by the difference. For equal differences,
+// a smaller column gives a greater number. The bits of a nonnegative float order like its value.
 std::uint64_t CandidateKey(float difference, std::size_t column) {
   return (static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(difference)) << 32U) |
          (0xffffffffU - static_cast<std::uint32_t>(column));
@@ -151,8 +151,8 @@ int ColumnOfKey(std::uint64_t key) {
   return static_cast<int>(0xffffffffU - static_cast<std::uint32_t>(key));
 }
 
-// A value that at least `count` of the values reach, most often few more: the count-th greatest of
-// the maxima of some 2 count blocks.
+// A threshold that at least `count` values reach, mostly few more: the count-th greatest of the
+// maxima of about 2 count blocks.
 float ReachedBy(std::span<const float> values, std::size_t count) {
   const std::size_t block = values.size() / (2 * count);
   if (block < 2) return 0.0F;
@@ -168,10 +168,10 @@ float ReachedBy(std::span<const float> values, std::size_t count) {
   return *at;
 }
 
-// Columns whose sums stay in registers while k runs.
+// Number of columns whose sums stay in registers in the loop over k.
 constexpr std::size_t kProfileTile = 32;
 
-// Eq. 3.12. Every sum is added up in the order of k, whatever the width of the vectors.
+// Eq. 3.12. Every sum is accumulated in the order of k, for any vector width.
 RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size_t tiles,
                                         float* G) {
   for (std::size_t tile = 0; tile < tiles; ++tile) {

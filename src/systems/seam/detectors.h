@@ -12,22 +12,22 @@ namespace rangegrasp::seam {
 /// small columns, high at large ones. They take a prepared profile: m finite heights [m].
 enum class Detector { kModelFitting, kLocalWeightedVoting, kGradientAccumulation };
 constexpr int kDetectors = 3;
-/// As in tables 3.1 to 3.3.
+/// Names as in tables 3.1 to 3.3.
 constexpr std::array<std::string_view, kDetectors> WordsOf(Detector) {
   return {"Model-Fitting", "Local Weighted-Voting", "Gradient-Accumulation"};
 }
 
 struct DetectorResult {
-  /// The edge: the first column of the high side; none if m is too small or all is flat.
+  /// The edge: first column of the high side; none if m is too small or the profile is flat.
   std::optional<int> column;
   std::vector<float> weight;  ///< m values in [0, 1]: eq. 3.13, 3.14 or 3.15
 };
 
-/// What the model's two levels h are (eq. 3.1).
+/// Definition of the model's two levels h (eq. 3.1).
 enum class ModelLevels {
   kExtremes,         ///< "the minimum and maximum pixel" of the whole profile, for all j
-  kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 read to the letter
-  kMeans,            ///< their means: the true least-squares step
+  kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 taken literally
+  kMeans,            ///< means of both sides: the true least-squares step
 };
 constexpr std::array<std::string_view, 3> WordsOf(ModelLevels) {
   return {"extremes", "running_extremes", "means"};
@@ -43,20 +43,19 @@ struct LocalWeightedVotingOptions {
   int candidates = 30;   ///< >= 1 (eq. 3.9)
   int step_columns = 3;  ///< k of eq. 3.5, >= 1
 };
-/// The columns with the greatest |f(j+1) - f(j)|, at most `candidates`, greatest first (ties:
-/// smaller column first); a column that does not differ is none. The candidate is j+1, the first
-/// column of the step's far side.
+/// The columns with the greatest nonzero |f(j+1) - f(j)|, at most `candidates`, greatest first
+/// (ties: smaller column first). The candidate is j+1, the first column of the step's far side.
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
-/// Votes of the neighborhood for each candidate (eq. 3.5-3.9). weight is 0 outside of candidates.
-/// Windows are cut at the profile's ends.
+/// Votes of the neighborhood for each candidate (eq. 3.5-3.9). weight is 0 at all other columns.
+/// Windows are truncated at the profile's ends.
 DetectorResult VoteLocally(std::span<const float> f,
                            const LocalWeightedVotingOptions& options = {});
 
 struct GradientAccumulationOptions {
   double kernel = 0.1;  ///< longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
 };
-/// Sum of gradient magnitudes over growing kernels (eq. 3.12); beyond the ends the end values go
-/// on. O(m * kernel), written so that the compiler vectorises it over i.
+/// Sum of gradient magnitudes over growing kernels (eq. 3.12). The end values are repeated beyond
+/// the ends. O(m * kernel); written so that the compiler vectorises it over i.
 DetectorResult AccumulateGradients(std::span<const float> f,
                                    const GradientAccumulationOptions& options = {});
 
@@ -65,7 +64,7 @@ struct DetectorOptions {
   LocalWeightedVotingOptions local_weighted_voting;
   GradientAccumulationOptions gradient_accumulation;
 };
-/// All three.
+/// Runs all three detectors.
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
                                                    const DetectorOptions& options);
 

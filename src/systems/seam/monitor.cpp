@@ -13,29 +13,29 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Every eighth column (0.7 mm of the base sensor) is enough for a surface that is a parabola; the
-// time of a profile falls as much.
+// Every eighth column (0.7 mm with the base sensor) is enough for a parabolic surface, and reduces
+// the time per profile accordingly.
 constexpr std::size_t kStride = 8;
-// Parabolas through the medians of any three blocks are tried: 220 of 12. With an obstacle on a
-// third of the line, 56 of them rest on the surface alone.
+// Parabolas through the medians of all triples of blocks are tried: 220 for 12 blocks. With an
+// obstacle on a third of the line, 56 of them rest on the surface alone.
 constexpr std::size_t kBlocks = 12;
-// Rounds of least squares, each over what supports the one before.
+// Rounds of least squares, each over the points that support the previous curve.
 constexpr int kRefinements = 3;
-// Of the surface: mats' edges (up to 1.1 mm, half of it on either side) and texture are.
+// Maximum distance of surface points: covers edges (up to 1.1 mm, half on each side) and texture.
 constexpr double kWithin_m = 1e-3;
-// Of a line's columns: what fewer bear out is no surface, as too few points are no profile.
+// Minimum share of a line's columns that support a surface, as a profile needs enough points.
 constexpr double kSurfaceShare = 0.125;
-// Weight of the parabola before in the normal equations, against at least some points of weight 1:
-// decides only what the points leave open.
+// Weight of the previous parabola in the normal equations, where each point has weight 1. It only
+// decides what the points leave open.
 constexpr double kPriorWeight = 1e-9;
 
-// The height of an edge is known by the mean of its last steps, over this many profiles.
+// Gain of the mean step height of an edge, which covers this many of its last profiles.
 constexpr double kStepGain = 1.0 / 32.0;
-// A step of less than this share of it is no longer the edge: the fit of a double or frayed edge
-// tells half of its height at least.
+// A step below this share of the mean is no longer the edge: the fit of a double or frayed edge
+// gives at least half of its height.
 constexpr double kStepShare = 0.4;
-// Where the edge is there again within so many windows after its end it was a gap; what comes later
-// is none of this edge.
+// If the edge reappears within this many windows after its end, the end was a gap; an edge that
+// appears later is another one.
 constexpr int kSoon = 2;
 
 using Curve = Eigen::Vector3d;  // c0 + u (c1 + u c2), u from -1 to 1
@@ -46,7 +46,7 @@ struct SurfacePoint {
   double u, z;
 };
 
-// Every kStride-th measured point, u and z apart.
+// Measured points of every kStride-th column, u and z separately.
 struct SurfacePoints {
   std::vector<double> u, z;
 
@@ -88,7 +88,7 @@ Curve Refine(const SurfacePoints& points, const Curve& curve) {
   return base::SolveLdlt(normal, right);
 }
 
-// The middle of each block of neighboring points, by height.
+// The point of median height of each block of neighboring points.
 std::vector<SurfacePoint> BlockMedians(const SurfacePoints& points) {
   std::vector<SurfacePoint> medians;
   std::vector<SurfacePoint> block;
@@ -113,8 +113,8 @@ Curve Through(const SurfacePoint& p, const SurfacePoint& q, const SurfacePoint& 
   return {p.z - p.u * (c1 + p.u * c2), c1, c2};
 }
 
-// The parabola that most points support: neither an obstacle of a third of the line nor points that
-// are no surface bend it.
+// The parabola that most points support: neither an obstacle on a third of the line nor points off
+// the surface bend it.
 Curve FitSurface(std::span<const float> height) {
   const SurfacePoints points(height);
   const auto squares = FitQuadratic(height);
@@ -151,7 +151,7 @@ RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_
   }
 }
 
-// How far each column rises above a curve that lay `shift` columns further to the right.
+// Height of each column above a curve that was `shift` columns further to the right.
 std::vector<float> Above(std::span<const float> height, const Curve& curve, double shift) {
   std::vector<float> above(height.begin(), height.end());
   const double by = 2.0 * shift / static_cast<double>(above.size() - 1);
@@ -231,16 +231,15 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
   throw std::invalid_argument("surface monitor: the window must not be shorter than either count");
 }
 
-// What rises above the surface round it; or, if it is taken for the surface itself (since it is
-// wide, or since the mat round it returns no light), above the surface that was there before: in
-// two profiles, since one may be wrong there by noise. It must be seen in one column again and
-// again.
+// An obstacle rises above the surface around it. If it is fitted as the surface itself (because it
+// is wide, or the mat around it returns no light), it rises above the earlier surface: in two
+// profiles, because noise may falsify one. It must be seen repeatedly in one column.
 bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   const auto& now = profile.original_m;
   if (now.size() < 2 * kStride) return false;
   const double moved_m = profile.moved_m + (seen_.empty() ? 0.0 : seen_.back().moved_m);
   Curve surface = FitSurface(now);
-  // The head steers along the line: over a bent mould the columns themselves rise and fall by it.
+  // The head moves along the line; over a curved mould, this changes the heights of the columns.
   const auto rising_above = [&](const Curve& curve, double since_m) {
     return RisingColumns(Above(now, curve, (moved_m - since_m) * columns_per_m_), width_,
                          options_.obstacle_share * options_.obstacle_height_m);
@@ -270,12 +269,12 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   const bool usable = reading.status != ProfileStatus::kUnusable;
   unusable_ = usable ? 0 : unusable_ + 1;
   if (!stop_ && unusable_ >= options_.outage_profiles) return StopReason::kOutage;
-  if (!usable) return stop_;  // which tells nothing of the mats
+  if (!usable) return stop_;  // gives no information about the mats
   if (stop_ && (++ended_ > kSoon * options_.window || !reading.sure.value_or(false))) return stop_;
   if (stop_) no_edge_.clear();
   stop_.reset();
   edge_seen_ = edge_seen_ || reading.status == ProfileStatus::kEdge;
-  // An edge that only goes on by what was seen before does not count here.
+  // An edge that is reported only because of earlier profiles does not count here.
   const bool decided = reading.status == ProfileStatus::kEdge && reading.goes_on;
   const double decided_m = decided ? reading.step_m : 0.0;
   const double step_m = std::max(decided_m, reading.followed_step_m);

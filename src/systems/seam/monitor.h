@@ -18,55 +18,55 @@ namespace rangegrasp::seam {
 enum class StopReason {
   kMatEnd,
   kObstacle,
-  kOutage,  ///< the sensor sees nothing; over once it sees again
+  kOutage,  ///< the sensor sees nothing; ends when it sees again
 };
 constexpr std::array<std::string_view, 3> WordsOf(StopReason) {
   return {"mat_end", "obstacle", "outage"};
 }
 
-/// The texts of the keys (ReadMonitorOptions) say what each is.
+/// The keys in ReadMonitorOptions describe each option.
 struct MonitorOptions {
   double obstacle_height_m = 3e-3;  ///< > 0 (dissertation, section 3.7)
-  /// In (0, 1]: an obstacle on the low mat rises less above the surface between both, by half a
-  /// mat, and its border slopes. Filaments and bundles are 1.4 mm at most.
+  /// In (0, 1]. The surface fit lies between both mats, so an obstacle on the low mat rises half a
+  /// mat less above it; its border also slopes. Filaments and bundles are at most 1.4 mm high.
   double obstacle_share = 0.7;
-  /// > 0. An obstacle of twice this width shows a stretch of it for certain, since its borders
-  /// slope. Lower for a sensor without outliers.
+  /// > 0. An obstacle of twice this width is certain to be seen over this width, because its
+  /// borders slope. Lower this for a sensor without outliers.
   double obstacle_width_m = 1e-3;
-  int obstacle_profiles = 3;    ///< >= 1: fewer stop for outliers, more ask for a slower head
-  double min_step_m = 0.18e-3;  ///< > 0: 0.6 of the thinnest mat's, as in the tracker
-  /// >= 1: 80 % of the window, so that chance edges do not hide an end and gaps of a low edge do
-  /// not make one.
+  int obstacle_profiles = 3;    ///< >= 1: fewer cause stops at outliers, more need a slower head
+  double min_step_m = 0.18e-3;  ///< > 0: 0.6 of the thinnest mat, as in the tracker
+  /// >= 1; 80 % of the window, so that random edges do not hide a mat end and gaps in a low edge do
+  /// not look like one.
   int mat_end_profiles = 24;
   int outage_profiles = 10;  ///< >= 1
-  /// >= both; at 62 profiles a second and 30 mm/s it spans 15 of the 80 mm that the sensor is
-  /// ahead.
+  /// >= obstacle_profiles and mat_end_profiles. At 62 profiles per second and 30 mm/s it spans 15
+  /// mm of the 80 mm by which the sensor is ahead.
   int window = 30;
 };
 
-/// Reads what stands below `monitor` in a file; what is absent keeps its default.
+/// Reads the keys below `monitor` in a file; absent keys keep their defaults.
 /// @throws base::InputError naming file, line and key.
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options);
 
-/// How far each column rises above the surface of its line [m]: the parabola that most columns lie
-/// within 1 mm of, so that neither an obstacle of a third of the line nor points that are no
-/// surface bend it. Columns without a point: NaN.
+/// Height of each column above the surface [m]; NaN for columns without a point. The surface is the
+/// parabola with the most columns within 1 mm, so that neither an obstacle on a third of the line
+/// nor points off the surface bend it.
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile);
 
-/// Columns of a stretch of `width` columns that rises by at least `height` throughout; a sixth of
-/// it may be missing (NaN): where more is, phantoms may make up the rest.
+/// Marks the columns of each run of `width` columns that rises by at least `height` everywhere. A
+/// sixth of a run may be missing (NaN); if more is missing, the rest may be phantoms.
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height);
 
-/// Watches a line for the end of the mats and for obstacles. A line that is only watched (the
-/// second of the three-lines sensor) has a tracker of its own.
+/// Monitors a line for the end of the mats and for obstacles. A line that is only monitored (the
+/// second one of the three-lines sensor) has its own tracker.
 class SurfaceMonitor {
  public:
   /// @throws std::invalid_argument if an option is out of range.
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
-  /// The reason to stop, if the profiles so far give one; it stays until Reset, but for an outage
-  /// and for a mat end soon after which the edge is there beyond doubt (Reading::sure).
+  /// The reason to stop, if the profiles so far give one. It persists, except for an outage, and
+  /// for a mat end if the edge is soon seen beyond doubt again (Reading::sure).
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
-  /// Whether most of the last usable profiles showed the edge.
+  /// True if most of the last usable profiles showed the edge.
   bool SeesEdge() const;
 
  private:
@@ -76,16 +76,16 @@ class SurfaceMonitor {
   double columns_per_m_;
   MonitorOptions options_;
   struct Seen {
-    Eigen::Vector3d surface;   // a parabola over a line from -1 to 1; NaN: none
-    double moved_m;            // by how much the line had moved along itself by then
-    std::vector<bool> rising;  // columns
+    Eigen::Vector3d surface;   // a parabola, the line mapped to [-1, 1]; NaN: none
+    double moved_m;            // lateral motion of the line up to then
+    std::vector<bool> rising;  // per column
   };
   std::deque<Seen> seen_;  // of the last profiles, oldest first
   std::deque<bool> no_edge_;
   int ended_ = 0;     // usable profiles since the mat end was reported
-  int unusable_ = 0;  // one after the other, up to now
+  int unusable_ = 0;  // consecutive unusable profiles up to now
   bool edge_seen_ = false;
-  double usual_step_m_ = 0.0;  // of the edge
+  double usual_step_m_ = 0.0;  // mean step height of the edge
   std::optional<StopReason> stop_;
 };
 

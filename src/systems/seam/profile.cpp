@@ -12,7 +12,7 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Columns whose counts stay in registers.
+// Number of columns whose counts stay in registers.
 constexpr std::size_t kFilterTile = 32;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
@@ -21,7 +21,7 @@ bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max()
 std::size_t FirstFinite(std::span<const float> z) {
   return static_cast<std::size_t>(std::ranges::find_if(z, IsFinite) - z.begin());
 }
-// There must be one.
+// At least one value must be finite.
 std::size_t LastFinite(std::span<const float> z) {
   std::size_t last = z.size() - 1;
   while (!IsFinite(z[last])) --last;
@@ -29,7 +29,7 @@ std::size_t LastFinite(std::span<const float> z) {
 }
 
 // Sums over the finite points z of columns first .. last, mapped to t in [-1, 1]: t^0 .. t^4, then
-// z t^0 .. z t^2. Even and odd columns are summed side by side, which is faster, and always in the
+// z t^0 .. z t^2. Even and odd columns are summed in parallel, which is faster, and always in the
 // same order.
 std::array<double, 8> MomentsOf(std::span<const float> height_m, std::size_t first,
                                 std::size_t last) {
@@ -62,7 +62,7 @@ std::array<double, 8> MomentsOf(std::span<const float> height_m, std::size_t fir
   return moments;
 }
 
-// c0 + c1 t + c2 t^2 with t = p u + q, in powers of u.
+// Converts c0 + c1 t + c2 t^2 with t = p u + q to powers of u.
 std::array<double, 3> Substitute(const std::array<double, 3>& c, double p, double q) {
   return {c[0] + q * (c[1] + q * c[2]), p * (c[1] + 2.0 * q * c[2]), p * p * c[2]};
 }
@@ -75,7 +75,7 @@ void Subtract(const std::array<double, 3>& c, std::span<float> height_m) {
   }
 }
 
-// A profile of which half is missing has half the neighbors everywhere.
+// Scales min_neighbors: if half of a profile is missing, points have half the neighbors.
 FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m) {
   if (height_m.empty()) return options;
   const auto points = std::count_if(height_m.begin(), height_m.end(), IsFinite);
@@ -84,8 +84,8 @@ FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m)
   return options;
 }
 
-// Adds, for each column of a tile, the others within reach that lie within half_height of it.
-// Offsets outside, columns inside: this vectorises. Comparisons with NaN are false.
+// Counts, for each column of a tile, the other points within reach and within half_height of it.
+// The inner loop is over columns, so that it vectorises. Comparisons with NaN are false.
 RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, float half_height,
                                           int* neighbors) {
   for (std::size_t d = 1; d <= reach; ++d) {

@@ -10,7 +10,7 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-// A list of numbers, which YAML may write as text.
+// Reads a list of numbers, which may be strings in YAML.
 void ReadNoValues(YamlMap& map, ProfileFileOptions& options) {
   std::vector<std::string> words;
   map.Read("no_values", words,
@@ -82,10 +82,10 @@ void ReadText(YamlMap& map, TextFormat& text) {
 }
 
 // LMI Technologies, "Gocator Line Profile Sensors: User Manual" (2100 series), CSV File Format,
-// pages 708 to 714: sections that a line End ends; of a section of profiles the attributes, then a
+// pages 708 to 714: sections end with a line End. A section of profiles has attributes, then a
 // header "Frame, Source, Time, Encoder, Z Encoder, Inputs, Exposure, Y, Axis, (x values)" and a row
 // for each axis: Z ranges in mm, X (RawProfile) in mm, I intensities. The header's x are those of
-// Profile. A stamp's time is in microseconds in the sensor's own protocol; the page does not say.
+// Profile. Time stamps are in microseconds in the sensor's own protocol; the page does not say.
 constexpr std::string_view kGocator = R"(
 separator: comma
 sections: [Profile, RawProfile]
@@ -97,16 +97,16 @@ time_unit_s: 1e-6
 )";
 
 // Keyence, LJ-X8000A communication library, ProfileDataConvert.cpp (as in the crate ljxacom 0.1.2
-// on docs.rs): level = height / (8 unit) + 32768, where unit is the head's in 0.01 um; 0 is no
-// value. So a level is 0.08 um times that unit, which image_scale_mm must tell.
+// on docs.rs): level = height / (8 unit) + 32768, where unit is the head's in 0.01 um; 0 is a
+// missing value. One level is thus 0.08 um times that unit, which image_scale_mm must state.
 constexpr std::string_view kKeyence = R"(
 no_values: [0]
 )";
 
 // Keyence, "LJ-V7000 Communications Library Reference Manual", 11.2 Save file format: text with
-// tabs, the first column X coordinates, then profiles, values as they were got from the sensor:
-// 0.01 um. No values are those of the library's headers: 0x80000000 to 0x80000003 as signed
-// numbers.
+// tabs; the first column has X coordinates, the others profiles, with values as received from the
+// sensor: 0.01 um. Missing values are those of the library's headers: 0x80000000 to 0x80000003 as
+// signed numbers.
 constexpr std::string_view kKeyenceText = R"(
 layout: columns
 separator: tab
@@ -116,8 +116,8 @@ no_values: [-2147483648, -2147483647, -2147483646, -2147483645]
 
 // SICK, "Ranger3 Operating Instructions" (8020774), 7.8: "The pixel value 0 is dedicated to
 // represent missing data"; "Ruler3000 Operating Instructions" (8026049), 16.2.4:
-// Scan3dCoordinateScale and Scan3dCoordinateOffset turn a pixel into mm, so that image_scale_mm and
-// image_offset_mm must be stated as the camera tells them.
+// Scan3dCoordinateScale and Scan3dCoordinateOffset convert a pixel to mm, so image_scale_mm and
+// image_offset_mm must have the camera's values.
 constexpr std::string_view kSick = R"(
 image_offset_mm: 0
 no_values: [0]

@@ -30,7 +30,7 @@ std::string UnknownEnding(const std::string& ending, const char* known) {
 
 // ---- images: a row is a profile ----
 
-// The first pixel out of range is an error.
+// Throws at the first pixel that is out of range.
 template <typename Pixel>
 std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& scale,
                            const ProfileFileOptions& options) {
@@ -61,7 +61,7 @@ std::vector<RawRow> RowsOfTiff(const std::filesystem::path& file,
   HeightScale scale = options.grey;
   if (tiff.pixel == image::TiffPixel::kSigned16) scale = options.signed_grey;
   if (tiff.pixel == image::TiffPixel::kFloat32) scale = options.real;
-  // As the file holds them: -999.9999 is no float.
+  // Rounded to float as in the file: float cannot represent -999.9999 exactly.
   for (double& none : scale.no_values) none = static_cast<float>(none);
   return RowsOf(tiff.picture, scale, options);
 }
@@ -88,7 +88,7 @@ std::string CsvOf(const std::vector<Profile>& profiles, const ProfileFileOptions
   return text;
 }
 
-// Grey level 0 is no value, so what would fall on it takes the next one.
+// Grey level 0 is a missing value, so heights that would map to it get level 1.
 image::Grey16 ImageOf(const std::vector<Profile>& profiles, const HeightScale& scale) {
   const std::size_t columns = profiles[0].height_m.size();
   image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
@@ -139,16 +139,16 @@ struct EvenGrid {
   double CenterX() const { return first_m + 0.5 * pitch_m * static_cast<double>(columns - 1); }
 };
 
-// Times the usual distance of neighboring points: two points with one or more missing between
-// them are further apart, points on slopes that a sensor sees are nearer.
+// Maximum distance of neighboring points, relative to the usual one. Points with missing ones
+// between them are further apart; points on slopes that a sensor sees are closer.
 constexpr double kGap = 1.5;
-// A column takes the height of a point up to half the distance of two away, and what rounding adds.
+// A column takes the height of a point at most half a point distance away, plus rounding errors.
 constexpr double kNear = 0.5 * (1.0 + 1e-9);
-// A line with more is a mistake in the unit or an outlier in x.
+// More columns in a line indicate a wrong unit or an outlier in x.
 constexpr double kMaxGridColumns = 65536.0;
 
-// Without an option: so many times the first two rows' distance in time is an outage, as so many
-// unusable profiles one after the other are for the monitor.
+// Default of max_gap_s, relative to the time between the first two rows. The monitor also treats
+// this many consecutive unusable profiles as an outage.
 constexpr double kGapRows = 10.0;
 
 struct GridPoint {
@@ -156,7 +156,7 @@ struct GridPoint {
   float height_m;
 };
 
-// Those with a height, by x.
+// The points with a height, sorted by x.
 std::vector<GridPoint> PointsOf(const RawRow& row) {
   std::vector<GridPoint> points;
   for (std::size_t i = 0; i < row.x_m.size(); ++i) {
@@ -169,8 +169,8 @@ std::vector<GridPoint> PointsOf(const RawRow& row) {
   return points;
 }
 
-// Of neighbors: the mean of the distances that are no gap, which numbers that were rounded to a
-// few digits do not shift along the line as a median would. 0 if there are fewer than two places.
+// Mean distance of neighboring points without gaps. Unlike a median, it causes no shift along the
+// line if x is rounded to a few digits. 0 if there are fewer than two places.
 double UsualDistance(const std::vector<GridPoint>& points) {
   std::vector<double> distances;
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -186,8 +186,8 @@ double UsualDistance(const std::vector<GridPoint>& points) {
          static_cast<double>(distances.size());
 }
 
-// The grid that holds all points that have a height, with so many columns a metre; 0: with the
-// usual distance of neighboring points. Nullopt if no row has two points.
+// The grid that contains all points with a height. If columns_per_m is 0, its pitch is the usual
+// distance of neighboring points. Nullopt if no row has two points.
 std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_per_m) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -211,13 +211,13 @@ std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_pe
 }
 
 // A row's heights at the columns of a grid, linear between neighboring points. Gaps (kGap) and
-// what was not measured stay empty.
+// unmeasured columns stay empty.
 std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   std::vector<float> heights(grid.columns, std::numeric_limits<float>::quiet_NaN());
   const auto points = PointsOf(row);
   const double typical = UsualDistance(points);
   const double near = kNear * std::max(typical, grid.pitch_m);
-  std::size_t next = 0;  // the first point at or behind the column
+  std::size_t next = 0;  // the first point at or beyond the column
   for (std::size_t column = 0; column < grid.columns; ++column) {
     const double x = grid.first_m + static_cast<double>(column) * grid.pitch_m;
     while (next < points.size() && points[next].x_m < x) ++next;
@@ -236,18 +236,18 @@ std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
   return heights;
 }
 
-// Whole rows with x that show how far the grid of a stream reaches, and how many rows are read for
-// them.
+// Number of valid rows with x that determine the grid of a stream, and maximum number of rows read
+// to find them.
 constexpr std::size_t kRowsOfGrid = 3;
 constexpr std::size_t kMaxHeld = 16;
 
-// Makes profiles of rows, in their order: onto the even grid, with a time.
+// Converts rows to profiles, in order: resamples them to the even grid and sets their times.
 class ProfileRows {
  public:
   ProfileRows(RowSource source, const ProfileFileOptions& options)
       : source_(std::move(source)), options_(options) {}
 
-  // Reads the first row; where it has x, those that the grid is made of.
+  // Reads the first row and, if it has x, the rows that determine the grid.
   void Hold(std::size_t rows_with_x, std::size_t max_rows) {
     std::size_t with_x = 0;
     while (held_.size() < max_rows && with_x < rows_with_x) {
@@ -334,7 +334,7 @@ class ProfileRows {
   std::deque<RawRow> held_;  // read while the grid was unknown
   bool begun_ = false;
   std::optional<EvenGrid> grid_;
-  std::optional<Stamp> last_;  // of the last whole row
+  std::optional<Stamp> last_;  // of the last valid row
   double max_gap_s_ = 0.0;     // 0: not known yet
 };
 

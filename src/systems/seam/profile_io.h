@@ -14,35 +14,35 @@ namespace rangegrasp::seam {
 
 /// One row of a stream: a profile, or what is wrong with it.
 struct ProfileRow {
-  std::size_t row = 0;   ///< from 1
-  std::size_t line = 0;  ///< of the file: also counts what is left out
+  std::size_t row = 0;   ///< number, from 1
+  std::size_t line = 0;  ///< line number in the file, skipped lines included
   Profile profile;       ///< empty if damaged
-  std::string fault;     ///< empty if whole; else names the row, the value and what would be right
-  std::optional<double> position_m;  ///< of the encoder
-  std::optional<double> gap_s;       ///< without a measurement before it, by the file's own times
+  std::string fault;     ///< empty if valid; else names the row, the value and what is expected
+  std::optional<double> position_m;  ///< encoder position
+  std::optional<double> gap_s;       ///< time without a measurement before it, by the file's times
 };
 
-/// The even grid that profiles with x were brought onto: x is the sensor's own.
+/// The even grid onto which profiles with x were resampled, in the sensor's own x.
 struct ProfileGrid {
   double columns_per_m = 0.0;
-  double center_x_m = 0.0;  ///< of the middle between first and last column
+  double center_x_m = 0.0;  ///< x of the middle between first and last column
 };
 
-/// Reads a text row by row as they arrive, so that a pipe can be followed. No value is nothing,
-/// "nan" or "-". Lines that begin with '#' are left out, and empty ones where a line is a profile.
-/// A separator at a line's end is no column; CRLF and a byte order mark do not matter. Damaged rows
-/// take their time too: without a time column, row n is of (n - 1) / rate_hz.
+/// Reads a text row by row, so that it can follow a pipe. A missing value is an empty field, "nan"
+/// or "-". Lines that begin with '#' are skipped, and empty lines if a line is a profile. A
+/// separator at a line's end adds no column; CRLF and a byte order mark are accepted. Damaged rows
+/// count, too: without a time column, row n has time (n - 1) / rate_hz.
 class ProfileStream {
  public:
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
   ~ProfileStream();
-  /// nullopt at the end. A damaged row (ragged, not a number, out of range, back in time or path)
-  /// is returned with its fault. Where the width is not given, the first row waits for the second,
-  /// for it may have been cut off; where there is x, for two others, which define the grid.
-  /// @throws base::InputError if a column that is asked for is not in the header, or the x of the
-  /// first rows are no line.
+  /// Returns nullopt at the end. A damaged row (wrong width, not a number, out of range, back in
+  /// time or path) is returned with its fault. If no width is given, the first row waits for the
+  /// second, because it may be truncated; with x, for two others, which define the grid.
+  /// @throws base::InputError if a requested column is not in the header, or the x of the first
+  /// rows give too many columns.
   std::optional<ProfileRow> Next();
-  /// Once the first row was read: the grid, if rows have x.
+  /// The grid, if rows have x; known once the first row was read.
   std::optional<ProfileGrid> grid() const;
 
  private:
@@ -50,24 +50,25 @@ class ProfileStream {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Rows of a whole file and their grid, if they have x.
+/// All rows of a file, and their grid if they have x.
 struct ProfileFile {
-  std::vector<ProfileRow> rows;  ///< whole ones
+  std::vector<ProfileRow> rows;  ///< valid rows
   std::optional<ProfileGrid> grid;
 };
 
-/// By its ending: .png, .tif or .tiff.
+/// By its extension: .png, .tif or .tiff.
 bool IsImageFile(const std::filesystem::path& file);
 
-/// Reads a whole file: text (.csv, .txt) or an image, one profile a row.
-/// @throws base::InputError naming the file and the row: unreadable, no row at all, ragged, not a
-/// number, out of range, back in time or path, an image of other pixels.
+/// Reads a whole file: text (.csv, .txt) or an image, one profile per row.
+/// @throws base::InputError naming the file and the row, if the file is unreadable, has no row or
+/// other pixels, or if a row has the wrong width, is not a number, is out of range or goes back in
+/// time or path.
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options);
 
-/// Writes CSV (.csv, .txt; numbers in `text.scale.unit_m`, six digits after the point, no value is
-/// "nan") or a 16-bit image (.png; 0 is no value). Times are not written.
-/// @throws base::InputError for another ending, no profile, profiles of different widths, or a
-/// height that does not fit into an image; base::RunError if it cannot be written whole.
+/// Writes CSV (.csv, .txt; numbers in `text.scale.unit_m`, six digits after the point, "nan" for a
+/// missing value) or a 16-bit image (.png; 0 for a missing value). Times are not written.
+/// @throws base::InputError for another extension, no profile, profiles of different widths, or a
+/// height that does not fit into an image; base::RunError if it cannot be written completely.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
                    const ProfileFileOptions& options);
 

@@ -9,31 +9,31 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Points on each side of a place, at least: fewer tell no height.
+// Minimum number of points on each side of a place: fewer do not determine a height.
 constexpr double kMinSide = 4.0;
-// Nor do windows with fewer points altogether: a parabola and a step have four parameters.
+// A parabola and a step have four parameters; windows need more points in total.
 constexpr double kParameters = 4.0;
 constexpr double kMinStepPoints = 10.0;
-// Points whose columns do not determine a parabola, or hardly a step in addition to one.
+// Below these, columns do not determine a parabola, or hardly a step in addition to one.
 constexpr double kMinDeterminant = 1e-9;
 constexpr double kMinOwnPoints = 1e-3;
-// A step lies in the windows of so few places [share] at most that it hardly moves the quantile
+// Maximum share of places with a step in their windows at which the step hardly moves the quantile
 // below.
 constexpr double kFewPlaces = 0.25;
-// Only few windows that are wide are independent, so that their lowest quarter may be low by
-// chance. Narrow ones are many: no window's inflation is less than this share of theirs.
+// Only a few wide windows are independent, so their lowest quarter may be low by chance. Narrow
+// ones are many: no window's inflation may be less than this share of theirs.
 constexpr double kNarrowShare = 0.33;
 // A profile counts for no more evidence than this (StepTrackOptions::most_evidence).
 constexpr double kBeyondDoubt = 15.0;
-// In place of the squared t-value where nothing fits, and beyond all of them.
+// In place of the squared t-value: no fit, and more than any value.
 constexpr double kNoFit = -1.0;
 constexpr double kMost = std::numeric_limits<double>::max();
-// Heights are not known better than this, so that a profile without noise has finite likelihoods.
+// Lower limit of the height noise, so that a profile without noise has finite likelihoods.
 constexpr double kResolution_mm = 8e-3;
-// The share of places that surely hold no edge, and the chi-squared (1 degree of freedom) there.
+// Share of places that surely have no edge, and chi-squared (1 degree of freedom) there.
 constexpr double kQuantile = 0.25;
 constexpr double kChiSquared = 0.1015;
-// Sums over powers stay of one size in these units.
+// Units in which the sums over powers have similar magnitudes.
 constexpr double kMm_1_m = 1e3;
 constexpr double kColumns = 100.0;
 
@@ -43,8 +43,8 @@ inline float Middle(float a, float b, float c) {
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
 
-// The middle of nine: that of the highest low, the middle middle and the lowest high one of three
-// threes (Paeth 1990).
+// Median of nine: the median of the highest low, the middle median and the lowest high of three
+// triples (Paeth 1990).
 RANGEGRASP_VECTORISED void MediansOfNine(const float* z, std::size_t count, float* median) {
   for (std::size_t i = 0; i < count; ++i) {
     const float* v = z + i;
@@ -58,7 +58,7 @@ RANGEGRASP_VECTORISED void MediansOfNine(const float* z, std::size_t count, floa
   }
 }
 
-// Windows at the ends are as wide as both sides allow.
+// Median filter. Windows at the ends are as wide as both sides allow.
 std::vector<float> Smoothed(const std::vector<float>& z) {
   std::vector<float> smooth(z.size());
   constexpr std::size_t kWhole = 2 * kMedianHalf + 1;
@@ -74,8 +74,8 @@ std::vector<float> Smoothed(const std::vector<float>& z) {
   return smooth;
 }
 
-// Sums over the points before each place; the numbers of places beyond the ends go on with the
-// nearest's.
+// Sums over the points before each place. Places beyond the ends have the sums of the nearest
+// place.
 struct PlaceSums {
   // 1, x, x^2, x^3, x^4, z, z x, z x^2, z^2 of points at x with height z.
   static constexpr std::size_t kKinds = 9;
@@ -104,7 +104,7 @@ struct PlaceSums {
     for (std::size_t place = 0; place < places + pad; ++place) {
       const std::size_t end = place * stride;
       for (; next < smooth.size() && static_cast<std::size_t>(column[next]) < end; ++next) {
-        // A column lies between its own place and the next one.
+        // The middle of a column, which lies between its own place and the next one.
         const double x = (column[next] + 0.5) / kColumns;
         const double z = (static_cast<double>(smooth[next]) - mean) * kMm_1_m;
         const double x2 = x * x;
@@ -117,7 +117,7 @@ struct PlaceSums {
   }
 };
 
-// What the least-squares fits in windows of one width say, place after place.
+// Results of the least-squares fits in windows of one width, for each place.
 struct Fits {
   std::vector<double> points, height_mm, variance_mm2, t_squared;  // t_squared < 0: no fit
 
@@ -125,9 +125,9 @@ struct Fits {
       : points(places), height_mm(places), variance_mm2(places), t_squared(places) {}
 };
 
-// z = c0 + c1 u + c2 u^2 + h [u >= 0], u = x - place: the parabola is taken out of the step and of
-// the heights (Frisch and Waugh 1933), then h is a quotient. Where nothing fits, divisions by zero
-// do no harm: the loop has no branch, so that places are computed side by side.
+// z = c0 + c1 u + c2 u^2 + h [u >= 0], u = x - place: the parabola is projected out of the step and
+// of the heights (Frisch and Waugh 1933); then h is a quotient. Divisions by zero are harmless
+// where nothing fits: the loop has no branch, so that it vectorises over places.
 RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, double spacing,
                                       Fits& fits) {
   const auto before = [&](std::size_t kind) { return sums.before[kind].data() + sums.pad; };
@@ -190,7 +190,7 @@ RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, d
   }
 }
 
-// By how much the t-values of a window's width are greater than those of independent residuals.
+// Factor by which squared t-values of one window width exceed those of independent residuals.
 double Inflation(const std::vector<double>& t_squared) {
   std::vector<double> values = t_squared;
   std::erase_if(values, [](double t2) { return !(t2 >= 0.0); });
@@ -201,7 +201,7 @@ double Inflation(const std::vector<double>& t_squared) {
   return std::max(1.0, *at / kChiSquared);
 }
 
-// Takes a step off the heights that the sums are of.
+// Subtracts a step from the heights in the sums.
 void TakeOff(std::size_t place, double height_mm, PlaceSums& sums) {
   const auto less = [&](std::size_t kind, std::size_t by) {
     const std::vector<double>& its = sums.before[by];
@@ -217,16 +217,16 @@ void TakeOff(std::size_t place, double height_mm, PlaceSums& sums) {
   less(7, 2);
 }
 
-// The fits in windows of one width, and by how much their t-values are to be lessened.
+// The fits in windows of one width, and the factor that reduces their squared t-values.
 struct Windows {
   std::size_t half;
   Fits fits;
   double inflation = 1.0;
 };
 
-// The edge itself makes the t-values of all places greater whose windows it lies in: of all places
-// in wide windows, or on a mould that the light comes back from for 20 mm only. What they would be
-// without it tells the inflation.
+// The edge itself increases the t-values of all places with the edge in their windows: of all
+// places if windows are wide, or if a mould returns light over only 20 mm. The inflation is
+// therefore computed from the t-values without the edge.
 void TakeOffTheirStep(PlaceSums& sums, double spacing, double min_inflation, Fits& rest,
                       Windows& windows) {
   const std::vector<double>& t_squared = windows.fits.t_squared;
@@ -254,7 +254,7 @@ void KeepBetter(const Windows& windows, std::vector<LocalStep>& best) {
     }
     if (h <= 0.0) continue;
     const double ratio = fits.t_squared[i] / (windows.inflation * (fits.points[i] - kParameters));
-    // log(1 + x) <= x spares most logarithms.
+    // log(1 + x) <= x avoids most logarithms.
     if (0.5 * fits.points[i] * ratio <= best[i].evidence) continue;
     const double evidence = 0.5 * fits.points[i] * std::log1p(ratio);
     if (evidence <= best[i].evidence) continue;
@@ -270,7 +270,7 @@ std::vector<LocalStep> BestOf(const std::vector<Windows>& widths, std::size_t pl
   return best;
 }
 
-// Steps that are too high are none, nor are the lower ones that windows next to them see.
+// Removes steps that are too high, and the lower ones that they cause in windows next to them.
 void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& steps) {
   std::vector<bool> none(steps.size(), false);
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -287,43 +287,43 @@ void RemoveHigh(double max_step_m, std::size_t beside, std::vector<LocalStep>& s
 
 // ---- tracking ----
 
-// After a longer gap nothing is known.
+// After a longer gap the track is reset.
 constexpr double kForget_s = 1.0;
-// Positions off the track by more than it can have moved, and this [columns], are of another one.
+// Positions further from the track than it can have moved plus this [columns] are of another one.
 constexpr double kSameTrack_columns = 12.0;
-// A standard deviation of motion is no less than this [places], so that a way may turn.
+// Minimum standard deviation of motion [places], so that a way can turn.
 constexpr double kMinSpread = 0.25;
 
-// What one profile says of a known edge (log-likelihood ratio) counts for this at most, so that a
-// filament or a hole is not an end, ...
+// Limit of one profile's log-likelihood ratio of the known edge, so that a filament or a hole does
+// not look like an end.
 constexpr double kMaxRatio = 3.0;
-// ... and the log-odds stay within this: four profiles that surely have no step turn them.
+// Limit of the log-odds: four profiles that clearly have no step reverse them.
 constexpr double kMaxOdds = 12.0;
-// An edge is beyond doubt while they are no less than this, and the best way leads to it with this
-// share of the evidence that makes an edge, in so many profiles in a row that tell anything of it.
-// What noise, or a mat's end that a turned line sees along it, makes of an edge that is gone is
-// not. All of the evidence would be too much: that of a low edge on a mould wavers about it.
+// An edge is beyond doubt if, in kSure consecutive profiles that measure it, the log-odds are at
+// least kSureOdds and the best way leads to it with kSureShare of the evidence required for an
+// edge. An edge that has ended does not reach this by noise, or by a mat's end seen along a turned
+// line. All of the evidence would be too much: that of a low edge on a mould fluctuates about it.
 constexpr double kSureOdds = 9.0;
 constexpr double kSureShare = 0.75;
 constexpr int kSure = 10;
-// Once nothing was left of one that was sure: a mould's flank or a tow may look like an edge for a
+// The same after a sure edge disappeared: a mould's flank or a tow may look like an edge for a
 // while.
 constexpr int kSureAgain = 15;
-// A known edge moves no faster than this share of speed_columns_per_s (10 mm/s) besides the line's
-// own motion, so that noise does not lead it away; ...
+// Maximum speed of a known edge in addition to the line's motion, as a share of speed_columns_per_s
+// (10 mm/s), so that noise does not draw it away.
 constexpr double kKnownSpeed = 0.5;
-// ... but where there is so many times the evidence that is asked for, which noise never has.
+// This limit does not apply at this multiple of the required evidence, which noise never has.
 constexpr double kCertain = 2.0;
-// Two profiles that have an edge alone have the same one if it is this near [places: 2 mm].
+// If two profiles alone each have an edge, it is the same one within this distance [places: 2 mm].
 constexpr double kSameAlone = 8.0;
-// A step is the known edge's if its height differs by this share of it at most.
+// A step belongs to the known edge if its height differs by at most this share of it.
 constexpr double kSameHeight = 0.5;
-// An edge further off than this [places: 3 mm] is another one, ...
+// An edge further away than this [places: 3 mm] is another one.
 constexpr double kAway = 12.0;
-// ... which becomes the known one after so many profiles in a row: a sixth of a second.
+// After this many consecutive profiles, it becomes the known one: a sixth of a second.
 constexpr int kElsewhere = 10;
 // The known height is the mean over its profiles, later over about the last half second. That of a
-// young edge is the highest of all places' by chance, so that it is corrected whatever the odds.
+// young edge is by chance the highest of all places, so it is corrected at any odds.
 constexpr double kHeightGain = 0.03;
 constexpr int kYoung = 20;
 
@@ -361,8 +361,8 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
 
 StepTrack::StepTrack(const StepTrackOptions& options) : options_(options) {}
 
-// Each place goes on with the way that leads to it best: what a way has, less what its motion
-// costs. A line that moves by `shift` places has an edge that stays where it is that much earlier.
+// Each place continues the way that leads to it best: its evidence minus the cost of its motion. If
+// the line moves by `shift` places, an edge at rest appears `shift` places earlier.
 std::vector<StepTrack::Way> StepTrack::Moved(int shift, double period_s) const {
   const double stride = options_.steps.stride;
   const auto places = static_cast<int>(ways_.size());
@@ -408,13 +408,13 @@ void StepTrack::Continue(const std::vector<LocalStep>& steps, double strongest, 
   weight_ = options_.memory * weight_ + 1.0;
 }
 
-// Whether a way is an edge by a share of the evidence that is asked for.
+// True if a way has a share of the evidence required for an edge, and the minimum height.
 bool StepTrack::Suffices(const Way& way, double share) const {
   const double wanted = options_.evidence + options_.first_evidence / weight_;
   return way.evidence / weight_ >= share * wanted && way.Height() >= options_.min_step_m;
 }
 
-// Where the known edge is now, by the best way.
+// Updates the position of the known edge from the best way.
 void StepTrack::Follow(double column, const Way& way, double period_s) {
   const bool sure = Suffices(way, 1.0);
   if (!known_) {
@@ -433,8 +433,8 @@ void StepTrack::Follow(double column, const Way& way, double period_s) {
   }
 }
 
-// What this profile says of the known edge: log-likelihood ratio of a step of its height to none,
-// by the window that knows the step best.
+// Updates the odds of the known edge: log-likelihood ratio of a step of its height to none in this
+// profile, in the window of highest precision. Also updates the height.
 void StepTrack::Weigh(const LocalStep& step) {
   if (!(step.surest_precision_m2 > 0.0)) return;
   const double h = known_->height_m;
@@ -450,7 +450,7 @@ void StepTrack::Weigh(const LocalStep& step) {
   known_->height_m = std::max(options_.min_step_m, h + gain * (now - h));
 }
 
-// Whether the last profiles left no doubt of the known edge, `there` being what this one has at its
+// True if the last profiles show the known edge beyond doubt. `there` is this profile's step at its
 // place.
 bool StepTrack::IsSure(double column, const Way& way, const LocalStep& there) {
   gone_ = gone_ || (was_sure_ && known_->log_odds <= 0.0);
@@ -466,7 +466,7 @@ bool StepTrack::IsSure(double column, const Way& way, const LocalStep& there) {
   return true;
 }
 
-// Column of the summit of the parabola through a place's evidence and its neighbors'.
+// Column of the peak of the parabola through a place's evidence and its neighbors'.
 double StepTrack::Peak(std::size_t place) const {
   const double stride = options_.steps.stride;
   const std::vector<Way>& ways = ways_;
@@ -476,7 +476,7 @@ double StepTrack::Peak(std::size_t place) const {
   return stride * (static_cast<double>(place) + offset);
 }
 
-// Where the line through the last positions of this track stands now.
+// Current position on the line through the last positions of this track.
 double StepTrack::OnLine(double column, double time_s) {
   positions_.push_back({time_s, column});
   if (static_cast<int>(positions_.size()) > options_.line_profiles) positions_.pop_front();
@@ -501,7 +501,7 @@ std::optional<double> StepTrack::AtOnce(std::optional<double> column, const Loca
   return before && std::abs(*before - place) <= reach ? alone_ : std::nullopt;
 }
 
-// What is known is of places on the mats: a line that moves sees them elsewhere.
+// The state refers to places on the mats: a line that moves sees them at other columns.
 void StepTrack::MoveLine(double columns) {
   moved_places_ += columns / options_.steps.stride;
   for (TimedColumn& position : positions_) position.column -= columns;

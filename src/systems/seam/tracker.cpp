@@ -18,12 +18,12 @@ using base::YamlMap;
 
 // ---- options ----
 
-// Thousandths of a second [s].
+// A millisecond [s].
 constexpr double kMs = 1e-3;
 
 constexpr double kBaseColumns_1_m = 12'000.0;
 
-// Reads nothing: checks options that were made in code against the ranges of their keys.
+// Does not read anything: checks options set in code against the ranges of their keys.
 class OptionCheck : public base::RangeCheck {
  public:
   using RangeCheck::RangeCheck;
@@ -34,7 +34,7 @@ class OptionCheck : public base::RangeCheck {
   void Finish() const {}
 };
 
-// The line may have too few columns for windows that suit the base sensor's.
+// The line may have too few columns for windows scaled from the base sensor's.
 void CheckSteps(const TrackerOptions& options) {
   const LocalStepOptions& steps = options.step_track.steps;
   const double narrowest = std::ranges::min(steps.half_windows);
@@ -138,19 +138,19 @@ void ReadOtherKeys(Map& map, TrackerOptions& options) {
 
 // ---- tracking ----
 
-// Steps that may bear out the next one: as many as there are profiles in a period at 30 Hz (section
-// 3.4). A slower sensor's are older than a period.
+// Number of last steps that may confirm the next one: as many as profiles in a period at 30 Hz
+// (section 3.4). With a slower sensor, they are older than a period.
 constexpr std::size_t kRecent = 3;
-// Readings in a row that draw an edge that is followed away from its place: two periods at 50 Hz.
+// Consecutive readings elsewhere that move a followed edge from its place: two periods at 50 Hz.
 constexpr int kStrays = 10;
-// A sampling time that falls on a period's end by rounding belongs to it.
+// A sampling time that equals a period's end up to rounding belongs to it.
 constexpr double kTimeSlack_s = 1e-9;
 
-// Columns on each side of the edge whose median height tells how far the edge is from the sensor:
+// Columns on each side of the edge whose median height gives the edge's distance from the sensor:
 // half a millimetre, over which the top of a mould of r = 30 mm falls by less than 0.01 mm.
 constexpr int kHeightHalf = 6;
 
-// Leaves out what a detector found at the borders; its position becomes the best of the others.
+// Discards a detector's weights at the borders; the best remaining one replaces a position there.
 void IgnoreBorders(std::size_t columns, DetectorResult& result) {
   auto& weight = result.weight;
   const std::size_t border = std::min(columns, weight.size() / 2);
@@ -164,9 +164,8 @@ void IgnoreBorders(std::size_t columns, DetectorResult& result) {
   if (*best > 0.0F) result.column = static_cast<int>(best - weight.begin());
 }
 
-// Runs the detectors on the columns that were measured: what lies outside of the first and the last
-// of them is no part of the profile (a hole within it is filled). Columns and weights are those of
-// the whole line.
+// Runs the detectors on the part of the profile from the first to the last measured column, where
+// holes are filled. Resulting columns and weights are those of the whole line.
 std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
                                                     const TrackerOptions& options) {
   const auto first = static_cast<std::size_t>(prepared.first_column);
@@ -259,8 +258,8 @@ struct EdgeTracker::Impl {
   std::optional<Calibration> calibration;
   StepTrack step_track;
   PreparedProfile prepared;
-  std::optional<double> at_once;  // method steps: what is sent of this profile
-  double moved_columns = 0.0;     // of the line since the profile before, along the prepared one
+  std::optional<double> at_once;  // method steps: position to send for this profile
+  double moved_columns = 0.0;     // motion of the line since the last one, in prepared columns
   std::array<DetectorResult, kDetectors> results;
   StepTest step_test;
   std::vector<float> weight;
@@ -268,14 +267,14 @@ struct EdgeTracker::Impl {
   std::deque<double> times;         // of the last profiles
   std::deque<TimedColumn> votes;    // of the last packet period
   std::optional<TimedColumn> sent;  // the last position transmitted
-  std::optional<double> place;      // where the edge has been followed to
-  bool followed = false;            // in this period
-  int strays = 0;                   // readings in a row that were elsewhere
+  std::optional<double> place;      // where the edge was followed to
+  bool followed = false;            // whether it was followed in this period
+  int strays = 0;                   // consecutive readings elsewhere
   std::vector<double> recent;       // positions of the last steps, decided or not, oldest first
   std::vector<float> accumulated;
   std::vector<float> average;
   std::vector<double> history;  // decided positions, oldest first
-  // The period of the next packet, and what it will report, its column that of a prepared profile.
+  // The period of the next packet, and its content so far, with the column in a prepared profile.
   std::optional<double> period_begin_s;
   std::optional<EdgePacket> candidate;
   float candidate_weight = 0.0F;
@@ -293,7 +292,7 @@ struct EdgeTracker::Impl {
     }
   }
 
-  // By the rule that the options name; by their range where there is not enough of the line for a
+  // By the rule in the options; by the range of heights if too little of the line is measured for a
   // fit.
   double StepAt(double column, const std::vector<float>& height_m) {
     std::optional<double> fitted;
@@ -309,12 +308,12 @@ struct EdgeTracker::Impl {
     return step_m >= (goes_on ? next : first) * options.step.min_step_m;
   }
 
-  // Whether the last profiles have a step where it is predicted; the rule of ranges cannot tell.
+  // True if the last profiles have a step at the predicted place; kRange cannot tell.
   bool FitsAt(double column) {
     return options.step.rule != StepRule::kFit || IsStep(StepAt(column, prepared.height_m), true);
   }
 
-  // The step where any detector sees its edge.
+  // The highest step at the detectors' positions.
   double HighestStep(const Reading& reading) {
     double highest = 0.0;
     for (const auto& column : reading.detected) {
@@ -342,23 +341,23 @@ struct EdgeTracker::Impl {
   }
 
   std::optional<double> PredictFromVotes(double time_s) {
-    if (votes.empty()) return std::nullopt;  // what was sent long ago tells nothing alone
+    if (votes.empty()) return std::nullopt;  // the last position sent is too old to be used alone
     std::vector<TimedColumn> found;
     if (sent) found.push_back(*sent);
     found.insert(found.end(), votes.begin(), votes.end());
-    // One position alone may be a disturbance: two must bear each other out.
+    // A single position may be a disturbance: two must confirm each other.
     const auto prediction = PredictByLine(found, time_s, options.line_prediction);
     if (!prediction || (options.confirm && prediction->inliers < 2)) return std::nullopt;
     return prediction->column;
   }
 
-  // Section 3.4: two of three, then a line through the votes of a period and what was sent last.
+  // Section 3.4: two of three, then a line through a period's votes and the last position sent.
   float DecideByVoting(Reading& reading) {
     const double tolerance = ToColumns(options.vote_tolerance_m);
     const auto vote = VoteTwoOfThree(reading.detected, tolerance);
     reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
-    // A profile whose step is too small gives no vote; the others of the period still tell where
-    // the edge is.
+    // A profile whose step is too small gives no vote; the others of the period still give the
+    // edge.
     const auto expected = PredictFromVotes(reading.time_s);
     const bool goes_on = vote && expected && std::abs(*vote - *expected) <= tolerance;
     const bool step = IsStep(reading.step_m, goes_on);
@@ -369,7 +368,7 @@ struct EdgeTracker::Impl {
       reading.status = ProfileStatus::kEdge;
       if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
     } else {
-      // A step that no other profile of the period bears out is a disturbance.
+      // A step that no other profile of the period confirms is a disturbance.
       const bool several = vote && step && votes.size() >= 2;
       reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
     }
@@ -387,7 +386,7 @@ struct EdgeTracker::Impl {
     return accumulated;
   }
 
-  // The prepared heights, averaged with those of earlier profiles that fade out as the weights do.
+  // The prepared heights, averaged with those of earlier profiles, which decay like the weights.
   const std::vector<float>& Average() {
     if (average.empty()) average = prepared.height_m;
     const auto memory = static_cast<float>(options.accumulation.memory);
@@ -397,7 +396,7 @@ struct EdgeTracker::Impl {
     return average;
   }
 
-  // Section 3.5: the largest of the summed weights, of which those near earlier edges count more.
+  // Section 3.5: the maximum of the summed weights, which are higher near earlier edges.
   float DecideByWeights(Reading& reading) {
     const bool averaged = options.method == DecisionMethod::kAccumulated;
     weight = averaged ? Accumulate() : SumOfWeights(results);
@@ -407,7 +406,7 @@ struct EdgeTracker::Impl {
     const double tolerance = ToColumns(options.vote_tolerance_m);
     const bool goes_on = std::ranges::any_of(
         recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
-    // A step that none of the last profiles bears out is a disturbance.
+    // A step that none of the last profiles confirms is a disturbance.
     const bool step = IsStep(reading.step_m, goes_on);
     if (step) recent.push_back(column);
     if (recent.size() > kRecent) recent.erase(recent.begin());
@@ -422,7 +421,7 @@ struct EdgeTracker::Impl {
     return weight[static_cast<std::size_t>(column)];
   }
 
-  // The fourth detector works on heights as measured, of which it needs few.
+  // The fourth detector uses the measured heights, of which it needs only a few.
   float DecideBySteps(Reading& reading) {
     const auto points =
         std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
@@ -431,7 +430,7 @@ struct EdgeTracker::Impl {
     at_once.reset();
     if (points < kMinColumns) return 0.0F;
     at_once = found.at_once;
-    // As of the other methods: a line through several profiles is sharper where it is near enough.
+    // As in the other methods: a line through several profiles is more precise, if close enough.
     if (at_once && found.column &&
         std::abs(*at_once - *found.column) <= ToColumns(options.keep_m)) {
       at_once = found.column;
@@ -474,16 +473,16 @@ struct EdgeTracker::Impl {
     candidate_weight = its_weight;
   }
 
-  // What was decided is sent unless a step fits the period's profiles best elsewhere near by.
+  // The decided position is sent unless a step nearby fits the period's profiles better.
   void Refine() {
     const auto column = step_test.Locate(*candidate->column, ToColumns(options.refine_m));
     if (!column || std::abs(*column - *candidate->column) <= ToColumns(options.keep_m)) return;
     candidate = PacketOf(step_test.MiddleTime(), *column, candidate->sure);
   }
 
-  // An edge moves little from one profile to the next: as long as a step fits where it was, it is
-  // there, whatever the detectors see elsewhere. Many readings elsewhere with a higher step are
-  // right.
+  // An edge moves little from one profile to the next: while a step fits at its place, it stays
+  // there, whatever the detectors find elsewhere. Only many consecutive readings elsewhere with a
+  // higher step move it.
   void Follow(Reading& reading) {
     if (options.step.rule != StepRule::kFit) return;
     const double reach = ToColumns(options.refine_m);
@@ -507,10 +506,10 @@ struct EdgeTracker::Impl {
   void EndPeriod(double time_s) {
     if (!period_begin_s) period_begin_s = time_s;
     if (time_s < *period_begin_s + options.packet_period_s - kTimeSlack_s) return;
-    // Steps that are tracked have been fitted already.
+    // Tracked steps are already fitted.
     if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
       if (candidate) Refine();
-      // Where nothing was decided, the place to which the edge was followed in the period.
+      // Without a decision: the place to which the edge was followed in the period.
       if (!candidate && followed) candidate = PacketOf(step_test.MiddleTime(), *place);
     }
     packet = candidate.value_or(EdgePacket{.time_s = time_s});
@@ -521,7 +520,7 @@ struct EdgeTracker::Impl {
     candidate.reset();
     followed = false;
     candidate_weight = 0.0F;
-    // Packets keep their period, whatever the profiles' times are.
+    // Packets keep their period, independent of the profiles' times.
     *period_begin_s +=
         options.packet_period_s *
         std::floor((time_s + kTimeSlack_s - *period_begin_s) / options.packet_period_s);

@@ -15,16 +15,16 @@
 
 namespace rangegrasp::seam {
 
-/// How a profile's position is decided.
+/// How the edge position in a profile is decided.
 enum class DecisionMethod {
   kVotingAsPublished,   ///< two of three, then a line through the last profiles (section 3.4)
   kWeightsAsPublished,  ///< sum of weights with historic edge positions (section 3.5)
   kVoting,              ///< voting with our own rules (AsPublished lists them)
   kWeights,             ///< weights with our own rules
-  /// Our own: as kWeights, but the sums of earlier profiles fade out instead of being forgotten,
-  /// and a candidate of local weighted-voting counts for the columns around it too.
+  /// Our own: like kWeights, but the sums of earlier profiles decay instead of being forgotten, and
+  /// a candidate of local weighted-voting also counts for the columns around it.
   kAccumulated,
-  kSteps,  ///< our own: the fourth detector, tracked before it is judged (seam/step_track.h)
+  kSteps,  ///< our own: track-before-detect with the fourth detector (seam/step_track.h)
 };
 constexpr std::array<std::string_view, 6> WordsOf(DecisionMethod) {
   return {
@@ -35,17 +35,17 @@ constexpr bool IsAsPublished(DecisionMethod method) {
          method == DecisionMethod::kWeightsAsPublished;
 }
 
-/// Of kAccumulated.
+/// Options of kAccumulated.
 struct AccumulationOptions {
   double memory = 0.8;  ///< in [0, 1)
   double spread_columns = 6.0;
 };
 
-/// The texts of the keys (ReadTrackerOptions) say what each is.
+/// The keys in ReadTrackerOptions describe each option.
 struct TrackerOptions {
   LineGeometry line;
-  /// The windows of the geometric filter (+-12) and of the step height (+-10 of medians of +-6) are
-  /// cut where the measured part of the profile ends.
+  /// Margin at both ends, because the windows of the geometric filter (+-12) and of the step height
+  /// (+-10 of medians of +-6) are truncated at the ends of the measured part.
   int border_columns = 20;
   PreprocessOptions preprocess;
   DetectorOptions detectors;
@@ -53,9 +53,9 @@ struct TrackerOptions {
   double vote_tolerance_m = 1e-3;
   double packet_period_s = 0.1;
   double refine_m = 2e-3;  ///< 0: as published
-  double keep_m = 0.5e-3;  ///< what was decided this near to the best fit is sharper than that
-  /// false: a step counts at once, as published, and as a single profile needs it. kSteps asks a
-  /// single profile for more evidence instead.
+  double keep_m = 0.5e-3;  ///< a decision this close to the best fit is more precise than the fit
+  /// false: a step counts at once, as published and as needed for a single profile. kSteps instead
+  /// requires more evidence of a single profile.
   bool confirm = true;
   LinePredictionOptions line_prediction;
   HistoryOptions history;
@@ -65,26 +65,26 @@ struct TrackerOptions {
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
 
-/// All windows above are in columns of the base sensor, 12 a mm. These cover the same lengths in
-/// the line's own columns. Of a method as published those of the detectors and of the step height
-/// stay: the dissertation states them in px, for both sensors.
+/// Scales all windows above, which are in columns of the base sensor (12 per mm), to the same
+/// lengths in the line's own columns. Methods as published keep the windows of the detectors and of
+/// the step height, because the dissertation states them in px, for both sensors.
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
 
-/// Without our own rules: a step counts without a second profile that confirms it, and if its range
-/// of heights (section 3.5.3) is high enough, wherever it is; packets are not refined, and the
-/// line's ends not left out.
+/// Disables our own rules: a step needs no confirmation by a second profile and counts anywhere if
+/// its range of heights (section 3.5.3) is high enough; packets are not refined, and the line's
+/// ends are not excluded.
 TrackerOptions AsPublished(TrackerOptions options);
 
 /// @throws std::invalid_argument naming the option that is out of range.
 void CheckOptions(const TrackerOptions& options);
 
-/// Reads the keys of TrackerOptions; what is absent keeps its default. Leaves Finish to the caller.
+/// Reads the keys of TrackerOptions; absent keys keep their defaults. The caller must call Finish.
 /// @throws base::InputError naming file, line and key.
 void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options);
 
 enum class ProfileStatus {
-  kEdge,       ///< a position
-  kNoEdge,     ///< no step of the minimal height
+  kEdge,       ///< an edge position
+  kNoEdge,     ///< no step of the minimum height
   kAmbiguous,  ///< steps, but no two detectors agree and nothing can be predicted
   kUnusable,   ///< too few points
 };
@@ -92,27 +92,27 @@ constexpr std::array<std::string_view, 4> WordsOf(ProfileStatus) {
   return {"edge", "no_edge", "ambiguous", "unusable"};
 }
 
-/// What one profile shows.
+/// Result for one profile.
 struct Reading {
   double time_s = 0.0;
   ProfileStatus status = ProfileStatus::kUnusable;
   std::optional<double> column;  ///< with kEdge
   double x_m = 0.0;              ///< of the edge, in the line's frame L
   double step_m = 0.0;           ///< step height where the edge was looked for
-  /// Step height where the edge has been followed to: it may be there although no detector sees it.
+  /// Step height at the place to which the edge was followed, even if no detector sees it.
   double followed_step_m = 0.0;
-  /// With kEdge: whether the last profiles bear the step out; false: the edge may have ended, and
-  /// what is reported of it rests on profiles before.
+  /// With kEdge: whether the last profiles confirm the step. If false, the edge may have ended, and
+  /// the reported values come from earlier profiles.
   bool goes_on = true;
-  /// Whether each of the last profiles left no doubt of the edge; what is reported without
-  /// may be what is left of one that has ended. None: the method cannot tell.
+  /// Whether each of the last profiles shows the edge beyond doubt. If not, the reported edge may
+  /// be the rest of one that has ended. None: the method cannot tell.
   std::optional<bool> sure;
-  /// Each detector's own position in this profile; with method steps that of the fourth alone.
+  /// Each detector's own position in this profile; with method steps only that of the fourth.
   std::array<std::optional<int>, kDetectors> detected;
   std::optional<int> local_step;
 };
 
-/// What is sent to the robot control unit every packet_period_s.
+/// Packet sent to the robot control unit every packet_period_s.
 struct EdgePacket {
   double time_s = 0.0;
   std::optional<double> column = {};  ///< none: no valid position in this period
@@ -120,11 +120,11 @@ struct EdgePacket {
   std::optional<bool> sure = {};  ///< Reading::sure
 };
 
-/// Finds the edge in a sequence of profiles. Holds the history that prediction needs.
+/// Finds the edge in a sequence of profiles. Keeps the history needed for prediction.
 class EdgeTracker {
  public:
-  /// @param calibration  gives x of an edge by its column and the height of the surface there;
-  /// none: the line's columns are as wide at any height.
+  /// @param calibration  gives x of an edge from its column and the height of the surface there;
+  /// none: columns have the same width at any height.
   /// @throws std::invalid_argument if an option is out of range.
   explicit EdgeTracker(const TrackerOptions& options,
                        const std::optional<Calibration>& calibration = std::nullopt);
@@ -137,7 +137,7 @@ class EdgeTracker {
   Reading Update(const Profile& profile);
   /// The packet due since the last call, if a period has passed.
   std::optional<EdgePacket> TakePacket();
-  /// Of the last Update, for pictures and monitors. Results are empty with method steps.
+  /// Of the last Update, for plots and monitors. results() is empty with method steps.
   const PreparedProfile& prepared() const;
   const std::array<DetectorResult, kDetectors>& results() const;
   /// W or W_h of the last Update (eq. 3.16, 3.20); empty with kVoting and kSteps.

@@ -24,9 +24,9 @@ const cv::TermCriteria kUntilStill(cv::TermCriteria::COUNT | cv::TermCriteria::E
 
 cv::Size BoardSize(const ChessboardOptions& options) { return {options.columns, options.rows}; }
 
-// Of the square round a corner in which its two edges are looked at: a fifth of the way to the
-// nearest other corner, since another corner in it draws the result to itself; more pixels than
-// kMaxHalf hold no more.
+// Half side of the square around a corner in which its two edges are used: a fifth of the distance
+// to the nearest other corner, because another corner in it would bias the result. More pixels than
+// kMaxHalf add no information.
 int HalfWindow(const std::vector<cv::Point2f>& corners, int columns) {
   constexpr int kMinHalf = 2;
   constexpr int kMaxHalf = 11;
@@ -44,14 +44,14 @@ geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& optio
     throw base::InputError(fmt::format("{}: the laser measured no plane of the board in {} points",
                                        view.name, view.laser_W.size()));
   };
-  // Half of the points at least are the board's, else it is no plane of it.
+  // At least half of the points must be the board's; otherwise this is not its plane.
   constexpr std::uint64_t kAnySeed = 1;  // the same points give the same plane
   base::Rng rng(kAnySeed);
   const auto fit = geometry::FitPlaneRansac(view.laser_W, {100, options.laser_band_m}, rng);
   const std::size_t needed = std::max<std::size_t>(100, view.laser_W.size() / 2);
   if (!fit || fit->inliers.size() < needed) refuse();
   geometry::Plane plane = fit->plane;
-  // What is left of mixed points lies beyond the noise.
+  // Remaining mixed points lie outside the noise.
   double band_m = options.laser_band_m;
   for (int round = 0; round < 3; ++round) {
     geometry::Points near;
@@ -82,7 +82,7 @@ std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {
   return to;
 }
 
-// The lens and the board's place before the camera at each picture, left ones first.
+// The lens and the board's pose in the camera's frame at each picture, left ones first.
 struct Lens {
   cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);
   cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
@@ -90,7 +90,7 @@ struct Lens {
 };
 
 struct Corners {
-  std::vector<std::vector<cv::Point3f>> board;  // one list a pair
+  std::vector<std::vector<cv::Point3f>> board;  // one list per pair
   std::vector<std::vector<cv::Point2f>> left, right;
 };
 
@@ -128,7 +128,7 @@ Lens CalibrateLens(const Corners& corners, const cv::Size& size, double& residua
   return lens;
 }
 
-// One turn for all pairs, of the least squares of all corners; starts from one pair's.
+// The relative pose of all pairs, by least squares over all corners; starts from that of one pair.
 base::Pose CalibrateTurn(const Corners& corners, Lens& lens, const cv::Size& size,
                          double& residual_px) {
   const std::size_t pairs = corners.left.size();
@@ -143,7 +143,7 @@ base::Pose CalibrateTurn(const Corners& corners, Lens& lens, const cv::Size& siz
   return internal::PoseOf(rotation, shift).inverse();
 }
 
-// What registration pairs: a corner in the left camera's frame, and the plane it lies in.
+// A pair for registration: a corner in the left camera's frame, and the plane it lies in.
 struct CornerOnPlane {
   Eigen::Vector3d p_L;
   geometry::Plane plane_W;
@@ -158,7 +158,7 @@ double RootMeanSquare(std::span<const CornerOnPlane> pairs, const base::Pose& X_
   return std::sqrt(squares / static_cast<double>(pairs.size()));
 }
 
-// The rotation that turns the normals onto each other (Kabsch), then the shift for it.
+// The rotation that aligns the normals (Kabsch), then the translation for it.
 base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
                              std::span<const CornerOnPlane> pairs) {
   Eigen::Matrix3d joint = Eigen::Matrix3d::Zero();
@@ -180,13 +180,13 @@ base::Pose FirstRegistration(std::span<const Eigen::Vector3d> normals_L,
   return base::MakePose(R_WL, base::SolveLdlt(sum, right));
 }
 
-/// A step of Gauss and Newton to the corners' planes, on a small motion left of the pose (N = 6)
-/// and on the factor of all that the camera sees, too (N = 7).
+/// A Gauss-Newton step towards the corners' planes, over a small motion on the left of the pose (N
+/// = 6) and also over a scale factor of all that the camera sees (N = 7).
 template <int N>
 struct PlaneStep {
   Eigen::Matrix<double, N, N> sum = Eigen::Matrix<double, N, N>::Zero();
   Eigen::Matrix<double, N, 1> motion;
-  double squares = 0.0;  // of the distances before it
+  double squares = 0.0;  // of the distances before the step
 
   PlaneStep(std::span<const CornerOnPlane> pairs, base::Pose& X_WL, double factor = 1.0) {
     Eigen::Matrix<double, N, 1> right = Eigen::Matrix<double, N, 1>::Zero();
@@ -216,13 +216,12 @@ base::Pose Register(base::Pose X_WL, std::span<const CornerOnPlane> pairs) {
   return X_WL;
 }
 
-// By which factor all that the camera sees would have to grow to agree best with the planes, and
-// its standard error. Pictures of a board with larger squares are those of one further off, so that
-// only the laser detects squares of another size; the pose takes up most of what is wrong with them
-// if all boards are about as far off.
+// Scale factor of all that the camera sees that fits the planes best, and its standard error. A
+// board with larger squares looks like one further away, so only the laser detects squares of
+// another size. If all boards are about equally far away, the pose absorbs most of the error.
 std::pair<double, double> ScaleOf(base::Pose X_WL, std::span<const CornerOnPlane> pairs,
                                   std::size_t boards) {
-  constexpr int kRefineSteps = 10;  // from a pose that is nearly right
+  constexpr int kRefineSteps = 10;  // from a nearly correct pose
   double scale = 1.0, variance = 0.0;
   for (int step = 0; step < kRefineSteps; ++step) {
     const PlaneStep<7> refined(pairs, X_WL, scale);
@@ -246,7 +245,7 @@ Eigen::Vector3d Between(const Eigen::Vector3d& ray_L, const base::Pose& X_LR,
   return 0.5 * (along_a * a + c + along_b * b);
 }
 
-// How far the boards' normals are from being all alike: the sine of their least spread.
+// Spread of the boards' normals: the sine of their smallest spread.
 double NormalSpread(std::span<const BoardSighting> boards) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const BoardSighting& board : boards) {
@@ -302,7 +301,7 @@ Camera CameraOf(const Lens& lens, int width, int height) {
   return {width, height, m(0, 0), m(1, 1), m(0, 2), m(1, 2), k(0), k(1), k(2), k(3), k(4)};
 }
 
-// Both pictures' corners of each board, as one camera sees them, on the laser's plane of it.
+// The corners of each board from both pictures, by one camera, with the laser's plane of it.
 std::vector<CornerOnPlane> CornersOnPlanes(std::span<const BoardSighting> boards, const Lens& lens,
                                            const base::Pose& X_LR,
                                            const ChessboardOptions& options) {
@@ -359,7 +358,7 @@ std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const s
                                             const ChessboardOptions& options) {
   const cv::Mat grey = internal::GreyOf(picture);
   std::vector<cv::Point2f> corners;
-  // Quick; the thorough search takes 0.2 s a picture and finds boards that are dimly lit.
+  // Fast; the thorough search takes 0.2 s per picture and also finds dimly lit boards.
   if (cv::findChessboardCorners(grey, BoardSize(options), corners)) {
     const int half = HalfWindow(corners, options.columns);
     cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, kUntilStill);
@@ -388,7 +387,7 @@ BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options)
   sighting.name = view.name;
   sighting.left_px = FindChessboard(view.left, view.name + " (left)", options);
   sighting.right_px = FindChessboard(view.right, view.name + " (right)", options);
-  // From the same corner in both: a turn of a few degrees does not exchange the board's ends.
+  // Start from the same corner in both: a few degrees of rotation do not exchange the board's ends.
   const Eigen::Vector2d left = sighting.left_px.back() - sighting.left_px.front();
   const Eigen::Vector2d right = sighting.right_px.back() - sighting.right_px.front();
   if (left.dot(right) < 0.0) std::ranges::reverse(sighting.right_px);

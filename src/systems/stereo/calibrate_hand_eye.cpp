@@ -20,13 +20,13 @@ namespace {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 
-/// Hands that turned by less determine their camera's place badly: an error of 0.1 deg of the
-/// board's pose is then 1 % of the arm from hand to camera, and the place along the axis stays
-/// open.
+/// Smaller rotations of the hand determine the camera's position poorly: an error of 0.1 deg in the
+/// board's pose is then 1 % of the lever arm from hand to camera, and the position along the axis
+/// is not determined.
 constexpr double kMinTurn_rad = base::Deg(10.0);
-/// Of Gauss and Newton; it begins within a millimetre, and doubles its digits.
+/// Gauss-Newton steps: they start within a millimetre, and each doubles the correct digits.
 constexpr int kSteps = 10;
-/// Of the differences that derivatives are taken from [m, rad].
+/// Step of the finite differences [m, rad].
 constexpr double kDifference = 1e-6;
 
 base::Pose BoardInCamera(const HandEyeView& view, const Camera& camera,
@@ -61,7 +61,7 @@ base::Pose FirstGuess(std::span<const HandEyeView> views, const std::vector<base
   return internal::PoseOf(turn, shift);
 }
 
-/// How far the corners are from where the two poses see them, view after view [px].
+/// Differences of the corners from their projections by the two poses, view after view [px].
 Eigen::VectorXd Residuals(std::span<const HandEyeView> views, const Camera& camera,
                           const std::vector<Eigen::Vector3d>& corners, const HandEyeResult& at) {
   Eigen::VectorXd residuals(static_cast<Eigen::Index>(2 * corners.size() * views.size()));
@@ -75,7 +75,7 @@ Eigen::VectorXd Residuals(std::span<const HandEyeView> views, const Camera& came
   return residuals;
 }
 
-/// @param twists  shift and turn of each of both poses
+/// @param twists  translation and rotation of each of the two poses
 HandEyeResult At(const HandEyeResult& from, const Vector12& twists) {
   HandEyeResult result = from;
   result.X_HC = from.X_HC * base::SmallMotion(twists.segment<3>(3), twists.head<3>());
@@ -99,7 +99,7 @@ void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
   result.rms_px = std::sqrt(2.0 * left.squaredNorm() / static_cast<double>(left.size()));
 }
 
-/// Each view left out once, from what all of them gave.
+/// Leaves out each view once, starting from the result of all views.
 void Jackknife(std::span<const HandEyeView> views, const Camera& camera,
                const std::vector<Eigen::Vector3d>& corners, HandEyeResult& result) {
   double shifts = 0.0, turns = 0.0;
@@ -169,7 +169,7 @@ std::vector<Eigen::Vector2d> FindBoardCorners(const image::Image& picture, const
   std::vector<Eigen::Vector2d> corners = FindChessboard(picture, name, options);
   const auto columns = static_cast<std::size_t>(options.columns);
   std::vector<Eigen::Vector2d> reversed(corners.rbegin(), corners.rend());
-  // From the other end dark and light are exchanged.
+  // Seen from the other end, dark and light are exchanged.
   if (GreyAt(picture, FirstSquare(reversed, columns)) <
       GreyAt(picture, FirstSquare(corners, columns))) {
     return reversed;

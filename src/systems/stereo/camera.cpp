@@ -18,11 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a file may hold: far beyond any camera, near enough to find a wrong unit.
+// Limits for files: far beyond any camera, but low enough to detect a wrong unit.
 constexpr int kMaxSize_px = 16384;
 constexpr double kMaxFocalLength_px = 1e6;
 constexpr double kMaxDistortion = 100.0;
-// Below this the two pictures are one.
+// Below this, both pictures are from the same position.
 constexpr double kMinBaseline_m = 1e-4;
 
 Eigen::Vector2d NoPoint() {
@@ -42,7 +42,7 @@ Eigen::Matrix2d DistortionSlope(const Camera& c, const Eigen::Vector2d& p) {
   return slope;
 }
 
-/// Cameras and poses can see one scene. @param name  of the calibration, for errors.
+/// Checks that cameras and poses can see one scene; `name` is the calibration's name in errors.
 void CheckCalibration(const StereoCalibration& calibration, const std::string& name) {
   const auto refuse = [&](const std::string& why) { throw base::InputError(name + ": " + why); };
   const Camera& c = calibration.camera;
@@ -65,7 +65,7 @@ void CheckCalibration(const StereoCalibration& calibration, const std::string& n
   }
 }
 
-// Left and right are side by side, seen from the left camera.
+// Checks that left and right are side by side, seen from the left camera.
 void CheckSides(const Eigen::Vector3d& right_L) {
   const double sideways = right_L.x();
   if (std::abs(sideways) < std::abs(right_L.y())) {
@@ -91,7 +91,7 @@ Eigen::Vector2d Distort(const Camera& c, const Eigen::Vector2d& undistorted) {
 }
 
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& distorted) {
-  // Quadratic convergence: a lens' distortion takes 3 or 4 steps to rounding.
+  // Quadratic convergence: for a lens, 3 or 4 steps reach rounding errors.
   constexpr int kMaxSteps = 20;
   constexpr double kTolerance = 1e-13;
   Eigen::Vector2d p = distorted;

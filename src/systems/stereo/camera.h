@@ -12,7 +12,7 @@
 namespace rangegrasp::stereo {
 
 /// A pinhole camera with the distortion of equations 5.10 to 5.12, in its own frame S (x right, y
-/// down, z forward). A pixel's centre stands at whole coordinates: the upper left one at (0, 0).
+/// down, z forward). Pixel centers have integer coordinates: the upper left one is at (0, 0).
 struct Camera {
   int width = 0;              ///< [px]
   int height = 0;             ///< [px]
@@ -25,95 +25,94 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
-/// Where an undistorted point (x, y) = (X/Z, Y/Z) of the plane at Z = 1 appears on that plane,
-/// with r^2 = x^2 + y^2:
+/// Where an undistorted point (x, y) = (X/Z, Y/Z) of the plane at Z = 1 appears on that plane, with
+/// r^2 = x^2 + y^2:
 ///   x_d = x + x (k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2)       (5.10)
 ///   y_d = y + y (k1 r^2 + k2 r^4 + k3 r^6) + 2 p2 x y + p1 (r^2 + 2 y^2)       (5.11)
-/// In 5.11 the dissertation prints p1 and p2 as in 5.10; its source, OpenCV's manual, has them the
-/// other way round, without which 5.10 and 5.11 are not a turn of each other.
+/// The dissertation prints p1 and p2 in 5.11 as in 5.10. Its source, OpenCV's manual, exchanges
+/// them; otherwise 5.10 and 5.11 would not be rotations of each other.
 Eigen::Vector2d Distort(const Camera& camera, const Eigen::Vector2d& undistorted);
 
 /// The inverse of Distort, by Newton's method from the distorted point.
-/// @return NaN if it does not converge: outside of where the distortion can be undone.
+/// @return NaN if it does not converge: where the distortion is not invertible.
 Eigen::Vector2d Undistort(const Camera& camera, const Eigen::Vector2d& distorted);
 
-/// The pixel in which the camera sees a point p_S [m]; NaN for a point that is not before it.
+/// The pixel in which the camera sees a point p_S [m]; NaN for a point that is not in front of it.
 Eigen::Vector2d Project(const Camera& camera, const Eigen::Vector3d& p_S);
 
-/// The direction (z = 1) in which a pixel looks; NaN as Undistort.
+/// The direction (z = 1) of a pixel's ray; NaN like Undistort.
 Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& pixel);
 
 /// Two pictures of one scene.
 struct PicturePair {
   image::Image left, right;
-  bool colour =
-      true;  ///< false: of grey files; each channel holds their brightness, nothing is blue
+  bool colour = true;  ///< false: from grey files; each channel has the brightness, nothing is blue
 };
 
-/// The pixel of a picture nearest to a place, which may lie outside of it: red, green, blue.
+/// The pixel (red, green, blue) nearest to a place, which may lie outside the picture.
 const std::uint8_t* NearestPixel(const image::Image& picture, const Eigen::Vector2d& place);
 
-/// One camera that took two pictures, and where it stood: section 5.3.2's pan of -4 (left) and 0
+/// One camera that took two pictures, and its pose at each: section 5.3.2's pan of -4 (left) and 0
 /// degrees (right).
 struct StereoCalibration {
   Camera camera;
   base::Pose X_WL = base::Pose::Identity();  ///< the camera at the left picture, in the arm's frame
-  base::Pose X_WR = base::Pose::Identity();  ///< and at the right one
-  /// What the calibration left unexplained, for those who read the file; 0: not known.
+  base::Pose X_WR = base::Pose::Identity();  ///< the same at the right picture
+  /// Residuals of the calibration, for information; 0: unknown.
   double reprojection_px = 0.0;  ///< root mean square over the corners
-  double registration_m = 0.0;   ///< the same over the points that arm and camera share
+  double registration_m = 0.0;   ///< the same over the points shared by arm and camera
 };
 
-/// The pose of the right camera in the left one's frame, X_LR (equations 5.13 and 5.14: R and T of
-/// there are those of its inverse).
+/// The pose of the right camera in the left one's frame, X_LR (R and T of equations 5.13 and 5.14
+/// are those of its inverse).
 base::Pose RightInLeft(const StereoCalibration& calibration);
 
-/// YAML. @throws base::InputError naming file, line and key; base::RunError if it cannot be
-/// written.
+/// YAML.
+/// @throws base::InputError naming file, line and key; base::RunError if it cannot be written.
 StereoCalibration ReadStereoCalibration(const std::filesystem::path& file);
 void WriteStereoCalibration(const StereoCalibration& calibration,
                             const std::filesystem::path& file);
 
-/// A camera as calibration files hold it, to the end of the mapping.
+/// Reads a camera of a calibration file, to the end of the mapping.
 /// @throws base::InputError naming file, line and key.
 void ReadCamera(base::YamlMap& map, Camera& camera);
 
-/// A mapping `name:` that it reads, every digit kept.
+/// A mapping `name:` for ReadCamera, with all digits.
 std::string CameraText(const std::string& name, const Camera& camera);
 
-/// Two cameras with parallel axes, into whose pictures a pair is turned so that corresponding
-/// pixels differ in their column alone (figure 5.19b).
+/// Two cameras with parallel axes, to which a pair is rectified so that corresponding pixels differ
+/// only in their column (figure 5.19b).
 struct RectifiedCameras {
   int width = 0;                             ///< [px]
   int height = 0;                            ///< [px]
   double f = 0.0;                            ///< focal length [px]
   double cx = 0.0, cy = 0.0;                 ///< principal point [px], of both
   double baseline_m = 0.0;                   ///< from the left camera to the right one
-  base::Pose X_WS = base::Pose::Identity();  ///< the left one, turned
-  Eigen::Matrix3d R_LS;                      ///< its axes in those of the camera as it stood
-  Eigen::Matrix3d R_RS;                      ///< and in those of the right one
+  base::Pose X_WS = base::Pose::Identity();  ///< the rectified left camera
+  Eigen::Matrix3d R_LS;                      ///< its axes in the original left camera's frame
+  Eigen::Matrix3d R_RS;                      ///< its axes in the original right camera's frame
 
-  /// The direction of depth 1 in which the left camera sees (x, y).
+  /// The direction (depth 1) in which the left camera sees (x, y).
   Eigen::Vector3d RayAt(double x, double y) const { return {(x - cx) / f, (y - cy) / f, 1.0}; }
-  /// The point that the left camera sees at (x, y) and the right one at (x - disparity, y): at the
-  /// depth z = f baseline / disparity. The dissertation's d of equation 5.15 is -disparity.
+  /// The point that the left camera sees at (x, y) and the right one at (x - disparity, y). Its
+  /// depth is z = f baseline / disparity. The dissertation's d of equation 5.15 is -disparity.
   Eigen::Vector3d Triangulate(double x, double y, double disparity) const;
-  /// Depth [m] by which a pixel of disparity moves a point at that depth: z^2 / (f baseline).
+  /// Change of depth [m] per pixel of disparity at a depth: z^2 / (f baseline).
   double DepthPerPixel(double depth_m) const { return depth_m * depth_m / (f * baseline_m); }
   double DisparityAt(double depth_m) const { return f * baseline_m / depth_m; }
 };
 
-/// The two cameras of a calibration, both turned by the same amount (OpenCV's stereoRectify, which
-/// is Bouguet's: as in the toolbox that the dissertation calibrates with).
+/// The rectified cameras of a calibration, both rotated by the same amount (OpenCV's stereoRectify,
+/// which is Bouguet's algorithm, as in the dissertation's calibration toolbox).
 /// @throws base::InputError if size, focal lengths or principal point do not fit, or the right
 /// camera is not to the right of the left one.
 RectifiedCameras Rectify(const StereoCalibration& calibration);
 
-/// Undoes distortion (5.10 to 5.12) and turns both pictures, each pixel from one place of the
-/// original by bilinear interpolation. Holds one table of places a picture.
+/// Removes distortion (5.10 to 5.12) and rectifies both pictures: each pixel comes from one place
+/// of the original by bilinear interpolation. Stores one table of places per picture.
 class Rectifier {
  public:
-  /// O(pixels). @throws base::InputError as Rectify.
+  /// O(pixels). @throws base::InputError like Rectify.
   explicit Rectifier(const StereoCalibration& calibration);
   ~Rectifier();
   Rectifier(Rectifier&&) noexcept;
@@ -121,11 +120,11 @@ class Rectifier {
   const RectifiedCameras& cameras() const { return cameras_; }
   const Camera& camera() const { return camera_; }
 
-  /// In the layout of the rectified cameras; what neither camera saw is black.
+  /// Pictures of the rectified cameras; pixels that the original pictures do not show are black.
   /// @throws base::InputError if a picture's size is not the camera's.
   PicturePair Apply(const image::Image& left, const image::Image& right) const;
 
-  /// The pixel of the left picture that comes to stand at (x, y). May lie outside of it.
+  /// The pixel of the original left picture that is mapped to (x, y). May lie outside the picture.
   Eigen::Vector2d LeftSource(double x, double y) const;
 
  private:

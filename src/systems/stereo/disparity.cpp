@@ -14,11 +14,11 @@
 namespace rangegrasp::stereo {
 namespace {
 
-// OpenCV's: the number of disparities is a multiple of 16; results are sixteenths of a pixel.
+// OpenCV: the number of disparities is a multiple of 16; results are in sixteenths of a pixel.
 constexpr int kDisparityStep = 16;
 constexpr float kSubpixels = 16.0F;
-// Slopes are cut off here by both matchers' prefilters (OpenCV's default of block matching): a
-// difference of exposure does not count, nor does one strong edge in a window.
+// Limit of slopes in both matchers' prefilters (OpenCV's default for block matching): neither a
+// difference in exposure nor one strong edge in a window dominates.
 constexpr int kPrefilterCap = 31;
 constexpr int kHalfKept = 128;  // of 255, the mean of a mask over a shrunk pixel
 
@@ -39,7 +39,7 @@ void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
   }
 }
 
-// Room for windows at the border, and to the left for the right picture's columns.
+// Adds a margin for windows at the border, and on the left for the right picture's columns.
 cv::Rect Widened(const cv::Rect& kept, int margin, int max_px, const Mask& mask) {
   const cv::Rect wide(kept.x - max_px - margin, kept.y - margin, kept.width + max_px + 2 * margin,
                       kept.height + 2 * margin);
@@ -48,7 +48,7 @@ cv::Rect Widened(const cv::Rect& kept, int margin, int max_px, const Mask& mask)
 
 cv::Mat Shrunk(const cv::Mat& picture, int by) {
   if (by == 1) return picture;
-  cv::Mat small;  // of whole squares alone: others would stand elsewhere
+  cv::Mat small;  // only of whole squares: others would be shifted
   cv::resize(picture(cv::Rect(0, 0, picture.cols / by * by, picture.rows / by * by)), small,
              cv::Size(picture.cols / by, picture.rows / by), 0.0, 0.0, cv::INTER_AREA);
   return small;
@@ -77,17 +77,17 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
   return sixteenths;
 }
 
-// Pixels at which the grey changes along the row, as a match needs it.
+// Pixels where the grey value changes along the row, as needed for a match.
 cv::Mat Edges(const cv::Mat& picture, double levels) {
-  constexpr double kSobelGain = 8.0;  // of a slope of one level a pixel
+  constexpr double kSobelGain = 8.0;  // for a slope of one level per pixel
   cv::Mat grey, slope;
   cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
   cv::Sobel(grey, slope, CV_16S, 1, 0);
   return cv::abs(slope) > kSobelGain * levels;
 }
 
-/// The patch round a pixel in which disparities change by no more than `step` from one to the next;
-/// its pixels are visited then.
+/// The patch around a pixel in which disparities of neighbors differ by at most `step`; marks its
+/// pixels as visited.
 std::vector<cv::Point> PatchFrom(const cv::Point& first, const cv::Mat& sixteenths, int step,
                                  cv::Mat& visited) {
   const auto at = [&](const cv::Point& p) { return sixteenths.at<std::int16_t>(p); };
@@ -107,7 +107,7 @@ std::vector<cv::Point> PatchFrom(const cv::Point& first, const cv::Mat& sixteent
   return patch;
 }
 
-// Removes patches of disparities that are too small, or that no edges hold.
+// Removes patches of disparities that are too small or have too few edges.
 void FilterPatches(const cv::Mat& edges, int none, const MatchOptions& o, cv::Mat& sixteenths) {
   const int step = o.patch_step_px * static_cast<int>(kSubpixels);
   cv::Mat visited = sixteenths <= none;
@@ -128,10 +128,10 @@ void FilterPatches(const cv::Mat& edges, int none, const MatchOptions& o, cv::Ma
   }
 }
 
-// Removes disparities that the pixels of like colour round them do not share.
+// Removes disparities that surrounding pixels of similar colour do not share.
 void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::Mat& sixteenths) {
   constexpr int kCostSteps = 4;           // to either side
-  constexpr double kMaxSlope = 1.0 / 16;  // of a disparity along a surface: steeper is hardly seen
+  constexpr double kMaxSlope = 1.0 / 16;  // of a disparity along a surface: more is hardly seen
   const int stride = std::max(1, o.consensus_reach_px / kCostSteps);
   const double tolerance = kSubpixels * (1.0 + kMaxSlope * o.consensus_reach_px);
   const auto like = [&](const cv::Vec3b& a, const cv::Vec3b& b) {
@@ -193,13 +193,13 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   cv::Mat sixteenths = SixteenthsOf(small(internal::View(left)), small(internal::View(right)),
                                     first, disparities, options);
   const int none = (first - 1) * static_cast<int>(kSubpixels);
-  // What was removed is one colour, matches anything and would join patches.
+  // Removed pixels have one colour, match anything and would join patches.
   sixteenths.setTo(none, small(internal::View(left_mask)) < kHalfKept);
   const cv::Mat colours = small(internal::View(whole_left));
   if (options.consensus_share > 0.0) KeepConsensus(colours, none, options, sixteenths);
   FilterPatches(Edges(colours, options.edge_levels), none, options, sixteenths);
   const float pixels = static_cast<float>(options.shrink) / kSubpixels;
-  // Pixels beyond the last whole square have none.
+  // Pixels beyond the last whole square have no disparity.
   const int height = sixteenths.rows * options.shrink, width = sixteenths.cols * options.shrink;
   for (int y = 0; y < std::min(part.height, height); ++y) {
     const auto* row = sixteenths.ptr<std::int16_t>(y / options.shrink);

@@ -17,7 +17,7 @@
 namespace rangegrasp::stereo {
 namespace {
 
-// Where a PNG's header states its kind of pixels, and what it states of grey without alpha.
+// Position of the colour type in a PNG's header, and its value for grey without alpha.
 constexpr std::size_t kKindByte = 25;
 constexpr char kGreyKind = 0;
 
@@ -42,18 +42,18 @@ image::Image ReadPicture(const std::filesystem::path& file, bool& colour) {
   }
 }
 
-// The windows that a pair is compared by: as large as those of block matching, one in each cell of
-// a grid of so many cells (windows overlap in small pictures), of these the ones with the most
-// texture.
+// Windows for comparing a pair: as large as those of block matching, one in each cell of a grid of
+// this many cells (windows overlap in small pictures), of which those with the most texture are
+// used.
 constexpr int kWindow_px = 21;
 constexpr double kCells = 1200.0;
 constexpr std::size_t kMaxWindows = 200;
-// A window that agrees less was not found again (OpenCV's normed correlation).
+// Minimum correlation of a window that counts as found (OpenCV's normed correlation).
 constexpr double kMinCorrelation = 0.9;
-// Slope [grey levels / px, rms] in the direction in which the window changes least: along a
-// straight edge a window can be found anywhere. A camera's noise of 2 levels makes a slope of 1.4
-// (half the difference of two pixels), and 3 levels over 21 x 21 px place a window to 2 sqrt(2) /
-// (3 * 21) = 0.05 px.
+// Minimum slope [grey levels / px, rms] in the direction in which the window changes least: along a
+// straight edge a window can be found anywhere. Camera noise of 2 levels gives a slope of 1.4 (half
+// the difference of two pixels), and 3 levels over 21 x 21 px locate a window to 2 sqrt(2) / (3 *
+// 21) = 0.05 px.
 constexpr double kMinSlope = 3.0;
 
 struct Window {
@@ -99,7 +99,7 @@ std::vector<Window> TexturedWindows(const cv::Mat& left, const Mask& kept, int f
   return windows;
 }
 
-// From blue over green and yellow to red, at 0 to 1.
+// Colour of a share from 0 to 1: from blue over green and yellow to red.
 std::array<std::uint8_t, 3> ColourAt(double share) {
   const auto channel = [&](double peak) {
     const double value = std::clamp(1.5 - std::abs(4.0 * share - peak), 0.0, 1.0);
@@ -108,7 +108,7 @@ std::array<std::uint8_t, 3> ColourAt(double share) {
   return {channel(3.0), channel(2.0), channel(1.0)};
 }
 
-/// Disparities as 16-bit grey: 256 levels a pixel (as in the KITTI benchmark), 0 where there is
+/// Disparities as 16-bit grey: 256 levels per pixel (as in the KITTI benchmark), 0 where there is
 /// none.
 image::Grey16 EncodeDisparity(const Disparity& disparity) {
   image::Grey16 picture{disparity.width, disparity.height, {}};
@@ -121,7 +121,7 @@ image::Grey16 EncodeDisparity(const Disparity& disparity) {
 }
 
 /// Disparities in colours from far (blue) to near (red); black where there is none. The colours
-/// span the disparities that are there but for the outermost percent at both ends.
+/// span the disparities except for the outermost percent at both ends.
 image::Image DisparityPicture(const Disparity& disparity) {
   constexpr double kOutermost = 0.01;
   std::vector<float> there;
@@ -142,8 +142,8 @@ image::Image DisparityPicture(const Disparity& disparity) {
   return picture;
 }
 
-/// Both rectified pictures side by side, with a line every so many rows: what stands on a line
-/// on the left stands on it on the right.
+/// Both rectified pictures side by side, with lines at regular rows: a point that is on a line on
+/// the left is on the same line on the right.
 image::Image RectifiedPicture(const PicturePair& pair) {
   constexpr int kSpacing_px = 60;
   const cv::Scalar line(255, 60, 40);

@@ -18,7 +18,7 @@ namespace {
 
 using base::kMm;
 
-// Windows have a middle.
+// Reads the side of a window, which must be odd.
 void ReadWindow(base::YamlMap& map, const char* key, int& value, int low, int high,
                 const char* doc) {
   map.Read(key, value, low, high, doc);
@@ -80,7 +80,7 @@ void CheckOptions(const ReconstructOptions& o) {
   }
 }
 
-/// The brightness of what is kept, black elsewhere.
+/// Brightness of the kept pixels, black elsewhere.
 image::Grey8 BrightnessOf(const image::Image& picture, const Mask& kept) {
   image::Grey8 grey;
   cv::Mat room = internal::Room(picture.width, picture.height, grey);
@@ -94,13 +94,13 @@ Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) 
   return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
 }
 
-/// Depths between which a ray is of interest [m].
+/// Range of depths of interest along a ray [m].
 struct DepthRange {
   double near_m = 0.0;
   double far_m = 0.0;
 };
 
-/// Where along origin + t direction t's share lies between low and high of one coordinate.
+/// Range of t in which one coordinate of origin + t direction lies between low and high.
 DepthRange Between(double origin, double direction, double low, double high) {
   if (direction == 0.0) {
     return low <= origin && origin <= high ? DepthRange{0.0, kInfinity} : DepthRange{};
@@ -152,12 +152,12 @@ struct Search {
   bool Any() const { return max_px > min_px; }
 };
 
-/// The samples of a picture: squares of step_px pixels, and what is searched for in each.
+/// The samples of a picture: squares of step_px pixels, and the disparities to search in each.
 class Grid {
  public:
   Grid(const RectifiedCameras& cameras, const ReconstructOptions& options)
       : step_px(options.step_px), rows(cameras.height / step_px), columns(cameras.width / step_px) {
-    // A point of the volume may be measured as far outside as its noise takes it.
+    // Noise may move a measured point of the volume this far outside.
     const double slack_px = kNoiseDeviations * options.disparity_sigma_px;
     const Search all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
     searches_.assign(IndexOf(0, rows), all);
@@ -189,7 +189,7 @@ class Grid {
   cv::Rect PixelsOf(int column, int row) const {
     return {column * step_px, row * step_px, step_px, step_px};
   }
-  /// The pixels of a mask in whose sample something is searched for.
+  /// The pixels of a mask whose sample has disparities to search.
   Mask Searched(const Mask& mask) const {
     Mask searched;
     cv::Mat room = internal::Room(mask.width, mask.height, searched);
@@ -211,7 +211,7 @@ class Grid {
   std::vector<Search> searches_;
 };
 
-// The blue pixels in which the table is seen: in large patches.
+// The blue pixels that show the table: those in large patches.
 cv::Mat TablePixels(const image::Image& picture, const Mask& kept, int min_px) {
   cv::Mat black, patches, statistics, centers;
   cv::inRange(internal::View(picture), cv::Scalar::all(0), cv::Scalar::all(0), black);
@@ -280,7 +280,7 @@ class Sampler {
     return value;
   }
 
-  // Whether most of a sample's pixels show the table by their colour.
+  // True if most of a sample's pixels have the table's colour.
   bool IsTable(int column, int row) const {
     return !table_.empty() && cv::countNonZero(table_(grid_.PixelsOf(column, row))) >= min_count_;
   }

@@ -10,22 +10,22 @@
 #include "geometry/kd_tree.h"
 #include "geometry/point_cloud.h"
 
-/// How well found objects agree with labelled ones. The labels are for evaluation alone.
+/// Agreement of found objects with labelled ones. The labels are used for evaluation only.
 namespace rangegrasp::surveys {
 
-/// Means weighted by the labelled objects' visible points |G|, S a found object ("segment").
+/// Means weighted by the labelled objects' visible points |G|; S is a found object ("segment").
 struct Separation {
   double overlap = 0.0;  ///< max over S of |G and S| / |G or S|; 1: every object is one segment
   double over = 0.0;     ///< 1 - |G and S*| / |G|, S* the segment that shares most points with G
-  double under = 0.0;    ///< share of S* that belongs to another label, the table included
+  double under = 0.0;    ///< share of S* that belongs to another label, including the table
   double points = 0.0;   ///< sum of |G|: the weight of this cloud among others
-  int objects = 0;       ///< labelled ones
-  int of_table = 0;      ///< segments that have more points of the table than of objects
+  int objects = 0;       ///< number of labelled objects
+  int of_table = 0;      ///< segments with more points of the table than of objects
   /// Every object has a segment with overlap >= 0.75 and no other segment of 200 points exists.
   bool right = false;
 };
 
-/// Labels: 0 nothing measured, 1 to 9 table, 20 and more objects. Segments: < 0 none.
+/// Labels: 0 not measured, 1 to 9 table, 20 and above objects. Segments: < 0 none.
 inline Separation Compare(const std::vector<std::uint32_t>& label,
                           const std::vector<std::int32_t>& segment) {
   constexpr std::uint32_t kFirstObject = 20;
@@ -74,8 +74,8 @@ inline Separation Compare(const std::vector<std::uint32_t>& label,
   return sum;
 }
 
-/// The found object of each measured point: the one whose nearest point is nearest to it and within
-/// 6 mm, so that what filters leave out or shift costs nothing; -1 where there is none.
+/// The found object of each measured point: the one with the nearest point, if within 6 mm, so that
+/// points that filters remove or shift cost nothing; -1 if there is none.
 inline std::vector<std::int32_t> AssignToObjects(geometry::PointSpan measured,
                                                  const std::vector<geometry::Points>& objects) {
   constexpr double kNear_m = 0.006;

@@ -45,7 +45,7 @@ struct CheckArguments {
   bool json = false, quick = false;
 };
 
-// What its answers on a few scans were understood as. @throws base::InputError if one is wrong
+// Prints the detector's answers on a few scans. @throws base::InputError if one is wrong
 void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
   const auto& cell = trial::CellOf(*e.task);
   const auto* detector = trial::FindDetector(cell.options.detector);
@@ -56,7 +56,7 @@ void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
   if (!usable) throw base::InputError("the detector has errors");
 }
 
-// The detector of a command line in place of the shipped experiment's.
+// Checks a detector given by its command, in the shipped experiment.
 void CheckDetectorAlone(const CheckArguments& arguments) {
   std::vector<std::string> words = base::Split(arguments.detector, ' ');
   std::erase(words, "");
@@ -80,14 +80,14 @@ bool IsExperiment(const fs::path& file) {
   return file.extension() == ".yaml" || file.extension() == ".yml";
 }
 
-// What is checked, and what came of it.
+// A checked file and the results.
 struct Checked {
   std::string kind;
   Findings findings;
   std::optional<trial::Tryout> tried;
   std::vector<check::Change> changes;  // of --fix
 
-  // Where nothing else is wrong.
+  // Tries the cell if there are no errors.
   void Try(const CheckArguments& arguments, const trial::Options& options) {
     if (arguments.quick || base::HasError(findings)) return;
     tried = trial::TryCell(options, [](const std::string& text) { spdlog::info(text); });
@@ -121,7 +121,7 @@ Checked CheckFile(const CheckArguments& arguments) {
   return checked;
 }
 
-// Makes the definite edits, and checks again until there are none; `file` is then the copy.
+// Applies the definite edits and checks again until there are none. `file` is then the copy.
 Checked FixFile(CheckArguments& arguments) {
   if (arguments.file.empty() || IsExperiment(arguments.file)) {
     throw base::InputError("--fix needs an MJCF file, such as the scene of an experiment");
@@ -141,7 +141,7 @@ Checked FixFile(CheckArguments& arguments) {
   return checked;
 }
 
-// As a list of differences.
+// A change as a diff.
 std::string TextOf(const check::Change& change) {
   std::string text = fmt::format("{}:{}:\n", change.file.string(), change.line);
   const auto add = [&](char sign, const std::string& lines) {
@@ -203,7 +203,7 @@ void Check(CheckArguments arguments) {
   if (errors > 0) throw base::InputError(fmt::format("{}: has errors", arguments.file));
 }
 
-// The settled world of an experiment's trial, or a scene file as it stands.
+// The settled world of an experiment's trial, or the unchanged world of a scene file.
 struct Picked {
   std::unique_ptr<sim::World> world;
   experiment::Experiment experiment;  // empty for a scene
@@ -222,7 +222,7 @@ Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
   return picked;
 }
 
-// A sensor's file, or one of the installed ones by its word.
+// The path of a sensor's file; "laser" and "stereo" are installed ones.
 fs::path SensorFile(const std::string& sensor) {
   if (sensor == "laser") return base::DataFolder() / "models/sensors/line_scanner.yaml";
   if (sensor == "stereo") return base::DataFolder() / "models/sensors/stereo_camera.yaml";
@@ -236,7 +236,7 @@ Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<s
   if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
   picked.experiment = experiment::OpenExperiment(file, changes);
   const trial::Cell& cell = picked.cell();
-  cell.sensor->Prepare();  // before the world is there, whose engine starts threads
+  cell.sensor->Prepare();  // before the world is made, since its engine starts threads
   const experiment::Case& which =
       trial.empty() ? picked.experiment.cases.front() : CaseOf(picked.experiment, trial);
   picked.seed = which.seed;
@@ -295,7 +295,7 @@ void AddSnapshot(CLI::App& app) {
   });
 }
 
-/// The image with nothing measured but the target.
+/// The image with the samples of the target only.
 geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
   geometry::RangeImage image = scan.view.image;
   for (std::size_t i = 0; i < image.points_C.size(); ++i) {
@@ -306,7 +306,8 @@ geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
   return image;
 }
 
-/// The scan, objects and table apart, and the shadows on the table plane round the workspace.
+/// Draws the scan, with different colors for objects and table, and the shadows on the table plane
+/// around the workspace.
 image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMesh>& meshes,
                       const base::Pose& X_WS, const sensing::LineScannerOptions& options) {
   constexpr double kHalf_m = 0.30;
@@ -314,7 +315,7 @@ image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMe
   geometry::Points grid;
   for (double x = -kHalf_m; x <= kHalf_m; x += kStep_m) {
     for (double y = -kHalf_m; y <= kHalf_m; y += kStep_m)
-      grid.emplace_back(x, y, 0.001);  // above what is painted on the table
+      grid.emplace_back(x, y, 0.001);  // above the markings painted on the table
   }
   const auto states = sensing::ClassifySurface(grid, meshes, X_WS, options);
   draw::Canvas canvas;
@@ -348,7 +349,7 @@ struct ScanArguments {
 
 constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
 
-// The sensor writes the cloud itself, with what lies between. @return whether it does that
+// Lets the sensor write the cloud and its images. @return false if it does not do that
 bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
   if (!picked.experiment.task || picked.cell().options.sensor_type == trial::kLineScanner) {
     return false;

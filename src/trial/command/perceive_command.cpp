@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-using GraspLists = std::vector<std::vector<grasp::Grasp>>;  // of each object
+using GraspLists = std::vector<std::vector<grasp::Grasp>>;  // one list per object
 
 double UnitFrom(const std::string& name) {
   if (name == "mm") return 1e-3;
@@ -62,16 +62,16 @@ perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   return options;
 }
 
-// Something larger stands on no table and is in no hand.
+// A larger object does not fit on a table or in a hand.
 constexpr double kMaxObject_m = 0.6;
-// An object with more of the points is the table or the room.
+// An object with a larger share of the points is the table or the room.
 constexpr double kMaxShare = 1.0 / 3.0;
-// Points of a tabletop that are further apart come from a file in another unit.
+// If the points of a tabletop are further apart, the file has another unit.
 constexpr double kMaxSpacing_m = 0.05;
-// The same of points that are nearer than any sensor's to each other.
+// If the points are closer than those of any sensor, the file has another unit.
 constexpr double kMinSpacing_m = 2e-5;
 
-// What makes the result doubtful, in words.
+// Reasons to doubt the result.
 std::vector<std::string> Warnings(const perception::Scene& scene) {
   std::vector<std::string> warnings;
   const double spacing_m = scene.sampling.spacing_m;
@@ -106,8 +106,8 @@ std::vector<std::string> Warnings(const perception::Scene& scene) {
   return warnings;
 }
 
-// What to try where no table was found: a cloud in another unit has none, nor has one whose table
-// is looked for from below.
+// What to try if no table was found: a cloud in another unit has none, nor has one with the wrong
+// sign of --up.
 std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
                    const perception::PerceptionOptions& options, base::Rng& rng) {
   std::string advice;
@@ -141,7 +141,7 @@ ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& s
   const auto& table = scene.table;
   ordered_json json = {{"cloud", arguments.cloud},
                        {"unit", arguments.unit},
-                       {"frame", "cloud"},  // of all places and directions here, in metres
+                       {"frame", "cloud"},  // of all positions [m] and directions below
                        {"noise_m", scene.sampling.noise_m},
                        {"spacing_m", scene.sampling.spacing_m},
                        {"gap_m", scene.sampling.gap_m},
@@ -189,7 +189,7 @@ std::string Text(const perception::Scene& scene, const GraspLists& grasps) {
   return text;
 }
 
-// The measured points of one object as a cloud, all grey.
+// Writes the measured points of one object as a gray cloud.
 void WriteObject(const perception::Scene& scene, std::size_t object, const fs::path& file) {
   const auto& points = scene.objects[object].points;
   const geometry::TriangleMesh cloud{geometry::Select(scene.cloud.points, points), {}};
@@ -198,15 +198,15 @@ void WriteObject(const perception::Scene& scene, std::size_t object, const fs::p
       std::vector<std::array<std::uint8_t, 3>>(cloud.vertices.size(), {160, 160, 160}));
 }
 
-// What is printed of a cloud.
+// Results that are printed for a cloud.
 struct Perceived {
   ordered_json json;
   std::string text;
   std::vector<std::string> warnings;
-  std::string error = {};  // why there is nothing of the above; empty if there is
+  std::string error = {};  // why the results above are missing; empty if they are not
 };
 
-// The engine of pictures draws one at a time.
+// The renderer can draw only one picture at a time.
 void Draw(const fs::path& file, const draw::Canvas& canvas, const draw::View& view) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
@@ -261,7 +261,7 @@ void PerceiveOne(const PerceiveArguments& arguments) {
 
 // ---- several clouds ----
 
-// Files as they are named, and those of folders in the order of their names.
+// The named files, and the files of named folders in alphabetical order.
 std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
   constexpr std::array<std::string_view, 4> kEndings = {".pcd", ".ply", ".npy", ".xyz"};
   std::vector<std::string> clouds;
@@ -285,7 +285,7 @@ std::vector<std::string> CloudsIn(const std::vector<std::string>& named) {
   return clouds;
 }
 
-// Each cloud has a folder of its name below the one that is named.
+// Each cloud has an output folder with its name in the named output folder.
 std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
                                                const std::vector<std::string>& clouds) {
   std::vector<PerceiveArguments> each;
@@ -313,7 +313,7 @@ void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
   if (!perceived.error.empty()) spdlog::error(perceived.error);
   if (arguments.json) {
     const ordered_json failed = {{"cloud", arguments.cloud}, {"error", perceived.error}};
-    // A folder's files may have any names.
+    // File names in a folder may be invalid UTF-8.
     WriteResult((perceived.error.empty() ? perceived.json : failed)
                     .dump(-1, ' ', false, ordered_json::error_handler_t::replace) +
                 "\n");
@@ -322,8 +322,8 @@ void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
   }
 }
 
-// Several clouds at the same time, reported in the order in which they are named. One that cannot
-// be perceived does not stop the others.
+// Processes several clouds in parallel and reports them in their given order. An error in one cloud
+// does not stop the others.
 void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
   const robot::HandModel hand = HandOf(each.front().scene);
   std::vector<std::promise<Perceived>> promises(each.size());
@@ -413,7 +413,7 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
 }
 
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin) {
-  // PCL's viewpoint of a cloud that has none is 0 0 0, too.
+  // PCL also writes the viewpoint 0 0 0 for a cloud without one.
   if (!arguments.origin.empty() || !origin.isZero()) return "";
   return "; the sensor is taken to be at 0,0,0: if it was not, give its place by --sensor-origin "
          "x,y,z";

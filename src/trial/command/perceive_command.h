@@ -15,7 +15,7 @@ namespace rangegrasp::cli {
 
 void AddPerceiveCommand(CLI::App& app);  ///< perceive
 
-/// What commands on any cloud ask of it, a recorded one too.
+/// Arguments of commands that read a cloud, recorded or simulated.
 struct CloudArguments {
   std::string cloud, origin, up, unit = "m";
   std::vector<double> crop;
@@ -24,23 +24,23 @@ struct CloudArguments {
 /// Adds --sensor-origin, --crop, --up and --unit; `arguments` must outlive the command.
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 
-/// "x,y,z" -> a vector.
+/// Parses "x,y,z" into a vector.
 /// @throws base::InputError naming the option.
 Eigen::Vector3d ParseVector(const std::string& text, const char* option);
 
-/// The file, in metres, with NaN in the place of all points outside the crop, so that rows stay
-/// whole.
-/// @throws base::InputError naming what is wrong, such as a crop that leaves nothing.
+/// Reads the cloud in metres. Points outside the crop become NaN, so that the rows keep their
+/// lengths.
+/// @throws base::InputError naming the error, such as a crop without points.
 geometry::CloudFile ReadCloud(const CloudArguments& arguments);
 
-/// Where the sensor stood: as the option says, else the file, else the origin.
+/// The sensor's position: from the option, else from the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
-/// For errors of perception: "; ... give --sensor-origin" where neither the option nor the file
-/// says where the sensor stood, else empty.
+/// Advice for errors of perception: "; ... give --sensor-origin" if neither the option nor the file
+/// states the sensor's position, else empty.
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin);
 
-/// The direction away from the table, unit; nullopt without the option.
+/// The unit vector away from the table; nullopt without the option.
 /// @throws base::InputError.
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments);
 

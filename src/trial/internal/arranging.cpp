@@ -29,16 +29,17 @@ Eigen::Vector3d PlaceInDisc(const base::Pose& X_WWorkspace, double radius_m, bas
 
 namespace {
 
-// Triangles are looked at in pieces of this size: what stands before an object hides more.
+// Maximum length of a piece of a triangle. Objects in front of another one hide larger areas.
 constexpr double kPiece_m = 0.015;
 
-/// Points of a surface that faces the laser, with how large it appears there.
+/// Sample points of a surface that faces the laser, with the solid angle of each.
 struct Facing {
   geometry::Points points_W;
   std::vector<double> sizes;
 };
 
-/// The middles of the upright ones of a triangle's n^2 equal pieces stand for three of them each.
+/// Splits a triangle into n^2 equal pieces. The centers of those with the triangle's own
+/// orientation, n (n + 1) / 2, are the sample points and share its area equally.
 void AddPieces(const std::array<Eigen::Vector3d, 3>& corners_W, const Eigen::Vector3d& laser_W,
                Facing& facing) {
   const auto& [a, b, c] = corners_W;
@@ -73,12 +74,11 @@ bool Sees(const sensing::LineScannerOptions& scanner, const Eigen::Vector3d& p_S
   return std::abs(pan) <= 0.5 * scanner.pan_range_rad && std::abs(fan) <= 0.5 * scanner.fan_rad;
 }
 
-// A drop that shows how an object comes to rest starts with its lowest point this high, as from a
-// hand.
+// Height of an object's lowest point at the start of a drop: as if dropped from a hand.
 constexpr double kDropHeight_m = 0.05;
-// Objects are put down this far above the table, so that none begins inside it.
+// Objects are put down this far above the table, so that none starts inside it.
 constexpr double kPutDown_m = 0.0005;
-// An object that turns further than this falls into another pose.
+// An object that rotates by more than this changes its resting pose.
 constexpr double kMaxTurn_rad = 0.1;
 
 // Whether a pose leaves the model's z axis upright.
@@ -181,7 +181,7 @@ base::Pose Resting::PutDown(const sim::RestingFace& face, double radius_m, sim::
       (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * face.R_WO).toRotationMatrix(),
       Eigen::Vector3d(place.x(), place.y(), face.height_m + kPutDown_m));
   world.PlaceObject(object, X_WO);
-  // The centre of mass, not the body's origin, comes to the drawn place.
+  // The center of mass, not the body's origin, is moved to the drawn place.
   const Eigen::Vector3d shift = place - world.ObjectCenterOfMass(object);
   X_WO.translation() += Eigen::Vector3d(shift.x(), shift.y(), 0.0);
   world.PlaceObject(object, X_WO);

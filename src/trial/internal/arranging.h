@@ -19,48 +19,50 @@ namespace rangegrasp::trial::internal {
 /// Uniform over all rotations (Shoemake 1992).
 Eigen::Quaterniond RandomRotation(base::Rng& rng);
 
-/// Uniform over a disc round the middle of the workspace, in W.
+/// Uniform over a disc around the center of the workspace, in W.
 Eigen::Vector3d PlaceInDisc(const base::Pose& X_WWorkspace, double radius_m, base::Rng& rng);
 
-/// In random order; std::shuffle differs between libraries.
+/// Shuffles the items. Not std::shuffle, since its results differ between libraries.
 template <typename T>
 void Shuffle(std::vector<T>& items, base::Rng& rng) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[rng.Index(i)]);
 }
 
-/// The objects that do not lie in the scanner's field of view with all vertices, ascending.
+/// The objects with a vertex outside the scanner's field of view, ascending.
 std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
                            const sensing::LineScannerOptions& scanner);
 
-/// Of an object's surface that the scanner would see if nothing else were there, as it appears from
-/// the laser, the share that it sees.
+/// Visible share of an object's surface: the area that the scanner sees, divided by the area that
+/// it would see if the object were alone. Areas are solid angles from the laser.
 double SeenShare(const sim::World& world, int object, const base::Pose& X_WS,
                  const sensing::LineScannerOptions& scanner);
 
-/// How single objects come to rest on the table, as often as a drop ends so.
+/// Draws resting poses of single objects on the table, with the frequencies of simulated drops.
 class Resting {
  public:
-  /// @param objects  those that may be put down
+  /// @param objects  the objects that may be put down
   /// @throws base::InputError if one has no resting pose.
   Resting(const Options& options, const robot::Robot& robot,
           const std::vector<std::string>& objects);
 
-  /// Drops an object of a world onto the table, turned at random.
-  /// @return how it came to rest; nullopt for a pose that is left out.
+  /// Drops an object of a world onto the table with a random rotation.
+  /// @return its resting pose; nullopt if that pose is excluded.
   std::optional<sim::AtRest> Drop(sim::World& world, int object, base::Rng& rng) const;
 
-  /// A pose in which the model's axis z is vertical, as often as a body that is set down without a
-  /// bounce ends in it.
-  /// @return nullopt if it has none.
+  /// Draws a resting pose in which the model's z axis is vertical, with the quasi-static
+  /// probabilities (sim::RestingPose).
+  /// @return nullopt if the object has none.
   std::optional<sim::AtRest> Standing(const std::string& object, base::Rng& rng) const;
   static bool Stands(const sim::RestingFace& face);
 
-  /// Puts it down on a face, at a random place in a disc round the middle of the workspace and yaw.
+  /// Puts the object down on a face, with a random yaw at a random place in a disc around the
+  /// center of the workspace.
   /// @return its pose.
   base::Pose PutDown(const sim::RestingFace& face, double radius_m, sim::World& world, int object,
                      base::Rng& rng) const;
 
-  /// Whether it lies as it was put down: an object may creep into place, but not turn further.
+  /// Whether the object still has the orientation in which it was put down, up to a small rotation.
+  /// It may shift.
   static bool IsAsPutDown(const base::Pose& X_WO, const sim::World& world, int object);
 
  private:

@@ -25,9 +25,9 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using JointSpace = ob::RealVectorStateSpace;
 
-constexpr double kTreeStep_rad = 0.6;  ///< longest branch: longer are less free, of shorter more
-constexpr int kShortcuts = 80;         ///< tried on a path, at a check of an edge each
-constexpr double kWorthwhile = 0.999;  ///< a shortcut's share of the way, or rounding would be cut
+constexpr double kTreeStep_rad = 0.6;  ///< longer ones are less free, shorter ones more numerous
+constexpr int kShortcuts = 80;         ///< tried per path; each checks one edge
+constexpr double kWorthwhile = 0.999;  ///< a shortcut's largest relative length, against rounding
 
 Eigen::Map<VectorXd> Values(ob::State* state, Eigen::Index dof) {
   return {state->as<JointSpace::StateType>()->values, dof};
@@ -144,9 +144,9 @@ void Shortcut(const JointQuery& query, base::Rng& rng, JointPath& path) {
 
 using Target = collision::Contacts::Target;
 
-/// Of the hand above the table when it lets go: as in a grasp (GraspOptions::table_clearance_m).
+/// Of the hand above the table at the release: as in a grasp (GraspOptions::table_clearance_m).
 constexpr double kHandClearance_m = 0.004;
-/// An arc is longer than its chord: 1.2 of it up to an arc of about 120 deg.
+/// An arc's length per chord: 1.2 up to an arc of about 120 deg.
 constexpr double kArcPerChord = 1.2;
 
 double Wrapped(double angle) { return std::remainder(angle, 2.0 * base::kPi); }
@@ -321,8 +321,8 @@ bool BranchBuilder::Lift(Branch& branch) const {
   const base::Pose X_WLifted = Shifted(task_.X_WH, task_.lift_m * Vector3d::UnitZ());
   auto path = robot::StraightLine(robot_, branch.q_grasp, X_WLifted, options_.step_m);
   if (!path) return false;
-  // What leans on the object, or what it stands on, is in the way once they have parted. What still
-  // touches it at the end of the lift blocks the carry.
+  // What leans on the object, or what it stands on, is an obstacle once they have separated. If
+  // something still touches it at the end of the lift, it blocks the carry.
   Stage stage = HeldStage();
   if (task_.may_brush) stage.contacts.target = Target::kGone;
   std::vector<char>& ignored = stage.contacts.held_ignores;

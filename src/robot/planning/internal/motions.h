@@ -18,30 +18,30 @@ using JointPath = std::vector<Eigen::VectorXd>;
 struct JointQuery {
   Eigen::VectorXd start, goal;
   std::function<bool(const Eigen::VectorXd&)> free;
-  /// Moves a uniform sample to where paths are worth looking for; may be empty.
+  /// Moves a uniform sample to a region worth searching; may be empty.
   std::function<void(Eigen::VectorXd&)> project;
   double resolution_rad = 0.04;
   int iterations = 1500;
   double seconds = 2.0;  ///< wall time
 };
 
-/// Waypoints from start to goal: the straight line where it is free, else RRTConnect (Kuffner and
+/// Waypoints from start to goal: the straight line if it is free, else RRTConnect (Kuffner and
 /// LaValle 2000, from OMPL) with shortcuts. nullopt if none was found.
 std::optional<JointPath> PlanJointPath(const robot::Robot& robot, const JointQuery& query,
                                        base::Rng& rng);
 
-/// What a stage of the motion may touch, and how far its hand may lean.
+/// What a stage of the motion may touch, and how far its hand may tilt.
 struct Stage {
   collision::Contacts contacts;
   double min_upright = -1.0;  ///< the cosine of the hand's largest tilt away from up_H
   Eigen::Vector3d up_H = Eigen::Vector3d::UnitZ();
 };
 
-/// Whether `free` holds along the joint line, at steps of resolution_rad, without its first end.
+/// Whether `free` holds along the joint line, in steps of resolution_rad, except at its start.
 bool EdgeFree(const std::function<bool(const Eigen::VectorXd&)>& free, const Eigen::VectorXd& from,
               const Eigen::VectorXd& to, double resolution_rad);
 
-/// Joint limits, tilt and collisions along joint paths.
+/// Checks joint limits, tilt and collisions along joint paths.
 class MotionCheck {
  public:
   MotionCheck(const robot::Robot& robot, double margin_m, double cell_margin_m = 0.0)
@@ -51,7 +51,7 @@ class MotionCheck {
 
   /// Whether q is within the limits, upright enough and touches nothing that the stage forbids.
   bool Free(const Eigen::VectorXd& q, const Stage& stage);
-  /// Why q is not free: what touches what, or which limit it leaves; empty where it is.
+  /// Why q is not free: what touches what, or which limit it exceeds; empty if it is free.
   std::string WhyNot(const Eigen::VectorXd& q, const Stage& stage);
   /// The same for the joint lines between the path's points, at steps of resolution_rad.
   bool PathFree(const JointPath& path, const Stage& stage, double resolution_rad);
@@ -61,29 +61,29 @@ class MotionCheck {
   collision::RobotCollider collider_;
 };
 
-/// What one request asks of every branch of the inverse kinematics.
+/// Data of one request for all branches of the inverse kinematics.
 struct Task {
   base::Pose X_WH;
   Eigen::Vector3d approach_W;
-  Eigen::Vector3d center_W;     ///< of the object, as it stands
-  Eigen::Vector3d delivered_W;  ///< the same point when it is let go
-  Eigen::Vector3d base_W;       ///< the arm's, that carries turn about
+  Eigen::Vector3d center_W;     ///< of the object at its initial place
+  Eigen::Vector3d delivered_W;  ///< the same point at the release
+  Eigen::Vector3d base_W;       ///< of the arm; carries turn about it
   double approach_m = 0.0, lift_m = 0.0;
-  double below_m = 0.0;  ///< that a standing object reaches below what was seen of it
+  double below_m = 0.0;  ///< how far a standing object reaches below its perceived part
   std::size_t open_state = 0, closed_state = 0;  ///< of HandModel::states
-  bool may_brush = false;                        ///< PickRequest
+  bool may_brush = false;                        ///< see PickRequest
 };
 
-/// Where everything goes: the object's middle, and how deep it may be lowered.
+/// Computes where everything goes: the object's middle, and how low it may be released.
 Task MakeTask(const robot::Robot& robot, const PlanningScene& scene, const PickRequest& request,
               const PlanOptions& options, const collision::RobotCollider& collider);
 
-/// The turns about the vertical [rad] that a delivery may have, least turning of the wrist first:
-/// as the object goes round the base, plus k * 2 pi / count.
+/// The rotations about the vertical [rad] for a delivery, those with the least turning of the wrist
+/// first: the object's rotation about the base, plus k * 2 pi / count.
 std::vector<double> DeliveryYaws(const Task& task, int count);
 
-/// The hand's pose on the way from the grasp's attitude to the delivery: at share t of the way
-/// round the base, dz above the height it was grasped at.
+/// The hand's pose between grasp and delivery: at share t of the way around the base, dz above the
+/// height of the grasp.
 base::Pose CarryPose(const Task& task, double yaw_rad, double t, double dz_m);
 
 /// The hand's motions with one arm configuration at the grasp.
@@ -100,18 +100,18 @@ class BranchBuilder {
       : robot_(robot), options_(options), check_(check), task_(task) {}
 
   /// From approach_m above the grasp straight down to it.
-  /// @param why  where it is not free: what touches what
+  /// @param why  set if it is not free: what touches what
   bool Approach(Branch& branch, std::string& why) const;
   bool Lift(Branch& branch) const;
-  /// On an arc round the base at the lifted height, then down and away: the first yaw that works.
+  /// On an arc around the base at the lifted height, then down and away: the first yaw that works.
   bool CarryOnArc(Branch& branch) const;
   /// Lowering and retreat from branch.carry.back().
   bool LowerAndRetreat(double yaw_rad, Branch& branch) const;
 
-  /// With the hand open, before the grasp and away from it.
+  /// For the open hand, before the grasp and away from it.
   Stage ReachStage() const;
-  /// With the object in the hand; nothing that was perceived may be touched. Clear of the work cell
-  /// by the margin unless the object stood nearer to it, so that it is nearer where it was lifted.
+  /// For the held object; nothing that was perceived may be touched. Keeps the margin to the work
+  /// cell unless the object stood closer to it, and is therefore closer at the end of the lift.
   Stage CarryStage(const Eigen::VectorXd& q_lift) const;
 
  private:

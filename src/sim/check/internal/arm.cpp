@@ -11,12 +11,12 @@
 namespace rangegrasp::check::internal {
 namespace {
 
-// With less of it the engine sees next to no mass behind a light wrist, and what the hand holds
-// slips: an iiwa 14 without armature delivers 7 of 12, from 0.02 kg m^2 on 12 of 12.
+// With less armature, the engine sees almost no mass behind a light wrist, and held objects slip:
+// an iiwa 14 without armature delivers 7 of 12, with 0.02 kg m^2 or more 12 of 12.
 constexpr double kMinArmature = 0.01;
-constexpr int kMinJoints = 6;            // fewer reach no pose in general
-constexpr int kMaxJoints = 7;            // of more, redundancy is left to chance
-constexpr double kCompensated = 0.999;   // of a body whose weight is carried
+constexpr int kMinJoints = 6;            // fewer do not reach a general pose
+constexpr int kMaxJoints = 7;            // with more, redundancy is left to chance
+constexpr double kCompensated = 0.999;   // gravcomp of a body whose weight is carried
 constexpr double kSameGain = 1e-6;       // of stiffness in gain and bias, relative; rounding
 constexpr double kSameRange_rad = 1e-3;  // of a command and its joint; rounding of a file's numbers
 constexpr double kSameTurn_rad = 5e-3;   // the same without a range: a turn is often 6.28
@@ -91,7 +91,7 @@ void CheckHome(Model& model) {
               model.SetNumeric("home", fmt::format("{:.4g}", fmt::join(values, " ")), ""));
 }
 
-// What a file says of the force stays; its own name stays.
+// A servo that keeps the file's force range and its own name.
 std::string ServoBlock(const Model& model, int joint, int actuator) {
   const mjModel& m = model.m();
   const std::string name(mjcf::Suffix(model.Name(mjOBJ_JOINT, joint)));
@@ -162,7 +162,7 @@ void CheckArmature(Model& model) {
 
 void CheckGravity(Model& model) {
   const mjModel& m = model.m();
-  // What asks for it gets it once the hand is there.
+  // An arm that asks for compensation gets it once the hand is attached.
   const auto asked = model.Numeric("gravity_compensation");
   if (model.hand < 0 && asked.size() == 1 && asked[0] != 0.0) return;
   std::vector<int> heavy;

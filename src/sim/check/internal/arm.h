@@ -4,6 +4,6 @@
 
 namespace rangegrasp::check::internal {
 
-void CheckArm(Model& model);  ///< chain, ranges, drives, armature, gravity compensation
+void CheckArm(Model& model);  ///< checks chain, ranges, drives, armature, gravity compensation
 
 }  // namespace rangegrasp::check::internal

@@ -11,13 +11,13 @@
 #include "base/words.h"
 #include "robot/mjcf/hand.h"
 
-// The engine's options, the table, and what the scanner sees of the arm at home.
+// Checks of the engine's options, the table, and what the scanner sees of the arm at home.
 
 namespace rangegrasp::check::internal {
 namespace {
 
-constexpr double kTable_m = 1e-3;  // of its top from z = 0
-constexpr double kLook_m = 0.5;    // from above the table down to it
+constexpr double kTable_m = 1e-3;  // distance of its top from z = 0
+constexpr double kLook_m = 0.5;    // height above the table from which it is looked for
 constexpr double kMinImpratio = 10.0;
 constexpr int kMinNoslip = 10;
 void CheckOptions(Model& model) {
@@ -93,17 +93,17 @@ void CheckView(Model& model) {
               home.empty() ? Cure("a home position further back") : home);
 }
 
-// No link of an arm that stands at a table reaches further from its joint.
+// No link of an arm at a table reaches further from its joint.
 constexpr double kMaxLink_m = 3.0;
 constexpr double kMillimetres = 0.001;
 // Arms of 6 or 7 joints on the market weigh 4 to 300 kg.
 constexpr double kMinArm_kg = 0.5;
 constexpr double kMaxArm_kg = 1000.0;
-// The radius of gyration of a body as a share of how far its geoms reach: of a thin rod 0.58 from
-// its end, of a ball 0.63 of its radius; inertia that reaches beyond all geoms is none of theirs.
+// The radius of gyration of a body as a share of its geoms' reach: 0.58 for a thin rod from its
+// end, 0.63 for a ball. Inertia that reaches beyond all geoms does not belong to them.
 constexpr double kMaxGyration = 2.0;
 constexpr double kMinGyration = 0.02;
-constexpr double kSmallBody_m = 0.005;  // of which the shares say nothing
+constexpr double kSmallBody_m = 0.005;  // for which the shares mean nothing
 constexpr int kMaxVisibleGroup = 2;     // MuJoCo's viewers and the sensors see groups 0 to 2
 
 std::vector<int> RobotBodies(const Model& model) {
@@ -206,17 +206,17 @@ void CheckGeoms(Model& model, const std::vector<int>& bodies) {
   }
 }
 
-// What touches in nearly all of so many poses drawn from the arm's ranges does so by the way it is
-// modelled. A pair that touches in nine of ten poses would do so in 95 of 100 once in 60 arms.
+// A pair that touches in nearly all of these random poses does so because of the modelling. A pair
+// that touches in nine of ten poses would do so in 95 of 100 for one of 60 arms.
 constexpr int kPoses = 100;
 constexpr double kAlways = 0.95;
-// The planner grows arm and hand by this (PlanOptions::collision_margin_m).
+// The planner grows arm and hand by this margin (PlanOptions::collision_margin_m).
 constexpr double kMargin_m = 0.003;
 
 using Pair = std::pair<int, int>;  // bodies, the lower first
 
-// Pairs of bodies, one of them of the robot, nearer to each other than margin, and how near. Not of
-// the hand with itself: its fingers rest on each other.
+// Pairs of bodies closer than the margin, at least one of them of the robot, with their distance.
+// Pairs within the hand do not count: its fingers rest on each other.
 std::map<Pair, double> Touching(Model& model, double margin_m) {
   const mjModel& m = model.m();
   std::map<Pair, double> pairs;
@@ -235,18 +235,18 @@ std::map<Pair, double> Touching(Model& model, double margin_m) {
   return pairs;
 }
 
-// Looks over the workspace and above it, so many a side.
+// Rays over and above the workspace: number per side, and heights.
 constexpr int kRays = 15;
 constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
 constexpr mjtByte kVisibleGroups[mjNGROUP] = {1, 1, 1, 0, 0, 0};
 
-// Of a home pose that is drawn: poses tried, and of these the ones that are looked at closely.
+// Search for a home pose: number of random poses, and of those that are checked closely.
 constexpr int kDraws = 40000;
 constexpr int kClosely = 400;
 constexpr double kDown = 0.5;                  // cosine of the approach's angle from straight down
 constexpr double kLow_m = 0.2, kHigh_m = 0.6;  // of the tool's centre above the table
-constexpr double kFromLimit_rad = 0.15;        // of joints, from their ranges' ends
-// A joint at the end of its range is worth so much way of the hand from the workspace.
+constexpr double kFromLimit_rad = 0.15;        // distance of joints from their ranges' ends
+// A joint at an end of its range costs as much as this distance of the hand from the workspace.
 constexpr double kBentJoint_m = 0.2;
 constexpr double kHandsWidth_m = 0.12;  // that the hand reaches beyond its tool's centre
 
@@ -271,7 +271,7 @@ void Pose(Model& model, base::Rng& rng) {
   Pose(model, q);
 }
 
-// How far the hand is from where it belongs; negative where the pose is none.
+// Cost of a pose: the hand's distance and the joints' bends; negative if it is not allowed.
 double CostOf(Model& model, const std::vector<double>& q, int tool, int workspace) {
   const mjModel& m = model.m();
   const mjtNum* at = model.d().site_xpos + 3 * tool;
@@ -291,7 +291,7 @@ double CostOf(Model& model, const std::vector<double>& q, int tool, int workspac
 std::vector<double> DrawPose(const Model& model, base::Rng& rng) {
   std::vector<double> q;
   for (const int joint : model.arm_joints) {
-    // Within half a turn to either side of zero where there is more.
+    // At most half a turn to either side of zero.
     const auto [first, last] = model.RangeOf(joint, 2.0 * mjPI);
     const double low = std::max(first + kFromLimit_rad, -mjPI);
     const double high = std::min(last - kFromLimit_rad, mjPI);
@@ -416,7 +416,7 @@ Cure SuggestHome(Model& model) {
   std::ranges::stable_sort(draws, {}, &Draw::cost);
   Cure found;
   for (std::size_t i = 0; found.empty() && i < draws.size() && i < kClosely; ++i) {
-    // What is printed is what is checked.
+    // Checks the rounded values that are printed.
     for (double& q : draws[i].q) q = std::round(100.0 * q) / 100.0;
     Pose(model, draws[i].q);
     if (!Touching(model, mjMAXVAL).empty()) continue;

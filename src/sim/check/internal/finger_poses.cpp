@@ -19,12 +19,12 @@ using Eigen::VectorXd;
 
 constexpr double kOpening_m = 0.1;    // between the surfaces of the tips
 constexpr double kSqueeze_m = 0.002;  // by which the tips of the closed hand would overlap
-constexpr double kBeside = 2.3;       // of a tip's half thickness, from finger to finger
-constexpr double kRow_m = 0.01;       // fingers that are closer together stand in no row
-constexpr double kPlace_m = 0.002;    // of a tip; weighs as much as a joint's whole range
-constexpr double kLoose = 0.1;        // weight of what is only to stay near
-constexpr double kStraight = 0.3;     // of fingers in a row, and of last segments that press flat
-constexpr double kHeld_rad = 0.2;     // joints that would move less stand still: they hold better
+constexpr double kBeside = 2.3;       // distance between fingers, per half thickness of a tip
+constexpr double kRow_m = 0.01;       // fingers that are closer together form no row
+constexpr double kPlace_m = 0.002;    // error of a tip that weighs as much as a joint's whole range
+constexpr double kLoose = 0.1;        // weight of tips that only need to stay near
+constexpr double kStraight = 0.3;     // weight of straight rows and flat last segments
+constexpr double kHeld_rad = 0.2;     // joints that would move less are fixed: they hold better
 constexpr int kSteps = 200;
 constexpr double kDone_rad = 1e-7;
 
@@ -36,14 +36,14 @@ struct Finger {
 
 /// One scalar aim: a weighted sum of points, along a direction.
 struct Aim {
-  VectorXd share;  // of each tip, then of each knuckle
+  VectorXd share;  // weight of each tip, then of each knuckle
   Vector3d along;
   double wanted_m = 0.0;
   double weight = 1.0;
-  bool half_way = false;  // of the joints, from where they were
+  bool half_way = false;  // at the midpoint of the joint motion
 };
 
-/// Joint positions, and what they miss of their aims and moved for them.
+/// Joint positions, and their cost: errors of the aims plus motion of the joints.
 struct Posture {
   VectorXd q;
   double cost = 0.0;
@@ -75,7 +75,7 @@ class Hand {
   Eigen::Index fingers() const { return static_cast<Eigen::Index>(fingers_.size()); }
   const VectorXd& natural() const { return natural_; }
 
-  /// Positions of the tips, the thumb's first, then of their knuckles, one a column.
+  /// Positions of the tips, the thumb's first, then of their knuckles, one per column.
   MatrixXd Points(const VectorXd& q) {
     Set(q);
     MatrixXd points(3, 2 * fingers());
@@ -86,7 +86,7 @@ class Hand {
     return points;
   }
 
-  /// Joint positions within their ranges that fulfil the aims best and stay near others; held
+  /// Joint positions within their ranges that best fulfil the aims and stay near given ones; held
   /// joints do not move.
   Posture Reach(const std::vector<Aim>& aims, const VectorXd& near, const Held& held) {
     VectorXd q = near;
@@ -95,7 +95,7 @@ class Hand {
     for (int step = 0; step < kSteps; ++step) {
       auto [H, g] = NormalEquations(aims, q, near);
       H.diagonal() *= 1.0 + damping;
-      for (Eigen::Index i = 0; i < q.size(); ++i) {  // at an end and pushed out of its range
+      for (Eigen::Index i = 0; i < q.size(); ++i) {  // fix joints pushed out of their range
         const bool is_free = (q[i] > low_[i] || g[i] <= 0.0) && (q[i] < high_[i] || g[i] >= 0.0);
         if (is_free && !held[i]) continue;
         H.row(i).setZero();
@@ -115,7 +115,7 @@ class Hand {
     return {q, cost};
   }
 
-  /// A finger, or the thumb (0), less the middle of all but the thumb.
+  /// Weights of a finger's tip, or the thumb's (0), minus the mean of the fingers' tips.
   VectorXd FromFingers(Eigen::Index finger) const {
     VectorXd share = VectorXd::Zero(2 * fingers());
     share.segment(1, fingers() - 1).setConstant(-1.0 / static_cast<double>(fingers() - 1));
@@ -127,7 +127,7 @@ class Hand {
     return Tip(finger) - VectorXd::Unit(2 * fingers(), fingers() + finger);
   }
 
-  /// Between the surfaces of the tips of both sides.
+  /// Distance between the surfaces of the tips of both sides.
   double Gap(const VectorXd& q) {
     Set(q);
     mjcf::LastSegments tips{fingers_[0].tips, {}};
@@ -185,7 +185,7 @@ class Hand {
     return columns;
   }
 
-  /// Of all points.
+  /// Jacobians of all points.
   std::vector<MatrixXd> Jacobians() const {
     std::vector<MatrixXd> jacobians;
     for (const Finger& finger : fingers_) {
@@ -244,7 +244,7 @@ class Hand {
   VectorXd low_, high_, range_, natural_;
 };
 
-/// Across the hand: along the row of fingers, and square to it from them to the thumb.
+/// Axes across the hand: along the row of fingers, and perpendicular to it towards the thumb.
 struct Axes {
   Vector3d row, to_thumb;
   bool is_row = false;
@@ -263,7 +263,7 @@ Axes AxesOf(const MatrixXd& points) {
   return axes;
 }
 
-/// @param side  1 where the thumb stands as it does at rest, -1 on the other side of the row
+/// @param side  1: the thumb is where it is at rest; -1: it is on the other side of the row
 Posture Closed(Hand& hand, double side) {
   const VectorXd& rest = hand.natural();
   const MatrixXd points = hand.Points(rest);
@@ -273,7 +273,7 @@ Posture Closed(Hand& hand, double side) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(hand.fingers() - 1));
   std::iota(order.begin(), order.end(), 1);
   std::ranges::sort(order, {}, [&](Eigen::Index f) { return row.dot(points.col(f)); });
-  // The thumb stands before the middle of the row: before a finger, or between two.
+  // The thumb is opposite the middle of the row: opposite a finger, or between two.
   const double touching_m = hand.Touching();
   const double beside_m = axes.is_row && order.size() % 2 == 0 ? 0.5 * hand.BesideEachOther() : 0.0;
   const double before_m = std::sqrt(std::max(0.0, touching_m * touching_m - beside_m * beside_m));
@@ -311,8 +311,8 @@ Posture Open(Hand& hand, const VectorXd& closed, double apart_m) {
   };
   for (const Vector3d& along : {x, y, Vector3d(x.cross(y))}) {
     aims.push_back({hand.FromFingers(0), along, along == x ? apart_m : 0.0});
-    // The fingers stay side by side, in their planes, all tips near where they were. Together they
-    // may come forward or go back, which long fingers do as they open.
+    // The fingers stay side by side and in their planes, with all tips near where they were. They
+    // may move forward or back together, as long fingers do when they open.
     for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
       stay(hand.Tip(f), along, along == y && f > 0 ? 1.0 : kLoose);
       if (along != y && f > 0) stay(hand.FromFingers(f), along, 1.0);
@@ -321,7 +321,7 @@ Posture Open(Hand& hand, const VectorXd& closed, double apart_m) {
   for (Eigen::Index f = 0; f < hand.fingers(); ++f) {
     aims.push_back({hand.FromKnuckle(f), x, 0.0, kStraight});
   }
-  // On the way, too, the thumb stands before the middle of the fingers, or things turn in the hand.
+  // The thumb stays opposite the fingers' middle on the way, too, or objects turn in the hand.
   aims.push_back({hand.FromFingers(0), y, 0.0, 1.0, true});
   Held held = Held::Constant(closed.size(), false);
   for (;;) {
@@ -367,14 +367,14 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
   }
   if (fingers.size() < 2 || joints.size() <= fingers.size()) return std::nullopt;
   Hand hand(model, joints, std::move(fingers));
-  // Where the thumb stands at rest need not be the side on which the hand can open.
+  // The hand may not be able to open on the side where the thumb is at rest.
   VectorXd closed, open;
   double least = std::numeric_limits<double>::infinity();
   for (const double side : {1.0, -1.0}) {
     const Posture shut = Closed(hand, side);
     const double apart_m = hand.Touching() + kSqueeze_m + kOpening_m;
     Posture apart = Open(hand, shut.q, apart_m);
-    apart = Open(hand, shut.q, apart_m + kOpening_m - hand.Gap(apart.q));  // tips are no points
+    apart = Open(hand, shut.q, apart_m + kOpening_m - hand.Gap(apart.q));  // tips have a size
     if (shut.cost + apart.cost >= least) continue;
     least = shut.cost + apart.cost;
     closed = shut.q;

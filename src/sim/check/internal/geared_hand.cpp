@@ -15,7 +15,7 @@ bool BelowAny(const Model& model, int body, const std::set<int>& roots) {
   return std::ranges::any_of(roots, [&](int root) { return model.InSubtree(body, root); });
 }
 
-// Bodies that move with the driven joints: by a joint itself, or by an equality with one that does.
+// Bodies that move with the driven joints: by a joint itself, or by an equality with a moving body.
 std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
   const mjModel& m = model.m();
   std::set<int> roots;
@@ -34,7 +34,7 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
                  m.eq_objtype[e] != mjOBJ_BODY) {
         continue;
       }
-      // A linkage moves all from its ground on.
+      // A linkage moves all bodies from its ground on.
       const auto top = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
       if (driven(a) != driven(b)) grown = roots.insert(driven(a) ? top(b) : top(a)).second || grown;
     }

@@ -4,7 +4,7 @@
 
 namespace rangegrasp::check::internal {
 
-/// Of a hand whose one geared motor closes its hinges ("hand_joints"): ranges, and what they move.
+/// Checks a hand with one geared motor on its hinges ("hand_joints"): ranges, and what they move.
 void CheckGearedHand(Model& model);
 
 }  // namespace rangegrasp::check::internal

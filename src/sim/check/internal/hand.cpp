@@ -23,18 +23,18 @@ using sim::internal::Vec3;
 
 // A fingertip that moves less than this between the open and the closed hand is not driven.
 constexpr double kMoved_m = 0.002;
-// Pads that stay further apart hold no thin thing; a hand that opens less takes hardly anything.
+// Pads that stay further apart cannot hold thin objects; a hand that opens less holds hardly any.
 constexpr double kMeet_m = 0.003;
 constexpr double kOpens_m = 0.020;
 constexpr double kEquality = 5e-4;  // more fails the audit (AuditBounds::equality_share)
-constexpr double kBehind = 0.02;    // of its way, by which a drive may stop short of its end
-// Of the site "tcp" from the middle of the open hand's pads.
+constexpr double kBehind = 0.02;    // share of its travel by which a drive may stop short
+// Tolerances of the site "tcp": distance from the middle of the open hand's pads, and tilt.
 constexpr double kOff_m = 0.03;
 const double kLean = std::cos(25.0 * mjPI / 180.0);
-// Contacts that are softer sink in too deep, with fewer dimensions things spin in the hand.
+// Softer contacts sink in too deep; with fewer dimensions, objects spin in the hand.
 constexpr double kSoft_s = 0.01;
 constexpr int kSpinning = 4;
-constexpr double kGripped = 0.5;  // of the way to the closed hand: where forces are looked at
+constexpr double kGripped = 0.5;  // share of the closing at which forces are evaluated
 
 /// The hand at a share of its closing.
 DataPtr At(const Model& model, const mjcf::HandClosing& closing, double share) {
@@ -50,7 +50,7 @@ Vector3d MiddleOf(const mjData* data, const std::vector<int>& geoms) {
   return sum / std::max(1.0, static_cast<double>(geoms.size()));
 }
 
-/// Between the pads of the hand as it stands, x across them, z away from what is fixed in the hand.
+/// Tool frame between the pads of the present hand: x across them, z away from its fixed parts.
 struct Tool {
   Vector3d position_W, x_W, z_W;
 };
@@ -75,7 +75,7 @@ Tool ToolOf(const Model& model, const mjData* data) {
   return tool;
 }
 
-// To what a person would type, and no -0.
+// Rounds to what a person would type, without -0.
 double Rounded(double v, double steps = 1e4) { return std::round(steps * v) / steps + 0.0; }
 
 std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
@@ -93,7 +93,7 @@ std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
       Rounded(p.x()), Rounded(p.y()), Rounded(p.z()), fmt::join(axes, " "));
 }
 
-// In the body "hand".
+// Inserts a block in the body "hand".
 Cure InHand(const Model& model, const std::string& block) {
   const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, model.hand));
   return edit ? Cure::Insert(edit->file, edit->element, block)
@@ -162,7 +162,7 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
   }
 }
 
-/// Joints of the closed hand that their range stops.
+/// Joints of the closed hand that are stopped by their range.
 std::vector<int> AtRangeEnds(const Model& model, const mjcf::HandClosing& closing) {
   constexpr double kEnd = 0.01;  // of the range: limits are soft
   const mjModel& m = model.m();
@@ -173,7 +173,7 @@ std::vector<int> AtRangeEnds(const Model& model, const mjcf::HandClosing& closin
     const double left = kEnd * (high - low);
     const double before = closing.points.front().positions[i];
     const double q = closing.points.back().positions[i];
-    // A joint that began at an end and stays there is not what stops the hand.
+    // A joint that started at an end and stays there does not stop the hand.
     const bool moved = std::abs(q - before) > left;
     if (m.jnt_limited[joint] && moved && (q < low + left || q > high - left)) {
       ended.push_back(joint);
@@ -242,7 +242,7 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
                   : Cure(SiteText(model, open.get(), tool)));
 }
 
-/// What a drive can press with towards closed, where the hand is half closed.
+/// Largest force of a drive in the closing direction, at the half closed hand.
 double StrengthOf(const Model& model, const mjData* data, const mjcf::HandMotor& motor,
                   double sign) {
   const mjModel& m = model.m();
@@ -270,7 +270,7 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
   constexpr double kRounding = 1e-3;  // a drive of 70 N comes out as 69.99
   double force_N = mjMAXVAL;
   int weakest = -1;
-  Cure stiffer;  // of servos that do not use what their file says they can give
+  Cure stiffer;  // of servos that do not use the force range of their file
   for (std::size_t k = 0; k < motors.size(); ++k) {
     if (!motors[k].Moves() || std::abs(per_newton[k]) < mjMINVAL) continue;
     const double sign = per_newton[k] > 0.0 ? 1.0 : -1.0;
@@ -300,7 +300,7 @@ void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
                                     : stiffer + ": up to the forcerange");
 }
 
-/// Of a servo on a joint, at the joint; 0 of any other drive.
+/// Stiffness of a servo on a joint, at the joint; 0 for any other drive.
 double StiffnessAtJoint(const Model& model, int actuator) {
   const mjModel& m = model.m();
   if (m.actuator_trntype[actuator] != mjTRN_JOINT) return 0.0;
@@ -308,8 +308,8 @@ double StiffnessAtJoint(const Model& model, int actuator) {
 }
 
 // A finger that is pushed at its tip with F, at a lever L from a joint, gives way to the side if
-// the joint's stiffness is less than F L. With less than kFirm times as much it turns what it
-// grasps.
+// the joint's stiffness is less than F L. With less than kFirm times that, it turns the grasped
+// object.
 constexpr double kFirm = 5.0;
 
 void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
@@ -346,13 +346,13 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
              fmt::format("are so soft that fingers give way at a grip of {:g} N", force[0]), cure);
 }
 
-// A servo and what it moves swing by k / I = omega^2. The solver does not follow what turns by more
-// than kFastest in a step, and fingers that swing on never rest on an object.
+// A servo and its load oscillate with k / I = omega^2. The solver cannot follow more than
+// kFastest_rad in a step, and fingers that keep swinging never rest on an object.
 constexpr double kFastest_rad = 1.0;
 constexpr double kCalm_rad = 0.2;
 constexpr double kDampingRatio = 0.1, kGoodRatio = 0.7;
 
-/// The inertia that a joint feels where all others are free.
+/// The inertia that a joint feels if all others are free.
 double FeltInertia(const Model& model, mjData* data, int joint) {
   const int dof = model.m().jnt_dofadr[joint];
   std::vector<mjtNum> unit(static_cast<std::size_t>(model.m().nv)), moved(unit);
@@ -398,7 +398,7 @@ void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
       cure);
 }
 
-/// Links of the hand that overlap wherever it stands do so by the way they are modelled. Contacts
+/// Finds links of the hand that overlap in all its poses, because of the modelling. Contacts
 /// between them push the fingers away from where their drives hold them.
 void CheckOwnContacts(Model& model, const mjcf::HandClosing& closing) {
   constexpr int kStands = 5;
@@ -412,7 +412,7 @@ void CheckOwnContacts(Model& model, const mjcf::HandClosing& closing) {
     for (int k = 0; k < data->ncon; ++k) {
       const mjContact& contact = data->contact[k];
       if (contact.geom[0] < 0 || contact.geom[1] < 0 || contact.dist > -kOverlap_m) continue;
-      // The engine lets a link pass its own parent, but not one that stands still, as in this file.
+      // The engine ignores contacts of a link with its parent, but not with a fixed one, as here.
       const int a = moving(contact.geom[0]), b = moving(contact.geom[1]);
       if (parent(a) == b || parent(b) == a) continue;
       const auto [low, high] =
@@ -476,7 +476,7 @@ bool IsLink(const mjModel& m, int body) {
   return false;
 }
 
-// The thumb's tip is further from all others than those from each other.
+// The thumb's tip is the one furthest from all others.
 void PutThumbFirst(const Model& model, std::vector<int>& tips) {
   const mjModel& m = model.m();
   const auto finger = [&](int geom) {
@@ -493,7 +493,7 @@ void PutThumbFirst(const Model& model, std::vector<int>& tips) {
   std::ranges::stable_partition(tips, [&](int geom) { return finger(geom) == thumb; });
 }
 
-// What is wrong with a hand of "hand_motors", by closing it.
+// Checks a hand of "hand_motors" by closing it.
 void CheckClosing(Model& model) {
   if (model.HasErrors() || model.Tuple("fingertips", mjOBJ_GEOM).empty()) return;
   const mjcf::LastSegments tips = mjcf::LastSegmentsOf(&model.m());
@@ -565,7 +565,7 @@ HandGuess GuessHand(Model& model) {
       if (closing.points.back().gap_m > closing.points.front().gap_m) {
         for (auto& motor : motors) std::swap(motor.open, motor.closed);
       }
-    } catch (const base::InputError&) {  // what is wrong is found by CheckClosing
+    } catch (const base::InputError&) {  // reported by CheckClosing
     }
   }
   guess.open = Values(motors, true);

@@ -7,19 +7,19 @@
 
 namespace rangegrasp::check::internal {
 
-/// What a hand's file is likely to mean.
+/// Probable meaning of a hand's file.
 struct HandGuess {
   std::vector<int> motors;      ///< actuators that move a joint of the hand
-  std::vector<int> fingertips;  ///< geoms that collide on bodies without others below them
-  std::string open, closed;     ///< ends of the drives' ways, as values of a numeric
+  std::vector<int> fingertips;  ///< colliding geoms on the outermost bodies
+  std::string open, closed;     ///< ends of the drives' travel, as values of a numeric
 };
 HandGuess GuessHand(Model& model);
 
-/// A site "tcp" in the body "hand"; in words where pads are not known yet.
+/// Proposes a site "tcp" in the body "hand"; only in words if the pads are not known yet.
 Cure SuggestTool(Model& model);
 
-bool CheckCollides(Model& model, int fingertip);  ///< false: said that it does not
+bool CheckCollides(Model& model, int fingertip);  ///< false: reported that it does not
 
-void CheckHand(Model& model);  ///< what the drives move
+void CheckHand(Model& model);  ///< checks what the drives move
 
 }  // namespace rangegrasp::check::internal

@@ -27,7 +27,7 @@ std::vector<int> HingesTo(const mjModel& m, int body) {
   return joints;
 }
 
-// Files that attach each other in a ring are the engine's to refuse.
+// The engine refuses files that attach each other in a ring.
 constexpr int kMaxDepth = 8;
 
 bool Below(const pugi::xml_node& node, const char* tag) {
@@ -56,7 +56,7 @@ std::string NameOf(const pugi::xml_node& node) {
   return std::filesystem::path(file).stem().string();
 }
 
-// How an element with a name, or a file in its place, is found again.
+// XPath of an element that has a name, or a file in place of a name.
 std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
   const bool moves = kind != node.parent().name() && Below(node, "worldbody");
   const char* key = node.attribute("name") ? "name" : "file";
@@ -65,7 +65,7 @@ std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
                      node.attribute(key).value());
 }
 
-// A joint and those of all bodies that its own hangs on.
+// Number of joints on a joint's body and on all bodies above it.
 int JointsAbove(const pugi::xml_node& joint) {
   int count = 0;
   for (pugi::xml_node n = joint.parent(); n; n = n.parent()) {
@@ -217,7 +217,7 @@ Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int
   std::string block = fmt::format("<tuple name=\"{}\">\n", name);
   bool known = !ids.empty();
   for (const int id : known ? ids : std::vector{-1}) {
-    // Within its own file an element goes without the prefixes of attachments.
+    // Within its own file, an element has no prefixes of attachments.
     std::string element(mjcf::Suffix(Name(type, id)));
     if (type == mjOBJ_GEOM && id >= 0) element = NameGeom(id, cure);
     known = known && !element.empty();
@@ -274,7 +274,7 @@ std::string Model::NameGeom(int geom, Cure& cure) const {
   if (!parent || !document.load_file(parent->file.c_str())) return "";
   const pugi::xml_node node = document.select_node(parent->element.c_str()).node();
   const auto geoms = node.children("geom");
-  // Geoms of frames and of meshes that were left out are counted by the engine in another way.
+  // The engine counts geoms of frames and of omitted meshes in another way.
   if (std::distance(geoms.begin(), geoms.end()) != m().body_geomnum[body]) return "";
   const int place = geom - m().body_geomadr[body];
   const std::string name = fmt::format("{}_{}", mjcf::Suffix(Name(mjOBJ_BODY, body)), place + 1);
@@ -308,7 +308,7 @@ bool Model::IsRobot(int body) const {
 struct SourceLines::Reader {
   SourceLines& lines;
 
-  // What one file says of the models that it attaches.
+  // One file, with the models that it attaches.
   struct File {
     std::filesystem::path path;
     std::string text;

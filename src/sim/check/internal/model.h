@@ -17,25 +17,25 @@
 
 namespace rangegrasp::check::internal {
 
-/// Where the elements of an MJCF file, and of those that it includes or attaches, stand. They are
-/// known by their kind ("body", "joint", "geom", "site", "actuator", "tuple", "numeric", "camera",
-/// "mesh", "sensor") and their name in the compiled model, with the prefixes of all attachments.
+/// Source positions of the elements of an MJCF file and of those that it includes or attaches, by
+/// kind ("body", "joint", "geom", "site", "actuator", "tuple", "numeric", "camera", "mesh",
+/// "sensor") and by name in the compiled model, with the prefixes of all attachments.
 class SourceLines {
  public:
-  /// @throws base::InputError if the file itself is no XML; files below it that cannot be read are
-  /// left to the engine.
+  /// @throws base::InputError if the file itself is not XML; unreadable files below it are left to
+  /// the engine.
   explicit SourceLines(const std::filesystem::path& mjcf);
 
-  /// "arm.xml:33", the path as the first file gives it; the first file alone if it is unknown.
+  /// "arm.xml:33", the path as in the first file; only the first file if the element is unknown.
   std::string Of(const std::string& kind, const std::string& name) const;
-  /// Its file alone: where new elements of the same part of the model go.
+  /// Its file alone, to which new elements of the same part of the model are added.
   std::string FileOf(const std::string& kind, const std::string& name) const;
-  /// The element as an XPath in its file; else the first whose name ends so, after a prefix.
+  /// The element as an XPath in its file; else the first element with this name after a prefix.
   std::optional<base::Edit> EditOf(const std::string& kind, const std::string& name) const;
-  /// What the file itself (with what it includes, without what it attaches) holds: "freejoint", and
-  /// of named elements the kind and what follows the last '/' of the name: "tuple arm_joints".
+  /// What the file itself (with its includes, without its attachments) contains: "freejoint", and
+  /// for named elements the kind and the name after its last '/': "tuple arm_joints".
   const std::set<std::string>& seen() const { return seen_; }
-  /// The most joints that lie between the world and one body of the file itself.
+  /// The largest number of joints between the world and one body of the file itself.
   int longest_chain() const { return longest_chain_; }
 
  private:
@@ -54,13 +54,13 @@ class SourceLines {
 
 using Attributes = std::vector<std::pair<std::string, std::string>>;
 
-/// How a finding is cured: edits where that is definite, and what is said besides.
+/// Fix of a finding: edits where they are definite, and any additional text.
 struct Cure {
   Cure() = default;
   Cure(const char* said) : text(said) {}             // NOLINT: a text is a cure
   Cure(std::string said) : text(std::move(said)) {}  // NOLINT
   explicit Cure(std::vector<base::Edit> made) : edits(std::move(made)) {}
-  /// A block in a section of a file, or in another element of it.
+  /// Inserts a block into a section of a file, or into another element of it.
   static Cure Insert(const std::string& file, const std::string& element,
                      const std::string& block) {
     return Cure({base::Edit{.file = file, .element = element, .block = block}});
@@ -77,8 +77,8 @@ struct Cure {
   std::vector<base::Edit> edits;
 };
 
-/// A compiled file that is being checked, and what has been found so far. What a name does not lead
-/// to is -1 or empty, and a check that needs it passes over it.
+/// A compiled file that is being checked, and the findings so far. A name that is not found gives
+/// -1 or an empty value, and a check that needs it is skipped.
 class Model {
  public:
   Model(const std::filesystem::path& mjcf, Kind kind);
@@ -91,46 +91,46 @@ class Model {
   bool HasArm() const { return kind_ == Kind::kScene || kind_ == Kind::kArm; }
 
   std::string Name(mjtObj type, int id) const { return std::string(mjcf::NameOf(&m(), type, id)); }
-  /// All elements whose name ends so, after any prefix.
+  /// All elements with this name after any prefix.
   std::vector<int> FindAll(mjtObj type, std::string_view suffix) const;
-  int Find(mjtObj type, std::string_view suffix) const;  ///< the first; -1
-  /// Elements of a tuple, of one type; empty if there is none, or one of another type.
+  int Find(mjtObj type, std::string_view suffix) const;  ///< the first, or -1
+  /// Elements of a tuple, all of one type; empty if there is no tuple, or it has another type.
   std::vector<int> Tuple(std::string_view suffix, mjtObj type) const;
   std::vector<double> Numeric(std::string_view suffix) const;
 
-  /// `joint "arm/joint1"` and the place in the files; of a nameless geom its body's.
+  /// `joint "arm/joint1"` and its place in the files; for a nameless geom those of its body.
   std::string Element(mjtObj type, int id) const;
   std::string Where(mjtObj type, int id) const;
-  /// The file that new elements of the arm (of the hand) go to.
+  /// The file to which new elements of the arm (of the hand) are added.
   std::string ArmFile() const;
   std::string HandFile() const;
   const SourceLines& lines() const { return lines_; }
 
-  /// Attributes of an element; as text alone where the element has no name.
+  /// Sets attributes of an element; only as text if the element has no name.
   Cure Set(mjtObj type, int id, const Attributes& attributes) const;
-  /// Another element in its place.
+  /// Replaces an element by another one.
   Cure Replace(mjtObj type, int id, const std::string& block) const;
-  /// A numeric's values; in the file if there is none yet.
+  /// Sets a numeric's values; adds it to the file if there is none yet.
   Cure SetNumeric(const std::string& name, const std::string& data, const std::string& file) const;
-  /// The same of a tuple; to be completed where there are no elements, or ones without names.
+  /// The same for a tuple. The user completes it if there are no elements, or ones without names.
   Cure SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,
                 const std::string& file) const;
-  /// A servo so many times as stiff, as damped as before.
+  /// Multiplies a servo's stiffness and keeps its damping ratio.
   Cure Stiffer(int actuator, double times) const;
-  /// Another name of a body, in its file alone, with all that refers to it there.
+  /// Renames a body, only in its own file, with all references to it there.
   Cure Rename(int body, const std::string& name) const;
-  /// Two bodies without contacts between them.
+  /// Excludes contacts between two bodies.
   Cure Exclude(int body1, int body2) const;
 
   void Report(bool error, std::string where, std::string element, std::string what, Cure cure) {
     findings_.push_back({error, std::move(where), std::move(element), std::move(what),
                          std::move(cure.text), std::move(cure.edits)});
   }
-  /// Of an element, at its place.
+  /// Reports on an element, at its place.
   void Report(bool error, mjtObj type, int id, const std::string& what, const Cure& cure) {
     Report(error, Where(type, id), Element(type, id), what, cure);
   }
-  /// Of one of this project's names, without its prefix.
+  /// Reports on one of this project's names, without its prefix.
   void Report(bool error, mjtObj type, const std::string& name, const std::string& what,
               const Cure& cure);
   void Error(const auto&... of) { Report(true, of...); }
@@ -140,34 +140,34 @@ class Model {
 
   bool InSubtree(int body, int root) const { return mjcf::InSubtree(&m(), body, root); }
   bool Collides(int geom) const { return mjcf::Collides(&m(), geom); }
-  /// "body 3" where it has no name.
+  /// "body 3" if it has no name.
   std::string BodyName(int body) const;
   std::string BothNames(int body1, int body2) const;  ///< `bodies "a" and "b"`
-  /// As a list in a sentence.
+  /// As a list for a sentence.
   std::string NamesOf(mjtObj type, const std::vector<int>& ids) const;
-  /// Of a joint; of one without limits from -continuous_rad to +continuous_rad.
+  /// Range of a joint; from -continuous_rad to +continuous_rad if it has no limits.
   std::pair<double, double> RangeOf(int joint, double continuous_rad) const {
     const mjtNum* range = m().jnt_range + 2 * joint;
     return m().jnt_limited[joint] ? std::pair(range[0], range[1])
                                   : std::pair(-continuous_rad, continuous_rad);
   }
-  /// Of the arm's bodies; -1 without joints.
+  /// First moving body of the arm; -1 without joints.
   int first_moving() const { return arm_joints.empty() ? -1 : m().jnt_bodyid[arm_joints.front()]; }
   bool IsRobot(int body) const;
 
-  /// By tuples; guessed where the file has none: the hinges between the world and the hand, or the
+  /// From tuples. Guessed if the file has none: the hinges between the world and the hand, or the
   /// longest chain of hinges.
   std::vector<int> arm_joints, arm_actuators;
   int hand = -1;                         ///< body
-  std::vector<double> home;              ///< empty if it is missing or of another length
-  int DriveOf(int joint) const;          ///< the first actuator on it; -1
+  std::vector<double> home;              ///< empty if missing or of another length
+  int DriveOf(int joint) const;          ///< the first actuator on it, or -1
   std::vector<int> DrivesOfArm() const;  ///< of all arm_joints; empty if one has none
-  void SetHome();  ///< joints to home; to the middle of their ranges without one
+  void SetHome();  ///< moves joints to home, or without it to the middle of their ranges
 
  private:
   void FindArm();
-  /// The name of a geom in its file, and the edit that gives it one; empty where the file does not
-  /// tell which geom that is.
+  /// The name of a geom in its file; adds the edit that gives it one if needed. Empty if the file
+  /// does not show which geom it is.
   std::string NameGeom(int geom, Cure& cure) const;
 
   std::filesystem::path file_;

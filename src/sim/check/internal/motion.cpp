@@ -26,22 +26,22 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// A grasp from above at this height, its approach from so much higher, with so many yaws.
+// Tested grasps from above: height, start of the approach above it, and number of yaws.
 constexpr double kGrasp_m = 0.06;
 constexpr double kApproach_m = 0.2;
 constexpr int kYaws = 8;
-constexpr double kAside = 0.8;             // of the workspace's radius: places beside its middle
+constexpr double kAside = 0.8;             // of the workspace's radius: places off its middle
 constexpr double kLoad_kg = 1.0;           // that the drives carry in addition to the hand
 constexpr double kMotionMargin_m = 0.003;  // as the planner's
 constexpr double kHold_s = 2.0;
 constexpr double kHold_m = 0.001;
-// Half of the lag that counts as a thing in the way (5 mrad, sim/execute.cpp) is the arm's own.
+// A free motion may lag by half of what counts as an obstacle (8 mrad, sim/execute.cpp).
 constexpr double kLag_rad = 0.004;
-// A cure is tried first: in so many rounds what falls behind gets so much slower, down to this.
+// Fixes are tested first: in each round, lagging joints get slower by this factor, down to this.
 constexpr int kRounds = 10;
 constexpr double kSlower = 0.8;
 constexpr double kSlowest_rad_s2 = 0.05;
-constexpr double kSwing_rad = 0.3;  // of the motion that is tried, from home and back
+constexpr double kSwing_rad = 0.3;  // of the test motion, from home and back
 
 struct Place {
   const char* name;
@@ -61,7 +61,7 @@ std::vector<Place> Places(const robot::Robot& robot) {
           {"the workspace's side at -y", middle - y, false}};
 }
 
-/// The hand's pose with the tool's centre at p_W, its approach straight down.
+/// The hand's pose with the tool's centre at p_W and its approach straight down.
 base::Pose FromAbove(const robot::Robot& robot, const Vector3d& p_W, double yaw_rad) {
   Eigen::Matrix3d R = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   R.col(1) *= -1.0;
@@ -71,7 +71,7 @@ base::Pose FromAbove(const robot::Robot& robot, const Vector3d& p_W, double yaw_
 
 struct Reached {
   std::optional<VectorXd> q;
-  std::map<std::string, int> why;  // not
+  std::map<std::string, int> why;  // how often each reason prevented it
 };
 
 Reached Reach(const robot::Robot& robot, collision::RobotCollider& collider, const Vector3d& p_W,
@@ -104,7 +104,7 @@ std::string Reason(const Reached& reached) {
   return std::ranges::max_element(reached.why, {}, &Count::second)->first;
 }
 
-/// Joint positions above the places that are reached.
+/// Joint positions above the places that can be reached.
 std::vector<VectorXd> CheckReach(Model& model, const robot::Robot& robot) {
   collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
@@ -154,7 +154,7 @@ VectorXd Weight(Model& model, const VectorXd& q, double load_kg) {
   return torque.cwiseAbs();
 }
 
-/// What a drive can give [Nm]; infinite where the file says no limit.
+/// Torque limit of a drive [Nm]; infinite if the file gives none.
 double StrengthOf(const Model& model, std::size_t i) {
   const mjModel& m = model.m();
   double strength = mjMAXVAL;
@@ -191,8 +191,8 @@ void CheckStrength(Model& model, const std::vector<VectorXd>& positions) {
   }
 }
 
-/// Sends the arm along a trajectory from where it stands, as a trial does.
-/// @return how far each joint was behind at most [rad] (as a trial counts it)
+/// Moves the arm along a trajectory from its present position, as a trial does.
+/// @return the largest lag of each joint [rad] (as a trial counts it)
 VectorXd LagBehind(sim::World& world, const base::JointTrajectory& trajectory) {
   const sim::internal::ArmServo servo(world.model());
   VectorXd lag = VectorXd::Zero(world.ArmPositions().size());
@@ -207,7 +207,7 @@ VectorXd LagBehind(sim::World& world, const base::JointTrajectory& trajectory) {
   return lag;
 }
 
-/// Commands the arm to stay where it is for kHold_s, its hand without force.
+/// Commands the arm to stay where it is for kHold_s, with no force of the hand.
 /// @throws base::InputError if the scene has no arm or no hand
 bool CheckHold(Model& model, sim::World& world) {
   const int hand = sim::internal::Find(world.model(), mjOBJ_BODY, "hand");
@@ -218,13 +218,13 @@ bool CheckHold(Model& model, sim::World& world) {
   const auto command = sim::internal::StayAt(world.ArmPositions());
   world.Refresh();
   const Vector3d start_W = place_W();
-  double drift_m = 0.0;                 // largest way of the hand's root body
-  VectorXd sag_rad = command.velocity;  // largest of each joint from its command
+  double drift_m = 0.0;                 // largest displacement of the hand's root body
+  VectorXd sag_rad = command.velocity;  // largest deviation of each joint from its command
   for (const double end_s = world.time_s() + kHold_s; world.time_s() < end_s;) {
     servo.Command(world.model(), world.data(), command);
     world.Step();
     const double way_m = (place_W() - start_W).norm();
-    if (!(way_m <= drift_m)) drift_m = way_m;  // a way that is no number is no small one
+    if (!(way_m <= drift_m)) drift_m = way_m;  // NaN counts as large
     sag_rad = sag_rad.cwiseMax((world.ArmPositions() - command.position).cwiseAbs());
   }
   if (drift_m <= kHold_m) return true;
@@ -241,8 +241,8 @@ bool CheckHold(Model& model, sim::World& world) {
   return false;
 }
 
-/// From home a little to the side of more room, and back; less far, or to the other side, if that
-/// is not free. Empty if none is.
+/// A motion from home towards each joint's larger free range, and back; shorter, or to the other
+/// side, if that is not free. Empty if none is free.
 base::JointTrajectory Swing(const robot::Robot& robot) {
   collision::RobotCollider collider(robot, kMotionMargin_m);
   collider.SetScene(0.0, {}, {});
@@ -260,7 +260,7 @@ base::JointTrajectory Swing(const robot::Robot& robot) {
   return {};
 }
 
-/// How far each joint falls behind in a swing at the robot's limits; empty where there is no room.
+/// Largest lag of each joint in a swing at the robot's limits; empty if there is no room.
 VectorXd LagOf(sim::World& world, const robot::Robot& robot) {
   const base::JointTrajectory swing = Swing(robot);
   if (swing.positions.empty()) return {};
@@ -270,7 +270,7 @@ VectorXd LagOf(sim::World& world, const robot::Robot& robot) {
   return lag;
 }
 
-/// Accelerations with which no joint falls behind, or the last that were tried.
+/// Accelerations at which no joint lags too much, or the last ones tried.
 std::string SlowEnough(sim::World& world, robot::Robot robot, VectorXd lag) {
   for (int i = 0; i < kRounds && lag.size() > 0 && lag.maxCoeff() > kLag_rad; ++i) {
     for (Eigen::Index k = 0; k < lag.size(); ++k) {

@@ -4,8 +4,8 @@
 
 namespace rangegrasp::check::internal {
 
-/// What the arm reaches, whether its drives carry it there, how it holds its home pose and follows
-/// a motion at its limits; only of a scene without errors.
+/// Checks what the arm reaches, whether its drives carry it there, and how it holds its home pose
+/// and follows a motion at its limits. Only for a scene without errors.
 void CheckMotion(Model& model);
 
 }  // namespace rangegrasp::check::internal

@@ -44,7 +44,7 @@ ordered_json JsonOf(const Clearing& clearing, const Step& step) {
   return json;
 }
 
-// Each stage's sum, in the order in which they first occur.
+// Sum of the times of each stage, in the order of first occurrence.
 std::vector<std::pair<std::string, double>> SumsOf(const Clearing& clearing) {
   std::vector<std::pair<std::string, double>> sums = {{"scan", clearing.scan_s}};
   for (const Step& step : clearing.steps) {
@@ -66,10 +66,10 @@ struct Category {
   std::string name;
   int runs = 0, failed = 0;  // failed: crashed or timed out, without a record
   int objects = 0, delivered = 0, brought = 0, grasps = 0, scans = 0;
-  int felt_wrong = 0;  // grasps in which the hand's feeling and the target's delivery disagree
+  int felt_wrong = 0;  // grasps for which the hand's aperture and the target's delivery disagree
   std::vector<experiment::Count> clusters;
-  std::vector<double> robot_s;  // of each run: simulated, with the ways home
-  /// By stage, of each run the mean of a scan, an attempt, ...
+  std::vector<double> robot_s;  // of each run: simulated time and motions home
+  /// For each stage, the mean time per scan, attempt, ... of each run
   std::map<std::string, std::vector<double>> stage_s;
   std::map<std::string, OfObject> by_object;
   Counts outcomes, left, grasp_outcomes;
@@ -91,7 +91,7 @@ void AddEnd(const nlohmann::json& end, Category& category) {
   ++category.left[why];
 }
 
-// Steps within a stage are left out.
+// Adds a record's times. Leaves out steps within a stage.
 void AddTimes(const Record& record, int scans, int grasps, int attempts, Category& category) {
   for (const auto& [stage, seconds] : record.result.seconds) {
     if (stage.find(':') != std::string::npos) continue;
@@ -103,7 +103,7 @@ void AddTimes(const Record& record, int scans, int grasps, int attempts, Categor
   }
 }
 
-// No object was delivered in a run without data (crashed, timed out).
+// Adds a record. A run without data (crashed, timed out) counts as one that delivered no object.
 void Add(const Record& record, Category& category) {
   ++category.runs;
   ++category.outcomes[record.result.outcome];
@@ -136,7 +136,7 @@ void Add(const Record& record, Category& category) {
            category);
 }
 
-// In the order in which they first occur.
+// The categories in the order of first occurrence.
 std::vector<Category> CategoriesOf(const std::vector<Record>& records) {
   std::vector<Category> categories;
   for (const auto& record : records) {

@@ -5,18 +5,18 @@
 
 namespace rangegrasp::clearing {
 
-/// The outcome of a run of which every object was delivered; of others it is the stop's word.
+/// The outcome of a run in which every object was delivered; otherwise it is the word of Stop.
 inline constexpr const char* kCleared = "cleared";
 
-/// What a run is stored as. Data: target (dropped last), objects, delivered, brought, left, grasps,
-/// scans, perceived (in the last scan), stop, simulated_s, homing_s, per_object (object, fate,
-/// grasps, why), attempts (each as a single trial records it, with scan, object and held (truth:
-/// what it was at, what the hand had), try, felt, taken_away, outcome, stage, detail). Seconds:
-/// each stage's sum over the run.
+/// The stored result of a run. Data: target (dropped last), objects, delivered, brought, left,
+/// grasps, scans, perceived (in the last scan), stop, simulated_s, homing_s, per_object (object,
+/// fate, grasps, why), attempts (each with the data of a single trial, and scan, object and held
+/// (ground truth: the object aimed at and the object in the hand), try, felt, taken_away, outcome,
+/// stage, detail). Seconds: each stage's sum over the run.
 experiment::Result ResultOf(const Clearing& clearing, const std::string& target);
 
-/// Tables of a clearing run: by arrangement (intervals are of clustered trials: a run's objects),
-/// by object, what was left and why, outcomes of the grasps.
+/// Tables of a clearing run: by arrangement (with intervals for clustered trials: the objects of a
+/// run), by object, objects left and why, outcomes of the grasps.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

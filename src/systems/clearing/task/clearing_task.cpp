@@ -20,13 +20,13 @@ using experiment::ReplayOptions;
 using experiment::Result;
 using experiment::Stamp;
 
-// A clearing experiment, as its file states it.
+// The contents of a clearing experiment's file.
 struct Options {
   trial::Options grasping;
   ClearingOptions clearing;
 };
 
-// The keys but those that it shares with grasping.
+// Reads the keys that it does not share with grasping.
 void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   map.Read("runs", o.runs, 1, 100000, "number of arrangements to clear");
   auto keys = map.Child("clearing", "rules from one grasp to the next");
@@ -51,7 +51,7 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.Finish();
 }
 
-// All keys, to the end of the map. @throws base::InputError
+// Reads all keys, to the end of the map. @throws base::InputError
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {
@@ -67,9 +67,9 @@ Options ReadOptions(base::YamlMap& map) {
   return options;
 }
 
-// Runs a case again under a viewer. With snapshots it leaves of attempt 3 of case pile-0001
-// `pile-0001_03_perceived.png`, `_03_start.png` and `_03_lifted.png`, `pile-0001_end.png`, and
-// `pile-0001_sheet.png`: all of them.
+// Repeats a case with a recorder. With snapshots, attempt 3 of case pile-0001 gives
+// `pile-0001_03_perceived.png`, `_03_start.png` and `_03_lifted.png`. The run gives
+// `pile-0001_end.png` and `pile-0001_sheet.png`, which shows all pictures.
 Result ReplayClearing(const trial::Cell& cell, const std::string& id, const ReplayOptions& options,
                       const std::function<Result(const ClearingObserver&)>& run) {
   const auto recorder = trial::MakeRecorder(cell, id, options);
@@ -80,7 +80,8 @@ Result ReplayClearing(const trial::Cell& cell, const std::string& id, const Repl
   observer.detector = &recorder->detector();
   observer.execution = recorder->Observer();
   if (observer.execution.on_moment) {
-    // The end of a grasp is the start of the next one, after the attendant.
+    // Skips the end of a grasp: it looks like the start of the next one, except that the objects at
+    // the delivery place are removed by then.
     observer.execution.on_moment = [then = observer.execution.on_moment](const std::string& moment,
                                                                          sim::World& world) {
       if (moment != "end") then(moment, world);
@@ -98,13 +99,13 @@ Result ReplayClearing(const trial::Cell& cell, const std::string& id, const Repl
   return result;
 }
 
-// A case is an arrangement; its group is the arrangement's word.
+// Each case is an arrangement. Its group is the arrangement's word.
 class ClearingExperiment : public experiment::Task {
  public:
   ClearingExperiment(const Options& options, const experiment::Common& common)
       : cell_(options.grasping), options_(options.clearing), seed_(common.seed) {}
 
-  // The object that is dropped last, and is highest, goes round.
+  // The objects take turns at being the target, which is dropped last and is the highest.
   std::vector<Case> Cases() const override {
     const auto& objects = cell_.options.objects;
     const std::string group = cell_.options.arranger;
@@ -138,7 +139,7 @@ class ClearingExperiment : public experiment::Task {
   }
 
  private:
-  // Of a run that leaves no record all of them count as not delivered.
+  // Number of objects in a run. If the run leaves no record, all of them count as not delivered.
   int ObjectsOfARun() const {
     const bool alone = cell_.options.arranger == trial::kSingle;
     return alone ? 1 : static_cast<int>(cell_.options.objects.size());

@@ -90,7 +90,7 @@ ordered_json Json(const CylindersArguments& arguments, const CylinderScene& scen
                   const std::vector<GivenCylinder>& given) {
   ordered_json json = {{"cloud", arguments.cloud},
                        {"unit", arguments.unit},
-                       {"frame", "cloud"},  // of all places and directions here, in metres
+                       {"frame", "cloud"},  // of all positions and directions here, in metres
                        {"points", scene.points_C.size()},
                        {"noise_m", scene.sampling.noise_m},
                        {"spacing_m", scene.sampling.spacing_m},

@@ -10,14 +10,14 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-/// Scans until there are the points that are asked for: one that gives too few is made finer by its
-/// lack and 1 % more. Those that are too many are left out evenly.
-/// @param scan  of rays `pitch` apart, at distance 1
-/// @throws base::InputError if so many scans do not suffice.
+/// Repeats the scan until it has the requested number of points: the pitch is reduced by the
+/// missing share and 1 % more. Excess points are removed evenly.
+/// @param scan  scans with rays `pitch` apart at distance 1
+/// @throws base::InputError if `scans` scans do not suffice.
 template <typename Scan>
 CylinderView ScanUntilEnough(const CylinderShape& shape, const Viewpoint& place, int points,
                              int scans, const char* failure, Scan scan) {
-  // The outline's area is about its box's.
+  // The outline's area is approximately that of its bounding box.
   double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / place.distance_m;
   for (int i = 0; i < scans; ++i) {
     CylinderView view = scan(pitch);
@@ -31,7 +31,7 @@ CylinderView ScanUntilEnough(const CylinderShape& shape, const Viewpoint& place,
   throw base::InputError(failure);
 }
 
-// Rays through a square grid on the plane square to the line of sight, `pitch` apart at distance 1.
+// Rays through a square grid perpendicular to the line of sight, `pitch` apart at distance 1.
 CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, double pitch,
                         const Eigen::Vector2d& phase, double noise_m, base::Rng rng) {
   const Eigen::Vector3d forward = -eye.normalized();
@@ -93,11 +93,11 @@ void KeepEvenly(int wanted, CylinderView& view) {
 
 namespace {
 
-/// Their middle lies r (1 - cos(pi / n)) within the circle: half a micrometre at r = 25 mm.
+/// Edge midpoints are r (1 - cos(pi / n)) inside the circle: half a micrometre at r = 25 mm.
 constexpr std::uint32_t kEdges = 512;
-/// The sweep is wider than the cylinder by this share, so that its outline is within.
+/// The sweep is wider than the cylinder by this factor, so that it includes the outline.
 constexpr double kMargin = 1.1;
-/// The table answers to the laser as a matt, bright surface.
+/// The table reflects the laser like a matt, bright surface.
 constexpr std::uint32_t kTableLabel = 0;
 constexpr std::uint32_t kCylinderLabel = 1;
 
@@ -132,7 +132,7 @@ geometry::TriangleMesh TableOf(double x, double side_m) {
           {{0, 1, 2}, {0, 2, 3}}};
 }
 
-// S: x right, y down, z forward (base/frames.h), turned by less than a sample.
+// Scanner frame S: x right, y down, z forward (base/frames.h), turned by less than a sample.
 base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double turn_y_rad) {
   const Eigen::Vector3d forward = -eye.normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitX()).normalized();

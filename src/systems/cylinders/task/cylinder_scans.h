@@ -11,15 +11,15 @@
 
 namespace rangegrasp::cylinders {
 
-/// A cylinder that stands along x, its middle in the origin, as in table 4.3: v = (1, 0, 0). The
-/// end at +x is the upper one.
+/// A cylinder along x with its center at the origin, as in table 4.3: v = (1, 0, 0). The end at +x
+/// is the upper one.
 struct CylinderShape {
   double radius_m = 0.010;
   double height_m = 0.100;
 };
 
-/// Where it is seen from: the eye lies in the plane of x and z, on the side of +z, and looks down
-/// at the middle.
+/// Viewpoint of the sensor: it lies in the plane of x and z, on the side of +z, and looks down at
+/// the cylinder's center.
 struct Viewpoint {
   double distance_m = 0.9;             ///< the scanner's focus distance
   double pitch_rad = base::Deg(37.0);  ///< the dissertation's, below the horizontal
@@ -27,37 +27,38 @@ struct Viewpoint {
   Eigen::Vector3d Eye() const;
 };
 
-/// What a sensor saw of one cylinder, in the cylinder's frame.
+/// The measured points of one cylinder, in the cylinder's frame.
 struct CylinderView {
   geometry::Points points;           ///< [m], in the order of the scan
-  std::vector<std::uint32_t> lines;  ///< each point's scan line
+  std::vector<std::uint32_t> lines;  ///< scan line of each point
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
 
   FitInput Input() const { return {points, eye, Eigen::Vector3d::UnitX()}; }
 };
 
-/// A 2.5-D range image of the cylinder alone: rays in a square grid of view angles, at a random
-/// phase, as far apart as gives the points that are asked for (a few too many are left out evenly),
-/// each point moved along its ray by normal noise. Scan lines run up and down.
+/// A 2.5-D range image of the cylinder alone: rays on a square grid of view angles with random
+/// phase, spaced so that they give the requested number of points (the few excess points are
+/// removed evenly). Each point is moved along its ray by normally distributed noise. Scan lines run
+/// up and down.
 /// @throws base::InputError for fewer than three points.
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng);
 
-/// So many of its points, evenly in their order. All where there are no more.
+/// Keeps `wanted` of its points, evenly spaced in their order; all if there are no more.
 void KeepEvenly(int wanted, CylinderView& view);
 
 struct ScannedOptions {
   sensing::LineScannerOptions scanner;
-  /// What is not higher above the table is not taken for the cylinder's: the preselection's.
+  /// Points below this height above the table are removed: the clearance of the preselection.
   double table_clearance_m = 0.002;
-  double table_m = 0.6;  ///< side of the (square) table that it stands on
+  double table_m = 0.6;  ///< side length of the square table on which it stands
 };
 
-/// A scan of the cylinder, standing on a table, by the line scanner with all of its errors but the
-/// calibration's, which turns every fit's axis alike; in the cylinder's frame: all that was
-/// measured above the table. The scanner's lines are put closer or wider, its fan and its sweep
-/// round the cylinder, until there are the points that are asked for; a few too many are left out.
-/// @throws base::InputError if the scanner cannot see so many.
+/// All points that the line scanner measures of a cylinder above the table on which it stands, in
+/// the cylinder's frame. The scanner has all its errors except the calibration error, which would
+/// turn every fit's axis equally. Its fan and sweep cover the cylinder, its spacing is adapted to
+/// give the requested number of points, and the few excess points are removed.
+/// @throws base::InputError if the scanner cannot measure that many points.
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
                           const ScannedOptions& options, base::Rng& rng);
 

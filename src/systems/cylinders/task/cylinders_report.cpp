@@ -22,13 +22,13 @@ using experiment::Mean;
 using experiment::MeanOf;
 using experiment::Record;
 
-/// A fit this near to the truth serves to grasp the cylinder (docs/cylinders.md).
+/// A fit within these errors is accurate enough to grasp the cylinder (docs/cylinders.md).
 constexpr double kGoodRadius_mm = 0.5;
 constexpr double kGoodAxis_deg = 1.0;
-/// The published tables are of so many iterations.
+/// Number of iterations in the published tables.
 constexpr int kPublishedIterations = 100;
 
-/// Figures' names and colors, in the order of Method.
+/// Names and colors in figures, in the order of Method.
 struct MethodStyle {
   const char* name;
   const char* color;
@@ -59,7 +59,7 @@ struct PublishedRow {
 };
 using PublishedRows = std::map<std::pair<Method, int>, PublishedRow>;  ///< by method and points
 
-/// One line of the tables: a source, a row, a method, a number of iterations.
+/// One line of the tables: for a source, a row, a method and a number of iterations.
 struct TableLine : Key {
   double true_radius_mm, height_mm;
   int points;
@@ -68,13 +68,13 @@ struct TableLine : Key {
   std::optional<PublishedRow> published;
 };
 
-/// What the stamp says and the records hold.
+/// Contents of the stamp and the records.
 struct Collected {
   Shown shown;
-  std::vector<int> points;  ///< of each row
+  std::vector<int> points;  ///< for each row
   std::vector<TableLine> lines;
   PublishedRows published;
-  /// That the tables are of: the published number, or the largest there is.
+  /// Iterations of the tables: the published number, or the largest available.
   int iterations = 0;
 };
 
@@ -116,7 +116,7 @@ void AddFit(const nlohmann::json& fit, const Record& record, Fits& fits) {
       fits.radius_error_mm.back() <= kGoodRadius_mm && fits.axis_error_deg.back() <= kGoodAxis_deg;
 }
 
-/// A case without a result is a failure of each method that the others' results name.
+/// A case without a result counts as a failure of each method that occurs in other results.
 std::map<Key, Fits> FitsOf(const std::vector<Record>& records) {
   std::map<Key, Fits> all;
   std::map<std::pair<Source, std::size_t>, int> without_result;  // crashed or timed out
@@ -212,7 +212,7 @@ experiment::Grid TableOf(const Collected& all, Source source) {
   return GridOf(columns, lines);
 }
 
-/// All means, for programs.
+/// All means, machine-readable.
 experiment::Grid MeansOf(const std::vector<TableLine>& lines) {
   using T = TableLine;
   static const std::vector<Column<T>> columns = {
@@ -236,7 +236,7 @@ experiment::Grid MeansOf(const std::vector<TableLine>& lines) {
   return GridOf(columns, lines, "");
 }
 
-/// What a figure has along y.
+/// The quantity on a figure's y axis.
 struct Quantity {
   const char* title;
   const char* name;
@@ -253,7 +253,7 @@ constexpr std::array<Quantity, 3> kQuantities = {{
     {"Time", "time", "s", 4, &TableLine::seconds, &PublishedRow::time_s},
 }};
 
-/// A line of a figure: one method, over the iterations of a row, or without one over the points.
+/// A line of a figure: one method over the iterations of a row, or without a row over the points.
 draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method method, Source source,
                       std::optional<std::size_t> row) {
   draw::Series series{.label = StyleOf(method).name, .x = {}, .y = {}};
@@ -264,7 +264,7 @@ draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method met
     series.x.push_back(row ? line.iterations : line.points);
     series.y.push_back((line.*quantity.own).mean.value_or(std::nan("")));
   }
-  // Rows stand in the order of the file, which may count down.
+  // Rows are in the order of the file, which may be descending.
   if (series.x.size() > 1 && series.x.front() > series.x.back()) {
     std::ranges::reverse(series.x);
     std::ranges::reverse(series.y);
@@ -276,7 +276,7 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
                     std::optional<std::size_t> row, const std::string& title) {
   draw::Panel panel{title, row ? "iterations" : "points", quantity.unit, {}, {}, {}, false};
   for (const Method method : base::ValuesOf<Method>()) {
-    // Off by tens of millimetres, it would press all others to the axis; fits.csv has it.
+    // Its errors are tens of millimetres and would flatten all other lines; fits.csv contains it.
     if (method == Method::kPrinted) continue;
     auto series = SeriesOf(all, quantity, method, source, row);
     if (!series.x.empty()) panel.series.push_back(std::move(series));
@@ -289,7 +289,7 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
     dots.dots = true;
     dots.x = {static_cast<double>(row ? kPublishedIterations : points)};
     dots.y = {published.*quantity.published};
-    // One entry in the legend a method.
+    // One legend entry per method.
     const bool first = std::ranges::none_of(
         panel.series, [&](const auto& s) { return s.dots && s.color == dots.color; });
     if (first) dots.label = std::string(StyleOf(method).name) + ", published";
@@ -303,7 +303,7 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
   return panel;
 }
 
-// The published images were perfect ones: only these are compared.
+// The published images had no noise, so only the perfect source is compared.
 std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
   std::vector<experiment::PublishedFigure> figures;
   for (const TableLine& line : all.lines) {
@@ -330,7 +330,7 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
   return figures;
 }
 
-/// Figure 4.13, or 4.14 to 4.19, three a row.
+/// Figure 4.13, or 4.14 to 4.19, three per row.
 void AddFigures(const Collected& all, Source source, experiment::Report& report) {
   const std::string_view word = base::Word(source);
   const auto add = [&](int number, const std::vector<draw::Panel>& panels) {

@@ -75,7 +75,7 @@ void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
   map.ReadPath("reference", o.reference, "published table as CSV");
 }
 
-/// To the end of the map.
+/// Reads all keys, to the end of the map.
 ComparisonOptions ReadComparison(base::YamlMap& map) {
   ComparisonOptions options;
   ReadComparisonKeys(map, options);
@@ -92,12 +92,12 @@ ComparisonOptions ReadComparison(base::YamlMap& map) {
 struct ComparedFit {
   Method method = Method::kLsf;
   int iterations = 0;
-  std::optional<Barrel> barrel;      ///< nullopt where the fit failed
-  double seconds = 0.0;              ///< in all
-  double preparation_seconds = 0.0;  ///< of these: normals and curvature points
+  std::optional<Barrel> barrel;      ///< nullopt if the fit failed
+  double seconds = 0.0;              ///< total
+  double preparation_seconds = 0.0;  ///< part of `seconds` for normals and curvature points
 };
 
-/// RCF's preparation serves all numbers of iterations and the refinement.
+/// RCF's preparation, shared by all numbers of iterations and the refinement.
 struct Prepared {
   RcfPreparation preparation;
   double seconds = 0.0;
@@ -140,7 +140,8 @@ void AddPcl(const FitInput& input, const ComparisonOptions& options,
   }
 }
 
-/// Draws depend on seed, method and iterations alone; `refined` starts from RCF of as many triples.
+/// Draws depend on seed, method and iterations only; `refined` starts from RCF with as many
+/// triples.
 std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOptions& options,
                                      std::uint64_t seed) {
   std::vector<ComparedFit> fits;

@@ -15,7 +15,7 @@ namespace rangegrasp::cylinders {
 
 /// Where the points of a cylinder come from.
 enum class Source {
-  kPerfect,  ///< range images without noise, as the dissertation says of its own
+  kPerfect,  ///< range images without noise, as the dissertation describes its own
   kNoisy,    ///< the same with the scanner's noise
   kScanned,  ///< the simulated line scanner
 };
@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 3> WordsOf(Source) {
 
 enum class Method {
   kLsf,      ///< least squares, as published
-  kPrinted,  ///< random circle fitting to the letter (RcfAsPrinted)
+  kPrinted,  ///< random circle fitting exactly as printed (RcfAsPrinted)
   kRcf,      ///< random circle fitting
   kPcl,      ///< the Point Cloud Library's cylinder model
   kRefined,  ///< random circle fitting, refined
@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, 5> WordsOf(Method) {
   return {"lsf", "rcf_as_printed", "rcf", "pcl", "refined"};
 }
 
-/// What is shown.
+/// The table to reproduce.
 enum class Shown {
   kResolution,  ///< table 4.3, figure 4.13
   kIterations,  ///< table 4.4, figures 4.14 to 4.19
@@ -63,8 +63,8 @@ struct ComparisonOptions {
   std::filesystem::path reference;
 };
 
-/// `task: cylinder_fits`: fits of single cylinders compared (tables 4.3 and 4.4). A case is one
-/// range image, which all methods are given; the group is its source.
+/// `task: cylinder_fits`: comparison of fits of single cylinders (tables 4.3 and 4.4). A case is
+/// one range image, which is given to all methods; the group is its source.
 const experiment::TaskKind& CylindersTask();
 
 /// `task: cylinder_recall`: how often given cylinders are detected in clutter, by the line scanner

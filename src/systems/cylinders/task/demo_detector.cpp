@@ -54,7 +54,7 @@ void ReadTable(YamlMap& map, const char* count, TableOptions& options) {
     map.Fail("cylinders",
              fmt::format("has {} shapes, but objects has {} names", options.given.size(), objects));
   }
-  // Each table has all of them.
+  // Each table holds all of them.
   options.grasping.clutter.always = options.grasping.objects;
 }
 
@@ -109,9 +109,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Of a closed cylinder's surface: 0.4 % of the radius inside the circle.
+/// Sides of the polygon for a closed cylinder: at most 0.4 % of the radius inside the circle.
 constexpr int kSides = 36;
-/// Between the rings of points on it.
+/// Distance of the rings of points on it.
 constexpr double kRing_m = 0.005;
 
 /// Rings of points on the barrel, from end to end.
@@ -159,8 +159,8 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
   return object;
 }
 
-/// Of the objects that a cylinder's points are part of, how much is the cylinder's: 1 where it is
-/// alone. Points of another given one that it touches are left out.
+/// Share of the cylinder's points in the perceived objects that contain them: 1 if it is a separate
+/// object. Points of other given cylinders that it touches are left out.
 double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scene& scene,
                 const std::vector<FoundCylinder>& found) {
   const auto is_anothers = [&](const Vector3d& p) {
@@ -185,7 +185,7 @@ double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scen
   return own > 0.0 ? pure / own : 0.0;
 }
 
-/// Each kind's own order, the purest first; what the radius is off counts against it.
+/// Sorts the finds of each given cylinder by purity, reduced by the error of the radius.
 void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
                  std::vector<FoundCylinder>& found) {
   std::vector<std::pair<double, FoundCylinder>> scored;
@@ -231,7 +231,7 @@ class DemoDetector : public trial::Detector {
     if (observer_) observer_(found, observation);
     watch.Restart();
     if (!IsFound(found)) return detected;
-    // In the end the wanted one is the first of the scene.
+    // The wanted one is inserted last, so that it is the scene's first object.
     for (const bool wanted : {false, true}) PutFirstOf(found, wanted, scene);
 
     grasp::Obstacles obstacles =
@@ -248,7 +248,7 @@ class DemoDetector : public trial::Detector {
     return std::ranges::any_of(scene.cylinders, [&](const auto& c) { return c.given == wanted_; });
   }
 
-  /// Of the first object: those with much air to the others first.
+  /// Grasps of the first object; those with more clearance to the others come first.
   std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
                                    std::span<const geometry::TriangleMesh> obstacles_C) const {
     const grasp::Arm arm(robot_);
@@ -262,7 +262,7 @@ class DemoDetector : public trial::Detector {
     return grasps;
   }
 
-  /// The wanted one, or the best of each of the others.
+  /// Puts the wanted one first, or the best find of each of the others.
   void PutFirstOf(const CylinderScene& seen, bool wanted, perception::Scene& scene) const {
     std::vector<bool> done(options_.given.size(), false);
     for (const FoundCylinder& found : seen.cylinders) {

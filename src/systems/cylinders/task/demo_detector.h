@@ -17,14 +17,14 @@
 
 namespace rangegrasp::cylinders {
 
-/// What becomes of the cylinder at the end (section 4.3).
+/// How the cylinder is delivered at the end (section 4.3).
 enum class Delivery {
-  kHandOver,  ///< a person draws it out of the hand
+  kHandOver,  ///< a person pulls it out of the hand
   kPlace,     ///< it is put down at the delivery place
 };
 constexpr std::array<std::string_view, 2> WordsOf(Delivery) { return {"hand_over", "place"}; }
 
-/// What the demo does beyond chapter 4 because it is known what is on the table (base/words.h).
+/// Additions to chapter 4 that rely on knowing the objects on the table (base/words.h).
 struct DemoAdditions {
   bool thorough = true;
   bool purity = true;
@@ -49,71 +49,71 @@ constexpr std::array<base::Addition<DemoAdditions>, 4> AdditionsOf(const DemoAdd
 }
 static_assert(base::AllAdditionsListed<DemoAdditions>());
 
-/// Tables with given cylinders among other objects, and how the cylinders are looked for.
+/// Tables with given cylinders among other objects, and the options of their detection.
 struct TableOptions {
   trial::Options grasping;
-  std::vector<GivenCylinder> given;  ///< of `objects` in their order
+  std::vector<GivenCylinder> given;  ///< shapes of `objects`, in their order
   DetectOptions detection;
 };
 
 struct DemoOptions : DemoAdditions, TableOptions {
   int runs = 50;
   Delivery delivery = Delivery::kHandOver;
-  int max_tries = 3;  ///< as published 1
-  /// Of the thorough detection: a barrel that shows a fiftieth of the points is drawn 12 times, and
-  /// boxes' faces, which are the first candidates, do not use up all that are examined.
+  int max_tries = 3;  ///< 1 as published
+  /// For the thorough detection: a barrel with a fiftieth of the points is drawn 12 times, and the
+  /// faces of boxes, which are the first candidates, do not use up all examined candidates.
   int lying_draws = 600;
   int max_lying = 24;
   int max_standing = 24;
   int max_leaning = 6;
-  /// Of the second look: little of it is enough. Smaller: another thing is taken for it.
+  /// Second look: a small visible part suffices. Smaller: other objects are mistaken for it.
   double second_min_arc_rad = base::Deg(30.0);
   double second_min_length_share = 0.1;
   double second_min_seen_share = 0.05;
-  /// What is perceived this near to the cylinder is no obstacle: noise and the pose's error.
+  /// Points this near to the cylinder are no obstacle: they are due to noise and the pose's error.
   double grown_m = 0.006;
-  /// Between the open hand and others, of a roomy grasp: what completed surfaces are off by.
+  /// Clearance of the open hand in a roomy grasp: covers the error of completed surfaces.
   double room_m = 0.010;
   trial::HandOverOptions hand_over;
 };
 
-/// "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if the text is neither, or one is not above 0.
+/// Parses "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if malformed or a value is not above 0.
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between);
 
-/// The key `cylinders`. @throws base::InputError
+/// Reads the key `cylinders`. @throws base::InputError
 void ReadGiven(base::YamlMap& map, TableOptions& options);
-/// The keys that a table shares with grasping, to the end of the map.
-/// @param count  the key in place of `trials_per_object`
+/// Reads the keys that a table shares with grasping, to the end of the map.
+/// @param count  the key that replaces `trials_per_object`
 /// @throws base::InputError
 void ReadTable(base::YamlMap& map, const char* count, TableOptions& options);
 
-/// How the cylinders are looked for at first, and again if the wanted one was not found.
+/// Detection options for the first look, and for the second look if the wanted one was not found.
 DetectOptions FirstLook(const DemoOptions& options);
 DetectOptions SecondLook(const DemoOptions& options);
 
-/// The keys of a demo but those that it shares with grasping. @throws base::InputError
+/// Reads the keys of a demo except those that it shares with grasping. @throws base::InputError
 void ReadDemoKeys(base::YamlMap& map, DemoOptions& options);
-/// All keys, to the end of the map. @throws base::InputError
+/// Reads all keys, to the end of the map. @throws base::InputError
 DemoOptions ReadDemo(base::YamlMap& map);
 
-/// What a viewer may see of a detection.
+/// Receives the scene of each detection, for display.
 using CylinderObserver = std::function<void(const CylinderScene&, const geometry::Observation&)>;
 
-/// Before the name of a step of DetectCylinders in Detected::seconds; second looks count.
+/// Prefix of the steps of DetectCylinders in Detected::seconds; second looks are included.
 inline constexpr const char* kCylinderStep = "cylinders:";
 
-/// Chapter 4: finds the wanted one of the given cylinders (an empty detection: it was not found);
-/// everything else that chapter 5's perception finds is an obstacle, other given cylinders with
-/// their known shapes. Grasps hold it round its barrel at the centre of gravity, from above along
-/// its axis where it stands. The arguments must outlive it.
+/// Chapter 4: finds the wanted one of the given cylinders; the detection is empty if it was not
+/// found. All other objects from chapter 5's perception are obstacles; the other given cylinders
+/// are obstacles with their known shapes. Grasps hold the barrel at the center of gravity, from
+/// above along the axis if it stands. The arguments must outlive it.
 /// @param wanted  position in options.given
 /// @param observer  may be empty
 std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
                                                   const robot::Robot& robot, std::size_t wanted,
                                                   CylinderObserver observer = {});
 
-/// Makes a cylinder the scene's first object: closed, since its shape is known, with the points
-/// within `grown_m` of it. Objects that lie in it mostly are left out.
+/// Inserts a cylinder as the scene's first object: closed, since its shape is known, with the
+/// points within `grown_m` of it. Objects that lie mostly in it are removed.
 void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene);
 
 }  // namespace rangegrasp::cylinders

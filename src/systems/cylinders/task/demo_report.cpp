@@ -23,7 +23,7 @@ using experiment::IntervalText;
 using experiment::PublishedFigure;
 using nlohmann::ordered_json;
 
-/// A row of table 4.1, or what it does not count, with the published figures of 50 runs.
+/// A row of table 4.1, or a problem that it does not count, with the published figures of 50 runs.
 constexpr int kPublishedRuns = 50;
 struct ProblemRow {
   const char* name;
@@ -31,12 +31,12 @@ struct ProblemRow {
   std::optional<int> published_influence;  ///< those with influence
   int first_events = 0;                    ///< with one try, as published
   int first_influence = 0;                 ///< with one try
-  int events = 0;                          ///< of all tries
+  int events = 0;                          ///< in all tries
   int influence = 0;
 };
-enum class Problem { kPlanning, kHand, kRecognition, kHandOver, kOther };  ///< row by row
+enum class Problem { kPlanning, kHand, kRecognition, kHandOver, kOther };  ///< rows in order
 
-/// What a run's outcome puts its failure down to; nullopt where it did not fail.
+/// The kind of problem behind a failed outcome; nullopt if the run did not fail.
 std::optional<Problem> FailureOf(const std::string& outcome) {
   static const std::map<std::string, Problem> problems = {
       {"no_grasp", Problem::kPlanning},        {"no_path", Problem::kPlanning},
@@ -58,7 +58,7 @@ struct Tally {
                                       {"simulation", {}, {}}};
 
   ProblemRow& RowOf(Problem problem) { return problems[static_cast<std::size_t>(problem)]; }
-  /// The problems, and their sum: it counts what the dissertation does not know, too.
+  /// The problems and their sum, including those that the dissertation does not count.
   std::vector<ProblemRow> RowsWithSum() const {
     std::vector<ProblemRow> rows = problems;
     ProblemRow sum{"sum", 17, 13};
@@ -73,13 +73,13 @@ struct Tally {
   }
 };
 
-/// The runs of one kind of place: how far they came.
+/// A situation of the wanted cylinder; the runs in it are counted.
 struct Place {
   const char* name;
   bool (*is_one)(const ordered_json& data);
 };
-/// Closer than this the dissertation asks nothing to stand ("a minimum distance of 20mm, equal to
-/// the diameter of the thumb", section 4.1).
+/// The dissertation requires that nothing stands closer than this ("a minimum distance of 20mm,
+/// equal to the diameter of the thumb", section 4.1).
 constexpr double kThumb_m = 0.020;
 constexpr std::array<Place, 6> kPlaces = {{
     {"standing", [](const ordered_json& d) { return d.value("stands", false); }},
@@ -93,11 +93,11 @@ constexpr std::array<Place, 6> kPlaces = {{
     {"all", [](const ordered_json&) { return true; }},
 }};
 
-/// A record with its data, read.
+/// A record with its parsed data.
 struct DemoRun {
   const experiment::Record& record;
   ordered_json data;  ///< an object
-  /// The outcomes of its tries; its own where its record holds none.
+  /// Outcomes of its tries; the run's own outcome if the record has no tries.
   std::vector<std::string> tries;
 
   explicit DemoRun(const experiment::Record& r)
@@ -109,9 +109,9 @@ struct DemoRun {
     if (tries.empty()) tries.push_back(record.result.outcome);
   }
   std::optional<Problem> Failure() const { return FailureOf(record.result.outcome); }
-  /// How the run would have ended with one try.
+  /// How the run would have ended after one try.
   std::optional<Problem> FirstFailure() const { return FailureOf(tries.front()); }
-  /// Whether the first try pushed others; what older records say of all tries.
+  /// True if the first try pushed other objects; older records have this for all tries together.
   bool FirstMovedOthers() const {
     const auto all = data.value("tries", ordered_json::array());
     const int moved = data.value("others_moved", 0);
@@ -137,7 +137,7 @@ void Add(const DemoRun& run, Tally& tally) {
   }
   const auto influence = run.Failure();
   ++(influence ? tally.RowOf(*influence).influence : tally.good);
-  // Fingers that shift others without any effect (section 4.4).
+  // Counts runs whose fingers pushed other objects without further effect (section 4.4).
   if (data.value("others_moved", 0) > 0 && !hand) ++tally.RowOf(Problem::kHand).events;
   const auto log = data.value("log", ordered_json::object());
   if (!log.contains("hand_over") || !log.value("held_after_carry", false)) return;
@@ -181,7 +181,7 @@ std::vector<PublishedFigure> FiguresOf(const Tally& tally) {
   };
   for (const ProblemRow& row : tally.RowsWithSum()) {
     if (!row.published_events) continue;
-    // The published demo had one try.
+    // The published demo had only one try.
     const Count events{row.first_events, tally.runs};
     const Count influence{row.first_influence, tally.runs};
     const Count published_events{*row.published_events, kPublishedRuns};
@@ -194,7 +194,7 @@ std::vector<PublishedFigure> FiguresOf(const Tally& tally) {
   return figures;
 }
 
-/// Table 4.2: seconds by the step of DetectCylinders; the sum of all without one.
+/// Table 4.2: seconds for each step of DetectCylinders; a row without a step is the sum of all.
 struct StepRow {
   const char* name;
   const char* step;
@@ -209,7 +209,7 @@ constexpr std::array<StepRow, 7> kSteps = {
      {"cylinder detection", "cylinders", 0.015},
      {"sum", "", 4.625}}};
 
-// Medians of the runs with a single try: of more their sums are stored.
+// Medians of the runs with a single try; for several tries only the sum is stored.
 std::vector<PublishedFigure> TimesOf(const std::vector<DemoRun>& runs) {
   std::vector<PublishedFigure> figures;
   for (const auto& [name, step, published_s] : kSteps) {
@@ -236,7 +236,7 @@ std::vector<PublishedFigure> TimesOf(const std::vector<DemoRun>& runs) {
   return figures;
 }
 
-/// How far the runs came, by how the wanted cylinder lay.
+/// Stages that the runs reached, by the situation of the wanted cylinder.
 Grid PlaceGrid(const std::vector<DemoRun>& runs) {
   struct Row {
     const char* name;

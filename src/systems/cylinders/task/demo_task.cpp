@@ -27,7 +27,7 @@
 namespace rangegrasp::draw {
 namespace {
 
-// Colours as in the dissertation's figures, where they name them.
+// Colors as named in the dissertation's figures.
 const Color kTable{0.70F, 0.78F, 0.88F, 1.0F};
 const Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
 const Color kRest{0.65F, 0.65F, 0.65F, 1.0F};
@@ -35,9 +35,9 @@ const Color kCurved{0.1F, 0.65F, 0.2F, 1.0F};
 const Color kEdge{0.95F, 0.55F, 0.1F, 1.0F};
 const Color kBarrel{0.1F, 0.2F, 0.9F, 1.0F};
 const Color kAxis{0.0F, 0.0F, 0.0F, 1.0F};
-constexpr float kOpacity = 0.35F;  // of a cylinder: the points on it are to be seen
+constexpr float kOpacity = 0.35F;  // of a cylinder, so that the points on it remain visible
 constexpr float kDot_px = 1.5F;
-constexpr double kBeyond = 0.15;  // of its height: how far the axis sticks out
+constexpr double kBeyond = 0.15;  // share of its height by which the axis sticks out
 
 geometry::TriangleMesh MeshOf(const cylinders::Cylinder& cylinder) {
   geometry::Shape shape;
@@ -99,26 +99,26 @@ namespace {
 using experiment::Case;
 using nlohmann::ordered_json;
 
-/// Beyond this nothing is near: a hand's width.
+/// Objects beyond this distance are not near: a hand's width.
 constexpr double kNear_m = 0.1;
-/// An axis nearer to the vertical stands.
+/// An axis at less than this to the vertical stands.
 constexpr double kStanding_rad = base::Deg(45.0);
 
-/// What a replay looks at; each may be empty.
+/// Observers of a replay; each may be empty.
 struct Viewers {
   sim::ExecutionObserver execution;
   CylinderObserver cylinders;
-  std::function<void(int)> on_try;  ///< 1 and up, before it
+  std::function<void(int)> on_try;  ///< called before each try with its number, from 1
 };
 
-/// A look at the table, and a grasp if the wanted cylinder is found.
+/// One try: a scan of the table, and a grasp if the wanted cylinder is found.
 struct Try {
   trial::Attempt attempt;
   std::string outcome;
-  ordered_json found;  ///< how far the wanted one is from the true one; null if not found
+  ordered_json found;  ///< its deviation from the true one; null if not found
 };
 
-/// A detected cylinder compared with the true one, whose origin is its middle and z its axis.
+/// Errors of a detected cylinder; the true one has its origin in the center and z along the axis.
 ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
   const Cylinder& c = found.cylinder_C;
   const Eigen::Vector3d axis_W = X_WO.linear().col(2);
@@ -132,7 +132,7 @@ ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
           {"across_error_m", (off - along_m * axis_W).norm()}};
 }
 
-/// Truth names the outcome: whether another object was grasped.
+/// The outcome judged by ground truth: whether another object was grasped.
 std::string Judged(const trial::Attempt& attempt, int target, Delivery delivery) {
   const auto object = attempt.log ? std::optional(attempt.log->target) : attempt.target;
   if (!attempt.detected.detection.objects.empty() && object && *object != target) {
@@ -141,10 +141,11 @@ std::string Judged(const trial::Attempt& attempt, int target, Delivery delivery)
   return OutcomeOf(attempt, delivery);
 }
 
-/// Tries, at most options.max_tries, until the robot takes the wanted cylinder for delivered, by
-/// its detection and the hand's joints. Each starts at home with a scan and has its own streams.
+/// Makes up to options.max_tries tries, until by its detection and the hand's joints the robot
+/// believes the wanted cylinder is delivered. Each starts at home with a scan and has its own
+/// random streams.
 /// @param wanted  position in options.given
-/// @param target  truth: that object in the world
+/// @param target  index of the true object in the world
 std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, std::size_t wanted,
                          int target, std::uint64_t seed, sim::World& world,
                          const Viewers& viewers) {
@@ -176,7 +177,7 @@ std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, st
   return tries;
 }
 
-/// Of the surface next to the wanted cylinder; kNear_m if that is further off.
+/// Distance from the wanted cylinder to the nearest object; kNear_m if that is further away.
 double ClearanceOf(const sim::World& world, int target) {
   double nearest_m = kNear_m;
   for (int other = 0; other < world.objects(); ++other) {
@@ -186,7 +187,7 @@ double ClearanceOf(const sim::World& world, int target) {
   return nearest_m;
 }
 
-/// What lies on the table, as truth has it.
+/// Ground truth of the objects on the table.
 ordered_json JsonOf(const trial::Arrangement& arranged) {
   const int target = arranged.target;
   const Eigen::Vector3d axis_W = arranged.world.ObjectPose(target).linear().col(2);
@@ -197,7 +198,7 @@ ordered_json JsonOf(const trial::Arrangement& arranged) {
           {"clearance_m", ClearanceOf(arranged.world, target)}};
 }
 
-/// The tries' outcomes, and what the last one left.
+/// Adds the outcomes of the tries and the data of the last one.
 void AddTries(const std::vector<Try>& tries, ordered_json& data) {
   data["tries"] = ordered_json::array();
   int moved = 0;

@@ -8,21 +8,21 @@
 
 namespace rangegrasp::cylinders {
 
-/// Whether the robot knows, by its own sensors, that there is something to be tried again: nothing
-/// was found, planned, or held, and nobody has been offered anything.
+/// True if the robot knows from its own sensors that it can try again: nothing was found, planned
+/// or held, and nothing has been offered to a person.
 bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery);
 
-/// `task: cylinder_demo`: the live demo of section 4.4. A case is one run: given cylinders among
-/// other objects, one of them is wanted, grasped, and handed over or put down.
+/// `task: cylinder_demo`: the live demo of section 4.4. A case is one run: one of several given
+/// cylinders among other objects is wanted, grasped, and handed over or put down.
 const experiment::TaskKind& DemoTask();
 
 }  // namespace rangegrasp::cylinders
 
 namespace rangegrasp::draw {
 
-/// Draws what the detection of given cylinders made of a cloud (figures 4.4, 4.7, 4.11): the table
-/// grey-blue, outliers red, curvature points by normals green and by scan lines orange, the barrel
-/// of every found cylinder blue, the cylinder itself in its given one's colour, its axis black.
+/// Draws the detection of given cylinders in a cloud (figures 4.4, 4.7, 4.11): the table grey-blue,
+/// outliers red, curvature points by normals green and by scan lines orange, the barrel of every
+/// found cylinder blue, the cylinder itself in the color of its given one, its axis black.
 void DrawCylinders(const cylinders::CylinderScene& scene, const Eigen::Vector3d& sensor_origin_C,
                    const std::filesystem::path& png);
 

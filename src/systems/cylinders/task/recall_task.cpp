@@ -36,9 +36,9 @@ struct RecallOptions : TableOptions {
   double noise_m = 0.0003;
 };
 
-/// The outcome of a scene.
+/// Outcome of a scene.
 constexpr const char* kScored = "scored";
-/// Stamp::data.
+/// Key of Stamp::data.
 constexpr const char* kSource = "source";
 
 // ---- synthetic scenes ----
@@ -54,20 +54,20 @@ struct Clutter {
   std::vector<Truth> given;
 };
 
-/// A table, what was measured of it, and what is on it.
+/// A table: its scan, and the objects on it.
 struct Table {
   geometry::Observation observation;
   std::optional<perception::Workspace> workspace;
   std::vector<Truth> given;
-  std::vector<Cylinder> cylinders;  ///< all, the given ones among them
+  std::vector<Cylinder> cylinders;  ///< all of them, including the given ones
 };
 
-/// Places things on the table by the circles about their outlines.
+/// Places objects on the table by the circumscribed circles of their outlines.
 class Placing {
  public:
   explicit Placing(base::Rng& rng) : rng_(rng) {}
 
-  /// Half of the time the circle touches another one; nullopt where there is no room left.
+  /// In half of the draws the circle touches another one; nullopt if there is no room left.
   std::optional<Eigen::Vector2d> Place(double radius_m) {
     for (int draw = 0; draw < kDraws; ++draw) {
       const Eigen::Vector2d middle = Draw(radius_m);
@@ -88,8 +88,8 @@ class Placing {
     double radius_m;
   };
   static constexpr int kDraws = 200;
-  static constexpr double kHalfTable_m = 0.14;  ///< what the sensor sees of the table
-  static constexpr double kGap_m = 0.0005;      ///< of things that touch
+  static constexpr double kHalfTable_m = 0.14;  ///< visible part of the table
+  static constexpr double kGap_m = 0.0005;      ///< between touching objects
 
   Eigen::Vector2d Draw(double radius_m) {
     if (!circles_.empty() && rng_.Uniform() < 0.5) {
@@ -107,7 +107,7 @@ class Placing {
   std::vector<Circle> circles_;
 };
 
-/// About a lying cylinder's outline: half its length and some of its width.
+/// Circle for a lying cylinder's outline: half its length plus some of its width.
 double CircleOfLying(double height_m) { return 0.5 * height_m + 0.005; }
 
 void AddGiven(const std::vector<GivenCylinder>& given, std::size_t which, base::Rng& rng,
@@ -166,7 +166,7 @@ Clutter DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
   return clutter;
 }
 
-/// A quarter of the rays to it end on it, and 200 do.
+/// True if at least a quarter of the rays to it, and more than 200, end on it.
 bool IsSeen(std::size_t on, std::size_t all) {
   constexpr double kMinShare = 0.25;
   constexpr std::size_t kMinRays = 200;
@@ -198,13 +198,13 @@ Table SyntheticTable(const RecallOptions& options, base::Rng& rng) {
 
 // ---- scanned scenes ----
 
-/// The cylinder that an object of the world is; its origin is its middle and z its axis.
+/// The cylinder of an object in the world; the object's origin is its center and z is its axis.
 Cylinder CylinderOf(const sim::World& world, int object, const GivenCylinder& given) {
   const base::Pose X_WO = world.ObjectPose(object);
   return {X_WO.translation(), X_WO.linear().col(2), given.radius_m, given.height_m};
 }
 
-/// Which rays end on a given one say their labels: the robot's calibration is off by millimetres.
+/// Labels tell which rays end on a given one, as the robot's calibration is off by millimetres.
 Table ScannedTable(const RecallOptions& options, const trial::Cell& cell, const sim::World& world,
                    std::uint64_t seed) {
   const trial::Sensed sensed = trial::Look(cell, world, seed);
@@ -236,15 +236,15 @@ Table ScannedTable(const RecallOptions& options, const trial::Cell& cell, const 
 enum class Verdict {
   kFound,
   kMissed,
-  kHidden,  ///< too little of it was seen; whether it was found counts for nothing
-  kFalse,   ///< found where there is none
-  kTwin,    ///< false, too: found where another cylinder of the same size happens to be
+  kHidden,  ///< too little of it was seen; not counted, whether found or not
+  kFalse,   ///< found where no such cylinder is
+  kTwin,    ///< also false: found where another cylinder of the same size happens to be
 };
 constexpr std::array<std::string_view, 5> WordsOf(Verdict) {
   return {"found", "missed", "hidden", "false", "twin"};
 }
 
-/// How far off still is that cylinder.
+/// Tolerances within which a found cylinder counts as the true one.
 bool IsThere(const Cylinder& found, const Cylinder& truth) {
   constexpr double kMaxDistance_m = 0.02;
   const double max_angle_rad = base::Deg(10.0);
@@ -252,7 +252,7 @@ bool IsThere(const Cylinder& found, const Cylinder& truth) {
          AngleBetween(found.axis, truth.axis) < max_angle_rad;
 }
 
-/// Of a size that cannot be distinguished from the given one (docs/cylinders.md).
+/// True if its size cannot be distinguished from that of the given one (docs/cylinders.md).
 bool IsTwin(const Cylinder& other, const GivenCylinder& given) {
   constexpr double kRadius_m = 0.0005;
   constexpr double kHeight_m = 0.002;
@@ -310,7 +310,7 @@ ordered_json Score(const Table& table, const std::vector<GivenCylinder>& given,
 
 // ---- the task ----
 
-/// A case is one drawn table.
+/// A case is one random table.
 class RecallExperiment : public experiment::Task {
  public:
   RecallExperiment(RecallOptions options, std::uint64_t seed)
@@ -357,7 +357,7 @@ class RecallExperiment : public experiment::Task {
 
   RecallOptions options_;
   std::uint64_t seed_;
-  std::optional<trial::Cell> cell_;  ///< of scanned tables
+  std::optional<trial::Cell> cell_;  ///< for scanned tables
 };
 
 void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
@@ -381,7 +381,7 @@ std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experimen
 
 // ---- tables ----
 
-/// Given cylinders of one posture, and what was detected.
+/// Detection counts of the given cylinders in one posture.
 struct Posture {
   std::string name;
   int found = 0, missed = 0, hidden = 0;

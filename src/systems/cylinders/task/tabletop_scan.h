@@ -11,12 +11,12 @@
 #include "cylinders/cylinder.h"
 #include "geometry/observation.h"
 
-/// A table with cylinders and boxes on it as one sensor at one place sees them: rays on a regular
-/// grid of directions, white noise along each.
+/// Simulated scan of a table with cylinders and boxes from one sensor position: rays on a regular
+/// grid of directions, with white noise along each ray.
 namespace rangegrasp::cylinders::samples {
 
 struct Box {
-  base::Pose X_WB = base::Pose::Identity();  ///< of its middle
+  base::Pose X_WB = base::Pose::Identity();  ///< pose of the center
   Eigen::Vector3d size_m;
 };
 
@@ -30,11 +30,11 @@ struct Sensor {
   Eigen::Vector3d target{0.0, 0.0, 0.0};
   int profiles = 220;
   int samples = 220;
-  double field_rad = base::Deg(28.0);  ///< both ways
+  double field_rad = base::Deg(28.0);  ///< in both directions
   double noise_m = 0.0003;
 };
 
-/// The share of the way from the origin to p at which a box is met.
+/// The fraction of the way from the origin to p at which the ray meets a box.
 inline std::optional<double> EntryOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& p,
                                      const Box& box) {
   const Eigen::Vector3d from = box.X_WB.inverse() * origin;
@@ -51,7 +51,7 @@ inline std::optional<double> EntryOf(const Eigen::Vector3d& origin, const Eigen:
   return enters < leaves && enters > 0.0 ? std::optional(enters) : std::nullopt;
 }
 
-/// The scan, in the table's frame: its plane is z = 0, x and y its middle.
+/// The scan in the table's frame: the plane is z = 0, the origin is in its middle.
 inline geometry::Observation Scan(const Tabletop& tabletop, const Sensor& sensor, base::Rng& rng) {
   geometry::RangeImage image{sensor.profiles, sensor.samples, {}, {sensor.origin}};
   const Eigen::Vector3d ahead = (sensor.target - sensor.origin).normalized();
@@ -85,7 +85,7 @@ inline Cylinder Standing(double x, double y, double radius_m, double height_m) {
   return {{x, y, 0.5 * height_m}, Eigen::Vector3d::UnitZ(), radius_m, height_m};
 }
 
-/// @param turn_rad  of its axis about the vertical, from x
+/// @param turn_rad  rotation of the axis about the vertical, from x
 inline Cylinder Lying(double x, double y, double turn_rad, double radius_m, double height_m) {
   return {{x, y, radius_m}, {std::cos(turn_rad), std::sin(turn_rad), 0.0}, radius_m, height_m};
 }

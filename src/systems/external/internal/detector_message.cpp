@@ -18,16 +18,16 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-// What an answer may hold: its own parts are nested 5 deep (grasps, one, its rotation, a row).
+// Limits for an answer. A valid answer is nested 5 deep (grasps, one, its rotation, a row).
 constexpr int kMaxDepth = 8;
 constexpr std::size_t kMaxObjects = 1000;
 constexpr std::size_t kMaxGrasps = 10'000;
-// Numbers beyond are no places on a table [m], nor sizes of hands.
+// Larger numbers are neither positions on a table [m] nor sizes of hands.
 constexpr double kMax_m = 100.0;
 constexpr double kMaxScore = 1e12;
-// A rotation printed with four digits is one to this.
+// Tolerance for a rotation printed with four digits.
 constexpr double kRotationError = 1e-3;
-// Of a value that is wrong so many characters are shown.
+// Maximum number of characters that are shown of an invalid value.
 constexpr std::size_t kShown = 60;
 
 ordered_json JsonOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -45,7 +45,7 @@ geometry::TriangleMesh OpenHand(const robot::HandModel& hand) {
   return mesh_H;
 }
 
-/// All samples, view after view; organised where there is one view.
+/// All samples, view by view; organized if there is one view.
 geometry::RangeImage WholeCloud(const geometry::Observation& observation) {
   if (observation.views.size() == 1) return observation.views.front().image;
   geometry::RangeImage cloud{.profiles = 1, .samples = 0, .points_C = {}, .origins_C = {}};
@@ -58,7 +58,7 @@ geometry::RangeImage WholeCloud(const geometry::Observation& observation) {
   return cloud;
 }
 
-/// A value of the answer and the way to it, for what is said of it.
+/// A value of the answer and its path, for error messages.
 struct Place {
   const json& value;
   std::string path;
@@ -110,7 +110,7 @@ Eigen::Vector3d UnitOf(const Place& place) {
   return v.normalized();
 }
 
-/// The rotation nearest to what is almost one.
+/// The rotation nearest to an approximate rotation matrix.
 Eigen::Matrix3d RotationOf(const Place& place) {
   constexpr const char* kRight = "must be a rotation: three rows of three numbers";
   if (!place.value.is_array() || place.value.size() != 3) place.Fail(kRight);
@@ -127,7 +127,7 @@ Eigen::Matrix3d RotationOf(const Place& place) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-/// The sample at a position in the cloud, counted view after view; nullopt if nothing was measured.
+/// The sample at a position in the cloud, counted view by view; nullopt if it was not measured.
 std::optional<geometry::SampleId> SampleAt(std::size_t position,
                                            const geometry::Observation& observation) {
   std::uint32_t view = 0;
@@ -157,7 +157,7 @@ AnsweredObject ObjectOf(const Place& place, std::size_t size,
   return object;
 }
 
-/// @param objects  0 if they are left out
+/// @param objects  number of objects in the answer; nullopt if it has none
 AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
   if (!place.value.is_object()) {
     place.Fail("must be {\"position_m\": ..., \"rotation\": ..., \"width_m\": ..., ...}");

@@ -9,22 +9,22 @@
 #include "external/outside_detector.h"
 #include "grasp/proposals.h"
 
-/// What goes to a detector from outside and comes back from it: one JSON object a line
+/// Messages to and from an external detector: one JSON object per line
 /// (docs/bring-your-own-detector.md).
 namespace rangegrasp::external::internal {
 
-/// Names of the files in its folder.
+/// Names of the files in the detector's folder.
 constexpr const char* kCloudFile = "obs.pcd";
 constexpr const char* kHandFile = "hand.stl";
 
-/// Writes what the line names: the cloud, the open hand, and each view's pictures, where its sensor
-/// takes some.
-/// @return the line, without its end
+/// Writes the files that the question refers to: the cloud, the open hand, and the pictures of each
+/// view whose sensor takes pictures.
+/// @return the question's line, without a newline
 std::string WriteFiles(const Question& question, const std::filesystem::path& folder);
 
 struct AnsweredObject {
-  std::vector<geometry::SampleId> samples;  ///< that were measured; ascending, each once
-  std::string surface;                      ///< name of a file; may be empty
+  std::vector<geometry::SampleId> samples;  ///< measured samples; ascending, each once
+  std::string surface;                      ///< file name; may be empty
 };
 
 struct AnsweredGrasp {
@@ -33,12 +33,12 @@ struct AnsweredGrasp {
 };
 
 struct Answer {
-  std::optional<std::vector<AnsweredObject>> objects;  ///< nullopt: left out
+  std::optional<std::vector<AnsweredObject>> objects;  ///< nullopt: not in the answer
   std::vector<AnsweredGrasp> grasps;                   ///< best first
 };
 
-/// @param observation  what the samples are of
-/// @throws DetectorFailed naming the place in the answer, the value, and what would be right.
+/// @param observation  the observation that the samples belong to
+/// @throws DetectorFailed naming the place in the answer, its value, and what is expected.
 Answer ParseAnswer(const std::string& line, const geometry::Observation& observation);
 
 }  // namespace rangegrasp::external::internal

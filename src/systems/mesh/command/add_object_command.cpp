@@ -31,9 +31,9 @@ namespace fs = std::filesystem;
 constexpr int kPictureWidth = 960;
 constexpr int kPictureHeight = 720;
 constexpr double kGram = 1e-3;
-// Of a trial of the lift test: the shipped experiments need a second.
+// Time limit of a trial of the lift test. Trials of the shipped experiments need a second.
 constexpr double kTrialLimit_s = 60.0;
-// Resting poses that tip over earlier are left out of experiments (min_tipping_deg).
+// Resting poses that tip over earlier are excluded from experiments (min_tipping_deg).
 constexpr double kMinTipping_rad = base::Deg(10.0);
 
 struct Arguments {
@@ -44,7 +44,7 @@ struct Arguments {
   bool fill_holes = false, overwrite = false, json = false;
 };
 
-/// What add-object found, for people and for programs.
+/// Results of add-object.
 struct Found {
   objects::MeshObject object;
   objects::ObjectLook look;
@@ -84,7 +84,7 @@ objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
   return look;
 }
 
-// Trials of the object alone on the shipped table, by the improved method, as in table 5.2.
+// Runs trials of the object alone on the shipped table with the improved method, as in table 5.2.
 std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::string& name,
                                          int trials) {
   const fs::path data = base::DataFolder();
@@ -103,7 +103,7 @@ std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::str
   return results;
 }
 
-// Whole or not at all: copied next to it, then renamed.
+// Moves a folder completely or not at all: copies it next to its destination, then renames it.
 void MoveTo(const fs::path& from, const fs::path& to) {
   const fs::path beside = to.parent_path() / ("." + to.filename().string() + ".new");
   try {
@@ -142,7 +142,8 @@ void RefuseNumbers(const Arguments& a) {
   positive("--density", a.density);
 }
 
-// Lighter than foam, but not with a thousand times the mass: the mass was meant in kilograms.
+// Throws if the object is lighter than foam but would be a plausible solid with a thousand times
+// the mass: the mass was probably given in kilograms.
 void RefuseKilograms(const Arguments& a, const objects::MeshObject& object) {
   constexpr double kFoam_kg_m3 = 20.0, kLead_kg_m3 = 12000.0;
   const double density = object.mass_kg / object.volume_m3;
@@ -162,7 +163,7 @@ Found Add(const Arguments& a) {
         found.folder.string() +
         ": already exists; --overwrite replaces it, --name chooses another name");
   }
-  // As if it stood where it will stand.
+  // The surfaces for the object's final folder.
   const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
   const sim::Surface& surface = sim::FindSurface(surfaces, a.surface);
   found.look = LookOf(a, name, surface);
@@ -188,7 +189,7 @@ Found Add(const Arguments& a) {
         fmt::format("{}: cannot become an object: {}; {}", a.mesh, first.what, first.cure));
   }
   found.poses = sim::StableRestingPoses(model, kMinTipping_rad);
-  // Before anything is drawn: that starts threads.
+  // The trials run before anything is drawn, since drawing starts threads.
   if (a.trials > 0) found.trials = LiftTest(workshop.path(), name, a.trials);
   image::WritePng(folder / (name + ".png"), DrawObject(model, "", kPictureWidth, kPictureHeight));
   MoveTo(folder, found.folder);

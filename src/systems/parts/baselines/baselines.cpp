@@ -24,15 +24,15 @@ namespace {
 
 // ---- k-means ----
 
-/// The faces with their centroids, and what it costs to go from one to the next.
+/// The dual graph: faces with their centroids, and the cost of a step from one face to the next.
 struct DualGraph {
   FaceGraph faces;
   std::vector<double> cost;  ///< parallel to faces.neighbor
   FaceFrames frames;
 };
 
-/// 0 where the surface is flat or bends outwards, up to 2 in the sharpest concave fold: 1 - cos of
-/// the angle between the normals, as in the weights of Funkhouser et al. 2004 that let cuts run
+/// 0 where the surface is flat or convex, up to 2 in the sharpest concave fold. It is 1 - cos of
+/// the angle between the normals, as in the weights of Funkhouser et al. 2004, which let cuts run
 /// along concave edges.
 double Concavity(const Eigen::Vector3d& normal, const Eigen::Vector3d& next_normal,
                  const Eigen::Vector3d& to_next) {
@@ -54,7 +54,7 @@ DualGraph MakeDualGraph(const Shape& mesh, double dihedral_weight) {
   return graph;
 }
 
-/// Of each face the nearest seed: along the graph or, in pieces without a seed, in a straight line.
+/// The nearest seed of each face: along the graph or, in pieces without a seed, in a straight line.
 Labels Assign(const DualGraph& graph, const Indices& seeds) {
   NearestSeeds nearest;
   GrowSeeds(graph.faces, graph.cost, seeds, 0, nearest);
@@ -68,8 +68,8 @@ Labels Assign(const DualGraph& graph, const Indices& seeds) {
   return nearest.seed;
 }
 
-/// The face farthest from the center of the surface, then again and again the one farthest along
-/// the graph from all before; pieces that no seed reaches come first, by index.
+/// Picks the face farthest from the center of the surface, then repeatedly the face farthest along
+/// the graph from all faces before. Pieces that no seed reaches come first, by index.
 Indices FarApart(const DualGraph& graph, int count) {
   const Points& centers = graph.frames.center;
   const auto middle = GroupFrames(graph.frames, Labels(centers.size(), 0), 1).center.front();
@@ -94,13 +94,13 @@ using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
 using SdfFace = Mesh::Face_index;
 using Diameters = Mesh::Property_map<SdfFace, double>;
 
-/// Vertices and edges that the half-edge structure cannot hold (more than two faces at an edge,
-/// faces that meet in a point only, neighbors of opposite orientation) are doubled; faces keep
+/// Duplicates vertices and edges that the half-edge structure cannot represent (more than two faces
+/// at an edge, faces that meet only in a point, neighbors of opposite orientation). Faces keep
 /// their numbers.
 Mesh ToMesh(const Shape& shape) {
   std::vector<Kernel::Point_3> points;
   for (const Eigen::Vector3d& p : shape.points) points.emplace_back(p.x(), p.y(), p.z());
-  // The diameter is measured against the normals: a mesh that is inside out is turned.
+  // The diameter is measured against the normals, so a mesh that is inside out is flipped.
   const bool turn = geometry::Volume({shape.points, shape.faces}) < 0.0;
   std::vector<std::array<std::size_t, 3>> faces;
   for (const auto& [a, b, c] : shape.faces) faces.push_back({a, turn ? c : b, turn ? b : c});
@@ -113,13 +113,13 @@ Mesh ToMesh(const Shape& shape) {
   return mesh;
 }
 
-/// Values farther apart than rounding, of 0 .. 1. With more clusters than that the mixture would
-/// draw from nothing.
+/// Number of values of 0 .. 1 that are farther apart than rounding. With more clusters than that
+/// the mixture would have nothing to draw from.
 std::size_t DifferentValues(const Mesh& mesh, const Diameters& diameter) {
   std::vector<double> values;
   for (const SdfFace face : mesh.faces()) values.push_back(diameter[face]);
   std::sort(values.begin(), values.end());
-  constexpr double kApart = 1e-9;  // of values from 0 to 1: far above rounding, far below noise
+  constexpr double kApart = 1e-9;  // values are 0 to 1: far above rounding, far below noise
   std::size_t different = 1;
   for (std::size_t i = 1; i < values.size(); ++i) {
     different += values[i] > values[i - 1] + kApart ? 1 : 0;
@@ -164,7 +164,7 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
     result.note = "the diameter is the same everywhere: one part";
     return result;
   }
-  // CGAL takes the first of the edges between faces, whether there is one or not.
+  // CGAL accesses the first edge between two faces even if there is none.
   const auto edges = mesh.edges();
   if (std::all_of(edges.begin(), edges.end(), [&](const auto e) { return mesh.is_border(e); })) {
     std::iota(result.label.begin(), result.label.end(), 0);
@@ -186,12 +186,12 @@ namespace {
 
 // ---- landmarks ----
 
-/// Of the whole; a part has as many as the root of its share of faces. More find smaller feature
-/// points and cost their square.
+/// For the whole; a part has this times the square root of its share of faces. More landmarks find
+/// smaller feature points at quadratic cost.
 constexpr int kLandmarks = 300;
-/// A part with fewer is not looked at: its few cells show no limbs.
+/// A part with fewer landmarks is not examined: its few cells show no limbs.
 constexpr std::uint32_t kMinLandmarks = 16;
-/// A part stays whole when more of its landmarks lie on their convex hull.
+/// A part stays whole if a larger fraction of its landmarks lies on their convex hull.
 constexpr double kHullFraction = 0.7;
 
 std::vector<bool> OnHull(const Points& points) {
@@ -204,8 +204,8 @@ std::vector<bool> OnHull(const Points& points) {
   return on_hull;
 }
 
-/// Components of the landmarks that are left when the first `core` of the order are gone, numbered
-/// from 1 where they hold a feature point, else 0. Returns how many do.
+/// Connected components of the landmarks without the first `core` ones of the order. Those with a
+/// feature point are numbered from 1, all others are 0. Returns the number of the former.
 std::int32_t Components(const LandmarkForm& form, const std::vector<bool>& feature,
                         const Indices& order, std::size_t core, Labels& label) {
   std::vector<bool> rest(form.size(), true);
@@ -230,9 +230,9 @@ std::int32_t Components(const LandmarkForm& form, const std::vector<bool>& featu
   return count;
 }
 
-/// Grows the core from the hull of the mirrored landmarks outwards, by how deep they lie in it, and
-/// stops where the number of separate components with feature points then stays the same for
-/// longest: growing on until every last feature point is on its own (ears, horns) would leave
+/// Grows the core from the hull of the mirrored landmarks, by increasing depth of the landmarks in
+/// it. It stops where the number of separate components with feature points then stays the same for
+/// longest. Growing until every last feature point is separate (ears, horns) would leave only
 /// stumps of the limbs.
 Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
   const Points mirrored =
@@ -258,8 +258,8 @@ Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
   return best;
 }
 
-/// Feature points and core: a label a landmark, 0 the core, and how many others; none where more
-/// than kHullFraction of the landmarks lie on their convex hull.
+/// Feature points and core: a label per landmark, 0 for the core, and the number of other labels;
+/// empty if more than kHullFraction of the landmarks lie on their convex hull.
 Pieces LabelLandmarks(const LandmarkForm& form) {
   const std::vector<bool> on_hull = OnHull(form.embedded);
   const auto convex = static_cast<double>(std::ranges::count(on_hull, true));
@@ -271,11 +271,12 @@ Pieces LabelLandmarks(const LandmarkForm& form) {
 
 /// Eta of a convex edge (Katz and Tal 2003).
 constexpr double kConvexWeight = 0.2;
-/// How far a boundary may move to its cheapest place, in distances between landmarks. Less leaves
-/// it near the border between two cells, more may find a crease of another part.
+/// How far a boundary may move to its cheapest place, in distances between landmarks. A smaller
+/// value leaves it near the border between two cells; a larger one may find a crease of another
+/// part.
 constexpr double kBoundaryReach = 6.0;
 
-/// Of each vertex from the edges between the segment's faces and others.
+/// Distance of each vertex from the edges between the segment's faces and others.
 std::vector<double> DistancesFromBoundary(const VertexGraph& graph, const FaceGraph& faces,
                                           std::int32_t segment, const Labels& label) {
   Indices boundary;
@@ -286,8 +287,8 @@ std::vector<double> DistancesFromBoundary(const VertexGraph& graph, const FaceGr
   return geometry::DistancesFrom(boundary, graph.Links());
 }
 
-/// How far faces of one side may move: not more than half of the way to its farthest vertex, so
-/// that both sides keep something.
+/// How far the boundary may move into one side: at most half the distance to the farthest vertex of
+/// that side, so that both sides keep some faces.
 double ReachOf(const Shape& mesh, const std::vector<double>& distance, const Labels& label,
                std::int32_t side, double width) {
   double depth = 0.0;
@@ -302,10 +303,10 @@ double ReachOf(const Shape& mesh, const std::vector<double>& distance, const Lab
 
 // ---- the hierarchy ----
 
-/// Some faces of a mesh as a shape of its own.
+/// Some faces of a mesh as a separate shape.
 struct CorePiece {
   Shape shape;
-  std::vector<bool> cut;  ///< a vertex: on an edge where it was cut from the rest
+  std::vector<bool> cut;  ///< per vertex: it lies on an edge where it was cut from the rest
 };
 
 CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& faces) {
@@ -325,7 +326,7 @@ CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& face
   return piece;
 }
 
-/// A face has the label of two of its vertices' landmarks, else that of the core.
+/// A face gets the label shared by the landmarks of two of its vertices, else that of the core.
 Labels LabelFaces(const Shape& mesh, const Indices& landmark, const Labels& of_landmark) {
   Labels label;
   for (const auto& [a, b, c] : mesh.faces) {
@@ -337,7 +338,7 @@ Labels LabelFaces(const Shape& mesh, const Indices& landmark, const Labels& of_l
   return label;
 }
 
-/// The faces of a part as its core and segments; empty if it stays whole.
+/// Splits the faces of a part into its core and segments; empty if it stays whole.
 std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
                                const Indices& part) {
   const double share = static_cast<double>(part.size()) / static_cast<double>(shape.faces.size());
@@ -368,7 +369,7 @@ std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
 
 struct Part {
   Indices faces;
-  bool whole = false;  ///< was looked at and cannot be split
+  bool whole = false;  ///< was examined and cannot be split
 };
 
 }  // namespace
@@ -441,8 +442,8 @@ void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph
   CutFaces(faces, costs, nodes, node, segment, 0, label);
 }
 
-// The paper looks for feature points and the core in a coarsened mesh; here that is the landmarks
-// and the contacts of their cells, so that there is nothing to simplify and to map back.
+// The paper searches for feature points and the core in a coarsened mesh. Here the landmarks and
+// the contacts of their cells replace it, so that nothing has to be simplified and mapped back.
 Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options) {
   if (!shape.IsMesh()) {
     throw base::InputError("core extraction needs a mesh; the input is a point cloud");

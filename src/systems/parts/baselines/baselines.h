@@ -9,57 +9,57 @@ namespace rangegrasp::parts {
 
 struct KMeansOptions {
   int clusters = 5;                 ///< >= 1
-  double dihedral_weight = 1000.0;  ///< penalty of crossing a concave edge on the dual graph
+  double dihedral_weight = 1000.0;  ///< penalty for crossing a concave edge on the dual graph
   int iterations = 50;
 };
-/// Shlafman et al. 2002 as Chen et al. 2009 ran it: k seeds far from each other, faces to the
-/// nearest seed along the dual graph, whose edges cost the distance between centroids and a penalty
-/// by the dihedral angle (Funkhouser et al. 2004), seeds to the middle of their clusters, until
-/// nothing changes. Meshes only. @throws base::InputError for a cloud.
+/// K-means of faces (Shlafman et al. 2002, as run by Chen et al. 2009). It starts from k seeds far
+/// apart and assigns each face to the nearest seed along the dual graph. A dual edge costs the
+/// distance between centroids, increased by a penalty for the dihedral angle (Funkhouser et al.
+/// 2004). Seeds then move to the middle of their clusters until nothing changes. Meshes only.
+/// @throws base::InputError for a cloud.
 Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options);
 
 struct SdfOptions {
-  int clusters = 5;  ///< >= 1; CGAL's default, as is all else
+  int clusters = 5;  ///< >= 1; CGAL's default, like all other settings
 };
 /// Shape diameter function (Shapira et al. 2008) by CGAL. Meshes only.
 Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options);
 
 struct CoreExtractionOptions {
-  int levels = 2;  ///< >= 1; of hierarchy
+  int levels = 2;  ///< >= 1; levels of the hierarchy
 };
-/// Katz et al. 2005: MDS, feature points, core by mirroring, hierarchical, minimum-cut refinement.
-/// Meshes only.
+/// Core extraction (Katz et al. 2005): MDS, feature points, core by mirroring, hierarchy,
+/// refinement by minimum cuts. Meshes only.
 Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options);
 
 // Steps of core extraction.
 
-/// The coarse form in which core extraction looks at a mesh: landmarks, joined where their cells
-/// touch.
+/// Coarse representation of a mesh for core extraction: landmarks, linked where their cells touch.
 struct LandmarkForm {
   LandmarkDistances spread;
   Eigen::MatrixXd distance;   ///< between landmarks
-  geometry::Points embedded;  ///< the landmarks in their pose-invariant places
+  geometry::Points embedded;  ///< landmark positions in the pose-invariant embedding
   std::vector<std::set<std::uint32_t>> neighbors;
-  std::vector<bool> near_cut;  ///< a landmark: its cell holds a vertex at a cut
+  std::vector<bool> near_cut;  ///< per landmark: true if its cell contains a vertex at a cut
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(spread.landmark.size()); }
 };
-/// @param cut  a vertex: on an edge where the mesh was cut from the rest.
+/// @param cut  per vertex: true if it lies on an edge where the mesh was cut from the rest
 LandmarkForm MakeLandmarkForm(const VertexGraph& graph, const std::vector<bool>& cut,
                               int landmarks);
 
-/// Landmarks that are farther from all others, in the mean, than their neighbors are, lie on the
-/// embedding's hull and not at a cut.
+/// Feature points: landmarks whose mean distance to all others is larger than that of their
+/// neighbors, that lie on the hull of the embedding and not at a cut.
 std::vector<bool> FeaturePoints(const LandmarkForm& form, const std::vector<bool>& on_hull);
 
-/// What a cut along the edges of a mesh costs (Katz and Tal 2003): an edge's length over
-/// 1 + a / mean(a), a = eta (1 - cos of the dihedral angle), eta = 1 for a concave and 0.2 for a
+/// Cost of a cut along each edge of a mesh (Katz and Tal 2003): the edge length divided by 1 + a /
+/// mean(a), where a = eta (1 - cos(dihedral angle)), and eta is 1 for a concave and 0.2 for a
 /// convex edge. Parallel to FaceGraph::neighbor.
 std::vector<double> CutCosts(const Shape& mesh, const FaceGraph& faces);
 
-/// Moves the boundary of the faces labelled `segment` to the cheapest place not farther from it
-/// than `width`, along the surface: minimum cut between the segment's faces that are farther and
-/// all others. Only faces of `segment` and of label 0 change.
+/// Moves the boundary of the faces labelled `segment` to the cheapest place within `width` of it
+/// along the surface. A minimum cut separates the segment's faces that are farther away from all
+/// other faces that keep their labels. Only faces of `segment` and of label 0 change.
 void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph& faces,
                     const std::vector<double>& costs, std::int32_t segment, double width,
                     Labels& label);

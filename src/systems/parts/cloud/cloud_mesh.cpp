@@ -30,19 +30,19 @@ using Eigen::Vector3d;
 using geometry::KdTree;
 using Neighbors = std::vector<KdTree::Neighbor>;
 
-/// Points looked at: their median is known to about 4 %.
+/// Number of points sampled: their median is known to about 4 %.
 constexpr std::size_t kSamples = 1000;
-/// Where the search for the ball begins: it grows from there.
+/// Number of neighbors in the initial ball, from which the radius is iterated.
 constexpr std::size_t kFirstNeighbors = 20;
-/// The ball's radius in spacings: about 20 points, three for each parameter of a quadric.
+/// Radius of the ball in spacings: about 20 points, three for each parameter of a quadric.
 constexpr double kBallSpacings = 2.5;
-/// The same in noises: in a smaller ball the slab of points has no thickness to measure, and the
-/// residual is a share of the radius. From 4 on it is less than a quarter of it.
+/// Its radius in noise standard deviations. In a smaller ball the slab of points has no measurable
+/// thickness, and the residual is a fraction of the radius. From 4 on it is less than a quarter.
 constexpr double kBallNoises = 5.0;
-/// Rounds in which the ball's radius settles.
+/// Iterations for the ball's radius to converge.
 constexpr int kSamplingRounds = 6;
 
-/// Root mean square distance, along the normal, from the quadric through the points of a ball.
+/// RMS distance of the points in a ball from a fitted quadric, along the normal.
 std::optional<double> QuadricResidual(const Points& points, const Neighbors& near, double radius) {
   constexpr Eigen::Index kParameters = 6;
   const auto count = static_cast<Eigen::Index>(near.size());
@@ -70,32 +70,32 @@ std::optional<double> QuadricResidual(const Points& points, const Neighbors& nea
 
 // ---- smoothing ----
 
-/// Slope to which the local plane is to be known [rad]: bends of cuts are some tenths.
+/// Required accuracy of the local plane's slope [rad]; bends at cuts are some tenths.
 constexpr double kSlope = 0.1;
-/// The ball of the local plane, in noises, at least: it must reach through the slab of points.
+/// Minimum plane radius, in noise standard deviations: it must span the slab of points.
 constexpr double kSmoothBallNoises = 3.0;
-/// The same in spacings: fewer than five neighbors make no plane.
+/// The same in spacings: fewer than five neighbors do not define a plane.
 constexpr double kSmoothBallSpacings = 1.5;
-/// Below this ball, in spacings, the points are as exact as their planes would be.
+/// Below this required radius, in spacings, points are as accurate as their planes would be.
 constexpr double kExact = 1.2;
-/// Side of the cubes that are averaged, in noises: a slab of points has few layers of them.
+/// Side of the averaged cubes, in noise standard deviations: a slab has few layers of them.
 constexpr double kCubeNoises = 1.5;
-/// A plane's weights fall as exp(-kBell r^2 / radius^2): a bell of 0.4 radii.
+/// Weights of a plane are exp(-kBell r^2 / radius^2): a Gaussian of 0.4 radii.
 constexpr double kBell = 3.0;
-/// Steps towards the plane: each leaves about a third of a point's distance from the surface, so
-/// that one at three noises comes to a fiftieth of one.
+/// Steps towards the plane. Each leaves about a third of a point's distance from the surface, so
+/// that a point at three noise standard deviations ends at a fiftieth of one.
 constexpr int kSmoothSteps = 5;
-/// Noise, of the cubes' side, from which their means are nearer to the surface than one of their
-/// points. Below, a mean would join the sides of thin walls.
+/// Noise, relative to the cubes' side, above which their means are nearer to the surface than one
+/// of their points. Below it, a mean would merge the sides of thin walls.
 constexpr double kMeans = 0.5;
 
-/// A thinned cloud; a point stands for so many.
+/// A thinned cloud; a point's weight is the number of points that it stands for.
 struct Thinned {
   Points points;
   std::vector<double> weight;
 };
 
-/// Of each cube of a grid the mean of its points or, to pick one, that nearest to its middle.
+/// For each cube of a grid the mean of its points or, if `pick`, the point nearest to its middle.
 Thinned ThinOut(const Points& points, double side, bool pick) {
   struct Cube {
     Vector3d sum = Vector3d::Zero();
@@ -123,7 +123,7 @@ Thinned ThinOut(const Points& points, double side, bool pick) {
   return thinned;
 }
 
-/// p on the plane that is fitted to the points about it, step by step.
+/// Projects p onto the plane fitted to the points around it, in several steps.
 Vector3d OntoSurface(const Thinned& cloud, const Neighbors& near, const Vector3d& p,
                      double radius) {
   Vector3d at = p;
@@ -147,17 +147,17 @@ Vector3d OntoSurface(const Thinned& cloud, const Neighbors& near, const Vector3d
   return at;
 }
 
-/// Side of the cubes of which one point is kept.
+/// Side of the cubes in which one point is kept.
 double ThinnedSpacing(std::size_t points, const CloudSampling& sampling, int max_points) {
   return sampling.spacing * std::max(1.0, std::sqrt(static_cast<double>(points) / max_points));
 }
 
-/// About `max_points` points at most, nowhere denser than that asks for, with the noise taken out;
-/// in the order of a grid.
+/// At most about `max_points` points, nowhere denser than that requires, with the noise removed; in
+/// grid order.
 Points SmoothSurface(const Points& points, const CloudSampling& sampling, int max_points) {
   const auto& [spacing, noise] = sampling;
-  // A plane through points of a disc of radius r, one an area of spacing^2, has a slope of
-  // 2 noise spacing / (sqrt(pi) r^2).
+  // A plane through the points of a disc of radius r, one per area of spacing^2, has a slope error
+  // of 2 noise spacing / (sqrt(pi) r^2).
   const double needed = std::max(kSmoothBallNoises * noise,
                                  std::sqrt(2.0 * noise * spacing / std::sqrt(base::kPi) / kSlope));
   const bool exact = needed <= kExact * spacing;
@@ -176,8 +176,8 @@ Points SmoothSurface(const Points& points, const CloudSampling& sampling, int ma
   return smooth;
 }
 
-/// Some of the points, no two of them nearer than `distance` to each other, so that no other could
-/// be added; the first come first.
+/// A maximal subset of the points with no two of them closer than `distance`; earlier points are
+/// preferred.
 Points SpreadOut(const Points& points, double distance) {
   const KdTree tree(points);
   Neighbors near;
@@ -194,9 +194,9 @@ Points SpreadOut(const Points& points, double distance) {
 
 /// Cells are of 1000 faces' areas; three times as many points as these have corners.
 constexpr int kMaxPoints = 15'000;
-/// How near points may stand, in spacings: nearer ones make slivers.
+/// Minimum distance between points, in spacings: closer points make slivers.
 constexpr double kMinDistance = 0.7;
-/// Noise, in spacings, below which the nearest points lie next to a point, not above it.
+/// Noise, in spacings, below which the nearest points lie around a point and not above it.
 constexpr double kNoisy = 0.25;
 
 Points WithoutStrays(const Points& points) {
@@ -211,7 +211,7 @@ Points WithoutStrays(const Points& points) {
 
 using FrontKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// A vertex or cell that CGAL compares by the order of creation, not by its address.
+/// A vertex or cell that CGAL compares by order of creation, not by address.
 template <class Base>
 class Stamped : public Base {
  public:
@@ -229,9 +229,9 @@ class Stamped : public Base {
   std::size_t stamp_ = static_cast<std::size_t>(-1);
 };
 
-/// A vertex that says how its edges are queued by the front: by priority, as CGAL's own, but ties
-/// by the numbers of their points. CGAL breaks them by addresses, and edges that wait for a wider
-/// gap are all ties, so that a mesh would depend on the heap.
+/// A vertex that defines how the front queues its edges: by priority, as in CGAL, but with ties
+/// broken by the numbers of their points. CGAL breaks ties by address. Since all edges that wait
+/// for a wider gap are ties, a mesh would depend on the heap.
 template <class Base>
 class QueuedByPoints : public Base {
  public:
@@ -264,8 +264,8 @@ using Delaunay =
     CGAL::Delaunay_triangulation_3<FrontKernel,
                                    CGAL::Triangulation_data_structure_3<Vertex, FrontCell>>;
 
-/// Which triangle comes first: that of the smallest ball, as CGAL's own; never one with a long
-/// edge.
+/// Priority of a triangle: the smallest ball comes first, as in CGAL; triangles with a long edge
+/// are never used.
 struct ShortEdgesOnly {
   double max_edge;
 
@@ -280,20 +280,20 @@ struct ShortEdgesOnly {
   }
 };
 
-/// Gaps that are bridged, in spacings: a random sample has some of three, a scan more.
+/// Widest gap that is bridged, in spacings: a random sample has some gaps of three, a scan more.
 constexpr double kMaxGap = 6.0;
-/// Of the area, below which a piece is no part of the surface; as HierarchyOptions::min_area.
+/// Area fraction below which a piece is not part of the surface; as HierarchyOptions::min_area.
 constexpr double kMinPiece = 0.005;
 
-/// Noise, in spacings, from which what is thin crumbles: both of its sides become one, in shreds.
-/// Of the models for tuning 0.5 % of noise is 0.40 to 1.5, 0.3 % is 0.24 to 0.7.
+/// Noise, in spacings, above which thin structures fragment: both of their sides become one, in
+/// shreds. On the tuning models 0.5 % of noise is 0.40 to 1.5, and 0.3 % is 0.24 to 0.7.
 constexpr double kCrumbles = 0.35;
-/// Of the wrap, in spacings: radius of what is bridged, and how far it stands off. On the tuning
-/// models with 0.5 % of noise 1.5 and 0.5 give the same, 3 and 1 blunt creases; both cost time or
-/// borders.
+/// For the wrap, in spacings: radius of what is bridged, and offset from the points. On the tuning
+/// models with 0.5 % of noise 1.5 and 0.5 give the same result, 3 and 1 blunt creases; both cost
+/// time or borders.
 constexpr double kBridged = 2.0, kOffset = 0.5;
 
-/// Whether a mesh has to be wrapped to be whole. What is seen from one side would get a far side.
+/// True if a mesh must be wrapped to be whole. A surface seen from one side would get a far side.
 bool IsInShreds(const Shape& mesh, const SurfacePoints& surface) {
   return surface.noise > kCrumbles * surface.spacing && FewestLayers(mesh) > kMaxLayers;
 }
@@ -339,8 +339,8 @@ CloudSampling MeasureSampling(const Points& points, const KdTree& tree) {
 
 std::vector<bool> StrayPoints(const Points& points, const KdTree& tree,
                               const CloudSampling& sampling) {
-  // On an even surface a ball of this radius holds about 50 points; a scan is a few times as dense
-  // in one place as in another.
+  // On an even surface a ball of this radius contains about 50 points. The density of a scan varies
+  // by a factor of a few.
   constexpr double kReach = 4.0;
   constexpr std::size_t kFew = 8;
   const double radius = std::max(kReach * sampling.spacing, 2.0 * sampling.noise);
@@ -382,7 +382,7 @@ CloudMesh MeshOfCloud(const Points& points) {
   CloudMesh result;
   Shape& mesh = result.mesh;
   mesh.points = std::move(surface.points);
-  // Flat, or all but: it would have no third dimension to triangulate.
+  // A flat or nearly flat surface has no third dimension to triangulate.
   if (geometry::IsFlat(mesh.points)) return {};
   mesh.faces = AdvancingFront(mesh.points, kMaxGap * surface.spacing);
   if (mesh.faces.empty()) return {};

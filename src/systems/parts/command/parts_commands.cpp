@@ -40,7 +40,7 @@ struct SegmentArguments {
   bool meshes = false, json = false;
 };
 
-/// An option that the method would not look at is a mistake of the caller.
+/// Rejects options that the method would ignore: they are a mistake of the caller.
 void CheckOptions(const SegmentArguments& arguments) {
   const auto method = base::FromWord<Method>(arguments.method, "--method");
   const auto& options = arguments.options;
@@ -63,7 +63,7 @@ void CheckOptions(const SegmentArguments& arguments) {
   check(options.go_on_outside, {Method::kMirror}, "--go-on-outside", "it is for --method mirror");
 }
 
-/// A shape with what was found of it.
+/// A shape with its segmentation.
 struct Segmented {
   geometry::PolygonMesh input;
   Segmentation found;
@@ -73,7 +73,7 @@ struct Segmented {
   double seconds = 0.0;
 
   bool IsMesh() const { return input.polygons > 0; }
-  /// Of the polygons or points that have a place, and so a part.
+  /// Number of polygons or points that have a position, and thus a part.
   int Elements() const { return std::accumulate(sizes.begin(), sizes.end(), 0); }
   double Share(int part) const { return static_cast<double>(sizes[part]) / Elements(); }
   bool IsCore(int part) const { return found.has_core && part == 0; }
@@ -120,7 +120,7 @@ ordered_json OrNull(bool has_value, const Value& value) {
   return has_value ? ordered_json(value) : ordered_json();
 }
 
-/// A part for someone who grasps by parts, in the file's unit of length.
+/// Describes a part for grasping, in the file's unit of length.
 ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part) {
   ordered_json json = {{"label", part.label},
                        {"core", result.IsCore(part.label)},
@@ -143,7 +143,7 @@ ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part)
   return json;
 }
 
-/// A tree of cuts: `cut_quality` is that of a node's best cut; null if there is none.
+/// The tree of cuts: `cut_quality` is that of a node's best cut, null if there is none.
 ordered_json TreeOf(const Segmentation& found) {
   ordered_json tree = ordered_json::array();
   for (const auto& [parent, level, label, quality] : found.tree) {
@@ -171,7 +171,7 @@ ordered_json JsonOf(const std::string& file, const std::string& method, const Se
   return json;
 }
 
-/// "1 (0.06), 2 (0.01)": with the length of the border of a mesh.
+/// E.g. "1 (0.06), 2 (0.01)", for a mesh with the length of the border.
 std::string NeighborsOf(const Segmented& result, const parts::PartDescription& part,
                         const char* with_border, const char* separator) {
   std::vector<std::string> words;
@@ -206,7 +206,7 @@ std::string TextOf(const Segmented& result) {
   return text;
 }
 
-/// CSV, a part a line; `neighbors` as "label:border label:border".
+/// CSV with one line per part; `neighbors` as "label:border label:border".
 std::string TableOf(const Segmented& result) {
   using Part = parts::PartDescription;
   using Columns = std::vector<experiment::Column<Part>>;
@@ -239,7 +239,7 @@ std::string BaseOf(const std::string& file, const SegmentArguments& arguments) {
   return (std::filesystem::path(arguments.out) / std::filesystem::path(file).stem()).string();
 }
 
-/// Each part as BASE_part_<label>.stl.
+/// Writes each part as BASE_part_<label>.stl.
 void WriteMeshes(const std::string& base, const Segmented& result) {
   for (std::int32_t part = 0; part < result.found.parts; ++part) {
     geometry::TriangleMesh mesh{result.input.mesh.vertices, {}};
@@ -267,7 +267,7 @@ Segmented SegmentFile(const std::string& file, const SegmentArguments& arguments
   return result;
 }
 
-/// Files of one name would leave their results in one place.
+/// Files with the same name would overwrite each other's results.
 void CheckNames(const SegmentArguments& arguments) {
   std::map<std::string, std::string> seen;
   for (const std::string& file : arguments.files) {
@@ -344,7 +344,7 @@ void RegisterParts() {
                            .about = "by the handle found by segmentation into parts (chapter 6)",
                            .prepare = parts::JoinCutOffHandle,
                            .plan = parts::PlanHandleGrasps,
-                           .firm = true});  // what hangs next to the pads would creep about them
+                           .firm = true});  // an object next to the pads would creep about them
   cli::AddCommand(cli::AddPartsCommands);
 }
 

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr double kUnseen = -std::numeric_limits<double>::infinity();
 
-/// Heights of an upper side, with a rim of empty cells all round.
+/// Height map of an upper side, surrounded by empty cells.
 struct Heights {
   int columns = 0, rows = 0;
   double cell = 0.0;
@@ -53,7 +53,7 @@ Heights UpperSide(geometry::PointSpan points, const Vector3d& up, int cells) {
   return heights;
 }
 
-/// How high water stands over each cell.
+/// Water level over each cell.
 std::vector<double> Levels(const Heights& heights) {
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
@@ -80,14 +80,14 @@ std::vector<double> Levels(const Heights& heights) {
 
 // ---- measures of a part ----
 
-/// An edge or link between two parts, by the vertices or points at its ends.
+/// An edge or link between two parts, given by the vertices or points at its ends.
 struct Seam {
   std::int32_t from, to;
   Edge ends;
 };
 
-/// Samples of the parts' surfaces with their weights: all of a cloud; of a mesh points no further
-/// apart than `spacing`.
+/// Samples of a part's surface with their weights: all points of a cloud, or points of a mesh at
+/// most `spacing` apart.
 struct Samples {
   Points points;
   std::vector<double> weight;
@@ -115,7 +115,7 @@ void SampleFace(const Shape& mesh, const Face& face, double spacing, Samples& sa
 }
 
 std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segmentation) {
-  // Half a cell of the grid that water is poured on, of a part a fifth of the whole.
+  // Half a cell of the water grid, for a part a fifth as large as the whole.
   const double spacing = geometry::BoundsOf(shape.points).diagonal().norm() / 240.0;
   std::vector<Samples> samples(segmentation.parts);
   for (std::size_t i = 0; i < shape.Elements(); ++i) {
@@ -144,7 +144,7 @@ std::vector<Seam> Seams(const Shape& shape, const Labels& label) {
   return seams;
 }
 
-/// Seams that share an end belong to one joint.
+/// Number of joints: seams that share an end belong to one joint.
 int Joints(const std::vector<Seam>& seams) {
   std::map<std::uint32_t, std::uint32_t> number;
   for (const Seam& seam : seams) {
@@ -173,7 +173,7 @@ void DescribeNeighbors(const Shape& shape, const Labels& label,
   }
 }
 
-/// Volumes of the parts that have no border.
+/// Volumes of the parts without a border.
 void DescribeVolumes(const Shape& mesh, const Labels& label, std::vector<PartDescription>& parts) {
   std::map<Edge, Labels> sides;
   std::vector<geometry::TriangleMesh> of_part(parts.size());
@@ -214,8 +214,8 @@ void DescribeExtents(const Samples& samples, PartDescription& part) {
   part.extents = box.sizes();
 }
 
-/// Of a part alone water would also stand in the stump where a limb was cut off: it must stand in
-/// the whole shape, too.
+/// In a part alone, water would also stand in the stump where a limb was cut off. It must therefore
+/// stand in the whole shape, too.
 void PourInto(const Samples& samples, const Points& whole, std::vector<Vector3d> directions,
               PartDescription& part) {
   for (int k = 0; k < 3; ++k) directions.emplace_back(part.axes.col(k));
@@ -228,8 +228,9 @@ void PourInto(const Samples& samples, const Points& whole, std::vector<Vector3d>
   }
 }
 
-/// The hull of the points that are farthest in directions all round (a spiral on the sphere): of
-/// all of them it takes seconds where a surface is round, and no decision hangs on the difference.
+/// Convex hull of the points that are farthest in directions all around (a spiral on the sphere).
+/// The hull of all points takes seconds for a round surface, and no decision depends on the
+/// difference.
 geometry::TriangleMesh RoughHull(const Points& points) {
   constexpr int kDirections = 300;
   Points farthest;
@@ -248,7 +249,7 @@ int JointsWith(const PartDescription& part, std::int32_t other) {
   return 0;
 }
 
-/// Of all elements; less is an ear, whatever it would hold.
+/// Minimum fraction of all elements for a container; less is an ear, whatever it would hold.
 constexpr double kMinShare = 0.2;
 
 void AssignFunctions(const Shape& shape, const Segmentation& segmentation,
@@ -278,7 +279,7 @@ void AssignFunctions(const Shape& shape, const Segmentation& segmentation,
     if (part.label == container->label || JointsWith(part, container->label) < joints) continue;
     if (part.extents.minCoeff() > options.max_thickness * size) continue;
     if (elements_of(part.label) > options.max_share * elements_of(container->label)) continue;
-    // How far half of the points and more stand out of the hull.
+    // Half of the points or more protrude from the hull by this distance.
     const double out = base::UpperMedianOf(HeightsAbove(hull, samples[part.label].points));
     if (std::max(0.0, out) >= options.min_out * size) part.function = PartFunction::kHandle;
   }
@@ -290,7 +291,7 @@ double HeldWater(geometry::PointSpan points, const Vector3d& up, int cells) {
   const Heights heights = UpperSide(points, up, cells);
   if (heights.z.empty()) return 0.0;
   const std::vector<double> level = Levels(heights);
-  double lowest = std::numeric_limits<double>::infinity();  // that is seen to hold water
+  double lowest = std::numeric_limits<double>::infinity();  // lowest seen cell that holds water
   for (std::size_t k = 0; k < level.size(); ++k) {
     if (heights.z[k] > kUnseen && level[k] > heights.z[k]) lowest = std::min(lowest, heights.z[k]);
   }

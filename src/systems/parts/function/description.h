@@ -7,61 +7,61 @@
 
 namespace rangegrasp::parts {
 
-/// The volume of water that a surface holds when a direction points up, by priority flooding of its
-/// upper side (Barnes et al. 2014): over each cell of a grid water stands as high as the lowest rim
-/// on the way out. What is unseen within a rim is as deep as the deepest that is seen.
-/// @param points  of the surface, no more apart than a cell: its extent across / `cells`
-/// O(n + cells^2 log cells).
+/// Volume of water that a surface holds when `up` points up, by priority flooding of its upper side
+/// (Barnes et al. 2014). Over each cell of a grid the water is as high as the lowest rim on the way
+/// out. Unseen cells within a rim are assumed to be as deep as the deepest seen one. O(n + cells^2
+/// log cells).
+/// @param points  of the surface, at most one cell apart; a cell is the extent across / `cells`
 double HeldWater(geometry::PointSpan points, const Eigen::Vector3d& up, int cells = 24);
 
-/// What a part is for (the purpose of chapter 6).
+/// The function of a part (the purpose of chapter 6).
 enum class PartFunction { kContainer, kHandle, kOther };
 constexpr std::array<std::string_view, 3> WordsOf(PartFunction) {
   return {"container", "handle", "other"};
 }
 
-/// Another part that borders on one.
+/// A part that borders on another one.
 struct PartNeighbor {
   std::int32_t label = 0;
   double border = 0.0;  ///< mesh: length of the shared edges; cloud: 0
-  int joints = 0;       ///< places, apart from each other, where they meet
+  int joints = 0;       ///< number of separate places where they meet
 };
 
-/// A part as someone who grasps by parts wants it. Lengths are in the shape's unit.
+/// Description of a part for grasping. Lengths are in the shape's unit.
 struct PartDescription {
   std::int32_t label = 0;
-  double area = 0.0;                    ///< of a mesh; of a cloud 0
-  std::optional<double> volume;         ///< of a part that closes a volume by itself
+  double area = 0.0;                    ///< mesh: surface area; cloud: 0
+  std::optional<double> volume;         ///< if the part is a closed surface by itself
   Eigen::Vector3d center;               ///< center of gravity of the surface, or of the points
   Eigen::Matrix3d axes;                 ///< columns: principal directions, longest extent first
-  Eigen::Vector3d extents;              ///< along these
-  std::vector<PartNeighbor> neighbors;  ///< ascending labels
-  double holds = 0.0;  ///< volume of water that it holds at most, however it is turned
+  Eigen::Vector3d extents;              ///< extents along these axes
+  std::vector<PartNeighbor> neighbors;  ///< in ascending order of labels
+  double holds = 0.0;  ///< maximum volume of water that it holds, over all tested orientations
   PartFunction function = PartFunction::kOther;
 };
 
 struct FunctionOptions {
-  /// A container holds this share of its convex hull's volume or more. Mugs and bowls hold half
-  /// and more; what collects on an animal's back is some hundredths.
+  /// A container holds at least this fraction of the volume of its convex hull. Mugs and bowls hold
+  /// half or more; what collects on an animal's back is a few hundredths.
   double min_held = 0.25;
-  /// A handle stands out of the container's hull: half of it and more by this share of the
-  /// container's smallest extent. Crumbs of the rim and wall lie in the hull or at it.
+  /// A handle protrudes from the container's hull: at least half of it is outside by this fraction
+  /// of the container's smallest extent. Small pieces of the rim and wall lie in the hull or on it.
   double min_out = 0.06;
-  /// It is thin: its smallest extent is at most this share of the container's.
+  /// A handle is thin: its smallest extent is at most this fraction of the container's.
   double max_thickness = 0.5;
-  /// And light: at most this share of the container's elements.
+  /// A handle is small: it has at most this fraction of the container's elements.
   double max_share = 0.5;
-  /// One view may show no inside and hide the ends of a handle: where no part is a container the
-  /// largest is what handles stand out of, and they need not be joined to it.
+  /// Set for a single view, which may hide the inside and the ends of a handle. If no part is a
+  /// container, handles protrude from the largest part. They need not be joined to it.
   bool one_view = false;
-  /// Directions that water is poured against, in addition to the part's own axes: a seen side has
-  /// others.
+  /// Up directions for testing what a part holds, in addition to its own axes, which differ if only
+  /// one side is seen.
   std::vector<Eigen::Vector3d> up;
 };
 
-/// Describes each part. The container is the part that holds most; a handle is thin, stands out of
-/// the container and is joined to it twice; in a cloud, of which a side may be unseen, once.
-/// O(n log n).
+/// Describes each part. The container is the part that holds most. A handle is thin, protrudes from
+/// the container and is joined to it in two places, or in one for a cloud, of which a side may be
+/// unseen. O(n log n).
 std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentation& segmentation,
                                            const FunctionOptions& options = {});
 

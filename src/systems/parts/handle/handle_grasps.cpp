@@ -15,9 +15,9 @@ namespace {
 
 using grasp::Grasp;
 
-/// A piece has this share of the object's points at most, to be its handle.
+/// Maximum fraction of the object's points in a piece that may be its handle.
 constexpr double kMaxShare = 0.25;
-/// And comes so near to it: where the body hides a handle's ends there is room for fingers between.
+/// Maximum gap to it: if the body hides a handle's ends, there is room for fingers between them.
 constexpr double kMaxGap_m = 0.025;
 
 using perception::PerceivedObject;
@@ -41,7 +41,7 @@ void Join(const PerceivedObject& piece, PerceivedObject& object) {
   geometry::Append(piece.surface_C, object.surface_C);
 }
 
-/// Ways to take the largest handle: parts are numbered by falling size.
+/// Grasp proposals for the largest handle; parts are numbered by decreasing size.
 std::vector<grasp::Proposal> ProposalsFor(const Shape& cloud, const Eigen::Vector3d& up_C,
                                           std::string& why_none) {
   const Segmentation found = SegmentHierarchy(cloud, {});

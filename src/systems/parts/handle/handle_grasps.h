@@ -9,15 +9,15 @@
 
 namespace rangegrasp::parts {
 
-/// Gives the first object back what perception may have cut off along the crease round it: small
-/// objects next to it become parts of it. In clutter that may be a neighbor, too.
+/// Merges small objects next to the first object into it, since perception may have cut off its
+/// handle along the crease around it. In clutter this may also merge a neighbor.
 void JoinCutOffHandle(perception::Scene& scene);
 
-/// Grasps of a perceived object by its handle: its measured points are segmented
-/// (`hierarchy`), and the largest part that is thin, stands out of the body and is joined to it is
-/// the handle (function/description.h).
-/// @param object  position in scene.objects
-/// @param obstacles_C  what the hand must not touch besides the other objects
+/// Plans grasps of a perceived object by its handle. The measured points of the object are
+/// segmented (`hierarchy`). The handle is the largest part that is thin and protrudes from the body
+/// (function/description.h).
+/// @param object  index in scene.objects
+/// @param obstacles_C  obstacles for the hand in addition to the other objects
 grasp::SelectedGrasps PlanHandleGrasps(const perception::Scene& scene, std::size_t object,
                                        const robot::HandModel& hand,
                                        const grasp::GraspOptions& options,

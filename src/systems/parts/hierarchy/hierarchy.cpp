@@ -21,28 +21,28 @@ namespace {
 
 // ---- facets ----
 
-/// A mesh as its flat pieces: touching faces in one plane are one facet, and large facets are cut
-/// along the cubes of a grid, so that it does not matter how a flat piece is cut into triangles.
+/// A mesh divided into flat pieces. Adjacent coplanar faces are one facet; large facets are cut
+/// along the cubes of a grid, so that it does not matter how a flat piece is triangulated.
 struct Facets {
   Shape mesh;
-  Indices origin;     ///< of each face of the mesh: the face it is a part of
-  Labels of_face;     ///< of the mesh
-  FaceGraph graph;    ///< of facets; two may share several edges
-  FaceFrames frames;  ///< of facets
+  Indices origin;     ///< per face of the mesh: the face it is a part of
+  Labels of_face;     ///< facet of each face of the mesh
+  FaceGraph graph;    ///< of the facets; two facets may share several edges
+  FaceFrames frames;  ///< of the facets
 };
 
 using Eigen::Vector3d;
 
-/// What lies nearer to a plane lies in it, of the grid's side: far above the rounding of single
-/// precision, so that no slivers are cut off by it.
+/// Distance, relative to the grid's side, below which a point lies in a plane. Far above the
+/// rounding of single precision, so that no slivers are cut off by it.
 constexpr double kNear = 1e-3;
 
-/// Cuts of one mesh, at most: a surface takes some thousands and some for each of its small faces;
-/// a needle without end takes more.
+/// Maximum number of cuts of one mesh. A surface takes some thousands plus some for each of its
+/// small faces; an endlessly long needle takes more.
 constexpr double kMaxCuts = 20000.0;
 constexpr double kMaxCutsOfFace = 2.0;
 
-/// How many planes the edges of the chosen faces cross, at most.
+/// Upper limit of the number of planes that the edges of the chosen faces cross.
 double CutsOf(double side, const std::vector<bool>& chosen, const Shape& mesh,
               const Indices& origin) {
   double cuts = 0.0;
@@ -55,7 +55,7 @@ double CutsOf(double side, const std::vector<bool>& chosen, const Shape& mesh,
   return cuts;
 }
 
-/// The cut across an edge nearest to its middle.
+/// The cut across an edge that is nearest to its middle.
 std::optional<Vector3d> CutOf(const Vector3d& a, const Vector3d& b, int axis, double side) {
   const double low = std::min(a[axis], b[axis]) / side + kNear;
   const double high = std::max(a[axis], b[axis]) / side - kNear;
@@ -68,7 +68,7 @@ std::optional<Vector3d> CutOf(const Vector3d& a, const Vector3d& b, int axis, do
   return cut;
 }
 
-/// A face's parts where the edges opposite to its corners have a vertex of `cut`, if they do.
+/// Splits a face at the vertices in `cut` on the edges opposite to its corners (< 0: none).
 void AddParts(const Points& points, const Face& face, const std::array<std::int64_t, 3>& cut,
               std::vector<Face>& parts) {
   const auto is_cut = [&](std::size_t i) { return cut[i % 3] >= 0; };
@@ -81,7 +81,7 @@ void AddParts(const Points& points, const Face& face, const std::array<std::int6
     if (count == 1 && is_cut(i)) {
       parts.push_back({a, b, at(i)});
       parts.push_back({a, at(i), c});
-    } else if (count == 2 && !is_cut(i)) {  // b - c stays whole; what is left at a has four corners
+    } else if (count == 2 && !is_cut(i)) {  // b - c is not cut; the rest without a has four corners
       const std::uint32_t on_ab = at(i + 2), on_ca = at(i + 1);
       parts.push_back({a, on_ab, on_ca});
       const bool from_b =
@@ -94,7 +94,7 @@ void AddParts(const Points& points, const Face& face, const std::array<std::int6
   }
 }
 
-/// Cuts each edge of the chosen faces that crosses a plane once; false if there is none.
+/// Cuts each edge of the chosen faces that crosses a plane once; returns false if there is none.
 bool CutOnce(double side, int axis, const std::vector<bool>& chosen, Shape& mesh, Indices& origin) {
   std::map<Edge, std::uint32_t> cuts;
   std::vector<bool> at_cut(mesh.points.size(), false);
@@ -127,21 +127,21 @@ bool CutOnce(double side, int axis, const std::vector<bool>& chosen, Shape& mesh
 }
 
 /// Cuts some faces of a mesh along the planes of a grid (x, y or z a multiple of `side`), so that
-/// none of them reaches over a plane; faces next to them are cut where they share a cut edge.
-/// Nothing is cut where that would be more than 20,000 cuts and two a face.
-/// @param origin  of each face, handed on to its parts.
-/// @param chosen  of each origin, whether it is to be cut.
+/// none of them crosses a plane. Faces next to them are cut where they share a cut edge. Nothing is
+/// cut if that took more than 20,000 cuts plus two per face.
+/// @param origin  of each face, passed on to its parts
+/// @param chosen  for each origin, whether it is to be cut
 void SliceAlongGrid(double side, const std::vector<bool>& chosen, Shape& mesh, Indices& origin) {
   const double max_cuts = kMaxCuts + kMaxCutsOfFace * static_cast<double>(mesh.faces.size());
   if (!(CutsOf(side, chosen, mesh, origin) < max_cuts)) return;
   for (int axis = 0; axis < 3;) axis += CutOnce(side, axis, chosen, mesh, origin) ? 0 : 1;
 }
 
-/// Sine of the angle between faces in one plane, at most: above what coordinates of single
-/// precision leave of it on faces of a hundredth of the size, below all that can be seen.
+/// Maximum sine of the angle between coplanar faces: above the error from single precision on faces
+/// of a hundredth of the size, below anything visible.
 constexpr double kFlat = 1e-3;
 
-/// Numbers facets by the places of their centers.
+/// Numbers facets by the coordinates of their centers.
 void NumberByCenter(FaceFrames& frames, Labels& of_face) {
   const Indices order =
       OrderBy(frames.area.size(), [&](std::uint32_t i) { return CoordinatesOf(frames.center[i]); });
@@ -169,7 +169,7 @@ FaceGraph GraphOf(const FaceGraph& faces, const Labels& of_face, std::size_t cou
   return GraphOfLinks(count, std::move(links));
 }
 
-/// Facets are numbered by the coordinates of their centers. O(n log n).
+/// Divides a mesh into facets, numbered by the coordinates of their centers. O(n log n).
 /// @param side  of the cubes; a facet is large if its area is more than half a cube's side.
 Facets MakeFacets(const Shape& mesh, double side) {
   Facets facets;
@@ -204,7 +204,7 @@ Facets MakeFacets(const Shape& mesh, double side) {
   return facets;
 }
 
-/// Labels of the faces of origin: that of the largest share of its area, ties the lower one.
+/// Labels of the original faces: the label with the largest share of a face, on ties the lower one.
 Labels LabelsOfOrigin(const Facets& facets, std::size_t faces, const Labels& label_of_facet) {
   Labels labels;
   for (const std::int32_t facet : facets.of_face) labels.push_back(label_of_facet[facet]);
@@ -213,9 +213,9 @@ Labels LabelsOfOrigin(const Facets& facets, std::size_t faces, const Labels& lab
 
 // ---- parts ----
 
-/// Of a small part too: fewer centers miss one of its sides.
+/// Also for a small part: fewer centers miss one of its sides.
 constexpr int kMinCenters = 4;
-/// Of a number of centers: the whole has all of them, also where its share is rounded below 1.
+/// Added to a number of centers, so that the whole gets all even if its share is rounded below 1.
 constexpr double kRounding = 1e-6;
 
 void Check(const HierarchyOptions& options) {
@@ -236,7 +236,7 @@ std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceF
   return BendCosts(mesh, faces, bends, options.concavity);
 }
 
-/// A part with the best cut through it.
+/// A part with its best cut.
 struct Node {
   Indices cells;  ///< ascending
   PartNode part;
@@ -276,7 +276,7 @@ class Hierarchy {
     nodes_.push_back({std::move(cells), part, std::move(split)});
   }
 
-  /// The leaf with the best cut, if it is good enough or more parts are wanted.
+  /// The leaf with the best cut, if that is good enough or more parts are requested.
   std::optional<std::size_t> NextToCut() const {
     std::optional<std::size_t> best;
     double quality = std::numeric_limits<double>::infinity();
@@ -309,8 +309,8 @@ class Hierarchy {
   int leaves_ = 0;
 };
 
-/// Numbers labels by falling weight, ties by their first element. Returns the new number of each,
-/// -1 of those that no element has.
+/// Numbers labels by decreasing weight, on ties by their first element. Returns the new number of
+/// each label, -1 for labels without elements.
 Labels Renumber(const std::vector<double>& weight, Labels& label) {
   std::vector<bool> seen(weight.size(), false);
   Indices names;
@@ -355,7 +355,7 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   const auto number =
       Renumber(GroupSums(result.label, BuildFaceFrames(shape).area, nodes.size()), result.label);
   result.parts = *std::ranges::max_element(number) + 1;
-  // Leaves that lost all of their faces, too small for the mesh, have no label.
+  // Leaves that lost all of their faces, being too small for the mesh, have no label.
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     result.tree.push_back(nodes[k].part);
     result.tree.back().label = number[k];
@@ -371,8 +371,8 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   return result;
 }
 
-/// The parts of a body of revolution that is seen from one side are joined from smaller ones: a
-/// handle that is missed stays missed, but what is cut too often is put together again.
+/// The parts of a body of revolution that is seen from one side are joined from smaller ones. A
+/// missed handle stays missed, but parts that were cut too often are joined again.
 Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
   const auto axis = FindSeenBody(mesh);
   if (!axis) return JoinWalls(mesh, SegmentMesh(mesh, options));
@@ -380,8 +380,8 @@ Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
   return JoinTurned(mesh, *axis, SegmentMesh(mesh, options));
 }
 
-/// A view has no inside to look through, and noise lets light through thin walls: clouds are cut
-/// along creases alone, by the values that were chosen for that.
+/// A single view has no inside to look through, and noise lets light through thin walls. Clouds are
+/// therefore cut along creases only, with values chosen for that.
 HierarchyOptions OfClouds(HierarchyOptions options) {
   options.sight = 0.0;
   options.max_flatness = 0.88;
@@ -389,7 +389,7 @@ HierarchyOptions OfClouds(HierarchyOptions options) {
   return options;
 }
 
-/// Without the parts that no element has, as a small part of a mesh may be the nearest to no point.
+/// Removes parts without elements: a small part of a mesh may not be the nearest to any point.
 void DropEmptyParts(Segmentation& found) {
   std::vector<double> as_before(found.parts);
   for (std::size_t l = 0; l < as_before.size(); ++l) as_before[l] = -static_cast<double>(l);

@@ -43,7 +43,7 @@ double MeanDistanceToCentroid(const Shape& mesh) {
   return sum / frames.total_area;
 }
 
-/// From labels of the input's faces to labels of the faces that were kept.
+/// Labels of the faces that were kept from labels of the input's faces.
 Labels OfShape(const Shape& shape, const Labels& of_input) {
   Labels labels(shape.Elements(), 0);
   for (std::size_t i = of_input.size(); i-- > 0;) {
@@ -131,7 +131,7 @@ std::vector<std::filesystem::path> HumanFiles(const std::filesystem::path& folde
     const std::string file = entry.path().filename().string();
     if (file.starts_with(name + "_") && file.ends_with(".seg")) files.push_back(entry.path());
   }
-  // By length first, so that 9 stands before 10.
+  // By length first, so that 9 comes before 10.
   std::ranges::sort(files, {}, [](const std::filesystem::path& file) {
     return std::pair(file.filename().string().size(), file.filename().string());
   });
@@ -166,7 +166,7 @@ int MeanHumanSegments(const std::filesystem::path& folder, std::span<const int> 
         sum += static_cast<double>(std::set(labels.begin(), labels.end()).size());
         ++files;
       } catch (const base::InputError&) {
-        // The rows of that model report it.
+        // The rows of that model report the error.
       }
     }
   }

@@ -24,7 +24,7 @@ using geometry::KdTree;
 // ---- whether a point is inside ----
 
 // The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983), positive if
-// it is seen from behind.
+// seen from behind.
 double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double det = a.dot(b.cross(c));
@@ -40,7 +40,7 @@ bool IsInsideMesh(const Shape& mesh, const Eigen::Vector3d& p) {
   return angle >= 0.5 * 4.0 * base::kPi;
 }
 
-// Cells of equal width on the faces of a cube round p; a cell is covered if a point is seen in it.
+// Cells of equal width on the faces of a cube around p; a cell is covered if a point is seen in it.
 bool IsInsideCloud(const Points& points, const Eigen::Vector3d& p) {
   constexpr double kPointsACell = 8.0;  // fewer: gaps between points leave cells uncovered
   constexpr double kMaxSide = 8.0;      // 384 cells; more would see through holes of the surface
@@ -58,10 +58,10 @@ bool IsInsideCloud(const Points& points, const Eigen::Vector3d& p) {
 
 // ---- eq. 6.3: which images the outer hull consists of ----
 
-// The farthest image in each of 384 directions: their hull holds most of the others.
+// The farthest image in each of 384 directions: their hull contains most of the others.
 Points Farthest(const Points& images, const Eigen::Vector3d& center) {
-  // Cells along a side of the cube of directions: the hull of more costs more to make, that of
-  // fewer holds less. The core does not depend on it.
+  // Cells along a side of the cube of directions. With more cells the hull is more expensive, with
+  // fewer it contains less. The core does not depend on it.
   constexpr int kSide = 8;
   std::vector<std::optional<std::uint32_t>> best(6 * kSide * kSide);
   std::vector<double> distance(best.size(), -1.0);
@@ -79,7 +79,7 @@ Points Farthest(const Points& images, const Eigen::Vector3d& center) {
   return farthest;
 }
 
-// The hull's corners are among the images that are not well within the hull of some of them.
+// The hull's corners are among the images that are not well inside the hull of some of them.
 Indices HullPoints(const Points& images, const Eigen::Vector3d& center) {
   const HullSide within(geometry::ConvexHull(Farthest(images, center)), center);
   HullSide::Hint hint;
@@ -128,7 +128,7 @@ std::vector<double> CloudOffsets(const Shape& cloud, const Indices& points,
   std::vector<KdTree::Neighbor> found;
   Indices neighbors;
   for (const std::uint32_t i : points) {
-    // A little more than d_max, so that the pair that it comes from finds each other.
+    // Slightly more than d_max, so that the pair that defines it finds each other.
     constexpr double kCoreSlack = 1.0 + 1e-9;
     tree.Within(cloud.points[i], d_max * kCoreSlack, found);
     neighbors.clear();
@@ -170,8 +170,7 @@ bool FindCenter(const Shape& shape, const MirrorOptions& options, Core& core) {
 
 // ---- section 6.2.2: what is outside of the core ----
 
-// Points round a point that are its neighbors in a cloud: as many as a pixel has, as in
-// BuildVertexGraph.
+// Number of neighbors of a point in a cloud: as many as a pixel has, as in BuildVertexGraph.
 constexpr std::size_t kNeighbors = 8;
 
 std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
@@ -184,8 +183,8 @@ std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
   return in_core;
 }
 
-// Pieces of no more points than a neighborhood has are crumbs: each point of them goes to the part
-// or core of the nearest point that is in none.
+// Pieces with no more points than a neighborhood are crumbs. Each of their points goes to the part
+// or core of the nearest point that is not in a crumb.
 void JoinSmallPieces(const Points& points, Labels& label) {
   std::map<std::int32_t, std::size_t> count;
   for (const std::int32_t l : label) ++count[l];
@@ -194,7 +193,7 @@ void JoinSmallPieces(const Points& points, Labels& label) {
                  geometry::PositionsWhere(label, is_crumb), label);
 }
 
-// Numbers the parts by falling size from 1, ties by their first point; the core stays 0.
+// Numbers the parts from 1 by decreasing size, on ties by their first point; the core stays 0.
 void NumberBySize(Labels& label) {
   geometry::UnionFind sets(label.size());
   std::vector<bool> in_part;
@@ -207,9 +206,9 @@ void NumberBySize(Labels& label) {
   for (std::int32_t& l : label) ++l;
 }
 
-// Flood filling of points at d < d_a (eq. 6.8): the pieces, numbered by falling size.
+// Flood filling of points at d < d_a (eq. 6.8). Returns the pieces, numbered by decreasing size.
 Labels FloodFill(const Points& points) {
-  // A little more than the mean, so that rounding does not part points as far apart as it.
+  // Slightly more than the mean, so that rounding does not separate points at that distance.
   constexpr double kMirrorSlack = 1.0 + 1e-9;
   const KdTree tree(points);
   struct Link {
@@ -217,7 +216,7 @@ Labels FloodFill(const Points& points) {
     double squared;
   };
   std::vector<Link> links;
-  std::vector<double> reach;  // to the last of a point's neighbors, squared
+  std::vector<double> reach;  // squared distance to the last of a point's neighbors
   std::vector<KdTree::Neighbor> found;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -280,7 +279,7 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   return result;
 }
 
-/// The points of the surface in place of a noisy cloud's; nothing where it is not noisy.
+/// Surface points that replace a noisy cloud; nullopt if it is not noisy or they are flat.
 std::optional<Shape> Calmed(const Points& points) {
   if (!IsNoisy(MeasureSampling(points, KdTree(points)))) return std::nullopt;
   Shape calm{PointsOfSurface(points).points, {}, {}};
@@ -307,14 +306,14 @@ std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options
     back.push_back(MirrorIn(images[core.hull_points[k]], sphere, offsets[k]));
   }
   core.inside.assign(shape.points.size(), false);
-  // Eq. 6.6. The order of the points costs or saves time, but does not change the hull.
+  // Eq. 6.6. The order of the points affects the time, but not the hull.
   const HullSide inner(geometry::ConvexHull(geometry::Select(back, SpatialOrder(back))),
                        core.center);
   HullSide::Hint hint;
   for (const std::uint32_t i : SpatialOrder(shape.points)) {
     core.inside[i] = inner.Contains(shape.points[i], hint);
   }
-  // Their own images span the hull, whatever rounding says (and if it is flat, they are all).
+  // Their own images span the hull, regardless of rounding (if it is flat, only they are inside).
   for (const std::uint32_t i : core.hull_points) core.inside[i] = true;
   return core;
 }

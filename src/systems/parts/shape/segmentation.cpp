@@ -23,7 +23,7 @@ Eigen::Vector3d Center(const TriangleMesh& mesh, std::size_t element) {
   return sum;
 }
 
-/// Hue in turns, from red over green and blue.
+/// Hue in turns: red, then green, then blue.
 std::array<std::uint8_t, 3> FromHsv(double hue, double saturation, double value) {
   std::array<std::uint8_t, 3> color{};
   for (int i = 0; i < 3; ++i) {
@@ -121,7 +121,7 @@ Labels RankLabels(Indices labels, const std::vector<double>& weight) {
 Segmentation AtLevel(const Segmentation& segmentation, int level) {
   const std::vector<PartNode>& tree = segmentation.tree;
   if (tree.empty()) return segmentation;
-  // Of each node the one that stands for it.
+  // For each node the node that represents it.
   std::vector<std::size_t> top(tree.size()), of_label(segmentation.parts);
   for (std::size_t k = 0; k < top.size(); ++k) {
     top[k] = tree[k].level > level ? top[tree[k].parent] : k;
@@ -136,7 +136,7 @@ Segmentation AtLevel(const Segmentation& segmentation, int level) {
   coarse.parts = 1 + *std::ranges::max_element(number);
   coarse.has_core = coarse.parts > 1;
   for (std::int32_t& l : coarse.label) l = number[of_label[l]];
-  // What is cut further has no label of its own any more.
+  // Nodes that are cut further no longer have a label.
   for (std::size_t k = 0; k < top.size(); ++k) {
     if (tree[k].level > level) continue;
     coarse.tree.push_back(tree[k]);
@@ -148,8 +148,8 @@ Segmentation AtLevel(const Segmentation& segmentation, int level) {
 std::array<std::uint8_t, 3> PartColor(std::int32_t label) {
   if (label < 0) return {128, 128, 128};
   if (label == 0) return {214, 32, 32};
-  // Hues by the golden section, which fills the circle evenly however many there are, away from the
-  // red of the core; every other round is darker or paler.
+  // Hues by the golden section, which fills the color circle evenly for any number, away from the
+  // red of the core. Every other round is darker or paler.
   constexpr double kGolden = 0.61803398874989485;
   constexpr double kSaturation[] = {0.85, 0.45, 0.90};
   constexpr double kValue[] = {0.95, 0.95, 0.55};

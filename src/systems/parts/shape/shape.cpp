@@ -24,12 +24,12 @@ using geometry::TriangleMesh;
 // ---- cleaning ----
 
 constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
-/// Of a tetrahedron: fewer have no inside.
+/// Points of a tetrahedron: fewer have no inside.
 constexpr std::size_t kMinPoints = 4;
-/// Sine of a face's corner below which its area is rounding: about 50 times the spacing of doubles.
+/// Sine of a corner angle below which a face's area is rounding: about 50 spacings of doubles.
 constexpr double kMinSine = 1e-14;
 
-// For each point the first one at the same place; kNone where it is not usable.
+// For each point the first one at the same position; kNone if it is not usable.
 Indices FirstAtPlace(const Points& points) {
   Indices order = geometry::PositionsWhere(points, IsUsable);
   const auto key = [&points](std::uint32_t i) { return CoordinatesOf(points[i]); };
@@ -48,7 +48,7 @@ bool HasArea(const Points& points, const Face& face) {
   return u.cross(v).norm() > kMinSine * std::max(u.squaredNorm(), v.squaredNorm());
 }
 
-// The face with equal points joined; nullopt if that leaves no triangle.
+// The face with equal points merged; nullopt if no triangle is left.
 std::optional<Face> Joined(const TriangleMesh& mesh, const Face& face, const Indices& first) {
   Face joined;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -88,7 +88,7 @@ void KeepPoints(const Points& points, const Indices& first, Shape& shape) {
 
 // ---- canonical form ----
 
-/// Of a mesh of area 1: far above what a turn in double precision rounds off, far below any face.
+/// For a mesh of area 1: far above rounding of a rotation in double precision, far below any face.
 constexpr double kGrid = 0x1p-30;
 
 Vector3d Cross(const Shape& mesh, const Face& face) {
@@ -96,12 +96,12 @@ Vector3d Cross(const Shape& mesh, const Face& face) {
   return (mesh.points[face[1]] - a).cross(mesh.points[face[2]] - a);
 }
 
-/// Points by their coordinates.
+/// Order of points by their coordinates.
 Indices OrderOf(const Points& points) {
   return OrderBy(points.size(), [&](std::uint32_t i) { return CoordinatesOf(points[i]); });
 }
 
-/// Vertices by their coordinates, faces by their vertices, the lowest of each first.
+/// Sorts vertices by coordinates and faces by their vertices, each with its lowest vertex first.
 void Sort(CanonicalMesh& canonical) {
   Shape& mesh = canonical.mesh;
   const Indices order = OrderOf(mesh.points);
@@ -124,7 +124,7 @@ void Sort(CanonicalMesh& canonical) {
 void ShiftAndScale(Shape& mesh) {
   double area = 0.0;
   Vector3d center = Vector3d::Zero();
-  // From a vertex on: far from the origin the mean of places would be rounded more.
+  // Relative to a vertex: far from the origin the mean position would have a larger rounding error.
   const Vector3d first = mesh.points.front();
   for (const Face& face : mesh.faces) {
     const double part = 0.5 * Cross(mesh, face).norm();
@@ -167,15 +167,15 @@ Vector3d Skews(const Shape& mesh) {
   return sum;
 }
 
-/// Turns points to the axes of a symmetric matrix, the largest first, each pointing where the skews
-/// along them, as measured after that turn, are positive.
+/// Rotates points to the axes of a symmetric matrix, the largest first. Each axis points where the
+/// skew along it, measured after that rotation, is positive.
 template <class Skewed>
 void Turn(const Matrix3d& inertia, Points& points, const Skewed& skews_of) {
   const Matrix3d by_rising = base::SymmetricEigen(inertia).vectors;
   const Matrix3d axes = by_rising.rowwise().reverse();
   for (Vector3d& p : points) p = axes.transpose() * p;
   const Vector3d skews = skews_of();
-  // The skews give two signs; the least skewed axis makes the frame right-handed.
+  // The skews determine two signs; that of the least skewed axis makes the frame right-handed.
   Vector3d signs = skews.unaryExpr([](double skew) { return skew < 0.0 ? -1.0 : 1.0; });
   int weakest = 0;
   skews.cwiseAbs().minCoeff(&weakest);
@@ -204,7 +204,7 @@ Indices UseOnly(std::size_t vertices, std::vector<Face>& faces) {
 }
 
 bool IsUsable(const Eigen::Vector3d& p) {
-  // Squares of squares of what is larger leave the range of a double.
+  // Fourth powers of larger values exceed the range of a double.
   constexpr double kMaxCoordinate = 1e70;
   return p.allFinite() && p.cwiseAbs().maxCoeff() < kMaxCoordinate;
 }
@@ -280,7 +280,7 @@ std::vector<double> HeightsAbove(const TriangleMesh& hull, const Points& points)
 CanonicalMesh MakeCanonical(const Shape& mesh) {
   CanonicalMesh canonical{{mesh.points, mesh.faces, {}}, Indices(mesh.faces.size())};
   std::iota(canonical.origin.begin(), canonical.origin.end(), 0u);
-  Sort(canonical);  // sums are rounded in the order of their terms
+  Sort(canonical);  // rounding of sums depends on the order of their terms
   ShiftAndScale(canonical.mesh);
   Turn(Inertia(canonical.mesh), canonical.mesh.points, [&] { return Skews(canonical.mesh); });
   RoundOff(canonical.mesh.points);

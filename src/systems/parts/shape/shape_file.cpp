@@ -36,15 +36,15 @@ void AppendColor(std::int32_t label, std::string& bytes) {
   for (const std::uint8_t channel : PartColor(label)) AppendRaw(channel, bytes);
 }
 
-constexpr float kDot_px = 3.0F;            // of a cloud: smaller is hardly seen, larger hides gaps
-constexpr double kAir = 1.05;              // round a shape, of its size
-constexpr double kMinEyeDistance = 1e-12;  // of the eye from a single point
-// The eye stands before the shape, by these parts of the way to the right and above.
+constexpr float kDot_px = 3.0F;            // for clouds: smaller is hardly seen, larger hides gaps
+constexpr double kAir = 1.05;              // margin around a shape, relative to its size
+constexpr double kMinEyeDistance = 1e-12;  // of the eye, for a single point
+// The eye is in front of the shape, moved right and up by these fractions of that direction.
 constexpr double kRightOfFront = 0.6, kAboveFront = 0.5;
-// Of the picture: larger shows smaller parts, and takes more time and disk.
+// Picture size: a larger one shows smaller parts and takes more time and disk space.
 constexpr int kWidth_px = 960, kHeight_px = 720;
 
-/// How far the eye must go back for all points to lie within the round cone of the view.
+/// Distance of the eye at which all points lie within the circular cone of the view.
 double DistanceFor(geometry::PointSpan points, const draw::View& view,
                    const Eigen::Vector3d& back) {
   const double tangent = std::tan(0.5 * view.field_of_view_rad);

@@ -16,8 +16,8 @@
 namespace rangegrasp::parts {
 namespace {
 
-// Faces round one edge beyond which each is joined with the next only, not all with all: links
-// would grow with the square.
+// Number of faces at one edge above which each is linked with the next one only: links between all
+// of them would grow quadratically.
 constexpr std::size_t kManyFaces = 16;
 
 // An undirected edge of a face.
@@ -26,8 +26,8 @@ struct EdgeOfFace {
   std::uint32_t face;
 };
 
-/// Sorts by a number below `count`, by counting, and what has the same number, a few each, by all
-/// of it: half the time of a sort.
+/// Counting sort by a number below `count`; the few items with the same number are sorted by
+/// `less`. It takes half the time of a plain sort.
 template <class T, class Number, class Less>
 void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number,
                   const Less& less) {
@@ -74,7 +74,7 @@ void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) 
 using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
 using Arc = boost::graph_traits<Graph>::edge_descriptor;
 
-// Steps of the largest capacity: finer ones than the costs are known to, and far from overflow.
+// Steps of the largest capacity: finer than the accuracy of the costs, and far from overflow.
 constexpr double kSteps = 1e6;
 
 bool RunsAlong(const Face& face, const Edge& edge) {
@@ -201,7 +201,7 @@ void JoinCrumbs(const FaceGraph& faces, Labels& label) {
       faces, [&](std::uint32_t f, std::uint32_t g) { return label[f] == label[g]; });
   Labels of_piece(pieces.count);
   for (std::size_t f = 0; f < label.size(); ++f) of_piece[pieces.label[f]] = label[f];
-  std::vector<std::map<std::int32_t, std::size_t>> shared(pieces.count);  // edges with each other
+  std::vector<std::map<std::int32_t, std::size_t>> shared(pieces.count);  // edges per neighbor
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
     if (label[f] != label[g]) ++shared[pieces.label[f]][pieces.label[g]];
   });
@@ -223,7 +223,7 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
     throw std::invalid_argument("MinCut: source and sink must be two of the nodes");
   }
   double largest = 0.0;
-  // One link with the source and one with the sink a node: of several, Boost sees one only.
+  // One link per node to the source and one to the sink: of several, Boost sees only one.
   std::vector<double> of_source(nodes, 0.0), of_sink(nodes, 0.0);
   std::vector<CutLink> all;
   for (const CutLink& link : links) {
@@ -243,7 +243,7 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
     if (of_source[v] > 0.0) all.push_back({source, v, of_source[v]});
     if (of_sink[v] > 0.0) all.push_back({v, sink, of_sink[v]});
   }
-  // Arcs there and back, those of a node next to each other.
+  // Arcs in both directions, those of a node next to each other.
   std::vector<std::size_t> end(nodes + 1, 0);
   for (const CutLink& link : all) {
     ++end[link.a];

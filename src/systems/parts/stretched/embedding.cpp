@@ -27,7 +27,7 @@ std::uint32_t Opposite(const Face& face, const Edge& edge) {
   return face[0];
 }
 
-/// Pieces other than the largest get their shortest link to it.
+/// The shortest link from each other piece to the largest one.
 std::vector<VertexLink> LinksToLargest(const VertexGraph& graph, const Points& points) {
   const auto& [piece, pieces] = ConnectedPieces(graph, AnyNeighbors);
   if (pieces < 2) return {};
@@ -46,12 +46,12 @@ std::vector<VertexLink> LinksToLargest(const VertexGraph& graph, const Points& p
   return links;
 }
 
-/// Up to so many points all eigenvectors are found, which costs the cube of their number; above,
-/// only the leading ones.
+/// Up to this number of points all eigenvectors are computed, at cubic cost; above it only the
+/// leading ones.
 constexpr Index kMaxDense = 200;
-/// Columns of the subspace in which three eigenvectors are looked for, and steps. An eigenvalue's
-/// error shrinks in a step by its ratio to the first one outside of the subspace: more columns or
-/// steps cost time, fewer leave the start of SMACOF rougher.
+/// Columns of the subspace in which three eigenvectors are searched for, and steps. In each step
+/// the error of an eigenvalue shrinks by its ratio to the first one outside of the subspace. More
+/// columns or steps cost time; fewer make the start of SMACOF rougher.
 constexpr Index kSubspace = 12;
 constexpr int kSubspaceSteps = 40;
 
@@ -67,7 +67,7 @@ MatrixXd DoublyCentered(const MatrixXd& distances) {
   return b;
 }
 
-/// The leading three of eigenvalues (ascending) with their vectors as coordinates.
+/// Coordinates from the three largest eigenvalues (given in ascending order) and their vectors.
 MatrixX3d Coordinates(const Eigen::VectorXd& values, const MatrixXd& vectors) {
   MatrixX3d x = MatrixX3d::Zero(vectors.rows(), 3);
   for (Index k = 0; k < std::min<Index>(3, values.size()); ++k) {
@@ -80,7 +80,7 @@ MatrixX3d Coordinates(const Eigen::VectorXd& values, const MatrixXd& vectors) {
   return x;
 }
 
-/// Orthogonal iteration from columns of b itself, so that nothing is random.
+/// Orthogonal iteration that starts from columns of b, so that nothing is random.
 MatrixX3d LeadingCoordinates(const MatrixXd& b) {
   MatrixXd q = b.leftCols(kSubspace);
   for (int step = 0; step < kSubspaceSteps; ++step) {
@@ -93,8 +93,8 @@ MatrixX3d LeadingCoordinates(const MatrixXd& b) {
   return Coordinates(ritz.eigenvalues(), q * ritz.eigenvectors());
 }
 
-/// sum_i (x - X_i) delta_i / |x - X_i|, without the points at x.
-/// @param d  becomes |x - X_i|
+/// sum_i (x - X_i) delta_i / |x - X_i|, excluding points at x.
+/// @param d  output, |x - X_i|
 template <class Deltas>
 Eigen::Vector3d PullOf(const MatrixX3d& points, const Eigen::Vector3d& x, const Deltas& delta,
                        ArrayXd& d) {
@@ -130,9 +130,9 @@ std::optional<double> UnfoldedDistance(const Eigen::Vector3d& a, const Eigen::Ve
 }
 
 // Measured on the four-legged and armadillo models against paths that may bend at three more points
-// on each edge: along edges alone distances come out 4-5 % too long, by 0.7-2.5 % unevenly; with
-// the diagonals 0.7-1.0 % and 0.2-0.5 %, for twice the links. An even factor does no harm here, an
-// uneven one bends the embedding.
+// on each edge. Along edges only, distances are 4-5 % too long and vary by 0.7-2.5 %; with the
+// diagonals it is 0.7-1.0 % and 0.2-0.5 %, for twice the links. A uniform factor does no harm here,
+// a varying one distorts the embedding.
 VertexGraph GeodesicGraph(const Shape& shape) {
   const VertexGraph graph = BuildVertexGraph(shape);
   std::vector<VertexLink> links = LinksToLargest(graph, shape.points);
@@ -229,7 +229,7 @@ Embedding Smacof(const MatrixXd& distances, const SmacofOptions& options, const 
   double before = GuttmanTransform(distances, result.positions, next);
   for (int i = 0; i < options.iterations; ++i) {
     const double stress = GuttmanTransform(distances, next, after);
-    if (stress > before) break;  // by rounding only: there is nothing left to gain
+    if (stress > before) break;  // only by rounding: there is nothing left to gain
     result.positions.swap(next);
     result.stress.push_back(stress);
     if (before - stress <= options.tolerance * before) break;
@@ -243,7 +243,7 @@ Embedding Smacof(const MatrixXd& distances, const SmacofOptions& options, const 
 LandmarkPlacement::LandmarkPlacement(const MatrixX3d& landmarks)
     : landmarks_(landmarks), center_(landmarks.colwise().mean().transpose()) {
   const MatrixX3d centered = landmarks_.rowwise() - center_.transpose();
-  // x^T X_i = (|X_i|^2 - delta_i^2 + const) / 2 for every i, all from the center.
+  // x^T X_i = (|X_i|^2 - delta_i^2 + const) / 2 for every i, all relative to the center.
   const Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(centered);
   solve_ = decomposition.pseudoInverse().transpose();
   squared_norms_ = centered.rowwise().squaredNorm();
@@ -253,7 +253,7 @@ Eigen::Vector3d LandmarkPlacement::Place(const Eigen::Ref<const Eigen::VectorXd>
                                          int steps) const {
   Eigen::Vector3d x =
       center_ + 0.5 * (solve_.transpose() *
-                       (squared_norms_ - distances.cwiseAbs2()));  // columns of solve_ add up to 0
+                       (squared_norms_ - distances.cwiseAbs2()));  // columns of solve_ sum to 0
   ArrayXd d;
   for (int step = 0; step < steps; ++step) {
     x = center_ +

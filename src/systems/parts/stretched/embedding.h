@@ -6,56 +6,56 @@
 
 namespace rangegrasp::parts {
 
-/// The straight distance between c and d with the triangles (a, b, c) and (b, a, d) laid flat;
-/// nullopt if the line leaves them, that is, does not cross the edge a-b.
+/// Straight distance between c and d after unfolding the triangles (a, b, c) and (b, a, d) into a
+/// plane; nullopt if the line leaves the triangles, i.e. does not cross the edge a-b.
 std::optional<double> UnfoldedDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                        const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 
-/// The vertex graph with, for a mesh, a link across every edge (UnfoldedDistance); pieces that are
-/// not joined get their shortest link to the largest one, so that all distances are finite.
+/// The vertex graph, for a mesh with an additional link across every edge (UnfoldedDistance).
+/// Separate pieces get their shortest link to the largest one, so that all distances are finite.
 VertexGraph GeodesicGraph(const Shape& shape);
 
-/// Vertices far from each other, with what picking them found on its way: farthest-point sampling
-/// along the graph from the vertex farthest from vertex 0, so that nothing is random. Fewer than
-/// asked for where no vertex is left at a distance.
+/// Landmarks: vertices far from each other, with the distances computed when picking them.
+/// Farthest-point sampling along the graph starts from the vertex farthest from vertex 0, so that
+/// nothing is random. There are fewer than requested if no vertex at a distance is left.
 struct LandmarkDistances {
   Indices landmark;
-  Eigen::MatrixXd distance;  ///< a vertex a row, a landmark a column; infinite if not joined
-  Indices nearest;           ///< a vertex: position in landmark
+  Eigen::MatrixXd distance;  ///< row: vertex, column: landmark; infinite if not connected
+  Indices nearest;           ///< per vertex: index in landmark
   double spacing = 0.0;      ///< the largest distance of a vertex to its nearest landmark
 };
 /// @throws std::invalid_argument without vertices or with count < 1.
 LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count);
-/// Symmetric: a path's length is rounded differently there and back; the mean is taken.
+/// Symmetric: the mean of both directions, in which a path's length is rounded differently.
 Eigen::MatrixXd BetweenLandmarks(const LandmarkDistances& spread);
 
-/// Eq. 2.36-2.37 with all weights equal: U^+ B(X) X = B(X) X / N (the rows of B add up to zero, so
-/// that the pseudoinverse's centring does nothing). Returns the stress of `positions` (eq. 2.33),
-/// the sum over i < j of (d_ij(X) - delta_ij)^2. O(N^2).
+/// Eq. 2.36-2.37 with equal weights: U^+ B(X) X = B(X) X / N (the rows of B sum to zero, so that
+/// the pseudoinverse's centring has no effect). Returns the stress of `positions` (eq. 2.33), the
+/// sum over i < j of (d_ij(X) - delta_ij)^2. O(N^2).
 double GuttmanTransform(const Eigen::MatrixXd& distances, const Eigen::MatrixX3d& positions,
                         Eigen::MatrixX3d& next);
 
 /// Classical scaling (Torgerson 1952): the three leading eigenvectors of the doubly centered
-/// squared distances, each times the root of its eigenvalue (0 where that is negative); the largest
-/// entry of each is positive.
+/// squared distances, each times the square root of its eigenvalue (0 if that is negative). The
+/// largest entry of each is positive.
 Eigen::MatrixX3d ClassicalScaling(const Eigen::MatrixXd& distances);
 
 struct SmacofOptions {
-  int iterations = 60;      ///< >= 1, at most
-  double tolerance = 1e-4;  ///< stops when stress falls by less, relatively
+  int iterations = 60;      ///< maximum, >= 1
+  double tolerance = 1e-4;  ///< stops if the relative decrease of stress is smaller
 };
 struct Embedding {
   Eigen::MatrixX3d positions;
-  std::vector<double> stress;  ///< after each iteration: never rises (eq. 6.9, 2.33)
+  std::vector<double> stress;  ///< after each iteration; never increases (eq. 6.9, 2.33)
 };
-/// Eq. 2.33-2.37 (SMACOF) from a start; by default classical scaling of the distances.
+/// SMACOF (eq. 2.33-2.37) from a start, by default classical scaling of the distances.
 Embedding Smacof(const Eigen::MatrixXd& distances, const SmacofOptions& options,
                  const Eigen::MatrixX3d* start = nullptr);
 
-/// Places a point from its distances to embedded landmarks: the linear least squares of the squared
-/// distances (de Silva and Tenenbaum 2004, landmark MDS), then `steps` times
-/// x <- mean_i (X_i + delta_i (x - X_i) / |x - X_i|), the Guttman transform of one point with the
-/// landmarks held, which lowers sum_i (|x - X_i| - delta_i)^2.
+/// Places a point by its distances to embedded landmarks. It starts with linear least squares of
+/// the squared distances (de Silva and Tenenbaum 2004, landmark MDS). Then follow `steps`
+/// iterations of x <- mean_i (X_i + delta_i (x - X_i) / |x - X_i|), the Guttman transform of one
+/// point with fixed landmarks, which reduces sum_i (|x - X_i| - delta_i)^2.
 class LandmarkPlacement {
  public:
   explicit LandmarkPlacement(const Eigen::MatrixX3d& landmarks);

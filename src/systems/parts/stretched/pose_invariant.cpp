@@ -14,20 +14,20 @@ namespace rangegrasp::parts {
 namespace {
 
 struct Piece {
-  int parent = -1;                 ///< the piece that it became a part of; -1: none
-  bool crumb = false;              ///< it was no limb when it did
-  std::vector<std::size_t> limbs;  ///< what it falls into
-  double low = 1.0;                ///< growth at which it comes into being
-  double high = 1.0;               ///< at which it falls apart or vanishes
-  double tip = 1.0;                ///< at which the last of it vanishes
+  int parent = -1;                 ///< the piece that it was merged into; -1: none
+  bool crumb = false;              ///< it was not a limb when merged
+  std::vector<std::size_t> limbs;  ///< the pieces that it splits into
+  double low = 1.0;                ///< growth at which it appears
+  double high = 1.0;               ///< growth at which it splits or vanishes
+  double tip = 1.0;                ///< growth at which the last of it vanishes
   double weight = 0.0;
-  /// Remoteness of its nearest and farthest element.
+  /// Remoteness of its nearest and farthest elements.
   double root = std::numeric_limits<double>::infinity();
   double end = 0.0;
-  bool whole = false;  ///< it lasts longer than its limbs do, or has less than two
+  bool whole = false;  ///< it lasts longer than its limbs, or has fewer than two
 };
 
-/// The join tree, from the tips of the pieces down to the core. Joints are newer than their limbs.
+/// The join tree, from the tips of the pieces down to the core. Joints come after their limbs.
 class Tree {
  public:
   Tree(const StandingOut& elements, const LimbOptions& options)
@@ -66,7 +66,7 @@ class Tree {
     return order;
   }
 
-  /// Sets of what is in the tree already, next to an element.
+  /// Sets of the elements already in the tree that are next to an element.
   Indices SetsAround(std::uint32_t i) {
     Indices around;
     for (std::uint32_t k = elements_.begin[i]; k < elements_.begin[i + 1]; ++k) {
@@ -107,8 +107,8 @@ class Tree {
     return joint;
   }
 
-  /// The piece that goes on where several meet: a new one where two limbs do, else the limb or the
-  /// heaviest crumb.
+  /// The piece that continues where several meet: a new one if at least two are limbs, else the
+  /// only limb or the heaviest crumb.
   std::size_t Meet(const Indices& around, double growth) {
     if (around.empty()) return NewPiece(growth);
     std::vector<std::size_t> limbs;
@@ -140,10 +140,10 @@ class Tree {
 
   bool LeadsAway(const Piece& piece) const { return piece.end >= options_.min_reach * piece.root; }
 
-  /// How long each piece lasts, or its limbs in the mean where that is longer.
+  /// Computes how long each piece lasts, or the mean of its limbs if that is longer.
   void Weigh() {
     std::vector<double> lasts(pieces_.size(), 0.0);
-    std::vector<int> limbs(pieces_.size(), 0);  // that it falls into at last and that lead away
+    std::vector<int> limbs(pieces_.size(), 0);  // final limbs of each that lead away
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
       Piece& piece = pieces_[p];
       const double own = piece.high - piece.low;
@@ -158,7 +158,7 @@ class Tree {
     }
   }
 
-  /// By falling weight.
+  /// Limbs by decreasing weight.
   std::vector<std::size_t> Limbs() {
     Weigh();
     std::vector<std::size_t> limbs;
@@ -180,7 +180,7 @@ class Tree {
   const LimbOptions& options_;
   double min_weight_;
   geometry::UnionFind sets_;
-  std::vector<std::size_t> piece_of_set_;  ///< by the set's root
+  std::vector<std::size_t> piece_of_set_;  ///< indexed by the set's root
   std::vector<int> piece_of_;              ///< the piece that an element was added to; -1: none
   std::vector<Piece> pieces_;
 };
@@ -191,7 +191,7 @@ std::span<const std::uint32_t> PointsOf(const Shape& shape, const std::uint32_t&
   return {&element, 1};
 }
 
-/// For each point the factor by which a hull has to grow about `center` until it holds the point.
+/// For each point the factor by which a hull must grow about `center` to contain the point.
 std::vector<double> GrowthToHold(const Points& points, const geometry::TriangleMesh& hull,
                                  const Eigen::Vector3d& center) {
   std::vector<double> growth(points.size(), 0.0);
@@ -216,7 +216,7 @@ Points CorePoints(const Shape& form, const Segmentation& segmentation) {
   return geometry::Select(form.points, geometry::PositionsOf(used));
 }
 
-/// The largest value of an element's points; that of the core's elements is 0.
+/// The largest value of an element's points; 0 for elements of the core.
 std::vector<double> OfElements(const Shape& form, const Segmentation& segmentation,
                                const std::vector<double>& of_point) {
   std::vector<double> value(form.Elements(), 0.0);
@@ -237,11 +237,11 @@ void JoinAsIn(const Shape& shape, StandingOut& out) {
       shape.IsMesh() ? BuildFaceFrames(shape).area : std::vector<double>(shape.points.size(), 1.0);
 }
 
-/// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) let their
-/// core grow, into each protrusion as far as it falls apart into limbs (LabelLimbs).
-/// @param shape  as it was given: its elements are joined as they are there
-/// @param form   the same, in the places in which it was segmented
-/// @param remoteness  of each point: its mean geodesic distance to all of the shape
+/// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) grow their
+/// core, into each protrusion until that splits into limbs (LabelLimbs).
+/// @param shape  the original shape, which defines the neighbors of elements
+/// @param form   the same shape with the positions in which it was segmented
+/// @param remoteness  mean geodesic distance of each point to the whole shape
 Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
                       const std::vector<double>& remoteness, const LimbOptions& options) {
   const geometry::TriangleMesh hull = geometry::ConvexHull(CorePoints(form, segmentation));
@@ -257,14 +257,14 @@ Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation&
   return grown;
 }
 
-/// Steps of a point's own majorisation. Measured on four-legged and armadillo models: all landmarks
-/// and 10 steps come within 1 % of the stress of 30; the linear placement alone has 35-90 % more
-/// stress, and the nearest landmarks alone, or interpolation between them, give a rough surface.
+/// Majorisation steps per point. Measured on four-legged and armadillo models: all landmarks and 10
+/// steps come within 1 % of the stress of 30 steps. The linear placement alone has 35-90 % more
+/// stress; the nearest landmarks alone, or interpolation between them, give a rough surface.
 constexpr int kPlacementSteps = 10;
 
 struct Stretched {
   Shape form;
-  std::vector<double> remoteness;  ///< of each point: mean distance to the landmarks
+  std::vector<double> remoteness;  ///< per point: mean distance to the landmarks
 };
 
 Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
@@ -286,7 +286,7 @@ Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
   for (std::size_t k = 0; k < spread.landmark.size(); ++k) {
     points[spread.landmark[k]] = embedding.positions.row(k);
   }
-  // An embedding comes as itself or as its mirror image: faces must go on looking out.
+  // An embedding may be a mirror image: faces must still be oriented outwards.
   if (geometry::Volume({points, shape.faces}) < 0.0) {
     for (Eigen::Vector3d& p : points) p.z() = -p.z();
   }

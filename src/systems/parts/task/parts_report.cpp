@@ -26,11 +26,11 @@ using Rows = std::vector<PartsRow>;
 
 constexpr int kDigits = 4;  ///< of metrics and seconds: as the chapter's figures can be read
 
-/// What table 6.1 calls a method; empty where it does not have it.
+/// Names of the methods in table 6.1; empty if a method is not in it.
 constexpr std::array<std::string_view, 5> kNamesInTable61 = {"Proposed Method", "", "K-Means",
                                                              "SDF", "Core Extraction"};
 
-/// Of the classes that have a mean, each as much as the others.
+/// Mean over the classes that have a mean, with equal weights.
 Mean MeanOfClasses(const std::vector<Mean>& classes) {
   std::vector<double> means;
   std::optional<double> variance = 0.0;
@@ -54,20 +54,20 @@ std::string CellOf(const std::optional<double>& value, int digits = kDigits) {
   return value ? Fixed(*value, digits) : "-";
 }
 
-/// "0.1107 +- 0.0190"; without the error where there is none.
+/// E.g. "0.1107 +- 0.0190"; without the error if there is none.
 std::string CellOf(const Mean& mean, int digits = kDigits) {
   return CellOf(mean.mean, digits) +
          (mean.standard_error ? " +- " + Fixed(*mean.standard_error, digits) : "");
 }
 
-/// A table without rows yet, whose first column is one of words.
+/// A table without rows, whose first column contains words.
 Section TableOf(const std::string& title, const std::vector<std::string>& header) {
   std::vector<bool> left(header.size(), false);
   left[0] = true;
   return {title, {header, left, {}, false}};
 }
 
-/// "20 models without the tuning models".
+/// E.g. "20 models without the tuning models".
 std::string ModelsText(const PartsSetup& setup, std::optional<Split> split) {
   std::size_t models = 0;
   for (const ModelClass& one : setup.classes) {
@@ -118,10 +118,10 @@ Section MetricSection(const PartsSetup& setup, const std::vector<MethodMeans>& m
   return section;
 }
 
-/// What some rows gave.
+/// Results of some rows.
 struct Totals {
   std::vector<double> rand_errors, parts, seconds;
-  std::vector<double> more;  ///< Rand error of clouds than of the same models as meshes
+  std::vector<double> more;  ///< Rand error of clouds minus that of the same models as meshes
   int uncut = 0, failed = 0;
 };
 
@@ -145,7 +145,7 @@ Totals TotalsOf(const Rows& rows, const IsWanted& is_wanted) {
   return totals;
 }
 
-/// Of a method, with ascending times.
+/// Totals of a method, with times in ascending order.
 Totals TimesOf(const Rows& rows, Method method) {
   Totals times = TotalsOf(rows, [&](const PartsRow& row) { return row.method == method; });
   std::ranges::sort(times.seconds);
@@ -209,7 +209,7 @@ Section FailuresSection(Rows rows) {
   return {"Failed", GridOf(columns, rows)};
 }
 
-/// Those of table 6.1.
+/// Published times, from table 6.1.
 std::vector<experiment::PublishedFigure> PublishedTimes(const PartsSetup& setup, const Rows& rows) {
   std::vector<experiment::PublishedFigure> figures;
   for (const auto& [method, published] : PublishedSeconds(setup.published, "published table 6.1")) {
@@ -250,7 +250,7 @@ std::string RowsCsv(const Rows& rows) {
   return CsvOf(GridOf(columns, rows, ""));
 }
 
-/// The means drawn: bars by class and overall, as files' names and SVG.
+/// Adds bar charts of the means, by class and overall, as SVG files.
 void AddFigures(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric,
                 const std::string& name, experiment::Report& report) {
   constexpr int kClassesWidth_px = 1100;  // ten classes of five bars
@@ -368,9 +368,9 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
   const PartsSetup setup = PartsSetupOf(stamp);
   Rows all;
   for (const experiment::Record& record : records) all.push_back(RowOf(record));
-  Rows rows = all;  // of meshes
+  Rows rows = all;  // of meshes only
   std::erase_if(rows, [](const PartsRow& row) { return row.cloud.has_value(); });
-  // The models apart from those of tuning, and all where there are others.
+  // Without the tuning models, and also all models if there are tuning models.
   std::vector<std::optional<Split>> splits;
   if (setup.HasModels(Split::kReport)) splits.emplace_back(Split::kReport);
   if (setup.HasModels(Split::kTune)) splits.emplace_back(std::nullopt);

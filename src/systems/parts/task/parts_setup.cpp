@@ -29,10 +29,10 @@ namespace {
 
 using base::YamlMap;
 
-/// Numbers of models and of models a class are bounded so that a slip of the pen is an error.
+/// Limits for ids, models per class and ranges, so that a typing error is reported.
 constexpr int kMaxId = 1'000'000, kMaxModels = 1'000'000, kMaxRange = 1000;
 
-/// The keys that stand in the file, but for methods and clouds.
+/// The keys as in the file, except for methods and clouds.
 struct Keys {
   std::string data;
   std::vector<std::string> classes;
@@ -40,7 +40,7 @@ struct Keys {
   int models_per_class = 0;
 };
 
-/// The numbers of a list within a range.
+/// Reads a list of numbers within a range.
 template <typename Number>
 std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low, Number high,
                                 const std::string& doc) {
@@ -60,7 +60,7 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
   return numbers;
 }
 
-/// Of every number of points every noise.
+/// Every combination of number of points and noise.
 std::vector<CloudGrade> ReadClouds(YamlMap& map) {
   YamlMap clouds = map.Child("clouds", "clouds sampled from each model, which are also scored");
   const auto points = ReadNumbers(clouds, "points", 100, 10'000'000, "numbers of points");
@@ -106,7 +106,7 @@ void CheckMethods(const YamlMap& map, const PartsSetup& setup) {
   }
 }
 
-/// First and last of a model's number, or of a range of them: "61-80".
+/// First and last id, from a single id or from a range such as "61-80".
 std::optional<std::pair<int, int>> IdRangeFrom(std::string_view word) {
   const std::size_t dash = word.find('-');
   const auto first = base::NumberFrom<int>(word.substr(0, dash));
@@ -117,7 +117,7 @@ std::optional<std::pair<int, int>> IdRangeFrom(std::string_view word) {
   return valid ? std::optional(std::pair(*first, *last)) : std::nullopt;
 }
 
-/// @param folder  only those models of ranges count that it holds; all where it is empty.
+/// @param folder  ids of a range count only if it contains their models; if empty, all count
 std::vector<int> ReadIds(YamlMap& map, Split split, const std::filesystem::path& folder,
                          std::set<int>& seen) {
   const std::string key(base::Word(split));
@@ -153,7 +153,7 @@ ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesy
   return one;
 }
 
-/// A class's name becomes part of its cases' ids.
+/// A class's name becomes part of the ids of its cases.
 bool IsName(const std::string& name) {
   return !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
     return std::isalnum(c) || c == '_' || c == '-' || c == '.';
@@ -198,8 +198,8 @@ void CheckFolder(const YamlMap& map, const std::filesystem::path& folder) {
   }
 }
 
-/// Of the names and bytes of all files that the results come from; a file that is not there counts
-/// as empty, for its rows report it.
+/// Hash of the names and bytes of all files that the results depend on. A missing file counts as
+/// empty, since its rows report it.
 std::string HashOfModels(const PartsSetup& setup) {
   std::string all;
   const auto add = [&](const std::filesystem::path& file) {
@@ -237,7 +237,7 @@ PartsSetup ReadPartsSetup(YamlMap& map) {
   CheckFolder(map, setup.folder);
   if (!keys.runtimes.empty()) {
     setup.published = base::ReadFile(keys.runtimes);
-    PublishedSeconds(setup.published, keys.runtimes.string());  // a broken table is reported here
+    PublishedSeconds(setup.published, keys.runtimes.string());  // reports a broken table
   }
   const bool counts = std::ranges::count(setup.methods, Method::kKMeans) > 0;
   for (ModelClass& one : setup.classes) {

@@ -10,7 +10,7 @@
 
 namespace rangegrasp::parts {
 
-/// Parameters are tuned on the models of one split only; the other is held out.
+/// Parameters are tuned on the models of one split; the other split is held out.
 enum class Split { kTune, kReport };
 constexpr std::array<std::string_view, 2> WordsOf(Split) { return {"tune", "report"}; }
 
@@ -23,37 +23,36 @@ struct CloudGrade {
   bool operator==(const CloudGrade&) const = default;
 };
 
-/// A class of models of the benchmark.
+/// A class of models in the benchmark.
 struct ModelClass {
   std::string name;
   std::vector<int> tune;    ///< ids
-  std::vector<int> report;  ///< ids; no id stands twice
-  /// For k-means: mean number of segments that people made of all models that the file names; 0
-  /// where it is not among the methods.
+  std::vector<int> report;  ///< ids; no id occurs twice
+  /// For k-means: mean number of segments that people made, over all models in the file; 0 if
+  /// k-means is not among the methods.
   int human_segments = 0;
 };
 
-/// An experiment file such as experiments/parts_psb.yaml.
+/// Contents of an experiment file such as experiments/parts_psb.yaml.
 struct PartsSetup {
   std::filesystem::path folder;
   std::vector<ModelClass> classes;
   std::vector<Method> methods;
   std::vector<CloudGrade> clouds;
-  std::string published;  ///< table 6.1; or empty
+  std::string published;  ///< text of table 6.1; or empty
 
   bool HasModels(Split split) const;
 };
 
-/// Reads the kind's keys to their end.
-/// @throws base::InputError naming file, line and key; also where the folder holds no off/ and
-/// seg/.
+/// Reads all keys of this kind of experiment.
+/// @throws base::InputError naming file, line and key; also if the folder has no off/ or seg/.
 PartsSetup ReadPartsSetup(base::YamlMap& map);
-/// The same keys, for the documentation.
+/// Reads the same keys for the documentation.
 void ReadPartsKeys(base::YamlMap& map);
 
-/// Puts all but the folder into the stamp's data, and a hash of the models into its identity.
+/// Writes all but the folder to the stamp's data, and a hash of the models to its identity.
 void AddTo(experiment::Stamp& stamp, const PartsSetup& setup);
-/// What AddTo put there.
+/// Reads back what AddTo wrote.
 PartsSetup PartsSetupOf(const experiment::Stamp& stamp);
 
 }  // namespace rangegrasp::parts

@@ -30,7 +30,7 @@ using experiment::Result;
 using experiment::View;
 using nlohmann::json;
 
-/// Of the models' axes that which points up in pictures: z.
+/// The axis of the models that points up in pictures: z.
 constexpr int kAxisUp = 2;
 
 // ---- views ----
@@ -55,7 +55,7 @@ View::Painted PaintedBy(const geometry::TriangleMesh& mesh, const std::string& n
   painted.mesh_W = mesh;
   for (const std::int32_t label : labels) {
     const auto [place, is_new] = position.emplace(label, position.size());
-    // More colors could not be distinguished; beyond them they come again.
+    // More colors could not be distinguished; beyond this number they repeat.
     painted.paint.push_back(static_cast<std::uint8_t>(place->second % kMaxColors));
     if (!is_new || painted.colors.size() == kMaxColors) continue;
     painted.colors.push_back(PaintOf(label));
@@ -65,8 +65,8 @@ View::Painted PaintedBy(const geometry::TriangleMesh& mesh, const std::string& n
   return painted;
 }
 
-/// A model as a method segments it, next to how people do, in matching colors. The model is moved
-/// and scaled into a box of 1 m.
+/// A model as segmented by a method, next to people's segmentations, in matching colors. The model
+/// is moved and scaled into a box of 1 m.
 /// @param name   of the method
 /// @param found  labels of the input's faces; empty: the method found none
 View PartsView(const HumanModel& model, const std::string& name, const Labels& found) {
@@ -86,7 +86,7 @@ View PartsView(const HumanModel& model, const std::string& name, const Labels& f
 
 // ---- clouds of models ----
 
-/// Points drawn evenly from the surface, each with normal noise.
+/// Points drawn uniformly from the surface, each with normally distributed noise.
 /// @throws base::InputError as MakeShape.
 Shape SampleCloud(const Shape& mesh, const CloudGrade& grade, base::Rng& rng) {
   const FaceFrames frames = BuildFaceFrames(mesh);
@@ -110,7 +110,7 @@ Shape SampleCloud(const Shape& mesh, const CloudGrade& grade, base::Rng& rng) {
 
 // ---- cases ----
 
-/// Of the calling thread: a time that other threads and programs do not stretch.
+/// CPU time of the calling thread, which other threads and programs do not affect.
 double ProcessorSeconds() {
   std::timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -168,7 +168,7 @@ class PartsExperiment : public experiment::Task {
         Case& of = cases.emplace_back();
         of.id = fmt::format("{}-{:04}-{}", one.name, id, word);
         of.group = one.name;
-        // Names in alphabetical order, as in stores that were written before.
+        // Names in alphabetical order, as in stores written earlier.
         of.params = {{"class", one.name}, {"method", word}, {"model", id}};
         if (cloud) {
           of.id += fmt::format("-{}-{}", cloud->points, cloud->noise_percent);
@@ -180,8 +180,8 @@ class PartsExperiment : public experiment::Task {
     }
   }
 
-  /// What a method finds of a model, or of the cloud of it that the case names (a face then has the
-  /// label of the point nearest to its center), and how long that took.
+  /// Segments a model, or the cloud of it that the case names, and measures the time. For a cloud a
+  /// face gets the label of the point nearest to its center.
   Segmentation Segment(const Shape& mesh, const experiment::Params& params, double& seconds) const {
     const auto method = base::FromWord<Method>(params.Text("method"), "method");
     const MethodOptions options = OptionsOf(method, params.Text("class"));
@@ -193,7 +193,7 @@ class PartsExperiment : public experiment::Task {
     };
     if (!params.Has("points")) return timed(mesh);
     const CloudGrade grade{params.Int("points"), params.Number("noise_percent")};
-    // The same points for every method.
+    // All methods get the same points.
     base::Rng rng(base::DeriveSeed(
         static_cast<std::uint64_t>(params.Int("model")),
         fmt::format("cloud of {} points, {} % noise", grade.points, grade.noise_percent)));
@@ -203,11 +203,11 @@ class PartsExperiment : public experiment::Task {
     return found;
   }
 
-  /// Figures are filled in all together or, of a method that fails, not at all.
+  /// Results are filled in completely or, if a method fails, not at all.
   Result RunCase(const Case& which, std::optional<HumanModel>& model,
                  std::optional<Segmentation>& found) const {
     Result result;
-    result.outcome = experiment::kCrashed;  // what cannot be read fails the run
+    result.outcome = experiment::kCrashed;  // unreadable input fails the run
     result.stage = "read";
     try {
       model = ReadHumanModel(setup_.folder, which.params.Int("model"));
@@ -224,14 +224,14 @@ class PartsExperiment : public experiment::Task {
     } catch (const std::exception& e) {
       result.detail = e.what();
     }
-    // One line.
+    // Keeps the text on one line.
     std::ranges::replace_if(
         result.detail, [](char c) { return c == '\n' || c == '\r'; }, ' ');
     return result;
   }
 
-  /// As in the chapter's evaluation: k-means is given the class's mean number of segments,
-  /// mirroring goes on where no center inside is found.
+  /// As in the chapter's evaluation: k-means gets the class's mean number of segments, and
+  /// mirroring continues if no center inside is found.
   MethodOptions OptionsOf(Method method, const std::string& class_name) const {
     MethodOptions options;
     options.go_on_outside = true;

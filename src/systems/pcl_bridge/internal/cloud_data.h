@@ -20,7 +20,8 @@ struct Cloud::Data {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
 };
 
-/// The library's positions, which count finite points, as ours; ascending.
+/// Converts the library's indices, which count finite points, to positions in the points given;
+/// ascending.
 geometry::Indices ToSource(const Cloud& cloud, const pcl::Indices& indices);
 /// @throws std::invalid_argument with `what` ("option x must be > 0") unless `holds`.
 inline void Demand(bool holds, const char* what) {

@@ -26,17 +26,17 @@ using trial::Attempt;
 using trial::Outcome;
 using trial::Sensed;
 
-/// A hand that presses less does not touch.
+/// A smaller force does not count as a touch.
 constexpr double kTouch_N = 0.05;
-/// Grasps that were tried and failed at one place of an object that is only in the way. What slips
-/// asks for more friction than there is: of 45 more grasps at prisms that had slipped, 1 held.
+/// Failed grasps at one place after which an object that is only in the way is left. What slips
+/// needs more friction than there is: of 45 repeated grasps of prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
 
-/// One object of what was seen, first, with its grasps, as a detector hands them over: its named
-/// grasps for the use, if it is known, then chapter 5's, first those that leave free what is kept.
+/// One object, put first in the scene, with its grasps, as a detector returns them: its named ones
+/// for the use, if it is known, then chapter 5's, first those that leave keep-free parts free.
 /// @param object  position in understanding.scene.objects
-/// @param use  what it is wanted for; empty: anything
-/// @param score  what ranks chapter 5's; absent: rules
+/// @param use  intended use; empty: any
+/// @param score  ranks chapter 5's grasps; absent: rules
 trial::Detected GraspsFor(const Understanding& understanding, std::size_t object,
                           const std::string& use, const geometry::Observation& observation,
                           const GraspsOf& grasps_of, const robot::Robot& robot,
@@ -73,7 +73,7 @@ trial::Detected GraspsFor(const Understanding& understanding, std::size_t object
   return detected;
 }
 
-/// What is still the best of all known objects, though a name would be too bold.
+/// Options that accept the best of all known objects even if its identity is uncertain.
 recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
   options.margin = 0.005;
   options.max_violations = 0.12;
@@ -83,7 +83,7 @@ recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options)
   return options;
 }
 
-/// Hands over what was planned beforehand.
+/// A detector that returns a detection made beforehand.
 class Planned : public trial::Detector {
  public:
   explicit Planned(trial::Detected detected) : detected_(std::move(detected)) {}
@@ -96,7 +96,7 @@ class Planned : public trial::Detector {
   trial::Detected detected_;
 };
 
-/// How often something was tried in vain, by the place where it lies.
+/// Numbers of failed tries, by the object's place.
 class TriesByPlace {
  public:
   explicit TriesByPlace(double same_m) : same_m_(same_m) {}
@@ -149,7 +149,7 @@ class Run {
   }
 
  private:
-  // A look, and an attempt if there is something to take. @return what the run ends with, if so
+  // A look, and an attempt if there is something to grasp. @return the run's result, if it ends
   std::optional<Said> Next() {
     if (!Look()) return Said::kBroken;
     if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);
@@ -172,7 +172,7 @@ class Run {
     return Said::kNotThere;
   }
 
-  // Whether something that is not known, or space that was not seen, may be the wanted object.
+  // Whether an unknown object may be the wanted one, or unseen space may contain it.
   bool MayHide() const {
     const bool all_known =
         std::ranges::all_of(known_.found, [](const auto& found) { return found.has_value(); });
@@ -182,7 +182,7 @@ class Run {
                       robot.workspace_radius_m) >= SmallestFootprint(setup_.library.Find(wanted_));
   }
 
-  // What is not known may be the wanted object: before it is put aside, it is taken for it.
+  // An unknown object may be the wanted one: check this before it is put aside.
   std::optional<std::size_t> FindDoubtful() {
     perception::Scene unknown = known_.scene;
     for (std::size_t i = known_.found.size(); i-- > 0;) {
@@ -218,14 +218,14 @@ class Run {
       Say("It has slipped out of my hand. I look again.");
       return AfterGrasp();
     }
-    // Another side shows hardly ever a way (1 of 45 times in piles), and a clearer table does.
+    // Another viewpoint rarely reveals a motion (1 of 45 times in piles), but a clearer table does.
     if (const auto cleared = ClearAway(NearTo(known_.scene.objects[seen]))) return cleared->end;
     if (++idle_ < options_.max_looks) return LookForAWay();
     Say("I see the {}, and cannot get at it.", Title(wanted_));
     return Said::kCannot;
   }
 
-  // The table is as it was. From another side more of it may be known.
+  // The table is unchanged. Another viewpoint may reveal more of it.
   std::optional<Said> LookForAWay() {
     blocked_.Clear();
     const bool another = wrist_ && looks_here_ < options_.max_looks && !exhausted_;
@@ -235,10 +235,10 @@ class Run {
   }
 
   struct Cleared {
-    std::optional<Said> end;  // what the run ends with, if it does
+    std::optional<Said> end;  // the run's result, if it ends
   };
 
-  // Puts the first object that can be taken aside, if any; what has slipped comes last.
+  // Puts aside the first object that can be grasped, if any; objects that slipped come last.
   std::optional<Cleared> ClearAway(std::vector<std::size_t> order) {
     std::ranges::stable_sort(order, std::less{}, [&](std::size_t object) {
       return failed_.At(known_.scene.objects[object].center_C);
@@ -300,7 +300,7 @@ class Run {
     return step.attempt;
   }
 
-  // Grasps like those that have failed at the wanted object come behind the others.
+  // Puts grasps similar to those that failed at the wanted object behind the others.
   void TriedLast(grasp::Detection& detection) const {
     std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
       return std::ranges::none_of(executed_W_, [&](const base::Pose& tried) {
@@ -309,7 +309,7 @@ class Run {
     });
   }
 
-  // Truth: where the hand presses on the wanted object when it has lifted it.
+  // Ground truth: whether the hand presses on keep-free parts of the wanted object after lifting.
   sim::ExecutionObserver Watching(Step& step) const {
     sim::ExecutionObserver watching = observer_.execution;
     const auto show = watching.on_moment;
@@ -337,7 +337,7 @@ class Run {
     return false;
   }
 
-  // An attendant takes away what lies at the delivery place.
+  // An attendant removes the objects at the delivery place.
   std::optional<Said> AfterGrasp() {
     if (const auto end = AtHomeAgain()) return end;
     for (int object = 0; object < world_.objects(); ++object) {
@@ -347,7 +347,7 @@ class Run {
     return std::nullopt;
   }
 
-  // All that was seen is old.
+  // All earlier views are outdated.
   std::optional<Said> AtHomeAgain() {
     result_.homing_s += trial::GoHome(setup_.cell, world_);
     looks_here_ = 0;
@@ -355,7 +355,7 @@ class Run {
     return trial::IsFinite(world_) ? std::nullopt : std::optional(Said::kBroken);
   }
 
-  // @return false if the engine broke down on the way
+  // @return false if the physics engine failed on the way
   bool Look() {
     base::Stopwatch watch;
     const auto number = static_cast<std::uint64_t>(++result_.looks);
@@ -381,7 +381,7 @@ class Run {
     return true;
   }
 
-  // At the first thing that is not known, else at the highest one. False: there is nothing new.
+  // Looks at the first unknown object, otherwise at the highest one. False: there is nothing new.
   bool LookFromTheWrist() {
     const auto unknown =
         std::ranges::find_if(known_.found, [](const auto& found) { return !found; });
@@ -421,7 +421,7 @@ class Run {
     return order;
   }
 
-  // The others that may be in the way: those near to it, topmost first, and never itself.
+  // Other objects near the wanted one, which may be in the way, topmost first.
   std::vector<std::size_t> NearTo(const perception::PerceivedObject& wanted) const {
     const auto box_C = geometry::BoundsOf(wanted.completed_C);
     auto near = TopmostFirst();
@@ -444,33 +444,33 @@ class Run {
     if (observer_.on_words) observer_.on_words(result_.words.back());
   }
 
-  /// A hand that stands this far off takes it in another way: half of a fingertip's width.
+  /// Hands this far apart grasp in different ways: half of a fingertip's width.
   static constexpr double kOtherGrasp_m = 0.010;
 
   const Setup& setup_;
   const BringOptions& options_;
   const std::string wanted_;
-  const std::optional<int> target_;  // truth
+  const std::optional<int> target_;  // ground truth
   const std::uint64_t seed_;
   sim::World& world_;
   const BringObserver& observer_;
   Bring result_;
   Sensed sensed_;
-  std::vector<recognition::FoundObject> found_;  // in the looks at this table
+  std::vector<recognition::FoundObject> found_;  // in the looks at the current table
   Understanding known_;
-  std::vector<base::Pose> executed_W_;        // hands that were at the wanted object
-  TriesByPlace failed_;                       // grasps at others, executed in vain
-  TriesByPlace blocked_;                      // without a grasp or a way, as the table is now
-  std::optional<views::WristScanner> wrist_;  // where there is a sensor on the wrist
-  std::optional<grasp::ScoreModel> score_;    // of chapter 5's grasps; absent: by rules
+  std::vector<base::Pose> executed_W_;        // hand poses of executed grasps of the wanted object
+  TriesByPlace failed_;                       // executed grasps of others that failed
+  TriesByPlace blocked_;                      // no grasp or motion on the current table
+  std::optional<views::WristScanner> wrist_;  // if there is a sensor on the wrist
+  std::optional<grasp::ScoreModel> score_;    // for chapter 5's grasps; absent: rules
   int looks_here_ = 0;                        // since the table changed
-  bool exhausted_ = false;                    // no look tells anything new
+  bool exhausted_ = false;                    // no further look shows anything new
   int tries_ = 0;
   int clear_tries_ = 0;
-  int idle_ = 0;  // attempts in vain at the wanted object, as the table is now
+  int idle_ = 0;  // failed attempts at the wanted object on the current table
 };
 
-/// Truth: what a run came to (docs/known-objects.md).
+/// The outcome of a run by ground truth (docs/known-objects.md).
 std::string Judge(const Bring& run, std::optional<int> target, const sim::World& world) {
   switch (run.said) {
     case Said::kBroken: {

@@ -19,82 +19,82 @@
 
 namespace rangegrasp::bring {
 
-/// How a known object is looked for, taken and handed over (section 7.2).
+/// Options for searching, grasping and handing over a known object (section 7.2).
 struct BringOptions {
   int runs_per_object = 20;
   std::vector<std::string> known;
   bool absent = false;
-  std::string use;  ///< empty: any
+  std::string use;  ///< empty: any use
   int max_tries = 4;
   int max_clear = 0;
   int max_looks = 3;
   double near_m = 0.08;
-  double same_place_m = 0.03;  ///< when tries are counted
+  double same_place_m = 0.03;  ///< objects this close count as one when tries are counted
   recognition::RecognitionOptions recognition;
   recognition::LibraryOptions library;
   trial::HandOverOptions hand_over;
 };
 
-/// A bring experiment, as its file states it.
+/// A bring experiment, as specified in its file.
 struct Options {
   trial::Options grasping;
   BringOptions bring;
 };
 
-/// The known objects' grasps, by the object's name; an object without a file has none of its own.
+/// Grasps of the known objects by object name; an object without a file has none of its own.
 using GraspsOf = std::map<std::string, grasp::NamedGrasps>;
 
-/// What the program takes its run for.
+/// The program's own view of how its run ended.
 enum class Said {
-  kHereYouAre,  ///< it was handed over
+  kHereYouAre,  ///< the object was handed over
   kNotThere,    ///< it has looked everywhere it can
-  kCannot,      ///< it is seen, and cannot be taken
-  kBroken,      ///< the engine, or an attempt, broke down
+  kCannot,      ///< the object is seen, but cannot be grasped
+  kBroken,      ///< the physics engine or an attempt failed
 };
 constexpr std::array<std::string_view, 4> WordsOf(Said) {
   return {"here_you_are", "not_there", "cannot", "broken"};
 }
 
 /// Outcomes in addition to those of an attempt that ends with a person.
-inline constexpr const char* kSaidAbsent = "said_absent";    ///< it was not there, as said
-inline constexpr const char* kNotFound = "not_found";        ///< it was there, but not found
-inline constexpr const char* kClearedAway = "cleared_away";  ///< it was taken for another thing
-inline constexpr const char* kWrongObject = "wrong_object";  ///< another thing was handed over
+inline constexpr const char* kSaidAbsent = "said_absent";    ///< it was absent, as reported
+inline constexpr const char* kNotFound = "not_found";        ///< it was present, but not found
+inline constexpr const char* kClearedAway = "cleared_away";  ///< it was mistaken for another one
+inline constexpr const char* kWrongObject = "wrong_object";  ///< another object was handed over
 
 /// One attempt at an object.
 struct Step {
   trial::Attempt attempt;
-  bool at_wanted = false;             ///< as the program sees it
-  std::string taken_for;              ///< the known object that it is taken for; empty: unknown
-  std::string grasp;                  ///< name of the grasp that was executed; empty: of chapter 5
-  std::optional<bool> asked_upright;  ///< of an executed grasp at the wanted object
-  /// Truth: the hand pressed on what is kept free on the wanted object when it had lifted it.
+  bool at_wanted = false;             ///< the program believes that it is the wanted object
+  std::string taken_for;              ///< the known object it was recognized as; empty: unknown
+  std::string grasp;                  ///< name of the executed grasp; empty: a grasp of chapter 5
+  std::optional<bool> asked_upright;  ///< must stay upright; for executed grasps of the wanted one
+  /// Ground truth: after lifting, the hand pressed on a keep-free part of the wanted object.
   bool touched_kept_free = false;
 };
 
-/// A run, from the word to the hand of a person.
+/// A run, from the request to the handover to a person.
 struct Bring {
   Said said = Said::kNotThere;
-  std::string outcome;  ///< as the judge sees it, who knows the truth
+  std::string outcome;  ///< judged with ground truth
   std::string detail;
-  std::optional<double> friction;  ///< truth: the glove's static one on the wanted object
-  std::vector<std::string> words;  ///< what the program says, in turn
+  std::optional<double> friction;  ///< truth: the glove's static friction on the wanted object
+  std::vector<std::string> words;  ///< what the program says, in order
   std::vector<Step> steps;
   int looks = 0;
-  int cleared = 0;        ///< others that were put aside
+  int cleared = 0;        ///< other objects that were put aside
   double look_s = 0.0;    ///< computing time of all looks
-  double homing_s = 0.0;  ///< ways home, by the arm's limits; not simulated
-  double moved_s = 0.0;   ///< to the places that it looks from
+  double homing_s = 0.0;  ///< motions home, by the arm's limits; not simulated
+  double moved_s = 0.0;   ///< motions to the viewpoints
 };
 
-/// What a viewer sees of a run; each may be empty.
+/// Observers of a run; each may be empty.
 struct BringObserver {
   sim::ExecutionObserver execution;
   std::function<void(const std::string&)> on_words;
-  std::function<void(int attempt)> on_attempt;  ///< before each, from 1
+  std::function<void(int attempt)> on_attempt;  ///< called before each, from 1
 };
 
-/// What all runs of an experiment share.
+/// Data shared by all runs of an experiment.
 struct Setup {
   const Options& options;
   const trial::Cell& cell;
@@ -102,16 +102,16 @@ struct Setup {
   const GraspsOf& grasps;
 };
 
-/// Brings an object (section 7.2): looks, finds it among what it knows, clears away what is in the
-/// way, takes it as its use asks for and hands it over; or says that it is not there, when nothing
-/// is left that could hide it.
+/// Brings an object (section 7.2): looks, finds it among the known objects, clears away what is in
+/// the way, grasps it as its use requires and hands it over. If nothing is left that could hide it,
+/// reports that it is absent.
 ///
-/// The program knows no truth but its scans, the closed hand's aperture and the pull that it feels.
-/// What is cleared away goes to the delivery place, from which an attendant takes it; between two
-/// attempts the arm stands at home again (as in clearing).
-/// @param world  settled, the arm at home
+/// The program uses no ground truth: only its scans, the closed hand's aperture and the pull that
+/// it feels. Cleared objects go to the delivery place, where an attendant removes them. Between two
+/// attempts the arm returns home (as in clearing).
+/// @param world  settled, with the arm at home
 /// @param wanted  an object of the library
-/// @param target  truth: its number in the world; nullopt: it is not there
+/// @param target  ground truth: its index in the world; nullopt: it is absent
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
                   std::uint64_t seed, sim::World& world, const BringObserver& observer = {});
 

@@ -14,10 +14,10 @@ using Eigen::Vector3d;
 using perception::PerceivedObject;
 using perception::Scene;
 
-/// Of a model's surface, as completion leaves them: about 2 mm apart on a cup.
+/// Number of points on a model's surface, as in completion: about 2 mm apart on a cup.
 constexpr std::size_t kSurfacePoints = 10000;
 
-/// Whether the points of the scene's cloud are of an object's samples, one a point.
+/// For each point of the scene's cloud, whether it is one of an object's samples.
 std::vector<bool> IsOf(const std::vector<geometry::SampleId>& samples, const Scene& scene) {
   const std::set<geometry::SampleId> wanted(samples.begin(), samples.end());
   std::vector<bool> is_of(scene.cloud.size());
@@ -25,7 +25,7 @@ std::vector<bool> IsOf(const std::vector<geometry::SampleId>& samples, const Sce
   return is_of;
 }
 
-/// What the model tells of a perceived object: its surface, and what is measured on it.
+/// Replaces a perceived object's surface, and the quantities measured on it, by the model's.
 void Complete(const geometry::TriangleMesh& surface_C, const Scene& scene,
               PerceivedObject& object) {
   const geometry::Plane& table = scene.table.plane;

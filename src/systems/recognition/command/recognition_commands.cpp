@@ -81,17 +81,17 @@ void AddBringCommand(CLI::App& app) {
   command->callback([a] { BringIt(*a); });
 }
 
-/// Below this the unseen side is guessed: another view would tell it.
+/// Below this share too much is guessed, which another view would show.
 constexpr double kWellSeen = 0.9;
 
 struct LearnArguments : CloudArguments {
   std::vector<std::string> clouds;
   std::string out;
-  std::vector<double> frame;  // empty: LearntModel's own
+  std::vector<double> frame;  // empty: that of LearntModel
   double spacing_mm = recognition::LearnOptions{}.spacing_m / base::kMm;
 };
 
-/// A cloud's file as a view from where its sensor stood.
+/// A cloud's file as a view from its sensor position.
 geometry::View ReadView(const CloudArguments& arguments) {
   geometry::CloudFile file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
@@ -115,7 +115,7 @@ base::Pose PoseOf(const std::vector<double>& rows) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(rows.data());
   base::Pose X;
   X.matrix() = matrix;
-  constexpr double kRounding = 1e-6;  // of numbers that were written with ten digits
+  constexpr double kRounding = 1e-6;  // of numbers written with ten digits
   const bool turns =
       (X.linear() * X.linear().transpose()).isIdentity(kRounding) && X.linear().determinant() > 0.0;
   if (!turns || !matrix.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))) {
@@ -278,7 +278,7 @@ void AddRecognizeCommand(CLI::App& app) {
   command->callback([arguments] { RecognizeCloud(*arguments); });
 }
 
-/// The files that a trial's views from the wrist are read from.
+/// Files from which a trial's views from the wrist are read.
 std::vector<std::filesystem::path> FilesOf(const trial::Options& options) {
   const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
   std::vector<std::filesystem::path> files;

@@ -19,42 +19,42 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geometry::Points;
 
-/// A segment that is longer or higher than the object by more cannot be it alone.
+/// A segment that exceeds the object's length or height by more cannot be this object alone.
 constexpr double kTooLarge_m = 0.015;
-/// Poses are no nearer than this to each other, symmetry aside.
+/// Minimum difference between guessed poses, modulo symmetry.
 constexpr double kSameGuess_m = 0.010;
 constexpr double kSameGuess_rad = 0.2;
-/// How far a surface reaches is measured on each 8th sample.
+/// The extent of a surface is measured on every 8th sample.
 constexpr std::size_t kStride = 8;
 
-/// Registered poses nearer than this to a better one are the same, symmetry aside.
+/// Registered poses this close to a better one are duplicates, modulo symmetry.
 constexpr double kSame_m = 0.004;
 constexpr double kSame_rad = 0.05;
 constexpr double kSameCoarse_m = 0.015;
 constexpr double kSameCoarse_rad = 0.25;
-/// Maximum pair distances of registration: from the first guess's error down to the scanner's.
+/// Maximum pair distances of registration: from the error of the first guess to the scanner's.
 constexpr double kPairs_m[] = {0.025, 0.008};
-/// Steps of the last refinement, and how often they are halved.
+/// Step sizes of the final refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
 constexpr int kHalvings = 3;
-/// A view with this share of a segment's points saw what faced it; of ten views at least one has.
+/// A view with this share of a segment's points saw that side of it; of ten views at least one has.
 constexpr double kSeenBy = 0.1;
-/// What is this near to the table stands on it; so many points of it are enough.
+/// Points this near to the table touch it; this many of them suffice.
 constexpr double kContact_m = 0.002;
 constexpr std::size_t kMaxContact = 80;
-/// Poses of one object whose scores are this near are refined, and distinguished at half the
-/// tolerance (which shows a rim of a millimetre) and by their colors.
+/// Poses of one object with scores this close are refined, and distinguished by half the tolerance
+/// (which reveals a rim of a millimetre) and by their colors.
 constexpr double kNear = 0.12;
-/// Steps of a full turn about a principal axis of the model that a pose is compared with.
+/// Steps per full turn about a principal axis, for the poses that a pose is compared with.
 constexpr int kTurns = 18;
-/// Of a full turn about the axis of a round body; prints are looked for by these, then smaller
-/// ones.
+/// Steps per full turn about the axis of a round body; prints are aligned in these steps, then in
+/// smaller ones.
 constexpr int kRoundTurns = 36;
 constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
-constexpr std::size_t kFewRays = 600;  ///< that prints are weighed by
+constexpr std::size_t kFewRays = 600;  ///< used to evaluate prints
 
-/// A table frame whose x axis runs along the line of sight.
+/// The table frame, turned so that x is along the line of sight.
 base::Pose AlongSight(const Segment& segment) {
   const Vector3d middle_T = segment.X_TC * geometry::Centroid(segment.cloud_C.points);
   Vector3d sight_T = middle_T - segment.X_TC * segment.eyes_C.front();
@@ -70,8 +70,8 @@ bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry,
   return off.distance_m < near_m && off.angle_rad < near_rad;
 }
 
-/// Poses in which the object would lie on the table where the segment is: the extents along and
-/// across the line of sight of the segment and of what would be seen of the object have one middle.
+/// Poses in which the object would lie on the table at the segment: along and across the line of
+/// sight, the middle of the segment is that of the part of the object that would be visible.
 std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& segment) {
   const base::Pose X_SC = AlongSight(segment);
   Eigen::AlignedBox3d seen;
@@ -133,7 +133,7 @@ base::Pose ToTableFrame(const geometry::Plane& plane) {
   return base::MakePose(R, Vector3d(0.0, 0.0, plane.Distance(Vector3d::Zero())));
 }
 
-/// How deep the lowest corner of its hull is below the table.
+/// Depth of the lowest corner of its hull below the table.
 double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment& segment) {
   const base::Pose X_TB = segment.X_TC * X_CB;
   double lowest = std::numeric_limits<double>::infinity();
@@ -141,7 +141,7 @@ double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment&
   return -lowest;
 }
 
-/// The best first, of those near to each other only one; `count` at most.
+/// The poses, best first, without those near to a better one; `count` at most.
 std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry, double same_m,
                         double same_rad, std::size_t count = SIZE_MAX) {
   std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
@@ -212,8 +212,8 @@ std::vector<Posed> Match::Guesses(base::Rng& rng) const {
   for (const auto& X_CB : VotedPoses(*object_, *segment_, references, rng)) {
     voted.push_back(Coarse(X_CB));
   }
-  // One that lies is kept even where pairs voted for a better one nearby: it is registered with
-  // what it stands on, while the other may roll or slide away.
+  // A lying pose is kept even if pairs voted for a better one nearby: it is registered together
+  // with its contact points, while the other may roll or slide away.
   const auto count = static_cast<std::size_t>(options_->registered);
   const Symmetry& symmetry = object_->object.symmetry;
   auto best = Best(std::move(lying), symmetry, kSameCoarse_m, kSameCoarse_rad, count);
@@ -240,7 +240,7 @@ std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
   const auto add = [&](double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
     turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
   };
-  // Upside down it reaches from where it did to where it did, which its center of mass need not.
+  // Upside down it has the same extent as before; its center of mass need not be in the middle.
   const Vector3d middle_B = MiddleOfExtents(*object_);
   if (symmetry.axis_B) {
     if (symmetry.rotations.size() == 1) {
@@ -296,8 +296,8 @@ std::vector<Posed> Match::Moved(const Posed& posed) const {
   return all;
 }
 
-/// The pose, turned so that the colors agree best: by the turns that lay the shape on itself, and
-/// by a few degrees about the principal axes, since a nearly round body was guessed in steps.
+/// The pose turned so that the colors agree best: by the rotations that map the shape onto itself,
+/// and by a few degrees about the principal axes, since nearly round bodies were guessed in steps.
 base::Pose Match::Aimed(const base::Pose& X_CB) const {
   const Symmetry& symmetry = object_->object.symmetry;
   Posed best{X_CB, -1.0};
@@ -359,8 +359,8 @@ void Match::Settle(std::vector<Posed>& posed) const {
   }
 }
 
-/// Climbs the score of the shape by small moves along and about the table's axes. Colors, seen a
-/// little off their places, play no part.
+/// Hill climbing of the shape's score by small moves along and about the table's axes. Colors are
+/// not used, since they are seen slightly displaced.
 Posed Match::Refined(Posed posed) const {
   double step_m = kStep_m;
   double step_rad = kStep_rad;
@@ -380,7 +380,7 @@ Evidence Match::WeighAbove(double max_sunk_m, const base::Pose& X_CB, const Samp
   return Weigh(*object_, X_CB, rays, tolerance_m, options_->color_tolerance);
 }
 
-/// Without colors: where a pose is so far off, prints are not in their places.
+/// Without colors, since prints are displaced in a pose of this accuracy.
 Posed Match::Coarse(const base::Pose& X_CB) const {
   const double tolerance_m = options_->coarse_tolerance_m;
   return {X_CB, WeighAbove(tolerance_m, X_CB, segment_->coarse, tolerance_m).ShapeScore(*options_)};
@@ -393,7 +393,7 @@ Evidence Match::Fine(const base::Pose& X_CB, double tolerance_share) const {
 
 double Match::ShapeScore(const base::Pose& X_CB) const { return Fine(X_CB).ShapeScore(*options_); }
 
-/// The source, and the points that the object stands on: a round one would roll into the table.
+/// The source and the object's contact points; without these a round one rolls into the table.
 Points Match::WithContact(const base::Pose& X_CB) const {
   Points points = segment_->source_C;
   const base::Pose X_TB = segment_->X_TC * X_CB;

@@ -11,36 +11,36 @@
 
 namespace rangegrasp::recognition::internal {
 
-/// A perceived object, prepared for the comparison with known ones.
+/// A perceived object, prepared for comparison with known objects.
 struct Segment {
   geometry::PointCloud cloud_C;  ///< with normals
-  geometry::Points source_C;     ///< fewer of its points, for registration
-  SampleRays rays;               ///< all about it
+  geometry::Points source_C;     ///< fewer points, for registration
+  SampleRays rays;               ///< all rays around it
   SampleRays coarse;
   SampleRays fine;
-  SampleRays few;                            ///< between the two
-  bool colored = false;                      ///< some rays have tones, and they count
-  base::Pose X_TC = base::Pose::Identity();  ///< the table: z up, origin on it
-  geometry::Points eyes_C;  ///< where the views stood that saw much of it; one or more
+  SampleRays few;                            ///< between coarse and fine in number
+  bool colored = false;                      ///< some rays have tones, and colors are used
+  base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
+  geometry::Points eyes_C;  ///< positions of the views that saw much of it; at least one
 };
 
-/// Poses of one object that differ by more are two: a little more than the wanted accuracy of 5 mm
-/// and 5 deg.
+/// Poses of one object that differ by more are distinct. This is slightly more than the required
+/// accuracy of 5 mm and 5 deg.
 inline constexpr double kDiffers_m = 0.006;
 inline constexpr double kDiffers_rad = 0.105;
 
-/// A pose with what the rays say of it.
+/// A pose and its score from the rays.
 struct Posed {
   base::Pose X_CB;
   double score = 0.0;
-  bool lies = false;  ///< on the table, in one of its ways to
+  bool lies = false;  ///< on the table, in one of its lying orientations
 };
 
-/// What is to be compared with the library: the points `own` of the scene's cloud.
+/// Prepares the points `own` of the scene's cloud for comparison with the library.
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
                   const geometry::Indices& own, const RecognitionOptions& options);
 
-/// One known object at one perceived one. Holds references to all that it is made of.
+/// One known object matched to one segment. Holds references to all constructor arguments.
 class Match {
  public:
   Match(const PreparedObject& object, const Segment& segment, const pcl_bridge::Cloud& source,
@@ -51,17 +51,17 @@ class Match {
 
   /// The best poses by the coarse score, the best first.
   std::vector<Posed> Guesses(base::Rng& rng) const;
-  /// The same, registered, the best by the fine score first.
+  /// The same poses after registration, best fine score first.
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
-  /// Adds poses that the best one may be confused with, as far as the rays leave them open: turned
-  /// about the model's principal axes and its axis of revolution, and upside down. Of a body that
-  /// is round but for a handle, guesses may have missed the handle's place.
+  /// Adds poses that may be confused with the best one, unless the rays exclude them: turned about
+  /// the model's principal axes and its axis of revolution, and upside down. For a body that is
+  /// round except for a handle, the guesses may have missed the handle's position.
   void AddTurned(std::vector<Posed>& posed) const;
-  /// Poses that differ just enough to count as others: moved along and turned about the principal
-  /// axes. A hidden end leaves open how far a body reaches.
+  /// Poses that differ just enough to be distinct: shifted along and turned about the principal
+  /// axes. If an end is hidden, the extent of the body is not determined.
   std::vector<Posed> Moved(const Posed& posed) const;
-  /// Refines the best pose and those that are about as good; the one that fits most tightly goes
-  /// first. From here on the scores are those of shape and colors.
+  /// Refines the best pose and those with similar scores; the one that fits most tightly goes
+  /// first. Afterwards the scores are those of shape and colors.
   void Settle(std::vector<Posed>& posed) const;
 
   double ShapeScore(const base::Pose& X_CB) const;
@@ -73,7 +73,7 @@ class Match {
   Posed Refined(Posed posed) const;
   Posed Coarse(const base::Pose& X_CB) const;
   Evidence Fine(const base::Pose& X_CB, double tolerance_share = 1.0) const;
-  // Nothing speaks for a pose that is deeper in the table.
+  // No evidence for poses that are deeper than this in the table.
   Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
                       double tolerance_m) const;
   geometry::Points WithContact(const base::Pose& X_CB) const;

@@ -17,9 +17,9 @@ constexpr double kPi = std::numbers::pi;
 
 // Colors.
 
-/// Added to the light of each channel: some levels of a camera's noise, so that black is grey.
+/// Added to the light of each channel: a few levels of a camera's noise, so that black is grey.
 constexpr double kBlack = 0.002;
-/// Weight of the brightness: half the light makes 0.1, as much as cream differs from white; black
+/// Weight of the brightness: half the light gives 0.1, as much as cream differs from white. Black
 /// differs from white by 0.4, more than red from orange.
 constexpr double kBrightness = 0.15;
 
@@ -34,11 +34,11 @@ std::vector<Vector3f> TonesOf(const std::vector<geometry::Rgb>& colors) {
 /// Steps of the feature's angles and of the turn about a normal (12 deg, as in the paper).
 constexpr double kAngleStep = kPi / 15.0;
 constexpr int kPairTurns = 30;
-constexpr double kPairSpacing_m = 0.009;  ///< of a model's points
-/// So many pairs of one feature vote, evenly chosen: a plane has thousands, which say little.
+constexpr double kPairSpacing_m = 0.009;  ///< spacing of a model's points
+/// Maximum pairs per feature that vote, evenly chosen: a plane has thousands of little information.
 constexpr std::size_t kMaxPairs = 100;
 
-/// Turns the normal to x, with the point at the origin.
+/// Transform that puts the point at the origin and its normal along x.
 base::Pose ToAxis(const Vector3d& p, const Vector3d& n) {
   const Matrix3d R = base::TurnOnto(n, Vector3d::UnitX()).toRotationMatrix();
   return base::MakePose(R, -(R * p));
@@ -55,11 +55,11 @@ std::uint32_t Step(double cosine) {
 
 // Poses on a table.
 
-/// Turns about the vertical that are tried (10 deg); refining turns by half of it.
+/// Step of the tried rotations about the vertical (10 deg); refinement turns by half of it.
 constexpr double kYawStep_rad = 0.1745;
-/// Ways to lie that are nearer than this to each other, symmetry aside, are one.
+/// Lying orientations closer than this to each other are duplicates, modulo symmetry.
 constexpr double kSameWay_rad = 0.6 * kYawStep_rad;
-/// How far the middle of a hull may stand beyond a face that it lies on.
+/// How far the middle of a hull may be outside a face on which it lies.
 constexpr double kLyingSlack_m = 0.004;
 
 std::vector<Matrix3d> WaysToLie(const KnownObject& object) {
@@ -91,14 +91,14 @@ Matrix3d PrincipalAxes(const geometry::Points& points) {
 
 // Rays.
 
-/// A surface that is met at a flatter angle (80 deg) is not measured well.
+/// Minimum cosine of the incidence (80 deg): surfaces seen at flatter angles are not measured well.
 constexpr float kFlattest = 0.17f;
-/// One that is met at less than 60 deg (its cosine) is measured; the flatter, the less often.
+/// Surfaces within 60 deg of incidence (its cosine) are measured; flatter ones less often.
 constexpr float kSurely = 0.5f;
 /// The directions of lost samples are interpolated between measured ones up to this many apart.
 constexpr std::uint32_t kMaxLost = 256;
 
-/// What each of the scene's points was taken for; nothing for outliers.
+/// Classification of each of the scene's points; nullopt for outliers.
 std::vector<std::optional<Part>> PartsOf(const perception::Scene& scene,
                                          const geometry::Indices& own) {
   std::vector<std::optional<Part>> parts(scene.points_C.size(), Part::kGround);
@@ -108,7 +108,7 @@ std::vector<std::optional<Part>> PartsOf(const perception::Scene& scene,
   return parts;
 }
 
-/// The ball about a segment, made larger.
+/// The ball around a segment, enlarged by beside_m.
 struct Ball {
   Vector3d center_C;
   double radius_m;
@@ -126,7 +126,7 @@ bool Meets(const Ball& ball, const Vector3d& origin, const Vector3d& direction) 
   return (middle - middle.dot(direction) * direction).norm() <= ball.radius_m;
 }
 
-/// The rays of a profile between two measured samples, from..to, of which nothing came back.
+/// Adds the lost rays of a profile between two measured samples, from..to.
 void AddLostBetween(const geometry::RangeImage& image, std::uint32_t from, std::uint32_t to,
                     const Ball& ball, SampleRays& rays) {
   const Vector3d& origin = image.OriginOf(to);
@@ -153,13 +153,13 @@ void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& ra
   }
 }
 
-/// By how much the tone of an explained sample is off, and the samples that it stands for.
+/// Error of an explained sample's tone, and the number of samples that it represents.
 struct ToneError {
   Vector3f off;
   float weight;
 };
 
-/// The brightness of all together is the light's, not the object's.
+/// The mean brightness error is attributed to the light, not to the object.
 void AddColors(const std::vector<ToneError>& errors, double tolerance, Evidence& evidence) {
   float brightness = 0.0f, all = 0.0f;
   for (const auto& [off, weight] : errors) {
@@ -244,7 +244,7 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     if (j == reference || distance < spacing_m_ || distance > diameter_m_) continue;
     const auto found = pairs_.find(Key(p, n, q, scene_C.normals[j]));
     if (found == pairs_.end()) continue;
-    // A common feature says little: a pair's votes grow with the square root only.
+    // A common feature has little information, so its votes grow only with the square root.
     const Bucket& bucket = found->second;
     const float weight = std::sqrt(bucket.all) / static_cast<float>(bucket.pairs.size());
     const double angle = AngleAbout(to_axis, q);
@@ -268,7 +268,7 @@ void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t referenc
     const base::Pose X_CB =
         to_axis.inverse() * spin * ToAxis(points_B_.points[i], points_B_.normals[i]);
     voted.push_back({X_CB, static_cast<double>(*best)});
-    // The next peak is of another place of the model.
+    // The next peak has to be at another place of the model.
     for (std::size_t k = 0; k < points_B_.size(); ++k) {
       if ((points_B_.points[k] - points_B_.points[i]).norm() > 2.0 * spacing_m_) continue;
       std::fill_n(votes.begin() + static_cast<std::ptrdiff_t>(k * kPairTurns), kPairTurns, 0.0f);

@@ -18,40 +18,40 @@
 
 namespace rangegrasp::recognition::internal {
 
-/// A color as it is compared: the shares of red and of blue in its light, and the logarithm of the
-/// brightness with a small weight, since a face that is turned from the lamps is darker.
+/// A color for comparison: the shares of red and blue in its light, and the logarithm of its
+/// brightness with a small weight, since faces turned away from the lamps are darker.
 Eigen::Vector3f ToneOf(const geometry::Rgb& color);
 
 /// The tones of a mesh's colors.
 class MeshTones {
  public:
-  /// @param colors  kept: must outlive it
+  /// @param colors  referenced: must outlive it
   explicit MeshTones(const geometry::MeshColors& colors);
 
   bool known() const { return !print_.empty() || !plain_.empty(); }
-  /// NaN where the color is not known.
+  /// NaN where the color is unknown.
   Eigen::Vector3f At(const geometry::Hit& hit) const;
 
  private:
   const geometry::MeshColors* colors_;
-  std::vector<Eigen::Vector3f> print_;  // of each texel
-  std::vector<Eigen::Vector3f> plain_;  // of each triangle
+  std::vector<Eigen::Vector3f> print_;  // one per texel
+  std::vector<Eigen::Vector3f> plain_;  // one per triangle
 };
 
 /// Point pair features (Drost et al. 2010, "Model globally, match locally"): pairs of a model's
-/// points with normals by their distance and three angles. PCL's voting (PPFRegistration) keeps
-/// only one of the poses voted for.
+/// points with normals, indexed by their distance and three angles. PCL's voting (PPFRegistration)
+/// keeps only one of the poses voted for.
 class PairTable {
  public:
-  /// @param surface_B  thinned to about spacing_m
+  /// @param surface_B  is thinned to about spacing_m
   PairTable(const geometry::PointCloud& surface_B, double spacing_m);
 
   struct Voted {
     base::Pose X_CB;
     double votes = 0.0;
   };
-  /// The poses that pairs of `reference` with the scene's other points vote for most: at most
-  /// `peaks` of them.
+  /// Appends the poses with most votes of the pairs of `reference` with the scene's other points:
+  /// at most `peaks`.
   void Vote(const geometry::PointCloud& scene_C, std::uint32_t reference, std::size_t peaks,
             std::vector<Voted>& voted) const;
 
@@ -63,8 +63,8 @@ class PairTable {
     float angle;  // of the second point about the reference's normal
   };
   struct Bucket {
-    std::vector<Pair> pairs;  ///< as many as vote
-    float all = 0.0f;         ///< that have this feature
+    std::vector<Pair> pairs;  ///< pairs that vote
+    float all = 0.0f;         ///< number of pairs with this feature
   };
   static void Thin(Bucket& bucket);
   std::uint32_t Key(const Eigen::Vector3d& p, const Eigen::Vector3d& n, const Eigen::Vector3d& q,
@@ -76,7 +76,7 @@ class PairTable {
   std::unordered_map<std::uint32_t, Bucket> pairs_;
 };
 
-/// One known object, made ready to be looked for.
+/// One known object, prepared for the search.
 struct PreparedObject {
   explicit PreparedObject(KnownObject known);
 
@@ -84,20 +84,20 @@ struct PreparedObject {
   geometry::RayCaster rays;        ///< the mesh in B
   MeshTones tones;                 ///< of the mesh
   pcl_bridge::PlaneTarget target;  ///< surface_B
-  geometry::Points hull_B;         ///< corners of the hull
-  Eigen::Matrix3d axes_B;          ///< principal ones, unit columns
-  std::optional<Axis> round;       ///< most of it is round about this
-  /// Rotations R_TB in which it lies on a table with z up, symmetry aside.
+  geometry::Points hull_B;         ///< corners of the convex hull
+  Eigen::Matrix3d axes_B;          ///< principal axes, unit columns
+  std::optional<Axis> round;       ///< axis about which most of it is round
+  /// Rotations R_TB in which it lies on a table with z up, modulo symmetry.
   std::vector<Eigen::Matrix3d> lying;
   PairTable pairs;
 };
 
-/// What a sample was taken for.
+/// Classification of a sample.
 enum class Part : std::uint8_t {
   kOwn,
   kOther,
   kGround,
-  kLost  ///< not measured, between two samples of its profile that were
+  kLost  ///< not measured, but between two measured samples of its profile
 };
 
 /// A sample as a ray from its sensor.
@@ -105,40 +105,40 @@ struct SampleRay {
   Eigen::Vector3f origin_C;
   Eigen::Vector3f direction_C;  ///< unit
   float distance_m = 0.0f;
-  float weight = 1.0f;  ///< samples that it stands for
+  float weight = 1.0f;  ///< number of samples that it represents
   Part part = Part::kGround;
-  std::uint32_t point = 0;  ///< position in Scene::points_C; none for a lost one
-  /// ToneOf its color; NaN where that is not known.
+  std::uint32_t point = 0;  ///< position in Scene::points_C; unused for lost samples
+  /// ToneOf its color; NaN if unknown.
   Eigen::Vector3f tone = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 };
 using SampleRays = std::vector<SampleRay>;
 
-/// The rays to a segment and those beside it.
+/// The rays that pass within beside_m of a segment's bounding sphere.
 /// @param own  the segment's points, positions in scene.cloud
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
                      const geometry::Indices& own, double beside_m);
-/// About `count` of them, half of them the segment's own, the rest evenly; weights make up for it.
+/// About `count` of the rays, half of them the segment's own, evenly sampled; weights compensate.
 SampleRays Fewer(const SampleRays& rays, std::size_t count);
 
-/// What rays say of an object in a pose; sums of weights.
+/// Evidence of the rays for an object in a pose, as sums of weights.
 struct Evidence {
-  double fit = 0.0;  ///< of explained samples: 1 - (e / tolerance)^2
+  double fit = 0.0;  ///< sum over explained samples of 1 - (e / tolerance)^2
   double explained = 0.0;
   double violated = 0.0;
   double unexplained = 0.0;
-  double hidden = 0.0;      ///< rays that something else before the surface stops
-  double lost = 0.0;        ///< rays that meet the surface well, and of which nothing came back
-  double squares_m2 = 0.0;  ///< sum of e^2 over explained ones
-  double colored = 0.0;     ///< explained ones whose color and the model's there are known
-  double agreed = 0.0;      ///< of them: 1 - (d / tolerance)^2, 0 at least
+  double hidden = 0.0;      ///< rays stopped by another object in front of the surface
+  double lost = 0.0;        ///< rays that should measure the surface well, but did not return
+  double squares_m2 = 0.0;  ///< sum of e^2 over explained samples
+  double colored = 0.0;     ///< explained samples with known color, also in the model
+  double agreed = 0.0;      ///< sum over these of 1 - (d / tolerance)^2, each at least 0
 
-  /// Of the shape alone (Recognize).
+  /// Score of the shape alone (see Recognize).
   double ShapeScore(const RecognitionOptions& options) const;
-  /// Of shape and colors.
+  /// Score of shape and colors.
   double Score(const RecognitionOptions& options) const;
-  /// How well the colors agree; 1 where they are not known.
+  /// Agreement of the colors; 1 if they are unknown.
   double Color() const { return colored > 0.0 ? agreed / colored : 1.0; }
-  /// Rays to the surface that nothing stops before it; 1 at least.
+  /// Rays to the surface that nothing in front of it stops; at least 1.
   double Visible() const { return std::max(1.0, explained + violated); }
   double Rms_m() const { return std::sqrt(squares_m2 / std::max(1.0, explained)); }
 };

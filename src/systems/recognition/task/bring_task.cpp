@@ -43,13 +43,13 @@ ordered_json JsonOf(const Step& step) {
   return json;
 }
 
-/// What is counted of runs.
+/// Counts and times of runs.
 struct Row {
   std::string title = {};
   int runs = 0, good = 0, handed = 0, looks = 0, attempts = 0, cleared = 0;
-  int kept_free = 0;  ///< the hand was not on what is kept free
+  int kept_free = 0;  ///< the hand did not touch keep-free parts
   int upright = 0;    ///< it had to stay upright
-  int stayed = 0;     ///< and did
+  int stayed = 0;     ///< and stayed upright
   std::map<std::string, int> otherwise = {}, grasps = {};
   std::vector<double> robot_s = {}, compute_s = {};
 };
@@ -114,7 +114,7 @@ experiment::Grid TableOf(const std::vector<Row>& rows) {
   return grid;
 }
 
-/// The keys that `task: grasping` has not.
+/// Reads the keys that `task: grasping` does not have.
 void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
   map.Read("runs_per_object", o.runs_per_object, 1, 100000,
            "number of runs for each of `objects` as target");
@@ -142,7 +142,7 @@ void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
   recognition::ReadLibraryOptions(map, o.library);
 }
 
-/// `grasps.yaml` next to the model of each.
+/// Reads `grasps.yaml` next to each object's model.
 GraspsOf ReadGrasps(const Options& options) {
   GraspsOf grasps;
   for (const std::string& object : options.bring.known) {
@@ -152,7 +152,7 @@ GraspsOf ReadGrasps(const Options& options) {
   return grasps;
 }
 
-/// The number of an object in the world; nullopt: it is not there.
+/// The index of an object in the world; nullopt: it is absent.
 std::optional<int> NumberOf(const std::string& object, const sim::World& world) {
   for (int i = 0; i < world.objects(); ++i) {
     if (world.object_name(i) == object && !world.parked(i)) return i;
@@ -237,7 +237,7 @@ class BringExperiment : public experiment::Task {
     return result;
   }
 
-  /// The object that an arrangement is drawn round. In a heap it lies on top: others take turns.
+  /// The object that an arrangement is drawn around. In a heap it lies on top: others take turns.
   std::string OnTop(const std::string& wanted, int index) const {
     const auto& objects = cell_.options.objects;
     const auto kind = cell_.options.arranger;

@@ -10,25 +10,25 @@
 
 namespace rangegrasp::bring {
 
-/// `task: bring`: a wanted object among others is looked for, taken and handed over (section 7.2).
-/// A case is one run; the group is the wanted object.
+/// `task: bring`: a wanted object among others is searched for, grasped and handed over (section
+/// 7.2). A case is one run; the group is the wanted object.
 const experiment::TaskKind& BringTask();
 
-/// One run of an experiment of that kind, in words while it goes, with pictures if the options ask
-/// for them.
+/// One run of such an experiment. Its words are passed on while it runs; pictures are made if the
+/// options request them.
 /// @param task  of `task: bring`
 /// @throws base::InputError if it is of another kind.
 experiment::Result BringAloud(const experiment::Task& task, const experiment::Case& which,
                               const std::function<void(const std::string&)>& say,
                               const experiment::ReplayOptions& options);
 
-/// What a run is stored as. Data: wanted, present, said, words, looks, cleared, look_s, homing_s,
-/// simulated_s, attempts (each as a single trial records it, with at_wanted, taken_for, grasp,
-/// asked_upright, touched_kept_free, outcome, stage, detail). Seconds: each stage's sum.
+/// The stored result of a run. Data: wanted, present, friction, said, words, looks, cleared,
+/// homing_s, simulated_s, attempts (each as in a single trial, with at_wanted, taken_for, grasp,
+/// asked_upright, touched_kept_free, outcome, stage, detail). Seconds: the sum of each stage.
 experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool present);
 
-/// Tables of a run: by object how many were handed over, by which grasps, with what is kept free
-/// and upright; how many attempts and looks it took; of absent ones how many were said to be.
+/// Tables of runs, by object: handovers and their grasps, whether keep-free parts stayed free and
+/// the object upright, attempts and looks; for absent objects, how many were reported absent.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

@@ -38,13 +38,13 @@ struct TaskOptions {
   LibraryOptions library;
   RecognitionOptions recognition;
   bool without_target = false;
-  /// The next look is at something that is open (OpenObjects); if nothing is, there is none.
+  /// Each further look is at an ambiguous object (OpenObjects); if there is none, the looks end.
   bool until_sure = false;
   double max_distance_m = 0.005;
   double max_angle_rad = base::Deg(5.0);
 };
 
-/// The keys that `task: grasping` has not.
+/// Reads the keys that `task: grasping` does not have.
 void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
   auto keys = map.Child("recognition",
                         "recognition: from perceived objects to known objects and their poses");
@@ -75,22 +75,22 @@ void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
   ReadLibraryOptions(map, o.library);
 }
 
-/// What became of an object that is to be found.
+/// Recognition result for an object that should be found.
 enum class Outcome { kFound, kWrongPose, kWrongObject, kUnknown };
 constexpr std::array<std::string_view, 4> WordsOf(Outcome) {
   return {"found", "wrong_pose", "wrong_object", "unknown"};
 }
 
-/// What was found, compared with the truth, which the judge alone reads.
+/// A find, compared with ground truth, which only the judge reads.
 struct JudgedFind {
   const FoundObject* found = nullptr;
-  int truth = -1;  ///< the object that most of its samples are of; -1: the scene
+  int truth = -1;  ///< the object that most of its samples belong to; -1: the scene
   bool named_right = false;
-  PoseDifference off;  ///< where it is named right
-  bool near = false;   ///< named right, and not too far off
+  PoseDifference off;  ///< if it is named right
+  bool near = false;   ///< named right, and within the tolerances
 };
 
-/// The objects' own symmetries, whatever the library knows of their shape.
+/// Symmetries of the objects themselves, independent of the library's models.
 using Symmetries = std::map<std::string, Symmetry>;
 
 JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
@@ -113,7 +113,7 @@ JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
   return judged;
 }
 
-/// What the target was taken for; kUnknown where no find is of it.
+/// How the target was recognized; kUnknown if no find belongs to it.
 Outcome OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
   const auto of_target = std::ranges::find(finds, target, &JudgedFind::truth);
   if (of_target == finds.end()) return Outcome::kUnknown;
@@ -121,7 +121,7 @@ Outcome OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
   return of_target->near ? Outcome::kFound : Outcome::kWrongPose;
 }
 
-/// What is counted of a row's scenes, and of all finds in them.
+/// Counts over a row's scenes, and over all finds in them.
 struct Row {
   std::string object = {}, title = {};
   int scenes = 0, found = 0, wrong_object = 0;
@@ -185,7 +185,7 @@ experiment::Grid TableOf(const std::vector<Row>& rows) {
   return grid;
 }
 
-/// A row an object: how often it was found where it is, how often not, and why.
+/// One row per object: how often it was found in its true pose, and the other outcomes.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
   std::vector<Row> rows;  // in the records' order
@@ -233,7 +233,7 @@ KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& libra
                          std::move(surface.colors));
 }
 
-/// By the object that each lacks; "": the whole one.
+/// Libraries by the object that each lacks; "": the complete one.
 std::map<std::string, Library> LibrariesOf(const TaskOptions& options) {
   std::vector<std::string> without = {""};
   if (options.without_target) without = options.grasping.objects;
@@ -338,7 +338,7 @@ class Recognition : public experiment::Task {
   }
 
  private:
-  /// What the views so far tell.
+  /// Results from the views so far.
   struct Recognized {
     trial::Sensed sensed;
     perception::Scene scene;
@@ -353,7 +353,7 @@ class Recognition : public experiment::Task {
     return trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
   }
 
-  /// From the fixed sensor, then from the wrist at the highest thing or at what is still open.
+  /// Looks from the fixed sensor, then from the wrist at the highest object or at ambiguous ones.
   Recognized LookUntilDone(sim::World& world, const trial::TrialSpec& spec,
                            experiment::Result& result) const {
     base::Stopwatch watch;
@@ -396,7 +396,7 @@ class Recognition : public experiment::Task {
     }
   }
 
-  /// @return whether a view was added: that of the topmost open object that a look is worth at
+  /// @return whether a view was added: of the topmost ambiguous object that is worth a look
   bool LookAtFirstOpen(views::WristScanner& wrist, sim::World& world, Eigen::VectorXd& q,
                        Recognized& seen) const {
     const auto open = OpenObjects(seen.scene, seen.found, options_.recognition);
@@ -488,7 +488,7 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
 }
 
 Library LoadLibrary(std::span<const std::filesystem::path> folders) {
-  std::map<std::string, std::filesystem::path> files;  // by name: the same on every file system
+  std::map<std::string, std::filesystem::path> files;  // by name: same on every file system
   for (const auto& folder : folders) {
     if (!std::filesystem::is_directory(folder)) {
       throw base::InputError(folder.string() +

@@ -12,34 +12,34 @@
 
 namespace rangegrasp::recognition {
 
-/// Reads the keys `library`.
+/// Reads the keys under `library`.
 void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options);
-/// Puts a hash of the folder's meshes into the stamp's identity.
+/// Adds a hash of the folder's meshes to the stamp's identity.
 void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
                   std::span<const std::string> objects);
 
-/// What is known of an experiment's objects.
+/// The library of an experiment's objects.
 /// @param objects  their names
-/// @throws base::InputError naming the file of what is no object, or no mesh.
+/// @throws base::InputError naming the file that is not an object or not a mesh.
 Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
                   const LibraryOptions& library);
 
-/// How the wrist looks on.
-/// @throws base::InputError where `grasp` or `look` has a key that only `task: grasping` follows.
+/// Options of the wrist scanner's views.
+/// @throws base::InputError if `grasp` or `look` has a key that only `task: grasping` supports.
 views::WristViewOptions WristViewsOf(const base::YamlMap& map, const trial::Options& options);
 
-/// trial::ModelsPass, with a warning where nothing but a stereo camera looks for known objects.
-/// @param wrist  whether a scanner on the wrist looks, too
+/// trial::ModelsPass, with a warning if only a stereo camera searches for known objects.
+/// @param wrist  whether a wrist scanner is used as well
 bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wrist,
                 const experiment::Common& common);
 
-/// The library of a folder, or of several: each NAME/NAME.xml in it is a known object; of two with
-/// the same name that of the first folder counts.
-/// @throws base::InputError naming the folder without one.
+/// The library of one or more folders: each NAME/NAME.xml in them is a known object; of two with
+/// the same name, that of the first folder is used.
+/// @throws base::InputError naming the folder if there is no known object or no such folder.
 Library LoadLibrary(std::span<const std::filesystem::path> folders);
 
-/// `task: recognition`: known objects are found with their poses. A case is one scene with a
-/// target, arranged as a grasping trial's.
+/// `task: recognition`: recognition of known objects and their poses. A case is one scene with a
+/// target, arranged as in a grasping trial.
 const experiment::TaskKind& RecognitionTask();
 
 }  // namespace rangegrasp::recognition

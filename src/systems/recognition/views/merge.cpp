@@ -18,16 +18,16 @@ using geometry::Points;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// With fewer points there is nothing to lay one view onto another with.
+/// With fewer points, views cannot be aligned.
 constexpr std::size_t kMinPoints = 100;
-/// Pairs whose normals differ by more (18 deg) are of two surfaces, or one is bent by an edge.
+/// Pairs whose normals differ by more (18 deg) are on two surfaces, or an edge bends one normal.
 constexpr double kMinCosine = 0.95;
-/// Of pairs that fit perfectly, as in a test without noise.
+/// Minimum sigma, for pairs that fit perfectly, as in a test without noise.
 constexpr double kMinSigma_m = 1e-5;
-/// The median absolute value of a normal distribution is this part of its standard deviation.
+/// Ratio of the median absolute value of a normal distribution to its standard deviation.
 constexpr double kMedianOfNormal = 0.6745;
 
-/// Measured points, and where each was seen from.
+/// Measured points, and the viewpoint of each.
 struct Seen {
   Points points;
   Points eyes;
@@ -53,21 +53,21 @@ Seen EverySoMany(const Seen& seen, std::size_t max_points) {
   return some;
 }
 
-/// Towards where each point was seen from: the two sides of a thin wall have opposite ones.
+/// Normals toward each point's viewpoint: those on the two sides of a thin wall are opposite.
 Points NormalsOf(const Seen& seen, const geometry::KdTree& tree, double radius_m) {
   geometry::Indices own(seen.points.size());
   std::iota(own.begin(), own.end(), 0u);
   return geometry::EstimateNormals(seen.points, tree, radius_m, seen.eyes, own);
 }
 
-/// What the pairs tell of the motion that is left: A x = b, without sigma.
+/// Normal equations of the remaining motion from the pairs: A x = b, without sigma.
 struct Pairs {
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
-  std::vector<double> across_m;  ///< the distances across the surface
+  std::vector<double> across_m;  ///< the distances along the normal
 };
 
-/// Points that were measured before.
+/// Points of the earlier views.
 class Earlier {
  public:
   Earlier(Seen seen, const RefineOptions& options)
@@ -78,7 +78,7 @@ class Earlier {
   Earlier(const Earlier&) = delete;
   Earlier& operator=(const Earlier&) = delete;
 
-  /// @param normals  of the points, as they were before the motion: it turns them by little
+  /// @param normals  of the points before the motion, which turns them only slightly
   Pairs PairsWith(const Points& points, const Points& normals, const base::Pose& X,
                   const Eigen::Vector3d& about, double sigma_m) const {
     Pairs pairs;
@@ -95,7 +95,7 @@ class Earlier {
           squared_aside > options_.max_aside_m * options_.max_aside_m) {
         continue;
       }
-      // Cauchy's: what is further off than two sigma is another surface more often than not.
+      // Cauchy weights: pairs further apart than two sigma are usually on different surfaces.
       const double weight = 1.0 / (1.0 + across_m * across_m / (4.0 * sigma_m * sigma_m));
       Vector6 J;
       J << n, (p - about).cross(n);
@@ -113,7 +113,7 @@ class Earlier {
   const RefineOptions& options_;
 };
 
-/// A small motion about a place by its shift and turn.
+/// A small motion from its shift and turn about a point.
 base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
   const Eigen::Vector3d turn = twist.tail<3>();
   base::Pose X = base::Pose::Identity();
@@ -122,7 +122,7 @@ base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
   return X;
 }
 
-/// The inverse of the error's covariance.
+/// Diagonal of the inverse covariance of the error.
 Vector6 PriorOf(const PoseError& error) {
   Vector6 prior;
   prior.head<3>().setConstant(3.0 / (error.shift_m * error.shift_m));

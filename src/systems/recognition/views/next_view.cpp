@@ -10,7 +10,7 @@
 namespace rangegrasp::views {
 namespace {
 
-/// What the sensor sees if it stands so.
+/// A sensor pose and the gain expected from it.
 struct Candidate {
   base::Pose X_CS;
   double gain_m3 = 0.0;
@@ -19,7 +19,7 @@ struct Candidate {
 base::Pose LookingAt(const Eigen::Vector3d& center_C, const Eigen::Vector3d& away_C,
                      double distance_m) {
   const Eigen::Vector3d z = -away_C;
-  // Right is level; straight down it is any.
+  // The right axis is horizontal; when looking straight down, it is arbitrary.
   Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ());
   x = x.norm() < 1e-6 ? Eigen::Vector3d::UnitX() : x.normalized().eval();
   Eigen::Matrix3d R;
@@ -45,7 +45,7 @@ geometry::SeenSpace SpaceOf(const geometry::Observation& so_far, const Eigen::Al
   return space;
 }
 
-/// Ways of the arm to poses of the sensor.
+/// Plans motions of the arm to poses of the sensor.
 class Reach {
  public:
   Reach(const robot::Robot& robot, const ViewRequest& request, const NextViewOptions& options,
@@ -59,7 +59,7 @@ class Reach {
     planner_.SetScene(std::move(scene));
   }
 
-  /// By the turn about the line of sight and the configuration that moves the arm least.
+  /// Tries turns about the line of sight and configurations, those that move the arm least first.
   std::optional<PlannedView> To(const Candidate& candidate) {
     std::vector<PlannedView> views;
     for (int roll = 0; roll < options_.rolls; ++roll) {
@@ -72,7 +72,7 @@ class Reach {
     }
     std::ranges::stable_sort(views, std::less{},
                              [this](const PlannedView& view) { return Travel(view.q); });
-    constexpr int kPlans = 3;  // of one place: what blocks one way mostly blocks the others
+    constexpr int kPlans = 3;  // per position: what blocks one motion usually blocks the others
     for (PlannedView& view : views | std::views::take(kPlans)) {
       auto way = planner_.PlanMotion(request_.q_now, view.q, rng_);
       if (!way) continue;

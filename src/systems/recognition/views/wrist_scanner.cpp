@@ -18,18 +18,18 @@
 namespace rangegrasp::views {
 namespace {
 
-/// Points lower than this above the table are noise and mixed points, and no object.
+/// Points below this height above the table are noise and mixed points, not objects.
 constexpr double kStands_m = 0.015;
-/// Above the highest point, so that the space over it belongs to the region.
+/// Margin above the highest point, so that the space over it belongs to the region.
 constexpr double kAbove_m = 0.03;
-/// As high as anything on the table reaches, and a hand's breadth more.
+/// Height that includes everything on the table, plus a hand's breadth.
 constexpr double kObstacles_m = 0.35;
-/// Distance at which the fixed scanner's calibration error of its turn shifts what it sees.
+/// Distance at which the fixed scanner's rotational calibration error is converted to a shift.
 constexpr double kFixedDistance_m = 1.0;
-/// Cells in which the highest thing is searched, and points of one at least: not a stray point's.
+/// Cells for finding the highest object, and the minimum points in one, against stray points.
 constexpr double kMap_m = 0.02;
 constexpr std::size_t kMinInCell = 4;
-/// No calibration of this head is further off.
+/// Maximum error of a calibration of this head; beyond it, the file belongs to another head.
 constexpr double kOtherHead_m = 0.02;
 
 void ReadLook(base::YamlMap map, WristViewOptions& options) {
@@ -162,7 +162,7 @@ Eigen::AlignedBox3d WristScanner::RegionAbout(const Eigen::Vector3d& place_W,
     const bool near = (p - place_W).head<2>().norm() < radius_m;
     if (near && p.z() < place_W.z() + kAbove_m) top_m = std::max(top_m, p.z());
   });
-  // The box begins above what noise makes of the table.
+  // The box begins above the noise of the table.
   const double low_m = table_z_m + 0.5 * look_.next.cell_m;
   return {Eigen::Vector3d(place_W.x() - radius_m, place_W.y() - radius_m, low_m),
           Eigen::Vector3d(place_W.x() + radius_m, place_W.y() + radius_m, top_m + kAbove_m)};
@@ -189,7 +189,7 @@ trial::Sensed WristScanner::Scan(const sim::World& world) {
   ++looks_;
   const base::Pose X_WS = world.SitePose("wrist_scanner");
   sensing::Scan scan = sensing::ScanScene(world.VisualMeshes(), X_WS, scanner_, rng);
-  // All that was measured in the sensor's frame is where the robot believes that to be.
+  // Points measured in the sensor's frame appear where the robot believes the sensor to be.
   const base::Pose X_move = X_WS * X_SBelieved_ * X_WS.inverse();
   trial::Sensed sensed{geometry::ObservationOf({}), {std::move(scan.truth)}};
   sensed.observation.views.front() = Moved(std::move(scan.view), X_move);
@@ -198,7 +198,7 @@ trial::Sensed WristScanner::Scan(const sim::World& world) {
 
 Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
   const Eigen::AlignedBox3d box_W = AroundWorkspace(0.05);
-  // The first view is of the cell's scanner, and off by its own calibration.
+  // The first view is from the cell's scanner, with its own calibration error.
   const sensing::LineScannerOptions fixed;
   const sensing::RangeSensorOptions& scanner = sensing::SharedOf(scanner_);
   const auto rms = [](std::initializer_list<double> parts) {

@@ -41,7 +41,7 @@ ordered_json JsonOf(const base::Pose& X) {
 
 constexpr std::string_view kCloud = ".pcd";
 
-/// Pictures of a cloud, null where its sensor takes none, are named like it.
+/// Writes clouds. Pictures have the name of their cloud; null if the sensor takes none.
 ordered_json WriteClouds(const Sensed& sensed, const std::string& id, const fs::path& folder) {
   ordered_json clouds = ordered_json::array();
   for (std::size_t i = 0; i < sensed.observation.views.size(); ++i) {
@@ -81,7 +81,7 @@ ordered_json ObjectsOf(const trial::Arrangement& arranged) {
   return objects;
 }
 
-// The label that most samples of a perceived object bear; 0: the scene's.
+// The label of most samples of a perceived object; 0 is the scene.
 int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
   const auto votes = trial::ObjectVotes(object.samples, sensed);
   const auto most =
@@ -89,7 +89,7 @@ int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
   return most == votes.end() ? 0 : most->first + 1;
 }
 
-// Candidates that the hand did not try have no outcome.
+// All candidates; those that the hand did not try have no outcome.
 ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   const grasp::Detection& detection = attempt.detected.detection;
   const auto outcome_of = [&](std::size_t grasp) -> ordered_json {
@@ -113,9 +113,9 @@ ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   return grasps;
 }
 
-// A data set's annotations.json, in the manner of COCO's: lists that refer to each other by "id",
-// the position in the list, over all clouds.
-// @param records  what ExportTrial gave; those without data are left out
+// The annotations.json of a data set in the style of COCO: lists that refer to each other by "id",
+// the position in the list over all clouds.
+// @param records  results of ExportTrial; those without data are skipped
 ordered_json AnnotationsOf(const experiment::Stamp& stamp, const std::vector<Record>& records) {
   ordered_json json = {
       {"info",
@@ -165,8 +165,9 @@ ordered_json AnnotationsOf(const experiment::Stamp& stamp, const std::vector<Rec
   return json;
 }
 
-// Runs a trial again and leaves what its sensor measured as `clouds/<id>.pcd` in the folder
-// (further views: `<id>_view2.pcd`), with the truth of each sample as fields "label" and "state".
+// Runs a trial again and writes its sensor's measurements to `clouds/<id>.pcd` in the folder
+// (further views: `<id>_view2.pcd`), with the ground truth of each sample as fields "label" and
+// "state".
 // @return the trial's result; its data is a JSON object: "clouds" (file, rows, columns, X_WV,
 // spacing_m, measured), "objects" (name, label, target, X_WO and mass before anything moved),
 // "grasps" (all candidates). Poses are 16 numbers, row by row.
@@ -205,7 +206,7 @@ void ExportRecords(const std::vector<Record>& records, const fs::path& out) {
   WriteResult(CsvOf(experiment::FlatGridOf(records)), out / "records.csv");
 }
 
-// Those cases of an experiment that a store has records of.
+// Cases of an experiment for which a store has records.
 std::vector<experiment::Case> CasesOf(const experiment::Experiment& e,
                                       const std::vector<Record>& records) {
   std::set<std::string> ids;
@@ -215,7 +216,7 @@ std::vector<experiment::Case> CasesOf(const experiment::Experiment& e,
   return cases;
 }
 
-// Where a trial ends differently from its record, the program or a model is another one.
+// Number of trials that end differently from their records: the program or a model has changed.
 int Differing(const std::vector<Record>& records, const std::vector<Record>& exported) {
   std::map<std::string, std::string> outcomes;
   for (const Record& record : records) outcomes[record.which.id] = record.result.outcome;
@@ -224,8 +225,8 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
   }));
 }
 
-// Runs the trials again, each in a process of its own. What is done is kept in a store, until all
-// is: an export that was stopped goes on.
+// Runs the trials again, each in its own process. Finished trials are kept in a store until all are
+// done, so that a stopped export can be continued.
 // @param stamp  of the records
 void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& records,
                   const experiment::Experiment& e, int jobs, const fs::path& out) {
@@ -271,7 +272,7 @@ void Export(const ExportArguments& arguments) {
         throw base::InputError(out.string() +
                                ": is the folder of the run; choose another folder with --out");
       }
-      // Before anything is written: it may be refused.
+      // Before anything is written, because it may be refused.
       e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);
       for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
     }

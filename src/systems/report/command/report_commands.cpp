@@ -32,14 +32,14 @@ using experiment::Record;
 using experiment::Result;
 
 struct ReportRequest {
-  std::vector<fs::path> folders;  // results folders, of several seeds, too
+  std::vector<fs::path> folders;  // results folders, also of several seeds
   fs::path out;
   report::ViewChoice views = report::ViewChoice::kSome;
   int jobs = 1;
   bool run_detector = false;
 };
 
-// A case that can be looked at, and its number in the report.
+// A case that has a view, and its number in the report.
 struct Shown {
   Record record;
   std::size_t number = 0;
@@ -63,11 +63,11 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
 // A store whose cases are run again for their views.
 struct Replayed {
   fs::path store;
-  experiment::Experiment experiment;  // opened again
+  experiment::Experiment experiment;  // reopened
   std::vector<Shown> shown;
 };
 
-// @return numbers of the cases that have a view now
+// @return numbers of the cases that now have a view
 std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& request) {
   const fs::path& store = of.store;
   const experiment::Experiment& e = of.experiment;
@@ -90,7 +90,7 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
   };
   std::set<std::size_t> made;
   int differing = 0;
-  std::vector<Record> crashed;  // only when they were run again
+  std::vector<Record> crashed;  // cases that crashed only when run again
   ProgressBar bar(0, static_cast<int>(cases.size()));
   experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
                        [&](int done, int total, const Record& replayed) {
@@ -119,8 +119,8 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
   return made;
 }
 
-// By run, positions of the cases that can be looked at: of two runs that are compared, both cases
-// of a pair that differs.
+// Positions of the cases that get a view, by run. If two runs are compared, both cases of a
+// differing pair get one.
 std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs,
                                             report::ViewChoice choice) {
   std::vector<std::set<std::size_t>> chosen;
@@ -142,15 +142,15 @@ std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs
   return chosen;
 }
 
-// The stores of a run that hold chosen cases, with their experiments opened again.
+// Adds the stores of a run that contain chosen cases, with their experiments reopened.
 // @param first  number of the run's first case
-// @throws base::InputError where results name a program that may not be started.
+// @throws base::InputError if results name a program that may not be started.
 void AddReplayed(const report::Run& run, const std::set<std::size_t>& chosen,
                  const fs::path& folder, std::size_t first, bool run_detector,
                  std::vector<Replayed>& replayed) {
   if (!run.kind->has_views) return;
   auto next = chosen.begin();
-  std::size_t begin = 0;  // of a store's records among the run's
+  std::size_t begin = 0;  // position of a store's first record in the run
   for (const auto& folder_of_store : experiment::StoresIn(folder)) {
     const auto store = experiment::Store::Open(folder_of_store);
     const std::size_t end = begin + static_cast<std::size_t>(store.Count());
@@ -174,7 +174,7 @@ std::uintmax_t SizeOf(const fs::path& folder) {
   return bytes;
 }
 
-// Takes views away until the report is no larger than it may be.
+// Removes views until the report is within its maximum size.
 std::set<std::size_t> Cut(const std::set<std::size_t>& views, const fs::path& out) {
   const auto files = [&](std::size_t number) {
     const auto base = (out / "views" / std::to_string(number)).string();
@@ -199,7 +199,7 @@ std::set<std::size_t> Cut(const std::set<std::size_t>& views, const fs::path& ou
   return kept;
 }
 
-// What the page and the program say of cases without a view; empty where every failure has one.
+// Message of the page and the program about cases without a view; empty if every failure has one.
 std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::size_t>& views) {
   const std::string& success = runs.front().kind->success;
   std::size_t number = 0, failed = 0, shown = 0;
@@ -216,9 +216,9 @@ std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::siz
                      shown, failed, success.empty() ? "" : " that failed");
 }
 
-// Writes a report of what results folders hold. Cases that can be looked at are run again; warns of
-// those that end differently from their records.
-// @throws base::InputError also where several folders are of different kinds of experiments.
+// Writes a report of results folders. Cases that get a view are run again; warns of those that end
+// differently from their records.
+// @throws base::InputError also if the folders are of different kinds of experiments.
 void MakeReport(const ReportRequest& request) {
   const base::Stopwatch watch;
   const auto runs = ReadRuns(request);
@@ -229,11 +229,11 @@ void MakeReport(const ReportRequest& request) {
     AddReplayed(runs[i], chosen[i], request.folders[i], first, request.run_detector, replayed);
     first += runs[i].results.records.size();
   }
-  report::PrepareFolder(request.out);  // clears an earlier report: only after what may be refused
+  report::PrepareFolder(request.out);  // clears an earlier report, so not before it may be refused
   std::set<std::size_t> views;
   for (const Replayed& one : replayed) views.merge(WriteViews(one, request));
   report::WritePage(request.out);
-  report::WriteData(runs, views, "", request.out);  // for its size
+  report::WriteData(runs, views, "", request.out);  // to measure its size
   if (request.views == report::ViewChoice::kSome) views = Cut(views, request.out);
   const bool is_cut = request.views == report::ViewChoice::kSome && runs.front().kind->has_views;
   const std::string note = is_cut ? NoteOf(runs, views) : "";

@@ -21,23 +21,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What is to be run: one experiment, or several together.
+// The cases to run, of one experiment or of several together.
 struct PlannedCases {
-  int all = 0;          // done or not
-  int stored = 0;       // done by an earlier run
-  double left_s = 0.0;  // what the others take, as far as it is known before
+  int all = 0;          // finished or not
+  int stored = 0;       // finished by an earlier run
+  double left_s = 0.0;  // estimated time of the remaining ones
 };
 
-// The plan counts as if so much of it had come true before anything was measured [s].
+// Weight of the plan: as if this much of it had come true before anything was measured [s].
 constexpr double kTrust_s = 20.0;
 
-// The progress of several runs: a line on a terminal with the time left of all; without one a
-// message at the begin of each run.
+// Progress of several runs: on a terminal a line with the remaining time of all, otherwise a
+// message at the start of each run.
 class ReproduceProgress {
  public:
   explicit ReproduceProgress(const PlannedCases& all) : all_(all) {}
 
-  // A run begins. @param name  "table 5.2"
+  // Starts a run.
+  // @param name  e.g. "table 5.2"
   void Begin(const std::string& name, const PlannedCases& run) {
     name_ = name;
     run_ = run;
@@ -56,7 +57,7 @@ class ReproduceProgress {
                run_.stored + done_, run_.all, before_ + run_.stored + done_, all_.all, LeftText());
     std::fflush(stderr);
   }
-  // It is over, whether or not all of its cases were run.
+  // Ends a run, whether or not all of its cases were run.
   void End() {
     const int open = run_.all - run_.stored;
     if (open > 0) all_.left_s -= run_.left_s * (open - done_) / open;
@@ -75,9 +76,9 @@ class ReproduceProgress {
   PlannedCases run_;
   std::string name_;
   base::Stopwatch watch_;
-  int done_ = 0;          // of the run's cases that were not stored
+  int done_ = 0;          // finished cases of this run, without the stored ones
   int before_ = 0;        // cases of earlier runs
-  double spent_s_ = 0.0;  // planned, of what was run
+  double spent_s_ = 0.0;  // planned time of the finished cases
 };
 
 using experiment::PublishedTable;
@@ -97,7 +98,7 @@ struct ReproduceArguments {
   }
 };
 
-// Each experiment once.
+// The tables, each experiment only once.
 std::vector<PublishedTable> RunsOf(const std::vector<PublishedTable>& tables) {
   std::vector<PublishedTable> runs;
   for (const PublishedTable& table : tables) {
@@ -107,7 +108,7 @@ std::vector<PublishedTable> RunsOf(const std::vector<PublishedTable>& tables) {
   return runs;
 }
 
-// The tables that an experiment gives: "table 3.3, 3.5".
+// Names the tables that an experiment produces, e.g. "table 3.3, 3.5".
 std::string NameOf(const PublishedTable& run, const std::vector<PublishedTable>& tables) {
   std::vector<std::string> numbers;
   for (const PublishedTable& table : tables) {
@@ -129,7 +130,7 @@ experiment::Changes ChangesOf(const PublishedTable& run, const ReproduceArgument
   return changes;
 }
 
-// Reads what an experiment has left in its folder; nothing where it has left nothing.
+// Reads the results of an experiment from its folder, if there are any.
 void ReadInto(const fs::path& folder, const PublishedTable& from, bool is_short,
               ReproducedTable& table) {
   const auto stores = experiment::StoresIn(folder);
@@ -151,7 +152,7 @@ void ReadInto(const fs::path& folder, const PublishedTable& from, bool is_short,
                           : experiment::Judge(figures, table.done >= table.cases);
 }
 
-/// Runs tables into a folder and keeps the page there as far as they are.
+/// Runs tables into a folder and keeps the page there up to date.
 class Reproducer {
  public:
   explicit Reproducer(ReproduceArguments arguments)
@@ -177,7 +178,7 @@ class Reproducer {
     }
   }
 
-  // Who asks for one table wants to know that it is not there.
+  // Reports an error if none of the requested tables can be run.
   void CheckThatSomeWereRun() const {
     const auto all = Read();
     if (std::ranges::any_of(all.tables, [](const auto& table) { return table.left_out.empty(); })) {
@@ -226,7 +227,7 @@ class Reproducer {
       const Ran ran = RunExperiment(file, changes, SeedsOf(run), FolderOf(run), options);
       if (!ran.failed.empty()) failed_.push_back(NameOf(run, tables_) + ": " + ran.failed);
     } catch (const base::NotBuilt&) {
-      throw;  // who started the program may build it; what is done is kept
+      throw;  // the user may build it; finished cases are kept
     } catch (const base::InputError& error) {
       left_out_[run.experiment] = error.what();
       spdlog::warn("{} is left out: {}", NameOf(run, tables_), error.what());
@@ -264,7 +265,7 @@ class Reproducer {
   ReproduceArguments arguments_;
   std::vector<std::uint64_t> seeds_;
   std::vector<PublishedTable> tables_;
-  std::map<std::string, std::string> left_out_;  // experiment -> why
+  std::map<std::string, std::string> left_out_;  // experiment -> reason
   std::vector<std::string> failed_;
 };
 

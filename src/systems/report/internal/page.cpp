@@ -26,16 +26,16 @@ using experiment::ValueOr;
 using nlohmann::ordered_json;
 using Records = std::vector<Record>;
 
-// What marks a folder as a report's, and as one's that failed or is being made: it can be repeated.
+// Files that mark a folder as a report's, and as a failed or unfinished report's: it can be redone.
 constexpr const char* kData = "data.js";
 constexpr const char* kUnfinished = "report.unfinished";
 
 struct Library {
-  const char* package;  // of Debian
+  const char* package;  // Debian package
   const char* file;
-  const char* name;  // in the report
+  const char* name;  // name in the report
 };
-// Both are plain scripts: a page that is opened from disk may not load modules.
+// Both are plain scripts, since a page opened from disk may not load modules.
 constexpr std::array kLibraries = {
     Library{"libjs-chart.js", "/usr/share/javascript/chart.js/chart.min.js", "chart.min.js"},
     Library{"libjs-chart.js", "/usr/share/doc/libjs-chart.js/copyright", "chart.copyright.txt"},
@@ -44,7 +44,7 @@ constexpr std::array kLibraries = {
             "OrbitControls.js"},
     Library{"libjs-three", "/usr/share/doc/libjs-three/copyright", "three.copyright.txt"}};
 
-// A table as the page reads it: every cell as it is printed.
+// A table as the page reads it: every cell as printed.
 ordered_json TableJson(const experiment::Section& table) {
   return {{"title", table.title},
           {"header", table.grid.header},
@@ -53,7 +53,7 @@ ordered_json TableJson(const experiment::Section& table) {
           {"total", table.grid.total}};
 }
 
-// Cases by label and outcome, both in the order in which they first occur.
+// Number of cases by label, in the order in which labels first occur, and by outcome.
 Chart OutcomeChart(const Records& records, const std::string& title, const std::string& along,
                    const std::function<std::string(const Record&)>& label_of) {
   Chart chart{.title = title, .unit = "cases", .along = along, .stacked = true};
@@ -88,8 +88,8 @@ Chart TimesChart(const Records& records) {
   return chart;
 }
 
-// Charts of any kind of experiment: outcomes by group, failures by the stage that they ended in,
-// and how long stages took.
+// Charts for any kind of experiment: outcomes by group, failures by the stage in which they ended,
+// and the duration of stages.
 std::vector<Chart> RecordCharts(const experiment::Stamp& stamp, const Records& records,
                                 const std::string& success) {
   Records failed = records;
@@ -108,7 +108,7 @@ std::vector<Chart> RecordCharts(const experiment::Stamp& stamp, const Records& r
   return charts;
 }
 
-/// Two runs of a group in pairs.
+/// Paired comparison of two runs in a group.
 struct ComparedGroup {
   std::string name;
   experiment::Comparison pairs;
@@ -138,10 +138,10 @@ Records OfGroup(const Records& records, const std::string& group) {
   return chosen;
 }
 
-// Two runs in pairs of the same id and seed: a table with a row for each group, and the numbers of
-// the cases whose success differs.
+// Two runs paired by id and seed: a table with a row for each group, and the numbers of the cases
+// whose success differs.
 // @param first  the report's first run
-// @param second_number  of the other run's first case
+// @param second_number  number of the other run's first case
 ordered_json ComparisonJson(const Run& first, const Run& second, std::size_t second_number) {
   const std::string& success = first.kind->success;
   const Records& one = first.results.records;
@@ -165,7 +165,7 @@ ordered_json ComparisonJson(const Run& first, const Run& second, std::size_t sec
           {"differing", ListOf(experiment::Differing(one, two, success), numbers)}};
 }
 
-// Records that one file holds; the page knows it by data.js.
+// Number of records in one file; the page reads it from data.js.
 constexpr std::size_t kBlock = 50;
 
 ordered_json ValueJson(const Chart::Value& value) {
@@ -215,7 +215,7 @@ ordered_json RunJson(const Run& run) {
           {"experiment", ValueOr(stamp.data, "experiment_text", "")}};
 }
 
-// What the list shows and filters by.
+// What the list of cases shows and filters by.
 ordered_json CaseJson(std::size_t run, const Run& of, const Record& record, bool view) {
   const auto& [which, result] = record;
   double seconds = 0.0;
@@ -229,7 +229,7 @@ void WriteRecords(const std::vector<const Record*>& records, const fs::path& fol
     ordered_json block = ordered_json::array();
     for (std::size_t i = begin; i < std::min(begin + kBlock, records.size()); ++i) {
       auto json = ordered_json::parse(experiment::ToJson(*records[i]));
-      json["seed"] = fmt::format("{}", records[i]->which.seed);  // a script's numbers have 53 bits
+      json["seed"] = fmt::format("{}", records[i]->which.seed);  // JavaScript numbers have 53 bits
       block.push_back(std::move(json));
     }
     const std::size_t number = begin / kBlock;
@@ -310,7 +310,7 @@ std::vector<std::size_t> ChooseViews(const std::vector<experiment::Record>& reco
   std::iota(chosen.begin(), chosen.end(), std::size_t{0});
   if (choice == ViewChoice::kAll) return chosen;
   if (choice == ViewChoice::kNone) return {};
-  // Successes behind all others.
+  // Successes come after all others.
   const auto others = std::stable_partition(chosen.begin(), chosen.end(), [&](std::size_t i) {
     return !success.empty() && records[i].result.outcome != success;
   });

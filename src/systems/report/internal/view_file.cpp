@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using experiment::View;
 using nlohmann::ordered_json;
 
-// What a row of the list shows, twice as fine for sharp screens [px].
+// Size of a picture in a row of the list, doubled for high-resolution screens [px].
 constexpr int kThumbnailWidth_px = 192;
 constexpr int kThumbnailHeight_px = 144;
 constexpr float kDot_px = 1.5F;
@@ -53,7 +53,7 @@ void AddPainted(const View::Painted& painted, draw::Canvas& canvas) {
   }
 }
 
-// "#1f77b4"
+// Color from text such as "#1f77b4".
 View::Color ColorOf(const std::string& hex) {
   unsigned r = 0, g = 0, b = 0;
   std::sscanf(hex.c_str(), "#%2x%2x%2x", &r, &g, &b);
@@ -61,10 +61,10 @@ View::Color ColorOf(const std::string& hex) {
           static_cast<float>(b) / 255.0F, 1.0F};
 }
 
-// Without its axes, as wide and high as the picture.
+// Draws a panel without its axes, as wide and high as the picture.
 draw::View AddPanel(const draw::Panel& panel, draw::Canvas& canvas) {
   constexpr double kWide = static_cast<double>(kThumbnailWidth_px) / kThumbnailHeight_px;
-  constexpr double kAway = 1.1;  // of the eye, to leave a margin
+  constexpr double kAway = 1.1;  // of the eye, for a margin
   Eigen::AlignedBox2d box;
   for (const auto& series : panel.series) {
     for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -92,8 +92,8 @@ draw::View AddPanel(const draw::Panel& panel, draw::Canvas& canvas) {
   return look;
 }
 
-// What the list of cases shows of a view: what was perceived; of what nothing was perceived, the
-// bodies as they stand at first; the first of what is painted; the first diagram's lines.
+// What the list of cases shows of a view: what was perceived; if nothing was, the bodies in their
+// first poses; the first painted mesh; the lines of the first diagram.
 image::Image ViewPicture(const View& view) {
   draw::Canvas canvas;
   draw::View look;
@@ -113,7 +113,7 @@ image::Image ViewPicture(const View& view) {
   return draw::Render(canvas, look, kThumbnailWidth_px, kThumbnailHeight_px);
 }
 
-constexpr double kForceDigits = 1e3;  // of forces and their places: mN, mm
+constexpr double kForceDigits = 1e3;  // for forces and their points: mN, mm
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 ordered_json Json(const Eigen::Vector4f& v) { return {v.x(), v.y(), v.z(), v.w()}; }
@@ -165,7 +165,7 @@ ordered_json BodiesJson(const View& view, const fs::path& folder) {
   return json;
 }
 
-// null: 0, 1, 2 and so on, which the page counts itself.
+// null stands for 0, 1, 2 and so on, which the page counts itself.
 ordered_json AbscissasJson(const std::vector<double>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (x[i] != static_cast<double>(i)) return PackedNumbers(x);

@@ -37,7 +37,7 @@ struct GenerateArguments {
   }
 };
 
-// Scans of the calibration body and the heights of its base, as `calibrate` reads them.
+// Writes scans of the calibration body and the heights of its base, as `calibrate` reads them.
 void GenerateBody(const SeamExperiment& experiment, const GenerateArguments& arguments) {
   std::vector<seam::Profile> rows;
   std::string bases = "scan,base_mm\n";
@@ -135,7 +135,7 @@ void AddSeamGenerate(CLI::App& seam) {
   command->callback([arguments] { Generate(*arguments); });
 }
 
-/// `seam calibrate`: scans of a calibration body to a calibration.
+/// `seam calibrate`: computes a calibration from scans of a calibration body.
 void AddSeamCalibrate(CLI::App& seam) {
   auto* command =
       seam.add_subcommand("calibrate", "Calibrate a stripe sensor from scans of a stepped body.");

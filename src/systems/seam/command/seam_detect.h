@@ -9,15 +9,15 @@
 
 namespace rangegrasp::cli {
 
-/// How a file of camera rows is read and written: no unit, any row; images: 64 grey levels a row.
+/// File options for camera rows: no unit, any row; images have 64 grey levels per row.
 seam::ProfileFileOptions RowFileOptions();
 
-/// Adds `seam detect`: edges in profiles, recorded or streamed.
+/// Adds `seam detect`: detects edges in recorded or streamed profiles.
 void AddSeamDetect(CLI::App& seam);
 
-/// The page of the keys below `file` and of the presets.
+/// Documentation page of the keys below `file` and of the presets.
 std::string ProfileKeysPage();
-/// Those keys, for `list formats --json`.
+/// These keys, for `list formats --json`.
 std::vector<ListEntry> ProfileKeys();
 
 }  // namespace rangegrasp::cli

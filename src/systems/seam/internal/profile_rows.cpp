@@ -17,18 +17,18 @@ namespace {
 
 using base::InputError;
 
-// Lines beyond are no profiles (a wrong file, a stuck pipe) and must not fill the memory.
+// Longer lines are not profiles (a wrong file, a stuck pipe) and must not fill the memory.
 constexpr std::size_t kLongestLine = std::size_t{4} << 20U;
-// A line of a sensor has fewer points; bounds the memory for a text in which no profile ends.
+// A sensor's line has fewer points. Limits the memory for a text in which a profile never ends.
 constexpr std::size_t kMaxPoints = 65536;
-// Whole rows that decide on the width, and rows that are held back for them at most.
+// Number of valid rows that determine the width, and maximum number of rows held back for this.
 constexpr std::size_t kRowsOfWidth = 3;
 constexpr std::size_t kMaxRowsHeld = 16;
 constexpr std::string_view kBlanks = " \t";
 
 // ---- fields of a line ----
 
-// A piece of a file for a message: short, and without control characters.
+// Part of a file for a message: short, and without control characters.
 std::string Quoted(std::string_view text) {
   constexpr std::size_t kMaxShown = 24;  // enough for a number with all its digits
   std::string shown(text.substr(0, kMaxShown));
@@ -38,7 +38,7 @@ std::string Quoted(std::string_view text) {
   return "'" + shown + (text.size() > kMaxShown ? "..." : "") + "'";
 }
 
-// Tabs that separate must stay.
+// Tabs that are separators must be excluded from `blanks`.
 std::string_view Trimmed(std::string_view text, std::string_view blanks = kBlanks) {
   const std::size_t begin = text.find_first_not_of(blanks);
   if (begin == std::string_view::npos) return {};
@@ -61,7 +61,7 @@ char SeparatorOf(std::string_view line, const TextFormat& format) {
 
 using Fields = std::vector<std::string_view>;
 
-// Trimmed, without quotes.
+// Fields are trimmed and without quotes.
 Fields FieldsOf(std::string_view line, const TextFormat& format) {
   const char separator = SeparatorOf(line, format);
   Fields fields;
@@ -81,7 +81,7 @@ Fields FieldsOf(std::string_view line, const TextFormat& format) {
   }
 }
 
-// Nullopt if it is no number, or one that no double holds.
+// Nullopt if it is not a number, or not one that a double can hold.
 std::optional<double> NumberOf(std::string_view field, bool decimal_comma) {
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
   std::string pointed;
@@ -95,7 +95,7 @@ std::optional<double> NumberOf(std::string_view field, bool decimal_comma) {
   return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
-// Nothing, "-" or "nan".
+// Empty, "-" or "nan".
 bool IsNoValue(std::string_view field) {
   if (field.empty() || field == "-") return true;
   return std::ranges::equal(field, std::string_view("nan"), {}, [](char c) { return c | 0x20; });
@@ -109,8 +109,7 @@ struct TextLine {
   std::string text;  // trimmed; may be empty
 };
 
-// Lines as they arrive, without header, sections that are not wanted, comments (#) and what ends a
-// line.
+// Lines as they arrive, without header, unwanted sections, comments (#) and line ends.
 class TextLines {
  public:
   TextLines(std::istream& in, const TextFormat& format) : in_(in), format_(format) {}
@@ -127,7 +126,7 @@ class TextLines {
   const std::vector<std::string>& header() const { return header_; }
 
  private:
-  // Before the first line of numbers.
+  // True for lines before the first line of numbers; keeps the header.
   bool TakesHeader(const TextLine& line) {
     const bool counted = left_out_ < format_.header_lines;
     const bool named = !format_.header.empty() && !has_header_;
@@ -180,7 +179,7 @@ class TextLines {
   const TextFormat& format_;
   std::vector<std::string> header_;
   std::size_t number_ = 0;
-  int left_out_ = 0;  // of header_lines
+  int left_out_ = 0;  // header lines read so far
   bool has_header_ = false;
   bool in_section_ = false;
 };
@@ -200,7 +199,7 @@ class TextRows {
   }
 
  private:
-  // Columns from 0; below 0: there is none.
+  // Column indices from 0; below 0: no such column.
   struct Columns {
     int time = -1, encoder = -1, axis = -1, profile = -1, z = -1, first = 0;
   };
@@ -252,7 +251,7 @@ class TextRows {
                     Quoted(name), header.empty() ? "is missing" : "has " + base::Join(header)));
   }
 
-  // The next line that is not empty, once the columns are known.
+  // The next line that is not empty; also finds the columns.
   std::optional<TextLine> NextLine() {
     auto line = lines_.Next();
     while (line && line->text.empty()) line = lines_.Next();
@@ -289,7 +288,7 @@ class TextRows {
 
   // -- fields; an InputError says what is wrong with the row --
 
-  // Without the nothing behind a separator at the line's end, which begins no further field.
+  // Fields without the empty one after a separator at the end of the line.
   Fields ValuesOf(const TextLine& line) const {
     Fields fields = FieldsOf(line.text, options_.text);
     const bool one_more = std::ssize(fields) == options_.columns + columns_->first + 1;
@@ -372,7 +371,7 @@ class TextRows {
 
   // -- a line is a profile --
 
-  // False for a line that is none: of an axis that is not Z.
+  // False if the line is not a profile: its axis is not Z.
   bool ReadProfile(const TextLine& line, RawRow& row) {
     if (line.too_long) throw InputError("is too long for a profile");
     const Fields fields = ValuesOf(line);
@@ -479,7 +478,7 @@ class TextRows {
         throw InputError(fmt::format("line {}{}{}", line->number,
                                      fault.starts_with("column") ? ", " : " ", fault));
       }
-      row_ = 1;  // from now on a word is no header
+      row_ = 1;  // from now on a word cannot be a header
     }
   }
 
@@ -506,7 +505,7 @@ class TextRows {
   bool settled_ = false;
   std::optional<Columns> columns_;
   std::size_t row_ = 0;
-  std::vector<double> axis_x_m_;  // of the last row of X
+  std::vector<double> axis_x_m_;  // from the last row with axis X
   std::vector<double> header_x_m_;
   std::optional<TextLine> begun_;  // kPoints: the first line of the next profile
   std::deque<RawRow> transposed_;  // kColumns

@@ -11,31 +11,31 @@
 
 namespace rangegrasp::seam {
 
-/// A profile as it stands in a file: heights in metres, still on the sensor's own x.
+/// A profile as read from a file: heights in metres, at the sensor's own x.
 struct RawRow {
-  std::size_t row = 0;    ///< from 1
-  std::size_t line = 0;   ///< of the file
-  std::size_t width = 0;  ///< numbers that it holds; 0: any
+  std::size_t row = 0;    ///< number, from 1
+  std::size_t line = 0;   ///< line number in the file
+  std::size_t width = 0;  ///< number of its values; 0: any
   std::optional<double> time_s = {};
-  std::optional<double> position_m = {};  ///< of the encoder
-  std::vector<double> x_m = {};           ///< empty: even; else as many as heights
+  std::optional<double> position_m = {};  ///< encoder position
+  std::vector<double> x_m = {};           ///< empty: evenly spaced; else one per height
   std::vector<float> height_m = {};       ///< NaN: no value
-  std::string fault = {};                 ///< empty if whole
+  std::string fault = {};                 ///< empty if valid
 };
 
-/// Empties the row and names it: "row 3 (line 4), column 2: 'two' is not a number".
+/// Clears the row's values and sets its fault: "row 3 (line 4), column 2: 'two' is not a number".
 void MarkDamaged(RawRow& row, const std::string& fault);
 
-/// What is wrong with a row's width.
+/// Error message for a row of the wrong width.
 std::string WidthFault(std::size_t columns, int expected);
 
-/// The height of a number of a file [m]; NaN if it means that there is none.
+/// Converts a number in a file to a height [m]; NaN if it stands for a missing value.
 /// @throws base::InputError if it is out of range; the caller names the number.
 float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options);
 
-/// Gives the rows of a text as they arrive, nullopt at its end. All have one width; where the
-/// options do not state it, two of the first three whole rows do, or else the first. A damaged row
-/// is returned with its fault. `in` must outlive it.
+/// Returns the rows of a text as they arrive, and nullopt at its end. All rows have the same width:
+/// that of the options or, if not given, of two of the first three valid rows or else of the first.
+/// A damaged row is returned with its fault. `in` must outlive the source.
 using RowSource = std::function<std::optional<RawRow>()>;
 RowSource RowsOfText(std::istream& in, const ProfileFileOptions& options);
 

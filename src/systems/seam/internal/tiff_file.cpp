@@ -16,8 +16,8 @@ namespace {
 
 using base::InputError;
 
-// libtiff's compressions pack some 1000 to 1 at best (deflate): a header that asks for more than
-// the file can hold is damaged, and must not make us ask for the memory.
+// libtiff compresses at most about 1000 to 1 (deflate). A header that asks for more than the file
+// can hold is damaged; its memory must not be allocated.
 constexpr std::size_t kMaxPacking = 1100;
 
 int OnError(TIFF*, void* user, const char*, const char* format, va_list arguments) {
@@ -25,13 +25,13 @@ int OnError(TIFF*, void* user, const char*, const char* format, va_list argument
   char text[200];
   std::vsnprintf(text, sizeof(text), format, arguments);
   if (error.empty()) error = text;
-  return 1;  // said: not to stderr, too
+  return 1;  // handled: not also to stderr
 }
 int OnWarning(TIFF*, void*, const char*, const char*, va_list) { return 1; }
 
 using File = std::unique_ptr<TIFF, void (*)(TIFF*)>;
 
-// @param error  receives what libtiff says first, also while the file is read.
+// @param error  receives libtiff's first message, also while the file is read.
 File Open(const std::filesystem::path& file, std::string& error) {
   const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                              TIFFOpenOptionsFree);
@@ -82,7 +82,7 @@ void AppendRow(const std::vector<std::uint8_t>& row, TiffPixel pixel, std::size_
   if (pixel == TiffPixel::kFloat32) Append<float>(row, width, out);
 }
 
-// Strips, row by row. Tiles have other rows; sensors that write rows write strips.
+// Reads strips row by row. Rows of tiles differ; sensors that write rows write strips.
 void ReadPage(TIFF* file, std::size_t max_pixels, const std::string& error, int page, Tiff& tiff) {
   std::uint32_t width = 0, height = 0;
   TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &width);

@@ -6,17 +6,17 @@
 
 namespace rangegrasp::image {
 
-/// What a pixel of a TIFF file is.
+/// Pixel type of a TIFF file.
 enum class TiffPixel { kUnsigned16, kSigned16, kFloat32 };
 
-/// A TIFF file's picture. Its pages, all of one width, stand below each other.
+/// The image of a TIFF file. Its pages have the same width and are stacked vertically.
 struct Tiff {
   TiffPixel pixel = TiffPixel::kUnsigned16;
-  Grey<float> picture;  ///< a float holds every whole number of 16 bits
+  Grey<float> picture;  ///< float represents every 16-bit integer exactly
 };
 
-/// @throws base::InputError saying what is wrong (the caller names the file): no TIFF, damaged, cut
-/// off, more than one channel, other pixels than TiffPixel, pages that differ in width or pixels.
+/// @throws base::InputError (the caller names the file) if it is no TIFF, damaged or truncated, has
+/// several channels or pixels not in TiffPixel, or its pages differ in width or pixels.
 Tiff ReadTiff(const std::filesystem::path& file);
 
 }  // namespace rangegrasp::image

@@ -1,7 +1,7 @@
 #pragma once
 
-/// Before a function with a loop over many columns side by side: compiled for wide vectors, too,
-/// where the machine has them. Its results are the same.
+/// Put before a function with a loop over many columns: it is also compiled for wide vectors, which
+/// are used if the machine has them. The results are the same.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define RANGEGRASP_VECTORISED __attribute__((target_clones("avx2", "default")))

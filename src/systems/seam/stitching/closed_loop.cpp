@@ -27,19 +27,19 @@ std::string Text(double value) {
 
 // ---- the loop ----
 
-// A head that takes this much longer than its track would at full speed makes no way.
+// A head that takes this many times as long as its track at full speed, plus the delay, is stuck.
 constexpr double kMaxSlowness = 20.0;
 constexpr double kMaxDelay_s = 60.0;
-// Profiles whose poses are remembered: more than a packet rests on at 100 Hz.
+// Number of profiles whose poses are kept: more than a packet depends on at 100 Hz.
 constexpr std::size_t kPlaces = 64;
 
-// How far the line's middle went along the line.
+// Motion of the line's middle along the line.
 double MovedAlong(const LinePose& before, const LinePose& now) {
   return (now.x_m - before.x_m) * std::cos(now.heading_rad) +
          (now.y_m - before.y_m) * std::sin(now.heading_rad);
 }
 
-/// A line of the sensor with all that watches it.
+/// A line of the sensor with its tracker and monitor.
 struct Line {
   Line(double ahead, const TrackerOptions& tracker_options, const Calibration& calibration,
        const MonitorOptions& monitor_options)
@@ -60,8 +60,8 @@ struct Line {
   std::optional<StopReason> stop;
 };
 
-/// The sensor on the head with its evaluation: profiles in, packets out. The first line gives the
-/// edge; the others, of which one at a time is lit besides the first, only watch.
+/// The sensor on the head with its evaluation: profiles in, packets out. The first line measures
+/// the edge; the others only monitor, and one of them at a time is lit besides the first.
 class SensorUnit {
  public:
   SensorUnit(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
@@ -97,7 +97,7 @@ class SensorUnit {
     return reading;
   }
 
-  /// The correction that is due, if one is.
+  /// The correction, if one is due.
   std::optional<Correction> TakeCorrection() {
     const auto packet = lines_.front().tracker.TakePacket();
     if (!packet) return std::nullopt;
@@ -122,7 +122,7 @@ class SensorUnit {
     LinePose line;
   };
 
-  // Where the first line still sees the edge the mats have not ended further behind.
+  // If the first line still sees the edge, the mats have not ended behind it.
   std::optional<StopReason> StopOf(const Line& line) const {
     const bool end = line.stop == StopReason::kMatEnd;
     return end && lines_.front().monitor.SeesEdge() ? std::nullopt : line.stop;
@@ -149,7 +149,7 @@ class SensorUnit {
   RawProfile previous_;
 };
 
-// Profiles between two control steps, the head's pose between theirs.
+// Measures profiles between two control steps, with interpolated head poses.
 void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
                   std::vector<Correction>& packets, TrackResult& result) {
   while (unit.NextTime() < time_s) {
@@ -162,10 +162,10 @@ void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
 // ---- the score ----
 
 constexpr double kNoDistance = std::numeric_limits<double>::quiet_NaN();
-// Of the true edge as a polyline: its fray varies over millimetres, so that between points it is
-// off by micrometres.
+// Spacing of the true edge's polyline: its fray varies over millimetres, so the error between
+// points is micrometres.
 constexpr double kEdgeSpacing_m = 0.1e-3;
-// Beyond the wanted distance, along y: within it the nearest point of an edge is looked for.
+// Search range along y, beyond the wanted distance, for the nearest point of an edge.
 constexpr double kReach_m = 20e-3;
 constexpr double kErrorQuantile = 0.95;
 
@@ -264,7 +264,7 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
   TrackResult result;
   HeadState head;
   head.needle.x() = -options.wanted_distance_m;
-  // A head that makes no way is lost, whatever the reason.
+  // A head that is stuck counts as lost, whatever the reason.
   const double max_s = kMaxDelay_s + kMaxSlowness * options.length_m / options.head.speed_m_s;
   for (int step = 0;; ++step) {
     const double time_s = step * kControlPeriod_s;

@@ -14,28 +14,28 @@
 
 namespace rangegrasp::seam {
 
-/// A correction as it is sent to the robot control unit, and its way back.
+/// A correction that is sent to the robot control unit.
 struct Correction {
   double time_s = 0.0;
   bool valid = false;
   double edge_x_m = 0.0;     ///< of the edge in the line's frame
-  double deviation_m = 0.0;  ///< of the edge from where CAD has it
+  double deviation_m = 0.0;  ///< of the edge from its place in CAD
   std::optional<bool> sure;  ///< whether the edge is beyond doubt (Reading::sure)
   std::optional<StopReason> stop;
 };
-/// One line, so that a stream of packets can be cut at its line ends; numbers read back the same.
+/// One line, so that a stream of packets can be split at its line ends; numbers read back the same.
 /// @throws std::invalid_argument for a number that is not finite.
 std::string ToXml(const Correction& correction);
 
-/// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), not what
-/// it does with a sewing head; these are far below it. Higher ones take corners better.
+/// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), but not
+/// its limits with a sewing head; these are far lower. Higher limits follow corners better.
 struct HeadOptions {
   double speed_m_s = 0.03;  ///< of the needle along the track, > 0
   double max_lateral_speed_m_s = 0.03;
   double max_acceleration_m_s2 = 0.3;
   double max_rotation_rad_s = 0.5;
   double max_rotation_acceleration_rad_s2 = 2.0;
-  double max_jump_m = 12e-3;         ///< the half circle of fig. 3.25 begins with 10.5 mm
+  double max_jump_m = 12e-3;         ///< the half circle of fig. 3.25 begins with a jump of 10.5 mm
   bool rotate = true;                ///< false: only shift (section 3.5.2)
   double correction_period_s = 0.1;  ///< (section 3.4)
 };
@@ -48,10 +48,10 @@ struct TrackOptions {
   double length_m = 0.4;            ///< of the CAD track along y, from y = 0
 };
 
-/// Where the needle was, and how far it was from where it should have been.
+/// Pose of the needle, and its distance from the edge.
 struct TrackPoint {
   double time_s, x_m, y_m, heading_rad;
-  double distance_m;  ///< true, from needle to edge (nearest point); NaN beyond the mats' end
+  double distance_m;  ///< true distance from needle to nearest edge point; NaN beyond the mats' end
 };
 
 enum class TrackEnd { kDone, kMatEnd, kObstacle, kLost };
@@ -69,21 +69,21 @@ struct TrackErrors {
 struct TrackResult : TrackErrors {
   std::vector<TrackPoint> path;  ///< at every correction and every control step
   std::vector<Reading> readings;
-  std::vector<TrackPoint> sensed;    ///< edge positions that were sent, in frame M, no distance_m
+  std::vector<TrackPoint> sensed;    ///< edge positions sent, in frame M, without distance_m
   std::vector<std::string> packets;  ///< XML, as sent
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
 };
-/// The part of a track that errors leave out: the line is 80 mm ahead, so that the needle comes to
-/// where the line began only then.
+/// Start of a track that is excluded from errors: the line is 80 mm ahead, so the needle first has
+/// to reach the place where the line began.
 constexpr double kSettle_m = 0.1;
 /// A seam within this of the wanted distance is good (section 3.7.1).
 constexpr double kGood_m = 1e-3;
 
 /// Drives a head with its sensor ahead over mats that deviate from the track: scans at the sensor's
-/// rate, hands profiles to the tracker, sends a correction every period, and moves within the
-/// head's limits until the track's end, the mats' end or an obstacle. Depends on its arguments and
-/// the seed alone.
+/// rate, passes profiles to the tracker, sends a correction every period, and moves within the
+/// head's limits until the track's end, the mats' end or an obstacle. Depends only on its arguments
+/// and the seed.
 TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
                   const TrackOptions& options, std::uint64_t seed);
 

@@ -13,7 +13,7 @@ namespace rangegrasp::seam {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// The looks of a frayed edge: a part that varies this much faster, and how strong it is against the
+// Shape of a frayed edge: a part that varies this much faster, and its strength relative to the
 // slow part.
 constexpr double kFastFrayRate = 3.0;
 constexpr double kFastFray = 0.5;
@@ -21,9 +21,9 @@ constexpr double kFastFray = 0.5;
 // its size if that is less.
 constexpr double kObstacleBorder_m = 0.2e-3;
 constexpr double kObstacleBorderShare = 0.25;
-// It is no fibre and is seen well.
+// An obstacle is not a fibre and returns light well.
 constexpr double kObstacleReturn = 0.9;
-// From this share of the full height on a filament hides the mat below it.
+// A filament of at least this share of the full height hides the mat below it.
 constexpr double kHidingShare = 0.25;
 // Filaments on a black mat return this much less light than on a bright one.
 constexpr double kFilamentDarkness = 0.9;
@@ -48,7 +48,7 @@ MouldPoint Mould(const MatOptions& options, double x_m) {
   return {sign * drop, std::copysign(slope, sign * (x_m - options.mould_x_m))};
 }
 
-// How far the upper mat has risen, and whether its texture is what one sees.
+// Share of the upper mat's height, and share of its texture in what is visible.
 struct Rise {
   double share_of_height;
   double cover;
@@ -77,8 +77,8 @@ double ObstacleWindow(double from_middle_m, double size_m) {
 // Heights of the upper mat (dissertation, section 1.1.1: "between 0.3mm and 1.1mm").
 constexpr double kMinHeight_m = 0.3e-3;
 constexpr double kMaxHeight_m = 1.1e-3;
-// Lower ones would not be edges any more: a slant spreads its height over millimetres, a double
-// edge gives a share of it away.
+// Lower slants and double edges would not be edges: a slant spreads its height over millimetres, a
+// double edge splits it.
 constexpr double kMinSoftHeight_m = 0.5e-3;
 
 // Ranges of a seam's other properties, about the defaults of MatOptions.
@@ -96,25 +96,25 @@ constexpr Range kBesideTop = {-0.1, 0.1};
 
 // Half of the middle 60 % of a line of 57 mm.
 constexpr double kStraightOffset_m = 0.3 * 57e-3;
-// A recorded seam runs nearly along the sensor's way, as where one moves a sensor by hand: steeper,
-// and its edge would leave the line before the recording ends.
+// A recorded seam is nearly parallel to the sensor's motion, as if the sensor were moved by hand.
+// With a larger slope, its edge would leave the line before the recording ends.
 constexpr double kStraightSlope = 0.04;
 
-// Of curved seams: where one starts, ...
+// Start of a curved seam.
 constexpr double kCurvedOffset_m = 3e-3;
-// ... how steep it may be: within 26 degrees of the track, which the head can follow, ...
+// Maximum slope of a curved seam: within 26 degrees of the track, which the head can follow.
 constexpr double kMaxSlope = 0.48;
-// ... and how far it leaves the track: "the seam deviation can be several centimetres" (section
-// 3.6.2).
+// Deviation of a curved seam from the track: "the seam deviation can be several centimetres"
+// (section 3.6.2).
 constexpr double kMinDeviation_m = 10e-3;
 constexpr double kMaxDeviation_m = 30e-3;
 constexpr double kMouldDeviation = 0.2;  // of its radius: further down a mould the edge is lost
-// Over which a deviation is measured, and how densely: the shortest wave is 80 mm long.
+// Length over which a deviation is measured, and its sampling: the shortest wave is 80 mm long.
 constexpr double kCourse_m = 0.5;
 constexpr double kCourseSpacing_m = 2e-3;
-// On a mould, where seams deviate less, a seam starts off by less than this share of the deviation.
+// On a mould, where seams deviate less, the start offset is below this share of the deviation.
 constexpr double kStartShare = 0.1;
-// A long wave that makes the deviation, and shorter ones on it that take a share of the slope left.
+// A long wave makes the deviation; shorter waves on it take a share of the remaining slope.
 constexpr Range kLongWave_m = {0.25, 0.4};
 constexpr Range kLongSlope = {0.28, 0.42};
 constexpr Range kShortWave_m = {0.08, 0.25};
@@ -123,10 +123,10 @@ constexpr Range kShortShare = {0.2, 0.8};
 // A hazard lies this far along the track: the loop has settled (closed_loop.h, kSettle_m) and most
 // of a track of 400 mm is still ahead.
 constexpr Range kHazard_m = {0.15, 0.25};
-// Beside the needle's path: the widest obstacle then still reaches it.
+// Offset from the needle's path: the widest obstacle still reaches the path.
 constexpr Range kObstacleBeside_m = {-0.01, 0.01};
 // Footprint and height: from the smallest that the monitor must find, 3 mm high (section 3.7), to
-// what no head could miss.
+// one that no head could miss.
 constexpr Range kObstacleSize_m = {0.001, 0.02};
 constexpr Range kObstacleHeight_m = {0.003, 0.02};
 
@@ -153,7 +153,7 @@ double MaxDeviation(const EdgeCourse& course) {
   return max;
 }
 
-// Starts near the planned track and deviates as far as asked, or as far as its slope allows.
+// Starts near the planned track and deviates by the drawn amount, or as far as its slope allows.
 EdgeCourse CurvedCourse(double max_m, base::Rng& rng) {
   EdgeCourse course;
   course.waves = RandomWaves(rng);
@@ -174,8 +174,8 @@ EdgeCourse StraightCourse(base::Rng& rng) {
   return course;
 }
 
-// Fine or coarse, dull or glossy, dark or bright, well or badly cut: each about what is typical, up
-// to a factor. Larger factors make seams differ more in their rates.
+// Fine or coarse, dull or glossy, dark or bright, well or badly cut: each value varies around the
+// typical one by up to a factor. With larger factors, rates differ more between seams.
 MatTexture RandomTexture(const MatTexture& typical, base::Rng& rng) {
   using T = MatTexture;
   T texture = typical;
@@ -234,7 +234,7 @@ struct Mats::Impl {
                (Noise(fray_seed, t) + kFastFray * Noise(fast_fray_seed, kFastFrayRate * t));
   }
 
-  // How much of the upper mat there is: none beyond its end, which is cut no better than its edge.
+  // Share of the upper mat: 0 beyond its end, which is cut no better than its edge.
   double Presence(double x_m, double y_m) const {
     const double margin = fray_scale_m + options.edge_width_m;  // noise stays within [-1, 1]
     if (y_m < options.end_y_m - margin) return 1.0;
@@ -260,7 +260,7 @@ struct Mats::Impl {
   void AddFilament(const MatPoint& filament, double presence, MatPoint& point) const {
     if (filament.height_m <= 0.0) return;
     point.height_m += filament.height_m * presence;
-    // Filaments are as dark as the mats; what they lack of the full height shows the mat between.
+    // Filaments are as dark as the mats; below the full height, the mat between them is visible.
     const double cover =
         Ramp(filament.height_m / (kHidingShare * options.texture.filament_height_m));
     const double strength =

@@ -21,16 +21,16 @@ using Options = StripeSensorOptions;
 
 // ---- options ----
 
-// Columns or rows: what a camera's side can have.
+// Maximum number of columns or rows of a camera.
 constexpr int kMaxPixels = 65'536;
 constexpr double kMaxLineAhead_mm = 1000.0;
-constexpr double kLineSlack_mm = 1e-6;  // of a bound that went to SI units and back
-// Nearer to the camera than this share of its standoff a spot's column would depend on the height
-// more than a calibration that is linear in it can tell.
+constexpr double kLineSlack_mm = 1e-6;  // rounding of a bound by conversion to SI units and back
+// Minimum depth of a spot relative to the standoff. Closer to the camera, its column would depend
+// on the height more than a calibration that is linear in the height can model.
 constexpr double kMinDepthShare = 0.5;
 
-// Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges keep out slips of
-// unit; what they let in may still be refused by CheckRelations.
+// Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges reject wrong
+// units; CheckRelations may still reject accepted values.
 template <typename Map>
 void ReadNumbers(Map& map, Options& o) {
   map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
@@ -75,7 +75,7 @@ double RowFromMiddle(const Options& options, double height_m) {
   return focal * height_m * std::sin(options.angle_rad) / depth;
 }
 
-// Calls fail(key, what is wrong with it) for options that do not go together.
+// Calls fail(key, what is wrong with it) for options that are inconsistent.
 template <typename Fail>
 void CheckRelations(const Options& options, const Fail& fail) {
   if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must have at least one line");
@@ -96,7 +96,7 @@ void CheckRelations(const Options& options, const Fail& fail) {
   if (-RowFromMiddle(options, -options.range_below_m) > half) fail("range_below_mm", unseen);
 }
 
-// The mapping reads lists of words only.
+// YamlMap can only read lists of words.
 void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
   const std::string key = "lines_ahead_mm";
   std::vector<std::string> words;
@@ -117,14 +117,15 @@ void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
 // ---- a scan ----
 
 constexpr float kNoRow = std::numeric_limits<float>::quiet_NaN();
-// A spot's place along the line is known well enough when it moves by less than this, a tenth of
-// a column of the finer sensor.
+// A spot's position along the line has converged if it moves by less than this, a tenth of a column
+// of the finer sensor.
 constexpr double kPlaceTolerance_m = 5e-6;
-// Steps towards it, at most: more would change a place only on faces nearly as steep as the rays.
+// Maximum number of iterations: more change a position only on faces nearly as steep as the rays.
 constexpr int kPlaceSteps = 4;
 
-/// Decides column after column whether a reflection is taken for the spot: a chain of two states
-/// whose reflections have geometric lengths and, in the long run, the wanted share of columns.
+/// Decides for one column after the other whether a reflection is mistaken for the spot: a
+/// two-state Markov chain in which reflections have geometric lengths and, in the long run, the
+/// wanted share of columns.
 class Reflections {
  public:
   explicit Reflections(const StripeSensorOptions& options)
@@ -133,7 +134,7 @@ class Reflections {
         share_(options.outlier_share),
         sigma_px_(options.outlier_sigma_px) {}
 
-  /// By how many rows the next column is off, if a reflection is seen there.
+  /// Row error of the next column, if a reflection is seen there.
   std::optional<double> Next(base::Rng& rng) {
     if (share_ <= 0.0) return std::nullopt;
     const double u = rng.Uniform();
@@ -153,7 +154,7 @@ class Reflections {
   bool first_ = true;
 };
 
-/// Noise of standard deviation 1 of column after column, whose correlation fades exponentially.
+/// Noise of standard deviation 1 for successive columns; its correlation decays exponentially.
 class CorrelatedNoise {
  public:
   explicit CorrelatedNoise(double columns)
@@ -173,7 +174,7 @@ class CorrelatedNoise {
   bool first_ = true;
 };
 
-// What a lost spot reports: nothing, or the brightest pixel of elsewhere.
+// Row reported for a lost spot: none, or the brightest pixel from elsewhere.
 double LostRow(const StripeSensorOptions& options, const RawProfile* previous, std::size_t column,
                base::Rng& rng) {
   if (options.phantom_share <= 0.0) return kNoRow;
@@ -186,7 +187,7 @@ double LostRow(const StripeSensorOptions& options, const RawProfile* previous, s
   return rng.Uniform(0.0, options.rows - 1.0);
 }
 
-// Intensity of a spot that is a mean of bright and dark speckles: mean 1, standard deviation
+// Intensity of a spot that averages bright and dark speckles: mean 1, standard deviation
 // `contrast`.
 double Speckle(double contrast, base::Rng& rng) {
   if (contrast <= 0.0) return 1.0;
@@ -201,7 +202,7 @@ double BodyHeight(const CalibrationBody& body, double base_m, double x_m) {
   return base_m + body.step_heights_m[static_cast<std::size_t>(place)];
 }
 
-// Heights at which the body has level faces, highest first.
+// Heights of the body's horizontal faces, highest first.
 std::vector<double> BodyLevels(const CalibrationBody& body, double base_m) {
   std::vector<double> levels = {base_m};
   for (const double step : body.step_heights_m) levels.push_back(base_m + step);
@@ -211,11 +212,11 @@ std::vector<double> BodyLevels(const CalibrationBody& body, double base_m) {
 
 // ---- recordings ----
 
-// The sensor keeps its height over the mats to within this: a head on a flat mould.
+// Error of the sensor's height over the mats: a head on a flat mould.
 constexpr double kHeightError_m = 2e-3;
 
-// The sensor's place over the first profile: the edge starts anywhere within the share of the line
-// that is asked for.
+// The line's pose at the first profile: the edge starts anywhere within the given share of the
+// line.
 LinePose FirstPose(const Mats& mats, const LineGeometry& line, double edge_within, base::Rng& rng) {
   const double line_m = line.columns / line.columns_per_m;
   const double across = rng.Uniform(-0.5, 0.5);
@@ -299,7 +300,7 @@ RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double tim
   double height = 0.0;
   for (std::size_t c = 0; c < columns; ++c) {
     // A column is a plane through the camera: where it meets the surface depends on the height
-    // there. The neighbor's height is near enough on all but steep places.
+    // there. The neighbor's height is a good estimate except at steep places.
     double x = LateralAt(static_cast<double>(c), height);
     MatPoint point{};
     for (int step = 0; step < kPlaceSteps; ++step) {
@@ -339,7 +340,7 @@ std::vector<CalibrationScan> StripeSensor::ScanBody(const CalibrationBody& body,
     const std::vector<double> levels = BodyLevels(body, base);
     scans.push_back({{std::vector<float>(columns, kNoRow), 0.0}, base});
     for (std::size_t c = 0; c < columns; ++c) {
-      // The column's ray goes down to the first level face or riser that it meets.
+      // The column's ray ends at the first horizontal face or riser that it meets.
       const auto met = std::ranges::find_if(levels, [&](double level) {
         return !(BodyHeight(body, base, LateralAt(static_cast<double>(c), level)) < level);
       });

@@ -12,8 +12,9 @@
 
 namespace rangegrasp::seam {
 
-/// A laser-stripe sensor: laser plane straight down, a camera that looks at it at an angle, for
-/// each column the row of the brightest pixel. The keys of a sensor file say what each option is.
+/// A laser-stripe sensor: the laser plane points straight down, a camera views it at an angle and
+/// gives the row of the brightest pixel of each column. The keys of a sensor file describe each
+/// option.
 struct StripeSensorOptions {
   std::string name = "base";
   LineGeometry line;
@@ -25,7 +26,7 @@ struct StripeSensorOptions {
   double range_above_m = 0.03;
   double rate_min_hz = 30.0;   ///< dark mats need long exposures ...
   double rate_max_hz = 100.0;  ///< ... bright ones short
-  // What disturbs a row. Frozen settings: docs/seam.md.
+  // Disturbances of a row. Frozen settings: docs/seam.md.
   double row_sigma_px = 0.4;
   double row_correlation_columns = 0.0;  ///< neighbors share speckles
   double row_quantum_px = 0.1;
@@ -58,9 +59,9 @@ class StripeSensor {
   /// @throws std::invalid_argument if an option is out of range.
   explicit StripeSensor(const StripeSensorOptions& options);
   const StripeSensorOptions& options() const { return options_; }
-  /// The exposure these mats need decides how often the sensor can measure [Hz].
+  /// Measuring rate of the sensor, given by the exposure that these mats need [Hz].
   double Rate(const MatTexture& texture) const;
-  /// One line over the mats. `previous` is the line the brightest pixel of which a phantom may show
+  /// Scans one line over the mats. `previous` is the line whose brightest pixel a phantom may show
   /// (the three-lines sensor), or null.
   RawProfile Scan(const Mats& mats, const LinePose& pose, double time_s, const RawProfile* previous,
                   base::Rng& rng) const;
@@ -78,22 +79,22 @@ class StripeSensor {
   double focal_px_, cos_, sin_;
 };
 
-/// How a sensor is moved over mats along y, as one moves it to record profiles.
+/// Motion of a sensor over mats along y to record profiles.
 struct RecordOptions {
   int profiles = 520;        ///< >= 1
-  double edge_within = 0.6;  ///< share of the line, about its middle, that the edge starts in
+  double edge_within = 0.6;  ///< share of the line, around its middle, in which the edge starts
   double speed_m_s = 0.03;   ///< > 0
 };
 
-/// Profiles over a seam's mats, and for each the column where the camera sees the true edge; NaN
-/// without one.
+/// Profiles over a seam's mats, and the column where the camera sees the true edge in each; NaN
+/// without an edge.
 struct Recording {
   std::vector<RawProfile> raw;
   std::vector<double> label_column;
 };
 
-/// Scans along y from y = 0, at the sensor's rate for these mats, from a place that is drawn.
-/// Depends on its arguments alone.
+/// Scans along y from y = 0 at the sensor's rate for these mats; the edge's place on the line is
+/// drawn. Depends only on its arguments.
 Recording RecordProfiles(const Mats& mats, const StripeSensor& sensor, const RecordOptions& options,
                          std::uint64_t seed);
 

@@ -13,22 +13,22 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-// Bounds of keys that count something: they keep out slips, not large experiments.
+// Limits of counts: they reject mistakes, not large experiments.
 constexpr int kMaxSeams = 1'000'000;
 constexpr int kMaxProfiles = 1'000'000;
-// Distances at which the calibration body is scanned: nearly twice the five terms of the function
-// of 4th order that is fitted.
+// Number of distances at which the calibration body is scanned: nearly twice the five terms of the
+// fitted 4th-order polynomial.
 constexpr int kCalibrationDistances = 9;
 
-// Where a closed loop begins the sensor must see the edge: within this share of half of its line.
+// At the start of a closed loop the sensor must see the edge: within this share of half its line.
 constexpr double kSeenAtStart = 0.7;
 
-// A course that leaves the line where it first lies is scaled down until it does not.
+// Scales down a course that starts outside the sensor's line until it is on the line.
 void BeginOnLine(const SeamExperiment& experiment, EdgeCourse& course) {
   const LineGeometry& line = experiment.sensor.line;
   const double seen_m = kSeenAtStart * line.ToMeters(line.columns - 1);
   const double start_m = course.XAt(experiment.sensor.lines_ahead_m.front());
-  // The needle begins at the wanted distance from x = 0, and the line's middle before it.
+  // The needle starts at the wanted distance from x = 0, with the line's middle ahead of it.
   const double middle_m = -experiment.track.wanted_distance_m;
   if (std::abs(start_m - middle_m) <= seen_m) return;
   course.Scale((middle_m + std::copysign(seen_m, start_m - middle_m)) / start_m);
@@ -93,7 +93,7 @@ void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
       "number of recorded seams; tracks and hazards: number of runs with each decision method");
   map.Read("decisions", experiment.decisions,
            "tracks and hazards: decision methods that control the head, each in separate runs");
-  // A way that stood there twice would have two cases of one name.
+  // A method listed twice would give two cases with the same name.
   auto sorted = experiment.decisions;
   std::ranges::sort(sorted);
   const auto twice = std::ranges::adjacent_find(sorted);

@@ -28,7 +28,7 @@ constexpr std::array<std::string_view, 3> WordsOf(SeamKind) {
   return {"rates", "tracks", "hazards"};
 }
 
-/// What a head runs towards.
+/// The hazard in front of a head.
 enum class Hazard { kNone, kMatEnd, kObstacle };
 constexpr std::array<std::string_view, 3> WordsOf(Hazard) {
   return {"none", "mat_end", "obstacle"};
@@ -39,41 +39,41 @@ struct SeamExperiment {
   SeamKind kind = SeamKind::kRates;
   std::filesystem::path sensor_file;
   StripeSensorOptions sensor;
-  MatTexture texture;  ///< typical; each seam's mats vary round it
+  MatTexture texture;  ///< typical; each seam's mats vary around it
   std::vector<EdgeShape> shapes = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
                                    EdgeShape::kConvex, EdgeShape::kConcave, EdgeShape::kNone};
   int seams = 60;
-  /// Accumulated weights are left out: they presume that the edge stays where it is on the line;
-  /// before a head that turns it does not.
+  /// Accumulated weights are excluded: they assume that the edge does not move along the line; in
+  /// front of a turning head it does.
   std::vector<DecisionMethod> decisions = {
       DecisionMethod::kVotingAsPublished, DecisionMethod::kWeightsAsPublished,
       DecisionMethod::kVoting, DecisionMethod::kWeights, DecisionMethod::kSteps};
-  RecordOptions record;  ///< its speed is the head's too
+  RecordOptions record;  ///< its speed is also the head's
   double half_circle_radius_m = 0.0;
   TrackOptions track;                                       ///< its tracker also serves kRates
   std::filesystem::path reference, improvements, runtimes;  ///< published tables; may be empty
 };
 
-/// Reads the experiment's own keys, and nothing else.
+/// Reads only the experiment's own keys.
 void ReadKeys(base::YamlMap& map, SeamExperiment& experiment);
-/// Reads them to the end of the file, and the sensor that they name.
+/// Reads these keys to the end of the file, and the sensor file that they name.
 /// @throws base::InputError naming file, line and key.
 SeamExperiment ReadSeamExperiment(base::YamlMap& map, const experiment::Common& common);
 /// Reads a file, with the keys that every kind of experiment has.
 SeamExperiment ReadSeamExperiment(const std::filesystem::path& file);
 
-/// All that is drawn of one seam comes from this.
+/// Seed of all random values of one seam.
 std::uint64_t SeamSeed(const SeamExperiment& experiment, int number);
 EdgeShape ShapeOf(const SeamExperiment& experiment, int number);
-/// The mats of a seam or run, from 0; depend on the experiment and the number alone.
+/// The mats of a seam or run, numbered from 0; they depend only on the experiment and the number.
 MatOptions MatsOf(const SeamExperiment& experiment, int number);
 Hazard HazardOf(const MatOptions& mats, double length_m);
 TrackerOptions TrackerFor(const SeamExperiment& experiment, DecisionMethod method);
 
-/// Scans of the calibration body, which every experiment's calibration is made of.
+/// Scans of the calibration body, from which an experiment's calibration is computed.
 std::vector<CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
                                                 const StripeSensor& sensor);
-/// The sensor's calibration from them.
+/// The sensor's calibration from these scans.
 Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor);
 
 /// Profiles over a seam's mats with their labels.

@@ -13,12 +13,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A label this near to the line's end has no edge to be seen: detectors leave out as many columns.
+// A label this close to the line's end has no visible edge: detectors exclude as many columns.
 constexpr double kMargin_columns = 20.0;
 // The middle half of the line is its center (section 3.5).
 constexpr double kCenterHalf = 0.25;
-// A head that rests this much nearer to a hazard than its sensor's line must reach has seen it:
-// fray and an obstacle's border reach out by less.
+// A hazard counts as seen if it begins up to this far beyond the sensor's line: fray and an
+// obstacle's border reach out by less.
 constexpr double kSeen_m = 0.002;
 
 // NaN without a position.
@@ -43,7 +43,7 @@ double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>
   return good;
 }
 
-// Runs a function on the parsed text; what it cannot find there is a damaged store.
+// Runs a function on the parsed text; anything missing there means a damaged store.
 template <typename F>
 auto From(const std::string& text, F read) {
   try {
@@ -82,7 +82,7 @@ constexpr std::array<RunNumber, 7> kRunNumbers = {
 
 }  // namespace
 
-// The path at the wanted distance from the circle meets that from the straight edge.
+// At a corner, the path at the wanted distance from the circle meets that from the straight edge.
 std::vector<double> CornersOf(const SeamExperiment& experiment) {
   const double radius = experiment.half_circle_radius_m;
   if (radius <= 0.0) return {};
@@ -188,8 +188,8 @@ RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int 
   result.hazard = HazardOf(mats, experiment.track.length_m);
   result.end = track.end;
   result.reached_hazard = track.reached_hazard;
-  // Where the hazard begins for who comes along the track: a head that still was further from it
-  // than its sensor sees stopped for nothing.
+  // Where the hazard begins along the track. A head that was still further from it than its sensor
+  // sees stopped without a reason.
   const double begin_m =
       mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();

@@ -47,14 +47,14 @@ std::optional<double> NumberAt(const Published& published, const std::string& ro
   return known->second[i];
 }
 
-// What the stamp says of the experiment.
+// Data of the experiment from the stamp.
 struct Facts {
   SeamKind kind;
   std::vector<EdgeShape> shapes;  // each once, in their order
   int profiles_per_seam;
   double columns_per_m;
-  double wanted_m;  // of a run's path: what is to be followed after the head has settled
-  double beside_corners_m = 0.0;  // of it, of a half circle
+  double wanted_m;                // length of a run's path to be followed after settling
+  double beside_corners_m = 0.0;  // part of it away from a half circle's corners
   Published reference, improvements, runtimes;
 };
 
@@ -83,22 +83,22 @@ bool Failed(const Record& record) {
 
 std::string Text(auto number) { return fmt::format("{}", number); }
 
-// Without rows; what is not a name stands to the right.
+// A section without rows; all columns except the name are right-aligned.
 Section NumberSection(const std::string& title, const Cells& header) {
   Section section{title, {header, std::vector<bool>(header.size(), false), {}}};
   section.grid.left[0] = true;
   return section;
 }
 
-// A part of a whole, one of several that were drawn independently: of a seam's profiles those that
-// were found, of a run's wanted length what was followed.
+// A part of a whole, from one of several independent samples: a seam's profiles that were found, or
+// the part of a run's wanted length that was followed.
 struct Part {
   double part, whole;
 };
 
-// The standard error of sum(part) / sum(whole) in per cent, from how much the parts scatter about
-// it (Cochran 1977, eq. 6.9: the ratio estimator). Profiles of one seam resemble each other, seams
-// do not: counted as single profiles the error would come out far too small. "-" of fewer than two.
+// The standard error of sum(part) / sum(whole) in per cent, from the scatter of the parts about it
+// (Cochran 1977, eq. 6.9: the ratio estimator). Profiles of one seam are correlated, seams are not:
+// counted by single profiles, the error would be far too small. "-" for fewer than two.
 std::string ErrorCell(const std::vector<Part>& parts) {
   double part = 0.0, whole = 0.0;
   for (const Part& p : parts) {
@@ -114,7 +114,7 @@ std::string ErrorCell(const std::vector<Part>& parts) {
 
 // ---- rates of seams ----
 
-// A seam that was not finished has an edge in every profile, found in none.
+// An unfinished seam counts as one with an edge in every profile, found in none.
 std::vector<SeamResult> SeamsOf(const Facts& facts, const std::vector<Record>& records) {
   std::vector<SeamResult> seams;
   for (const Record& record : records) {
@@ -256,7 +256,7 @@ PublishedFigure FigureOf(const std::string& row, double published,
   return figure;
 }
 
-// A row of table 3.5: what it is of.
+// A row of table 3.5 and the rate that it states.
 struct Improvement {
   const char* name;  // in the published table
   DecisionMethod decision;
@@ -294,7 +294,7 @@ std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<Sea
   return figures;
 }
 
-// Table 3.1: what a step takes for one profile, on average over all.
+// Table 3.1: time of a step per profile, on average over all profiles.
 std::vector<PublishedFigure> TimesOf(const Facts& facts, const std::vector<Record>& records,
                                      const std::vector<SeamResult>& seams) {
   std::vector<PublishedFigure> figures;
@@ -354,7 +354,7 @@ experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& re
 
 // ---- closed loops and hazards ----
 
-// A run that was not finished: nothing followed, or a hazard that was not stopped for.
+// An unfinished run: nothing was followed, or the head did not stop for the hazard.
 RunResult FailedRun(const SeamParams& params) {
   RunResult result;
   result.run = params.number;
@@ -375,7 +375,7 @@ std::vector<RunResult> RunsOf(const std::vector<Record>& records) {
   return runs;
 }
 
-// The ways to decide that steered any of the runs.
+// The decision methods that controlled any of the runs.
 std::vector<DecisionMethod> DecisionsOf(const std::vector<RunResult>& runs) {
   std::vector<DecisionMethod> decisions;
   std::ranges::copy_if(kDecisions, std::back_inserter(decisions), [&](DecisionMethod method) {
@@ -389,7 +389,7 @@ std::vector<RunResult> RunsWith(DecisionMethod method, std::vector<RunResult> ru
   return runs;
 }
 
-// Means over the length of all runs; the largest error of all.
+// Means over the length of all runs, and the maximum error of all runs.
 Cells TracksRow(const Facts& facts, const std::vector<RunResult>& runs, DecisionMethod method) {
   double mean = 0.0, p95 = 0.0, max = 0.0, within = 0.0, length = 0.0;
   std::vector<Part> parts;
@@ -401,7 +401,7 @@ Cells TracksRow(const Facts& facts, const std::vector<RunResult>& runs, Decision
     within += run.settled_m * run.share_within_1mm;
     parts.push_back({run.settled_m * run.share_within_1mm, facts.wanted_m});
   }
-  const double n = std::max(1e-9, length);  // so that no length at all gives 0
+  const double n = std::max(1e-9, length);  // so that zero length gives 0
   const double wanted = static_cast<int>(runs.size()) * facts.wanted_m;
   return {TitleOf(method),
           Text(runs.size()),
@@ -519,7 +519,7 @@ experiment::Report RunsReport(const Facts& facts, const std::vector<Record>& rec
 
 // ---- the stamp ----
 
-// A published table is parsed here too, so that a broken one shows before the run.
+// A published table is also parsed here, so that an invalid one is found before the run.
 void AddPublished(const std::string& name, const std::filesystem::path& file, Stamp& stamp) {
   const std::string text = file.empty() ? "" : base::ReadFile(file);
   ReadPublished(text, file.string());

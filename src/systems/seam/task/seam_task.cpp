@@ -36,13 +36,13 @@ constexpr const char* kTruthColor = "#444444";
 constexpr std::array<const char*, kDecisions.size()> kDecisionColors = {
     "#c5b0d5", "#ffbb78", "#9467bd", "#e08000", "#8c564b", "#d62728"};
 constexpr const char* kLocalStepColor = "#17becf";
-// Pages of a view: so many from end to end, and so many that went most wrong. Their number is the
-// view's size, 25 kB a page.
+// Pages of a view: evenly spaced profiles, and those with the largest errors. Their number
+// determines the view's size, 25 kB per page.
 constexpr std::size_t kEvenPages = 8;
 constexpr std::size_t kWorstPages = 8;
-// The decision that pages show: unlike voting it has a weight function to look at.
+// The decision method that pages show: unlike voting, it has a weight function to plot.
 constexpr auto kShown = static_cast<std::size_t>(DecisionMethod::kWeights);
-// Between points of the true edge beyond the needle's path.
+// Distance between points of the true edge beyond the needle's path.
 constexpr double kEdgeStep_m = 1e-3;
 
 const char* ColorOf(std::size_t method) {
@@ -87,7 +87,7 @@ std::vector<Panel> TrackPanels(const TrackedRun& tracked, double wanted_distance
     Add(edge, point.y_m, -tracked.mats.EdgeX(point.y_m));
   }
   for (const auto& point : track.sensed) Add(sensed, point.y_m, -point.x_m);
-  // The line runs ahead of the needle: what it reports of the last stretch has its truth, too.
+  // The line is ahead of the needle: its last positions need the true edge, too.
   const double end_m = track.sensed.empty() ? 0.0 : track.sensed.back().y_m;
   for (double y_m = track.path.back().y_m; y_m < end_m; y_m += kEdgeStep_m) {
     Add(edge, y_m, -tracked.mats.EdgeX(y_m));
@@ -99,11 +99,11 @@ std::vector<Panel> TrackPanels(const TrackedRun& tracked, double wanted_distance
 
 constexpr double kNoColumn = std::numeric_limits<double>::quiet_NaN();
 
-// What all methods reported of a seam's profiles.
+// Positions that all methods reported for a seam's profiles.
 struct Reported {
   std::vector<double> along_mm, truth;                // [column]
   std::array<std::vector<double>, kMethods> columns;  // of each method
-  std::vector<double> wrong;                          // of the shown decision; not found: infinite
+  std::vector<double> wrong;                          // shown decision's error; not found: infinite
 };
 
 Reported ReportedOf(const SeamExperiment& experiment, const Calibration& calibration,
@@ -156,7 +156,7 @@ Panel ErrorPanel(const LineGeometry& line, const Reported& reported) {
   return panel;
 }
 
-// Positions of the profiles that pages show.
+// Indices of the profiles that pages show.
 std::set<std::size_t> Shown(const std::vector<double>& wrong) {
   std::vector<std::size_t> order(wrong.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -185,8 +185,8 @@ View::Page PageOf(const LineGeometry& line, const Reported& reported, std::size_
   return page;
 }
 
-// A recorded seam: the true edge along it and what each detector and each way to decide reported,
-// and pages of profiles: some from its begin to its end, and those that went most wrong.
+// A recorded seam: the true edge along it, the positions from each detector and decision method,
+// and pages of profiles: evenly spaced ones and those with the largest errors.
 View SeamView(const SeamExperiment& experiment, const Calibration& calibration,
               const Recording& recording) {
   const LineGeometry& line = experiment.sensor.line;
@@ -202,7 +202,7 @@ View SeamView(const SeamExperiment& experiment, const Calibration& calibration,
   return view;
 }
 
-// A closed-loop run, and what each detector reported on the way.
+// A closed-loop run, and the positions that each detector reported on the way.
 View TrackView(const SeamExperiment& experiment, const TrackedRun& tracked) {
   View view;
   view.panels = TrackPanels(tracked, experiment.track.wanted_distance_m);

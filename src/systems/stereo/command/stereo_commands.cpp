@@ -39,16 +39,16 @@ struct StereoArguments {
   std::optional<double> table_mm;
 };
 
-// Fewer windows with texture say nothing about rows.
+// With fewer textured windows, rows cannot be checked.
 constexpr int kMinTextured = 10;
-// Fewer windows that are found in their rows may be there by chance: of the rows that are searched
-// at first (17) five count as the same, so that of windows that fit nowhere 29 % do.
+// Fewer windows may be in their rows by chance: five of the rows searched at first (17) count as
+// the same row, so 29 % of the windows that match nowhere are in it.
 constexpr int kMinInRow = 3;
-// Rows that are searched at first, above and below each window's.
+// Number of rows searched at first, above and below each window's row.
 constexpr int kNearRows = 8;
-// Of what is found again, so much stands in its row if all is right: all but what is printed twice.
+// Share of the found windows that are in their row if all is right: all but repeated print.
 constexpr double kGoodShare = 0.9;
-// The share of the picture's height within which rows of a wrong calibration are looked for.
+// Share of the picture's height in which rows are searched if the calibration may be wrong.
 constexpr double kFarRows = 0.1;
 
 ReconstructOptions OptionsFor(const StereoArguments& a, bool colour) {
@@ -68,12 +68,12 @@ ReconstructOptions OptionsFor(const StereoArguments& a, bool colour) {
   return options;
 }
 
-// Little overlap leaves few windows, but most of what is found stands in its row.
+// With little overlap few windows are found, but most of them are in their row.
 bool Fits(const RowOffset& rows) {
   return rows.in_row >= kMinInRow && 2 * rows.in_row >= rows.found;
 }
 
-// Pictures that another camera took, or that were taken from elsewhere, do not stand in rows.
+// In pictures from another camera or position, windows are not in the same row.
 void CheckRows(const StereoArguments& a, const Reconstruction& made,
                const RectifiedCameras& cameras, const ReconstructOptions& options) {
   const auto measure = [&](int within_rows) {
@@ -169,7 +169,7 @@ void AddStereoCommand(CLI::App& app) {
   });
 }
 
-/// What both calibrations are given.
+/// Arguments of both calibrations.
 struct CalibrateArguments {
   std::string source, out, record, camera, corners = "9x6";
   double square_mm = 25.0;
@@ -318,7 +318,7 @@ void AddCalibrateStereoCommand(CLI::App& app) {
 }
 
 constexpr char kRecord[] = "views.yaml";
-/// An arm that repeats to 0.02 deg moves the pictures of a lens of 800 px by 0.3 px.
+/// An arm with a repeatability of 0.02 deg moves pictures of a lens of 800 px by 0.3 px.
 constexpr double kMaxReprojection_px = 1.0;
 
 HandEyeViews Read(const fs::path& folder) {

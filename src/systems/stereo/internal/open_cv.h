@@ -10,8 +10,8 @@
 
 namespace rangegrasp::stereo::internal {
 
-/// While it lives OpenCV works in this thread alone: trials run in parallel, in forked processes,
-/// in which the threads of their parent are not there.
+/// Restricts OpenCV to this thread during its lifetime: trials run in parallel in forked processes,
+/// which do not have the threads of their parent.
 class SingleThread {
  public:
   SingleThread() : before_(cv::getNumThreads()) { cv::setNumThreads(1); }
@@ -23,7 +23,7 @@ class SingleThread {
   int before_;
 };
 
-/// A picture's pixels as OpenCV sees them: not a copy, and not to be written to.
+/// A picture's pixels for OpenCV: not a copy, and not to be written to.
 inline cv::Mat View(const image::Image& picture) {
   return {picture.height, picture.width, CV_8UC3,
           const_cast<std::uint8_t*>(picture.rgb.data())};  // NOLINT: OpenCV has no const view
@@ -40,7 +40,7 @@ inline cv::Mat GreyOf(const image::Image& picture) {
   return grey;
 }
 
-/// Room for a picture, and the matrix that writes to it.
+/// Allocates a picture, and returns the matrix that writes to it.
 inline cv::Mat Room(int width, int height, image::Image& picture) {
   picture = {width, height, std::vector<std::uint8_t>(3 * image::IndexAt(0, height, width), 0)};
   return {height, width, CV_8UC3, picture.rgb.data()};
@@ -70,7 +70,7 @@ inline Eigen::Matrix3d ToEigen(const cv::Matx33d& m) {
 inline base::Pose PoseOf(const cv::Matx33d& rotation, const cv::Vec3d& shift) {
   return base::MakePose(ToEigen(rotation), {shift[0], shift[1], shift[2]});
 }
-/// Of a turn vector, as OpenCV's solvers give it.
+/// Pose from a rotation vector, as OpenCV's solvers return it.
 inline base::Pose PoseOfTurn(const cv::Vec3d& turn, const cv::Vec3d& shift) {
   cv::Matx33d rotation;
   cv::Rodrigues(turn, rotation);

@@ -19,7 +19,7 @@ using base::kMm;
 constexpr char kType[] = "stereo_camera";
 constexpr char kPansAreOne[] = "left_pan_deg must be less than right_pan_deg";
 
-/// @tparam Source  what reads the keys, or what checks them.
+/// @tparam Source  reads the keys, or checks them.
 template <typename Source, typename Options>
 void ReadKeys(Source& from, Options& o) {
   from.Read("width_px", o.width, 64, 8192, "columns of a picture");
@@ -68,7 +68,7 @@ constexpr int kShareBits = 8;
 constexpr int kShare = 1 << kShareBits;  // steps between two drawn pixels
 constexpr int kOneBits = 6;
 static_assert(1 << kOneBits == LensMap::kOne);
-constexpr int kQuantileBits = 12;  // beyond 3.5 sigma there is nothing; a word holds five draws
+constexpr int kQuantileBits = 12;  // values end at 3.5 sigma; a word holds five draws
 constexpr int kDrawsPerWord = 64 / kQuantileBits;
 
 double NormalCdf(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
@@ -130,7 +130,7 @@ LensMap::LensMap(const stereo::Camera& camera) : width_(camera.width) {
       high = high.cwiseMax(place);
     }
   }
-  // One pixel round what is seen, so that each place has four neighbors.
+  // One pixel of margin, so that each place has four neighbors.
   drawn_center_ = (1.0 - low.array()).ceil();
   const Eigen::Vector2d size = (high + drawn_center_).array().ceil() + 2.0;
   drawn_width_ = static_cast<int>(size.x());
@@ -181,7 +181,7 @@ void Blur(image::Image& picture, double sigma_px) {
           (side * (from[i - step] + from[i + step]) + middle * from[i] + kShare / 2) >> kShareBits);
     }
   };
-  // The ends of rows mix with those of their neighbors: they lie outside of what the lens sees.
+  // The ends of rows mix with those of adjacent rows; they are outside the lens's view.
   smooth(picture.rgb, across, 3);
   smooth(across, picture.rgb, stride);
 }
@@ -205,7 +205,7 @@ void PixelNoise::AddTo(std::vector<std::int32_t>& values, base::Rng& rng) const 
   }
 }
 
-// Pixels fall off with the square of the distance from the middle, up to the corners' share.
+// Light loss grows with the square of the distance from the middle, up to the corners' share.
 image::Image StereoCamera::Photo(const sim::World& world, sim::Renderer& renderer,
                                  const base::Pose& X_WC, std::uint64_t seed) const {
   base::Rng rng(base::DeriveSeed(seed, "exposure"));
@@ -303,7 +303,7 @@ std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const base::Pose& X_WC,
                                       std::span<const Eigen::Vector2d> pixels) {
   constexpr double kNoRange = std::numeric_limits<double>::quiet_NaN();
-  constexpr float kFarthest_m = 100.0f;  // of what a pixel may show: the room is smaller
+  constexpr float kFarthest_m = 100.0f;  // maximum range of a pixel: the room is smaller
   const RayCaster caster(meshes);
   std::vector<Ray> rays;
   std::vector<std::size_t> traced;

@@ -18,22 +18,22 @@
 
 namespace rangegrasp::sensing {
 
-/// One camera on the scanner's pan/tilt unit that takes two pictures, turned by two angles (section
-/// 5.3, figure 5.18). S is the scanner head's frame, whose y axis it turns about; the head's pitch
-/// (-37 deg) is that of the scene's site. Turned by 0 the camera stands `ahead_m` before the axis
-/// along S's z and looks along it, so that a turn moves it sideways by the baseline
-/// b = ahead * 2 sin(turn / 2). The dissertation names neither its place nor its lens; the defaults
-/// are those of docs/results.md.
+/// One camera on the scanner's pan/tilt unit that takes two pictures at two pan angles (section
+/// 5.3, figure 5.18). S is the scanner head's frame; the camera turns about its y axis. The head's
+/// pitch (-37 deg) is that of the scene's site. At a pan of 0 the camera is `ahead_m` in front of
+/// the axis along S's z and looks along z, so a turn moves it sideways by the baseline b = ahead *
+/// 2 sin(turn / 2). The dissertation states neither its position nor its lens; the defaults are
+/// those of docs/results.md.
 ///
-/// These are the truth of what is simulated. Who looks at the pictures knows of them what a
-/// calibration found. What each is stands with its key (ReadStereoCamera).
+/// These are the ground truth of the simulation. Users of the pictures only know what a calibration
+/// found of them. The keys in ReadStereoCamera describe each option.
 struct StereoCameraOptions {
   int width = 1600;
   int height = 1200;
   double focal_px = 2000.0;
-  // A lens is never built as it is drawn: its axis misses the sensor's middle, it bends what is
-  // straight (5.10 to 5.12: barrel, less than 1 % in the corners, and a little decentred), and its
-  // mount is a little off.
+  // A real lens is never exactly as designed: its axis misses the sensor's middle, it bends
+  // straight lines (5.10 to 5.12: barrel distortion, less than 1 % in the corners, slightly
+  // decentred), and its mount is slightly off.
   double center_right_px = 7.3;
   double center_down_px = -5.8;
   double k1 = -0.11;
@@ -41,7 +41,7 @@ struct StereoCameraOptions {
   double p1 = 0.0006;
   double p2 = -0.0004;
   double ahead_m = 0.30;
-  double mount_right_m = 0.0021;  ///< further than `ahead_m` says
+  double mount_right_m = 0.0021;  ///< in addition to `ahead_m`
   double mount_down_m = -0.0014;
   double mount_roll_rad = base::Deg(0.6);
   double mount_pitch_rad = base::Deg(-0.4);
@@ -49,32 +49,32 @@ struct StereoCameraOptions {
 
   double left_pan_rad = base::Deg(-4.0);
   double right_pan_rad = base::Deg(0.0);
-  /// About the nominal angle. The unit's data sheet says 0.02 deg both ways; always come to from
-  /// one side, it is better. b, and with it depth, depends on it.
+  /// About the nominal angle. The unit's data sheet states 0.02 deg for both directions; it is
+  /// better if an angle is always approached from one side. b, and thus depth, depends on it.
   double pan_sigma_rad = base::Deg(0.002);
 
-  int edge_samples = 0;  ///< lens_blur_px smooths edges, too
-  /// Which the models' labels leave out. Without it most of a package is of one colour, which is
-  /// harder than what a kitchen holds.
+  int edge_samples = 0;  ///< lens_blur_px also smooths edges
+  /// Print that the models' labels omit. Without it, most of a package has one colour, which is
+  /// harder than the objects in a kitchen.
   bool fine_print = true;
-  int shadow_px = 2048;  ///< spans the room
+  int shadow_px = 2048;  ///< the shadow map spans the room
   double lens_blur_px = 0.6;
   double vignetting = 0.25;
   double exposure_sigma = 0.02;
-  double noise_levels = 3.0;  ///< 2.0 in their grey
+  double noise_levels = 3.0;  ///< 2.0 in the grey value
 };
 
-/// Reads models/sensors/stereo_camera.yaml; what is not given keeps its default.
-/// @throws base::InputError as ReadLineScanner.
+/// Reads models/sensors/stereo_camera.yaml; absent keys keep their defaults.
+/// @throws base::InputError like ReadLineScanner.
 StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file);
 
 /// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
 /// range, its value and its range.
 void CheckOptions(const StereoCameraOptions& options);
 
-/// For each pixel of a photograph the place that it sees in a picture drawn without distortion
-/// (equations 5.10 to 5.12). The drawn picture has the lens's focal length and is large enough to
-/// hold all that the lens sees.
+/// Maps each pixel of a photograph to its place in a picture drawn without distortion (equations
+/// 5.10 to 5.12). The drawn picture has the lens's focal length and contains all that the lens
+/// sees.
 class LensMap {
  public:
   /// @param camera  square pixels: fx is fy.
@@ -86,7 +86,7 @@ class LensMap {
   /// Principal point of the drawn picture [px].
   const Eigen::Vector2d& drawn_center_px() const { return drawn_center_; }
 
-  /// A row of the photograph: 3 values a pixel [1 / kOne of a grey level], each interpolated
+  /// A row of the photograph: 3 values per pixel [1 / kOne of a grey level], each interpolated
   /// between the four nearest drawn pixels.
   static constexpr int kOne = 1 << 6;
   void SampleRow(const image::Image& drawn, int row, std::vector<std::int32_t>& out) const;
@@ -94,7 +94,7 @@ class LensMap {
  private:
   struct Place {
     std::uint32_t pixel;        // the upper left of the four, as an index into rgb
-    std::uint16_t right, down;  // shares of the others, of kShare
+    std::uint16_t right, down;  // weights of the others, in 1 / kShare
   };
   int width_;
   int drawn_width_ = 0;
@@ -106,7 +106,7 @@ class LensMap {
 /// Smooths along rows and columns by three weights with the variance sigma_px^2 (<= 1).
 void Blur(image::Image& picture, double sigma_px);
 
-/// Normal numbers, fast: quantiles of the normal distribution, of which 12 random bits pick one.
+/// Fast normal noise: 12 random bits select one of the quantiles of the normal distribution.
 class PixelNoise {
  public:
   /// @param sigma  standard deviation, in units of the values
@@ -117,7 +117,7 @@ class PixelNoise {
   std::vector<std::int32_t> quantiles_;
 };
 
-/// What only the scorer may read: the lens as it is and where it stood at each picture.
+/// Ground truth that only the scorer may read: the true lens and its pose at each picture.
 struct StereoTruth {
   stereo::Camera lens;
   base::Pose X_WL, X_WR;
@@ -128,34 +128,34 @@ struct StereoShot {
   StereoTruth truth;
 };
 
-/// What a pixel of a photograph shows.
+/// Ground truth of a pixel of a photograph.
 struct PixelTruth {
-  std::uint32_t label = 0;  ///< of sim::VisualMesh; 0 where nothing is met
-  double depth_m = 0.0;     ///< along the camera's axis; NaN where nothing is met
+  std::uint32_t label = 0;  ///< of sim::VisualMesh; 0 if its ray hits nothing
+  double depth_m = 0.0;     ///< along the camera's axis; NaN if its ray hits nothing
 };
 
-/// The lens of the options, as a calibration would find it if it made no error.
+/// The lens of the options, as an error-free calibration would find it.
 stereo::Camera LensOf(const StereoCameraOptions& options);
-/// Where the camera stands at a pan angle in the frame S of the scanner's head, by how it is
-/// mounted.
+/// Pose of the camera at a pan angle in the frame S of the scanner's head, including mounting
+/// errors.
 base::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad);
 
-/// Takes pictures of a simulated world: drawn by the engine's renderer, bent by the lens, darkened
-/// towards the corners, with noise of the sensor. May be made once and used in forked processes.
+/// Takes pictures of a simulated world: drawn by the engine's renderer, distorted by the lens,
+/// darkened towards the corners, with sensor noise. Can be made once and used in forked processes.
 class StereoCamera {
  public:
-  /// @throws std::invalid_argument as CheckOptions, or if the distortion folds the picture.
+  /// @throws std::invalid_argument like CheckOptions, or if the distortion folds the picture.
   explicit StereoCamera(const StereoCameraOptions& options);
 
   /// A renderer for many pictures of one world.
   std::unique_ptr<sim::Renderer> RendererOf(const sim::World& world) const;
   /// @param X_WS  the scanner head's pose.
-  /// @param rng   one draw of it; depends on nothing else.
+  /// @param rng   one draw of it; the noise depends on nothing else.
   /// @throws base::RunError if no offscreen picture can be made.
   StereoShot Photograph(const sim::World& world, const base::Pose& X_WS, base::Rng& rng) const;
   StereoShot Photograph(const sim::World& world, sim::Renderer& renderer, const base::Pose& X_WS,
                         base::Rng& rng) const;
-  /// One picture from anywhere. @param X_WC  where the camera stands.
+  /// One picture from any camera pose X_WC.
   image::Image Picture(const sim::World& world, sim::Renderer& renderer, const base::Pose& X_WC,
                        base::Rng& rng) const;
 
@@ -169,9 +169,9 @@ class StereoCamera {
   PixelNoise noise_;
 };
 
-/// Labels and depths of pixels of a photograph, by tracing the rays that they see. For the scorer.
-/// @param lens, X_WC  as they were at that photograph
-/// @param pixels  columns and rows, which may lie between pixels; a NaN meets nothing
+/// Labels and depths of pixels of a photograph, by tracing their rays. For the scorer.
+/// @param lens, X_WC  those of the photograph
+/// @param pixels  columns and rows, which may lie between pixels; NaN hits nothing
 /// @throws std::invalid_argument naming the mesh whose vertex is not finite.
 std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       const stereo::Camera& lens, const base::Pose& X_WC,

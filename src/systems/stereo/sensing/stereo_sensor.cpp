@@ -24,25 +24,24 @@ namespace fs = std::filesystem;
 using geometry::Points;
 using geometry::RangeImage;
 
-/// A stereo sample within so many gaps of a laser's ray that came back, as the laser sees it, adds
-/// nothing: it is measured already, or the laser saw through it, or it lies behind what the laser
-/// saw. Less: single lost rays are filled too; more: what is absorbed loses a wider border.
+/// A stereo sample within this many gaps of a returned laser ray, as seen from the laser, adds
+/// nothing: it is already measured, the laser saw through it, or it is behind what the laser saw.
+/// Smaller: single lost rays are also filled; larger: absorbing surfaces lose a wider border.
 constexpr double kGaps = 1.0;
-/// Of the geometrical filter, in spacings of the stereo samples, as in PreprocessOptions: the unit
-/// of length of eq. 4.8, and the distance of a neighbor that no outlier has. Samples that are
-/// evenly spaced would nearly all be outliers without.
+/// Geometrical filter, in spacings of the stereo samples, as in PreprocessOptions: the unit of
+/// length of eq. 4.8, and the distance of a neighbor that no outlier has. Otherwise, nearly all
+/// evenly spaced samples would be outliers.
 constexpr double kUnitSpacings = 0.34;
 constexpr double kKeepSpacings = 1.3;
 
-/// The keys below `stereo` of grasping experiments, and the name under which they stand in
-/// trial::Options.
+/// The keys below `stereo` of grasping experiments, and their name in trial::Options.
 struct Keys {
   ReconstructOptions reconstruct;
   fs::path calibration;  ///< of the camera; empty: calibrated before the first trial
 };
 constexpr const char* kKeys = "stereo";
 
-// What the pixels show that samples come from: for the judge.
+// Ground truth of the samples' pixels, for the judge.
 sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& lens,
                            const Reconstruction& made) {
   std::vector<Eigen::Vector2d> pixels;
@@ -72,7 +71,7 @@ std::vector<geometry::Rgb> ColorsAt(const std::vector<Eigen::Vector2f>& pixels,
   return colors;
 }
 
-// Unit, from the sensor; NaN where nothing was measured.
+// Unit directions from the sensor; NaN where nothing was measured.
 Points Directions(const RangeImage& image) {
   Points directions;
   directions.reserve(image.points_C.size());
@@ -82,7 +81,7 @@ Points Directions(const RangeImage& image) {
   return directions;
 }
 
-// The median chord of unit directions a number of samples apart; 0 if there is none.
+// Median distance of unit directions that are a number of samples apart; 0 if there are none.
 double MedianStep(const Points& directions, std::size_t apart) {
   std::vector<double> steps;
   for (std::size_t i = 0; i + apart < directions.size(); ++i) {
@@ -92,7 +91,7 @@ double MedianStep(const Points& directions, std::size_t apart) {
   return steps.empty() ? 0.0 : base::MedianOf(std::move(steps));
 }
 
-// Leaves what no ray of the laser that came back passes by.
+// Keeps only samples that no returned laser ray passes.
 void ForgetSeen(const geometry::View& laser, const RangeImage& stereo, std::vector<bool>& kept) {
   const Points all = Directions(laser.image);
   Points returned = all;
@@ -102,7 +101,7 @@ void ForgetSeen(const geometry::View& laser, const RangeImage& stereo, std::vect
       kGaps * std::max(MedianStep(all, 1),
                        MedianStep(all, static_cast<std::size_t>(std::max(1, laser.image.samples))));
   const geometry::KdTree tree(returned);
-  // A laser turns about its exit point, so that there is one origin for all of its rays.
+  // A laser turns about its exit point, so all of its rays have the same origin.
   const Eigen::Vector3d origin = laser.image.OriginOf(0);
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (!kept[i]) continue;
@@ -128,7 +127,7 @@ void ForgetOutliers(const RangeImage& stereo, std::vector<bool>& kept) {
   for (const auto k : perception::CompressionRateFilter(points, filter)) kept[index[k]] = true;
 }
 
-// What is left out was not measured, for the judge too.
+// Samples that are left out count as not measured, also for the judge.
 void LeaveOut(const std::vector<bool>& kept, geometry::View& view, sensing::ScanTruth& truth) {
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (kept[i]) continue;

@@ -15,11 +15,11 @@
 
 namespace rangegrasp::stereo {
 
-/// What a stereo camera makes its observations with, and from.
+/// Setup of a stereo sensor.
 struct StereoSetup {
-  sensing::StereoCameraOptions camera;  ///< as it is; for the pictures alone
+  sensing::StereoCameraOptions camera;  ///< true options; only for taking the pictures
   StereoCalibration calibration;        ///< as the robot knows it
-  /// If given, it makes the calibration when that is needed first.
+  /// If given, it computes the calibration when it is first needed.
   std::function<StereoCalibration()> calibrate;
   ReconstructOptions reconstruct;
   bool color = false;  ///< samples have the left picture's colors
@@ -31,8 +31,8 @@ struct StereoLook {
   sensing::ScanTruth truth;  ///< in the layout of made.view's image
 };
 
-/// The stereo camera on the head of the scanner (section 5.3): two pictures, and their
-/// reconstruction by its calibration.
+/// The stereo camera on the head of the scanner (section 5.3): takes two pictures and reconstructs
+/// them with its calibration.
 class StereoSensor : public trial::Sensor {
  public:
   /// @throws base::InputError for a calibration that does not fit; std::invalid_argument for
@@ -47,28 +47,28 @@ class StereoSensor : public trial::Sensor {
                         const std::filesystem::path& cloud) const override;
 
   trial::Sensed Sense(const sim::World& world, base::Rng& rng) const override;
-  /// The same with all that lies between.
+  /// The same with all intermediate results.
   StereoLook Look(const sim::World& world, base::Rng& rng) const;
 
   const Rectifier& rectifier() const;
-  /// With the calibration in it.
+  /// Includes the calibration.
   const StereoSetup& setup() const;
 
  private:
   mutable StereoSetup setup_;
   base::Pose X_WScanner_;
-  mutable std::optional<Rectifier> rectifier_;  // with it, the sensor is prepared
+  mutable std::optional<Rectifier> rectifier_;  // if set, the sensor is prepared
   sensing::StereoCamera camera_;
 };
 
 /// Reads the keys below `stereo` of grasping experiments. @throws base::InputError
 void ReadKeys(base::YamlMap& map, trial::Options& options);
 
-/// The types of sensor files that hold a stereo camera.
+/// The types of sensor files with a stereo camera.
 inline constexpr const char* kStereoCamera = "stereo_camera";
 inline constexpr const char* kLaserAndStereo = "laser_and_stereo";
 
-/// The files that a sensor of both kinds names as `laser` and `stereo`.
+/// The files that a sensor of both kinds refers to as `laser` and `stereo`.
 struct BothFiles {
   std::filesystem::path laser, stereo;
 };
@@ -78,20 +78,19 @@ BothFiles ReadBoth(const std::filesystem::path& sensor_file);
 /// The file of an experiment's stereo camera; empty if it has none.
 std::filesystem::path CameraFileOf(const trial::Options& options);
 
-/// The stereo camera of a cell. @param camera  its file
+/// The stereo sensor of a cell; `camera` is the camera's file.
 std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell,
                                        const std::filesystem::path& camera);
 
-/// The stereo samples that fill what a laser is blind to because its light does not come back
-/// (section 7.2, figure 7.1): no ray of the laser that came back passes by them, within the angle
-/// from one profile or sample to the next, and the geometrical filter (section 4.2.2) keeps them.
-/// O(n log n).
-/// @param laser, stereo  in one frame
-/// @return one a sample of `stereo`; all that were measured if the laser measured nothing
+/// The stereo samples that fill gaps where the laser's light does not return (section 7.2, figure
+/// 7.1): no returned laser ray passes them within the angle from one profile or sample to the next,
+/// and the geometrical filter (section 4.2.2) keeps them. O(n log n).
+/// @param laser, stereo  in the same frame
+/// @return one per sample of `stereo`; all that were measured if the laser measured nothing
 std::vector<bool> FillsAbsorbed(const geometry::View& laser, const geometry::View& stereo);
 
-/// Both look at the world, each as it would alone, from the same stream. The observation has two
-/// views: the laser's, and of the stereo camera's what FillsAbsorbed.
+/// Both sensors observe the world as each would alone, with the same random stream. The observation
+/// has two views: the laser's, and those samples of the stereo camera that FillsAbsorbed selects.
 std::unique_ptr<trial::Sensor> MakeLaserAndStereo(std::unique_ptr<trial::Sensor> laser,
                                                   std::unique_ptr<trial::Sensor> stereo);
 

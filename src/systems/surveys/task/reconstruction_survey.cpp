@@ -16,8 +16,8 @@ namespace {
 using experiment::Column;
 using nlohmann::ordered_json;
 
-// Texture of a sample: the standard deviation of the brightness in the window of block matching.
-// Noise alone has 2 levels, shading over a window up to 2 more.
+// Texture of a sample: the standard deviation of the brightness in the block-matching window. Noise
+// alone gives 2 levels, shading over a window up to 2 more.
 constexpr int kWindow_px = 21;
 constexpr double kTextured_levels = 6.0;
 /// Errors are counted in steps of this, up to kMismatch_m: a sample further off lies on no surface
@@ -48,7 +48,7 @@ double Texture(const image::Image& picture, int x, int y) {
 /// Samples of one kind that the left camera sees.
 struct Samples {
   int seen = 0, made = 0, mismatches = 0;
-  double sum_m = 0.0;            ///< of the errors' sizes
+  double sum_m = 0.0;            ///< of the absolute errors
   std::map<int, int> histogram;  ///< of the errors along the ray, in steps; without mismatches
 
   void Add(double error_m) {
@@ -85,8 +85,8 @@ Samples SamplesOf(const ordered_json& json) {
   return s;
 }
 
-/// The error that a share of all samples is below, mismatches being the largest; of the sizes or of
-/// the signed errors. @return [mm]; nothing where it is a mismatch, or without samples
+/// Quantile of the errors of all samples, with mismatches as the largest; of the absolute or the
+/// signed errors. @return [mm]; nullopt if it is a mismatch, or without samples
 std::optional<double> Quantile(const Samples& s, double share, bool size) {
   std::map<int, int> steps;
   for (const auto& [step, count] : s.histogram) steps[size ? std::abs(step) : step] += count;
@@ -121,7 +121,7 @@ ordered_json MeasureReconstruction(const trial::Cell& cell, const trial::Arrange
                                   row * step_px + step_px / 2) > kTextured_levels;
     Samples& samples = objects[scene.world.object_name(label - 1)][textured ? 1 : 0];
     ++samples.seen;
-    // A sample that color put on the table is none of the object.
+    // Samples that were put on the table because of their color do not count as the object's.
     const double range_m = (view.image.points_C[i] - view.image.origins_C.front()).norm();
     const double error_m = range_m - look.truth.true_range_m[i];
     if (view.noise_m[i] > 0.0F && !std::isnan(error_m)) samples.Add(error_m);

@@ -15,9 +15,9 @@ using Eigen::Vector3d;
 using experiment::Column;
 using nlohmann::ordered_json;
 
-/// An axis within this of the vertical stands, one within this of the horizontal lies.
+/// Axes within this of the vertical are upright, those within it of the horizontal lying.
 constexpr double kStanding_rad = base::Deg(20.0);
-/// A perceived axis within this of the model's is the right one.
+/// A perceived axis within this of the model's is correct.
 constexpr double kSameAxis_rad = base::Deg(10.0);
 
 const char* PoseOf(const Vector3d& axis_W) {

@@ -19,12 +19,12 @@ using experiment::Column;
 using experiment::Section;
 using nlohmann::ordered_json;
 
-/// One view with the truth of each sample, for evaluation alone.
+/// One view with the ground truth of each sample, for evaluation only.
 struct LabelledScan {
   geometry::Observation observation;
-  std::vector<std::uint32_t> label;  ///< as surveys::Compare has them
+  std::vector<std::uint32_t> label;  ///< as in surveys::Compare
   std::optional<perception::Workspace> workspace;
-  bool depth_camera = false;  ///< points further apart with depth; else a line scanner's
+  bool depth_camera = false;  ///< point spacing grows with depth; else a line scanner's
 
   const geometry::Points& points_C() const { return observation.views.front().image.points_C; }
 };
@@ -64,12 +64,12 @@ Found Perceived(const LabelledScan& scan, perception::PerceptionOptions options,
   return found;
 }
 
-/// The points that the library's methods get: those above the table, which this program finds for
-/// them. Their time begins after it.
+/// Input of the library's methods: the points above the table, which this program finds for them.
+/// Their timing starts afterwards.
 geometry::Points AboveTable(const LabelledScan& scan, const Eigen::Vector3d& origin_C) {
   geometry::Points points;
   for (std::size_t i = 0; i < scan.label.size(); ++i) {
-    // A depth camera's points without a label are measured all the same.
+    // A depth camera's unlabeled points are measured, too.
     const bool measured = scan.depth_camera ? scan.points_C()[i].allFinite() : scan.label[i] > 0;
     if (measured) points.push_back(scan.points_C()[i]);
   }
@@ -87,7 +87,7 @@ geometry::Points AboveTable(const LabelledScan& scan, const Eigen::Vector3d& ori
   return points;
 }
 
-/// Stein et al. 2014 as the library has it, with lengths that suit the sensor.
+/// Stein et al. 2014, as implemented in the library, with lengths that suit the sensor.
 Found LocallyConvex(const geometry::Points& above, const Eigen::Vector3d& origin_C,
                     bool depth_camera) {
   pcl_bridge::LocalConvexityOptions options{.voxel_m = 0.010, .seed_m = 0.040};
@@ -107,7 +107,7 @@ Found LocallyConvex(const geometry::Points& above, const Eigen::Vector3d& origin
 }
 
 Found Clustered(const geometry::Points& above, const Eigen::Vector3d& origin_C) {
-  // Two lines of the laser's points; the noise of a depth camera.
+  // Covers two lines of the laser's points, or the noise of a depth camera.
   const pcl_bridge::EuclideanClusterOptions options{.tolerance_m = 0.010};
   const base::Stopwatch watch;
   const auto clusters = pcl_bridge::EuclideanClusters(pcl_bridge::Cloud(above, origin_C), options);

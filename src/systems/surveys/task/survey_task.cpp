@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 3> WordsOf(Quantity) {
   return {"separation", "rotation", "reconstruction"};
 }
 
-/// What belongs to a quantity, in their order.
+/// Functions of each quantity, in the order of Quantity.
 struct Survey {
   ordered_json (*measure)(const trial::Cell&, const trial::Arrangement&, std::uint64_t, Seconds&);
   experiment::Section (*table)(const std::vector<Measured>&);
@@ -32,7 +32,7 @@ constexpr std::array<Survey, 3> kSurveys = {{{MeasureSeparation, SeparationTable
                                              {MeasureReconstruction, ReconstructionTable}}};
 const Survey& SurveyOf(Quantity quantity) { return kSurveys[static_cast<std::size_t>(quantity)]; }
 
-/// Stamp::data.
+/// Key of Stamp::data.
 constexpr const char* kMeasure = "measure";
 constexpr const char* kMeasured = "measured";  ///< the outcome
 

@@ -21,10 +21,10 @@ using experiment::Record;
 using experiment::Report;
 using experiment::Stamp;
 
-constexpr int kDigits = 4;  ///< of seconds: a tenth of a millisecond
+constexpr int kDigits = 4;  ///< decimals of seconds: a tenth of a millisecond
 constexpr const char* kOwnFormat = ".4f";
 
-// A row of table 5.1: what it sums of the published steps and of the own ones.
+// A row of table 5.1: the published steps and our own steps that it sums.
 struct Stage {
   std::string title;
   std::vector<std::string> published;
@@ -46,7 +46,7 @@ const std::vector<Stage>& Stages() {
       {"grasping points and poses, collision detection",
        {"grasping point detection", "grasping pose detection", "collision detection"},
        {"grasp"}},
-      {"sum", {"sum"}, {}}};  // its own times are those of all others
+      {"sum", {"sum"}, {}}};  // its own time is the sum of all others
   return stages;
 }
 
@@ -62,7 +62,7 @@ ByStep PublishedSteps(const Stamp& stamp) {
   return steps;
 }
 
-// Of those steps that are there; nothing where none is.
+// The sum of those steps that exist; nullopt if none does.
 std::optional<double> SumOf(const ByStep& steps, const std::vector<std::string>& names) {
   std::optional<double> sum;
   for (const std::string& name : names) {
@@ -72,7 +72,7 @@ std::optional<double> SumOf(const ByStep& steps, const std::vector<std::string>&
   return sum;
 }
 
-// Of a method: by a row's title, its times in all scenes.
+// The times of a method in all scenes, by the row's title.
 std::map<std::string, std::vector<double>> OwnTimes(const std::vector<Record>& records,
                                                     const std::string& group) {
   std::map<std::string, std::vector<double>> times;

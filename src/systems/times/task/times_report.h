@@ -7,19 +7,19 @@
 
 namespace rangegrasp::times {
 
-/// What is timed.
+/// The timed quantity.
 enum class Timed {
   kStages,         ///< table 5.1
   kSegmentations,  ///< figures 5.8 and 5.9
 };
 constexpr std::array<std::string_view, 2> WordsOf(Timed) { return {"stages", "segmentations"}; }
 
-/// Stamp::data: the word of what is timed.
+/// Key of Stamp::data: the word of the timed quantity.
 inline constexpr const char* kTimed = "timed";
 
-/// Table 5.1 (each stage's median over the scenes and the published one), or figures 5.8 and 5.9
-/// (a row for each scene), with the latter as CSV and SVG among the files.
-/// @throws base::InputError if the reference in the stamp is no published table.
+/// Table 5.1 (each stage's median over the scenes, and the published time), or figures 5.8 and 5.9
+/// (a row per scene, also as CSV and SVG files).
+/// @throws base::InputError if the reference in the stamp is not a published table.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

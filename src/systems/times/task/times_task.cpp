@@ -30,8 +30,7 @@ using experiment::Result;
 using experiment::Stamp;
 using nlohmann::ordered_json;
 
-// Each scan with closer lines is this much denser than it should have to be; what is too much is
-// left out.
+// Each rescan is denser than required by this factor; excess points are removed.
 constexpr double kSpare = 1.02;
 constexpr int kScans = 6;
 
@@ -61,7 +60,7 @@ int Count(const std::vector<Part>& parts, Part part) {
   return static_cast<int>(std::ranges::count(parts, part));
 }
 
-// Of one kind so many, evenly in their order.
+// Keeps `wanted` points of one part, evenly spaced in their order.
 void Keep(const std::vector<Part>& parts, Part part, int wanted, geometry::Points& points_W) {
   const std::int64_t have = Count(parts, part);
   std::int64_t seen = 0;
@@ -76,17 +75,17 @@ void Keep(const std::vector<Part>& parts, Part part, int wanted, geometry::Point
 struct Options {
   trial::Options grasping;
   Timed timed = Timed::kStages;
-  int scenes = 10;              // at most as many as are published, of `segmentations`
-  ScanSize size{22377, 19646};  // of `stages`: the published scene's (fig. 5.5)
-  int repeats = 5;              // of each scene; the median counts
+  int scenes = 10;              // for `segmentations`: at most the published number
+  ScanSize size{22377, 19646};  // for `stages`: the published scene's (fig. 5.5)
+  int repeats = 5;              // of each scene; the median is used
   std::vector<trial::MethodKind> methods = {trial::MethodKind::kPublished,
                                             trial::MethodKind::kImproved};
   std::vector<perception::SegmentMethod> segmentations = {perception::SegmentMethod::kRegionGrowing,
                                                           perception::SegmentMethod::kMesh};
-  std::vector<ScanSize> published;  // of `segmentations`: the reference's scenes
+  std::vector<ScanSize> published;  // for `segmentations`: the reference's scenes
 };
 
-// The keys but those that it shares with grasping.
+// Reads the keys except those that it shares with grasping.
 void ReadTimesKeys(base::YamlMap& map, Options& o) {
   constexpr int kMaxPoints = 10'000'000;
   map.Read("timed", o.timed,
@@ -102,7 +101,7 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
   map.Read("segmentations", o.segmentations, "segmentations to time");
 }
 
-// All keys, to the end of the map. @throws base::InputError also for a reference that is none.
+// Reads all keys, to the end of the map. @throws base::InputError also for an invalid reference.
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {
@@ -127,14 +126,14 @@ Options ReadOptions(base::YamlMap& map) {
   return options;
 }
 
-// Of one perception and its grasps.
+// Result of one perception, with the number of its grasps.
 struct Run {
   perception::Scene scene;
   std::size_t grasps = 0;
   Seconds seconds;
 };
 
-// Grasps for every object, as table 5.1 has them; a trial plans those of the topmost alone.
+// Plans grasps for every object, as in table 5.1; a trial plans only those of the topmost one.
 Run RunOnce(const trial::Cell& cell, const trial::Options& options,
             const geometry::Observation& observation, std::uint64_t seed, bool grasps) {
   base::Rng rng = trial::StageStream(seed, "perceive");
@@ -151,7 +150,7 @@ Run RunOnce(const trial::Cell& cell, const trial::Options& options,
   return run;
 }
 
-// Each stage's median.
+// The median of each stage.
 Seconds MedianOf(const std::vector<Run>& runs) {
   Seconds medians;
   for (std::size_t i = 0; i < runs.front().seconds.size(); ++i) {
@@ -179,7 +178,7 @@ class TimesExperiment : public experiment::Task {
     std::vector<Case> cases;
     for (int scene = 0; scene < Scenes(); ++scene) {
       for (const std::string& word : Words()) {
-        // One seed a scene: all methods see the same scan.
+        // One seed per scene: all methods see the same scan.
         cases.push_back(
             {fmt::format("scene{}-{}", scene + 1, word),
              word,

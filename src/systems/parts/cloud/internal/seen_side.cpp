@@ -20,13 +20,13 @@ using geometry::KdTree;
 
 // ---- bodies of revolution ----
 
-/// Sine by which noise tilts normals that meet the axis: 0.1 to 0.2 was measured.
+/// Maximum sine by which noise tilts normals that meet the axis: 0.1 to 0.2 was measured.
 constexpr double kMaxTwist = 0.3;
-/// Twist from which a face's weight falls (Geman and McClure 1987), and rounds of reweighting.
+/// Twist at which a face's weight decreases (Geman and McClure 1987), and number of reweightings.
 constexpr double kSoftness = 0.2;
 constexpr int kReweightings = 20;
 
-/// Velocities a x p + m.
+/// The velocity field a x p + m.
 struct Rotation {
   Vector3d a = Vector3d::Zero();
   Vector3d m = Vector3d::Zero();
@@ -34,7 +34,7 @@ struct Rotation {
   Vector3d VelocityAt(const Vector3d& p) const { return a.cross(p) + m; }
 };
 
-/// The sums of the least squares, about the surface's middle and in units of its size.
+/// Sums of the least squares problem, relative to the surface's middle and in units of its size.
 struct RingSums {
   Matrix3d aa = Matrix3d::Zero(), am = Matrix3d::Zero(), mm = Matrix3d::Zero();
 
@@ -44,12 +44,12 @@ struct RingSums {
     am += weight * q * n.transpose();
     mm += weight * n * n.transpose();
   }
-  /// What a translation costs compared with a rotation: almost nothing, to decide where the
-  /// surface, as a cylinder, could also slide along its axis.
+  /// Cost of a translation compared with a rotation: almost zero. It decides where a surface, such
+  /// as a cylinder, could also slide along its axis.
   Matrix3d Ridged() const { return mm + 1e-4 * mm.trace() * Matrix3d::Identity(); }
 };
 
-/// The surface in a frame of its own.
+/// The surface relative to its middle and in units of its size.
 struct RingFaces {
   Vector3d middle = Vector3d::Zero();
   double size = 0.0;
@@ -69,7 +69,7 @@ struct RingFaces {
   }
 };
 
-/// m for a, such that the squares are least, without a pitch along a.
+/// The m with the least squares for a given a, without a pitch along a.
 Rotation WithAxis(const RingSums& sums, const Vector3d& a) {
   const Vector3d m = -base::SolveLdlt<3, 1>(sums.Ridged(), sums.am.transpose() * a);
   return {a, m - a.dot(m) * a};
@@ -82,7 +82,7 @@ Rotation BestOf(const RingSums& sums) {
 }
 
 double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
-  // Near to the axis its place is not known well enough for a direction round it.
+  // Near the axis its position is too uncertain to give a direction around it.
   constexpr double kNearRing = 0.1;
   const Vector3d velocity = rotation.VelocityAt(p);
   return velocity.dot(n) / std::max(velocity.norm(), kNearRing);
@@ -114,8 +114,8 @@ double ShareOf(const RingFaces& faces, const Rotation& rotation) {
 
 // ---- joining ----
 
-/// The parts in sets, numbered by falling area, ties by their first parts. The tree is the whole
-/// and what it came to.
+/// Joins the parts of each set. The sets are numbered by decreasing area, on ties by their first
+/// parts. The tree then contains only the whole and the joined parts.
 Segmentation JoinParts(const Segmentation& found, const std::vector<double>& area,
                        geometry::UnionFind& sets) {
   std::vector<double> of_set(area.size(), 0.0);
@@ -137,7 +137,7 @@ Segmentation JoinParts(const Segmentation& found, const std::vector<double>& are
   return joined;
 }
 
-/// Of an equilateral triangle as large as the mean.
+/// Edge length of an equilateral triangle with the mean face area.
 double EdgeOf(const FaceFrames& frames) {
   return std::sqrt(4.0 / std::sqrt(3.0) * frames.total_area /
                    static_cast<double>(frames.area.size()));
@@ -145,15 +145,15 @@ double EdgeOf(const FaceFrames& frames) {
 
 // ---- thin walls ----
 
-/// Of a wall, in edges: noise that joins a wall's sides is about one edge, and what is three times
-/// as thick stays apart.
+/// Thickness of a wall in edge lengths. Noise that merges a wall's sides is about one edge; sides
+/// three times as far apart stay separate.
 constexpr double kThickness = 4.0;
-/// Of the smaller part's area, that faces the other.
+/// Minimum fraction of the smaller part's area that faces the other part.
 constexpr double kShare = 0.5;
-/// Cosines: of the way to the other face with the normal, and of both normals.
+/// Minimum cosines: between the normal and the way to the other face, and between both normals.
 constexpr double kAcross = 0.8, kParallel = 0.7;
 
-/// The nearest face that lies before or behind one, about parallel to it.
+/// The nearest face in front of or behind a face, about parallel to it.
 std::optional<std::uint32_t> Facing(const FaceFrames& frames, const KdTree& tree, std::uint32_t f,
                                     double reach, std::vector<KdTree::Neighbor>& near) {
   tree.Within(frames.center[f], reach, near);
@@ -172,8 +172,8 @@ std::optional<std::uint32_t> Facing(const FaceFrames& frames, const KdTree& tree
 
 // ---- one side ----
 
-/// Faces with normals that are evened out over the faces about their corners: those of single
-/// triangles are as rough as noise is large compared with their edges.
+/// Faces with normals averaged over the faces around their corners. Normals of single triangles are
+/// rough if noise is large compared with their edges.
 FaceFrames SmoothFrames(const Shape& mesh) {
   FaceFrames frames = BuildFaceFrames(mesh);
   Points of_point(mesh.points.size(), Vector3d::Zero());
@@ -188,7 +188,7 @@ FaceFrames SmoothFrames(const Shape& mesh) {
   return frames;
 }
 
-/// The area as it is seen from a direction, each layer by itself.
+/// The projected area in a view direction, each layer counted by itself.
 double ProjectedArea(const Vector3d& view, const FaceFrames& frames) {
   double area = 0.0;
   for (std::size_t f = 0; f < frames.area.size(); ++f) {
@@ -197,7 +197,7 @@ double ProjectedArea(const Vector3d& view, const FaceFrames& frames) {
   return area;
 }
 
-/// What the surface covers, in cells in which a face has its middle.
+/// The area that the surface covers, counted in cells that contain a face's middle.
 double CoveredArea(const Vector3d& view, const FaceFrames& frames) {
   const double side = 2.0 * EdgeOf(frames);
   const Vector3d right = view.unitOrthogonal();
@@ -212,26 +212,26 @@ double CoveredArea(const Vector3d& view, const FaceFrames& frames) {
   return static_cast<double>(covered) * side * side;
 }
 
-/// Share of the area that turns about an axis, to be a body.
+/// Minimum fraction of the area that is symmetric about an axis, for a body.
 constexpr double kMinBodyShare = 0.6;
-/// Share of a part's area that turns about it, to be of the body; the same of parts that give the
-/// body's profile, and how much of the whole area they have at least.
+/// Minimum fraction of a part's area that is symmetric about the axis, for a part of the body. The
+/// same for parts that define the body's profile, and their minimum fraction of the whole area.
 constexpr double kMinTurned = 0.5, kSureTurned = 0.6, kSureArea = 0.02;
-/// Half of a part of the body is so near to its profile, in edges.
+/// Half of a part of the body is this close to the body's profile, in edge lengths.
 constexpr double kProfileReach = 2.0;
-/// Less of the area than this does not stand off, it is of the body.
+/// Joined parts with a smaller fraction of the area do not protrude but belong to the body.
 constexpr double kMinOff = 0.02;
-/// Faces so near to another part, in edges, are looked at again; nearer than the step to the body's
-/// profile is of the body.
+/// In edge lengths: faces this close to another part are reassigned; those within the step of the
+/// body's profile belong to the body.
 constexpr double kBorderZone = 3.0, kBorderStep = 0.4;
-/// What stands off, at angles less than this apart, is one.
+/// Protrusions at angles closer than this are joined.
 constexpr double kSameSide_rad = 0.8;
 
-/// What is known of a part.
+/// Measures of a part.
 struct SeenPart {
   double area = 0.0;
-  double turned = 0.0;  ///< area that turns about the axis
-  double near = 0.0;    ///< area near to the body's profile
+  double turned = 0.0;  ///< area that is symmetric about the axis
+  double near = 0.0;    ///< area close to the body's profile
   Vector3d middle = Vector3d::Zero();
   bool is_body = false;
 };
@@ -270,8 +270,8 @@ std::vector<SeenPart> MeasureParts(const FaceFrames& frames, const RevolutionAxi
   return parts;
 }
 
-/// Moves faces where the body and others meet: what lies on the body's profile, as the body shows
-/// it elsewhere, is of the body, all else goes with the nearest other part.
+/// Reassigns faces where the body and other parts meet. Faces on the body's profile, as the body
+/// shows it elsewhere, go to the body; all others go to the nearest other part.
 void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
                        const std::vector<SeenPart>& parts, Labels& label) {
   const double edge = EdgeOf(frames);
@@ -279,7 +279,7 @@ void MoveBordersOfBody(const FaceFrames& frames, const RevolutionAxis& axis,
   std::vector<KdTree::Neighbor> near;
   const Labels before = label;
   const auto of_body = [&](std::uint32_t f) { return parts[before[f]].is_body; };
-  // Of each face at the border: the nearest one of the other kind.
+  // For each face at the border: the nearest face of the other kind.
   std::vector<std::optional<std::uint32_t>> other(label.size());
   Points profile;
   for (std::uint32_t f = 0; f < label.size(); ++f) {
@@ -309,7 +309,7 @@ bool OnOneSide(const RevolutionAxis& axis, const SeenPart& a, const SeenPart& b)
   return of_a.dot(of_b) >= std::cos(kSameSide_rad) * of_a.norm() * of_b.norm();
 }
 
-/// Parts of the body, parts on one side of it, and with the body what is too little to stand off.
+/// Joins parts of the body, parts on one side of it, and parts too small to protrude with the body.
 geometry::UnionFind JoinedSets(const RevolutionAxis& axis, const std::vector<SeenPart>& parts) {
   geometry::UnionFind sets(parts.size());
   double total = 0.0;
@@ -389,13 +389,13 @@ Segmentation JoinWalls(const Shape& mesh, const Segmentation& found) {
 
 double FewestLayers(const Shape& mesh) {
   constexpr int kDirections = 200;
-  // Of the largest projected area: edge on, there is more border than surface.
+  // Fraction of the largest projected area. Seen edge on, there is more border than surface.
   constexpr double kMinProjected = 0.75;
   const FaceFrames frames = BuildFaceFrames(mesh);
   Points views;
   std::vector<double> projected;
   for (int k = 0; k < kDirections; ++k) {
-    views.push_back(SpiralDirection(k, (k + 0.5) / kDirections));  // evenly over half a ball
+    views.push_back(SpiralDirection(k, (k + 0.5) / kDirections));  // evenly over a hemisphere
     projected.push_back(ProjectedArea(views.back(), frames));
   }
   const double enough = kMinProjected * *std::ranges::max_element(projected);

@@ -14,21 +14,21 @@ namespace {
 
 // ---- bends ----
 
-/// Side of the patches that stand for their edges, of the scale: within it bends are seen as one.
+/// Side of the patches that represent their edges, relative to the scale; they merge bends within.
 constexpr double kPatchSide = 0.25;
-/// Weight of a convex bend compared with a concave one: cuts run along grooves and seldom along
+/// Weight of a convex bend compared with a concave one: cuts run along grooves and rarely along
 /// ridges (minima rule).
 constexpr double kConvexShare = 0.25;
 
-/// Sine of the angle between two faces that lie on each other, at most: rounding decides which of
-/// them is above, so that the edge where they meet is neither ridge nor groove.
+/// Maximum sine of the angle between two faces folded onto each other. Rounding decides which of
+/// them is above, so that the edge between them is neither a ridge nor a groove.
 constexpr double kFold = 0.01;
 
-/// Cosine below which a normal points away. That of a wall at a right angle does, whatever rounding
-/// makes of it.
+/// Cosine below which a normal points away. The normal of a wall at a right angle then does so
+/// regardless of rounding.
 constexpr double kAway = 0.001;
 
-/// The angle between two faces, > 0 where they are convex; 0 where they are folded on each other.
+/// The angle between two faces, > 0 if they are convex, 0 if they are folded onto each other.
 double Dihedral(const FaceFrames& frames, std::uint32_t f, std::uint32_t g) {
   const Eigen::Vector3d& n = frames.normal[f];
   const Eigen::Vector3d& m = frames.normal[g];
@@ -38,7 +38,7 @@ double Dihedral(const FaceFrames& frames, std::uint32_t f, std::uint32_t g) {
   return n.dot(frames.center[g] - frames.center[f]) > 0.0 ? -angle : angle;
 }
 
-/// A mesh in patches: the connected faces whose centers lie in the same cube of a grid.
+/// A mesh divided into patches: connected faces whose centers lie in the same cube of a grid.
 struct Patches {
   Labels of_face;     ///< numbered by their first faces
   FaceFrames frames;  ///< of the patches
@@ -78,7 +78,7 @@ std::vector<Eigen::Matrix3d> BendsOfPatches(const Shape& mesh, const FaceGraph& 
   return bends;
 }
 
-/// The tensors of the ball round each patch.
+/// Weighted sum of the tensors in the ball around each patch.
 std::vector<Eigen::Matrix3d> BendsOfBalls(const FaceFrames& patches,
                                           const std::vector<Eigen::Matrix3d>& bends, double scale) {
   const geometry::KdTree tree(patches.center);
@@ -96,18 +96,18 @@ std::vector<Eigen::Matrix3d> BendsOfBalls(const FaceFrames& patches,
 
 // ---- cells ----
 
-/// Area of a patch of the grid below which it has no seed, of a cube's side: a corner cut off.
+/// Minimum patch area for a seed, relative to a cube's side; smaller patches are cut-off corners.
 constexpr double kMinPatch = 0.3;
-/// Depth below the surface at which cells look for each other, of the root of the area: deeper than
-/// noise and the bumps of coarse faces; a thin wall's is a quarter of its thickness.
+/// Depth below the surface at which cells look for each other, relative to the square root of the
+/// area: deeper than noise and the bumps of coarse faces; at most a quarter of the thickness.
 constexpr double kDepth = 0.005;
-constexpr double kMinDepth = 1e-5;  ///< a wall is thicker
+constexpr double kMinDepth = 1e-5;  ///< below the thickness of any wall
 constexpr double kMaxThickness = 10.0;
 
-/// Times that seeds go to the middle of their cells: the first evens the grid out, more do little.
+/// Moves of seeds to the middle of their cells: the first evens the grid out, more change little.
 constexpr int kRounds = 2;
 
-/// A seed in each large patch of the grid, and one in the largest patch of a piece without.
+/// A seed in each large patch of the grid, and in the largest patch of a piece without a seed.
 Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side) {
   const auto& [of_face, patches] = CutByGrid(faces, frames, side);
   std::vector<bool> wanted;
@@ -127,7 +127,7 @@ Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side)
   return MiddleFaces(frames, of_face, patches.center, wanted);
 }
 
-/// The cells that some faces make.
+/// Builds the cells from the cell number of each face.
 Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
                 const std::vector<double>& costs, const Labels& of_face, std::size_t count) {
   FaceFrames sums = GroupFrames(frames, of_face, count);
@@ -151,7 +151,7 @@ Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fra
   for (std::size_t c = 0; c < count; ++c) {
     for (const auto& [to, border] : borders[c]) {
       cells.neighbor.push_back(to);
-      // One border has one cost, whichever side sums it up.
+      // A border has the same cost from both sides, independent of the order of the sum.
       cells.border.push_back(to < c ? borders[to].at(static_cast<std::uint32_t>(c)) : border);
     }
     cells.begin.push_back(static_cast<std::uint32_t>(cells.neighbor.size()));
@@ -195,7 +195,7 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
     const double length = (frames.center[f] - frames.center[g]).norm();
     step[k] = length * (1.0 + crease * std::max(0.0, bends[k]));
   });
-  // A surface lies in about 1.5 area / side^2 patches, two thirds of which have a seed.
+  // A surface lies in about 1.5 area / side^2 patches, two thirds of which get a seed.
   Indices seeds = GridSeeds(faces, frames, std::sqrt(frames.total_area / count));
   Cells cells;
   for (int round = 0; round <= kRounds; ++round) {
@@ -230,7 +230,7 @@ Sight::Sight(const Shape& mesh, const FaceFrames& frames, const Cells& cells) {
                      std::min(kDepth * unit, 0.25 * thickness) * frames.normal[middle[c]]);
   }
   rank_.resize(count);
-  // By multiples of the golden section: no part of the surface comes first.
+  // Multiples of the golden section, so that no region of the surface comes first.
   for (std::uint32_t k = 0; k < count; ++k) rank_[k] = k * 0x9e3779b9u;
   sees_.assign(PlaceOf(0, count), kUnknown);
 }
@@ -248,7 +248,7 @@ void Sight::Look(std::span<const Pair> pairs, std::vector<std::uint8_t>& sees) {
   asked_.clear();
   sees.clear();
   for (const auto& [one, other] : pairs) {
-    // From the larger number on, whoever asks: rounding may decide.
+    // Rays always start from the cell with the larger number, since rounding may decide.
     const auto [a, b] = std::minmax(one, other);
     const std::size_t place = PlaceOf(a, b);
     if (sees_[place] == kUnknown) {

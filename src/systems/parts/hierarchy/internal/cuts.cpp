@@ -21,26 +21,26 @@ using Cell = std::uint32_t;
 
 // ---- the best split ----
 
-/// Share of a side's area in cells at the part's own edge from which it is a strip.
+/// A side is a strip if more than this fraction of its area is in cells at the part's own edge.
 constexpr double kStrip = 0.5;
 
-/// Cells next to a cut that look across it, at most, of each side: enough for a share of pairs.
+/// Maximum number of cells that look across a cut from each side: enough for a fraction of pairs.
 constexpr std::size_t kMaxLookers = 64;
-/// Pairs are compared with others as far apart, in so many bins up to so many times the reach: two
-/// cells are at most twice the reach and the width of the cut apart.
+/// Pairs are compared with others at the same distance, in this many bins up to this multiple of
+/// the reach. Two cells are at most twice the reach plus the width of the cut apart.
 constexpr std::size_t kFarBins = 8;
 constexpr double kFarthest = 2.5;
-/// Pairs on one side that a bin needs to be compared with.
+/// Number of pairs on one side that a bin needs for the comparison.
 constexpr int kMinPairs = 8;
-/// Where fewer of the pairs on one side see each other it is no weakly convex part but a wall, of
-/// which sight says nothing.
+/// If a smaller fraction of the pairs on one side see each other, it is not a weakly convex part
+/// but a wall, about which visibility says nothing.
 constexpr double kMinConvex = 0.5;
-/// What is seen across a cut counts as no less: a part that sees nothing of the rest is no better.
+/// Lower limit of what is seen across a cut: a part that sees nothing of the rest is no better.
 constexpr double kMinSeen = 0.1;
 
-/// What adds up over some cells: all that a side is judged by before anybody looks across.
+/// Sums over some cells: everything by which a side is judged before visibility is tested.
 struct Sums {
-  double area = 0.0, at_edge = 0.0;  ///< of it in cells at the part's own edge
+  double area = 0.0, at_edge = 0.0;  ///< at_edge: in cells at the part's own edge
   Eigen::Vector3d moment = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double flux = 0.0;
 
@@ -63,10 +63,10 @@ struct Sums {
 struct SidePiece {
   Sums sums;
   double cost = 0.0, length = 0.0;  ///< of the border
-  std::uint64_t name = 0;           ///< the same for the same cells
+  std::uint64_t name = 0;           ///< equal for the same cells
 };
 
-/// A number of a cell such that sums of some are the same for the same cells only (splitmix64).
+/// Hash of a cell; sums of hashes are equal only for the same cells (splitmix64).
 std::uint64_t NameOf(Cell c) {
   std::uint64_t z = (c + 1) * 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -74,11 +74,11 @@ std::uint64_t NameOf(Cell c) {
   return z ^ (z >> 31);
 }
 
-/// Visits the cells piece by piece: those that are connected on the same side.
+/// Visits the cells piece by piece; a piece is connected and on one side.
 /// @param of_cell  the piece of each cell
-/// @param enter    enter(c), cells of a piece one after the other
-/// @param cross    cross(c, k) over the border, k as of Cells::border
-/// @return how many pieces there are
+/// @param enter    enter(c) for the cells of a piece, one after the other
+/// @param cross    cross(c, k) across the border, k as in Cells::border
+/// @return the number of pieces
 template <class Enter, class Cross>
 std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, const Enter& enter,
                          const Cross& cross) {
@@ -134,7 +134,7 @@ std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, L
   return pieces;
 }
 
-/// One of the pieces of a candidate as a side, of two the second.
+/// One of the pieces of a candidate as a side; of two pieces the second.
 Sides SideOf(const Cells& part, const Sides& candidate, std::int32_t piece, std::int32_t pieces) {
   Sides off(part.size());
   if (pieces == 2) {
@@ -151,7 +151,7 @@ Indices CellsOn(const Sides& side) {
   return geometry::PositionsWhere(side, [](std::uint8_t in) { return in != 0; });
 }
 
-/// Cells on both sides of the border.
+/// Cells along the border, on both of its sides.
 Sides BorderOf(const Cells& part, const Sides& off) {
   Sides border(part.size(), 0);
   for (Cell c = 0; c < part.size(); ++c) {
@@ -160,8 +160,8 @@ Sides BorderOf(const Cells& part, const Sides& off) {
   return border;
 }
 
-/// How many closed borders there are, at least 1. Cells may follow each other along a border
-/// without that they share an edge: those that touch them belong to it.
+/// Number of closed borders, at least 1. Consecutive cells along a border need not share an edge,
+/// so that the cells that touch them are included.
 double LoopsOf(const Cells& part, const Sides& off) {
   const Sides border = BorderOf(part, off);
   Sides wide = border;
@@ -172,13 +172,13 @@ double LoopsOf(const Cells& part, const Sides& off) {
   Labels of_cell;
   std::vector<bool> loop(CountPieces(part, wide, of_cell), true);
   for (Cell c = 0; c < part.size(); ++c) {
-    // A border that ends at cells outside of the part is no loop.
+    // A border that ends at cells outside of the part is not closed.
     if (!wide[c] || part.on_edge[c]) loop[of_cell[c]] = false;
   }
   return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
-/// The cells within reach of a border on both of its sides, 64 each at most.
+/// The cells within reach of a border on both of its sides, at most 64 on each.
 std::array<Indices, 2> Lookers(const Cells& part, const Sides& off, double reach) {
   std::vector<double> distance(part.size(), ShortestPaths::kFar);
   const auto expand = [&](Cell c, double d, const auto& lower) {
@@ -193,7 +193,7 @@ std::array<Indices, 2> Lookers(const Cells& part, const Sides& off, double reach
   }
   for (Indices& side : sides) {
     if (side.size() <= kMaxLookers) continue;
-    // The same ones for one cut after the other, so that they look once.
+    // Takes the same cells for one cut after the other, so that their visibility is tested once.
     const auto rank = [&](Cell c) { return part.sight->rank()[part.name[c]]; };
     std::ranges::nth_element(side, side.begin() + kMaxLookers, {}, rank);
     side.resize(kMaxLookers);
@@ -201,12 +201,12 @@ std::array<Indices, 2> Lookers(const Cells& part, const Sides& off, double reach
   return sides;
 }
 
-/// Pairs of cells, and how far apart they are.
+/// Pairs of cells and their distances.
 class Pairs {
  public:
   using Counts = std::array<int, kFarBins>;
 
-  /// @param farthest  distance from which on pairs belong to the last bin
+  /// @param farthest  distance from which pairs belong to the last bin
   Pairs(const Cells& part, double farthest)
       : part_(part), squares_(kFarBins * kFarBins / (farthest * farthest)) {
     for (std::size_t k = 0; k < bin_of_square_.size(); ++k) {
@@ -222,7 +222,7 @@ class Pairs {
       ++counts_[bins_.back()];
     }
   }
-  /// Adds those of the next `count` pairs that see each other to their bins.
+  /// Counts those of the next `count` pairs that see each other in their bins.
   void Look(std::size_t count, Counts& seen) {
     part_.sight->Look(std::span(names_).subspan(looked_, count), sees_);
     for (std::size_t k = 0; k < count; ++k) seen[bins_[looked_ + k]] += sees_[k];
@@ -244,8 +244,8 @@ class Pairs {
 
 // ---- candidates ----
 
-/// So many of some points, each as far from those before as can be; the first is the farthest from
-/// the middle.
+/// Picks `count` points, each as far as possible from those before; the first one is the farthest
+/// from the middle.
 Indices FarApart(const Points& points, std::size_t count) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
@@ -263,7 +263,7 @@ Indices FarApart(const Points& points, std::size_t count) {
   return chosen;
 }
 
-/// Evenly spread over the sphere: a spiral of the golden angle.
+/// Directions spread evenly over the sphere: a golden-angle spiral.
 Eigen::Matrix<double, Eigen::Dynamic, 3> Directions(int count) {
   const double golden = base::kPi * (3.0 - std::sqrt(5.0));
   Eigen::Matrix<double, Eigen::Dynamic, 3> directions(count, 3);
@@ -275,10 +275,10 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> Directions(int count) {
   return directions;
 }
 
-/// How deep each mirrored point lies below the hull of all: the least distance to the planes that
-/// touch the hull in many directions.
+/// Depth of each mirrored point below the hull of all: the least distance to the tangent planes of
+/// the hull in many directions.
 std::vector<double> MirrorDepths(const Points& points, const Eigen::Vector3d& center) {
-  // 10 degrees apart: finer ones change no order that matters.
+  // 10 degrees apart: finer steps change no order that matters.
   static const Eigen::Matrix<double, Eigen::Dynamic, 3> directions = Directions(400);
   const Points mirrored = MirrorOut(points, SphereRound(center, points));
   const auto heights = [](const Eigen::Vector3d& p) {
@@ -291,7 +291,7 @@ std::vector<double> MirrorDepths(const Points& points, const Eigen::Vector3d& ce
   return depth;
 }
 
-/// All cells that can be reached from `start`, best seen first.
+/// All cells reachable from `start`, lowest depth (best seen) first.
 Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::uint32_t start) {
   std::vector<double> reached(cells.size(), ShortestPaths::kFar);
   Indices order;
@@ -303,8 +303,9 @@ Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::u
   return order;
 }
 
-/// The cheapest set of cells that holds the first of the order and none from `end` on.
-/// @param place  of each cell in the order, or farther
+/// The cheapest set of cells that contains those before `begin` in the order and none from `end`
+/// on.
+/// @param place  of each cell in the order; larger for cells that are not in it
 std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Indices& place,
                              std::uint32_t begin, std::uint32_t end) {
   const auto node = [&](Cell c) {
@@ -314,7 +315,7 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Ind
   for (const Cell c : std::span(order).first(end)) {
     for (std::uint32_t k = cells.begin[c]; k < cells.begin[c + 1]; ++k) {
       const Cell next = cells.neighbor[k];
-      // From the later of the two, if that is not the sink.
+      // Each link is added from its later cell, unless that is in the sink.
       if (place[next] < place[c] ? place[c] < begin : place[next] < end) continue;
       links.push_back({node(c), node(next), cells.border[k].cost});
     }
@@ -329,7 +330,7 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
               std::set<std::vector<bool>>& candidates) {
   Indices place(cells.size(), kNoNode);
   for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
-  std::vector<double> before;  // area of those before in the order
+  std::vector<double> before;  // area of the cells before, in this order
   double total = 0.0;
   for (const std::uint32_t c : order) {
     before.push_back(total);
@@ -343,7 +344,7 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
   double share = options.min_share;
   for (int level = 0; level < options.levels; ++level, share *= growth) {
     const std::uint32_t begin = std::max(1u, first_at(share * total));
-    // Of what is outside of a large core at least half stays rest.
+    // At least half of the area outside of a large core stays in the rest.
     const double band_end = std::min(options.reach * share, 0.5 + 0.5 * share);
     const std::uint32_t end =
         std::min(first_at(band_end * total), static_cast<std::uint32_t>(order.size() - 1));
@@ -357,7 +358,7 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
 using Pair = std::pair<std::int32_t, std::int32_t>;
 
 /// A minimum cut through the faces of two parts within `width` of the border between them. The ring
-/// of faces next to these keeps its labels.
+/// of faces around these keeps its labels.
 void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,
                 const Pair& pair, double width, Labels& label) {
   const auto in_pair = [&](std::uint32_t f) {
@@ -383,7 +384,7 @@ void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vec
     node[f] = distance[f] <= width ? nodes++ : label[f] == pair.first ? kSource : kSink;
     if (node[f] <= kSink) keep.insert(label[f]);
   }
-  // Without a ring in both parts there is nothing to cut between, and one would vanish.
+  // Without a ring in both parts there is nothing to cut between, and one part would vanish.
   if (keep.size() == 2) CutFaces(faces, costs, nodes, node, pair.first, pair.second, label);
 }
 
@@ -429,7 +430,7 @@ std::optional<double> SeenAcross(const Cells& part, const Sides& off, double rea
   for (std::size_t i = 0; i < sides[0].size(); ++i) {
     across.Look(sides[1].size(), seen_across);
     seen = sum([&](std::size_t k) { return seen_across[k]; });
-    // No more is expected than that all pairs see each other.
+    // At most, all pairs are expected to see each other.
     if (seen > (1.0 + 1e-9) * limit * pairs) return std::nullopt;
   }
   within.Look(within.size(), seen_within);
@@ -442,7 +443,7 @@ std::optional<double> SeenAcross(const Cells& part, const Sides& off, double rea
 
 CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
                  const SplitOptions& options) {
-  constexpr double kMaxLoops = 4.0;  // for a quick look; handles with more ends are rare
+  constexpr double kMaxLoops = 4.0;  // for a quick test; handles with more ends are rare
   Sums all;
   std::uint64_t all_name = 0;
   for (Cell c = 0; c < part.size(); ++c) {
@@ -459,15 +460,15 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
   Labels of_cell;
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const std::vector<SidePiece> pieces = SidePiecesOf(part, candidates[k], of_cell);
-    // Two pieces are the two sides of one cut.
+    // Two pieces are the two sides of the same cut.
     for (std::int32_t p = pieces.size() == 2 ? 1 : 0; p < std::ssize(pieces); ++p) {
       const auto& [sums, cost, length, name] = pieces[p];
       const Sums side = 2.0 * sums.area <= all.area ? sums : all.Without(sums);
       if (!(side.area >= options.min_area && side.area > 0.0)) continue;
       if (side.Solidity() < options.solidity) continue;
-      // A strip along a border that was cut before: the same crease, seen again from next to it.
+      // A strip along an earlier cut has the same crease, seen again from next to it.
       if (side.at_edge > kStrip * side.area) continue;
-      // Many candidates hold the same piece, or all but that.
+      // Many candidates contain the same piece, or everything but that piece.
       if (!known.insert(std::min(name, all_name - name)).second) continue;
       tries.push_back({cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k,
                        p, static_cast<std::int32_t>(pieces.size())});
@@ -514,12 +515,12 @@ std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_ar
 }
 
 Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
-  // Sine of the angle below the surface from which another cell counts: next to the cell itself its
-  // neighbors, which noise lifts or lowers, would give balls of any size.
+  // Minimum sine of the angle below the surface for other cells. The neighbors of the cell, which
+  // noise lifts or lowers, would otherwise give balls of any size.
   constexpr double kMinSlope = 0.3;
   const Eigen::Vector3d& p = cells.center[c];
   const Eigen::Vector3d& n = cells.normal[c];
-  // The ball's radius is squared / (2 below): no root and no division for each of many cells.
+  // The ball's radius is squared / (2 below). Products avoid a root and a division per cell.
   double squared = 1.0, below = 0.0;
   for (Cell other = 0; other < cells.size(); ++other) {
     const Eigen::Vector3d to = p - cells.center[other];

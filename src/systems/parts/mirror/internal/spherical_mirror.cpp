@@ -15,12 +15,12 @@
 namespace rangegrasp::parts {
 namespace {
 
-// Share of the hull's size (of its distance from the center) by which rounding may be off.
+// Tolerance for rounding, relative to the hull's size (to its distance from the center).
 constexpr double kSlack = 1e-9;
-// Triangles whose planes differ by less are one facet: else the search would stand still on it.
+// Triangles whose planes differ by less are one facet; otherwise the search would get stuck on it.
 constexpr double kSamePlane = 1e-9;
 
-// The lowest 21 bits with two zeros before each.
+// The lowest 21 bits, with two zero bits before each.
 std::uint64_t Spread(std::uint64_t x) {
   x = (x | x << 32U) & 0x001F00000000FFFFU;
   x = (x | x << 16U) & 0x001F0000FF0000FFU;
@@ -128,7 +128,7 @@ HullSide::HullSide(const geometry::TriangleMesh& hull, const Eigen::Vector3d& ce
   LinkFacets(hull);
 }
 
-// The plane n . x = d becomes n / d, a corner of the dual body; triangles of one plane one corner.
+// The plane n . x = d becomes the corner n / d of the dual body; coplanar triangles share one.
 void HullSide::LinkFacets(const geometry::TriangleMesh& hull) {
   const std::vector<Facet> planes = std::move(facets_);
   const auto dual = [&planes](std::uint32_t t) {
@@ -174,8 +174,8 @@ bool HullSide::ContainsWell(const Eigen::Vector3d& p, Hint& hint) const {
 double HullSide::Highest(const Eigen::Vector3d& d, Hint& hint) const {
   std::uint32_t facet = std::min(hint.facet, static_cast<std::uint32_t>(facets_.size() - 1));
   double value = facets_[facet].normal.dot(d);
-  // The duals of a convex hull's facets are the corners of a convex body: a corner that none of its
-  // neighbors is above of in direction d is the highest of all.
+  // The duals of a convex hull's facets are the corners of a convex body. A corner that has no
+  // higher neighbor in direction d is therefore the highest of all.
   for (bool climbs = true; climbs;) {
     climbs = false;
     std::uint32_t best = facet;

@@ -20,19 +20,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of films [frames/s].
+// Frame rate of films [frames/s].
 constexpr int kFrameRate_hz = 25;
-// Of a film's pictures [px]: even, as its encoder wants them.
+// Size of a film's pictures [px]: even, as the encoder requires.
 constexpr int kFilmWidth_px = 1280;
 constexpr int kFilmHeight_px = 720;
-// Of the scene, on the left; the scan stands on the right, the state below it.
+// Width of the scene on the left; the scan is on the right, with the state below it.
 constexpr int kFilmScene_px = 800;
 constexpr int kRight_px = kFilmWidth_px - kFilmScene_px;
-constexpr int kScan_px = kFilmHeight_px / 2;  // its height
-// A white band for the title, which is not to be read on a dark arm.
+constexpr int kScan_px = kFilmHeight_px / 2;  // height of the scan
+// A white band for the title, which would be illegible on a dark arm.
 constexpr int kTitleWidth_px = 420;
 constexpr int kTitleHeight_px = 36;
-// So far up the axes reach at least: the shipped hand's first grip, and a slip that is seen.
+// Minimum upper ends of the axes: the shipped hand's first grip, and a visible slip.
 constexpr double kForce_N = 20.0;
 constexpr double kSlip_mm = 5.0;
 
@@ -40,18 +40,18 @@ const draw::Color kCommand(0.85F, 0.37F, 0.01F, 1.0F);
 const draw::Color kFelt(0.12F, 0.47F, 0.71F, 1.0F);
 const draw::Color kSlip(0.17F, 0.55F, 0.20F, 1.0F);
 
-// Of pictures [px], and of those on a sheet.
+// Size of pictures [px], and of those on a sheet.
 constexpr int kWidth_px = 960;
 constexpr int kHeight_px = 720;
 constexpr int kTile_px = 480;
 constexpr int kColumns = 3;
-// Edges of pixels and shadows of a film's pictures: of one of many, so that each takes a tenth of
-// a second.
+// Antialiasing and shadows of a film's pictures: limited, since there are many, so that each takes
+// a tenth of a second.
 constexpr sim::RenderQuality kFilmQuality{.samples = 2, .shadow_px = 2048};
-// A film of a trial in which nothing moved shows its start for so long [s].
+// How long a film shows the start of a trial in which nothing moved [s].
 constexpr double kStill_s = 2.0;
-// ffmpeg encodes a picture in hundredths of a second, and ends a film in seconds: what takes
-// longer hangs [s].
+// ffmpeg encodes a picture in hundredths of a second and finishes a film in seconds; if it takes
+// longer, it hangs [s].
 constexpr double kLimit_s = 60.0;
 
 fs::path Ffmpeg() {
@@ -60,8 +60,8 @@ fs::path Ffmpeg() {
       "--video needs the program ffmpeg, which is not installed (Debian package ffmpeg)");
 }
 
-// Next to the file, so that it can take its place in one step. ffmpeg knows the format by the
-// ending.
+// Next to the file, so that it can replace it in one step. ffmpeg identifies the format by the file
+// extension.
 fs::path PartOf(const fs::path& file) {
   auto part = fs::absolute(file);
   part.replace_filename("." + file.stem().string() + ".part" + file.extension().string());
@@ -77,8 +77,8 @@ process::Program ProgramOf(const std::vector<std::string>& arguments, const fs::
   return program;
 }
 
-// A film that pictures are added to, encoded by ffmpeg. The file is there when it is whole: what
-// was made of one that failed is removed.
+// A film encoded by ffmpeg, to which pictures are added. The file appears when it is complete; the
+// remains of a failed film are removed.
 class Video {
  public:
   // @throws base::InputError if there is no ffmpeg, or the folder cannot be made.
@@ -94,8 +94,8 @@ class Video {
   Video(const Video&) = delete;
   Video& operator=(const Video&) = delete;
 
-  // All pictures have the size of the first one.
-  // @throws base::RunError if ffmpeg has failed (a full disk, a kill) or takes nothing more.
+  // All pictures must have the size of the first one.
+  // @throws base::RunError if ffmpeg has failed (a full disk, a kill) or accepts no more input.
   void Add(const image::Image& picture) {
     if (!ffmpeg_) {
       auto arguments =
@@ -110,7 +110,7 @@ class Video {
     ffmpeg_->Write(picture.rgb);
   }
 
-  // @throws base::RunError as Add, or if there was no picture.
+  // @throws base::RunError as in Add, or if there was no picture.
   void Finish() {
     if (!ffmpeg_) throw base::RunError(file_.string() + ": there is nothing to record");
     ffmpeg_->Finish();
@@ -123,8 +123,8 @@ class Video {
   std::unique_ptr<process::Feed> ffmpeg_;
 };
 
-// What a film shows of one execution besides the scene: what was perceived, and the state from its
-// start to now.
+// What a film shows of one execution in addition to the scene: the perception, and the state from
+// its start until now.
 class FilmState {
  public:
   explicit FilmState(std::string name) : name_(std::move(name)) {}
@@ -135,7 +135,7 @@ class FilmState {
 
   void Add(const sim::ExecutionState& state) {
     if (stages_.empty() || stages_.back().name != state.stage) {
-      if (stages_.empty()) start_s_ = state.time_s;  // the axis is of the execution's own time
+      if (stages_.empty()) start_s_ = state.time_s;  // the time axis begins with the execution
       stages_.push_back({state.time_s - start_s_, state.stage});
     }
     time_s_.push_back(state.time_s - start_s_);
@@ -144,7 +144,8 @@ class FilmState {
     slip_mm_.push_back(state.slip_m * base::kMmPerM);
   }
 
-  // The film's picture. @param scene  kFilmScene_px x kFilmHeight_px
+  // The film's picture.
+  // @param scene  of kFilmScene_px x kFilmHeight_px
   image::Image Compose(const image::Image& scene) const {
     image::Image picture = draw::Blank(kFilmWidth_px, kFilmHeight_px);
     draw::Paste(scene, 0, 0, picture);
@@ -211,7 +212,7 @@ class FilmRecorder : public trial::Recorder {
     if (moment == "start" && video_) still_ = DrawFrame(world);
     if (!options_.snapshots || (wanted_ && !wanted_(moment))) return;
     if (!renderer_) renderer_ = std::make_unique<sim::Renderer>(world, kWidth_px, kHeight_px);
-    // The way that the object has come since the moment before is in the picture, too.
+    // The picture also covers the path of the object since the previous moment.
     Corners corners = CornersOf(world);
     corners.insert(corners.end(), before_.begin(), before_.end());
     Write(moment, Draw(moment, *renderer_, world, corners,
@@ -250,7 +251,7 @@ class FilmRecorder : public trial::Recorder {
     film_.SetScan(picture);
   }
 
-  // The hand and what it is about, or, where that is not known, all that lies there.
+  // Corners of the hand and its target object or, if that is unknown, of all objects.
   Corners CornersOf(const sim::World& world) const {
     Corners corners;
     if (target_) {
@@ -307,10 +308,10 @@ class FilmRecorder : public trial::Recorder {
   std::vector<draw::Captioned> sheet_;
   std::unique_ptr<Video> video_;
   FilmState film_;
-  image::Image still_;  // the scene as it stood before anything moved
+  image::Image still_;  // the scene before anything moved
   bool moved_ = false;
-  std::optional<int> target_;  // of the execution
-  Corners before_;             // of the object at the moment before
+  std::optional<int> target_;  // target of the execution
+  Corners before_;             // corners of the object at the previous moment
 };
 
 }  // namespace
@@ -324,7 +325,7 @@ void JoinVideos(const std::vector<fs::path>& files, const fs::path& into) {
   const process::OwnFolder folder;
   std::string list;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    // Under names without anything that ffmpeg's list would read in another way.
+    // The links' names contain nothing that ffmpeg's list would interpret differently.
     const auto link = folder.path() / fmt::format("{}.mp4", i);
     fs::create_symlink(fs::absolute(files[i]), link);
     list += fmt::format("file '{}'\n", link.string());

@@ -10,16 +10,16 @@
 namespace rangegrasp::draw {
 namespace {
 
-// The same pixels: the picture must outlive it.
+// Shares the pixels: the picture must outlive the result.
 cv::Mat MatOf(image::Image& picture) {
   return {picture.height, picture.width, CV_8UC3, picture.rgb.data()};
 }
-// For reading.
+// Read-only.
 cv::Mat MatOf(const image::Image& picture) {
   return {picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.rgb.data())};
 }
 
-// Red, green, blue: the order of a picture's bytes, whatever OpenCV calls them.
+// Red, green, blue: the byte order of a picture, regardless of OpenCV's names.
 using Rgb = cv::Scalar;
 
 void Write(const std::string& text, int x, int y, double scale, image::Image& into,
@@ -31,7 +31,7 @@ void Write(const std::string& text, int x, int y, double scale, image::Image& in
 // Captions: a letter is about 20 px high at a scale of 1.
 constexpr double kLetters = 0.55;
 constexpr int kCaption_px = 30;
-constexpr int kBaseline_px = 9;  // of it below the letters' feet
+constexpr int kBaseline_px = 9;  // of it below the baseline
 
 // [px]
 constexpr int kLeft = 46;
@@ -39,7 +39,7 @@ constexpr int kRight = 12;
 constexpr int kTitle = 24;
 constexpr int kBottom = 22;
 constexpr double kChartLetters = 0.45;
-// The axis of time is at least so long, so that a film's first second does not fill it [s].
+// Minimum length of the time axis, so that a film's first second does not fill it [s].
 constexpr double kMinTime_s = 10.0;
 
 const Rgb kAxis(120, 120, 120);
@@ -47,7 +47,7 @@ const Rgb kMarked(200, 200, 200);
 
 Rgb RgbOf(const Color& color) { return {255.0 * color.x(), 255.0 * color.y(), 255.0 * color.z()}; }
 
-// Where values stand in the picture.
+// Maps values to positions in the picture.
 struct Axes {
   double end_s, top;
   cv::Rect area;
@@ -65,7 +65,7 @@ void DrawMarks(const Axes& axes, const std::vector<Mark>& marks, bool named, ima
     cv::line(mat, axes.At(mark.time_s, 0.0), axes.At(mark.time_s, axes.top), kMarked);
     if (!named) continue;
     const cv::Point foot = axes.At(mark.time_s, 0.0);
-    // In turn on two lines: stages may be short.
+    // Alternates between two lines, since stages may be short.
     const int y = axes.area.y + 12 + 12 * (line++ % 2);
     Write(mark.name, foot.x + 3, y, kChartLetters * 0.9, into, kAxis);
   }

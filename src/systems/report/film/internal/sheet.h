@@ -8,24 +8,24 @@
 
 namespace rangegrasp::draw {
 
-/// A picture and what stands below it.
+/// A picture with a caption below it.
 struct Captioned {
   image::Image image;
-  std::string caption;  ///< plain ASCII: what is none shows as '?'
+  std::string caption;  ///< plain ASCII; other characters appear as '?'
 };
 
-/// The pictures as one, in rows from the left, each as wide as all others and with its caption.
-/// @param columns  at most so many in a row, >= 1
-/// @throws std::invalid_argument without pictures.
+/// All pictures on one sheet, in rows from left to right, with equal widths and their captions.
+/// @param columns  maximum number of pictures in a row, >= 1
+/// @throws std::invalid_argument if there are no pictures.
 image::Image SheetOf(const std::vector<Captioned>& pictures, int columns, int tile_width_px);
 
-/// A picture within a width and a height, on white where its shape is another one.
+/// A picture scaled to fit a width and a height, on white if its aspect ratio is different.
 image::Image Fitted(const image::Image& picture, int width, int height);
 
-/// Puts a picture into another at a place of its upper left corner; what juts out is cut off.
+/// Pastes a picture into another one at the position of its upper left corner, clipped.
 void Paste(const image::Image& picture, int left, int top, image::Image& into);
 
-/// Letters with their feet's left end at (x, y) [px]; a scale of 1 is about 20 px high.
+/// Writes text with the left end of its baseline at (x, y) [px]; a scale of 1 is about 20 px high.
 void WriteText(const std::string& text, int x, int y, double scale, image::Image& into);
 
 /// A white picture.
@@ -35,18 +35,18 @@ image::Image Blank(int width, int height);
 struct Trace {
   std::string label;  ///< with its unit: "grip force [N]"; plain ASCII
   std::vector<double> y;
-  double at_least = 1.0;  ///< the axis reaches as far up, and further where the values do
+  double at_least = 1.0;  ///< minimum upper end of the axis; larger values extend it
   Color color;
 };
 
-/// What happens at a time: a vertical line with its name.
+/// An event in time: a vertical line with its name.
 struct Mark {
   double time_s = 0.0;
   std::string name;
 };
 
-/// Diagrams one below the other over the same time from 0, drawn as pixels.
-/// @param time_s  ascending, as many as each trace has values
+/// Diagrams below each other over a common time axis from 0, drawn as pixels.
+/// @param time_s  ascending, one for each value of a trace
 image::Image DrawStrips(const std::vector<double>& time_s, const std::vector<Trace>& traces,
                         const std::vector<Mark>& marks, int width, int height);
 

@@ -10,21 +10,21 @@ namespace {
 
 // ---- the head and its route ----
 
-// Between points of a route: the needle moves by 0.3 mm in a control period at 30 mm/s.
+// Distance between points of a route: the needle moves by 0.3 mm per control period at 30 mm/s.
 constexpr double kSpacing_m = 0.25e-3;
-// Points on each side over which corners are rounded, twice: wider cuts corners, narrower makes the
-// head stop at them.
+// Points on each side over which corners are rounded, twice. More points cut corners, fewer make
+// the head stop at them.
 constexpr int kRoundHalf = 6;
-// Points on each side from which the curvature is taken: within the rounding.
+// Points on each side from which the curvature is computed: within the rounding.
 constexpr int kCurvatureHalf = 4;
-// How a route spends the acceleration: 0.5^2 + 0.6^2 < 0.8^2, what is left serves corrections.
+// A route's shares of the acceleration: 0.5^2 + 0.6^2 < 0.8^2; the rest is for corrections.
 constexpr double kAlong = 0.5;
 constexpr double kAcross = 0.6;
-// And the lateral speed.
+// Share of the lateral speed that a route uses.
 constexpr double kLateralShare = 0.95;
-// How fast the heading follows: a third of a second, against the 2.7 s that the line is ahead.
+// Gain of the heading: it follows in a third of a second, whereas the line is 2.7 s ahead.
 constexpr double kHeadingGain_1_s = 3.0;
-// The share of the rotational acceleration that braking counts on.
+// The share of the rotational acceleration that is used for braking.
 constexpr double kBrakingShare = 0.8;
 // Keeps divisions by a curvature or slope of 0 finite.
 constexpr double kTiny = 1e-9;
@@ -65,28 +65,28 @@ double SpeedAt(const std::vector<Point>& p, std::size_t i, const HeadOptions& op
 
 // ---- the control unit ----
 
-// Over this share of the distance from needle to line the needle moves from CAD to the edge.
+// Over this share of the distance from needle to line, the needle moves from CAD to the edge.
 constexpr double kJoinShare = 0.75;
-// The needle rests this far before a mat's end, or before where nothing is known any more.
+// The needle stops this far before a mat's end, or before the end of what is known.
 constexpr double kStopMargin_m = 5e-3;
-constexpr double kBehind_m = 5e-3;     // the route's part behind the needle
-constexpr double kSmoothed_m = 40e-3;  // the edge's part behind the needle that smoothing sees
-// By which the route goes beyond what is known: more than twice the wanted distance, so that the
-// offset curve is whole up to where the head may come.
+constexpr double kBehind_m = 5e-3;     // length of the route behind the needle
+constexpr double kSmoothed_m = 40e-3;  // length of edge behind the needle that is smoothed
+// Length of the route beyond what is known: more than twice the wanted distance, so that the offset
+// curve is complete wherever the head may go.
 constexpr double kAhead_m = 30e-3;
-// Between the points at which the offset curve is computed; the route resamples it.
+// Distance between points at which the offset curve is computed; the route resamples it.
 constexpr double kPathSpacing_m = 0.5e-3;
-// A head that is this near to where it must stop is there: a twentieth of what counts as good.
+// A head this close to where it must stop has arrived: a twentieth of what counts as good.
 constexpr double kAtRest_m = 0.05e-3;
-// How fast the needle returns to its route: a tenth of a second, the period of corrections.
+// Gain of the needle's return to its route: a tenth of a second, the period of corrections.
 constexpr double kFollowGain_1_s = 10.0;
 
-// Length over which an obstacle is high enough, in the widths of the stretch that must be high: it
-// is twice as long as those, less its borders. As many profiles as must show it lie within.
+// Length over which an obstacle is high enough, in widths of the run that must be high: twice the
+// width, less the obstacle's borders. It must contain the required number of profiles.
 constexpr double kSeenLength = 1.4;
-// Of a line that is turned, from its middle: so far out an edge may have been.
+// Maximum distance of an edge from the middle of a turned line.
 constexpr double kTurned_m = 20e-3;
-// Points that a jump is measured from: a stray one among them does no harm.
+// Number of points from which a jump is measured: a stray one among them does no harm.
 constexpr std::size_t kLast = 3;
 
 }  // namespace
@@ -100,7 +100,7 @@ LinePose HeadState::Line(double ahead_m) const {
 HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options) {
   constexpr double dt = kControlPeriod_s;
   HeadState next = head;
-  // Both limits hold for every velocity between two that keep them.
+  // Every velocity between two that satisfy both limits also satisfies them.
   Point wanted = Limited(command.velocity, options.speed_m_s);
   const double lateral = options.max_lateral_speed_m_s;
   wanted.x() = std::clamp(wanted.x(), -lateral, lateral);
@@ -132,7 +132,7 @@ Route::Route(std::span<const Point> path, double speed_m_s, const HeadOptions& o
     speed_.push_back(std::min(speed_m_s, SpeedAt(points_, i, options)));
     s_m_.push_back(i == 0 ? 0.0 : s_m_.back() + (points_[i] - points_[i - 1]).norm());
   }
-  // Brake in time for what comes.
+  // Brake in time for slower points ahead.
   const double gain = 2.0 * kAlong * options.max_acceleration_m_s2;
   for (std::size_t i = points_.size(); i-- > 1;) {
     const double from = speed_[i] * speed_[i] + gain * (points_[i] - points_[i - 1]).norm();
@@ -201,7 +201,7 @@ HeadState ControlUnit::PoseAt(double time_s) const {
 
 std::optional<TrackPoint> ControlUnit::Receive(const Correction& correction) {
   if (correction.stop) TakeStop(correction);
-  // Beyond doubt the edge is there again: it was not the mats' end.
+  // The edge is seen again beyond doubt, so it was not the mats' end.
   if (!correction.stop && correction.valid && correction.sure.value_or(false)) mat_end_y_m_.reset();
   if (!correction.valid || mat_end_y_m_) return std::nullopt;
   const LinePose line = PoseAt(correction.time_s).Line(ahead_m_);
@@ -221,15 +221,15 @@ std::optional<TrackPoint> ControlUnit::Receive(const Correction& correction) {
 void ControlUnit::TakeStop(const Correction& correction) {
   if (*correction.stop == StopReason::kObstacle) obstacle_ = true;
   if (*correction.stop != StopReason::kMatEnd || mat_end_y_m_) return;
-  // The mats ended no earlier than where the line was when the monitor's window began, and not
-  // before the last edge that was surely seen; the nearer of both is safe.
+  // The mats ended no earlier than the line's position at the start of the monitor's window, and
+  // not before the last edge that was seen beyond doubt; the nearer of both is safe.
   const LinePose line = PoseAt(correction.time_s - window_s_).Line(ahead_m_);
   const double seen_y = edge_.empty() ? line.y_m : std::min(line.y_m, sure_to_y_m_);
-  // A line that is turned sees the mats' end as an edge that runs along it, before its middle.
+  // A turned line sees the mats' end as an edge that runs along it, before its middle.
   mat_end_y_m_ = seen_y - kTurned_m * std::abs(std::tan(line.heading_rad));
 }
 
-// Further from each of the last points than the head could go.
+// True if the edge is further from each of the last points than the head could move.
 bool ControlUnit::IsJump(const Point& edge, double time_s) const {
   if (last_.size() < kLast) return false;
   return std::ranges::all_of(last_, [&](const TrackPoint& p) {
@@ -239,7 +239,7 @@ bool ControlUnit::IsJump(const Point& edge, double time_s) const {
   });
 }
 
-// The edge's offset curve, which takes over from the CAD track smoothly.
+// The edge's offset curve, with a smooth transition from the CAD track.
 double ControlUnit::PathX(const std::vector<Point>& edge, double y_m) const {
   const double cad = -options_.wanted_distance_m;
   if (!join_y_m_) return cad;
@@ -247,7 +247,7 @@ double ControlUnit::PathX(const std::vector<Point>& edge, double y_m) const {
   return cad + Ramp((y_m - *join_y_m_) / (kJoinShare * ahead_m_)) * (x - cad);
 }
 
-// The smoothed edge about the route, carried on at both ends; empty if nothing can be trusted.
+// The smoothed edge near the route, extended at both ends; empty if no points are reliable.
 std::vector<Point> ControlUnit::EdgeFrom(double from_y) {
   const auto first =
       std::ranges::find_if(edge_, [&](const Point& p) { return p.y() >= from_y - kSmoothed_m; });

@@ -13,8 +13,8 @@ namespace rangegrasp::seam {
 /// A tenth of the period of corrections, so that a correction is carried out in small steps.
 constexpr double kControlPeriod_s = 0.01;
 
-/// The stitching head over the mats, in frame M. Its own frame H has the needle at its origin, x
-/// along the sensor's line and y ahead; at heading 0 it is parallel to M.
+/// State of the stitching head over the mats, in frame M. Its own frame H has the needle at its
+/// origin, x along the sensor's line and y ahead; at heading 0 it is parallel to M.
 struct HeadState {
   Point needle = Point::Zero();
   Point velocity = Point::Zero();  ///< [m/s]
@@ -25,18 +25,18 @@ struct HeadState {
   LinePose Line(double ahead_m) const;
 };
 
-/// What the control unit asks of the head for the next control period.
+/// Command of the control unit to the head for the next control period.
 struct HeadCommand {
   Point velocity = Point::Zero();
   double heading_rad = 0.0;
 };
 
-/// One control period later. Whatever is asked: speed <= speed_m_s, |velocity across the track| <=
-/// max_lateral_speed_m_s, and acceleration, rotation and its acceleration within their limits.
+/// State one control period later. For any command, speed <= speed_m_s, |velocity across the track|
+/// <= max_lateral_speed_m_s, and acceleration, rotation and its acceleration are limited.
 HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options);
 
-/// The fastest speed from which a head that reacts after a time rests within a distance, with the
-/// share of its acceleration that a route spends on braking.
+/// The highest speed from which a head with a reaction time stops within a distance, using the
+/// share of its acceleration that a route reserves for braking.
 double SafeSpeed(double distance_m, double reaction_s, const HeadOptions& options);
 
 /// A path for the needle with the speed that the head's limits allow at each of its points.
@@ -44,7 +44,7 @@ class Route {
  public:
   Route() = default;
   /// @param path  a polyline, with y mostly ascending.
-  /// @param speed_m_s  not faster than this, besides options.speed_m_s.
+  /// @param speed_m_s  maximum speed, in addition to options.speed_m_s.
   Route(std::span<const Point> path, double speed_m_s, const HeadOptions& options);
 
   /// A point of the path.
@@ -54,12 +54,12 @@ class Route {
     double speed_m_s = 0.0;
     double s_m = 0.0;  ///< from the path's start
   };
-  /// The path's point that is nearest to `to`. The path must have two points.
+  /// The point of the path nearest to `to`. The path must have two points.
   Place Nearest(const Point& to) const;
-  /// Length from a place on to where the path first reaches y; infinite if it does not.
+  /// Length from a place to where the path first reaches y; infinite if it does not.
   double LengthTo(const Place& from, double y_m) const;
   /// The first point after `from` that is this far away from it in a straight line; the path's end
-  /// if it is too short.
+  /// if the path is too short.
   Point AtDistance(const Place& from, double distance_m) const;
 
  private:
@@ -68,11 +68,11 @@ class Route {
   std::vector<double> speed_;
 };
 
-/// Speed at which a head that brakes steadily is at rest a distance on.
+/// Speed from which a head that brakes steadily stops within a distance.
 double BrakingSpeed(double distance_m, const HeadOptions& options);
 
-/// The robot control unit: knows the CAD track, its own poses and the corrections that
-/// arrive, and from them tells the head where to go. It never sees the mats.
+/// The robot control unit: commands the head from the CAD track, the head's poses and the
+/// corrections that arrive. It never sees the mats.
 class ControlUnit {
  public:
   /// @param rate_hz  of the sensor.
@@ -80,14 +80,14 @@ class ControlUnit {
 
   /// The head's pose at a control step; times ascend by kControlPeriod_s from 0.
   void Record(const HeadState& head) { poses_.push_back(head); }
-  /// The pose at a time, between recorded ones.
+  /// The pose at a time, interpolated between recorded ones.
   HeadState PoseAt(double time_s) const;
-  /// Takes a packet. @return the edge point that it tells of, in frame M, and its time in the
-  /// point's time_s; none if it is not valid.
+  /// Takes a packet.
+  /// @return its edge point in frame M, with its time in time_s; none if the packet is not used.
   std::optional<TrackPoint> Receive(const Correction& correction);
-  /// What the head shall do from its last recorded pose on.
+  /// The command for the head from its last recorded pose on.
   HeadCommand Command();
-  /// Why the head is at rest, once the last command was to rest.
+  /// Why the head stops, once the last command was to stop.
   std::optional<TrackEnd> end() const { return end_; }
 
  private:
@@ -99,13 +99,13 @@ class ControlUnit {
 
   TrackOptions options_;
   double ahead_m_;
-  double window_s_;   // over which a stop is decided
-  double speed_m_s_;  // from which the head can stop for what the line sees
+  double window_s_;   // time over which a stop is decided
+  double speed_m_s_;  // from which the head can stop for hazards that the line sees
   std::vector<HeadState> poses_;
   std::vector<Point> edge_;         // as sensed, ascending in y
-  std::vector<TrackPoint> last_;    // of them, the last ones that were taken
+  std::vector<TrackPoint> last_;    // the last points that were accepted
   double sure_to_y_m_;              // where the edge was last seen beyond doubt
-  double known_to_y_m_;             // where the needle can go with what is known
+  double known_to_y_m_;             // up to where the needle can go with what is known
   std::optional<double> join_y_m_;  // where the needle begins to leave the CAD track
   std::optional<double> mat_end_y_m_;
   bool obstacle_ = false;

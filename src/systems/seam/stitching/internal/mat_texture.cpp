@@ -6,10 +6,10 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Section 3.1.1 describes the mats and shows fibres but gives no figures: these only shape them.
-// What the rates depend on most are options of MatTexture that a fit chose.
+// Section 3.1.1 describes the mats and shows fibres but gives no figures: these constants only set
+// their shape. The values that affect the rates most are options of MatTexture, chosen by a fit.
 
-// From, to.
+// Range of a value.
 struct Span {
   double low, high;
   double At(double t) const { return Mix(low, high, t); }
@@ -17,21 +17,21 @@ struct Span {
 
 // A black mat still returns this much: ten times the loss threshold of the base sensor.
 constexpr double kBlackReturn = 0.1;
-// What comes back from a stretch of tow that sends the light elsewhere: between the loss thresholds
-// of the two sensors (0.01 and 0.1), so that the one sees it and the other does not.
+// Return of a stretch of tow that reflects light away: between the loss thresholds of the two
+// sensors (0.01 and 0.1), so that one sees it and the other does not.
 constexpr double kAwayReturn = 0.06;
-// Stretches of one look are about this long [tow widths].
+// Approximate length of stretches with the same reflection [tow widths].
 constexpr double kStretch = 3.0;
-// Threads that hold a uni-directional mat together: spacing and width [tow widths], and how far
-// they stand off it [reliefs].
+// Threads that hold a uni-directional mat together: spacing and width [tow widths], and height
+// above it [reliefs].
 constexpr double kThreadSpacing = 2.5;
 constexpr double kThreadWidth = 0.12;
 constexpr double kThreadHeight = 0.5;
-// By which a fabric lies off its direction [rad], and half the angle between plaited tows.
+// Angle error of a fabric [rad], and half the angle between plaited tows.
 constexpr double kMaxAngleError_rad = 0.1;
 constexpr Span kPlaitHalf_rad = {0.5, 0.8};
-// Share of a glossy tow that sends the light elsewhere: of one that runs along x, and by how much
-// more of one that runs along y.
+// Share of a glossy tow that reflects light away: for a tow along x, and how much more for a tow
+// along y.
 constexpr double kAwayAlongX = 0.25;
 constexpr double kAwayMoreAlongY = 0.5;
 // Fuzz varies this much more slowly along y, as fibres do.
@@ -66,25 +66,25 @@ constexpr double kMaxFilamentSlope = 0.9;  // dx/dy
 constexpr Span kWidth_m = {0.1e-3, 0.3e-3};
 constexpr Span kHeight = {0.2, 1.0};  // share of the full height
 constexpr Span kReturn = {0.2, 1.0};  // share of the light
-// Beyond this many reaches there are none: 1.8 % of an exponential distribution.
+// There are no filaments beyond this many reaches: 1.8 % of an exponential distribution.
 constexpr double kMaxDistance_reaches = 4.0;
 
-// At most one bundle in each stretch of this length, and where it stands on the low side.
+// At most one bundle in each stretch of this length, and its distance on the low side.
 constexpr double kStretch_m = 20e-3;
 constexpr Span kBundleDistance_m = {1e-3, 3e-3};
 constexpr Span kBundleWidth_m = {0.3e-3, 0.9e-3};  // below the 1 mm of an obstacle
 constexpr double kBundleEnds_m = 1.5e-3;           // over which it sinks into the mat
-// Of the edge's height, of the light.
+// Shares of the edge's height and of the light.
 constexpr Span kBundleHeight = {0.6, 1.2};
 constexpr Span kBundleReturn = {0.4, 1.0};
-// A bundle stays this far (of the range of distances) from the range's ends, ...
+// Margin of a bundle from the ends of the range of distances, as a share of the range.
 constexpr double kBundlePlaceMargin = 0.1;
-// ... and wanders about its place by half of this.
+// A bundle wanders about its place by half of this.
 constexpr double kBundleWander = 0.2;
-// A stretch with a bundle is filled by its mean share, more or less this much.
+// Variation of the share of a stretch that a bundle fills.
 constexpr double kBundleLengthSpread = 0.2;
 
-// A bump 1 high for |t| < 1, with a continuous first derivative.
+// A bump of height 1 for |t| < 1, with a continuous first derivative.
 double Bump(double t) {
   const double u = 1.0 - t * t;
   return u > 0.0 ? u * u : 0.0;
@@ -94,7 +94,7 @@ void Raise(MatPoint& highest, double height_m, double return_strength) {
   if (height_m > highest.height_m) highest = {height_m, return_strength};
 }
 
-// A filament of two hashes, with its middle at (0, 0): its height at (dx, dy).
+// Raises the height at (dx, dy) to that of a filament from two hashes, with its middle at (0, 0).
 void RaiseFilament(std::uint64_t a, std::uint64_t b, double dx, double dy, double full_height_m,
                    MatPoint& highest) {
   const double u = Unit(a, 2);
@@ -127,8 +127,8 @@ Tows::Tows(const MatTexture& texture, std::uint64_t seed)
   py_ = std::sin(p_angle) / texture.weave_period_m;
   qx_ = std::cos(q_angle) / texture.weave_period_m;
   qy_ = std::sin(q_angle) / texture.weave_period_m;
-  // Light from straight above leaves a fibre in the plane across it. The camera stands in the plane
-  // across x: tows along x show it most, tows along y least.
+  // A fibre reflects light from straight above in the plane across it. The camera is in the plane
+  // across x: it sees most of the light of tows along x, and least of tows along y.
   const auto away = [&](double across_angle) {
     const double along_y = std::cos(across_angle);
     return texture.gloss * (kAwayAlongX + kAwayMoreAlongY * along_y * along_y);
@@ -137,8 +137,9 @@ Tows::Tows(const MatTexture& texture, std::uint64_t seed)
   weft_away_ = away(p_angle);
 }
 
-// Warp runs along growing p at one q, weft along growing q at one p. Over n and under n: the sum of
-// the cells' numbers modulo 2n tells who is on top. Both shapes are 0 where the top changes.
+// Warp runs along increasing p at one q, weft along increasing q at one p. Each passes over n and
+// under n: the sum of the cell indices modulo 2n determines which is on top. Both shapes are 0
+// where the top changes.
 Tows::Top Tows::TopAt(double p, double q) const {
   const Cell i(p);
   const Cell j(q);
@@ -153,7 +154,7 @@ Tows::Top Tows::TopAt(double p, double q) const {
   return {i.rest, (part + j.rest) / length, i.index, q, weft_away_, weft_seed_};
 }
 
-// Share of the light that goes elsewhere: whole stretches of a tow do or do not.
+// Share of the light that is reflected away: by whole stretches of a tow.
 double Tows::AwayAt(const Top& top) const {
   if (top.away <= 0.0) return 0.0;
   const Cell stretch(top.position / kStretch);
@@ -206,7 +207,7 @@ MatPoint Filaments::NearEdge(double across_m, double y_m) const {
   if (per_edge_cell_ <= 0.0 || std::abs(across_m) > max_distance) return highest;
   const Cell middle(y_m / kCell_m);
   for (std::int64_t j = middle.index - 1; j <= middle.index + 1; ++j) {
-    // Twice a uniform value times the mean: frayed and clean stretches take turns.
+    // Twice a uniform value times the mean: frayed and clean stretches alternate.
     const std::uint64_t cell = Hash(edge_seed_, j);
     const auto count =
         static_cast<std::int64_t>(2.0 * Unit(cell, 0) * per_edge_cell_ + Unit(cell, 1));
@@ -243,7 +244,7 @@ MatPoint Filaments::Elsewhere(double x_m, double y_m) const {
   return highest;
 }
 
-// A stretch holds a bundle with probability `chance`, of a mean length that makes up for it.
+// A stretch has a bundle with probability `chance`; its mean length compensates for this.
 void Filaments::Detached(double across_m, double y_m, MatPoint& highest) const {
   if (detached_share_ <= 0.0) return;
   if (across_m > 0.0 || across_m < -kBundleDistance_m.high - kBundleWidth_m.high) return;
@@ -259,7 +260,7 @@ void Filaments::Detached(double across_m, double y_m, MatPoint& highest) const {
   const double along = Ramp(from_end_m / kBundleEnds_m);
   if (along <= 0.0) return;
   const std::uint64_t b = Hash(a, 1);
-  // It wanders a little, so that it does not run like a ruler next to the edge.
+  // It wanders a little, so that it is not exactly parallel to the edge.
   const double wander = kBundleWander * Noise(b, y_m / kCell_m);
   const double place = kBundleDistance_m.At(
       Mix(kBundlePlaceMargin, 1.0 - kBundlePlaceMargin, Unit(b, 0)) + 0.5 * wander);

@@ -30,7 +30,7 @@ inline double Ramp(double t) {
 
 inline double Mix(double a, double b, double t) { return a + (b - a) * t; }
 
-/// A number split into its cell and the place in it, [0, 1).
+/// A number split into its cell and the position in it, [0, 1).
 struct Cell {
   explicit Cell(double t) {
     const double floor = std::floor(t);
@@ -61,24 +61,24 @@ inline double Noise(std::uint64_t seed, double u, double v) {
 }
 
 /// Variance of Noise(t): 1/3 of a uniform value, times the mean of (1 - r)^2 + r^2 over the ramp r,
-/// 26/35. In two dimensions that factor counts twice.
+/// 26/35. In two dimensions this factor applies twice.
 constexpr double kNoiseVariance = 26.0 / 105.0;
 constexpr double kPlaneNoiseVariance = kNoiseVariance * 26.0 / 35.0;
 
-/// The surface of one mat about its mean height: tows of fibres over and under each other, their
-/// fuzz, and how much light they return.
+/// The surface of one mat relative to its mean height: crossing tows of fibres, their fuzz, and how
+/// much light they return.
 class Tows {
  public:
   Tows(const MatTexture& texture, std::uint64_t seed);
   MatPoint At(double x_m, double y_m) const;
 
  private:
-  // The tow that lies on top: where across it and along its visible part, and its place on it.
+  // The tow on top: position across it and along its visible part, and position on the tow.
   struct Top {
     double across, along;  // 0 .. 1
     std::int64_t tow;
     double position;  // along the tow, in tow widths
-    double away;      // how often this direction sends the light elsewhere
+    double away;      // share of this direction that reflects light away
     std::uint64_t seed;
   };
   Top TopAt(double p, double q) const;
@@ -92,13 +92,13 @@ class Tows {
   double brightness_;
 };
 
-/// Fibres that stand off the mats: single filaments about the edge and elsewhere, and bundles that
-/// have come off the edge. Each is a thin ridge, short along y.
+/// Fibres that stick out of the mats: single filaments near the edge and elsewhere, and bundles
+/// that are detached from the edge. Each is a thin ridge, short along y.
 class Filaments {
  public:
   Filaments(const MatTexture& texture, double edge_height_m, std::uint64_t seed);
   /// The highest ridge above the surface at (x, y), where the edge is at x - across.
-  /// return_strength is meant for a height above 0.
+  /// return_strength is valid only for a height above 0.
   MatPoint NearEdge(double across_m, double y_m) const;
   MatPoint Elsewhere(double x_m, double y_m) const;
 

@@ -12,42 +12,42 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Windows round and next to a point; at a high speed wider ones, with this many points a side.
+// Windows around and next to a point; at high speed wider ones, with this many points per side.
 constexpr std::array kWindows_m = {15e-3, 8e-3};
 constexpr double kPointsASide = 5.0;
-// Sensed points are good to a tenth of a millimetre, or else off by anything.
+// Sensed points are accurate to a tenth of a millimetre, or else arbitrarily wrong.
 constexpr double kNoise_m = 0.1e-3;
-// What that is worth compared with the residuals that are seen, in points: few residuals may be
-// small by chance.
+// Weight of this noise relative to the observed residuals, in points: few residuals may be small by
+// chance.
 constexpr double kNoiseWorth = 2.0;
 // Residual at which a point counts half: twice the noise.
 constexpr double kInlier_m = 2.0 * kNoise_m;
-// A parabola has three terms; a fit needs two points more to tell how good it is.
+// A parabola has three terms; two more points are needed to judge a fit.
 constexpr std::size_t kMinEdgePoints = 5;
-// Points of a window of which all threes are tried: more take more time, by the third power, fewer
-// may miss the edge among outliers.
+// Maximum number of points in a window of which all triples are tried. More take more time (third
+// power); fewer may miss the edge among outliers.
 constexpr std::size_t kMaxBasis = 12;
-// Nearer points [windows] do not determine a parabola.
+// Points closer than this [windows] do not determine a parabola.
 constexpr double kMinApart = 1e-3;
-// Edges are not steeper across the track or rounder than this where a parabola is to be trusted:
-// 68 degrees, a radius of 5 mm.
+// Limits of a plausible parabola: slope across the track (68 degrees) and curvature (a radius of 5
+// mm).
 constexpr double kMaxSteepness = 2.5;
 constexpr double kMaxCurvature_1_m = 200.0;
-// Any three points lie on a parabola; of the others this share has to support it: more loses edges
-// in noise of 40 %, less follows chance.
+// Any three points lie on a parabola; this share of the others has to support it. A larger share
+// loses edges in noise of 40 %, a smaller one accepts random parabolas.
 constexpr double kSupportShare = 0.3;
-// Rounds of reweighted least squares, from a start that outliers cannot pull.
+// Rounds of reweighted least squares, from a start that is robust to outliers.
 constexpr int kSmoothRounds = 4;
-// The stretch whose direction carries an edge on, and the steepest such direction (45 degrees).
+// Length whose direction extends an edge, and the steepest such direction (45 degrees).
 constexpr double kExtendFrom_m = 12e-3;
 constexpr double kMaxExtendSlope = 1.0;
 
-using Parabola = Eigen::Vector3d;  // powers 0..2 of u
+using Parabola = Eigen::Vector3d;  // coefficients of u^0..u^2
 
-/// A point seen from the point that is to be smoothed.
+/// A point relative to the point that is smoothed.
 struct Seen {
   double u, v;    // along and across; u in windows
-  double weight;  // of an inlier near 1
+  double weight;  // near 1 for an inlier
   Eigen::Vector3d Row() const { return {1.0, u, u * u}; }
 };
 
@@ -69,8 +69,8 @@ bool Plausible(const Parabola& c, double window_m) {
          std::abs(c[2]) <= 0.5 * kMaxCurvature_1_m * window_m * window_m;
 }
 
-// The parabola through three points that most points support; all threes of a dozen are tried, so
-// that nothing is random.
+// The parabola through three points that most points support; all triples of a dozen are tried, so
+// the result is deterministic.
 std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_m) {
   std::optional<Parabola> best;
   const auto others = static_cast<double>(seen.size() - 3);
@@ -95,10 +95,10 @@ std::optional<Parabola> MostSupported(std::span<const Seen> seen, double window_
 
 struct LocalFit {
   double x_m;
-  double variance;  // that is to be expected of x_m
+  double variance;  // expected variance of x_m
 };
 
-// Least squares with weights that fall with the residuals, from a start that outliers cannot pull.
+// Least squares with weights that decrease with the residuals, from a start robust to outliers.
 std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
   if (seen.size() < kMinEdgePoints) return std::nullopt;
   auto c = MostSupported(seen, window_m);
@@ -126,7 +126,7 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
   return LocalFit{(*c)[0], variance * leverage};
 }
 
-// The fit that promises most of those round and next to the point.
+// The fit with the smallest expected variance in the windows around and next to the point.
 std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, double widen) {
   std::optional<LocalFit> best;
   std::vector<Seen> seen;
@@ -146,14 +146,14 @@ std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, dou
   return points[at].x() + best->x_m;
 }
 
-// Low side of the disc round p, if y meets it.
+// Low side of the disc around p at y; infinite if y is outside the disc.
 double DiscX(const Point& p, double radius, double y) {
   const double d = y - p.y();
   if (std::abs(d) > radius) return std::numeric_limits<double>::infinity();
   return p.x() - std::sqrt(radius * radius - d * d);
 }
 
-// Of the segment from a to b, moved to the low side along its normal.
+// The same for the segment from a to b, moved to the low side along its normal.
 double SideX(const Point& a, const Point& b, double distance, double y) {
   const Point along = (b - a).normalized();
   const Point shift = distance * Point(-along.y(), along.x());

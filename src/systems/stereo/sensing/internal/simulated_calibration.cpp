@@ -22,22 +22,22 @@ namespace rangegrasp::stereo {
 namespace {
 
 constexpr int kBoard = 0;                // the world's one object
-constexpr int kMaxDraws = 10000;         // of a place, before it gives up
-constexpr int kDrawsOneWay = 3000;       // of a place with a tilt in one direction
-constexpr double kMinDistance_m = 0.50;  // of the board's middle from the camera: as far as the
-constexpr double kMaxDistance_m = 0.85;  // things that will be seen: the turn is good no further
+constexpr int kMaxDraws = 10000;         // of a pose before giving up
+constexpr int kDrawsOneWay = 3000;       // of a pose with a tilt in one direction
+constexpr double kMinDistance_m = 0.50;  // of the board's middle from the camera: the range of the
+constexpr double kMaxDistance_m = 0.85;  // objects seen later; the relative pose is good no further
 constexpr double kMaxTilt_rad = base::Deg(38.0);  // of the board from facing the camera
-constexpr double kBoardMargin_px = 12.0;          // that its corners keep from the pictures' edges
-constexpr double kClearance_m = 0.01;             // that it keeps from table and arm
-constexpr double kMinChange_m = 0.015;  // by which the scan must differ from that without the board
-constexpr double kLeastTilt = 0.25;     // the square of a share of the greatest tilt
-constexpr double kGoldenTurn = 0.6180339887;  // of which no few multiples are alike
+constexpr double kBoardMargin_px = 12.0;          // of its corners from the pictures' edges
+constexpr double kClearance_m = 0.01;             // of the board from table and arm
+constexpr double kMinChange_m = 0.015;  // minimum difference from the scan without the board
+constexpr double kLeastTilt = 0.25;     // square of the least tilt, as a share of the greatest
+constexpr double kGoldenTurn = 0.6180339887;  // no two of its first multiples are alike
 
 std::filesystem::path ChessboardModel() {
   return base::DataFolder() / "models" / "calibration" / "chessboard" / "chessboard.xml";
 }
 
-// Nothing is printed on the board but its squares.
+// The board has no print except its squares.
 sensing::StereoCamera Unprinted(sensing::StereoCameraOptions options) {
   options.fine_print = false;
   return sensing::StereoCamera(options);
@@ -47,8 +47,8 @@ Eigen::Matrix3d Turn(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
 }
 
-/// Whether the board's corners are in the picture, this far from its edges.
-/// @param place  of a point of the board in the camera's frame
+/// True if the board's corners are in the picture, at least this far from its edges.
+/// @param place  maps a point of the board to the camera's frame
 bool SeesWhole(const Camera& lens, const Eigen::Vector3d& half_board_m, double margin_px,
                const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& place) {
   for (const double x : {-half_board_m.x(), half_board_m.x()}) {
@@ -63,7 +63,7 @@ bool SeesWhole(const Camera& lens, const Eigen::Vector3d& half_board_m, double m
   return true;
 }
 
-/// What a person does who calibrates the stereo camera.
+/// Simulates a person who calibrates the stereo camera.
 class ChessboardRecorder {
  public:
   explicit ChessboardRecorder(const CalibrationSetup& setup)
@@ -79,12 +79,12 @@ class ChessboardRecorder {
     empty_ = sensing::ScanScene(world_.VisualMeshes(), X_WS_, setup.scanner, rng);
   }
 
-  /// The next place of the board; depends on the setup and the number of calls.
+  /// View of the next pose of the board; depends on the setup and the number of calls.
   BoardView Next() {
     const std::uint64_t seed = base::DeriveSeed(setup_.seed, views_);
     base::Rng place(base::DeriveSeed(seed, "place"));
     int draws = 0;
-    // Some ways there is no room between table and arm: then any other.
+    // In some directions there is no room between table and arm: then any other is used.
     while (!Fits(DrawPlace(draws < kDrawsOneWay ? 0.1 : 0.5, place))) {
       if (++draws == kMaxDraws) {
         throw base::RunError("no pose of the chessboard in which both pictures show it completely");
@@ -98,14 +98,14 @@ class ChessboardRecorder {
   }
 
  private:
-  // Somewhere in the left picture, roughly facing the camera, turned in its plane by less than the
-  // right angle that would exchange its edges.
+  // Draws a pose in the left picture, roughly facing the camera, rotated in its plane by less than
+  // the right angle that would exchange its edges.
   base::Pose DrawPlace(double width, base::Rng& rng) const {
     const double depth_m = rng.Uniform(kMinDistance_m, kMaxDistance_m);
     const double right = rng.Uniform(-0.5, 0.5) * setup_.camera.width;
     const double down = rng.Uniform(-0.5, 0.5) * setup_.camera.height;
     const double tilt = kMaxTilt_rad * std::sqrt(rng.Uniform(kLeastTilt, 1.0));
-    // Each view is tilted another way, so that even a few of them are spread all round.
+    // Each view is tilted in another direction, so that even a few of them cover all directions.
     const double tilt_towards =
         2.0 * base::kPi * (kGoldenTurn * static_cast<double>(views_) + rng.Uniform(-width, width));
     const double roll = rng.Uniform(-base::Deg(30.0), base::Deg(30.0));
@@ -136,7 +136,7 @@ class ChessboardRecorder {
            world_.RobotDistance(kBoard, kClearance_m) >= kClearance_m;
   }
 
-  // In the frame of the first scan's calibration: each scan draws an error of its own.
+  // In the frame of the first scan's calibration, because each scan draws its own error.
   geometry::Points ScanBoard(base::Rng& rng) const {
     const sensing::Scan scan =
         sensing::ScanScene(world_.VisualMeshes(), X_WS_, setup_.scanner, rng);
@@ -148,7 +148,7 @@ class ChessboardRecorder {
     geometry::Points board;
     for (std::size_t i = 0; i < scan.view.image.points_C.size(); ++i) {
       const Eigen::Vector3d& p = scan.view.image.points_C[i];
-      // Where the empty scene gave nothing there is nothing to differ from.
+      // Where the empty scene has no point there is nothing to compare with.
       if (!p.allFinite() || !empty_.view.image.points_C[i].allFinite()) continue;
       if (range(empty_.view, i) - range(scan.view, i) < kMinChange_m) continue;
       board.push_back(X_WHead * (X_HeadW * p));
@@ -171,7 +171,7 @@ using nlohmann::json;
 constexpr double kLimit_s = 600.0;  // sixteen views take ten seconds
 constexpr char kCalibrated[] = "calibrated";
 
-/// All numbers of a calibration but its pictures' size, in one order.
+/// All numbers of a calibration except the size of its pictures, in a fixed order.
 std::vector<double*> NumbersOf(StereoCalibration& c) {
   std::vector<double*> numbers = {&c.camera.fx, &c.camera.fy,       &c.camera.cx,     &c.camera.cy,
                                   &c.camera.k1, &c.camera.k2,       &c.camera.p1,     &c.camera.p2,
@@ -212,13 +212,13 @@ experiment::Result Calibrate(const CalibrationSetup& setup) {
 }
 
 constexpr int kTriesAView = 60;
-constexpr double kLieFlat_m = 0.001;  // above the table when it is let go
-constexpr double kMargin_px = 15.0;   // that the board keeps from the picture's edges
-// Of the camera from the board's middle.
+constexpr double kLieFlat_m = 0.001;  // height above the table when it is released
+constexpr double kMargin_px = 15.0;   // of the board from the picture's edges
+// Distance of the camera from the board's middle.
 constexpr double kNearest_m = 0.42, kFarthest_m = 0.55;
 constexpr double kMaxLean_rad = base::Deg(40.0);  // of the line of sight from straight down
-constexpr double kMaxRoll_rad = base::Deg(25.0);  // of the pictures about it
-// Of where the arm says that its hand is: its repeatability, one draw a picture.
+constexpr double kMaxRoll_rad = base::Deg(25.0);  // of the camera about it
+// Error of the hand's pose according to the arm: its repeatability, one draw per picture.
 constexpr double kArmSigma_m = 0.0001;
 constexpr double kArmSigma_rad = base::Deg(0.02);
 
@@ -289,7 +289,7 @@ class CalibrationCell {
     const Eigen::Vector3d y = z.cross(Eigen::Vector3d::UnitX()).normalized();
     Eigen::Matrix3d R;
     R << y.cross(z), y, z;
-    // By quarters about the line of sight: the arm does not reach all of them.
+    // Quarter turns about the line of sight: the arm does not reach all of them.
     const double turn_rad = 0.5 * base::kPi * std::floor(rng_.Uniform(0.0, 4.0));
     return base::MakePose(R * Eigen::AngleAxisd(roll_rad + turn_rad, Eigen::Vector3d::UnitZ()),
                           X_WBoard_.translation() + distance_m * away_W);
@@ -356,7 +356,7 @@ CalibrationResult CalibrateSimulated(const CalibrationSetup& setup,
     try {
       return CalibrateStereo(boards, setup.camera.width, setup.camera.height, chessboard);
     } catch (const base::InputError&) {
-      if (wanted >= 2 * views) throw;  // more of them may be less alike
+      if (wanted >= 2 * views) throw;  // more views may be less alike
     }
   }
 }

@@ -14,45 +14,45 @@
 
 namespace rangegrasp::stereo {
 
-/// What a scene's camera is calibrated with.
+/// Setup of the calibration of a scene's camera.
 struct CalibrationSetup {
   std::filesystem::path scene;
   sensing::StereoCameraOptions camera;
-  sensing::LineScannerOptions scanner = {};  ///< of the stereo camera's calibration alone
-  int views = 16;                            ///< of the chessboard
+  sensing::LineScannerOptions scanner = {};  ///< only for the stereo camera's calibration
+  int views = 16;                            ///< number of chessboard views
   std::uint64_t seed = 1;
 };
 
-/// Simulates what a person does who calibrates: a chessboard is held at one place after the other,
-/// photographed from both turns, and scanned. What the laser measured of the board is what differs
-/// from a scan without it. The calibration inherits the scanner's own, which is off by one draw for
-/// the whole record. A view in which the board is not found is taken again elsewhere; at most as
-/// many as setup.views may be refused. If the views are too much alike, up to twice as many
-/// calibrate. The same setup gives the same bytes.
-/// @param look_on  is given each view; may be empty
-/// @throws base::InputError as sim::World, FindBoard and CalibrateStereo; base::RunError if no
-/// place is found in which both pictures show the board whole.
+/// Simulates a person who calibrates: a chessboard is held in one pose after the other,
+/// photographed at both pan angles, and scanned. The laser's points on the board are those that
+/// differ from a scan without it. The calibration inherits the error of the scanner's own, which is
+/// drawn once for the whole record. If the board is not found in a view, another pose is used; at
+/// most setup.views views may be rejected. If the views are too similar, up to twice as many are
+/// used. The same setup gives the same bytes.
+/// @param look_on  called with each view; may be empty
+/// @throws base::InputError like sim::World, FindBoard and CalibrateStereo; base::RunError if no
+/// pose is found in which both pictures show the whole board.
 CalibrationResult CalibrateSimulated(const CalibrationSetup& setup,
                                      const ChessboardOptions& chessboard,
                                      const std::function<void(const BoardView&)>& look_on = {});
 
-/// CalibrateSimulated in a process of its own: no thread of the renderer's stays in this one, from
-/// which trials are forked.
+/// CalibrateSimulated in a separate process, so that no thread of the renderer remains in this one,
+/// from which trials are forked.
 /// @throws base::InputError with the reason why the chessboards do not calibrate.
 StereoCalibration CalibrateApart(const CalibrationSetup& setup);
 
-/// All inputs of a calibration.
+/// All inputs of a hand-eye calibration.
 struct HandEyeViews {
   HandEyeRecord record;
   std::vector<image::Image> pictures;   ///< as many as record.X_WH
-  std::optional<base::Pose> X_HS = {};  ///< as it is, for the scorer; of a simulation
+  std::optional<base::Pose> X_HS = {};  ///< true pose, for the scorer; only in simulation
 };
 
-/// The chessboard is laid in the middle of the table, the arm goes from one place to the next from
-/// where the camera sees it whole, on planned ways and by its servos, rests, and takes a picture.
-/// The same setup gives the same bytes.
-/// @param is_good  of a picture; one that is not (the arm's shadow lies on the board) is taken
-/// again elsewhere. Half of all at most may be such.
+/// Simulates a hand-eye calibration: the chessboard lies in the middle of the table. The arm moves
+/// along planned paths, by its servos, to poses in which the camera sees the whole board, stops,
+/// and takes a picture. The same setup gives the same bytes.
+/// @param is_good  whether a picture is usable; another pose replaces an unusable one (e.g. with
+/// the arm's shadow on the board). At most half of all pictures may be unusable.
 /// @throws base::InputError if the scene has no site "wrist_scanner" on the arm's last link;
 /// base::RunError if the arm reaches fewer places than views, or too few pictures are good.
 HandEyeViews SimulateHandEye(const CalibrationSetup& setup,
