@@ -9,8 +9,8 @@
 
 namespace rangegrasp::testing_support {
 
-/// What the error says that an action ends in; nothing if it ends well. Another error is a failure
-/// of the test.
+/// The message of the error that an action throws; empty if it throws none. An error of another
+/// type fails the test.
 template <typename Error = base::InputError>
 std::string MessageOf(const auto& action) {
   try {
@@ -23,7 +23,7 @@ std::string MessageOf(const auto& action) {
   return "";
 }
 
-/// The same of an action that must end in an error: it is a failure of the test if it does not.
+/// As MessageOf, but the test fails if the action throws no error.
 template <typename Error = base::InputError>
 std::string ErrorOf(const auto& action) {
   const std::string message = MessageOf<Error>(action);

@@ -8,8 +8,9 @@
 
 namespace rangegrasp::testing_support {
 
-/// The shipped cell with another hand at the arm's flange, whose axis is the hand's approach z:
-/// what docs/bring-your-own.md makes. @return the scene
+/// Writes the shipped cell with another hand at the arm's flange, as in docs/bring-your-own.md. The
+/// flange's axis is the hand's approach direction z.
+/// @return the scene
 inline std::filesystem::path WriteHandCell(const TempFolder& folder, const std::string& hand_xml) {
   const std::filesystem::path source = RANGEGRASP_SOURCE_DIR;
   const auto replaced = [](std::string text, const std::string& from, const std::string& to) {

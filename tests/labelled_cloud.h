@@ -7,9 +7,9 @@
 
 #include "geometry/cloud_file.h"
 
-/// Clouds of a depth camera with labels, for evaluation alone: data/kinect in the folder that
-/// RANGEGRASP_SHARED names, or in ../shared beside the project. Its README says what the labels
-/// mean.
+/// Labelled point clouds of a depth camera, for evaluation only. They are in data/kinect of the
+/// folder that RANGEGRASP_SHARED names, or of ../shared next to the project. The README there
+/// describes the labels.
 namespace rangegrasp::labelled {
 
 inline std::filesystem::path SharedFolder() {
@@ -19,7 +19,7 @@ inline std::filesystem::path SharedFolder() {
 }
 inline std::filesystem::path KinectFolder() { return SharedFolder() / "data/kinect"; }
 
-/// @param number  of learn<number>.pcd
+/// @param number  the number in learn<number>.pcd
 inline geometry::CloudFile ReadKinect(int number) {
   return geometry::ReadCloud(KinectFolder() / ("learn" + std::to_string(number) + ".pcd"));
 }

@@ -4,10 +4,10 @@
 
 namespace rangegrasp {
 
-/// Of the systems that are built; CMake writes it (cmake/RangegraspSystems.cmake).
+/// Registers the systems that are built. CMake generates it (cmake/RangegraspSystems.cmake).
 void RegisterSystems();
 
-/// The core and all systems know each other's words.
+/// Registers the words of the core and of all systems.
 inline void RegisterAll() {
   RegisterTrial();
   RegisterSystems();

@@ -9,7 +9,7 @@
 
 namespace rangegrasp::testing_support {
 
-/// A fresh folder that goes with its owner.
+/// A new temporary folder that is deleted with this object.
 class TempFolder {
  public:
   TempFolder() {
@@ -26,7 +26,7 @@ class TempFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
-  /// Writes a file, with the folders that it stands in.
+  /// Writes a file and creates its parent folders.
   std::filesystem::path Write(const std::string& name, const std::string& text) const {
     const auto file = path_ / name;
     std::filesystem::create_directories(file.parent_path());

@@ -1,7 +1,7 @@
 #pragma once
 
-// Writes TIFF files of any pixels, as other programs do; by libtiff's own file functions, not by
-// those that the program reads with.
+// Writes TIFF files with any pixel type, as other programs do. It uses libtiff's own file
+// functions, not the functions that the program reads with.
 
 #include <gtest/gtest.h>
 #include <tiffio.h>
@@ -27,7 +27,7 @@ int SampleFormat() {
   return std::is_signed_v<Pixel> ? SAMPLEFORMAT_INT : SAMPLEFORMAT_UINT;
 }
 
-/// @param mode  "w", or "wb": the higher byte first.
+/// @param mode  "w", or "wb" for big-endian
 template <typename Pixel>
 void WriteTiff(const std::filesystem::path& file, std::vector<TiffPage<Pixel>> pages,
                int compression = COMPRESSION_NONE, const char* mode = "w") {

@@ -46,7 +46,7 @@ TEST(WriteFile, MakesFoldersAndReplacesTheWholeFile) {
   WriteFile(file, std::string("x\0y", 3));
   EXPECT_EQ(ReadFile(file), std::string("x\0y", 3));
   const auto names = std::filesystem::directory_iterator(file.parent_path());
-  EXPECT_EQ(std::distance(begin(names), end(names)), 1);  // nothing half-written stays
+  EXPECT_EQ(std::distance(begin(names), end(names)), 1);  // no temporary file is left
 }
 
 TEST(WriteFile, TellsAFullDiskAndKeepsTheDevice) {
@@ -54,8 +54,8 @@ TEST(WriteFile, TellsAFullDiskAndKeepsTheDevice) {
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 
-// Lets files grow to 1000 bytes as long as it lives. Whoever writes more is killed in the middle of
-// it, or is told where the signal is ignored.
+// Limits files to 1000 bytes during its lifetime. A process that writes more is killed by SIGXFSZ
+// while it writes; if it ignores the signal, the write fails with an error.
 class ShortFiles {
  public:
   ShortFiles() {
@@ -159,7 +159,7 @@ TEST(CsvLine, IsReadBackTheSame) {
     for (std::string& cell : cells) {
       for (std::size_t n = rng.Index(6); n > 0; --n) cell += letters[rng.Index(letters.size())];
     }
-    cells.push_back("end");  // a line of one empty cell is no line
+    cells.push_back("end");  // because a line with one empty cell does not count as a row
     const std::vector<std::string> names(cells.size(), "n");
     const auto table = CsvTable::Parse(CsvLine(names) + CsvLine(cells), "t.csv");
     ASSERT_EQ(table.rows(), 1u) << seed;
@@ -168,7 +168,7 @@ TEST(CsvLine, IsReadBackTheSame) {
 }
 
 TEST(Fnv1a, MatchesThePublishedVectors) {
-  // Noll's test suite for 64-bit FNV-1a.
+  // From Noll's test suite for 64-bit FNV-1a.
   EXPECT_EQ(Fnv1a(""), 0xcbf29ce484222325u);
   EXPECT_EQ(Fnv1a("a"), 0xaf63dc4c8601ec8cu);
   EXPECT_EQ(Fnv1a("b"), 0xaf63df4c8601f1a5u);
@@ -179,7 +179,7 @@ TEST(Fnv1a, MatchesThePublishedVectors) {
 TEST(Fnv1a, GoesOnFromAState) { EXPECT_EQ(Fnv1a("bar", Fnv1a("foo")), Fnv1a("foobar")); }
 
 TEST(Fnv1a, TakesEveryByteAsUnsigned) {
-  // By the definition: (basis xor 0xff) * prime modulo 2^64.
+  // From the definition: (basis xor 0xff) * prime modulo 2^64.
   EXPECT_EQ(Fnv1a("\xff"), (0xcbf29ce484222325u ^ 0xffu) * 0x100000001b3u);
   EXPECT_NE(Fnv1a(std::string_view("\0", 1)), Fnv1a(""));
 }

@@ -49,8 +49,8 @@ TEST(Frames, TheErrorOfAPoseHasTheSizeThatItIsDrawnWith) {
     shifts_m2 += X.translation().squaredNorm();
     turns_rad2 += std::pow(TurnOf(X.linear()).angle(), 2);
   }
-  // The mean of 3 n squares of normal numbers varies by sqrt(2 / (3 n)), here 1.3 %; its root by
-  // half of it.
+  // The mean of 3 n squared normal numbers has a relative standard deviation of sqrt(2 / (3 n)),
+  // here 1.3 %; its square root has half of that.
   EXPECT_NEAR(std::sqrt(shifts_m2 / kDraws), 0.002, 4 * 0.0065 * 0.002);
   EXPECT_NEAR(std::sqrt(turns_rad2 / kDraws), 0.01, 4 * 0.0065 * 0.01);
 }

@@ -19,7 +19,7 @@ using testing_support::TempFolder;
 
 constexpr const char* kVariable = "RANGEGRASP_DATA";
 
-// A data folder of two experiments.
+// Makes a data folder with two experiments.
 std::filesystem::path MakeData(const TempFolder& folder, const std::string& name) {
   folder.Write(name + "/models/cup.xml", "");
   folder.Write(name + "/scenes/table.xml", "");
@@ -29,7 +29,7 @@ std::filesystem::path MakeData(const TempFolder& folder, const std::string& name
   return folder / name;
 }
 
-// Sets RANGEGRASP_DATA for as long as it lives.
+// Sets RANGEGRASP_DATA during its lifetime.
 class DataVariable {
  public:
   explicit DataVariable(const std::filesystem::path& folder) {
@@ -119,14 +119,14 @@ TEST(FindExperiment, AMistakeIsToldWithTheNearestName) {
   const auto data = MakeData(folder, "data");
   const DataVariable variable(data);
   EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment("piel"); }), HasSubstr("nearest: 'pile'"));
-  // A path to somewhere else never means one of the program's own experiments.
+  // A path elsewhere never refers to one of the program's own experiments.
   EXPECT_THAT(DataFolderErrorOf([&] { FindExperiment(folder / "pile.yaml"); }),
               HasSubstr("no such file"));
 }
 
 using testing::AllOf;
 
-// What CMake writes of systems that are left out, for words that no system has.
+// Registers words as CMake does for systems that are not built. No real system has these words.
 class SystemsTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -171,7 +171,7 @@ TEST_F(SystemsTest, AKeyOfAFileSaysWhereItStandsAndWhoseItIs) {
   EXPECT_EQ(SystemMissingFor([&] { read("show: {clowns: 3}\n"); }), "circus");
   EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: circus}\n"); }), "circus");
   EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: opera}\n"); }), "");
-  // A misspelt word is nobody's.
+  // A misspelt word belongs to no system.
   EXPECT_THAT(testing_support::ErrorOf([&] { read("show: {clown: 3}\n"); }),
               HasSubstr("unknown key 'clown'"));
   EXPECT_EQ(SystemMissingFor([&] {

@@ -66,7 +66,7 @@ TEST(LinearAlgebra, SolutionsOfSymmetricSystemsFulfilThem) {
 TEST(LinearAlgebra, OfAllLeastSquaresTheShortestIsTaken) {
   Rng rng(3);
   for (int i = 0; i < 100; ++i) {
-    // Rank 3: what is square to all rows may be added to a solution, and makes it longer.
+    // Rank 3: adding a vector orthogonal to all rows gives another solution, but a longer one.
     const Eigen::MatrixXd rows = Random<3, 5>(rng);
     const Eigen::MatrixXd A = Random<7, 3>(rng) * rows;
     const Eigen::VectorXd b = Random<7, 1>(rng);

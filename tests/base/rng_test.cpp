@@ -34,8 +34,7 @@ TEST(Rng, UniformHasTheMomentsOfAUniform) {
     sum += u;
     squares += u * u;
   }
-  // Five standard errors of the mean: sigma = 1 / sqrt(12 n); of the second moment: sqrt(4 / 45 /
-  // n).
+  // Five standard errors: 1 / sqrt(12 n) of the mean, sqrt(4 / 45 / n) of the second moment.
   EXPECT_NEAR(sum / n, 0.5, 5.0 / std::sqrt(12.0 * n));
   EXPECT_NEAR(squares / n, 1.0 / 3.0, 5.0 * std::sqrt(4.0 / 45.0 / n));
 }
@@ -89,8 +88,8 @@ TEST(Rng, IndexIsUniformOverItsRange) {
   EXPECT_LT(chi2, 27.9);  // chi-squared with 6 degrees of freedom, p = 1e-4
 }
 
-// Of three quarters of all 64-bit numbers, cut down without care, each third one comes twice as
-// often as the others: one draw in two instead of in three.
+// The range is three quarters of all 64-bit numbers. If a draw were scaled into it carelessly,
+// every third number would come twice as often as the others: in one draw of two, not of three.
 TEST(Rng, IndexHasNoBiasInRangesOfAnySize) {
   Rng rng(11);
   const std::size_t size = std::size_t{3} << 62;

@@ -22,7 +22,7 @@ TEST(Quantile, OfKnownValues) {
   EXPECT_EQ(UpperMedianOf(std::vector<int>{5}), 5);
 }
 
-// Against a sort, for any order and ties.
+// Compares with a sort, for any order and with ties.
 TEST(Quantile, AgreesWithASort) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Rng rng(seed);
@@ -42,8 +42,8 @@ TEST(Quantile, AgreesWithASort) {
   }
 }
 
-// Against a plain count: the same wherever it is larger than what is to be beaten, and not larger
-// where the plain count is not.
+// Compares with a plain count: equal to it if it exceeds the count to beat, otherwise not above
+// the count to beat.
 TEST(CountToBeat, IsTheCountWhereThatIsLarger) {
   Rng rng(5);
   for (int round = 0; round < 200; ++round) {

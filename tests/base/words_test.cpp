@@ -59,7 +59,7 @@ TEST(IsUtf8, TakesEveryCharacterAndNothingElse) {
   for (const char* text : {"", "cup", "caf\u00e9", "\u20ac", "\U0001f916", "\U0010ffff"}) {
     EXPECT_TRUE(IsUtf8(text)) << text;
   }
-  // Latin 1, cut, overlong, a surrogate, beyond the last character, a byte of none.
+  // Latin-1, truncated, overlong (two), a surrogate, above U+10FFFF, and bytes that are invalid.
   for (const char* text : {"caf\xe9", "\xe2\x82", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80",
                            "\xf4\x90\x80\x80", "\xff", "\x80"}) {
     EXPECT_FALSE(IsUtf8(text)) << text;

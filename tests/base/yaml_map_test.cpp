@@ -210,7 +210,7 @@ TEST_F(YamlMapTest, AnUnknownKeyNamesTheNearestValidOne) {
   std::string text;
   int count = 0;
   map.Read("name", text);
-  map.Read("name", text);  // by a system, too: stands once in the list
+  map.Read("name", text);  // a system reads it, too: it is listed once
   map.Read("trials_per_object", count, 1, 10);
   EXPECT_THAT(
       ErrorOf([&] { map.Finish(); }),
@@ -275,7 +275,7 @@ TEST(NearestWord, IsTheOneOfLeastEditDistance) {
   EXPECT_EQ(NearestWord("", {"abc", "ab"}), "ab");
   EXPECT_EQ(NearestWord("x", {}), "");
   EXPECT_EQ(NearestWord("kitten", {"sitting", "mitten"}), "mitten");
-  // A letter changed, one too many, one too few: one edit each, beside words of two or more.
+  // A letter changed, added or missing is one edit; the other words need two or more.
   EXPECT_EQ(NearestWord("cat", {"catch", "cut"}), "cut");
   EXPECT_EQ(NearestWord("seeds", {"trees", "seed"}), "seed");
   EXPECT_EQ(NearestWord("see", {"ate", "seed"}), "seed");
@@ -372,7 +372,7 @@ TEST(RangeCheck, NamesKeyValueAndRangeInTheFilesUnit) {
             "lamp: share: -0.1 is out of range, must be from 0 to 1");
 }
 
-// A bound that was read from a file and turned into SI is still within it.
+// A value that equals the bound in the file's unit is still in range after conversion to SI.
 TEST(RangeCheck, BoundsSurviveTheirWayThroughUnits) {
   for (double bound = 0.1; bound < 1000.0; bound *= 1.37) {
     EXPECT_EQ(Fault([&] { kCheck.ReadScaled("a_deg", bound * kDeg, kDeg, bound, bound); }), "");

@@ -1,5 +1,5 @@
-// Detection of given cylinders in a cloud of as many points as table 4.2's, by its steps, and the
-// Point Cloud Library's counterparts in the same run on the same cloud.
+// The steps of detecting given cylinders in a cloud as large as that of table 4.2, compared with
+// the Point Cloud Library's counterparts in the same run on the same cloud.
 
 #include <benchmark/benchmark.h>
 
@@ -20,8 +20,8 @@ namespace scans = cylinders::samples;
 
 const std::vector<cylinders::GivenCylinder> kGiven = {{0.02575, 0.173}, {0.02675, 0.134}};
 
-/// The two given cylinders among boxes and a third, in 76,176 points (table 4.2: 75,863).
-/// @param field_deg  both ways: the narrower it is, the more of the points are of objects
+/// The two given cylinders among boxes and a third cylinder, in 76,176 points (table 4.2: 75,863).
+/// @param field_deg  field of view in both directions; a narrower one has more points on objects
 geometry::Observation TabletopOf(std::int64_t field_deg) {
   const scans::Tabletop tabletop = {
       {scans::Standing(0.0, -0.07, 0.02575, 0.173), scans::Lying(0.04, 0.07, 1.2, 0.02675, 0.134),
@@ -43,7 +43,7 @@ struct PclCylinderSeconds {
 };
 
 geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane) {
-  constexpr double kClearance_m = 0.004;  // as perception's
+  constexpr double kClearance_m = 0.004;  // same as perception's
   geometry::Indices above;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (plane.Distance(points[i]) > kClearance_m) above.push_back(i);
@@ -51,9 +51,9 @@ geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane
   return above;
 }
 
-/// SACSegmentation's plane, StatisticalOutlierRemoval, NormalEstimation,
-/// EuclideanClusterExtraction, and SACSegmentation's cylinder in every cluster; the conversion of
-/// the points is not counted.
+/// Times SACSegmentation for the plane, StatisticalOutlierRemoval, NormalEstimation,
+/// EuclideanClusterExtraction, and SACSegmentation for a cylinder in every cluster. The conversion
+/// of the points is not counted.
 PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& origin) {
   const pcl_bridge::Cloud all(points, origin);
   PclCylinderSeconds seconds;
@@ -69,7 +69,7 @@ PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& ori
   const auto clusters = pcl_bridge::EuclideanClusters(kept);
   seconds.clusters = watch.Restart();
   for (const auto& cluster : clusters) {
-    // The normals of a cluster are those of its points: taken again outside the clock.
+    // The cluster's normals are those of its points. They are computed again outside the timing.
     const auto part = kept.Select(cluster);
     const auto normals = pcl_bridge::EstimateNormals(part);
     watch.Restart();
@@ -80,8 +80,8 @@ PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& ori
   return seconds;
 }
 
-// Argument: the sensor's field [deg]. Counters: milliseconds of each step and of PCL's, and ours /
-// PCL.
+// Argument: the sensor's field of view [deg]. Counters: milliseconds of our steps and of PCL, and
+// the ratio ours / PCL.
 void DetectCylindersBesidePcl(benchmark::State& state) {
   const geometry::Observation observation = TabletopOf(state.range(0));
   const geometry::RangeImage& image = observation.views.front().image;

@@ -1,4 +1,4 @@
-// Scan, grasp planning, motion planning, physics, and a whole trial.
+// Benchmarks of a scan, grasp planning, motion planning, physics, and a whole trial.
 
 #include <benchmark/benchmark.h>
 
@@ -14,7 +14,7 @@ namespace {
 using benchmark::Counter;
 using benchmark::State;
 
-// The first trial of an object that stands.
+// The first trial of a standing object.
 trial::TrialSpec FirstTrial() { return {"spread", 0, trial::TrialSeed(1, "spread", 0)}; }
 
 void Arrange(State& state) {
@@ -35,8 +35,8 @@ void Scan(State& state) {
 }
 BENCHMARK(Scan)->Unit(benchmark::kMillisecond);
 
-// One image of 640 x 480 pixels with its noise. Arguments: the principle (active stereo, time of
-// flight), and whether with colors.
+// One image of 640 x 480 pixels with noise. Arguments: the principle (active stereo, time of
+// flight), and whether the image has colors.
 void DepthImage(State& state) {
   auto camera = sensing::ReadDepthCamera(RANGEGRASP_SOURCE_DIR
                                          "/models/sensors/depth_camera_active_stereo.yaml");
@@ -67,7 +67,7 @@ void PlanGrasps(State& state) {
 }
 BENCHMARK(PlanGrasps)->Unit(benchmark::kMillisecond);
 
-// The first free grasp that has a path; counted are all plans up to it.
+// Plans until the first collision-free grasp with a path. All plans up to it are counted.
 void PlanMotion(State& state) {
   const auto& cell = Cell();
   const auto& scene = FiveObjectsScene();
@@ -117,7 +117,7 @@ void PhysicsStep(State& state) {
 }
 BENCHMARK(PhysicsStep)->Unit(benchmark::kMicrosecond);
 
-// Counters: seconds of every stage, and simulated over wall time of the execution.
+// Counters: seconds of every stage, and simulated time / wall time of the execution.
 void Trial(State& state) {
   const auto& cell = Cell();
   std::map<std::string, double> sum_s;

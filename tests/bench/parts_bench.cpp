@@ -1,5 +1,5 @@
-// Segmentation into parts: growth with the number of points, and the benchmark's models where they
-// are at hand (the published method beside the shape diameter function, table 6.1).
+// Segmentation into parts: the growth with the number of points, and the benchmark's models if they
+// are available (the published method and the shape diameter function, table 6.1).
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Geometry>
@@ -36,7 +36,7 @@ parts::Shape ArmedCloud(std::size_t n) {
   return cloud;
 }
 
-// Nanoseconds a point should not grow.
+// The time per point should not grow.
 void MirrorCloud(benchmark::State& state) {
   const parts::Shape cloud = ArmedCloud(static_cast<std::size_t>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(parts::SegmentByMirroring(cloud, {}));
@@ -57,7 +57,7 @@ void PoseInvariantCloudOf3000(benchmark::State& state) {
 }
 BENCHMARK(PoseInvariantCloudOf3000)->Unit(benchmark::kMillisecond);
 
-// All 40 models, one after the other: the time is that of a model in the mean.
+// All 40 models, which are processed in turn. The time is the mean per model.
 const std::vector<parts::Shape>& Models() {
   static const std::vector<parts::Shape> models = [] {
     std::vector<parts::Shape> read;

@@ -9,7 +9,7 @@
 namespace rangegrasp::bench {
 namespace {
 
-/// As perception's PreprocessOptions::table_clearance_m, so that both work on the same points.
+/// Equals perception's PreprocessOptions::table_clearance_m, so that both use the same points.
 constexpr double kTableClearance_m = 0.004;
 
 geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane) {

@@ -1,5 +1,5 @@
-// Perception of a scene of five objects, whole and by its steps, and the Point Cloud Library's
-// counterparts in the same run on the same cloud.
+// Perception of a scene with five objects, as a whole and by steps, compared with the Point Cloud
+// Library's counterparts in the same run on the same cloud.
 
 #include <benchmark/benchmark.h>
 
@@ -45,10 +45,10 @@ void Perceive(benchmark::State& state) {
 }
 BENCHMARK(Perceive)->Unit(benchmark::kMillisecond);
 
-// Ours (table, filter, normals, segments) and PCL's (plane, outliers, normals, clusters), one after
-// the other in every iteration. Argument: whether PCL's steps after the plane take the whole cloud
-// or what is above the table, as ours do. Counters: milliseconds of each, and ours / PCL for every
-// step and their sum.
+// Runs our steps (table, filter, normals, segments) and PCL's (plane, outliers, normals, clusters)
+// in turn in every iteration. Argument: whether PCL's steps after the plane use the whole cloud, or
+// the points above the table as ours do. Counters: milliseconds of both, and the ratio ours / PCL
+// for every step and for the sum.
 void PerceiveBesidePcl(benchmark::State& state) {
   const bool whole_cloud = state.range(0) != 0;
   FiveObjectsCloud();
@@ -102,9 +102,9 @@ std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cl
   return 0;
 }
 
-// Segmentation alone, ours and one of PCL's in turn on the filtered points above the table.
-// Argument: PCL's Euclidean clusters or local convexity (LCCP). Counters: milliseconds and segments
-// of each, and ours / PCL. The scene has five objects.
+// Runs only the segmentation, ours and one of PCL's in turn, on the filtered points above the
+// table. Argument: PCL's Euclidean clusters or local convexity (LCCP). Counters: milliseconds and
+// segments of both, and the ratio ours / PCL. The scene has five objects.
 void SegmentBesidePcl(benchmark::State& state) {
   const auto method = static_cast<PclSegmentation>(state.range(0));
   const geometry::PointCloud& points = FiveObjectsScene().cloud;

@@ -14,7 +14,7 @@
 namespace rangegrasp {
 namespace {
 
-// Recorded rows of a seam, what pre-processing makes of them, and what is needed for that.
+// The recorded rows of a seam, the pre-processed profiles, and the data needed to make these.
 struct Recorded {
   seam::SeamExperiment experiment;
   seam::Calibration calibration;
@@ -39,7 +39,7 @@ const Recorded& Profiles() {
   return recorded;
 }
 
-// Runs `step(i)` on one profile after the other.
+// Runs `step(i)` on the profiles in turn.
 template <class Step>
 void OverProfiles(benchmark::State& state, Step step) {
   const std::size_t count = Profiles().raw.size();
@@ -79,7 +79,7 @@ void GradientAccumulation(benchmark::State& state) {
 }
 BENCHMARK(GradientAccumulation)->Unit(benchmark::kMicrosecond);
 
-// From the camera's rows to the decided position: the argument is the seam::DecisionMethod.
+// From the camera's rows to the decided position. The argument is the seam::DecisionMethod.
 void SumIncludingDecision(benchmark::State& state) {
   const Recorded& r = Profiles();
   auto options = r.experiment.track.tracker;
@@ -88,7 +88,7 @@ void SumIncludingDecision(benchmark::State& state) {
   double time_s = 0.0;
   OverProfiles(state, [&](std::size_t i) {
     auto profile = seam::Calibrate(r.raw[i], r.calibration);
-    profile.time_s = time_s += 0.016;  // goes on when the recording begins anew
+    profile.time_s = time_s += 0.016;  // continues when the recording restarts
     benchmark::DoNotOptimize(tracker.Update(profile));
   });
 }

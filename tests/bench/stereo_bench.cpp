@@ -1,4 +1,4 @@
-// The two pictures of a simulated stereo camera.
+// Benchmarks of the two pictures of a simulated stereo camera.
 
 #include <benchmark/benchmark.h>
 
@@ -15,7 +15,7 @@ const sensing::StereoCamera& Camera() {
   return camera;
 }
 
-// A pair, as the first of a process is not: with a renderer that is there.
+// A pair of pictures with an existing renderer, unlike the first pair of a process.
 void Photograph(State& state) {
   const sim::World& world = FiveObjects();
   const base::Pose X_WS = world.SitePose("scanner");
@@ -27,7 +27,7 @@ void Photograph(State& state) {
 }
 BENCHMARK(Photograph)->Unit(benchmark::kMillisecond);
 
-// What comes before it in every process.
+// The creation of the renderer, which every process needs before its first pair.
 void PhotographersRenderer(State& state) {
   const sim::World& world = FiveObjects();
   Camera();

@@ -55,7 +55,7 @@ const geometry::Observation& FiveObjectsScan() {
 }
 
 const geometry::Points& FiveObjectsCloud() {
-  constexpr double kArmMaxX_m = -0.3;  // of the arm at home and its pedestal; the table lies beyond
+  constexpr double kArmMaxX_m = -0.3;  // of the arm at home and its pedestal; the table is beyond
   static const geometry::Points points = [] {
     geometry::Points all = geometry::ToCloud(FiveObjectsScan().views.front().image).points;
     std::erase_if(all, [](const Eigen::Vector3d& p_W) { return p_W.x() < kArmMaxX_m; });

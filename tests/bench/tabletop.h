@@ -10,15 +10,15 @@ const trial::Cell& Cell();
 /// Five objects on the table, at rest.
 const sim::World& FiveObjects();
 
-/// A scan of it, the same at every run.
+/// A scan of the five objects, identical in every run.
 const geometry::Observation& FiveObjectsScan();
-/// Its points but those of the arm and its pedestal.
+/// The points of the scan without those of the arm and its pedestal.
 const geometry::Points& FiveObjectsCloud();
 
-/// The sensor's place for that cloud [m].
+/// The sensor's position for that cloud [m].
 Eigen::Vector3d SensorOrigin();
 
-/// What perception makes of it.
+/// Perception's result for that cloud.
 const perception::Scene& FiveObjectsScene();
 
 }  // namespace rangegrasp::bench

@@ -14,10 +14,10 @@
 
 namespace rangegrasp::testing_support {
 
-/// The `rangegrasp` program in a process of its own.
+/// The `rangegrasp` program in a child process.
 class Command {
  public:
-  /// @param preload  a shared library that its functions are taken from first; none if empty
+  /// @param preload  a shared library to preload (LD_PRELOAD); none if empty
   explicit Command(std::vector<std::string> arguments, const std::string& stdout_file = "",
                    const std::string& stdin_file = "/dev/null", const std::string& preload = "") {
     arguments.insert(arguments.begin(), RANGEGRASP_BINARY);
@@ -49,7 +49,7 @@ class Command {
     if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;
     return !ended_;
   }
-  /// The exit code; -n if signal n ended it, -1000 if it was killed here after the limit.
+  /// @return the exit code; -n if signal n ended it, -1000 if it was killed here after the limit
   int Wait(double limit_s = 300.0) {
     const base::Stopwatch watch;
     while (Runs()) {
@@ -87,7 +87,7 @@ struct Ran {
   std::string out, err;
 };
 
-/// Runs it to its end.
+/// Runs the program to its end.
 inline Ran RunProgram(const std::vector<std::string>& arguments,
                       const std::string& stdout_file = "",
                       const std::string& stdin_file = "/dev/null") {

@@ -1,4 +1,4 @@
-// Runs that end early, and those in which cases crash.
+// Tests runs that end early and runs with crashing cases.
 
 #include <gmock/gmock.h>
 
@@ -13,7 +13,7 @@ using testing_support::OwnCell;
 using testing_support::RunProgram;
 
 TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
-  // Of a glove without friction every box slips (a lying can lies in the fingers).
+  // Every box slips out of a glove without friction (a lying can would rest in the fingers).
   const std::vector<std::string> slippery = {
       "--objects", "salt_cuboid",  "--trials", "6",
       "--set",     "stop_after=4", "--set",    "physics.glove_friction=0.01"};
@@ -37,7 +37,7 @@ TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
 
 TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {
   testing_support::TempFolder folder;
-  // One draw is hardly ever a heap of objects that touch.
+  // A single draw hardly ever gives a pile of touching objects.
   const auto ran =
       RunProgram({"run", testing_support::kSource + "/experiments/laser_touching.yaml", "--objects",
                   "salt_cuboid", "--trials", "2", "--set", "clutter.max_draws=1", "--jobs", "1",

@@ -1,6 +1,6 @@
-// Floors under the headline results: on seeds of their own, 24 trials must reach the rate that was
-// measured on many more (docs/results.md) less three standard deviations of a share of so few. A
-// floor sees what breaks, not what gets a little worse.
+// Lower bounds of the headline results: with separate seeds, 24 trials must reach the rate measured
+// on many more trials (docs/results.md) minus three standard deviations of a share of 24. A bound
+// detects what breaks, not what gets slightly worse.
 
 #include <gtest/gtest.h>
 
@@ -18,16 +18,16 @@ using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
-constexpr const char* kSeed = "20001";  // of nothing else
+constexpr const char* kSeed = "20001";  // used nowhere else
 
-/// The least count of n trials that a rate allows.
+/// The smallest allowed count in n trials for a rate.
 double Floor(double rate, int n) { return n * (rate - 3.0 * std::sqrt(rate * (1.0 - rate) / n)); }
 
 struct Rates {
   const char* experiment;
-  int trials;  ///< of each of the twelve objects
+  int trials;  ///< per object, of twelve objects
   double detection;
-  double grasping;  ///< of those detected
+  double grasping;  ///< rate among the detected objects
 };
 
 nlohmann::json Overall(const std::string& experiment, const std::vector<std::string>& more) {
@@ -52,14 +52,14 @@ void ExpectReached(const Rates& rates) {
   EXPECT_GE(delivered, Floor(rates.grasping, detected)) << overall;
 }
 
-// Rates of docs/results.md.
+// Rates from docs/results.md.
 TEST(Floors, ObjectsAlone) { ExpectReached({"laser_single", 2, 0.997, 0.940}); }
 TEST(Floors, TouchingObjects) { ExpectReached({"laser_touching", 2, 0.950, 0.813}); }
 TEST(Floors, ObjectsInABox) { ExpectReached({"laser_box", 2, 0.892, 0.766}); }
 TEST(Floors, ObjectsInAPile) { ExpectReached({"laser_pile", 2, 0.950, 0.816}); }
 TEST(Floors, ObjectsInAPileSeenByStereo) { ExpectReached({"stereo_pile", 1, 0.786, 0.707}); }
 
-// The floor is high enough to notice: the method as published finds three of ten touching objects.
+// The bound is high enough: the published method finds three of ten touching objects.
 TEST(FloorsAreHigh, WithoutTheAdditionsTouchingObjectsStayBelow) {
   const auto overall = Overall("laser_touching", {"--trials", "2", "--set", "method=published"});
   EXPECT_LT(overall["detected"].get<int>(), Floor(0.950, 24)) << overall;
@@ -79,21 +79,21 @@ int HandedOver(const std::vector<experiment::Record>& records) {
       records, [](const auto& record) { return record.result.outcome == "handed_over"; }));
 }
 
-// docs/cylinders.md: 397 of 400 runs.
+// Rate from docs/cylinders.md: 397 of 400 runs.
 TEST(FloorsOfTheDemo, CylindersAreHandedOver) {
   const auto records = Records("cylinder_demo", "24");
   ASSERT_EQ(records.size(), 24u);
   EXPECT_GE(HandedOver(records), Floor(0.992, 24));
 }
 
-// docs/known-objects.md: 97.8 % of 180 runs among touching objects.
+// Rate from docs/known-objects.md: 97.8 % of 180 runs among touching objects.
 TEST(FloorsOfBring, ObjectsAreHandedOver) {
   const auto records = Records("bring", "1");
   ASSERT_EQ(records.size(), 12u);
   EXPECT_GE(HandedOver(records), Floor(0.978, 12));
 }
 
-// Two piles of twelve; 90.0 % of the objects of 100.
+// Two piles of twelve; the rate is 90.0 % of the objects of 100 piles.
 TEST(FloorsOfClearing, ObjectsOfPilesAreDelivered) {
   const auto records = Records("clear_pile", "2");
   ASSERT_EQ(records.size(), 2u);

@@ -1,4 +1,4 @@
-// A library to preload: Mesa's off-screen library is not installed.
+// A library to preload that makes Mesa's off-screen library appear not installed.
 
 #include <dlfcn.h>
 

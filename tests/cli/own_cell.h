@@ -15,7 +15,7 @@ inline std::string Replaced(std::string text, const std::string& from, const std
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// A cell of its own, as a user has it: an arm, a scene, an experiment.
+// A separate cell, as a user would have it: an arm, a scene and an experiment.
 class OwnCell : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// Every experiment file of the repository, in a short version: what a run may not depend on.
+// Tests a short version of every experiment file for what a run must not depend on.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ std::vector<std::string> AllExperiments() {
   return names;
 }
 
-// What makes it short: a few cases of seconds at the most.
+// Arguments for a short version: a few cases of at most a few seconds.
 std::vector<std::string> Short(const std::string& name) {
   if (name == "parts_clouds") {
     return {"--objects", "cup", "--trials", "1", "--set", "clouds.points=[2000]"};
@@ -77,14 +77,14 @@ std::vector<std::string> Short(const std::string& name) {
             "--set",     "iterations=[1, 10]",
             "--set",     "rows=['10, 100, 1000', '25.75, 173, 2000']"};
   }
-  if (name == "outside_python") {  // wherever there is no sandbox, too
+  if (name == "outside_python") {  // works without a sandbox, too
     return {"--objects", "spread,salt_cuboid,dextrose", "--trials", "1",
             "--set",     "detector.sandbox=false"};
   }
   return {"--objects", "spread,salt_cuboid,dextrose", "--trials", "1"};
 }
 
-// How long it took stands in columns among the others.
+// Computation times are in columns among the others.
 void RemoveColumnsOfSeconds(nlohmann::json& table) {
   nlohmann::json& columns = table["columns"];
   for (std::size_t i = columns.size(); i-- > 0;) {
@@ -111,8 +111,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
       ASSERT_EQ(ran.code, 0) << ran.err;
     }
   }
-  // In one experiment the camera is calibrated in each run, which takes seconds; in the others
-  // once.
+  // One experiment calibrates the camera in each run, which takes seconds; the others do it once.
   static bool CalibratedBefore() {
     return GetParam().find("stereo") != std::string::npos &&
            GetParam() != "laser_and_stereo_single";
@@ -136,7 +135,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     const Ran ran = RunProgram(Arguments(name, more));
     ASSERT_EQ(ran.code, 0) << ran.err;
   }
-  // Every row but its times.
+  // Every row without its times.
   std::vector<std::string> Rows(const std::string& name) const {
     std::vector<std::string> rows;
     for (auto record : Store::Open(Folder(name)).ReadAll()) {
@@ -150,7 +149,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     EXPECT_EQ(ran.code, 0) << ran.err;
     auto json = nlohmann::json::parse(ran.out);
     json.erase("stage_seconds");
-    if (json.contains("tables")) {  // computation times stand in a table of their own
+    if (json.contains("tables")) {  // computation times have their own table
       std::erase_if(json["tables"].get_ref<nlohmann::json::array_t&>(), [](const auto& table) {
         return table["title"].template get<std::string>().find("time") != std::string::npos;
       });
@@ -158,8 +157,8 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     }
     return json;
   }
-  // With a heap that lies otherwise and holds other remains: what was never written, or depends on
-  // addresses, shows. Sanitizers have a heap of their own.
+  // Runs with a heap with other addresses and other old contents, which reveals uninitialized reads
+  // and results that depend on addresses. Sanitizers have their own heap.
   void RunStirred(const std::string& name, const std::vector<std::string>& more) const {
     Command command(Arguments(name, more), "", "/dev/null", RANGEGRASP_STIRRED_HEAP);
     ASSERT_EQ(command.Wait(), 0) << command.Err();
@@ -170,7 +169,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
       try {
         return Store::Open(Folder(name)).Count();
       } catch (const std::exception&) {
-        return 0;  // not there yet
+        return 0;  // does not exist yet
       }
     };
     while (command.Runs() && rows() < 1) usleep(500);
@@ -180,8 +179,8 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
   TempFolder folder_;
 };
 
-// Twice, with all that must not matter different: shards of one job each with another heap, merged;
-// and all at once with two jobs, killed and resumed.
+// Runs twice and varies everything that must not matter: merged shards with one job each and
+// another heap, and a run of all cases with two jobs that is killed and resumed.
 TEST_P(ReproducibleTest, JobsShardsAKillAndAnotherHeapGiveTheSameRowsAndTables) {
   for (const char* shard : {"1", "2", "3"}) {
     RunStirred(std::string("shard") + shard, {"--jobs", "1", "--shard", std::string(shard) + "/3"});
@@ -204,7 +203,7 @@ TEST_P(ReproducibleTest, JobsShardsAKillAndAnotherHeapGiveTheSameRowsAndTables) 
   EXPECT_EQ(TableOf("killed"), TableOf("merged"));
 }
 
-// With another heap, too: what depends on addresses or on memory that was never written shows.
+// Also with another heap, which reveals results that depend on addresses or uninitialized memory.
 TEST(Files, EveryCommandWritesTheSameBytesTwice) {
   const TempFolder folder;
   const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
@@ -243,7 +242,7 @@ TEST(Files, EveryCommandWritesTheSameBytesTwice) {
         written += base::ReadFile(std::filesystem::path(out) / name);
       }
       auto json = nlohmann::json::parse(base::ReadFile(out + "/perceived.json"));
-      ASSERT_EQ(json.erase("seconds"), 1U);  // how long it took
+      ASSERT_EQ(json.erase("seconds"), 1U);  // computation times
       written += json.dump();
     }
     EXPECT_EQ(std::set(bytes.begin(), bytes.end()).size(), std::min<std::size_t>(bytes.size(), 1))

@@ -1,4 +1,5 @@
-// Whole runs of the program on two objects, one trial each: what a run may not depend on.
+// Tests complete runs of the program on two objects, one trial each, for what a run must not depend
+// on.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ using testing_support::TempFolder;
 
 const std::string kExperiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
 
-// One reference run, made once for all tests.
+// Has a reference run that is made once for all tests.
 class RunTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -46,7 +47,7 @@ class RunTest : public testing::Test {
   static Ran RunInto(const std::string& name, const std::vector<std::string>& more) {
     return RunProgram(Arguments(name, more));
   }
-  // Every row but its wall times.
+  // Every row without its wall times.
   static std::vector<std::string> Rows(const std::string& name) {
     std::vector<std::string> rows;
     for (auto record : Store::Open(Folder(name)).ReadAll()) {
@@ -123,7 +124,7 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
   EXPECT_EQ(Rows("single"), before);
 }
 
-// The rows of seed 1 are those of the run with seed 1 alone; the table counts all.
+// The rows of seed 1 are those of the run with only seed 1; the table counts all rows.
 TEST_F(RunTest, SeveralSeedsStandInOneTable) {
   const Ran ran = RunInto("seeds", {"--seeds", "1,2"});
   ASSERT_EQ(ran.code, 0) << ran.err;
@@ -142,7 +143,7 @@ TEST_F(RunTest, WrongSeedsAreTold) {
     EXPECT_EQ(ran.code, 2) << seeds;
   }
   EXPECT_EQ(RunInto("wrong_seeds", {"--seeds", "1,2", "--seed", "3"}).code, 2);
-  EXPECT_EQ(RunInto("single", {"--seeds", "1,2"}).code, 2);  // holds the results of one
+  EXPECT_EQ(RunInto("single", {"--seeds", "1,2"}).code, 2);  // has the results of one seed
   EXPECT_FALSE(std::filesystem::exists(Folder("wrong_seeds")));
 }
 
@@ -152,7 +153,7 @@ TEST_F(RunTest, ResumingAFinishedRunPrintsItsTable) {
   EXPECT_EQ(ran.out, reference_run_->out);
 }
 
-// More trials go on with those that are there, and end as a run that had them all at once.
+// More trials continue with the existing ones, and the result equals a run with all trials at once.
 TEST_F(RunTest, MoreTrialsAreAddedToARun) {
   ASSERT_EQ(RunInto("more", {}).code, 0);
   const auto with_two = [](const std::string& name, const std::string& flag) {
@@ -186,7 +187,7 @@ TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
   const auto json = TableOf("single");
   ASSERT_EQ(json["rows"].size(), 2u);
   EXPECT_EQ(json["experiment"], "laser_single");
-  // The order is that of the experiment file.
+  // The order is as in the experiment file.
   EXPECT_EQ(json["rows"][0]["object"], "spread");
   EXPECT_EQ(json["rows"][1]["object"], "salt_cuboid");
   EXPECT_EQ(json["rows"][0]["published_detection_rate"], 0.9);
@@ -214,7 +215,7 @@ TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
 TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
   const Ran ran = RunProgram({"trial", Folder("single"), "spread-0000", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_EQ(ran.err, "");  // no warning that it differs
+  EXPECT_EQ(ran.err, "");  // no warning about a difference
   auto replayed = nlohmann::ordered_json::parse(ran.out);
   replayed["seconds"] = nlohmann::ordered_json::object();
   EXPECT_EQ(replayed.dump(), Rows("single").front());

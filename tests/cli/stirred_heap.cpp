@@ -1,6 +1,6 @@
-// A library to preload: malloc whose blocks lie elsewhere, in another order, and are filled with
-// other remains, from one call to the next as well as from one process to the next. What a program
-// computes from addresses, or from memory that it never wrote, comes out otherwise with it.
+// A library to preload with a malloc whose blocks have other addresses, another order and other old
+// contents, which differ between calls and between processes. With it, results that depend on
+// addresses or on uninitialized memory change.
 
 #include <unistd.h>
 
@@ -16,11 +16,11 @@ extern "C" void __libc_free(void* block);
 namespace {
 
 constexpr std::size_t kHeld = 64;
-constexpr std::size_t kFilled = 4096;  // of large blocks: their start is enough, and time counts
+constexpr std::size_t kFilled = 4096;  // only the start of large blocks, to save time
 
 std::array<std::atomic<void*>, kHeld> held{};
 
-// xorshift64 (Marsaglia 2003); a stream for each thread.
+// xorshift64 (Marsaglia 2003), with a stream per thread.
 std::uint64_t Draw() {
   thread_local std::uint64_t state = 0;
   if (state == 0) state = 88172645463325252ULL * static_cast<std::uint64_t>(2 * getpid() + 1);
@@ -30,7 +30,7 @@ std::uint64_t Draw() {
   return state;
 }
 
-// A block that is held for a while makes the next ones lie elsewhere.
+// A block that is held for a while moves the next ones to other addresses.
 void HoldAnother(std::uint64_t draw, std::size_t size) {
   const std::size_t held_size = 16 * ((draw >> 16U) % 4096) + (size > 20000 ? size : 0);
   __libc_free(held[(draw >> 8U) % kHeld].exchange(__libc_malloc(held_size)));

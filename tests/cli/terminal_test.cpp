@@ -1,4 +1,4 @@
-// What a person sees on a terminal, and what a pipe or a file gets.
+// Tests the output on a terminal and the output to a pipe or a file.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ using testing_support::TempFolder;
 constexpr const char* kBold = "\x1b[1m";
 constexpr const char* kRed = "\x1b[31m";
 
-// What the program writes where its stdout is a terminal.
+// The program's output if its stdout is a terminal.
 std::string OnTerminal(const std::vector<std::string>& arguments) {
   int master = -1;
   int slave = -1;
@@ -34,7 +34,7 @@ std::string OnTerminal(const std::vector<std::string>& arguments) {
   std::string text;
   fcntl(master, F_SETFL, O_NONBLOCK);
   for (bool ends = false; !ends;) {
-    ends = !command.Runs();  // what it wrote before it ended is read once more
+    ends = !command.Runs();  // reads once more after its end
     char part[4096];
     for (ssize_t n = 0; (n = read(master, part, sizeof part)) > 0;) {
       text.append(part, static_cast<std::size_t>(n));
@@ -95,7 +95,8 @@ TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
   EXPECT_THAT(markdown, testing::Not(HasSubstr("\x1b")));
 }
 
-/// A rod of 60,000 triangles: its diameters take 3 s on a fast core, longer than the line waits.
+/// A rod of 60,000 triangles. Its diameters take 3 s on a fast core, longer than the delay before
+/// the progress line.
 std::string Rod() {
   constexpr int kRings = 300, kAround = 100;
   std::string points, faces;
@@ -127,7 +128,7 @@ TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
   ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);
   const std::string text = base::ReadFile(seen);
   EXPECT_THAT(text, testing::ContainsRegex("rod.off: segmenting 60000 triangles, [0-9]+ s"));
-  EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is taken away
+  EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is removed
 }
 
 }  // namespace

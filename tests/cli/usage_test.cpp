@@ -1,4 +1,4 @@
-// The command line's contract: help, exit codes, and what it says to bad usage and bad input.
+// Tests the command line's contract: help, exit codes, and messages for bad usage and bad input.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,10 +26,10 @@ const std::vector<std::string> kCommands = {
     "run",       "table",  "trial",  "compare",  "merge",      "export",
     "report",    "submit", "status", "snapshot", "scan",       "perceive",
     "cylinders", "parts",  "seam",   "list",     "completion", "version"};
-// Those that do something when nothing is said.
+// Commands that need no arguments.
 const std::set<std::string> kNeedNothing = {"version", "list"};
 
-// Bad usage or input: code 2, a message on stderr that holds `says`, nothing on stdout.
+// Expects bad usage or input: code 2, a message on stderr that contains `says`, nothing on stdout.
 void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
   const Ran ran = RunProgram(arguments);
   const std::string what = testing::PrintToString(arguments) + "\n" + ran.err;
@@ -47,7 +47,7 @@ TEST(Help, EveryCommandHasAnExampleOfItself) {
   }
 }
 
-// An option without a word stands alone in its line, and the next line is another's.
+// An option without a description would be alone in its line, followed by another option's line.
 TEST(Help, EveryOptionSaysWhatItDoes) {
   auto commands = kCommands;
   for (const char* inner : {"detect", "calibrate", "generate"}) {
@@ -121,7 +121,6 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
                 "s.jpg: unsupported file type; the name must end with .png");
 }
 
-// `rangegrasp list keys | true`: whoever reads has gone before the first line is written.
 TEST(Usage, WhatPicturesNeedIsNamedOrInstalled) {
   const std::string no_mesa = RANGEGRASP_NO_MESA;
   if (no_mesa.empty()) GTEST_SKIP() << "the sanitizer must be loaded first";
@@ -142,6 +141,7 @@ TEST(Usage, WhatPicturesNeedIsNamedOrInstalled) {
   EXPECT_EQ(installed.Out(), "libosmesa6 snapshot\n");
 }
 
+// `rangegrasp list keys | true`: the reader exits before the first line is written.
 TEST(Output, AReaderThatHasSeenEnoughIsNoError) {
   const TempFolder folder;
   const std::string script = "{ " RANGEGRASP_BINARY " list keys 2>" + (folder / "err").string() +
@@ -171,7 +171,7 @@ TEST(Version, IsJsonThatNamesTheProgramAndItsLibraries) {
 
 class BadInputTest : public testing::Test {
  protected:
-  // An experiment on a scene and an object of its own.
+  // An experiment with its own object on the given scene.
   std::string Experiment(const std::string& scene, const std::string& objects = "[thing]") {
     folder_.Write("experiments/e.yaml",
                   "name: demo\nscene: " + scene +
@@ -292,7 +292,7 @@ TEST_F(BadInputTest, AnOutputThatCannotBeMadeIsNamed) {
   ExpectRefused({"snapshot", Tabletop(), "-o", below + "/a.png", "--size", "16x16"}, below);
 }
 
-// As with `ulimit -v`, at limits at which libraries would crash.
+// Limits memory as `ulimit -v` does, to values at which libraries would crash.
 TEST(LittleMemory, IsSaidAndEndsWithCodeOne) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the sanitizer needs more address space than any limit leaves";

@@ -10,7 +10,8 @@
 
 namespace rangegrasp::testing_support {
 
-/// Runs `action` in a process of its own; its exit code, 100 if it threw, 200 + n for signal n.
+/// Runs `action` in a child process.
+/// @return its exit code, 100 if it threw, 200 + n for signal n
 inline int InChild(const std::function<int()>& action) {
   const pid_t pid = fork();
   if (pid == 0) {
@@ -26,8 +27,7 @@ inline int InChild(const std::function<int()>& action) {
   return WIFSIGNALED(status) ? 200 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-/// No file of this process may grow beyond `bytes` from now on: writing then fails, as on a full
-/// disk.
+/// Limits the files of this process to `bytes` from now on: writing more fails, as on a full disk.
 inline void LimitFileSize(rlim_t bytes) {
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit limit{bytes, bytes};

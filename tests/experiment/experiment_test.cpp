@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
-// A kind that counts: `groups` words with `cases_each` cases, each of which squares its number.
+// A test task: `groups` words with `cases_each` cases each; a case squares its number.
 class Squares : public Task {
  public:
   Squares(std::vector<std::string> groups, int each, std::uint64_t seed)
@@ -120,7 +120,7 @@ TEST_F(ExperimentTest, TheCommandLineChangesTheFile) {
   changes.groups = {"z", "x"};
   const auto e = Open("task: squares\nseed: 3\ncases_each: 9\n", changes);
   EXPECT_EQ(Ids(e), (std::vector<std::string>{"x-0", "x-1", "z-0", "z-1"}));  // in the file's order
-  EXPECT_EQ(e.cases[2].position, 4);  // a row's place does not depend on the others
+  EXPECT_EQ(e.cases[2].position, 4);  // a row's position does not depend on the others
   EXPECT_EQ(e.common.seed, 7u);
 }
 

@@ -75,7 +75,7 @@ TEST(Need, SaysThatTheRunWasKilled) {
 TEST(LineOf, BeginsWithNameVersionAndCommit) {
   EXPECT_EQ(LineOf(kStamp), "demo: rangegrasp 0.1 (abc), seed 1");
   Stamp many = kStamp;
-  many.identity["groups"] = "a,b,c";  // a row of the table each
+  many.identity["groups"] = "a,b,c";  // each is a row of the table
   EXPECT_EQ(LineOf(many), LineOf(kStamp));
 }
 

@@ -43,8 +43,8 @@ TEST(Judge, WhatAWholeRunDoesNotCountIsWorseAndNotMerelyMissing) {
 }
 
 TEST(Judge, TheThresholdIsSharedByTheTestsOfATable) {
-  // 14 of 20 beside 5 of 20: p is 0.0104 (R: twice the tail of phyper), below 0.05 and above 0.05
-  // / 5.
+  // For 14 of 20 against 5 of 20, p is 0.0104 (R: twice the tail of phyper), below 0.05 and above
+  // 0.05 / 5.
   std::vector<PublishedFigure> figures = {RateOf({14, 20}, {5, 20})};
   EXPECT_NEAR(Judge(figures, false).rows[0].p.value(), 0.0104, 5e-5);
   EXPECT_EQ(Judge(figures, false).rows[0].verdict, Verdict::kBetter);
@@ -58,7 +58,7 @@ TEST(Judge, TheThresholdIsSharedByTheTestsOfATable) {
 TEST(Judge, ProfilesOfSeamsThatAgreeCountAsOneEach) {
   PublishedFigure figure{.row = "voting", .unit = "%", .published = 90.0, .own = 100.0};
   figure.evidence = ClustersEvidence{std::vector<Count>(10, {500, 500})};
-  // z = 0.1 / sqrt(0.09 / 10): as 10 trials; 5,000 independent ones would be far beyond chance.
+  // z = 0.1 / sqrt(0.09 / 10), as for 10 trials; 5,000 independent ones would be far beyond chance.
   const JudgedTable few = Judge({figure}, false);
   EXPECT_NEAR(few.rows[0].p.value(), std::erfc(0.1 / std::sqrt(0.009) / std::sqrt(2.0)), 1e-12);
   EXPECT_EQ(few.rows[0].verdict, Verdict::kSame);
@@ -102,8 +102,8 @@ TEST(Judge, EventsAreRatesOfRuns) {
 using testing::HasSubstr;
 using testing::Not;
 
-// A table of one better and one worse figure that is whole, one that was begun, one without
-// results, one that cannot be run.
+// A complete table with one better and one worse figure, one that was begun, one without results,
+// and one that cannot be run.
 Reproduction Some(bool is_short) {
   const auto figure = [](const char* row, Count own, Count published) {
     return PublishedFigure{.row = row,
@@ -144,7 +144,7 @@ TEST(Page, TellsOfEachTableHowFarItIsAndWhyItIsNotThere) {
   EXPECT_THAT(text, Not(HasSubstr("short run")));
 }
 
-// Its figures differ as much as they can, and still nothing is said of it.
+// Its figures differ as much as possible, but still get no verdict.
 TEST(Page, AShortRunHasNoVerdictsAndSaysWhatItShows) {
   const std::string text = TextOf(Some(true), TableFormat::kMarkdown);
   EXPECT_THAT(text, HasSubstr("a short run shows only that everything runs"));

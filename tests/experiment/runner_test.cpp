@@ -26,12 +26,12 @@
 #include "temp_folder.h"
 
 namespace {
-// Seconds that a process takes to end from here on.
+// Seconds that a process takes to end from now on.
 unsigned end_takes_s = 0;
 }  // namespace
 
-// In place of the C library's, so that a case's process can be made to end late, as threads of
-// libraries do on a busy machine.
+// Replaces the C library's _exit, so that a case's process can end late, as happens with threads of
+// libraries on a busy machine.
 extern "C" void _exit(int code) {
   if (end_takes_s > 0) sleep(end_takes_s);
   syscall(SYS_exit_group, code);
@@ -73,7 +73,7 @@ std::vector<std::string> RowsOfRun(const std::vector<Case>& cases, const RunCase
 
 bool NoChildIsLeft() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD; }
 
-// Runs three cases, the second of which is `bad`, two at a time.
+// Runs three cases, two at a time; the second one is `bad`.
 Record RunBad(const RunCase& bad, double limit_s = 30.0) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
@@ -90,7 +90,7 @@ Record RunBad(const RunCase& bad, double limit_s = 30.0) {
   EXPECT_EQ(Row(all[0]), Row(SampleRecord("box", 0, kSeed)));
   EXPECT_EQ(Row(all[2]), Row(SampleRecord("box", 2, kSeed)));
   EXPECT_EQ(all[1].which.id, "mug-0001");
-  EXPECT_EQ(all[1].which.params, SampleCase("mug", 1).params);  // what it was stands in its row
+  EXPECT_EQ(all[1].which.params, SampleCase("mug", 1).params);  // its row says what it was
   return all[1];
 }
 
@@ -126,7 +126,7 @@ TEST(RunCases, ShardsHoldEveryCaseOnce) {
   }
 }
 
-// Of three shards the first holds cases 0, 3, 6, ...
+// The first of three shards has cases 0, 3, 6, ...
 TEST(ShardOf, TakesEveryCaseOfItsTurn) {
   const auto cases = Cases(11);
   for (int shard = 1; shard <= 3; ++shard) {
@@ -161,7 +161,7 @@ TEST(Missing, MayHoldWhatCrashedAgain) {
   EXPECT_EQ(missing, (std::vector<int>{0, 1, 3}));
 }
 
-// What the case changes here it changes there alone; its result comes back, its end costs nothing.
+// Changes that the case makes stay in its own process, and its result comes back.
 TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
   const Case which = Cases(1).front();
   int here = 1;
@@ -178,8 +178,8 @@ TEST(RunApart, GivesWhatACaseGaveInAProcessOfItsOwn) {
   EXPECT_EQ(RunApart(which, 0.2, hang).outcome, kTimedOut);
 }
 
-// It has handed over its result and then hangs: the result counts, after a second of patience, not
-// after the time that the case may take or the process would, and no process is left.
+// The case hands over its result and then hangs. The result counts after one more second, not after
+// the case's time limit or the end of the process, and no process is left.
 TEST(RunCases, AWholeResultCountsThoughItsProcessEndsLate) {
   const base::Stopwatch watch;
   const auto ends_late = [](const Case& which) {
@@ -233,7 +233,7 @@ TEST(RunCases, JobsRunAtTheSameTime) {
         return Good(which);
       },
       6);
-  EXPECT_LT(watch.Seconds(), 1.0);  // one after the other: 1.2 s
+  EXPECT_LT(watch.Seconds(), 1.0);  // in sequence: 1.2 s
 }
 
 TEST(RunCases, ASegmentationFaultCostsOneTrial) {
@@ -299,7 +299,7 @@ TEST(RunCases, ABusyLoopThatIgnoresSignalsIsKilledToo) {
   EXPECT_EQ(result.result.outcome, kTimedOut);
 }
 
-// The writing ends of pipes among this process's files.
+// The open write ends of pipes of this process.
 std::vector<int> PipesForWriting() {
   std::vector<int> pipes;
   for (int fd = 3; fd < 256; ++fd) {
@@ -314,7 +314,7 @@ std::vector<int> PipesForWriting() {
 
 TEST(RunCases, GarbageInPlaceOfAResultIsACrash) {
   const auto result = RunBad([](const Case&) -> Result {
-    // The runner may stop reading before all is written.
+    // The runner may stop reading before everything is written.
     std::signal(SIGPIPE, SIG_IGN);
     for (const int fd : PipesForWriting()) {
       for (int i = 0; i < 1000; ++i) {
@@ -381,7 +381,7 @@ TEST(RunCases, AFullDiskEndsTheRunAndLeavesNoProcessBehind) {
   EXPECT_GT(Store::Open(folder.path()).ReadAll().size(), 1u);
 }
 
-// Running or sleeping; a zombie, which waits for somebody to collect it, is not.
+// True if the process is running or sleeping; false for a zombie that waits to be reaped.
 bool Lives(pid_t pid) {
   std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
   std::string line;
@@ -416,7 +416,7 @@ TEST(RunCases, AKilledRunTakesItsTrialsAlong) {
   EXPECT_FALSE(Lives(trial));
 }
 
-// Two objects with so many trials each, as an experiment numbers them.
+// Two objects with `trials` trials each, numbered as in an experiment.
 std::vector<Case> CasesOf(int trials) {
   std::vector<Case> cases;
   for (const char* object : {"mug", "ball"}) {
@@ -443,7 +443,7 @@ class ResumeTest : public testing::Test {
   Store store_;
 };
 
-// The stored rows stand where a run with all cases would have put them.
+// The stored rows are where a run with all cases would have put them.
 TEST_F(ResumeTest, MoreTrialsFindTheirPlaceAmongThoseThatAreThere) {
   const auto cases = CasesOf(3);
   const auto before = store_.ReadAll();

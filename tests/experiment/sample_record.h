@@ -7,7 +7,7 @@
 
 namespace rangegrasp::experiment {
 
-/// A case made from its group and number alone.
+/// A case that depends only on its group, number and seed.
 inline Case SampleCase(const std::string& group, int i, std::uint64_t seed = 1) {
   return {fmt::format("{}-{:04}", group, i),
           group,
@@ -16,7 +16,7 @@ inline Case SampleCase(const std::string& group, int i, std::uint64_t seed = 1) 
           i};
 }
 
-/// Its result, with something in every field.
+/// A result of a case with every field filled.
 inline Result SampleResult(const Case& which) {
   const int i = which.position;
   return {i % 2 == 0 ? "delivered" : "dropped",
@@ -31,13 +31,13 @@ inline Record SampleRecord(const std::string& group, int i, std::uint64_t seed =
   return {which, SampleResult(which)};
 }
 
-/// Data of so many bytes.
+/// JSON data of `bytes` bytes.
 inline std::string LargeData(std::size_t bytes) {
   const std::string begin = R"({"x":")", end = R"("})";
   return begin + std::string(bytes - begin.size() - end.size(), 'x') + end;
 }
 
-/// All that must not depend on how a case was run, a field that holds bytes that are no text too.
+/// All fields that must not depend on how a case was run, including a field with non-text bytes.
 inline std::string Row(const Record& record) {
   const auto& [c, r] = record;
   std::string row;

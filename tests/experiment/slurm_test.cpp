@@ -28,7 +28,7 @@ TEST(ParseQueue, KnowsTasksAndTheirJobs) {
   EXPECT_TRUE(ParseQueue("").state_of_task.empty());
 }
 
-// As the shell itself takes it.
+// Checked with the shell itself.
 TEST(ShellQuoted, AnyWordStaysOneWordAsItIs) {
   const TempFolder folder;
   const std::string word = "a 'b' \"c\" $HOME `id` \\ ;\n*";

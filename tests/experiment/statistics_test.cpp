@@ -66,8 +66,8 @@ TEST(MeanRateInterval, IsThatOfAllTrialsWhereEachRateHasAsMany) {
   EXPECT_EQ(four->second, 1.0);
 }
 
-// All outcomes of three rates of 5, 10 and 20 trials, weighted by their chance. With so few trials
-// and different rates the interval covers not exactly 95 %, and rather more.
+// All outcomes of three rates with 5, 10 and 20 trials, weighted by their probability. With so few
+// trials and different rates, the coverage is not exactly 95 % but rather higher.
 TEST(MeanRateInterval, CoversTheMeanInNineteenOfTwenty) {
   const auto chance = [](int k, int n, double p) {
     return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0)) *
@@ -90,12 +90,12 @@ TEST(MeanRateInterval, CoversTheMeanInNineteenOfTwenty) {
 }
 
 TEST(ClusteredInterval, IsWilsonsWhereClustersDifferAsIndependentTrialsDo) {
-  // k of n = 4 of each cluster as often as the binomial of p = 1/2 has it: 1, 4, 6, 4, 1 of 16.
+  // k of n = 4 per cluster has the frequencies of the binomial with p = 1/2: 1, 4, 6, 4, 1 of 16.
   std::vector<Count> clusters;
   for (const int k : {0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4}) clusters.push_back({k, 4});
   const auto [low, high] = ClusteredInterval(clusters);
   const auto [wilson_low, wilson_high] = WilsonInterval(32, 64);
-  // 15 in place of 16 in the clusters' variance: 3 % of the half width of 0.12.
+  // The clusters' variance has 15 instead of 16: 3 % of the half width of 0.12.
   EXPECT_NEAR(low, wilson_low, 0.005);
   EXPECT_NEAR(high, wilson_high, 0.005);
 }
@@ -136,8 +136,8 @@ TEST(McNemar, IsTheTwoSidedBinomialTail) {
 }
 
 TEST(Fisher, MatchesTheTeaTasting) {
-  // Fisher's tea lady, 3 of 4 right: P(at least 3) = 17/70; as "lower" of the other cup: at most 1
-  // of 4 beside 3 of 4.
+  // Fisher's tea lady has 3 of 4 right: P(at least 3) = 17/70. As "lower" for the other cup: at
+  // most 1 of 4 against 3 of 4.
   EXPECT_NEAR(FisherExactLower(1, 4, 3, 4), 17.0 / 70.0, 1e-12);
   EXPECT_NEAR(FisherExactLower(4, 4, 0, 4), 1.0, 1e-12);
 }
@@ -146,17 +146,17 @@ TEST(Fisher, TwoSidedIsTwiceTheSmallerTailFromWhicheverSideItIsAsked) {
   EXPECT_NEAR(FisherExact(1, 4, 3, 4), 2.0 * 17.0 / 70.0, 1e-12);
   EXPECT_NEAR(FisherExact(3, 4, 1, 4), 2.0 * 17.0 / 70.0, 1e-12);
   EXPECT_DOUBLE_EQ(FisherExact(5, 10, 5, 10), 1.0);
-  // All of one sample and none of the other: one of C(20, 10) = 184,756 ways.
+  // All of one sample and none of the other is one of C(20, 10) = 184,756 ways.
   EXPECT_NEAR(FisherExact(10, 10, 0, 10), 2.0 / 184756.0, 1e-15);
   EXPECT_DOUBLE_EQ(FisherExact(0, 0, 3, 4), 1.0);  // nothing was tried
 }
 
 TEST(ScoreTest, IsTheNormalTailOfTheDistanceInStandardErrors) {
-  // 60 % of 100 beside 50 %: two standard errors of 5 %; 2 (1 - Phi(2)) = 0.0455003.
+  // 60 % of 100 against 50 % is two standard errors of 5 %: 2 (1 - Phi(2)) = 0.0455003.
   EXPECT_NEAR(ScoreTest(0.6, 100.0, 0.5), 0.0455003, 1e-7);
   EXPECT_NEAR(ScoreTest(0.4, 100.0, 0.5), 0.0455003, 1e-7);
   EXPECT_DOUBLE_EQ(ScoreTest(1.0, 10.0, 1.0), 1.0);
-  // One failure in 10 of what is said never to fail: half a trial's variance, z = 0.1 / 0.0689.
+  // One failure in 10 with an expected rate of 1: half a trial's variance, z = 0.1 / 0.0689.
   EXPECT_NEAR(ScoreTest(0.9, 10.0, 1.0), std::erfc(0.1 / std::sqrt(2.0 * 0.05 * 0.95 / 10.0)),
               1e-12);
   EXPECT_THROW(ScoreTest(1.2, 10.0, 0.5), std::invalid_argument);
@@ -172,7 +172,8 @@ TEST(PoissonRates, AreABinomialGivenTheirSum) {
 }
 
 TEST(StudentTest, MatchesTheClosedFormsOfOneAndTwoDegreesOfFreedom) {
-  // Two values: Cauchy, P(|t| > 1) = 1/2. Three: P(|t| > x) = 1 - x / sqrt(2 + x^2).
+  // Two values give a Cauchy distribution, P(|t| > 1) = 1/2. Three values give
+  // P(|t| > x) = 1 - x / sqrt(2 + x^2).
   EXPECT_NEAR(StudentTest({3.0, 0.5, 2}, 2.5), 0.5, 1e-12);
   EXPECT_NEAR(StudentTest({3.0, 0.5, 3}, 4.0), 1.0 - 2.0 / std::sqrt(6.0), 1e-12);
   EXPECT_EQ(StudentTest({3.0, 0.0, 3}, 3.0), 1.0);
@@ -218,7 +219,7 @@ TEST(Compare, TellsWhichOfTheTwoWonAlone) {
   EXPECT_EQ(c.both, 2);
   EXPECT_EQ(c.only_first, 5);
   EXPECT_EQ(c.only_second, 1);
-  EXPECT_NEAR(c.p_value, 2.0 * (1.0 + 6.0) / 64.0, 1e-12);  // both tails of six throws of a coin
+  EXPECT_NEAR(c.p_value, 2.0 * (1.0 + 6.0) / 64.0, 1e-12);  // both tails of six coin tosses
 }
 
 TEST(StageTimes, KeepTheOrderAndInterpolate) {

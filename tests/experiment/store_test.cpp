@@ -53,7 +53,7 @@ TEST(FolderLock, RefusesASecondWriterWithTheHoldersNameUntilTheFirstEnds) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-// A killed run leaves its file, and no lock.
+// A killed run leaves its file, but no lock.
 TEST(FolderLock, EndsWithItsProcess) {
   const TempFolder folder;
   EXPECT_EQ(InChild([&] {
@@ -136,8 +136,8 @@ TEST(Store, MayBeReadWhileItIsWritten) {
   EXPECT_EQ(reader.ReadAll().size(), 2u);
 }
 
-// A writer in a process of its own is killed after about `delay_us`: what it had acknowledged on a
-// pipe must be there, and every row whole.
+// Kills a writer in a child process after about `delay_us`. All rows that it had acknowledged on a
+// pipe must be there, and every row must be complete.
 void KillWriterAfter(useconds_t delay_us, const std::filesystem::path& folder) {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);
@@ -215,7 +215,7 @@ TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {
        {folder / "file", folder / "file/below", std::filesystem::path("/proc/rangegrasp")}) {
     EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Create(bad); }), HasSubstr(bad.string()));
   }
-  // A folder that exists but takes no files, whoever asks.
+  // A folder that exists but takes no files from any user.
   EXPECT_THAT(ErrorOf<base::InputError>([] { Store::Create("/proc/self"); }),
               HasSubstr("/proc/self/results.sqlite"));
 }
@@ -242,7 +242,7 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
               HasSubstr("no such table"));
 }
 
-// Results from a stranger: what the schema says is not run.
+// The code in the schema of untrusted results is not run.
 TEST(Store, ViewsAndTriggersOfADatabaseDoNotRun) {
   const TempFolder folder;
   const auto run_sql = [&](const char* name, const char* sql) {
@@ -296,7 +296,7 @@ TEST(Store, ADamagedRecordIsNamed) {
   }
 }
 
-// As on a medium that is read-only, or in a folder of another user.
+// As on a read-only medium, or in another user's folder.
 TEST(Store, IsReadWhereNothingCanBeWritten) {
   const TempFolder folder;
   const auto there = folder / "50%#?";
@@ -311,7 +311,7 @@ TEST(Store, IsReadWhereNothingCanBeWritten) {
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0555));
   std::filesystem::permissions(there, std::filesystem::perms(0555));
   EXPECT_EQ(rows_of_another_user(), 1);
-  // As programs left it that did not take it out of the journal's mode.
+  // As left by programs that did not reset the WAL journal mode.
   sqlite3* db = nullptr;
   std::filesystem::permissions(there, std::filesystem::perms(0755));
   ASSERT_EQ(sqlite3_open((there / "results.sqlite").c_str(), &db), SQLITE_OK);
@@ -382,7 +382,7 @@ TEST(ReadResults, SeedsOfDifferentExperimentsAreNotPooled) {
             std::string::npos);
 }
 
-// Hazards are drawn: the first of one seed is a mat end, of the next one an obstacle.
+// Hazards are drawn: the first one is a mat end with one seed and an obstacle with the next seed.
 TEST(ReadResults, SeedsMayDrawTheirGroupsInAnotherOrderButNoOtherGroups) {
   TempFolder folder;
   const auto fill = [&](std::uint64_t seed, const char* groups) {
@@ -407,7 +407,7 @@ TEST(ReadResults, NoResultsAreAnError) {
 
 class MergeTest : public testing::Test {
  protected:
-  // Of 40 cases of two groups those whose number leaves a rest, in a folder of that name.
+  // A folder with those of 40 cases of two groups whose number modulo `of` is `rest`.
   std::filesystem::path Shard(int rest, int of, const std::string& seed = "1") {
     const auto folder = folder_ / ("shard" + std::to_string(rest));
     Store store = Store::Create(folder);
@@ -448,7 +448,7 @@ TEST_F(MergeTest, WhereCasesAreMissingItSaysSoOrWritesNothing) {
   const auto merged = Merge(shards, folder_ / "some");
   EXPECT_EQ(merged.cases, 27u);
   EXPECT_EQ(merged.expected, 40u);
-  // And is completed by the shard that was forgotten.
+  // The missing shard completes it.
   EXPECT_EQ(Merge({folder_ / "some", Shard(2, 3)}, folder_ / "all", true).cases, 40u);
   EXPECT_TRUE(Store::Exists(folder_ / "all"));
 }

@@ -1,14 +1,14 @@
-// A library to preload: counts the calls of each kind that a program and its workers make, and
-// makes one of them fail, or kills the process in it. tests/faults/faults_test drives it through
-// the environment:
+// A preload library. It counts the calls of each kind that a program and its workers make, and
+// makes one of them fail or kills the process in it. tests/faults/faults_test controls it through
+// environment variables:
 //
 //   FAULTS_FILE   a file that all processes of the program share: see Shared. Without it nothing is
-//   counted. FAULTS_AT     "ROLE KIND N ACTION": role 0 is the first process, 1 what it forks; the
-//   N-th call (from 1) of a kind fails
-//                 (ACTION fail) or never returns (kill). Without it, the first call of each call
-//                 stack is noted.
-//   FAULTS_TRACE  prints where the call that fails comes from.
-//   FAULTS_CLOCK  the wall clock jumps by a day, forth and back, from one look to the next.
+//                 counted.
+//   FAULTS_AT     "ROLE KIND N ACTION": role 0 is the first process, 1 a process that it forks. The
+//                 N-th call (from 1) of a kind fails (ACTION fail) or never returns (kill). Without
+//                 FAULTS_AT, the first call of each call stack is recorded.
+//   FAULTS_TRACE  prints the call stack of the failing call.
+//   FAULTS_CLOCK  the wall clock jumps a day ahead and back, from one reading to the next.
 
 #include <dlfcn.h>
 #include <execinfo.h>
@@ -32,7 +32,7 @@
 #include <cstring>
 #include <ctime>
 
-extern "C" {  // glibc's own
+extern "C" {  // glibc's own functions
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
@@ -46,11 +46,11 @@ constexpr const char* kKindWords[kKinds] = {"write", "fsync",  "open",  "fork",
                                             "mmap",  "malloc", "rename"};
 
 constexpr std::uint32_t kMaxSites = 1U << 18U;
-// Of a call stack, so many return addresses tell one place from another: a malloc is called by
-// operator new, that by std::string, that by what copies one, and that by the code in question.
+// The number of return addresses that distinguish call stacks. A malloc is called by operator new,
+// that by std::string, that by a function that copies a string, and that by the code in question.
 constexpr int kFrames = 8;
 
-// A call stack, and its first call.
+// A call stack and its first call.
 struct Site {
   std::atomic<std::uint64_t> hash;
   std::uint32_t role, kind, number;
@@ -82,7 +82,7 @@ struct Walk {
 _Unwind_Reason_Code AddFrame(_Unwind_Context* context, void* data) {
   auto& walk = *static_cast<Walk*>(data);
   walk.hash = (walk.hash ^ _Unwind_GetIP(context)) * 0x100000001b3U;
-  return ++walk.frames < kFrames + 2 ? _URC_NO_REASON : _URC_END_OF_STACK;  // two are of this file
+  return ++walk.frames < kFrames + 2 ? _URC_NO_REASON : _URC_END_OF_STACK;  // two are in this file
 }
 
 void NoteSite(std::uint32_t kind, std::uint32_t number) {
@@ -108,7 +108,7 @@ void Trace() {
   backtrace_symbols_fd(frames, backtrace(frames, 24), STDERR_FILENO);
 }
 
-// Whether this call is to fail.
+// Counts a call and returns whether it must fail.
 bool Fails(std::uint32_t kind, int why) {
   if (shared == nullptr || inside) return false;
   inside = true;
@@ -137,12 +137,12 @@ int OpenAt(int folder, const char* name, int flags, mode_t mode) {
   return static_cast<int>(syscall(SYS_openat, folder, name, flags, mode));
 }
 
-// A call of an open function with or without its mode.
+// The mode argument of an open function, which is only present with certain flags.
 mode_t ModeOf(int flags, va_list list) {
   return (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(list, mode_t) : 0;
 }
 
-// The program's own main function; what libraries do before it is not the program's.
+// The program's own main function. Calls that libraries make before it are not counted.
 int (*own_main)(int, char**, char**) = nullptr;
 
 void Begin() {
@@ -164,7 +164,7 @@ void Begin() {
   const int fd =
       static_cast<int>(syscall(SYS_openat, AT_FDCWD, file, O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (fd < 0 || ftruncate(fd, sizeof(Shared)) != 0) abort();
-  // Not what it starts: only the program and what it forks.
+  // Only the program and the processes that it forks are counted, not programs that it starts.
   unsetenv("FAULTS_FILE");
   shared = reinterpret_cast<Shared*>(
       syscall(SYS_mmap, nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0));
@@ -206,7 +206,7 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
 }
 
 ssize_t write(int fd, const void* bytes, std::size_t size) {
-  // What an error says has to come out.
+  // Error messages must always be written.
   if (fd != STDERR_FILENO && Fails(kWrite, ENOSPC)) return -1;
   return syscall(SYS_write, fd, bytes, size);
 }

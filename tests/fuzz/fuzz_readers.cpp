@@ -3,8 +3,8 @@
 //
 //   fuzz_readers --reader=pcd [libFuzzer's options] CORPUS
 //
-// A reader may refuse its input by the project's errors; another exception, a report of a
-// sanitizer, a hang or too much memory is a finding. scripts/fuzz runs all of them.
+// A reader may refuse its input with one of the project's errors. Any other exception, a sanitizer
+// report, a hang or too much memory is a finding. scripts/fuzz runs all of them.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -54,7 +54,7 @@ namespace {
 namespace fs = std::filesystem;
 using base::YamlMap;
 
-// A file in memory, for what takes paths; its name has the reader's ending.
+// A file in memory, for readers that take paths; its name has the reader's extension.
 const fs::path& Folder() {
   static const fs::path folder = [] {
     const fs::path made = fs::path("/dev/shm") / fmt::format("rangegrasp_fuzz_{}", getpid());
@@ -82,7 +82,7 @@ void ReadYaml(std::string_view bytes, const std::function<void(YamlMap&)>& read)
   map.Finish();
 }
 
-// Any of the formats: a preset's, or keys up to a line "===" before the profiles.
+// Any of the formats: a preset, or keys up to a line "===" before the profiles.
 void ReadProfiles(const std::string& keys, std::string_view text) {
   seam::ProfileFileOptions options;
   seam::ReadProfileFileOptions(YamlMap::FromText(keys, "keys.yaml"), options);
@@ -104,7 +104,7 @@ void ReadProfilesWithKeys(std::string_view bytes) {
   ReadProfiles(std::string(bytes.substr(0, end)), bytes.substr(end + 5));
 }
 
-// Numbers out of bytes; nothing after their end.
+// Numbers from bytes; zeros after their end.
 class Numbers {
  public:
   explicit Numbers(std::string_view bytes) : bytes_(bytes) {}
@@ -115,7 +115,7 @@ class Numbers {
     bytes_.remove_prefix(1);
     return byte;
   }
-  double Coordinate(double scale_m) {  // of two bytes
+  double Coordinate(double scale_m) {  // from two bytes
     const int high = Byte();
     return (256 * high + Byte() - 32768) / 32768.0 * scale_m;
   }
@@ -124,8 +124,8 @@ class Numbers {
   std::string_view bytes_;
 };
 
-// A patch of a scan: a height for each of its samples above a table that is otherwise plane, and
-// all that a sensor may leave out.
+// A patch of a scan: a height of each sample above an otherwise flat table, and all kinds of
+// missing values that a sensor may produce.
 geometry::RangeImage AnyImage(Numbers& numbers) {
   geometry::RangeImage image;
   image.profiles = 12 + numbers.Byte() % 24;
@@ -159,7 +159,7 @@ void Perceive(std::string_view bytes) {
   perception::Perceive(geometry::ObservationOf(AnyImage(numbers)), options, rng);
 }
 
-// An object of any triangles and points, with any top and axis.
+// An object with arbitrary triangles and points, top and axis.
 perception::PerceivedObject AnyObject(Numbers& numbers) {
   const int scale = numbers.Byte();
   const double scale_m = 0.01 + 0.001 * scale;

@@ -40,7 +40,7 @@ struct Less {
   }
 };
 
-/// CGAL's own alpha shape: every facet that is not exterior.
+/// Facets of CGAL's own alpha shape that are not exterior.
 TriangleSet ReferenceTriangles(const Points& points, double alpha) {
   std::map<Eigen::Vector3d, std::uint32_t, Less<Eigen::Vector3d>> position;
   std::vector<Kernel::Point_3> input;
@@ -76,7 +76,7 @@ TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
   EXPECT_EQ(triangles, ReferenceTriangles(points, alpha));
 }
 
-/// Components over the triangles by repeated relabelling, without a union-find.
+/// Connected components over the triangles, found by repeated relabelling without a union-find.
 std::vector<std::uint32_t> SlowComponents(std::size_t n, const AlphaComplex& complex) {
   std::vector<std::uint32_t> label(n);
   for (std::uint32_t i = 0; i < n; ++i) label[i] = i;
@@ -120,7 +120,7 @@ TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
 
 TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
   base::Rng rng(GetParam());
-  Points points;  // cospherical everywhere: the triangulation itself is ambiguous
+  Points points;  // cospherical points everywhere, so the triangulation is ambiguous
   for (int x = 0; x < 7; ++x) {
     for (int y = 0; y < 7; ++y) {
       for (int z = 0; z < 3; ++z) points.emplace_back(x, y, z);
@@ -142,7 +142,7 @@ TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
 TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
   base::Rng rng(GetParam());
   Points
-      points;  // pairs that differ in the last digit: the radii of their needles are all rounding
+      points;  // pairs that differ in the last digit: their needles' radii are only rounding errors
   for (const Eigen::Vector3d& p : samples::RandomPoints(150, 0.1, rng)) {
     points.push_back(p);
     points.emplace_back(std::nextafter(p.x(), 1.0), p.y(), p.z());
@@ -163,7 +163,7 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
 
 TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
   base::Rng rng(GetParam());
-  // A table scene, thinned at random, so that there are gaps about as wide as alpha.
+  // A table scene, thinned at random so that it has gaps about as wide as alpha.
   synthetic::ScanOptions options;
   options.seed = GetParam();
   options.step_m = 0.004;
@@ -188,7 +188,7 @@ TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComple
   if (GetParam() % 4 == 1) {  // flat
     for (Eigen::Vector3d& p : points) p.z() = 0.5;
   }
-  if (GetParam() % 4 == 2) {  // on a grid, with twins
+  if (GetParam() % 4 == 2) {  // on a grid, with duplicates
     for (Eigen::Vector3d& p : points) p = (8.0 * p).array().round() / 8.0;
   }
   for (const double alpha : {0.02, 0.06, 0.1, 0.13, 0.2, 0.5, 3.0}) {
@@ -247,7 +247,7 @@ TEST_P(SeededAlpha, The2DTrianglesAreThoseOfCgalsAlphaShapeAndTheLoopsBoundThem)
     EXPECT_GE(loop.size(), 3u);
     loops += SignedArea(points, loop);
   }
-  EXPECT_NEAR(loops, shape.area_m2, 1e-12);  // Green: holes count negative
+  EXPECT_NEAR(loops, shape.area_m2, 1e-12);  // Green's theorem: holes count as negative
 }
 
 TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
@@ -263,13 +263,13 @@ TEST(Alpha2D, ARingHasAnOuterLoopCounterClockwiseAndAHoleClockwise) {
   ASSERT_EQ(shape.loops.size(), 2u);
   EXPECT_GT(SignedArea(points, shape.loops[0]), 0.0);
   EXPECT_LT(SignedArea(points, shape.loops[1]), 0.0);
-  // The chords of 200 sides stay within 1 - cos(1.2 pi / 200) = 2e-4 of the radius.
+  // The chords of 200 sides are within 1 - cos(1.2 pi / 200) = 2e-4 of the radius.
   for (const std::uint32_t i : shape.loops[0]) EXPECT_NEAR(points[i].norm(), 0.05, 1e-9);
   for (const std::uint32_t i : shape.loops[1]) EXPECT_NEAR(points[i].norm(), 0.044, 1e-9);
   EXPECT_NEAR(shape.area_m2, base::kPi * (0.05 * 0.05 - 0.044 * 0.044), 1e-5);
 }
 
-// Two squares of a grid, 10 mm apart: two shapes with the smaller alpha, one with the larger.
+// Two squares of grid points, 10 mm apart: two shapes with the smaller alpha, one with the larger.
 TEST(Alpha2D, EachAlphaOfOneTriangulationHasItsOwnShape) {
   std::vector<Eigen::Vector2d> points;
   for (int i = 0; i < 11; ++i) {

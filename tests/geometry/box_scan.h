@@ -9,8 +9,9 @@
 
 namespace rangegrasp::geometry::samples {
 
-/// What a point sensor at X_CS measures of a box on the table z = 0, ray by ray, each range with
-/// the same noise. An independent model: slabs and a plane, no mesh, no sensor of the project's.
+/// Scan of a box on the table z = 0 by a point sensor at X_CS, ray by ray, with the same noise on
+/// each range. An independent model of slabs and a plane; it uses no mesh and none of the project's
+/// sensors.
 inline View ScanBox(const base::Pose& X_CS, const Eigen::AlignedBox3d& box_C, double sigma_m,
                     base::Rng& rng, int side = 120, double half_rad = 0.35) {
   View view;
@@ -40,7 +41,7 @@ inline View ScanBox(const base::Pose& X_CS, const Eigen::AlignedBox3d& box_C, do
   return view;
 }
 
-/// A sensor at a place that looks at another.
+/// Pose of a sensor at from_C that looks at at_C.
 inline base::Pose LookFrom(const Eigen::Vector3d& from_C, const Eigen::Vector3d& at_C) {
   const Eigen::Vector3d z = (at_C - from_C).normalized();
   const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();

@@ -14,7 +14,7 @@
 namespace rangegrasp::geometry {
 namespace {
 
-// Against labels that are all rewritten at every union.
+// Compares with labels that are all rewritten at every union.
 TEST(UnionFind, JoinsAsRelabellingDoes) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     base::Rng rng(seed);
@@ -75,7 +75,7 @@ TEST(Adjacency, OfNothingHasNoNodes) {
 }
 
 TEST(ContractGreedily, AFewEdgesForDoNotOutvoteTheBorderAgainst) {
-  // Two pairs; one edge between them speaks for, and the rest of their border against.
+  // Two pairs. One edge between them is positive; the others of their border are negative.
   const std::vector<SignedEdge> edges = {
       {0, 1, 5.0}, {2, 3, 5.0}, {1, 2, 1.0}, {0, 2, -2.0}, {1, 3, -2.0}};
   UnionFind parts = ContractGreedily(4, edges);
@@ -104,7 +104,7 @@ struct Link {
   double length;
 };
 
-/// Links in rows, with what they stand in.
+/// Links stored in compressed rows.
 struct Graph {
   std::vector<std::uint32_t> begin, neighbor;
   std::vector<double> length;
@@ -123,8 +123,8 @@ struct Graph {
   std::uint32_t Size() const { return static_cast<std::uint32_t>(begin.size() - 1); }
 };
 
-/// One-way links at random, some of no length and many of the same, so that ties abound; about half
-/// of the graphs fall to pieces.
+/// Random directed links. Some have length 0 and many have equal lengths, so there are many ties;
+/// about half of the graphs are disconnected.
 Graph RandomGraph(std::uint32_t nodes, base::Rng& rng, bool whole_lengths) {
   std::vector<Link> links(nodes + rng.Index(2 * nodes));
   for (Link& link : links) {
@@ -135,8 +135,8 @@ Graph RandomGraph(std::uint32_t nodes, base::Rng& rng, bool whole_lengths) {
   return {nodes, links};
 }
 
-/// Bellman and Ford: every link is tried again until nothing is shortened. The lengths of a path
-/// are added in its order here too, so that even rounding is the same.
+/// Bellman-Ford: relaxes every link until no distance gets shorter. The lengths are added in the
+/// order of the path here, too, so even the rounding is the same.
 std::vector<double> BellmanFord(const Graph& graph, const std::vector<std::uint32_t>& sources) {
   std::vector<double> distance(graph.Size(), kFar);
   for (const std::uint32_t source : sources) distance[source] = 0.0;
@@ -200,7 +200,7 @@ class SeededShortestPath : public testing::TestWithParam<std::uint64_t> {
   base::Rng rng_{GetParam()};
 };
 
-// Whole lengths: sums are exact in any order.
+// With integer lengths, sums are exact in any order.
 TEST_P(SeededShortestPath, DistancesAreThoseBetweenAllPairs) {
   const Graph graph = RandomGraph(25, rng_, /*whole_lengths=*/true);
   const auto all = FloydWarshall(graph);
@@ -237,14 +237,14 @@ TEST_P(SeededShortestPath, NodesAreExpandedOnceNearestFirstAndTiesByNumber) {
   EXPECT_EQ(order.size(), reached);
   for (std::size_t i = 0; i < order.size(); ++i) {
     EXPECT_EQ(order[i].first, distance[order[i].second]);
-    // A link of no length may lead back to a lower number.
+    // A link of length 0 may lead back to a node with a lower number.
     if (i > 0) {
       EXPECT_LE(order[i - 1].first, order[i].first);
     }
   }
 }
 
-// The textbook's version without a heap: the next node is looked for among all.
+// Compares with the textbook version without a heap, which searches all nodes for the next one.
 TEST_P(SeededShortestPath, LabelsGoToTheSourceThatReachesFirst) {
   const Graph graph = RandomGraph(40, rng_, /*whole_lengths=*/true);
   const auto sources = RandomNodes(graph.Size(), rng_);
@@ -293,14 +293,14 @@ TEST_P(SeededShortestPath, WithinTheMaximumAllIsAsWithoutItAndBeyondNothingIsExp
     }
     EXPECT_EQ(distance[v] <= most, all[v] <= most);
   }
-  // The same along rows.
+  // The overload with rows gives the same.
   std::vector<double> by_rows(graph.Size(), kFar);
   ShortestPaths().Lower(sources, graph.Rows(), by_rows, most);
   EXPECT_EQ(by_rows, distance);
 }
 
-// What is reached comes best first, where each node has a value of its own: the order is that of
-// looking through the whole front at every step.
+// Each node has its own value, and the reached nodes come best first. The expected order comes
+// from a search of the whole front at every step.
 TEST_P(SeededShortestPath, AFloodFromOneNodeTakesTheBestOfItsFront) {
   const Graph graph = RandomGraph(40, rng_, /*whole_lengths=*/true);
   std::vector<double> value(graph.Size());
@@ -336,7 +336,7 @@ TEST_P(SeededShortestPath, AFloodFromOneNodeTakesTheBestOfItsFront) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededShortestPath, testing::Range<std::uint64_t>(1, 101));
 
-// On a grid with links of one to the four sides the way is as long as the steps in both directions.
+// On a 4-connected grid with links of length 1, the distance is the number of steps on both axes.
 TEST(ShortestPath, OnAGridDistancesAreStepsAlongBothSides) {
   constexpr std::uint32_t kSide = 30;
   std::vector<Link> links;

@@ -103,7 +103,7 @@ TEST_F(Io, BytesBehindCompressedDataDoNotCount) {
   base::Rng rng(2);
   const auto theirs = RandomPclCloud(rng);
   pcl::io::savePCDFileBinaryCompressed(Path("c.pcd").string(), theirs);
-  Write("c.pcd", base::ReadFile(Path("c.pcd")) + std::string(3889, '\0'));  // as older PCL did
+  Write("c.pcd", base::ReadFile(Path("c.pcd")) + std::string(3889, '\0'));  // as older PCL wrote it
   ExpectSame(ReadCloud(Path("c.pcd")), theirs, 0.0);
 }
 
@@ -134,7 +134,7 @@ TEST_F(Io, CloudsSurviveAWriteAndARead) {
   const CloudFile ply = ReadCloud(Path("w.ply"));
   EXPECT_EQ(pcd.width, 11);
   EXPECT_EQ(pcd.height, 7);
-  EXPECT_EQ(ply.points.size(), 76u);  // the measured ones
+  EXPECT_EQ(ply.points.size(), 76u);  // only measured points
   EXPECT_TRUE(std::isnan(pcd.points[5].x()));
   for (std::size_t i = 0; i < 77; ++i) {
     if (i == 5) continue;
@@ -165,13 +165,13 @@ TEST_F(Io, ColorsSurviveAWriteAndARead) {
   for (std::size_t i = 0; i < 77; ++i) {
     EXPECT_EQ(colors[i], (Rgb{theirs[i].r, theirs[i].g, theirs[i].b}));
   }
-  colors.erase(colors.begin() + 5);  // was not measured
+  colors.erase(colors.begin() + 5);  // point 5 was not measured
   EXPECT_EQ(ReadCloud(Path("w.ply")).colors, colors);
   WriteCloud(Path("none.pcd"), image);
   EXPECT_TRUE(ReadCloud(Path("none.pcd")).colors.empty());
 }
 
-// A field named rgb that is no packed color, and a red without green and blue, are none.
+// A field named rgb that is not a packed color, and red without green and blue, are no colors.
 TEST_F(Io, WhatIsNoColorIsLeftOut) {
   Write("a.pcd",
         "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1\n"
@@ -252,12 +252,12 @@ TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
               AllOf(HasSubstr("broken.pcd:13:"), HasSubstr("more data follow")));
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5 6 7\n")),
               AllOf(HasSubstr("broken.pcd:12:"), HasSubstr("4 values")));
-  // A byte more shifts all numbers behind it.
+  // One extra byte shifts all numbers after it.
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", std::string(25, '7'), "binary")),
               AllOf(HasSubstr("25 bytes"), HasSubstr("says 24")));
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5 1e5\n")),
               AllOf(HasSubstr("broken.pcd: point 1"), HasSubstr("beyond 10000")));
-  // Too large for a double is as good as not measured.
+  // A value too large for a double counts as not measured.
   const auto cloud = ReadCloud(Write("e.pcd", Ascii("", "x y z", "F F F", "1 2 3\n4 5 1e400\n")));
   EXPECT_TRUE(cloud.points[1].array().isNaN().all());
 }
@@ -294,7 +294,7 @@ TEST_F(Io, ReadsPlyCloudsInBothBinaryOrdersAndAscii) {
   }
 }
 
-// As numpy.save writes it: the header ends in a newline at a multiple of 64 bytes.
+// An .npy file as numpy.save writes it: the header ends with a newline at a multiple of 64 bytes.
 std::string Npy(const std::string& shape, const std::string& descr, const std::string& data,
                 const std::string& fortran = "False") {
   std::string header =
@@ -327,7 +327,7 @@ TEST_F(Io, ReadsArraysOfNumPy) {
   EXPECT_EQ(image.width, 1);
   EXPECT_EQ(image.height, 2);
   EXPECT_TRUE(image.points[0].isApprox(Eigen::Vector3d(0.001, 0.002, 0.003)));
-  EXPECT_FALSE(image.points[1].array().isFinite().any());  // NaN as a whole
+  EXPECT_FALSE(image.points[1].array().isFinite().any());  // all three are NaN
   std::string swapped = BytesOf({3.0f, 2.0f, 1.0f});
   std::ranges::reverse(swapped);
   EXPECT_EQ(ReadCloud(Write("c.npy", Npy("1, 3", ">f4", swapped))).points, (Points{{1, 2, 3}}));
@@ -402,7 +402,7 @@ TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
               HasSubstr("13 bytes"));
 }
 
-/// Flips, cuts, doubles or fills bytes at random.
+/// Flips, cuts, duplicates or fills bytes at random.
 std::string Mutated(std::string bytes, base::Rng& rng) {
   const std::size_t changes = 1 + rng.Index(8);
   for (std::size_t i = 0; i < changes && !bytes.empty(); ++i) {
@@ -459,7 +459,7 @@ TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
   EXPECT_LT(refused, 2000);
 }
 
-// A box as every format holds it, with a polygon where there can be one.
+// A box in every text format, with polygons where the format allows them.
 std::vector<std::pair<std::string, std::string>> BoxFiles() {
   const std::string corners = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n";
   const std::string faces =
@@ -483,7 +483,7 @@ std::vector<std::pair<std::string, std::string>> BoxFiles() {
           {"box.stl", stl + "endsolid box\n"}};
 }
 
-// The box in formats that are bytes, too.
+// The box in binary formats, too.
 std::vector<std::pair<std::string, std::string>> MeshFiles(const testing_support::TempFolder& at) {
   auto files = BoxFiles();
   Shape box;
@@ -500,7 +500,7 @@ std::vector<std::pair<std::string, std::string>> MeshFiles(const testing_support
 }
 
 TEST_F(Io, AnyMutatedMeshIsReadOrRefusedAtOnceAndWithoutACrash) {
-  constexpr double kLimit_s = 5.0;  // of a file of a few hundred bytes
+  constexpr double kLimit_s = 5.0;  // for a file of a few hundred bytes
   base::Rng rng(12);
   int refused = 0;
   int read = 0;
@@ -527,13 +527,13 @@ TEST_F(Io, AnyMutatedMeshIsReadOrRefusedAtOnceAndWithoutACrash) {
   EXPECT_GT(read, 200);
 }
 
-// assimp has readers of fifty formats, and takes the one that a file looks like.
+// assimp has readers for fifty formats and chooses one from the file's content.
 TEST_F(Io, AMeshOfAnotherFormatIsRefused) {
   const std::string ac3d =
       "AC3Db\nMATERIAL \"a\" rgb 1 1 1 amb 1 1 1 emis 0 0 0 spec 0 0 0 shi 0 trans 0\n"
       "OBJECT world\nkids 1\nOBJECT poly\nnumvert 3\n0 0 0\n1 0 0\n0 1 0\nnumsurf 1\nSURF 0x20\n"
       "mat 0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\nkids 0\n";
-  const std::string open_gex = "g\xbelT\"geometrynode\"3.0  {";  // reads beyond its end
+  const std::string open_gex = "g\xbelT\"geometrynode\"3.0  {";  // its reader reads beyond the end
   for (const std::string& text : {ac3d, open_gex}) {
     const auto file = Write("other.glb", text);
     EXPECT_THAT(ErrorOf<InputError>([&] { ReadMesh(file); }),
@@ -602,7 +602,7 @@ TEST_F(Io, ReadsTheMeshFormats) {
 }
 
 TEST_F(Io, ACubeAtSurveyCoordinatesKeepsItsMillimetres) {
-  // Single precision has steps of 0.5 m at 5e6 m; doubles have 1e-9.
+  // At 5e6 m, single precision has steps of 0.5 m and double precision 1e-9 m.
   const Eigen::Vector3d shift(5e6, 4.5e6, 1e6);
   const std::string ply_header =
       "element vertex 4\nproperty double x\nproperty double y\nproperty "
@@ -628,7 +628,7 @@ TEST_F(Io, ACubeAtSurveyCoordinatesKeepsItsMillimetres) {
 }
 
 TEST_F(Io, PolygonsAreCutWhereTheyStandAndKnownByTheirNumber) {
-  // A square, a line, an arrow head with its hollow corner last, an L of six corners.
+  // A square, a line, an arrowhead with its concave corner last, and an L with six corners.
   const auto file = Write("p.off",
                           "OFF\n14 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
                           "2 0 0\n4 1 0\n2 2 0\n3 1 0\n"
@@ -642,7 +642,7 @@ TEST_F(Io, PolygonsAreCutWhereTheyStandAndKnownByTheirNumber) {
     const auto& [a, b, c] = read.mesh.triangles[t];
     const Eigen::Vector3d& p = read.mesh.vertices[a];
     const Eigen::Vector3d n = (read.mesh.vertices[b] - p).cross(read.mesh.vertices[c] - p);
-    EXPECT_GT(n.z(), 0.0) << t;  // none turned over, so that areas of triangles do not overlap
+    EXPECT_GT(n.z(), 0.0) << t;  // none is flipped, so the triangles do not overlap
     area[read.polygon[t]] += 0.5 * n.z();
   }
   EXPECT_EQ(area, (std::vector<double>{1.0, 0.0, 1.0, 3.0}));

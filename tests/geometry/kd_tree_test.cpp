@@ -14,7 +14,7 @@ namespace {
 using samples::RandomPoint;
 using samples::RandomPoints;
 
-/// All points by distance from the query, ties by position.
+/// All points sorted by distance from the query, ties by index.
 std::vector<KdTree::Neighbor> BruteForce(PointSpan points, const Eigen::Vector3d& query) {
   std::vector<KdTree::Neighbor> all;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -128,8 +128,8 @@ TEST(KdTree, RefusesWhatIsNotFinite) {
   EXPECT_THROW(NearestNeighborDistances(one, KdTree(one)), std::invalid_argument);
 }
 
-// Chains along x, whose points take turns: a link holds at its length and not beyond, a chain is
-// one group however long, and groups and points keep their order.
+// Chains along x with interleaved points. Points link up to the given distance and not beyond it, a
+// chain of any length is one group, and groups and points keep their order.
 TEST(GroupsWithin, AreChainsOfLinksInTheOrderOfTheirFirstPoints) {
   Points points;
   for (int i = 0; i < 20; ++i) {

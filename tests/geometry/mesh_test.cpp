@@ -61,14 +61,14 @@ TEST_P(SeededHull, EveryPointIsInsideEveryFaceAndEveryVertexIsAPoint) {
     EXPECT_NE(std::find(points.begin(), points.end(), v), points.end());
   }
   EXPECT_GT(Volume(hull), 0.0);
-  // Euler: a closed triangle mesh of a ball.
+  // Euler's formula for a closed triangle mesh with the topology of a sphere.
   EXPECT_EQ(hull.triangles.size(), 2 * hull.vertices.size() - 4);
 }
 
 TEST_P(SeededHull, VerticesAreThePointsThatABruteForceFindsExtreme) {
   base::Rng rng(GetParam());
   const Points points = samples::RandomPoints(25, 1.0, rng);
-  // A vertex is on some plane through three points that has all others on one side.
+  // A vertex lies on a plane through three points that has all other points on one side.
   std::vector<bool> extreme(points.size(), false);
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t j = i + 1; j < points.size(); ++j) {
@@ -98,8 +98,8 @@ TEST(Hull, OfACubeWithPointsOnItsFacesIsTheCube) {
   EXPECT_NEAR(Volume(ConvexHull(points)), 1.0, 1e-12);
 }
 
-// Points of a facet that are no corners of the solid are in no triangle, and the order of what is
-// left is one of its own, whatever the order of the points.
+// Points of a facet that are not corners of the solid are in no triangle. The order of the vertices
+// does not depend on the order of the points.
 TEST_P(SeededHull, OfACubeOfPointsHasEightVerticesInOrder) {
   base::Rng rng(GetParam());
   Points points;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A flat grid, samples along_m apart along the profile and profiles across_m.
+/// A flat grid with samples along_m apart along a profile and profiles across_m apart.
 RangeImage Grid(int profiles, int samples, double along_m, double across_m) {
   RangeImage image{profiles, samples, {}, {Eigen::Vector3d::Zero()}};
   for (int p = 0; p < profiles; ++p) {
@@ -28,7 +28,7 @@ TEST(MedianSpacing, IsTheMeanOfBothDirectionsOfAGrid) {
   EXPECT_NEAR(MedianSpacing(Grid(30, 1, 0.001, 0.003)), 0.003, 1e-12);
 }
 
-// Neither gaps nor jumps of depth, which a few samples have, move it.
+// Gaps and depth steps at a few samples do not change it.
 TEST(MedianSpacing, HoldsWithGapsAndSteps) {
   RangeImage image = Grid(60, 60, 0.001, 0.003);
   base::Rng rng(1);
@@ -68,7 +68,7 @@ TEST(MedianSpacing, IsZeroWithoutNeighbors) {
   EXPECT_EQ(MedianSpacing(Grid(1, 1, 0.001, 0.001)), 0.0);
   RangeImage image = Grid(3, 3, 0.001, 0.001);
   for (std::size_t i = 1; i < 9; i += 2) image.points_C[i].setConstant(kNaN);
-  EXPECT_EQ(MedianSpacing(image), 0.0);  // what is left touches at corners only
+  EXPECT_EQ(MedianSpacing(image), 0.0);  // the remaining samples touch only at corners
 }
 
 }  // namespace
@@ -99,9 +99,9 @@ SeenSpace SpaceSeenFrom(const std::vector<Vector3d>& places, double cell_m = 0.0
   return space;
 }
 
-// Every cell against geometry alone: the segment to it from the sensor crosses the box, well inside
-// of its silhouette, and ends well behind the face where it enters. Cells are 10 mm wide: those
-// that a silhouette or a face cuts may be either.
+// Checks every cell with geometry only. A cell is hidden if the segment from the sensor to it
+// crosses the box well inside the silhouette and ends well behind the face where it enters. Cells
+// are 10 mm wide; those cut by a silhouette or a face may be either.
 TEST(SeenSpace, CallsFreeNothingThatTheSensorDoesNotSee) {
   const SeenSpace space = SpaceSeenFrom({kFront});
   const AlignedBox3d inner(kBox.min() + Vector3d(0.0, 0.015, 0.0),
@@ -137,8 +137,8 @@ TEST(SeenSpace, TheFarSideIsWorthMoreThanTheSideThatWasSeen) {
   };
   const double behind = gain({-0.40, 0.0, 0.30});
   EXPECT_GT(behind, 3.0 * gain(kFront));
-  // The shadow of the box on the table: its face from y = -0.04 to 0.04, 0.12 high, and its shadow
-  // is at most that long; what is seen of it is some of that and no more.
+  // The box's shadow on the table is behind its face from y = -0.04 to 0.04, 0.12 high, and is at
+  // most that long. The view sees some of it and no more.
   EXPECT_GT(behind, 0.1e-3);
   EXPECT_LT(behind, space.UnseenVolume());
 }
@@ -152,7 +152,7 @@ TEST(SeenSpace, ALookTakesItsGainAway) {
 }
 
 TEST(SeenSpace, KnownSurfacesHideWhatIsBehindThem) {
-  // From the front all that is unseen lies behind the faces that were seen.
+  // From the front, all unseen space lies behind faces that were seen.
   const SeenSpace space = SpaceSeenFrom({kFront}, 0.005);
   const double gain = space.GainFrom(LookFrom(kFront, kMiddle), {}, kRegion, kDepth_m);
   EXPECT_LT(gain, 0.2 * space.UnseenVolume());
@@ -164,14 +164,14 @@ TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {
   double highest = 0.0;
   double foremost = -1.0;
   for (const Vector3d& v : ceiling.vertices) {
-    if (std::abs(v.y()) > 0.035) continue;  // beyond, the corners of the region are out of view
+    if (std::abs(v.y()) > 0.035) continue;  // further out, the region's corners are out of view
     highest = std::max(highest, v.z());
     if (v.z() > 0.05) foremost = std::max(foremost, v.x());
   }
   EXPECT_GE(highest, 0.12);
-  EXPECT_LE(highest, 0.12 + 0.01 + 2.0 * 0.01);  // margin, and the cells that the top lies in
+  EXPECT_LE(highest, 0.12 + 0.01 + 2.0 * 0.01);  // the margin and the cells that contain the top
   EXPECT_GE(foremost, 0.05);
-  EXPECT_LE(foremost, 0.05 + 2.0 * 0.01);  // before the box nothing may be
+  EXPECT_LE(foremost, 0.05 + 2.0 * 0.01);  // nothing can be in front of the box
 }
 
 TEST(SeenSpace, RefusesABoxWithoutCells) {

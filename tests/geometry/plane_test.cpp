@@ -18,7 +18,7 @@ using samples::RandomPoint;
 class SeededPlane : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededPlane, ::testing::Range<std::uint64_t>(0, 40));
 
-/// n points of a square of side 2 half in the plane, with noise across it.
+/// n random points of a cube of side 2 half, projected onto the plane, with noise along its normal.
 Points OnPlane(const Plane& plane, std::size_t n, double half, double sigma, base::Rng& rng) {
   Points points;
   for (std::size_t i = 0; i < n; ++i) {
@@ -65,8 +65,8 @@ TEST_P(SeededPlane, FitPlaneFindsTheTruthWithinItsStandardError) {
   const std::size_t n = 500;
   const auto plane = FitPlane(OnPlane(truth, n, 0.2, sigma, rng));
   ASSERT_TRUE(plane);
-  // The slope's standard error is sigma / (spread sqrt(n)); the spread of a projected cube of half
-  // side 0.2 is at least 0.2 / sqrt(3) = 0.115. Six of them.
+  // Six standard errors. The slope's standard error is sigma / (spread sqrt(n)); the spread of a
+  // projected cube with half side 0.2 is at least 0.2 / sqrt(3) = 0.115.
   const double error = 6.0 * sigma / (0.115 * std::sqrt(static_cast<double>(n)));
   EXPECT_GT(std::abs(plane->normal.dot(truth.normal)), std::cos(error));
 }
@@ -86,7 +86,7 @@ TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
   const auto fit = FitPlaneRansac(points, {}, rng);
   ASSERT_TRUE(fit);
   EXPECT_GT(std::abs(fit->plane.normal.dot(truth.normal)), std::cos(0.01));
-  EXPECT_GE(fit->inliers.size(), 395u);  // 4 sigma of noise, and a handful lost to tilt
+  EXPECT_GE(fit->inliers.size(), 395u);  // 4 sigma of noise; tilt loses a few
   for (std::size_t i = 1; i < fit->inliers.size(); ++i) {
     EXPECT_LT(fit->inliers[i - 1], fit->inliers[i]);
   }
@@ -97,8 +97,9 @@ TEST_P(SeededPlane, RansacFindsAPlaneThatHoldsHalfOfThePoints) {
   EXPECT_EQ(within, fit->inliers.size());
 }
 
-// As exact as a fit to all points of the plane, not as the three that were drawn: six standard
-// errors of 400 points (see FitPlane's test), and what four stray points within 2 mm can turn.
+// The fit is as accurate as a fit to all points of the plane, not only to the three drawn points.
+// The bound is six standard errors of 400 points (see FitPlane's test) plus the tilt from four
+// stray points within 2 mm.
 TEST_P(SeededPlane, RansacRefitsToItsInliers) {
   base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
@@ -110,14 +111,14 @@ TEST_P(SeededPlane, RansacRefitsToItsInliers) {
   EXPECT_GT(std::abs(fit->plane.normal.dot(truth.normal)), std::cos(error));
 }
 
-// What counts is the sum over all points, wherever the plane's own stand among them.
+// Inliers are counted over all points, wherever in the order the plane's points are.
 TEST_P(SeededPlane, RansacCountsToTheEnd) {
   base::Rng rng(GetParam());
   const Plane truth = RandomPlane(rng);
   Points points;
   for (int i = 0; i < 2500; ++i) points.push_back(RandomPoint(0.2, rng));
   for (const auto& p : OnPlane(truth, 2500, 0.2, 0.0005, rng)) points.push_back(p);
-  const auto fit = FitPlaneRansac(points, {}, rng);  // misses in (1 - 0.5^3)^100 = 2e-6 of all
+  const auto fit = FitPlaneRansac(points, {}, rng);  // misses in (1 - 0.5^3)^100 = 2e-6
   ASSERT_TRUE(fit);
   EXPECT_GE(fit->inliers.size(), 2480u);
 }
@@ -156,7 +157,7 @@ TEST(Plane, RansacNeedsThreePointsThatAreNotOnALine) {
 }
 
 TEST(Plane, RansacFindsTheOnlyPlaneOfThreePointsInOneDraw) {
-  // Three draws without repetition leave no choice: a repeated index would give no plane.
+  // Three draws without repetition must give all three points; a repeated index gives no plane.
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     base::Rng rng(seed);
@@ -187,8 +188,8 @@ TEST(Normals, OfASphereAreRadial) {
   const KdTree tree(points);
   const Points normals = EstimateNormals(points, tree, 0.005, {0.1, 0.2, 0.3});
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // Towards the centre, since the origin is there. About 75 samples in the neighbourhood are
-    // spread evenly to a fraction of a sample's width, 1 mm of 5: well below 0.02 rad of tilt.
+    // Normals point to the centre, since the origin is there. About 75 samples per neighborhood are
+    // evenly spread to a fraction of the sample width, 1 mm of 5: the tilt is well below 0.02 rad.
     const Eigen::Vector3d inward = (Eigen::Vector3d(0.1, 0.2, 0.3) - points[i]).normalized();
     EXPECT_GT(normals[i].dot(inward), std::cos(0.02));
     EXPECT_NEAR(normals[i].norm(), 1.0, 1e-12);
@@ -223,7 +224,7 @@ TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
   const KdTree tree(points);
   const Eigen::Vector3d eye(1.0, 1.0, 1.0);
   NeighborLists kept;
-  // Widened where a neighborhood lies on a line: what is kept is of the first radius.
+  // The radius grows where a neighborhood lies on a line; the kept lists are for the first radius.
   EstimateNormals(points, tree, 0.004, {&eye, 1}, Indices(points.size(), 0), 0.02, &kept);
   EXPECT_EQ(kept.radius_m, 0.004);
   std::vector<KdTree::Neighbor> neighbors;
@@ -267,14 +268,14 @@ TEST(Normals, OfALonePointPointsToTheOrigin) {
   EXPECT_LT((normals[0] - Eigen::Vector3d(0.6, 0.8, 0.0)).norm(), 1e-12);
 }
 
-// A roof of two triangles: each face's normal at its own corners, at the shared ones the mean
-// weighted by area, and a point of no triangle faces where it was seen from.
+// A roof of two triangles. A face's own corners have its normal, shared corners have the mean
+// weighted by area, and the normal of a point without a triangle points to its viewpoint.
 TEST(FaceNormals, AreTheAreaWeightedMeansOfTheFaces) {
   const Points points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -2, 2}, {5, 5, 0}};
   const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 2, 1}, {0, 1, 3}};
   const Points places{{0.0, 0.0, 10.0}};
   const auto normals = FaceNormals(points, triangles, places, Indices(points.size(), 0));
-  // Areas 1/2 and sqrt(2): twice them along z and along (0, 1, 1) / sqrt(2).
+  // The areas are 1/2 and sqrt(2); twice that is along z and along (0, 1, 1) / sqrt(2).
   const Eigen::Vector3d flat(0, 0, 1), slope(0, 2, 2);
   EXPECT_LT((normals[2] - flat).norm(), 1e-12);
   EXPECT_LT((normals[3] - slope.normalized()).norm(), 1e-12);

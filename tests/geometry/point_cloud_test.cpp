@@ -35,7 +35,7 @@ TEST(RangeImage, ToCloudKeepsTheMeasuredPointsAndTheirPlaces) {
   EXPECT_EQ(image.Index(1, 1), 3u);
 }
 
-// IEC 61966-2-1: level 188 is half the light, 10 is in the straight part.
+// IEC 61966-2-1: level 188 is half the linear intensity; level 10 is in the linear part.
 TEST(Color, LightIsThatOfTheStandard) {
   const Eigen::Vector3d light = LightOf({188, 10, 255});
   EXPECT_NEAR(light.x(), 0.5029, 1e-4);
@@ -51,7 +51,7 @@ TEST(Color, EveryLevelSurvivesTheWayThereAndBack) {
   EXPECT_EQ(ColorOf({2.0, -1.0, 0.5}), (Rgb{255, 0, 188}));
 }
 
-// Two triangles of one square, of which the first is printed with four texels.
+// Two triangles of a square. The first one is textured with four texels.
 TEST(MeshColors, ThePrintGoesBeforeThePlainColor) {
   MeshColors colors;
   EXPECT_FALSE(colors.At({}));
@@ -76,7 +76,7 @@ TEST(MeshColors, ThePrintGoesBeforeThePlainColor) {
   EXPECT_EQ(at(1, 0.1f, 0.1f), (Rgb{8, 8, 8}));
   colors.uv[0] = {Eigen::Vector2f(1.6f, 1.6f), Eigen::Vector2f(1.6f, 1.6f),
                   Eigen::Vector2f(1.6f, 1.6f)};
-  EXPECT_EQ(at(0, 0.3f, 0.3f), (Rgb{4, 0, 0}));  // repeats
+  EXPECT_EQ(at(0, 0.3f, 0.3f), (Rgb{4, 0, 0}));  // the texture repeats
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ inline Eigen::Vector3d RandomPoint(double half, base::Rng& rng) {
   return {x, y, z};
 }
 
-/// Each component of variance 1 about 0.
+/// Each component is normal with mean 0 and variance 1.
 inline Eigen::Vector3d RandomVector(base::Rng& rng) {
   const double x = rng.Normal();
   const double y = rng.Normal();

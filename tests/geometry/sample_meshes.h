@@ -17,7 +17,7 @@ inline TriangleMesh BoxMesh(const Eigen::Vector3d& half,
   return Tessellate(box);
 }
 
-/// Whether each edge is shared by two triangles that run along it in opposite ways.
+/// True if each edge is shared by two triangles that traverse it in opposite directions.
 inline bool IsClosed(const TriangleMesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (const auto& t : mesh.triangles) {

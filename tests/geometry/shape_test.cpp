@@ -35,8 +35,8 @@ TEST(Shape, TessellationsAreClosedAndComeNearTheSolidsVolume) {
   for (const auto& [shape, volume] : shapes) {
     const TriangleMesh mesh = Tessellate(shape, 128);
     EXPECT_TRUE(samples::IsClosed(mesh));
-    // With steps of h = 2 pi / n an inscribed circle loses h^2 / 6 of its area, a profile of chords
-    // h^2 / 4 of a sphere's volume: 5 / 12 together, and a little for higher orders.
+    // With steps of h = 2 pi / n, an inscribed polygon loses h^2 / 6 of a circle's area, and a
+    // profile of chords loses h^2 / 4 of a sphere's volume: 5 / 12 together, plus higher orders.
     EXPECT_LE(Volume(mesh), volume * (1.0 + 1e-12));
     EXPECT_GE(Volume(mesh), volume * (1.0 - 0.43 * std::pow(2.0 * kPi / 128.0, 2)));
     EXPECT_TRUE(samples::IsClosed(Tessellate(shape, 3)));
@@ -90,13 +90,13 @@ TEST(Support, IsTheFarthestVertex) {
       for (const Vector3d& p : Tessellate(shape, 96).vertices) {
         farthest = std::max(farthest, d.dot(p));
       }
-      // 96 sides: 0.05 % of at most 50 mm, both ways round.
+      // 96 sides: 0.05 % of at most 50 mm, in both directions of curvature.
       EXPECT_NEAR(Support(shape, base::Pose::Identity(), d), farthest, 6e-5);
     }
   }
 }
 
-// No point that a shape holds lies beyond its support in any direction.
+// No point inside a shape lies beyond its support in any direction.
 TEST(Support, BoundsWhatLiesInside) {
   base::Rng rng(4);
   for (const Kind kind : kRound) {
@@ -113,7 +113,8 @@ TEST(Support, BoundsWhatLiesInside) {
   }
 }
 
-// A shape's support grows by the margin along its own axes; by at least that in any direction.
+// A shape's support grows by the margin along its own axes, and by at least the margin in any
+// direction.
 TEST(Grown, ReachesFurtherByTheMargin) {
   base::Rng rng(7);
   const double margin_m = 0.005;
@@ -126,14 +127,14 @@ TEST(Grown, ReachesFurtherByTheMargin) {
     }
     for (int i = 0; i < 100; ++i) {
       const Vector3d d = samples::RandomPoint(1.0, rng).normalized();
-      // An ellipsoid with longer axes is not the ellipsoid's outer parallel surface: nearly.
+      // An ellipsoid with longer axes is only nearly the outer parallel surface of the ellipsoid.
       const double least = kind == Kind::kEllipsoid ? 0.9 * margin_m : margin_m;
       EXPECT_GE(Support(grown, d) - Support(shape, d), least - 1e-12);
     }
   }
 }
 
-// By definition, at points whose distances from the shapes are known.
+// Checks points whose distances from the shapes are known.
 TEST(Inside, IsRightOnBothSidesOfASurface) {
   const auto inside = [](Kind kind, const Vector3d& p) {
     Shape shape;
@@ -141,7 +142,7 @@ TEST(Inside, IsRightOnBothSidesOfASurface) {
     shape.size = Vector3d(0.02, 0.03, 0.05);
     return Inside(shape, p);
   };
-  EXPECT_TRUE(inside(Kind::kCapsule, {0.0, 0.0, 0.0499}));  // half length and radius
+  EXPECT_TRUE(inside(Kind::kCapsule, {0.0, 0.0, 0.0499}));  // half length plus radius
   EXPECT_FALSE(inside(Kind::kCapsule, {0.0, 0.0, 0.0501}));
   EXPECT_FALSE(inside(Kind::kCapsule, {0.015, 0.0, 0.0449}));
   EXPECT_TRUE(inside(Kind::kCylinder, {0.0199, 0.0, 0.0299}));
@@ -162,7 +163,7 @@ TEST(Support, OfAMeshIsItsFarthestVertex) {
   EXPECT_EQ(Support(mesh, Vector3d::UnitZ()), 0.4);
 }
 
-// Its middle, not the origin of its frame.
+// It grows about its centroid, not about the origin of its frame.
 TEST(Grown, MovesAConvexPieceAwayFromItsMiddle) {
   Shape piece;
   piece.kind = Kind::kConvex;

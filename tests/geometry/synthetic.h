@@ -12,18 +12,18 @@
 #include "base/units.h"
 #include "geometry/point_cloud.h"
 
-/// Synthetic tabletop scans for tests: the surfaces of simple solids in W that a sensor at one
-/// place sees, on a grid of about the given step, with noise along the line of sight. Independent
-/// of the scanner model.
+/// Synthetic tabletop scans for tests: the surfaces of simple solids in W as seen from one sensor
+/// position, on a grid of about the given step, with noise along the line of sight. Independent of
+/// the scanner model.
 namespace rangegrasp::synthetic {
 
-/// A box standing upright, its edges turned by yaw about z.
+/// An upright box, rotated by yaw about z.
 struct Box {
   Eigen::Vector3d center_W;
   Eigen::Vector3d size;  ///< full lengths [m]
   double yaw_rad = 0.0;
 };
-/// A closed cylinder standing upright.
+/// A closed upright cylinder.
 struct Cylinder {
   Eigen::Vector3d center_W;
   double radius_m = 0.0;
@@ -46,7 +46,7 @@ struct ScanOptions {
 
 struct Scan {
   geometry::Points points_W;
-  std::vector<int> label;  ///< -2 outlier, -1 table, else the solid's position
+  std::vector<int> label;  ///< -2 outlier, -1 table, else the solid's index
 };
 
 struct Surfel {
@@ -54,7 +54,7 @@ struct Surfel {
   Eigen::Vector3d normal;
 };
 
-/// How far along from p (direction d) the ray enters the solid, if it does, for t in (0, 1).
+/// True if the segment p + t d, t in (0, 1), passes through the solid.
 inline bool Blocks(const Box& box, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
   const double c = std::cos(box.yaw_rad);
   const double s = std::sin(box.yaw_rad);
@@ -106,7 +106,7 @@ inline bool Blocks(const Cylinder& cylinder, const Eigen::Vector3d& p, const Eig
   return leave - enter > 1e-9;
 }
 
-/// Calls add(surfel) on a grid over a rectangle with centre c, half sides u and v.
+/// Calls add(surfel) on a grid over a rectangle with centre c and half sides u and v.
 template <class Add>
 void SampleRectangle(const Eigen::Vector3d& c, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                      double step, const Add& add) {
@@ -158,7 +158,7 @@ void Sample(const Cylinder& cylinder, double step, const Add& add) {
 
 template <class Add>
 void Sample(const Sphere& sphere, double step, const Add& add) {
-  // A Fibonacci lattice: one point for each step^2 of the surface.
+  // A Fibonacci lattice with one point per step^2 of the surface.
   const int n =
       std::max(4, static_cast<int>(4.0 * base::kPi * std::pow(sphere.radius_m / step, 2)));
   const double golden = base::kPi * (3.0 - std::sqrt(5.0));
@@ -226,8 +226,8 @@ inline Scan MakeScan(const std::vector<Solid>& solids, const ScanOptions& option
   return scan;
 }
 
-/// A table with objects of several kinds: with the default step about 20,000 points on the table
-/// and as many on the objects.
+/// A table with several kinds of objects. With the default step, a scan has about 20,000 points on
+/// the table and as many on the objects.
 inline std::vector<Solid> MixedObjects() {
   return {Box{{0.00, -0.08, 0.06}, {0.08, 0.06, 0.12}, 0.3},
           Cylinder{{0.03, 0.06, 0.06}, 0.035, 0.12}, Sphere{{-0.08, 0.00, 0.04}, 0.04},
@@ -235,7 +235,7 @@ inline std::vector<Solid> MixedObjects() {
           Cylinder{{-0.08, -0.10, 0.03}, 0.03, 0.06}};
 }
 
-/// A scan of them.
+/// A scan of MixedObjects.
 inline Scan MixedScan(std::uint64_t seed, int outliers = 0, double step_m = 0.004) {
   ScanOptions options;
   options.seed = seed;

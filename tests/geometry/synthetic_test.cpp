@@ -16,10 +16,10 @@ TEST(Synthetic, AScanHoldsTheTableAndTheSeenSidesOfTheSolids) {
     if (scan.label[i] == -1) {
       EXPECT_EQ(p.z(), 0.0);
       EXPECT_FALSE(std::abs(p.x()) < 0.029 && std::abs(p.y()) < 0.029);  // under the box
-      // The shadow of a 0.1 m box seen from (0.8, 0, 0.62): behind it to x = -0.03 - 0.83 / 5.2.
+      // The shadow of a 0.1 m box seen from (0.8, 0, 0.62) extends to x = -0.03 - 0.83 / 5.2.
       shadowed += p.x() < -0.035 && std::abs(p.y()) < 0.025 ? 1 : 0;
     } else {
-      // The top and the side towards the sensor; the others are edge-on or turned away.
+      // Only the top and the side towards the sensor are seen; the others are edge-on or face away.
       EXPECT_TRUE(std::abs(p.z() - 0.10) < 1e-9 || std::abs(p.x() - 0.03) < 1e-9);
     }
   }

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr int kColumns = 40, kRows = 30;
 
-/// A wall 0.8 m before a camera, and a corner that it did not measure.
+/// A wall 0.8 m in front of a camera, with a corner that the camera did not measure.
 View CameraView() {
   View view;
   view.X_CV = base::MakePose(Eigen::AngleAxisd(2.0, Vector3d(1, 2, 3).normalized()).matrix(),

@@ -13,7 +13,7 @@ namespace {
 
 using namespace grasp::test;
 
-/// The first object of a scene, with all that its candidates need.
+/// The first object of a scene, with everything needed for its candidates.
 class Workbench {
  public:
   explicit Workbench(const SceneBuilder& builder, const GraspOptions& some_options = {})
@@ -51,14 +51,14 @@ TEST(MakeView, MeasuresABoxAlongTheApproach) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
   const View view = FromAbove(bench.task);
-  // Samples 4 mm apart reach to the box's ends but for half of that; its top is in one plane.
+  // Samples 4 mm apart reach the box's ends within 2 mm; its top is in one plane.
   EXPECT_NEAR(view.top_m, -0.05, 1e-12);
   EXPECT_NEAR(view.bottom_m, 0.05, 1e-12);
   EXPECT_NEAR(view.y_min_m, -0.04, 1e-3);
   EXPECT_NEAR(view.y_max_m, 0.04, 1e-3);
   EXPECT_NEAR(view.table_offset_m, 0.05, 1e-12);
   EXPECT_LT((view.up + Vector3d::UnitZ()).norm(), 1e-12);
-  EXPECT_NEAR(view.thumb_to_arm, -1.0, 1e-12);  // the arm stands at -x
+  EXPECT_NEAR(view.thumb_to_arm, -1.0, 1e-12);  // the arm is at -x
   const auto slab = SlabAt(view, 0.0, 0.018, 0.07);
   ASSERT_TRUE(slab);
   EXPECT_NEAR(slab->Width(), 0.06, 1e-12);
@@ -66,7 +66,7 @@ TEST(MakeView, MeasuresABoxAlongTheApproach) {
   EXPECT_FALSE(SlabAt(view, 0.2, 0.018, 0.07)) << "beside the box";
 }
 
-// Whatever the tilt: a hand that reaches so far below T's origin is at its clearance there.
+// For any tilt, a hand that extends this far below T's origin has exactly its clearance.
 TEST(TableLimit, LeavesTheClearance) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
@@ -84,7 +84,7 @@ TEST(TableLimit, LeavesTheClearance) {
   }
 }
 
-// A hand of one cell that reaches 30 mm down, over the box and beside it.
+// A hand of one cell that extends 30 mm down, above the box and next to it.
 TEST(DescentLimit, StopsTheHandAboveWhatIsUnderIt) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
@@ -124,7 +124,7 @@ TEST(Place, PutsThePadsOnBothSidesOfABoxAtTheAimedDepth) {
         Place(bench.task, view, MakeBand(bench.task, view, 0.0), aim, GraspType::kPower);
     ASSERT_TRUE(placed);
     EXPECT_NEAR(placed->depth_m, aim.depth_m, 1e-12);
-    // Samples 2 mm apart on the pads' curved sides, two states 4 mm apart.
+    // Samples on the pads' curved sides are 2 mm apart, two states 4 mm apart.
     EXPECT_NEAR(placed->grasp.width_m, 0.06, 0.003);
     EXPECT_NEAR(placed->grasp.X_CG.translation().x(), off_m, 0.002);
     EXPECT_GE(placed->grasp.opening_m, 0.08);
@@ -145,7 +145,7 @@ TEST(Place, RefusesWhatIsWiderThanTheHandOrBesideIt) {
       Place(bench.task, across, MakeBand(bench.task, across, 0.2), aim, GraspType::kPower));
 }
 
-// A depth that the table forbids: the hand stops, and is tried 6, 12 and 18 mm higher.
+// The table blocks this depth: the hand stops, and is also tried 6, 12 and 18 mm higher.
 TEST(PlaceAtDepths, BacksOffWhereTheHandHadToStop) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.12);
   Workbench bench(builder);
@@ -156,12 +156,12 @@ TEST(PlaceAtDepths, BacksOffWhereTheHandHadToStop) {
   PlaceAtDepths(bench.task, view, band, {}, too_deep, GraspType::kPower, 5, candidates);
   ASSERT_EQ(candidates.size(), 4u);
   for (const Candidate& candidate : candidates) EXPECT_EQ(candidate.group, 5);
-  // Higher up the hand may find its middle elsewhere, and stop earlier there: it backs off by at
-  // least 6 mm, then by 6 mm each.
+  // Higher up, the hand's center may be elsewhere and it may stop earlier: it backs off by at least
+  // 6 mm, then by 6 mm each.
   EXPECT_LT(candidates[1].depth_m, candidates[0].depth_m - 0.006 + 1e-9);
   EXPECT_NEAR(candidates[2].depth_m, candidates[1].depth_m - 0.006, 1e-9);
   EXPECT_NEAR(candidates[3].depth_m, candidates[1].depth_m - 0.012, 1e-9);
-  // Two depths that can be had: one candidate each.
+  // Two reachable depths give one candidate each.
   candidates.clear();
   const std::array fine{view.top_m + 0.02, view.top_m + 0.03};
   PlaceAtDepths(bench.task, view, band, {}, fine, GraspType::kPower, 0, candidates);
@@ -191,8 +191,8 @@ TEST(CylindricalCandidates, StandRoundTheAxis) {
   EXPECT_EQ(angles.size(), 24u);
 }
 
-// The wall of a cup: the pads' line is radial, its middle is in the wall's, 14 mm below the rim,
-// and the pads are on its two sides, either way round.
+// The wall of a cup: the line between the pads is radial, its midpoint is in the middle of the
+// wall, 14 mm below the rim, and the pads are on its two sides, in either order.
 TEST(RimCandidates, HoldTheWallBetweenThePads) {
   SceneBuilder builder;
   builder.AddCup(0.041, 0.004, 0.095, At(0.03, -0.02));
@@ -205,7 +205,7 @@ TEST(RimCandidates, HoldTheWallBetweenThePads) {
   const Candidate* best = &candidates.front();
   for (const Candidate& c : candidates) {
     const Grasp& g = c.grasp;
-    // 72 sides: chords lie 0.04 mm inside the circle.
+    // With 72 sides, chords are 0.04 mm inside the circle.
     EXPECT_NEAR(radius(g.X_CG.translation()), 0.039, 1e-4);
     EXPECT_NEAR(g.width_m, 0.004, 1e-4);
     EXPECT_LE(0.095 - g.X_CG.translation().z(), 0.014 + 1e-9);
@@ -219,7 +219,8 @@ TEST(RimCandidates, HoldTheWallBetweenThePads) {
     if (g.score > best->grasp.score) best = &c;
   }
   EXPECT_EQ(thumbs_outside, 24);
-  // No curvature was seen: next to the arm, with two fingers on the convex side.
+  // No curvature was seen, so the best grasp is next to the arm, with two fingers on the convex
+  // side.
   const Vector2d to_arm = (ArmBase().head<2>() - axis).normalized();
   const Vector2d at = (best->grasp.X_CG.translation().head<2>() - axis).normalized();
   EXPECT_GT(at.dot(to_arm), std::cos(base::Deg(7.6)));
@@ -241,8 +242,8 @@ TEST(RimCandidates, HoldAClosedTopAcrossItsMiddle) {
   EXPECT_TRUE(RimCandidates(bench.task).empty());
 }
 
-// Straight down; across the narrow side first, and both ways round. The box has no top surface: its
-// directions come from its shape.
+// Straight down, across the narrow side first, in both hand orientations. The box has no top
+// surface, so its directions come from its shape.
 TEST(PowerCandidates, CloseAcrossTheNarrowSideBothWaysRound) {
   for (const double yaw : {0.0, 0.4, 1.3, 2.9}) {
     SceneBuilder builder = Box(0.115, 0.06, 0.115, yaw);
@@ -264,7 +265,7 @@ TEST(PowerCandidates, CloseAcrossTheNarrowSideBothWaysRound) {
   }
 }
 
-// A top that leans by 20 deg is approached against its normal, too; by 4 or 50 deg it is not.
+// A top tilted by 20 deg is also approached against its normal; one tilted by 4 or 50 deg is not.
 TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
   for (const double tilt_deg : {4.0, 20.0, 50.0}) {
     SceneBuilder builder = Box(0.115, 0.06, 0.115);
@@ -293,9 +294,9 @@ GraspOptions AsPublished() {
   return options;
 }
 
-// The tool centre is that of the finger tips and moves with the opening: whatever the width, it
-// comes over the middle of the top, with the box between thumb and fingers, from the left and from
-// the right, and the hand goes down past the top.
+// The tool centre is that of the fingertips and moves with the opening. For any width, it is above
+// the center of the top, with the box between thumb and fingers, from the left and from the right,
+// and the hand moves down past the top.
 TEST(PublishedPowerCandidates, BringTheTipsCentreOverTheTopWithTheBoxBetween) {
   for (const double width_m : {0.02, 0.045, 0.06, 0.075}) {
     SceneBuilder builder;
@@ -309,14 +310,14 @@ TEST(PublishedPowerCandidates, BringTheTipsCentreOverTheTopWithTheBoxBetween) {
       EXPECT_TRUE(c.to_contact);
       const auto& open = bench.hand.states[c.open_state];
       EXPECT_GE(open.gap_m, width_m);
-      // The tool centre where the hand is as wide as the box, 4 mm between two states.
+      // The tool centre when the hand is as wide as the box; two states are 4 mm apart.
       const auto& held = bench.hand.states[bench.hand.IndexAtGap(width_m)];
       const Vector3d tool = c.grasp.X_CH * held.power_center_H;
       EXPECT_LT((tool - Vector3d(0.04, -0.03, tool.z())).norm(), 1e-9) << width_m;
       EXPECT_LT((c.grasp.X_CG.translation() - tool).norm(), 1e-9);
       EXPECT_LT(tool.z(), 0.12 - 0.025) << "the palm or the thumb's root meets the top";
       EXPECT_LT((c.grasp.X_CG.linear().col(2) + Vector3d::UnitZ()).norm(), 1e-9);
-      // On either side of the box, with room.
+      // They are on either side of the box, with clearance.
       const double thumb = (c.grasp.X_CH * open.thumb_pad_H - tool).dot(across);
       const double finger = (c.grasp.X_CH * open.finger_pad_H - tool).dot(across);
       EXPECT_GT(std::abs(thumb), 0.5 * width_m);
@@ -328,7 +329,7 @@ TEST(PublishedPowerCandidates, BringTheTipsCentreOverTheTopWithTheBoxBetween) {
   }
 }
 
-// And nothing of the open hand touches the box where the collision check lets it come down to.
+// No part of the open hand touches the box at the lowest position that the collision check allows.
 TEST(PublishedPowerCandidates, AreFreeAtTheLowestPlace) {
   for (const double width_m : {0.02, 0.045, 0.06, 0.075}) {
     SceneBuilder builder = Box(0.10, width_m, 0.12);
@@ -354,7 +355,7 @@ TEST(PublishedPowerCandidates, AFullyOpenHandIsAChoiceOfItsOwn) {
   for (const Candidate& c : PowerCandidates(bench.task)) EXPECT_EQ(c.open_state, 0u);
 }
 
-// The published cylindrical grasp: the middle of thumb and index tip on the axis, half way up.
+// The published cylindrical grasp: the midpoint of thumb and index tip is on the axis, halfway up.
 TEST(PublishedCylindricalCandidates, BringTheTipsCentreOntoTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
@@ -367,7 +368,7 @@ TEST(PublishedCylindricalCandidates, BringTheTipsCentreOntoTheAxis) {
   }
 }
 
-// Each switch alone changes what its name says, and nothing else of it.
+// Each switch alone changes what its name says, and nothing else.
 TEST(GraspAdditions, EachAloneChangesThePublishedCandidates) {
   SceneBuilder builder = Box(0.10, 0.05, 0.12);
   const auto with = [&](bool GraspAdditions::*on) {
@@ -409,7 +410,7 @@ TEST(ChooseFree, TakesTheBestOfEveryGroupWithinItsQuota) {
   const collision::HandCollider collider(bench.hand, {}, {}, {}, {});
   std::vector<Candidate> candidates;
   for (int i = 0; i < 12; ++i) {
-    // Three groups; scores rise; every fourth candidate collides.
+    // There are three groups, scores rise, and every fourth candidate collides.
     candidates.push_back(Standing(bench.hand, 0.1 * i, i % 3, i % 4 != 0));
   }
   const auto scores = [](const std::vector<Grasp>& grasps) {
@@ -425,10 +426,10 @@ TEST(ChooseFree, TakesTheBestOfEveryGroupWithinItsQuota) {
     for (const Grasp& g : found.colliding) EXPECT_TRUE(g.collides);
     return scores(found.free);
   };
-  // 11 (group 2), 10 (1), 9 (0): then every group has its one.
+  // 11 (group 2), 10 (1), 9 (0): then every group has one.
   EXPECT_EQ(choose({24, 1, 120}), (std::vector<double>{11, 10, 9}));
   EXPECT_TRUE(found.colliding.empty());
-  // 8 collides; 7, 6, 5 are the second of their groups, in turn.
+  // 8 collides; 7, 6, 5 are the second ones of their groups, in turn.
   EXPECT_EQ(choose({24, 2, 120}), (std::vector<double>{11, 10, 9, 7, 6, 5}));
   EXPECT_EQ(scores(found.colliding), (std::vector<double>{8}));
   EXPECT_EQ(choose({2, 4, 120}), (std::vector<double>{11, 10}));
@@ -437,7 +438,7 @@ TEST(ChooseFree, TakesTheBestOfEveryGroupWithinItsQuota) {
   EXPECT_EQ(scores(found.colliding), (std::vector<double>{8, 4, 0})) << "the best of each group";
 }
 
-// What the arm does not reach takes no place of what it reaches, and keeps its verdict.
+// Grasps that the arm does not reach do not displace reachable ones, and keep their verdict.
 TEST(ChooseFree, LeavesAsideWhatTheArmDoesNotReach) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
@@ -462,7 +463,7 @@ TEST(ChooseFree, LeavesAsideWhatTheArmDoesNotReach) {
   EXPECT_EQ(choose().free.front().X_CH.translation().x(), 0.0) << "as published";
 }
 
-// The hand grazes the object: it goes up until it does not.
+// If the hand grazes the object, it is moved up until it does not.
 TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
   const SceneBuilder builder = Box(0.06, 0.08, 0.1);
   Workbench bench(builder);
@@ -473,7 +474,7 @@ TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
     }
   }
   for (const auto& [deep_m, lift_m] : {std::pair{0.0010, 0.002}, {0.0030, 0.004}}) {
-    // A plate so far above the hand's lowest point, under the open hand.
+    // A plate under the open hand, with its top deep_m above the hand's lowest point.
     const auto plate = geometry::Transformed(Extrude(Rectangle(0.5, 0.5), 0.001), Move(0, 0, 0.5));
     const collision::HandCollider collider(bench.hand, {}, plate, {}, {});
     Candidate c = Standing(bench.hand, 1.0, 0, true);
@@ -509,7 +510,7 @@ TEST(GaussianCurvature, OfASphereIsOneOverItsRadiusSquared) {
         Patch(0.1 * R, [R](double x, double y) { return std::sqrt(R * R - x * x - y * y); });
     const auto K = GaussianCurvature(points, Vector3d(0, 0, R));
     ASSERT_TRUE(K);
-    // The quadric leaves out the sphere's fourth-order terms: (0.1)^2 of the curvature.
+    // The quadric omits the sphere's fourth-order terms: (0.1)^2 of the curvature.
     EXPECT_NEAR(*K * R * R, 1.0, 0.03);
   }
 }
@@ -562,7 +563,7 @@ TEST(DescribeRim, MeasuresTheWallOfACup) {
   const auto rim = DescribeRim(builder.scene, cup, Vector3d::UnitZ(), Vector3d::UnitX(), 24);
   ASSERT_EQ(rim.size(), 24u);
   for (const RimSector& sector : rim) {
-    // 72 sides: chords lie R (1 - cos 2.5 deg) = 0.04 mm inside the circle.
+    // With 72 sides, chords are R (1 - cos 2.5 deg) = 0.04 mm inside the circle.
     EXPECT_NEAR(sector.wall_m, 0.004, 1e-4);
     EXPECT_NEAR(sector.radius_m, 0.039, 1e-4);
   }

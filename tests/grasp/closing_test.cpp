@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-/// A box of a width along x, its top at z = -15 mm and its bottom at 60 mm, in the frame T.
+/// A box with a width along x, its top at z = -15 mm and its bottom at 60 mm, in the frame T.
 SurfaceSamples BoxBetweenThePads(double width_m, double x_m) {
   auto mesh = Extrude(Rectangle(width_m, 0.08), 0.075);
   return SampleSurface(geometry::Transformed(mesh, Move(x_m, 0.0, -0.015)), 10000);
@@ -37,7 +37,7 @@ TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
   for (const double pitch : {0.0, 0.1, 0.25}) {
     const base::Pose X_TH = HandProfiles::X_TH(hand, pitch);
     const Vector3d line = X_TH * open.thumb_pad_H - X_TH * open.finger_pad_H;
-    // The tips are level within 1 mm at pitch 0.
+    // At pitch 0, the tips are level within 1 mm.
     EXPECT_NEAR(line.z(), std::sin(pitch) * line.norm(), 0.0015);
     EXPECT_GT(line.x(), 0.09);
   }
@@ -66,8 +66,8 @@ TEST(HandProfiles, FieldsAgreeWithTheShapes) {
         const double along = std::clamp(q.z(), -shape.size.y(), shape.size.y());
         nearest = std::min(nearest, (q - Vector3d(0, 0, along)).norm() - shape.size.x());
       }
-      // Facets of 12 sides lie up to r (1 - cos 15 deg) = 0.34 mm inside, at a capsule's end,
-      // faceted both ways, twice that.
+      // With 12 sides, facets are up to r (1 - cos 15 deg) = 0.34 mm inside, and twice that at a
+      // capsule's end, which is faceted in both directions.
       EXPECT_NEAR(nearest, 0.0, 0.0008);
     }
   }
@@ -85,8 +85,8 @@ TEST(CloseOn, FindsTheWidthAndTheFacesOfABox) {
     EXPECT_NEAR(closing->thumb_T.x() - closing->finger_T.x(), width, 1e-6);
     EXPECT_GT(closing->thumb_out_T.x(), 0.999);
     EXPECT_LT(closing->finger_out_T.x(), -0.999);
-    // The gap is between the capsules; pads that lean do not touch where they are nearest to each
-    // other: up to r (1 / cos 25 deg - 1) = 2 mm on both sides, and 0.7 mm of facets.
+    // The gap is measured between the capsules. Leaning pads do not touch at their nearest points:
+    // up to r (1 / cos 25 deg - 1) = 2 mm on both sides, plus 0.7 mm for facets.
     EXPECT_NEAR(closing->gap_m, width, 0.003);
   }
 }
@@ -100,7 +100,7 @@ TEST(CloseOn, DragsWhatIsNotMidway) {
         .value();
   };
   const double here = at(0.0).drag_m;
-  // A box that stands 6 mm nearer to the thumb is dragged 6 mm further to the fingers.
+  // A box 6 mm nearer to the thumb is dragged 6 mm further towards the fingers.
   EXPECT_NEAR(at(0.006).drag_m, here - 0.006, 5e-4);
   EXPECT_NEAR(at(-0.006).drag_m, here + 0.006, 5e-4);
 }
@@ -115,7 +115,7 @@ TEST(CloseOn, NeedsBothSides) {
 }
 
 TEST(Antipodal, MatchesTheAngleOfACylindersChord) {
-  // A chord at height h of a circle of radius R: both normals stand asin(h / R) off the chord.
+  // For a chord at height h of a circle of radius R, both normals are asin(h / R) off the chord.
   const double R = 0.035;
   for (const double h : {0.0, 0.005, 0.02}) {
     const double x = std::sqrt(R * R - h * h);
@@ -166,7 +166,7 @@ double Transcribed(const Quality& q, double cone_rad, const ScoreWeights& w) {
          w.slope * S - w.shallow * M - w.room * R + w.tight * T + w.arm * q.thumb_to_arm;
 }
 
-// Within the bounds of every term and beyond, with weights that tell the terms apart.
+// Values within and beyond the bounds of every term, with weights that distinguish the terms.
 TEST(Score, IsTheSumOfItsTerms) {
   base::Rng rng(8);
   ScoreWeights odd;

@@ -9,8 +9,8 @@ namespace {
 
 using namespace test;
 
-// Two objects of which every second sample of the observation was kept: what is handed over names
-// the observation's samples, not the filtered cloud's.
+// Two objects with only every second sample of the observation kept. The detection names the
+// observation's samples, not those of the filtered cloud.
 TEST(DetectionFrom, NamesTheSamplesOfTheObservation) {
   SceneBuilder builder;
   builder.AddCup(0.041, 0.004, 0.095, At(0.03, -0.02));
@@ -53,7 +53,7 @@ TEST(DetectionFrom, TakesEveryGraspAlongInItsOrder) {
     EXPECT_EQ(g.type, grasps[i].type);
     EXPECT_EQ(g.pitch_rad, grasps[i].pitch_rad);
     EXPECT_EQ(g.collides, grasps[i].collides);
-    // From above, the hand comes down to the box.
+    // The hand moves down to the box from above.
     EXPECT_NEAR(g.approach_C.norm(), 1.0, 1e-12);
     EXPECT_LT(g.approach_C.z(), -0.7);
   }

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 using Boxes = std::vector<Eigen::AlignedBox3d>;
 
-// Where a ray meets the first box; no distance is further than the ray's own end, at 1.
+// Ray parameter of the first box hit; at most 1, the end of the ray.
 double FirstHit(const Vector3d& from, const Vector3d& to, const Boxes& boxes) {
   double first = 1.0;
   for (const auto& box : boxes) {
@@ -35,7 +35,7 @@ double FirstHit(const Vector3d& from, const Vector3d& to, const Boxes& boxes) {
   return first;
 }
 
-// A sensor at the side of +x looks at boxes on the table.
+// A sensor on the +x side looks at boxes on the table.
 geometry::Observation LookAt(const Boxes& boxes) {
   const Vector3d sensor(0.7, 0.0, 0.5);
   geometry::RangeImage image;
@@ -60,7 +60,7 @@ Vector3d NormalOf(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   return Vector3d::Unit(axis) * (relative(axis) > 0.0 ? 1.0 : -1.0);
 }
 
-// The boxes as objects of what is seen of them.
+// The boxes as objects with their seen points.
 perception::Scene SceneOf(const geometry::Observation& observation, const Boxes& boxes) {
   perception::Scene scene;
   scene.table.plane.normal = Vector3d::UnitZ();
@@ -90,7 +90,7 @@ const robot::HandModel& Hand() {
   return hand;
 }
 
-// From above, closing along a level direction, the pads 25 mm below the top.
+// A grasp from above that closes along a level direction, with the pads 25 mm below the top.
 Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double width_m) {
   Eigen::Matrix3d R;
   R << closing, Vector3d(-Vector3d::UnitZ()).cross(closing), -Vector3d::UnitZ();
@@ -99,7 +99,7 @@ Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double wi
   return PlaceHand({base::MakePose(R, at), width_m}, Hand(), {});
 }
 
-/// @param wall  the box that is the wall of a container
+/// @param wall  index of the box that is a container's wall
 std::map<std::string_view, double> FeaturesOf(const Boxes& boxes, const Vector3d& closing,
                                               double width_m,
                                               std::optional<std::size_t> wall = {}) {
@@ -127,7 +127,7 @@ TEST(GraspFeatures, SpaceBehindAnObjectIsUnseenAndBeforeItFree) {
   EXPECT_GT(f.at("fingers_beyond_unseen_m"), 0.02);
   EXPECT_GT(f.at("thumb_way_free"), f.at("fingers_way_free"));
   const auto turned = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, -Vector3d::UnitX(), 0.05);
-  // A mirrored hand does not stand in the same cells.
+  // A mirrored hand does not occupy the same cells.
   EXPECT_NEAR(turned.at("fingers_beyond_free"), f.at("thumb_beyond_free"), 0.25);
   EXPECT_NEAR(turned.at("thumb_beyond_unseen"), f.at("fingers_beyond_unseen"), 0.25);
 }
@@ -160,7 +160,7 @@ TEST(GraspFeatures, WhatStandsBeforeTheObjectHidesIt) {
 }
 
 TEST(GraspFeatures, TheSurfaceUnderAPadIsKnownWhereItWasMeasured) {
-  // The thumb's face looks at the sensor, the fingers' face was not seen: the top's edge is next.
+  // The thumb's face points to the sensor. The fingers' face was not seen; the top's edge is next.
   const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
   EXPECT_LT(f.at("thumb_seen_m"), 0.006);
   EXPECT_NEAR(f.at("thumb_face"), 1.0, 0.01);

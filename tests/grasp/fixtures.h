@@ -7,15 +7,15 @@
 #include "perception/scene.h"
 #include "robot/collision/sensor_hand.h"
 
-/// Scenes built by hand, so that what is claimed of grasps depends on no other module.
+/// Scenes built in code, so that the tests of grasps depend on no other module.
 namespace rangegrasp::grasp::test {
 
 using namespace rangegrasp::test;
 using Eigen::Vector2d;
 
-// ---- Objects: closed meshes, from which a perceived object is made as if completion were perfect.
+// ---- Objects: closed meshes that become perceived objects as if completion were perfect.
 
-/// A polygon (counter-clockwise, convex) drawn up from z = 0 to height_m.
+/// A convex, counter-clockwise polygon extruded from z = 0 to height_m.
 inline geometry::TriangleMesh Extrude(const std::vector<Vector2d>& polygon, double height_m) {
   geometry::TriangleMesh mesh;
   const auto n = static_cast<std::uint32_t>(polygon.size());
@@ -36,7 +36,7 @@ inline geometry::TriangleMesh Extrude(const std::vector<Vector2d>& polygon, doub
 inline std::vector<Vector2d> Rectangle(double x_m, double y_m) {
   return {{-x_m / 2, -y_m / 2}, {x_m / 2, -y_m / 2}, {x_m / 2, y_m / 2}, {-x_m / 2, y_m / 2}};
 }
-/// Part of a circle, from angle a to b.
+/// An arc of a circle from angle a to b.
 inline std::vector<Vector2d> Arc(double radius_m, double a_rad, double b_rad, int points) {
   std::vector<Vector2d> arc;
   for (int i = 0; i < points; ++i) {
@@ -48,11 +48,11 @@ inline std::vector<Vector2d> Arc(double radius_m, double a_rad, double b_rad, in
 inline std::vector<Vector2d> Disc(double radius_m) {
   return Arc(radius_m, 0.0, 2.0 * base::kPi, 72);
 }
-/// The upper half of a disc; its points end at both corners.
+/// The upper half of a disc; its first and last points are the corners.
 inline std::vector<Vector2d> HalfDisc(double radius_m, int points) {
   return Arc(radius_m, 0.0, base::kPi * points / (points - 1), points);
 }
-/// Lays an extrusion down: its height becomes the extent along x, its y axis points up.
+/// Lays an extrusion down: its height becomes the extent along x and its y axis points up.
 inline geometry::TriangleMesh Lay(const geometry::TriangleMesh& mesh, double height_m,
                                   double lift_m) {
   Eigen::Matrix3d R;

@@ -29,7 +29,7 @@ std::size_t Free(const std::vector<Grasp>& grasps) {
       std::count_if(grasps.begin(), grasps.end(), [](const Grasp& g) { return !g.collides; }));
 }
 
-/// What holds for every list of grasps.
+/// Checks properties that every list of grasps must have.
 void ExpectSound(const SceneBuilder& builder, const std::vector<Grasp>& grasps) {
   const robot::HandModel hand = SensorHand();
   const geometry::Points dots = Dots(builder.scene.objects[0].surface_C, 0.004);
@@ -74,7 +74,7 @@ TEST(PlanGrasps, ClosesAcrossTheNarrowSideOfABoxAtItsMiddle) {
     EXPECT_EQ(best.type, GraspType::kPower);
     EXPECT_GT(std::abs(best.X_CG.linear().col(0).dot(X_WO.linear().col(1))), std::cos(0.02));
     EXPECT_NEAR(best.X_CG.linear()(2, 2), -1.0, 1e-9);
-    // Samples 2 mm apart under a contact of about 30 of them.
+    // Samples are 2 mm apart, with about 30 of them under a contact.
     EXPECT_LT((best.X_CG.translation() - X_WO.translation()).head<2>().norm(), 0.002);
     EXPECT_NEAR(best.width_m, 0.06, 0.003);
     EXPECT_LT(best.X_CG.translation().z(), 0.115 - 0.01);
@@ -100,7 +100,7 @@ TEST(PlanGrasps, OffersBothSidesAndMoreThanOnePitch) {
 TEST(PlanGrasps, UsesTheNarrowerAxisWhereTheTopSurfaceNamesTheOther) {
   SceneBuilder builder;
   auto& object = builder.AddBox({0.06, 0.115, 0.1}, At(0, 0));
-  // Half of the top was seen: its principal axis lies across the box.
+  // Only half of the top was seen, so its principal axis lies across the box.
   SceneBuilder::SetTop(Vector3d(0, 0.04, 0.1), Vector3d::UnitX(), Vector3d::UnitZ(), 0.06, 0.04,
                        object);
   const auto grasps = Plan(builder);
@@ -110,7 +110,7 @@ TEST(PlanGrasps, UsesTheNarrowerAxisWhereTheTopSurfaceNamesTheOther) {
 }
 
 TEST(PlanGrasps, StandsMidwayBetweenTheContacts) {
-  // One side is vertical, the other leans: what lies midway changes with the height.
+  // One side is vertical and the other leans, so the midpoint changes with the height.
   SceneBuilder builder;
   builder.AddLying({{-0.025, 0}, {0.040, 0}, {0.020, 0.07}, {-0.025, 0.07}}, 0.12, 0.0, 0.07, 0.045,
                    At(0, 0));
@@ -181,7 +181,7 @@ TEST(PlanGrasps, HoldsACylinderOnItsAxis) {
     }
     EXPECT_EQ(grasps.front().type, GraspType::kCylindrical);
     EXPECT_GE(yaws.size(), 8u);
-    // Next to the arm: the thumb points to its side.
+    // The grasp is next to the arm, with the thumb on the arm's side.
     EXPECT_GT(
         grasps.front().X_CG.linear().col(0).dot((ArmBase() - X_WO.translation()).normalized()),
         0.0);
@@ -253,7 +253,7 @@ TEST(PlanGrasps, HoldsLyingRoundObjectsAtOrBelowTheMiddle) {
   half.AddLying(HalfDisc(0.04, 40), 0.17, 0.0, 0.04, 0.02, At(0, 0, 0.5));
   const auto grasps = Plan(half);
   ExpectSound(half, grasps);
-  // Its contacts' normals rise by asin(z / R): the friction cone of 26 deg allows 17 mm.
+  // The contact normals rise by asin(z / R), so the friction cone of 26 deg allows 17 mm.
   EXPECT_LT(grasps.front().X_CG.translation().z(), 0.0177);
 }
 
@@ -263,11 +263,11 @@ TEST(PlanGrasps, GivesALyingPrismALowScore) {
   box.AddBox({0.3, 0.05, 0.052}, At(0, 0));
   const auto grasps = Plan(prism);
   ExpectSound(prism, grasps);
-  // Faces 30 deg off the vertical are outside of the friction cone of 26 deg.
+  // Faces 30 deg off the vertical are outside the friction cone of 26 deg.
   EXPECT_LT(grasps.front().score, Plan(box).front().score - 1.0);
 }
 
-/// Two walls along a box, this far from its long sides.
+/// Two walls along a box, at this distance from its long sides.
 SceneBuilder BoxBetweenWalls(double distance_m, double wall_height_m = 0.12) {
   SceneBuilder builder;
   builder.AddBox({0.115, 0.06, 0.1}, At(0, 0));
@@ -287,7 +287,7 @@ TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
   }
 }
 
-// The least distance of walls [mm] at which a grasp of the box between them is free; 80: none.
+// The smallest wall distance [mm] with a free grasp of the box between the walls; 80 if none.
 int LeastFreeGap(const GraspOptions& options) {
   const robot::HandModel hand = SensorHand();
   for (int mm = 10; mm < 80; mm += 2) {
@@ -306,7 +306,7 @@ TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
   EXPECT_GT(shaped, 20) << "the thumb's diameter";
 }
 
-// Walls close by that are lower than the box: there is room about its upper part alone.
+// Nearby walls are lower than the box, so there is room only around its upper part.
 TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
   const robot::HandModel hand = SensorHand();
   const auto highest_wall = [&](bool crowded) {
@@ -322,7 +322,7 @@ TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
   EXPECT_GE(highest_wall(true), highest_wall(false) + 5);
 }
 
-/// A free grasp of the whole method, none without what it does in a crowd.
+/// Expects a free grasp with the whole method, and none without its handling of crowded scenes.
 void ExpectCrowdedAlone(const SceneBuilder& builder) {
   const robot::HandModel hand = SensorHand();
   GraspOptions options;
@@ -331,7 +331,7 @@ void ExpectCrowdedAlone(const SceneBuilder& builder) {
   EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
 }
 
-// A slab above a box: the hand passes below it from the free side.
+// There is a slab above a box; the hand passes below it from the free side.
 TEST(PlanGrasps, LeansWhereItCannotComeStraightDown) {
   SceneBuilder builder;
   builder.AddBox({0.06, 0.06, 0.12}, At(0, 0));
@@ -386,7 +386,7 @@ TEST(PlanGrasps, HoldsFromTheSideNothingFarBesideItsMiddle) {
   }
 }
 
-// A roof close above: neither straight down nor leaning.
+// A roof close above allows neither a vertical nor a leaning approach.
 TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
   SceneBuilder builder;
   builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
@@ -398,7 +398,7 @@ TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
   EXPECT_GE(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 4u);
 }
 
-// A box that stands on a wide one, perceived as one.
+// A box stands on a wide one, and both are perceived as one object.
 TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
   SceneBuilder boxes;
   boxes.AddBox({0.2, 0.2, 0.06}, At(0, 0));
@@ -414,7 +414,7 @@ TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
 }
 
 TEST(PlanGrasps, FallsBackToTheRimThenToThePowerGrasp) {
-  // Walls round a cup, lower than its rim: no room for a hand outside of it at half height.
+  // Walls around a cup, lower than its rim, leave no room for a hand outside at half height.
   SceneBuilder open;
   open.AddCup(0.0495, 0.004, 0.095, At(0, 0));
   const auto rim = Plan(open);
@@ -478,7 +478,7 @@ TEST(PlanGrasps, RejectsBadArguments) {
   EXPECT_THROW(Plan(builder), std::invalid_argument);
 }
 
-// Its shoulder, elbow and wrist span 0.6045 m; flange and hand are shorter than another 0.5 m.
+// The arm's shoulder, elbow and wrist span 0.6045 m; flange and hand add less than 0.5 m.
 TEST(Arm, ReachesWhereTheHandIsAndNotBeyondItsLength) {
   const robot::Robot robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml");
   const Arm arm(robot);

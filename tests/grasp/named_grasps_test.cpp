@@ -16,7 +16,7 @@ using namespace rangegrasp::grasp::test;
 using testing::HasSubstr;
 using testing_support::TempFolder;
 
-// A bar of 12 mm that stands 80 mm tall; taken from above, either way, turned by quarters.
+// A bar of 12 mm, 80 mm tall, grasped from above in both closing directions and in quarter turns.
 constexpr const char* kBar = R"(
 up: [0, 0, 1]
 grasps:
@@ -68,7 +68,7 @@ TEST(NamedGrasps, AreReadWithAllTheirWays) {
   const NamedGrasps known = Read(kBar);
   ASSERT_EQ(known.grasps.size(), 2u);
   EXPECT_EQ(known.grasps[0].name, "body");
-  EXPECT_EQ(known.grasps[0].ways_O.size(), 8u);  // four turns, either way
+  EXPECT_EQ(known.grasps[0].ways_O.size(), 8u);  // four turns in two closing directions
   EXPECT_EQ(known.grasps[1].ways_O.size(), 1u);
   EXPECT_TRUE(IsFor(known.grasps[1], "pour"));
   EXPECT_TRUE(IsFor(known.grasps[1], ""));
@@ -134,7 +134,7 @@ TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
                              base::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
   const auto placed =
       PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, SensorHand(), GraspOptions{}, {});
-  // Closing along x meets the wall; across it, there is room.
+  // Closing along x hits the wall; closing across it is free.
   int free = 0;
   for (const PlacedGrasp& one : placed) {
     const bool along_x = std::abs(one.grasp.X_CG.linear().col(0).x()) > 0.9;

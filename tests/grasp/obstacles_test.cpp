@@ -21,7 +21,7 @@ geometry::TriangleMesh Box(const Vector3d& low, const Vector3d& high) {
   return geometry::ConvexHull(corners);
 }
 
-// The table z = 0 and the target, a box of 40 mm that stands at the origin, seen from above.
+// The table z = 0 and the target, a box of 40 mm at the origin, seen from above.
 class ObstaclesTest : public ::testing::Test {
  protected:
   ObstaclesTest() {
@@ -41,7 +41,7 @@ class ObstaclesTest : public ::testing::Test {
       }
     }
   }
-  // So many points in a row, a gap apart.
+  // Adds `count` points in a row, a gap apart.
   void AddLeftover(const Vector3d& first, int count) {
     for (int i = 0; i < count; ++i) {
       scene_.points_C.push_back(first + Vector3d(0.0, i * kGap_m, 0.0));
@@ -74,7 +74,7 @@ TEST_F(ObstaclesTest, WhatBelongsToNoObjectIsOne) {
   EXPECT_TRUE(Found(without).empty());
 }
 
-// A wall of 200 mm on each of two sides of a corner: the space in the corner stays free.
+// Two walls of 200 mm form a corner; the space in the corner stays free.
 TEST_F(ObstaclesTest, AThingThatIsNotConvexLeavesRoomInItsBend) {
   AddLeftover({0.30, 0.0, 0.02}, 50);
   for (int i = 1; i < 50; ++i) scene_.points_C.emplace_back(0.30 + i * kGap_m, 0.0, 0.02);
@@ -108,18 +108,18 @@ TEST_F(ObstaclesTest, WhatHangsOnTheTargetIsTheTargets) {
   EXPECT_TRUE(Found().empty());
 }
 
-// In line with the target's edge as the sensor sees it, and far below it.
+// The points are on the sensor's line of sight through the target's edge, and far below it.
 TEST_F(ObstaclesTest, PointsBesideAnEdgeInTheImageAreMixed) {
   const Vector3d edge(0.021, 0.0, 0.04);
-  scene_.objects[0].completed_C.clear();  // so that it does not hang on it
+  scene_.objects[0].completed_C.clear();  // so that the points are not attached to it
   for (const double share : {1.005, 1.010, 1.015, 1.020}) {
     scene_.points_C.push_back(sensor_ + share * (edge - sensor_));
   }
   EXPECT_TRUE(Found().empty());
 }
 
-// An object of 40 mm height beside the target, seen at a slant: its shadow reaches
-// 0.04 * 0.2 / 0.96 m further from the sensor's foot than its edge does, and down to the table.
+// An object of 40 mm height next to the target, seen at an angle. Its shadow extends
+// 0.04 * 0.2 / 0.96 m beyond its edge, away from the sensor, and down to the table.
 TEST_F(ObstaclesTest, BehindAnotherObjectNothingIsKnown) {
   AddObject({0.20, -0.02, 0.0}, {0.24, 0.02, 0.04});
   const auto found = Found();
@@ -171,14 +171,14 @@ double VolumeOf(const geometry::TriangleMesh& mesh) {
   return six / 6.0;
 }
 
-// Space behind the box as the sensor at +x sees it.
+// The space behind the box, seen from the sensor at +x.
 const AlignedBox3d kBehind(Vector3d(-0.09, -0.03, 0.0), Vector3d(-0.04, 0.03, 0.06));
 
 TEST(UnseenByAll, OneViewsShadowStays) {
   const std::vector<geometry::TriangleMesh> shadows = {grasp::Box(kBehind.min(), kBehind.max())};
   const auto unseen = UnseenByAll(SeenFrom({{0.5, 0.0, 0.5}}), shadows, kCell_m);
-  // At 45 deg the shadow reaches as far as the box is high: all of kBehind is dark but the cells
-  // that its bounds cut, one on each side at most.
+  // At 45 deg the shadow is as long as the box is high. All of kBehind is unseen, except at most
+  // one cell on each side that its bounds cut.
   EXPECT_GT(VolumeOf(unseen), 0.03 * 0.04 * 0.05);
   EXPECT_LE(VolumeOf(unseen), kBehind.volume() + 1e-9);
   const Vector3d rounding = Vector3d::Constant(1e-9);
@@ -189,7 +189,7 @@ TEST(UnseenByAll, OneViewsShadowStays) {
 TEST(UnseenByAll, WhatAnotherViewLooksIntoIsSeen) {
   const std::vector<geometry::TriangleMesh> shadows = {grasp::Box(kBehind.min(), kBehind.max())};
   const auto unseen = UnseenByAll(SeenFrom({{0.5, 0.0, 0.5}, {-0.5, 0.0, 0.5}}), shadows, kCell_m);
-  // The table's own cells are a surface; nothing else is left.
+  // Only the table's own cells are left; they are a surface.
   EXPECT_LT(VolumeOf(unseen), 0.02 * kBehind.volume());
 }
 

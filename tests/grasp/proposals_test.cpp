@@ -12,7 +12,7 @@ namespace {
 
 using namespace rangegrasp::grasp::test;
 
-// From above, 60 mm over the table; x of G is x of C.
+// A proposal from above, 60 mm above the table; the x axis of G is that of C.
 Proposal FromAbove(double width_m) {
   Proposal proposal;
   proposal.X_CG = base::MakePose(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.1, -0.2, 0.06});
@@ -35,7 +35,7 @@ TEST(PlaceHand, BringsThePadsTogetherAboutThePosition) {
   EXPECT_TRUE(PlaceHand(FromAbove(hand.MaxGap() + 0.001), hand, {}).collides);
 }
 
-// A box full of dots, symmetric, on a table that is 20 mm below the origin; turned by 0.4 rad about
+// A symmetric box filled with points, on a table 20 mm below the origin, rotated by 0.4 rad about
 // the vertical.
 geometry::Points BoxOnTable(const Eigen::Vector3d& size_m) {
   const base::Pose X = At(0.1, -0.2, 0.4);
@@ -61,14 +61,14 @@ TEST(ProposeStraightDown, ClosesAcrossTheShorterSideOverTheMiddleEitherWay) {
     EXPECT_NEAR((way.approach_C - R.col(2)).norm(), 0.0, 1e-12);
     EXPECT_NEAR(R.determinant(), 1.0, 1e-12);
     EXPECT_NEAR(way.width_m, 0.03, 1e-12);
-    // 30 mm below the top, which is 80 mm above the origin.
+    // The grasp is 30 mm below the top, which is 80 mm above the origin.
     EXPECT_NEAR((way.X_CG.translation() - Eigen::Vector3d(0.1, -0.2, 0.05)).norm(), 0.0, 1e-12);
   }
   EXPECT_NEAR(ways[0].X_CG.linear().col(0).dot(ways[1].X_CG.linear().col(0)), -1.0, 1e-12);
 }
 
 TEST(ProposeStraightDown, StaysAboveTheTableOnWhatIsLow) {
-  // Heights of the pads above the table: 10 mm, and half of what is lower than 20 mm.
+  // The pads are 10 mm above the table, or at half the height of objects lower than 20 mm.
   for (const auto& [height_m, pads_m] : {std::pair{0.025, 0.010}, {0.016, 0.008}}) {
     const auto ways = ProposeStraightDown(BoxOnTable({0.06, 0.03, height_m}), kTable);
     EXPECT_NEAR(ways.at(0).X_CG.translation().z(), pads_m - 0.02, 1e-9);
@@ -84,7 +84,7 @@ TEST(BetweenFingers, AreThePointsThatTheHandReachesRound) {
                                    at + Eigen::Vector3d(0.02, 0.0, 0.0),
                                    at + Eigen::Vector3d(-0.02, 0.01, 0.01),
                                    at + Eigen::Vector3d(0.2, 0.0, 0.0),   // beyond the thumb
-                                   at + Eigen::Vector3d(0.0, 0.1, 0.0),   // beside the fingers
+                                   at + Eigen::Vector3d(0.0, 0.1, 0.0),   // next to the fingers
                                    at + Eigen::Vector3d(0.0, 0.0, -0.1),  // below their tips
                                    at + Eigen::Vector3d(0.0, 0.0, 0.3)};  // above the palm
   EXPECT_EQ(BetweenFingers(grasp, hand, points), (geometry::Indices{0, 1, 2}));
@@ -93,8 +93,8 @@ TEST(BetweenFingers, AreThePointsThatTheHandReachesRound) {
 
 using Eigen::Vector3d;
 
-/// Half a ring of radius 28 mm about (38, 0, 0) mm in the plane y = 0, its bar 9 mm thick, turned
-/// about the vertical; only the side that is seen from -y.
+/// Half a ring with radius 28 mm about (38, 0, 0) mm in the plane y = 0 and a bar 9 mm thick,
+/// rotated about the vertical. Only the side seen from -y.
 geometry::Points HalfRing(double turn_rad) {
   const Eigen::AngleAxisd X(turn_rad, Vector3d::UnitZ());
   geometry::Points points;
@@ -120,10 +120,11 @@ TEST(HandleGrasps, CloseAcrossTheBarWhereItIsFarthestOut) {
       const Vector3d closing = X.inverse() * way.X_CG.linear().col(0);
       EXPECT_GT(std::abs(closing.y()), 0.99);
       const Vector3d at = X.inverse() * way.X_CG.translation();
-      // The bar's middle is at 66 mm; its seen half is 2 to 4 mm off to the side.
+      // The bar's center is at 66 mm; its seen half is 2 to 4 mm to the side.
       EXPECT_NEAR(at.x(), 0.064, 0.005);
       EXPECT_NEAR(at.y(), -0.002, 0.003);
-      // The body's middle is 10 mm higher: out leans by 10 deg, 5 mm along a ring of 28 mm.
+      // The body's center is 10 mm higher, so the outward direction leans by 10 deg: 5 mm along a
+      // ring of 28 mm.
       EXPECT_NEAR(at.z(), -0.005, 0.002);
       EXPECT_GE(way.width_m, 0.008);
       EXPECT_LT(way.width_m, 0.010);

@@ -7,8 +7,8 @@
 namespace rangegrasp::draw {
 namespace {
 
-// Four table points, one outlier, and two objects of two points; one point above the table is in
-// no object.
+// Four table points, one outlier, two objects with two points each, and one point above the table
+// that is in no object.
 struct Example {
   geometry::Points points_C = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0.5, 0.5, 0.9}};
   perception::Scene scene;

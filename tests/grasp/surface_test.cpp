@@ -38,7 +38,7 @@ TEST(CenterOfMass, OfAHalfCylinderIsFourRadiiOverThreePiAboveItsFlatSide) {
   const double radius = 0.04;
   const auto mesh = Lay(Extrude(HalfDisc(radius, 200), 0.17), 0.17, 0.0);
   const auto com = CenterOfMass(mesh, SampleSurface(mesh, 3000));
-  // 199 chords of 0.9 deg: the area, and with it the centre, is right within 1e-4 of the radius.
+  // With 199 chords of 0.9 deg, the area, and so the centre, is right within 1e-4 of the radius.
   EXPECT_NEAR(com.z(), 4.0 * radius / (3.0 * base::kPi), 2e-5);
   EXPECT_NEAR(com.head<2>().norm(), 0.0, 1e-4);
 }

@@ -24,14 +24,14 @@ FeatureOptions AsPublished() {
   return options;
 }
 
-/// The published features with one of their additions.
+/// The published features with one addition enabled.
 FeatureOptions With(bool FeatureAdditions::*on) {
   FeatureOptions options = AsPublished();
   options.*on = true;
   return options;
 }
 
-// Eq. 5.5 as printed: the floor of a bowl holds more points than its rim.
+// With eq. 5.5 as printed, the floor of a bowl is taken, since it has more points than the rim.
 TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   Analytic bowl;
   bowl.AddDisc({0.0, 0.0, 0.02}, 0.05);
@@ -44,7 +44,7 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   EXPECT_NEAR(height(With(&FeatureAdditions::higher_tops)), 0.06, 1e-9);
 }
 
-// A steep roof has no point whose normal is near the table's: the text knows no top of it.
+// A steep roof has no normal near the table's normal, so it has no top as published.
 TEST(SlabTops, AloneGiveASteepRoofATop) {
   Analytic roof;
   const Vector3d slope(0.0, std::cos(base::Deg(60.0)), -std::sin(base::Deg(60.0)));
@@ -62,8 +62,8 @@ TEST(SlabTops, AloneGiveASteepRoofATop) {
   EXPECT_GT(top->center_C.z(), 0.045);
 }
 
-// An L that is seen of a rectangle: the least rectangle round it keeps its sides, the covariance
-// turns towards what was seen.
+// Only an L-shaped part of a rectangle is seen. The minimum-area rectangle keeps the sides; the
+// axes of the covariance turn towards the seen part.
 TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
   Analytic shape;
   shape.AddRectangle({0.0, 0.0, 0.05}, {0.04, 0.0, 0.0}, {0.0, 0.006, 0.0});
@@ -77,7 +77,7 @@ TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
   EXPECT_LT(tilt(With(&FeatureAdditions::rectangle_axes)), 1e-9);
 }
 
-// Points about an ellipse: its axes are known, its covariance is diag(a^2, b^2) / 2 in them.
+// Points on an ellipse with known axes; in these axes the covariance is diag(a^2, b^2) / 2.
 TEST(PrincipalRectangle, LiesAlongTheLongAxisOfAnEllipse) {
   for (const double turn : {0.0, 0.4, 1.2, 2.5}) {
     const Eigen::Vector2d axis(std::cos(turn), std::sin(turn));
@@ -96,7 +96,7 @@ TEST(PrincipalRectangle, LiesAlongTheLongAxisOfAnEllipse) {
   }
 }
 
-// A quarter of a lid lies on a circle like the whole of it.
+// A quarter of a lid lies on a circle just as the whole lid does.
 TEST(ArcRule, AloneRefusesAQuarterOfALid) {
   Analytic quarter;
   for (double r = 0.002; r <= 0.0401; r += 0.002) {
@@ -106,7 +106,7 @@ TEST(ArcRule, AloneRefusesAQuarterOfALid) {
       quarter.Add({r * std::cos(t), r * std::sin(t), 0.1}, Vector3d::UnitZ());
     }
   }
-  // Only its arc is asked: a top whose rim the arc is.
+  // Only the arc matters here, so the rim of this top is just the arc.
   TopSurface top;
   top.plane = LevelAt(0.1);
   top.points = All(quarter.cloud);
@@ -122,7 +122,7 @@ TEST(ArcRule, AloneRefusesAQuarterOfALid) {
   EXPECT_FALSE(found(With(&FeatureAdditions::arc_rule)));
 }
 
-// Eq. 5.9 as printed: one point in the sphere closes an object.
+// With eq. 5.9 as printed, one point in the sphere makes an object closed.
 TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
   Analytic cup;
   const Indices rim = cup.AddDisc({0.0, 0.0, 0.1}, 0.04, 0.030);
@@ -144,7 +144,7 @@ TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {
   base::SwitchAll<SegmentAdditions>(false, options);
   EXPECT_EQ(MeshAlpha(0.0005, options), 0.0005);
   EXPECT_EQ(MeshAlpha(0.05, options), 0.05) << "d_max as it is (section 5.1.2)";
-  // A patch of 25 points and one of 441.
+  // Two patches of 25 and 441 points.
   geometry::Points points;
   for (int x = 0; x < 21; ++x) {
     for (int y = 0; y < 21; ++y) points.emplace_back(0.002 * x, 0.002 * y, 0.0);
@@ -157,8 +157,8 @@ TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {
   EXPECT_EQ(SegmentByMesh(points, options).size(), 1u);
 }
 
-// A grid with two stragglers, the far one of which hides the near one from the first pass; and the
-// test as printed, that takes points of the surface, too.
+// A grid with two stray points; the far one hides the near one from the first pass. The test as
+// printed also removes points of the surface.
 TEST(OutlierFilterOptions, SinglePassAndPrintedTest) {
   geometry::Points points;
   base::Rng rng(3);

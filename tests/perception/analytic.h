@@ -9,12 +9,12 @@
 #include "base/units.h"
 #include "perception/internal/objects.h"
 
-/// Points and normals of exact surfaces for tests of kernels, on the table z = 0.
+/// Points and normals of exact surfaces on the table z = 0, for unit tests.
 namespace rangegrasp::perception::samples {
 
 constexpr double kStep_m = 0.002;  ///< between points
 
-/// A cloud that is built surface by surface; each call returns the positions of its points.
+/// A cloud that is built surface by surface; each call returns the indices of its points.
 class Analytic {
  public:
   geometry::PointCloud cloud;
@@ -38,8 +38,8 @@ class Analytic {
     return From(first);
   }
 
-  /// Rings of an upright wall about (x, y) from the angle `from` to `to` (both included where that
-  /// is no full turn), facing outward, or the axis.
+  /// Rings of an upright wall about (x, y) from the angle `from` to `to` (both included unless this
+  /// is a full turn), facing outward or towards the axis.
   geometry::Indices AddWall(const Eigen::Vector2d& center, double radius_m, double low_m,
                             double high_m, double from_rad = 0.0, double to_rad = 2.0 * base::kPi,
                             bool inward = false) {
@@ -57,7 +57,7 @@ class Analytic {
     return From(first);
   }
 
-  /// A level disc, or ring, in rings of points, the outermost on the edge.
+  /// A level disc or ring, made of rings of points; the outermost is on the edge.
   geometry::Indices AddDisc(const Eigen::Vector3d& center, double radius_m, double inner_m = 0.0) {
     const std::size_t first = cloud.size();
     for (double r = radius_m; r > inner_m + 1e-9; r -= kStep_m) {
@@ -87,14 +87,14 @@ inline geometry::Indices All(const geometry::PointCloud& cloud) {
 /// The level plane at a height.
 inline geometry::Plane LevelAt(double z) { return {Eigen::Vector3d::UnitZ(), -z}; }
 
-/// What the steps from segments to objects read, of an exact cloud seen from one place.
+/// Input of the steps from segments to objects, for an exact cloud seen from one place.
 struct Given {
   geometry::PointCloud cloud;
   geometry::Plane table{Eigen::Vector3d::UnitZ(), 0.0};
   internal::SensorViews views;
   FeatureOptions options;
 
-  /// @param measured  what the sensor's free space is made of; the cloud where it is empty
+  /// @param measured  points that define the sensor's free space; if empty, the cloud
   explicit Given(geometry::PointCloud of, const geometry::Points& measured = {},
                  const Eigen::Vector3d& sensor = {0.8, 0.0, 0.62})
       : cloud(std::move(of)) {

@@ -38,7 +38,7 @@ TEST(ProfileBody, GivesTheRadiiOfACone) {
   for (std::size_t k = 0; k < profile.sections.size(); ++k) {
     const Section& s = profile.sections[k];
     EXPECT_NEAR(s.depth_m, 0.004 * (static_cast<double>(k) + 1.5), 1e-12);
-    // The mean of 210 radii that spread evenly over 0.4 mm: five standard errors are 0.04 mm.
+    // For the mean of 210 radii, uniform over 0.4 mm, five standard errors are 0.04 mm.
     EXPECT_NEAR(s.outer_m, 0.05 - 0.1 * s.depth_m, 0.00004);
     EXPECT_EQ(s.inner_points, 0u);
   }
@@ -69,7 +69,7 @@ TEST(ProfileBody, AHandleDiffers) {
 }
 
 TEST(ProfileBody, TheFullestBandOfTwiceTheDistanceAgrees) {
-  // 3 mm apart are within twice 2 mm of each other; a dent of 10 mm is not.
+  // 3 mm apart is within twice 2 mm; a dent of 10 mm is not.
   Analytic vase;
   const Indices wide = vase.AddWall({0.0, 0.0}, 0.043, 0.05, 0.09, 0.0, 3.0);
   const Indices narrow = vase.AddWall({0.0, 0.0}, 0.040, 0.05, 0.09, 3.0, 6.0);
@@ -101,8 +101,8 @@ TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {
 }
 
 TEST(ProfileBody, CountsNormalsThatPassTheAxisApart) {
-  // Turned by 15 deg (sine 0.26) they may be noise, by 25 deg (0.42) they are of something else;
-  // the distances agree in both (eq. 5.8 asks for no more).
+  // Normals turned by 15 deg (sine 0.26) can be noise; by 25 deg (0.42) they belong to something
+  // else. The distances agree in both cases (eq. 5.8 requires no more).
   for (const auto& [turn, agrees] : {std::pair(15.0, true), std::pair(25.0, false)}) {
     Analytic wall;
     const Indices points = wall.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
@@ -117,14 +117,14 @@ TEST(ProfileBody, CountsNormalsThatPassTheAxisApart) {
 }
 
 TEST(ProfileBody, FewPointsSayNothing) {
-  // The first rows of two walls: one section with two radii, of which only one can be right.
+  // The first rows of two walls: one section with two radii; only one can be right.
   Analytic walls;
   Indices points = walls.AddWall({0.0, 0.0}, 0.04, 0.05, 0.06);
   const Indices other = walls.AddWall({0.0, 0.0}, 0.08, 0.05, 0.06);
   points.resize(10);
   points.insert(points.end(), other.begin(), other.begin() + 9);
   EXPECT_EQ(Profile(walls, points).fraction, 1.0);
-  points.push_back(other[9]);  // twenty say something
+  points.push_back(other[9]);  // twenty are enough
   EXPECT_EQ(Profile(walls, points).fraction, 0.5);
   const Analytic wall;
   EXPECT_TRUE(Profile(wall, {}).sections.empty());

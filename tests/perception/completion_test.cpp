@@ -16,7 +16,7 @@ using samples::Joined;
 
 constexpr double kCompletionRadius_m = 0.035;
 
-/// A cylinder that lies along y at (0, 0, radius), as far round as a sensor towards +x sees it.
+/// A cylinder that lies along y at (0, 0, radius), with the part that a sensor towards +x sees.
 Analytic LyingCylinder() {
   Analytic shape;
   for (int row = -30; row <= 30; ++row) {
@@ -35,20 +35,20 @@ TEST(SymmetricImage, OfALyingCylinderIsItsOtherSide) {
   const Part part = given.Describe(samples::All(shape.cloud));
   ASSERT_TRUE(part.top && part.top->ridge);
   const auto image = SymmetricImage(given.Context(), part);
-  // Nothing is known to be free behind the cylinder. What is seen on the far side (a third) has its
-  // image in front of the cylinder or on it; that on it is as unseen as the surface.
+  // No space behind the cylinder is known to be free. The seen part of the far side (a third) has
+  // its image in front of the cylinder or on it; the image on it is as unseen as the surface.
   EXPECT_GT(image.size(), 0.9 * static_cast<double>(part.points.size()));
   double far = 0.0;
   for (const Vector3d& p : image) {
     EXPECT_NEAR(std::hypot(p.x(), p.z() - kCompletionRadius_m), kCompletionRadius_m, 1e-6);
     far = std::min(far, p.x());
   }
-  EXPECT_NEAR(far, -kCompletionRadius_m, 1e-4);  // the seen side goes down past where it is widest
+  EXPECT_NEAR(far, -kCompletionRadius_m, 1e-4);  // the seen side extends below the widest height
 }
 
 TEST(SymmetricImage, IsNotPutWhereTheSensorSawThrough) {
   const Analytic shape = LyingCylinder();
-  // A wall far behind, measured all round: the space behind the ridge is free.
+  // A wall far behind is measured all around, so the space behind the ridge is free.
   geometry::Points measured;
   for (int y = -300; y <= 300; ++y) {
     for (int z = -300; z <= 150; ++z) measured.emplace_back(-0.5, 0.002 * y, 0.002 * z);
@@ -61,7 +61,7 @@ TEST(SymmetricImage, IsNotPutWhereTheSensorSawThrough) {
 }
 
 TEST(SymmetricImage, OfABodyWiderThanItsTopIsItsHalfTurn) {
-  // A step towards the sensor: the top is 20 x 60 mm, the ledge reaches to x = 40 mm.
+  // A step towards the sensor: the top is 20 x 60 mm and the ledge extends to x = 40 mm.
   Analytic shape;
   Indices points = shape.AddRectangle({0.0, 0.0, 0.08}, {0.01, 0.0, 0.0}, {0.0, 0.03, 0.0});
   for (const Indices& more :
@@ -82,7 +82,7 @@ TEST(SymmetricImage, OfABodyWiderThanItsTopIsItsHalfTurn) {
   }
 }
 
-/// A box's top and front, 60 x 80 x 100 mm, its middle at the origin.
+/// Top and front of a box of 60 x 80 x 100 mm, centered at the origin.
 Indices AddBox(Analytic& shape) {
   return Joined(shape.AddRectangle({0.0, 0.0, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.04, 0.0}),
                 shape.AddRectangle({0.03, 0.0, 0.055}, {0.0, 0.04, 0.0}, {0.0, 0.0, 0.045}));
@@ -94,7 +94,7 @@ TEST(CompleteOther, ClosesABoxDownToTheTable) {
   const Given given(shape.cloud);
   const Completion box = CompleteOther(given.Context(), given.Describe(points), 0.0);
   EXPECT_NEAR(geometry::Volume(box.surface_C), 0.06 * 0.08 * 0.1, 1e-9);
-  // The part's points, and walls of posts on the outline, every 5 mm up to the top.
+  // The part's points, plus walls of posts on the outline, every 5 mm up to the top.
   EXPECT_GT(box.points_C.size(), points.size() + 2 * (12 + 16) * 18);
   for (std::size_t k = points.size(); k < box.points_C.size(); ++k) {
     const Vector3d& p = box.points_C[k];
@@ -126,7 +126,7 @@ TEST(CompleteOther, LeavesPointsOutThatHangOffItsEndsSingly) {
   EXPECT_NEAR(geometry::Volume(box.surface_C), 0.06 * 0.08 * 0.1, 1e-9);
 }
 
-/// The same box turned by an angle about its lower edge on the far side, which stays on the table.
+/// The same box, rotated about its lower far edge, which stays on the table.
 struct LeaningBox {
   explicit LeaningBox(double lean_rad) {
     const Eigen::AngleAxisd turn(lean_rad, -Vector3d::UnitY());
@@ -146,7 +146,7 @@ TEST(CompleteOther, ALeaningBoxIsClosedSquareToItsTop) {
   const Given given(box.shape.cloud);
   const Part part = given.Describe(box.points);
   ASSERT_TRUE(part.top);
-  // Seen down to 10 mm above its bottom.
+  // The box is seen down to 10 mm above its bottom.
   const Completion closed = CompleteOther(given.Context(), part, 0.0);
   EXPECT_NEAR(geometry::Volume(closed.surface_C), 0.06 * 0.08 * 0.09, 1e-6);
   for (const Vector3d& p : closed.points_C) EXPECT_GE(p.z(), -1e-9);
@@ -167,7 +167,7 @@ TEST(CompleteOther, ALeaningBoxEndsAtWhatItStandsOn) {
   }
 }
 
-// A roof's other side is no wall square to the first.
+// The other side of a roof is not a wall perpendicular to the first.
 TEST(CompleteOther, WhatSlopesAwayFromALeaningTopIsNotSquareToIt) {
   Analytic shape;
   const Vector3d down_left(-0.03, 0.0, -0.0173);
@@ -192,8 +192,8 @@ TEST(CompleteOther, AnAngleIsNotFilled) {
              shape.AddRectangle({-0.05, 0.01, 0.05}, {0.01, 0.0, 0.0}, {0.0, 0.05, 0.0}));
   const Given given(shape.cloud);
   const Completion angle = CompleteOther(given.Context(), given.Describe(points), 0.0);
-  // The hull adds the triangle between the arms; of it the slices, which overlap by 15 %, may fill
-  // a third.
+  // The hull adds the triangle between the arms. The slices overlap by 15 % and may fill a third of
+  // the triangle.
   const double true_volume = (0.12 * 0.02 + 0.10 * 0.02) * 0.05;
   const double between = 0.5 * 0.10 * 0.10 * 0.05;
   EXPECT_GT(geometry::Volume(angle.surface_C), true_volume);
@@ -210,7 +210,7 @@ TEST(FootprintBox, FollowsTheTopWhereItHasADirection) {
   top.minor_m = 0.02;
   const Rectangle along = FootprintBox(frame, flat, top, {});
   EXPECT_NEAR(std::abs(along.axis.dot(Eigen::Vector2d(2.0, 1.0).normalized())), 1.0, 1e-12);
-  top.minor_m = 0.045;  // nearly square: the footprint's own direction
+  top.minor_m = 0.045;  // nearly square, so the footprint's own direction is used
   const Rectangle own = FootprintBox(frame, flat, top, {});
   EXPECT_NEAR(own.length_m, 0.1, 1e-12);
   EXPECT_NEAR(own.width_m, 0.04, 1e-12);
@@ -220,7 +220,7 @@ constexpr double kRevolutionRadius_m = 0.04;
 constexpr double kInner_m = 0.036;
 constexpr double kRevolutionHeight_m = 0.1;
 
-/// A part that is rotational about the vertical through the origin, its top at kRevolutionHeight_m.
+/// A rotational part about the vertical through the origin with its top at kRevolutionHeight_m.
 Part About(const Analytic& shape, Indices points, const Indices& top_points,
            double radius_m = kRevolutionRadius_m) {
   Part part;
@@ -237,10 +237,10 @@ Part About(const Analytic& shape, Indices points, const Indices& top_points,
   return part;
 }
 
-/// Of the polygon of 36 sides in a circle.
+/// Area of a 36-sided polygon inscribed in a circle.
 double Area(double radius_m) { return 18.0 * radius_m * radius_m * std::sin(base::Deg(10.0)); }
 
-/// A can's lid and its wall on the side of a sensor towards +x, down to `low_m`.
+/// A can's lid, and its wall as seen from +x down to `low_m`.
 struct Can {
   Analytic shape;
   Indices lid, wall;
@@ -263,7 +263,7 @@ TEST(CompleteRotational, TurnsACanDownToWhatItStandsOn) {
     EXPECT_NEAR(geometry::Volume(whole.surface_C),
                 Area(kRevolutionRadius_m) * (kRevolutionHeight_m - base_m), 1e-12);
     for (const Vector3d& v : whole.surface_C.vertices) EXPECT_GE(v.z(), base_m - 1e-12);
-    // Rings all round, no further apart than a section, from the rim to the base.
+    // Full rings from the rim to the base, at most a section apart.
     Vector3d sum = Vector3d::Zero();
     std::vector<double> heights;
     for (std::size_t k = part.points.size(); k < whole.points_C.size(); ++k) {
@@ -272,7 +272,7 @@ TEST(CompleteRotational, TurnsACanDownToWhatItStandsOn) {
       sum += p;
       heights.push_back(p.z());
     }
-    // The step is 5 deg to 4e-8 rad: over 72 of them that is 3e-6 of the radius.
+    // The step is 5 deg with an error of 4e-8 rad; 72 steps give 3e-6 of the radius.
     EXPECT_LT(sum.head<2>().norm() / static_cast<double>(heights.size()),
               3e-6 * kRevolutionRadius_m);
     std::sort(heights.begin(), heights.end());
@@ -285,7 +285,7 @@ TEST(CompleteRotational, TurnsACanDownToWhatItStandsOn) {
 }
 
 TEST(CompleteRotational, FollowsTheRadiiOfACone) {
-  // r = 0.05 - depth / 10, seen to a depth of 80 mm; below it goes on as wide as it was last.
+  // r = 0.05 - depth / 10, seen to a depth of 80 mm; below, the last radius continues.
   Analytic cone;
   base::Rng rng(1);
   const Indices lid = cone.AddDisc({0.0, 0.0, kRevolutionHeight_m}, 0.05);
@@ -331,7 +331,7 @@ TEST(CompleteRotational, ALeaningBodyReachesItsBaseAlongItsAxis) {
     return deepest;
   };
   EXPECT_NEAR(length_of(0.03), (top_m - 0.03) / std::cos(base::Deg(20.0)), 1e-9);
-  length_of(0.0);  // its foot would reach under the table
+  length_of(0.0);  // its foot would be below the table
 }
 
 TEST(CompleteRotational, FewPointsOfASectionSayNothingOfItsRadius) {
@@ -346,7 +346,7 @@ TEST(CompleteRotational, FewPointsOfASectionSayNothingOfItsRadius) {
               Area(kRevolutionRadius_m) * kRevolutionHeight_m, 1e-12);
 }
 
-/// An open cup: its lip, the outer wall, and as much of the inside as is asked for.
+/// An open cup: its lip, its outer wall, and the requested part of its inside.
 struct RevolutionCup {
   Analytic shape;
   Indices points, lip;
@@ -367,7 +367,7 @@ struct RevolutionCup {
     given.options.open_sphere_factor = 0.1;  // open, whatever lies in the cavity
     return CompleteRotational(given.Context(), About(shape, points, lip), 0.0);
   }
-  /// How deep the cavity is, from the volume that is missing.
+  /// Depth of the cavity, from the missing volume.
   double Cavity() const {
     return (Area(kRevolutionRadius_m) * kRevolutionHeight_m -
             geometry::Volume(Complete().surface_C)) /
@@ -384,7 +384,7 @@ TEST(CompleteRotational, ACavityGoesDownToTheFloorThatWasSeen) {
 
 TEST(CompleteRotational, WithoutAFloorACavityGoesAsDeepAsItsWallWasSeen) {
   RevolutionCup cup;
-  cup.AddInside(0.05);  // the last of its sections of 4 mm is that about 50 mm under the rim
+  cup.AddInside(0.05);  // the last of its 4 mm sections is at about 50 mm below the rim
   EXPECT_NEAR(cup.Cavity(), 0.05, 1e-9);
   Indices floor = cup.shape.AddDisc({0.0, 0.0, 0.02}, 0.01);
   floor.resize(9);  // too few for a floor
@@ -408,7 +408,7 @@ TEST(CompleteRotational, AFloorFacesUpInsideTheWallsAndBelowTheLip) {
     cup.points = Joined(cup.points, more);
     return cup.Cavity();
   };
-  // Each has more points than the floor: mixed points under the rim, a ledge of the wall, and
+  // These have more points than the floor: mixed points below the rim, a ledge on the wall, and
   // points that do not face up.
   EXPECT_NEAR(with({0.0, 0.0, 0.095}, 0.02, 0.0, Vector3d::UnitZ()), 0.08, 1e-9);
   EXPECT_NEAR(with({0.0, 0.0, 0.06}, 0.0355, 0.0325, Vector3d::UnitZ()), 0.08, 1e-9);
@@ -430,8 +430,8 @@ TEST(CompleteRotational, LeavesAWallUnderACavityAndNoneOfTheInsideBelowTheFloor)
   }
 }
 
-/// A quarter of a block outside of a can: one face 14 mm outside of x = 46 mm (or -46 mm), 20 mm
-/// wide and 40 mm high, and the level one from its upper edge to the can. Their hull is a wedge.
+/// Two faces of a block on the outside of a can: one 14 mm outside x = 46 mm (or -46 mm), 20 mm
+/// wide and 40 mm high, and a level one from its upper edge to the can. Their hull is a wedge.
 Indices AddHandle(Analytic& shape, double side) {
   return Joined(shape.AddRectangle({side * 0.060, 0.0, 0.05}, {0.0, 0.01, 0.0}, {0.0, 0.0, 0.02}),
                 shape.AddRectangle({side * 0.053, 0.0, 0.07}, {0.007, 0.0, 0.0}, {0.0, 0.01, 0.0}));
@@ -443,7 +443,7 @@ TEST(CompleteRotational, AddsTheHullOfWhatIsAttached) {
   Can one(0.02);
   EXPECT_NEAR(geometry::Volume(one.Complete(AddHandle(one.shape, 1.0), 0.0).surface_C),
               body + wedge, 1e-12);
-  Can two(0.02);  // each a hull of its own
+  Can two(0.02);  // each has its own hull
   const Indices both = Joined(AddHandle(two.shape, 1.0), AddHandle(two.shape, -1.0));
   EXPECT_NEAR(geometry::Volume(two.Complete(both, 0.0).surface_C), body + 2.0 * wedge, 1e-12);
   Can knob;  // above the lid, nearer to the axis than its rim
@@ -457,7 +457,7 @@ TEST(CompleteRotational, AddsTheHullOfWhatIsAttached) {
 TEST(CompleteRotational, LeavesStrayPointsOut) {
   Can can(0.02);
   Indices strays = AddHandle(can.shape, 1.0);
-  for (int k = 0; k < 14; ++k) {  // one fewer than an attachment has
+  for (int k = 0; k < 14; ++k) {  // one fewer than an attachment needs
     strays.push_back(static_cast<std::uint32_t>(can.shape.cloud.size()));
     can.shape.Add({-0.08 + 0.002 * (k % 2), 0.002 * (k % 3), 0.05 + 0.002 * (k % 5)},
                   Vector3d::UnitX());

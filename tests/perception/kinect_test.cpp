@@ -1,4 +1,4 @@
-// Perception of labelled clouds of a depth camera, with no option given.
+// Perception of labelled depth-camera clouds with default options.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace rangegrasp::perception {
 namespace {
 
-/// What perception makes of one cloud, scored.
+/// The separation score of perception on one cloud.
 surveys::Separation ScoreOf(const geometry::CloudFile& cloud) {
   base::Rng rng(1);
   const Scene scene = Perceive(cloud.points, Eigen::Vector3d::Zero(), PerceptionOptions{}, rng);

@@ -11,8 +11,8 @@ using geometry::Indices;
 using samples::Analytic;
 using samples::Given;
 
-/// A can about (x, y) as a sensor towards +x sees it, and which side of the line y = middle each
-/// point is on; points within 5 mm of the line are lost.
+/// A can about (x, y) as seen from +x, with its points split at the line y = middle; points within
+/// 5 mm of the line are left out.
 void AddCan(Analytic& shape, const Vector2d& center, double radius_m, double middle, Indices& left,
             Indices& right) {
   const auto lid = shape.AddDisc({center.x(), center.y(), 0.1}, radius_m);
@@ -56,7 +56,7 @@ TEST(MergeRotational, LeavesTwoCansApart) {
 }
 
 TEST(MergeRotational, LeavesHalvesOfDifferentCansApart) {
-  // The halves face each other; they are of one height, but on two circles.
+  // The halves face each other and have the same height, but are on two circles.
   Analytic shape;
   Indices left, right, other_left, other_right;
   AddCan(shape, {0.0, 0.0}, 0.040, 0.0, left, right);
@@ -78,12 +78,12 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
 }
 
 constexpr double kMergeRotationalRadius_m = 0.04;
-/// Between two columns of the wall, which are those of the lid's edge too: 126 round the can.
+/// Angle between two columns of the wall. The lid's edge has the same columns: 126 around the can.
 const double kColumn_rad =
     2.0 * base::kPi / std::lround(2.0 * base::kPi * kMergeRotationalRadius_m / samples::kStep_m);
 
-/// A can seen from all around, and its sectors: each from one angle to the next, the last to the
-/// first. The angles lie between two columns.
+/// A can seen from all sides and its sectors, each from one angle to the next; the last one ends at
+/// the first angle. The angles lie between two columns.
 struct CutCan {
   Analytic shape;
   std::vector<Indices> sectors;
@@ -105,7 +105,7 @@ struct CutCan {
     sectors[sector].push_back(static_cast<std::uint32_t>(shape.cloud.size()));
     shape.Add(p, normal);
   }
-  /// The sectors, of which no axis is known.
+  /// The sectors without known axes.
   std::vector<Part> Parts(const Given& given) const {
     std::vector<Part> parts;
     for (const Indices& points : sectors) {
@@ -124,9 +124,9 @@ std::size_t CountMerged(const Given& given, std::vector<Part> parts) {
 
 TEST(MergeRotational, AsksForTopsOfOneHeight) {
   for (const std::size_t with_knob : {0u, 1u}) {
-    for (const double height : {0.0099, 0.0101}) {  // of 10 mm
+    for (const double height : {0.0099, 0.0101}) {  // the limit is 10 mm
       CutCan can({0, 63});
-      for (int k = 0; k < 5; ++k) {  // fewer are strays
+      for (int k = 0; k < 5; ++k) {  // fewer would be stray points
         can.Add(with_knob, {0.002 * k, 0.0, 0.1 + height}, Eigen::Vector3d::UnitZ());
       }
       const Given given(can.shape.cloud);
@@ -148,7 +148,7 @@ TEST(MergeRotational, AsksForTops) {
 TEST(MergeRotational, AsksForTopsWithinTheWidestCircle) {
   const CutCan can({0, 63});
   const Given given(can.shape.cloud);
-  for (const double apart : {0.299, 0.301}) {  // of twice 150 mm
+  for (const double apart : {0.299, 0.301}) {  // the limit is twice 150 mm
     auto parts = can.Parts(given);
     parts[1].top->center_C = parts[0].top->center_C + apart * Eigen::Vector3d::UnitY();
     EXPECT_EQ(CountMerged(given, parts), apart < 0.3 ? 1u : 2u) << apart;
@@ -162,7 +162,7 @@ TEST(MergeRotational, AsksForNearAxesWhereBothHaveOne) {
     part.axis =
         RotationAxis{{x, 0.0, 0.1}, Eigen::Vector3d::UnitZ(), kMergeRotationalRadius_m, 1.0, 1.0};
   };
-  for (const double apart : {0.0099, 0.0101}) {  // of 10 mm
+  for (const double apart : {0.0099, 0.0101}) {  // the limit is 10 mm
     auto parts = can.Parts(given);
     with_axis_at(parts[0], 0.0);
     with_axis_at(parts[1], apart);
@@ -176,10 +176,10 @@ TEST(MergeRotational, AsksForNearAxesWhereBothHaveOne) {
 }
 
 TEST(MergeRotational, AsksForFourFifthsOfEachPartsRimOnTheCircle) {
-  // Half the rim are 63 points. A bump of n columns puts n points 5 mm outside the circle, and up
-  // to one more on each of its sides; a circle of 30 mm that rolls round it leaves out up to 14 mm
-  // = 7 columns on each side. So 7 columns are at most 9 / 49 = 18 % of the part's rim and 16 at
-  // least 16 / 63 = 25 %, while of the union's rim they are at most 18 / 112 = 16 %.
+  // Half the rim has 63 points. A bump of n columns puts n points 5 mm outside the circle and up to
+  // one more on each side. A circle of 30 mm that rolls around it leaves out up to 14 mm = 7
+  // columns on each side. So 7 columns are at most 9 / 49 = 18 % of the part's rim and 16 columns
+  // at least 16 / 63 = 25 %, but they are at most 18 / 112 = 16 % of the union's rim.
   for (const std::size_t bumped : {0u, 1u}) {
     for (const int columns : {7, 16}) {
       CutCan can({0, 63});
@@ -200,7 +200,7 @@ TEST(MergeRotational, AsksForFourFifthsOfEachPartsRimOnTheCircle) {
 }
 
 TEST(MergeRotational, AsksForARimOfEachPart) {
-  // A piece of the wall that has no part of the lid is round, and has nothing on the rim.
+  // A piece of the wall without any of the lid is round, but has no points on the rim.
   CutCan can({0, 30});
   for (auto& sector : can.sectors) {
     std::erase_if(sector, [&](auto i) {
@@ -215,8 +215,8 @@ TEST(MergeRotational, AsksForARimOfEachPart) {
 }
 
 TEST(MergeRotational, AsksForHalfOfEachPartsBodyOnTheCircle) {
-  // A sector of 10 columns with a handle 20 mm outside of as many, or of one more; the body of the
-  // union agrees by nine tenths.
+  // A sector of 10 columns with a handle of 9 to 11 columns 20 mm outside of it; nine tenths of the
+  // union's body agree.
   for (const bool first : {false, true}) {
     for (const int handle : {9, 10, 11}) {
       CutCan can({0, 10});
@@ -231,7 +231,7 @@ TEST(MergeRotational, AsksForHalfOfEachPartsBodyOnTheCircle) {
 }
 
 TEST(MergeRotational, TakesForTheUnionWhatItDidNotTakeAlone) {
-  // A sixth and a twentieth of a can are no circle; the rest makes one of the first.
+  // A sixth and a twentieth of a can give no circle; together with the rest the first does.
   CutCan can({0, 21, 27});
   const Given given(can.shape.cloud);
   const auto parts = can.Parts(given);
@@ -255,7 +255,7 @@ TEST(MergeRotational, KeepsThePlaceOfTheFirst) {
 }
 
 TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
-  // Of the lip an arc of 100 deg is seen, on one of its halves 7 mm inside the wall.
+  // An arc of 100 deg of the lip is seen; on one half it is 7 mm inside the wall.
   Analytic cup;
   const auto ring = cup.AddDisc({0.0, 0.0, 0.1}, kMergeRotationalRadius_m, 0.036);
   Indices points = samples::Joined(
@@ -281,7 +281,7 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   EXPECT_EQ(Merged(given, halves, 1).size(), 1u);
 }
 
-/// A piece of a cylinder of 70 mm that lies along x, to an angle from the top.
+/// A piece of a cylinder of 70 mm that lies along x, up to an angle from the top.
 Indices AddLying(Analytic& shape, double from_m, double to_m, double to_rad = 1.7) {
   constexpr double kLying_m = 0.035;
   Indices added;
@@ -296,7 +296,7 @@ Indices AddLying(Analytic& shape, double from_m, double to_m, double to_rad = 1.
 }
 
 TEST(MergeRotational, APieceThatIsNotOnTheBodyIsOfAnotherThing) {
-  // A small plate as high as a lying cylinder that leans away from its end: hardly a point of it
+  // A small plate as high as a lying cylinder leans away from its end. Hardly any of its points
   // differs from the body.
   for (const double beyond_m : {0.02, 0.05}) {
     Analytic shape;
@@ -311,7 +311,7 @@ TEST(MergeRotational, APieceOfALyingBodyIsNoFurtherFromItThanItIsThick) {
   for (const double gap_m : {0.02, 0.05, 0.10}) {
     Analytic shape;
     const Indices body = AddLying(shape, -0.06, 0.04);
-    // Of too short an arc for an axis of its own.
+    // The arc is too short for its own axis.
     const Indices piece = AddLying(shape, 0.04 + gap_m, 0.07 + gap_m, 0.4);
     EXPECT_EQ(Merged(Given(shape.cloud), {body, piece}, 1).size(), gap_m < 0.07 ? 1u : 2u) << gap_m;
   }

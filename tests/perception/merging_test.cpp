@@ -16,8 +16,8 @@ using samples::Analytic;
 using samples::Given;
 using samples::Joined;
 
-/// What a sensor towards +x sees of a box about (x, y): its top and its front face, the latter down
-/// from `gap_m` under the top.
+/// A box about (x, y) as seen from +x: its top and its front face, which starts `gap_m` below the
+/// top.
 struct BoxFaces {
   Indices top;
   Indices front;
@@ -48,8 +48,8 @@ TEST(FindKinship, AFrontFaceUnderItsTopGoesOnFromIt) {
 }
 
 TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
-  // The sensor sees half of the outside, and through the mouth the other half of the inside; or
-  // something that stands beyond it, or lies under its flank.
+  // The sensor sees half of the outside and, through the mouth, the other half of the inside. Or it
+  // sees an object that stands behind the cup or lies under its flank.
   Analytic shape;
   const auto add_wall = [&](double radius_m, double from_m, double to_m, double from_rad,
                             double to_rad, double side) {
@@ -78,9 +78,9 @@ TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
 
 /// A round cap at the end of a flat bottle.
 struct Cap {
-  double aside_m = 0.0;  ///< off the bottle's middle, across
-  double over_m = 0.0;   ///< off it, towards its broad face
-  double gap_m = 0.002;  ///< from the bottle's end
+  double aside_m = 0.0;  ///< offset from the bottle's center, across
+  double over_m = 0.0;   ///< offset towards its broad face
+  double gap_m = 0.002;  ///< gap to the bottle's end
   double length_m = 0.03;
   double radius_m = 0.012;
 };
@@ -99,7 +99,7 @@ Indices AddCap(Analytic& shape, const Vector3d& end, const Vector3d& axis, const
   return points;
 }
 
-/// A flat bottle that ends at `end`: its broad face, 60 mm wide and 100 long, and its end, 40 mm
+/// A flat bottle that ends at `end`: its broad face, 60 mm wide and 100 mm long, and its end, 40 mm
 /// thick.
 Indices AddFlatBottle(Analytic& shape, const Vector3d& end, const Vector3d& axis,
                       const Vector3d& face) {
@@ -108,7 +108,7 @@ Indices AddFlatBottle(Analytic& shape, const Vector3d& end, const Vector3d& axis
                 shape.AddRectangle(end, 0.02 * face, 0.03 * side));
 }
 
-/// Of one that lies, seen from beyond its end, where the segmentation cuts.
+/// Kinship for a lying bottle, seen from beyond its end, where the segmentation cuts.
 Kinship KinshipOf(const Cap& cap) {
   Analytic shape;
   const Vector3d end(0.0, 0.05, 0.02);
@@ -139,12 +139,12 @@ TEST(FindKinship, ACapIsOfItsBottleWhetherThatStandsLiesOrLeans) {
 }
 
 TEST(FindKinship, ACapIsInTheMiddleOfTheEndSmallAndNear) {
-  // A row of points, 2 mm, to either side of each bound.
+  // One row of points (2 mm) on either side of each bound.
   const std::vector<std::pair<Cap, Cap>> caps = {
       {{.aside_m = 0.008}, {.aside_m = 0.010}},  // 0.15 of 60 mm
       {{.aside_m = -0.008}, {.aside_m = -0.010}},
       {{.over_m = 0.012}, {.over_m = 0.016}},      // half of it over the section and its margin
-      {{.gap_m = 0.011}, {.gap_m = 0.013}},        // of 12 mm
+      {{.gap_m = 0.011}, {.gap_m = 0.013}},        // the limit is 12 mm
       {{.gap_m = -0.004}, {.gap_m = -0.012}},      // 5 mm
       {{.length_m = 0.042}, {.length_m = 0.048}},  // 0.45 of 100 mm
       {{.radius_m = 0.020}, {.radius_m = 0.022}},  // 0.7 of 60 mm
@@ -168,7 +168,7 @@ TEST(FindKinship, WhatLiesOnABottleOrBesideItIsNoCap) {
   EXPECT_EQ(KinshipOf(given, beside, bottle), Kinship::kNone);
 }
 
-/// With the cap behind a shoulder that was not seen.
+/// Kinship with the cap behind a shoulder that was not seen.
 Kinship KinshipOfHidden(double gap_m, bool rotational) {
   Analytic shape;
   const Vector3d end(0.0, 0.05, 0.02);
@@ -192,7 +192,7 @@ TEST(FindKinship, ARoundBottlesShoulderMayBeHidden) {
 }
 
 TEST(FindKinship, ASlopeGoesOnAcrossAGapUpwardsAndNotSideways) {
-  // A slope of 45 deg towards the sensor in three pieces, 10 mm apart.
+  // A slope of 45 deg towards the sensor, in three pieces 10 mm apart.
   Analytic shape;
   const Vector3d y(0.0, 0.03, 0.0);
   const Vector3d up = 0.02 * Vector3d(-1.0, 0.0, 1.0).normalized();
@@ -249,7 +249,7 @@ TEST(MergeFragments, JoinsWhatIsKinAndLeavesTheRest) {
   }
 }
 
-/// A description that says no more than that the part is rotational, or not.
+/// A description that only states whether the part is rotational.
 Part Described(const Given& given, const Indices& points, bool rotational) {
   Part part = given.Describe(points);
   part.axis.reset();
@@ -264,8 +264,8 @@ Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& ho
 }
 
 TEST(FindKinship, ACrumbUnderTheTopIsWithinAndMoreIsNot) {
-  // Two rows of points, and four, behind the edge of a top with 31 x 31 points, 8 mm under it: the
-  // gap runs sideways, so that neither is its surface.
+  // Two or four rows of points behind the edge of a top with 31 x 31 points, 8 mm below it. The gap
+  // runs sideways, so neither is part of its surface.
   for (const double half_m : {0.001, 0.003}) {
     Analytic shape;
     const Indices top = shape.AddRectangle({0.0, 0.0, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0});
@@ -285,15 +285,15 @@ TEST(FindKinship, ADeepFloorIsWithinARotationalHostOnly) {
   EXPECT_EQ(KinshipOf(given, floor, ring, false), Kinship::kNone);
 }
 
-/// 31 rows along x, of which `over` are over a host that ends at x = 0, or within `margin_m` of it.
+/// 31 rows along x; `over` of them are above a host that ends at x = 0, or within `margin_m` of it.
 Indices AddRowsOver(Analytic& shape, int over, double margin_m, double height_m) {
   return shape.AddRectangle({margin_m + 0.002 * (15.5 - over), 0.0, height_m}, {0.03, 0.0, 0.0},
                             {0.0, 0.01, 0.0});
 }
 
 TEST(FindKinship, SevenTenthsOverTheFootprintAreWithin) {
-  // The middle between two rows is on the border of the margin of 5 mm; rows that are half a step
-  // further out or in are not, or are, in it.
+  // The middle between two rows is on the border of the margin of 5 mm. Rows half a step further in
+  // are inside the margin, rows half a step further out are outside.
   constexpr double kMargin_m = 0.005;
   for (const auto& [over, kinship] :
        {std::pair(21, Kinship::kNone), std::pair(22, Kinship::kWithin)}) {
@@ -308,7 +308,7 @@ TEST(FindKinship, SevenTenthsOverTheFootprintAreWithin) {
 }
 
 TEST(FindKinship, IsWithinUpToAMarginOverTheTop) {
-  for (const double over : {0.0029, 0.0031}) {  // of 3 mm
+  for (const double over : {0.0029, 0.0031}) {  // the limit is 3 mm
     Analytic shape;
     const Indices ring = shape.AddDisc({0.0, 0.0, 0.1}, 0.06, 0.05);
     const Indices post = shape.AddRectangle({0.0, 0.0, 0.5 * (0.15 + over)}, {0.0, 0.02, 0.0},
@@ -318,7 +318,7 @@ TEST(FindKinship, IsWithinUpToAMarginOverTheTop) {
   }
 }
 
-/// Two edges of a slope of 45 deg towards the sensor, point facing point across a gap.
+/// Two edges of a slope of 45 deg towards the sensor, whose points face each other across a gap.
 struct Edges {
   Analytic shape;
   Indices low, high;
@@ -334,7 +334,7 @@ struct Edges {
       high.push_back(Add(p + gap_m * up));
     }
   }
-  /// Turns normals of the edge that many points have towards the gap (positive sines) or away.
+  /// Turns the normals of this many points of an edge towards the gap (positive sines) or away.
   void Turn(bool of_high, int points, double sine) {
     for (int k = 0; k < points; ++k) {
       const auto i =
@@ -355,7 +355,7 @@ struct Edges {
 TEST(FindKinship, ASurfaceGoesOnFromEightPointsAcrossTheGap) {
   EXPECT_EQ(Edges(7, 0.010).Find(), Kinship::kNone);
   EXPECT_EQ(Edges(8, 0.010).Find(), Kinship::kSurface);
-  EXPECT_EQ(Edges(20, 0.0119).Find(), Kinship::kSurface);  // of 12 mm
+  EXPECT_EQ(Edges(20, 0.0119).Find(), Kinship::kSurface);  // the limit is 12 mm
   EXPECT_EQ(Edges(20, 0.0121).Find(), Kinship::kNone);
 }
 
@@ -368,7 +368,7 @@ TEST(FindKinship, MoreThanHalfOfTheSurfaceGoesOn) {
 }
 
 TEST(FindKinship, NeitherSideIsInFrontOfTheOther) {
-  // 1.5 mm in front, across 10 mm, are a sine of 0.15; behind, any fold is convex.
+  // 1.5 mm in front across 10 mm is a sine of 0.15. Behind, any fold is convex.
   for (const bool of_high : {false, true}) {
     for (const double sine : {-0.9, -0.2, 0.14, 0.16, 0.5}) {
       Edges edges(20, 0.010);
@@ -380,8 +380,8 @@ TEST(FindKinship, NeitherSideIsInFrontOfTheOther) {
 }
 
 TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
-  // Level points far from each other, each with one of the host 10 mm away in a direction turned
-  // from its sensor's by 29 or 31 deg (30 are allowed).
+  // Level points far from each other, each with a host point 10 mm away. Its direction is rotated
+  // from the sensor's direction by 29 or 31 deg (30 deg is allowed).
   const std::vector<Vector3d> sensors = {{0.8, 0.0, 0.62}, {0.1, -0.9, 0.62}};
   for (const std::uint32_t place : {0u, 1u}) {
     for (const double turn : {0.0, 29.0, -29.0, 151.0, -151.0, 31.0, -31.0, 149.0, 90.0}) {
@@ -404,14 +404,14 @@ TEST(FindKinship, AGapRunsAlongTheViewOfTheSensorThatSawIt) {
       for (auto& of : given.views.place_of) of = place;
       const double from_view = std::min(std::abs(turn), 180.0 - std::abs(turn));
       const Kinship kinship = KinshipOf(given, fragment, host, false);
-      // At right angles to the view the points come to lie over each other's footprint.
+      // At right angles to the view, the points lie above each other's footprints.
       EXPECT_EQ(kinship == Kinship::kSurface, from_view < 30.0) << place << ' ' << turn;
     }
   }
 }
 
 TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
-  // The cap is too far from the bottle, and at the end of what the neck makes of it.
+  // The cap is too far from the bottle, but at its end once the neck is merged.
   Analytic shape;
   const Vector3d end(0.0, 0.05, 0.02);
   const Vector3d axis = Vector3d::UnitY();
@@ -432,14 +432,14 @@ TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
   EXPECT_EQ(parts[0].points.size(), shape.cloud.size());
 }
 
-/// Two faces that meet in a valley above the table, and whatever else there is.
+/// Two faces that meet in a valley above the table, with options for the rest of the scene.
 struct Valley {
   double crease_deg = 40.0;
   double half_width_m = 0.03;
   double half_length_m = 0.03;  ///< of each
   double gap_m = 0.002;         ///< between them
   double height_m = 0.05;
-  bool neighbor = false;  ///< a box stands at the end of one of them, and a hand's width beyond
+  bool neighbor = false;  ///< a box stands at the end of one face, and a hand's width beyond
 
   std::size_t Parts() const {
     Analytic shape;
@@ -492,8 +492,8 @@ Eigen::Vector3d Draw(base::Rng& rng) {
   return {x, y, z};
 }
 
-// Against every distance: the cube of side 1 has points of the part in one half only, so that
-// queries lie within and beyond the gap, and within and beyond the box.
+// Compares with all distances. Only one half of the cube of side 1 has points of the part, so
+// queries lie within and beyond the gap, and inside and outside the box.
 TEST(PartSurface, GivesTheNearestPointWithinTheGapAndNoOther) {
   base::Rng rng(7);
   geometry::Points part;

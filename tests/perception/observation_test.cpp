@@ -1,4 +1,4 @@
-// Observations of one view and of several, on synthetic scans whose truth is known.
+// Observations with one and several views, on synthetic scans with ground truth.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using geometry::RangeImage;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// The scan as an image of one profile, with a sample that was not measured after each point.
+/// The scan as an image with one profile and an unmeasured sample after each point.
 RangeImage ImageOf(const geometry::Points& points_W, const Vector3d& sensor_W) {
   RangeImage image{.profiles = 1, .samples = 0, .points_C = {}, .origins_C = {sensor_W}};
   for (const Vector3d& p : points_W) {
@@ -87,7 +87,7 @@ TEST(Observation, StatedNoiseIsTheMedianOfWhatSamplesAreStatedToHave) {
   base::Rng rng(1);
   EXPECT_FLOAT_EQ(static_cast<float>(Perceive(observation, options, rng).sampling.noise_m),
                   0.0023F);
-  // What states nothing is measured.
+  // If the view states no noise, it is measured.
   view.noise_m.clear();
   base::Rng again(1);
   EXPECT_LT(Perceive(observation, options, again).sampling.noise_m, 0.0015);
@@ -137,7 +137,7 @@ TEST(Observation, EveryPointIsTracedToItsViewAndSample) {
     const SampleId& id = scene.samples[i];
     EXPECT_EQ(observation.views[id.view].image.points_C[id.sample], scene.points_C[i]);
     EXPECT_LE((scene.points_C[i] - Vector3d(0.02, 0.01, 0.0)).head<2>().norm(), 0.15);
-    if (i == 0) continue;  // view after view, in the order of the scan
+    if (i == 0) continue;  // views in order, each in scan order
     const SampleId& before = scene.samples[i - 1];
     EXPECT_TRUE(before.view < id.view || (before.view == id.view && before.sample < id.sample));
   }
@@ -170,7 +170,7 @@ TEST(Observation, NormalsTurnToTheSensorThatSawThePoint) {
     EXPECT_GE(normal.dot((from_back ? kBack : kFront) - p), 0.0);
     away_from_the_other += normal.dot((from_back ? kFront : kBack) - p) < 0.0 ? 1 : 0;
   }
-  // The walls that one sensor alone sees face away from the other.
+  // Walls that only one sensor sees face away from the other.
   EXPECT_GT(away_from_the_other, scene.cloud.size() / 4);
 }
 
@@ -182,7 +182,7 @@ TEST(Observation, AnObjectSeenFromTwoSidesHasPointsOfBothAndItsMeasuredSize) {
   ASSERT_EQ(scene.objects.size(), 3u);
   const std::array<const synthetic::RasterScan*, 2> views{&front, &back};
   for (const PerceivedObject& object : scene.objects) {
-    // Which mesh it is, and how many of that mesh's points of each view it holds.
+    // Finds the mesh of the object, and how many of that mesh's points in each view it has.
     std::array<std::size_t, 2> held{};
     std::map<int, std::size_t> votes;
     for (const auto i : object.points) {
@@ -198,12 +198,12 @@ TEST(Observation, AnObjectSeenFromTwoSidesHasPointsOfBothAndItsMeasuredSize) {
       for (std::size_t i = 0; i < views[v]->label.size(); ++i) {
         measured += views[v]->label[i] == mesh && views[v]->points_W[i].z() > 0.004 ? 1 : 0;
       }
-      // Mixed points at its outline (a tenth of the edge pixels) may go.
+      // Mixed points at its outline (a tenth of the edge pixels) may be removed.
       EXPECT_GT(static_cast<double>(held[v]), 0.95 * static_cast<double>(measured)) << mesh << v;
       EXPECT_GT(measured, 500u);
     }
   }
-  // The box is 90 x 60 mm; both sides end within one raster step (1.8 mm) seen at up to 53 deg.
+  // The box is 90 x 60 mm; both sides end within one raster step (1.8 mm), seen at up to 53 deg.
   EXPECT_NEAR(scene.objects[0].size_m.x(), 0.09, 0.003);
   EXPECT_NEAR(scene.objects[0].size_m.y(), 0.06, 0.003);
 }

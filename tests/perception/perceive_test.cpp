@@ -49,12 +49,12 @@ TriangleMesh LieAt(const TriangleMesh& mesh, double height_m, const Place& p) {
   return geometry::Transformed(mesh, Lying(p.yaw, {p.x, p.y, height_m}));
 }
 
-// Noise 0.4 mm over hundreds of points: what is left is the scan's raster (1.8 mm) and the
-// smoothing (3 mm) at edges; half a raster step is allowed for what hundreds of points average.
+// The noise of 0.4 mm averages out over hundreds of points. The scan's raster (1.8 mm) and the
+// smoothing at edges (3 mm) remain; averages may be off by half a raster step.
 constexpr double kFine_m = 0.0009;
-// Extents end within one raster step, seen at up to 53 deg, on either side.
+// Extents end within one raster step on either side, seen at up to 53 deg.
 constexpr double kExtent_m = 0.003;
-// Mirroring doubles what one raster step (1.8 mm) and the ridge's place leave open on the seen
+// Mirroring doubles the errors of the raster step (1.8 mm) and of the ridge's position on the seen
 // side.
 constexpr double kMirrored_m = 0.004;
 
@@ -75,7 +75,7 @@ TEST(Perceive, AStandingCylinderIsRotationalAndClosedWithItsRadiusAndAxis) {
       EXPECT_GT(object.axis->direction_C.z(), std::cos(base::Deg(1.0)));
       EXPECT_NEAR(object.height_m, height, kFine_m);
       EXPECT_EQ(object.base_m, 0.0);
-      // The polygon of 36 sides has 0.5 % less than the circle's area.
+      // The 36-sided polygon has 0.5 % less area than the circle.
       const double volume = base::kPi * radius * radius * height;
       EXPECT_NEAR(geometry::Volume(object.surface_C), volume, 0.06 * volume);
     }
@@ -98,7 +98,7 @@ TEST(Perceive, ATaperedTubIsRotational) {
 TEST(Perceive, AMugIsRotationalAndOpenAndItsCavityStaysEmpty) {
   for (std::uint64_t seed = 0; seed < 2 * kSeeds; ++seed) {
     Place place = RandomPlace(seed);
-    place.yaw = 2.0 + 0.2 * static_cast<double>(seed);  // The handle away from the sensor or aside.
+    place.yaw = 2.0 + 0.2 * static_cast<double>(seed);  // handle away from the sensor or aside
     const auto mug =
         geometry::Transformed(synthetic::MugMesh(), Standing(place.yaw, {place.x, place.y, 0.0}));
     const Scene scene = PerceiveSee({mug}, seed);
@@ -107,8 +107,8 @@ TEST(Perceive, AMugIsRotationalAndOpenAndItsCavityStaysEmpty) {
     ASSERT_EQ(object.kind, ObjectKind::kRotational) << seed;
     EXPECT_TRUE(object.open);
     EXPECT_NEAR(object.axis->radius_m, 0.041, 1.5e-3);
-    // The cavity's volume is missing from the surface's: the full cylinder has 502 cm^3, the wall,
-    // the floor and the handle 124 cm^3. The floor is not seen, so some of it stays filled.
+    // The surface's volume excludes the cavity. The full cylinder has 502 cm^3; wall, floor and
+    // handle have 124 cm^3. The floor is not seen, so part of the cavity stays filled.
     EXPECT_LT(geometry::Volume(object.surface_C), 380e-6) << seed;
   }
 }
@@ -129,7 +129,7 @@ TEST(Perceive, PrismsAreNotRotational) {
   }
 }
 
-// Its corners stand 5 mm out, so that distances alone nearly take it for round.
+// Its corners extend 5 mm outward, so the distances alone nearly make it round.
 TEST(Perceive, AHexagonalColumnIsNotRotational) {
   const auto mesh = synthetic::Extrude(synthetic::Regular(6, 0.04), 0.10);
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -179,7 +179,7 @@ TEST(Perceive, ALyingCylinderIsCompletedToItsWidthWhateverItsYaw) {
 TEST(Perceive, WithoutSymmetryALyingCylinderLacksItsFarSide) {
   PerceptionOptions options;
   options.features.complete_by_symmetry = false;
-  options.features.lying_axes = false;  // Turned about its axis it would have it.
+  options.features.lying_axes = false;  // A completion about the axis would have it.
   const Scene scene = PerceiveSee(
       {LieAt(synthetic::CylinderMesh(0.035, 0.115), 0.035, {0, 0, base::kPi / 2})}, 1, options);
   ASSERT_EQ(scene.objects.size(), 1u);
@@ -259,7 +259,7 @@ TEST(Merging, AFrontFaceCutOffFromItsTopIsJoined) {
     PerceptionOptions options;
     Scene scene = Perceive(cut, raster.sensor_W, options, rng);
     ASSERT_GE(scene.segments.size(), 2u);
-    EXPECT_EQ(scene.objects.size(), scene.segments.size());  // 20 mm are more than lost points.
+    EXPECT_EQ(scene.objects.size(), scene.segments.size());  // 20 mm is more than lost points
     options.features.merge.fragment_gap_m = 0.030;
     scene = Perceive(cut, raster.sensor_W, options, rng);
     EXPECT_EQ(scene.objects.size(), 1u) << seed;
@@ -325,7 +325,7 @@ TEST(Perceive, TurnsWithTheSceneAndTheSensor) {
   for (std::size_t i = 0; i < a.objects.size(); ++i) {
     EXPECT_EQ(a.objects[i].kind, b.objects[i].kind);
     EXPECT_EQ(a.objects[i].open, b.objects[i].open);
-    // The cells of directions and the slices fall elsewhere.
+    // Direction cells and slices are aligned differently.
     EXPECT_NEAR((X * a.objects[i].center_C - b.objects[i].center_C).norm(), 0.0, 0.002) << i;
     EXPECT_NEAR((a.objects[i].size_m - b.objects[i].size_m).norm(), 0.0, 0.003) << i;
   }

@@ -61,7 +61,7 @@ TEST(FilledArea, OfAnEvenlySampledRectangleIsItsAreaWithinOneRowOfCells) {
   for (int x = 0; x <= 60; ++x) {
     for (int y = 0; y <= 30; ++y) points.emplace_back(0.001 * x, 0.001 * y);
   }
-  // 60 x 30 mm in cells of 6 mm about multiples of 6 mm: 11 x 6 of them.
+  // 60 x 30 mm in cells of 6 mm, centered at multiples of 6 mm: 11 x 6 cells.
   EXPECT_NEAR(FilledArea(points, 0.006), 66 * 0.006 * 0.006, 1e-12);
   EXPECT_EQ(FilledArea({}, 0.006), 0.0);
 }
@@ -155,8 +155,8 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
     const auto fit = FitCircle(rim, {}, rng);
     ASSERT_TRUE(fit) << seed;
     EXPECT_GE(fit->inliers.size(), 118u);  // 2 mm are 5 sigma.
-    // Five standard errors of a 120-point fit (sigma * sqrt(2 / n) for centre and radius), and what
-    // a chance inlier at 2 mm can pull.
+    // Five standard errors of a 120-point fit (sigma * sqrt(2 / n) for centre and radius), plus the
+    // effect of chance inliers at 2 mm.
     const double tolerance = 5.0 * sigma * std::sqrt(2.0 / 120) + 4.0 * 0.002 / 120;
     EXPECT_NEAR(fit->circle.radius_m, radius, tolerance) << seed;
     EXPECT_NEAR((fit->circle.center - center).norm(), 0.0, 2.0 * tolerance) << seed;

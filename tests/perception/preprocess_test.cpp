@@ -23,8 +23,8 @@ const Eigen::Vector3d kSensor(0.8, 0.0, 0.62);
 /// The scene's table is z = 0 with noise of 0.3 mm along the line of sight (0.18 mm across).
 void ExpectTable(const std::optional<Table>& table, const Eigen::Vector3d& up) {
   ASSERT_TRUE(table);
-  // The slope's standard error over 2,000 points that spread 0.08 m is 5e-5; trimming at 2 mm and
-  // the feet of the objects add some.
+  // The slope's standard error over 2,000 points with a spread of 0.08 m is 5e-5. Trimming at 2 mm
+  // and the feet of the objects add to it.
   EXPECT_GT(table->plane.normal.dot(up), std::cos(0.004));
   EXPECT_NEAR(table->plane.offset_m, 0.0, 0.0005);
 }
@@ -72,7 +72,7 @@ TEST_P(SeededTable, IsFoundInAnyFrame) {
   ExpectTable(FindTable(scan.points_W, R * kSensor, {}, rng), R * Eigen::Vector3d::UnitZ());
 }
 
-/// A narrow table round a large box, whose top holds more points than the table.
+/// A narrow table around a large box whose top has more points than the table.
 synthetic::Scan CoveredTable(std::uint64_t seed) {
   synthetic::ScanOptions options;
   options.seed = seed;
@@ -92,7 +92,7 @@ TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundAndTheBoxTopIsNot) {
 }
 
 TEST_P(SeededTable, ThatIsMostlyCoveredIsFoundWithDeepStrayPointsUnderIt) {
-  // Strays all round and deep below: no face of the first hull is near the table.
+  // Stray points lie all around and deep below, so no face of the first hull is near the table.
   auto scan = CoveredTable(GetParam());
   base::Rng rng(GetParam());
   for (int i = 0; i < 9; ++i) {
@@ -107,7 +107,7 @@ TEST(Table, IsFoundByTheDominantPlaneBeforeABackground) {
   auto scan = synthetic::MixedScan(1);
   base::Rng rng(1);
   const std::size_t n = scan.points_W.size() / 2;
-  for (std::size_t i = 0; i < n; ++i) {  // a rough wall behind, and below the table's height
+  for (std::size_t i = 0; i < n; ++i) {  // a rough wall behind and below the table's height
     const double y = rng.Uniform(-0.5, 0.5);
     const double z = rng.Uniform(-0.8, 0.3);
     scan.points_W.emplace_back(-1.0 + 0.05 * rng.Normal(), y, z);
@@ -153,8 +153,7 @@ TEST(Table, ThatIsFlatIsNoneWhereUpIsElsewhere) {
   EXPECT_TRUE(FindTable(points, kSensor, options, rng));
 }
 
-// A wall holds more points than the table; beneath both lies rubble, so that the hull shows
-// neither.
+// A wall has more points than the table. Stray points lie below both, so the hull shows neither.
 TEST(Table, IsFoundAfterAWallThatIsNotUp) {
   base::Rng rng(2);
   Points points;
@@ -210,18 +209,18 @@ TEST(CompressionRate, FollowsItsEquations) {
 }
 
 TEST(CompressionRate, KnownValues) {
-  // d_min 0, d_max 20, mean 2 mm: d_a = 10, tau = 0.2; alone: 10^0.2 = 1.58 < 2.
+  // d_min 0, d_max 20, mean 2 mm: d_a = 10, tau = 0.2. A lone point has 10^0.2 = 1.58 < 2.
   const CompressionRate rate = ComputeCompressionRate(0.0, 0.020, 0.002);
   EXPECT_NEAR(OutlierAlpha(rate, 1), 1.5849, 1e-4);
   EXPECT_NEAR(OutlierBeta(rate, 1), 2.0, 1e-12);
   EXPECT_TRUE(IsOutlier(rate, 1, 1));
-  // With 80 points round it (80^0.2 = 2.40) and none near the printed test still fires: 0.66 < 2.
+  // With 80 points around (80^0.2 = 2.40) and none near, the printed test still fires: 0.66 < 2.
   EXPECT_TRUE(IsOutlier(rate, 80, 1));
   EXPECT_FALSE(IsIsolated(rate, 80, 1));
   EXPECT_TRUE(IsIsolated(rate, 4, 1));
 }
 
-/// The filter as its comment states it, without the shortcuts.
+/// The filter as documented, without shortcuts.
 Indices SlowFilter(const Points& all) {
   Indices kept(all.size());
   for (std::uint32_t i = 0; i < all.size(); ++i) kept[i] = i;
@@ -249,7 +248,7 @@ TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
   base::Rng rng(GetParam());
   const auto scan = synthetic::MixedScan(GetParam(), 20);
   Points points = scan.points_W;
-  for (int i = 0; i < 10; ++i) {  // pairs and far strays too
+  for (int i = 0; i < 10; ++i) {  // pairs and far stray points, too
     const Eigen::Vector3d p = geometry::samples::RandomPoint(0.5, rng);
     points.push_back(p);
     points.push_back(p + geometry::samples::RandomPoint(0.004, rng));
@@ -260,7 +259,7 @@ TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
 }
 
 TEST_P(SeededFilter, RemovesTheOutliersOfAScanAndHardlyASurfacePoint) {
-  // Objects alone on a 2 mm grid, 20 single points at least 15 mm from any of them.
+  // Only objects, on a 2 mm grid, and 20 single points at least 15 mm from any object.
   synthetic::ScanOptions options;
   options.seed = GetParam();
   options.outliers = 20;
@@ -276,8 +275,8 @@ TEST_P(SeededFilter, RemovesTheOutliersOfAScanAndHardlyASurfacePoint) {
   std::size_t surface = 0;
   std::size_t outliers = 0;
   for (const std::uint32_t i : kept) (label[i] == -2 ? outliers : surface) += 1;
-  // A point or two at the edge of a shadow may stand alone; of the dissertation's 22,377 points 38
-  // went.
+  // One or two points at the edge of a shadow may be isolated. In the dissertation, 38 of 22,377
+  // points were removed.
   const auto on_surfaces = std::count_if(label.begin(), label.end(), [](int l) { return l != -2; });
   EXPECT_GE(surface + 2, static_cast<std::size_t>(on_surfaces));
   EXPECT_EQ(outliers, 0u);
@@ -313,9 +312,9 @@ TEST(Smooth, TakesTheNoiseOfAPlaneDownByTheRootOfTheCount) {
   for (int x = 0; x < 60; ++x) {
     for (int y = 0; y < 60; ++y) points.emplace_back(0.002 * x, 0.002 * y, 0.0005 * rng.Normal());
   }
-  // 3.5 mm takes in the ring of eight (2.83 mm away and up to 2.06 mm off in height: 2.9 sigma of
-  // the difference), not the next ring. A border point has six. (3364 / 9 + 232 / 6 + 4 / 4) / 3600
-  // = 0.339^2; 3600 / 9 independent means leave 3.5 % of error, taken three times.
+  // 3.5 mm includes the ring of eight neighbors (2.83 mm away, with up to 2.06 mm of height
+  // difference: 2.9 sigma), not the next ring. A border point has six. (3364 / 9 + 232 / 6 + 4 / 4)
+  // / 3600 = 0.339^2; 3600 / 9 independent means have an error of 3.5 %, taken three times.
   const Points smoothed = Smooth(points, 0.0035);
   double squares = 0.0;
   for (const auto& p : smoothed) squares += p.z() * p.z();

@@ -12,24 +12,24 @@
 #include "base/units.h"
 #include "geometry/mesh.h"
 
-/// Scans of any triangle meshes on a table for tests, by a depth buffer: one ray a pixel from one
-/// place, noise along the ray, no points at grazing incidence, mixed points at depth edges.
+/// Scans of triangle meshes on a table for tests, made with a depth buffer: one ray per pixel from
+/// one place, noise along the ray, no points at grazing incidence, mixed points at depth edges.
 /// Independent of the scanner model.
 namespace rangegrasp::synthetic {
 
 struct RasterOptions {
   Eigen::Vector3d sensor_W{0.8, 0.0, 0.62};
   double table_half_m = 0.19;
-  double pitch_rad = 0.0018;  ///< between rays: about 1.8 mm at 1 m
+  double pitch_rad = 0.0018;  ///< angle between rays: about 1.8 mm at 1 m
   double sigma_m = 0.0004;
   double grazing_rad = 1.31;  ///< no points beyond this incidence (75 deg)
-  double mixed_share = 0.1;   ///< of the pixels at depth edges
+  double mixed_share = 0.1;   ///< share of mixed pixels at depth edges
   std::uint64_t seed = 1;
 };
 
 struct RasterScan {
   geometry::Points points_W;
-  std::vector<int> label;  ///< -1 table, else the mesh's position
+  std::vector<int> label;  ///< -1 table, else the mesh's index
   std::vector<Eigen::Vector3d> normals_W;
 };
 
@@ -155,7 +155,7 @@ inline geometry::TriangleMesh Extrude(const std::vector<Eigen::Vector2d>& polygo
   return mesh;
 }
 
-/// A regular polygon of n corners; the first at angle `start`.
+/// A regular polygon with n corners; the first is at the angle `start`.
 inline std::vector<Eigen::Vector2d> Regular(int n, double radius_m, double start_rad = 0.0) {
   std::vector<Eigen::Vector2d> polygon;
   for (int i = 0; i < n; ++i) {
@@ -173,7 +173,7 @@ inline geometry::TriangleMesh BoxMesh(double x, double y, double z) {
   return Extrude({{-x / 2, -y / 2}, {x / 2, -y / 2}, {x / 2, y / 2}, {-x / 2, y / 2}}, z);
 }
 
-/// A profile (radius, z) turned about z.
+/// The surface of revolution of a profile (radius, z) about z.
 inline geometry::TriangleMesh Turned(const std::vector<Eigen::Vector2d>& profile, int sides = 96) {
   geometry::TriangleMesh mesh;
   const auto n = static_cast<std::uint32_t>(sides);
@@ -193,8 +193,8 @@ inline geometry::TriangleMesh Turned(const std::vector<Eigen::Vector2d>& profile
   return mesh;
 }
 
-/// An open mug, its handle (a box of 30 x 12 x 60 mm) towards +x; the middle of its base at the
-/// origin.
+/// An open mug with its handle (a box of 30 x 12 x 60 mm) towards +x and the center of its base at
+/// the origin.
 inline geometry::TriangleMesh MugMesh(double radius_m = 0.041, double height_m = 0.095,
                                       double wall_m = 0.004) {
   geometry::TriangleMesh mesh = Turned({{0.0, 0.0},
@@ -210,7 +210,7 @@ inline geometry::TriangleMesh MugMesh(double radius_m = 0.041, double height_m =
   return mesh;
 }
 
-/// The pose that turns z to lie along the table at `yaw` from the x axis, at a height.
+/// A pose whose z axis is parallel to the table at `yaw` from the x axis.
 inline base::Pose Lying(double yaw_rad, const Eigen::Vector3d& position) {
   Eigen::Matrix3d R;
   R.col(2) = Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);

@@ -22,7 +22,7 @@ Vector2d RandomCenter(base::Rng& rng) {
   return {x, rng.Uniform(-0.1, 0.1)};
 }
 
-/// A can's lid, and its wall as far round as a sensor sees it (150 deg towards +x).
+/// A can's lid, and the part of its wall that a sensor sees (150 deg towards +x).
 Analytic RotationAxisCan(const Vector2d& center) {
   Analytic can;
   can.AddDisc({center.x(), center.y(), kRotationAxisHeight_m}, kRotationAxisRadius_m);
@@ -72,7 +72,7 @@ TEST(FindRotationAxis, RefusesABox) {
 }
 
 TEST(FindRotationAxis, RefusesARoundLidOnASquareBody) {
-  // The first rule holds, the second does not.
+  // The first rule holds; the second does not.
   Analytic shape;
   shape.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, kRotationAxisRadius_m);
   for (const double x : {-kRotationAxisRadius_m, kRotationAxisRadius_m}) {
@@ -82,7 +82,7 @@ TEST(FindRotationAxis, RefusesARoundLidOnASquareBody) {
   EXPECT_FALSE(RotationAxisAxisOf(Given(shape.cloud), 1));
 }
 
-/// The parts of a disc, or of a ring, within an angle of +x.
+/// The points of a disc or a ring within an angle of +x.
 Indices Within(const Analytic& shape, const Indices& points, double angle_rad) {
   Indices within;
   for (const auto i : points) {
@@ -96,7 +96,7 @@ std::optional<RotationAxis> RotationAxisAxisOf(const Given& given, const Indices
   return given.Describe(points).axis;
 }
 
-// Its round side is 61 % of its rim, and its body agrees.
+// Its round side makes up 61 % of its rim, and its body agrees.
 TEST(FindRotationAxis, RefusesHalfALid) {
   Analytic half;
   const Indices lid = half.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, kRotationAxisRadius_m);
@@ -108,7 +108,7 @@ TEST(FindRotationAxis, RefusesHalfALid) {
   EXPECT_TRUE(RotationAxisAxisOf(given, points));
 }
 
-// An arc of 60 deg fits too well to say anything.
+// An arc of 60 deg fits a circle too well to be evidence.
 TEST(FindRotationAxis, RefusesAShortArc) {
   Analytic sector;
   const Indices ring = sector.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, 0.1, 0.07);
@@ -122,8 +122,8 @@ TEST(FindRotationAxis, RefusesAShortArc) {
   EXPECT_TRUE(RotationAxisAxisOf(given, points));
 }
 
-// A lid that leans by less than its fit is uncertain is no reason to lean the whole can; a can that
-// leans as a whole does.
+// If a lid leans by less than the uncertainty of its fit, the can stays upright. A can that leans
+// as a whole gets a leaning axis.
 TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
   const Eigen::AngleAxisd lean(base::Deg(3.0), Vector3d::UnitY());
   const Vector3d top(0.0, 0.0, kRotationAxisHeight_m);
@@ -137,7 +137,7 @@ TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
   const auto upright = RotationAxisAxisOf(Given(cut.cloud), samples::Joined(lid, wall));
   ASSERT_TRUE(upright);
   EXPECT_EQ(upright->direction_C, Vector3d::UnitZ());
-  // 7 mm at the can's foot, which the sections of an upright axis show.
+  // This is 7 mm at the can's foot, visible in the sections of an upright axis.
   const Eigen::AngleAxisd more(base::Deg(4.5), Vector3d::UnitY());
   auto cloud = RotationAxisCan({0.0, 0.0}).cloud;
   for (Vector3d& p : cloud.points) p = more * p;
@@ -147,7 +147,7 @@ TEST(FindRotationAxis, IsUprightIfTheBodyIs) {
   EXPECT_NEAR((leaning->direction_C - more * Vector3d::UnitZ()).norm(), 0.0, 1e-9);
 }
 
-// The rim of a ring with a gap runs inside and out.
+// The rim of a ring with a gap runs along its inside and outside.
 TEST(FindRotationAxis, BridgesAGapInTheRim) {
   Analytic shape;
   const Indices ring =
@@ -161,7 +161,7 @@ TEST(FindRotationAxis, BridgesAGapInTheRim) {
   EXPECT_GT(axis->rim_fraction, 0.0);
 }
 
-// The lid lies 1 mm beside the body's middle, as a rim seen at a grazing angle does.
+// The lid is 1 mm off the body's center, as happens with a rim seen at a grazing angle.
 TEST(FindRotationAxis, IsRefinedByTheBody) {
   Analytic can;
   const Indices lid = can.AddDisc({0.001, 0.0, kRotationAxisHeight_m}, kRotationAxisRadius_m);
@@ -171,7 +171,7 @@ TEST(FindRotationAxis, IsRefinedByTheBody) {
   EXPECT_NEAR(axis->center_C.head<2>().norm(), 0.0, 1e-5);
 }
 
-/// A cup of which the lip was seen on the near side alone: its rim gives no circle.
+/// A cup whose lip was seen only on the near side, so its rim gives no circle.
 struct NearLip {
   Analytic cup;
   Indices points;
@@ -204,10 +204,10 @@ TEST(FindRotationAxis, OfAThinRingAllowsAHandle) {
   const auto axis = RotationAxisAxisOf(Given(lip.cup.cloud), points);
   ASSERT_TRUE(axis);
   EXPECT_NEAR(axis->radius_m, kRotationAxisRadius_m, 1e-9);
-  EXPECT_LT(axis->body_fraction, 0.8);  // of a rim's axis that would be too few
+  EXPECT_LT(axis->body_fraction, 0.8);  // too few for an axis from a rim
 }
 
-// At the outline of what is seen normals are turned towards the sensor; distances are not.
+// At the outline of the seen part, normals are turned towards the sensor; distances stay correct.
 TEST(FindRotationAxis, AllowsTurnedNormalsAtTheOutline) {
   for (const auto& [share, found] : {std::pair(0.3, true), std::pair(0.45, false)}) {
     Analytic can = RotationAxisCan({0.0, 0.0});
@@ -222,7 +222,7 @@ TEST(FindRotationAxis, AllowsTurnedNormalsAtTheOutline) {
   }
 }
 
-// Gloss has taken a fifth of the lid away: the rim runs through the hole.
+// A fifth of the lid is missing because of gloss, so the rim runs through the hole.
 TEST(FindRotationAxis, OfALidWithAHoleComesFromTheWall) {
   Analytic can;
   const Indices lid = can.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, kRotationAxisRadius_m);
@@ -239,7 +239,7 @@ TEST(FindRotationAxis, OfALidWithAHoleComesFromTheWall) {
   EXPECT_FALSE(RotationAxisAxisOf(given, points));
 }
 
-// The narrow side of a bottle is round under its round cap, but not far round.
+// The narrow side of a bottle under its round cap is round, but only over a short arc.
 TEST(FindRotationAxis, RefusesARoundCapOnANarrowArc) {
   Analytic bottle;
   const Indices cap = bottle.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, 0.014);
@@ -250,14 +250,14 @@ TEST(FindRotationAxis, RefusesARoundCapOnANarrowArc) {
   EXPECT_TRUE(RotationAxisAxisOf(given, samples::Joined(cap, side)));
 }
 
-// The floor of a bowl holds more points than its lip.
+// The floor of a bowl has more points than its lip.
 TEST(FindRotationAxis, OfABowlComesFromItsLip) {
   Analytic bowl;
   const Indices lip = bowl.AddDisc({0.0, 0.0, kRotationAxisHeight_m}, 0.08, 0.075);
   const Indices wall = bowl.AddWall({0.0, 0.0}, 0.08, 0.06, 0.098, -1.3, 1.3);
   Indices points = samples::Joined(lip, wall);
   for (const auto i : bowl.AddDisc({0.0, 0.0, 0.05}, 0.06)) {
-    if (bowl.cloud.points[i].x() < 0.0) points.push_back(i);  // The near wall hides the rest.
+    if (bowl.cloud.points[i].x() < 0.0) points.push_back(i);  // the near wall hides the rest
   }
   Given given(bowl.cloud);
   given.options.top_plane_share = 1.0;
@@ -288,7 +288,7 @@ TEST(RefineAxis, MovesAnAxisThatTheRimPutWrongBackToTheBody) {
   axis.center_C += Vector3d(0.0008, -0.0006, 0.0);
   axis.radius_m -= 0.0007;
   RefineAxis(given.cloud, part.points, *part.top, given.options, axis);
-  // Gauss-Newton from 1 mm off 40 mm converges by (1 / 40) a round at the slowest.
+  // Gauss-Newton, started 1 mm off for 40 mm, converges at least by (1 / 40) per iteration.
   EXPECT_NEAR(axis.center_C.head<2>().norm(), 0.0, 1e-6);
   EXPECT_NEAR(axis.radius_m, kRotationAxisRadius_m, 1e-6);
 }
@@ -308,7 +308,7 @@ TEST(ArcOf, CountsHowFarRoundPointsGo) {
     Analytic arc;
     const Indices points = arc.AddWall({0.01, 0.02}, 0.05, 0.0, 0.002, 0.0, base::Deg(degrees));
     const Circle circle{{0.01, 0.02, 0.0}, Vector3d::UnitZ(), 0.05};
-    // Bins of 10 deg: up to one more at either end.
+    // Bins are 10 deg wide, so there can be one more at either end.
     EXPECT_NEAR(ArcOf(arc.cloud, points, circle), base::Deg(degrees), base::Deg(20.0));
   }
 }
@@ -316,8 +316,8 @@ TEST(ArcOf, CountsHowFarRoundPointsGo) {
 constexpr double kLyingAxisRadius_m = 0.035;
 constexpr double kLength_m = 0.115;
 
-/// A cylinder on the table along `yaw`, seen from `from` to `to` about its axis (0 is up), with the
-/// end that faces +x.
+/// A cylinder on the table along `yaw`, seen from the angle `from` to `to` about its axis (0 is
+/// up), with the end that faces +x.
 Analytic LyingCylinder(double yaw, double from_rad, double to_rad,
                        double height_m = kLyingAxisRadius_m) {
   Analytic shape;
@@ -360,14 +360,14 @@ TEST(FindLyingAxis, IsThatOfTheCylinderWhateverItsYaw) {
     const Vector3d along(std::cos(yaw), std::sin(yaw), 0.0);
     EXPECT_NEAR(std::abs(axis->direction_C.dot(along)), 1.0, 1e-9);
     EXPECT_NEAR(axis->radius_m, kLyingAxisRadius_m, 1e-9);
-    // Ends are where the fifth outermost point is: the same row.
+    // Each end is at the fifth outermost point, which is in the same row.
     EXPECT_NEAR(axis->length_m, kLength_m, 1e-9);
     const Vector3d middle = axis->center_C - 0.5 * axis->length_m * axis->direction_C;
     EXPECT_NEAR((middle - Vector3d(0.02, -0.03, kLyingAxisRadius_m)).norm(), 0.0, 1e-9);
   }
 }
 
-// The table says how wide a body is that lies on it; in the air its arc has to.
+// For a body on the table, the table determines the width; in the air, the arc must.
 TEST(FindLyingAxis, IsFoundOnSomethingElseThanTheTable) {
   const auto axis = AxisOf(Given(LyingCylinder(0.4, -0.6, 1.7, 0.1).cloud), 1);
   ASSERT_TRUE(axis);
@@ -388,7 +388,7 @@ TEST(FindLyingAxis, IsNoneOfABoxOrOfHalfACylinder) {
                      Vector3d(0, 0, 0.023));
     EXPECT_FALSE(AxisOf(Given(box.cloud), 1)) << yaw;
   }
-  // On its flat side: the circle would be under the table.
+  // On its flat side, the circle would be below the table.
   EXPECT_FALSE(AxisOf(Given(LyingCylinder(0.4, -1.2, 1.5, 0.0).cloud), 1));
 }
 
@@ -404,7 +404,7 @@ TEST(FindLyingAxis, IsAPartsWhereNothingStandsAndCanBeSwitchedOff) {
 
 constexpr double kRadius_m = 0.04;
 
-/// A cup about (0.02, -0.03): its lip, the near side of its wall from outside, the far from inside.
+/// A cup about (0.02, -0.03): its lip, the outside of its near wall and the inside of its far wall.
 Indices AddCup(Analytic& shape, double wall_m) {
   const Eigen::Vector2d center(0.02, -0.03);
   const auto lip = shape.AddDisc({0.02, -0.03, 0.1}, kRadius_m, kRadius_m - wall_m);
@@ -432,8 +432,8 @@ TEST(AxisFromBody, IsExactForAnExactWallWhateverTheDraws) {
   }
 }
 
-// Not of the wall: the inside of a wall of 1.5 mm, a handle, points 1.5 mm off whose normals do not
-// pass the axis, and the rounding of the lip.
+// These are not part of the wall: the inside of a wall of 1.5 mm, a handle, points 1.5 mm off whose
+// normals do not pass through the axis, and the rounding of the lip.
 TEST(AxisFromBody, TakesWhatFacesOutwardOnTheCircleAlone) {
   Analytic cup;
   Indices points = AddCup(cup, 0.0015);
@@ -510,8 +510,8 @@ TEST(IsThinRing, EveryConditionCounts) {
 
 TEST(IsThinRing, IsALipAndNotALid) {
   const RotationAxis axis{{0.02, -0.03, 0.1}, Eigen::Vector3d::UnitZ(), kRadius_m, 0.0, 0.0};
-  // A wall of w fills 1 - (1 - w / r)^2 of the circle: 0.1 of 4 mm, all of a lid's; no more than
-  // 10 mm is a wall.
+  // A wall of thickness w fills 1 - (1 - w / r)^2 of the circle: 0.19 for 4 mm, everything for a
+  // lid. A wall is at most 10 mm thick.
   for (const auto& [wall, thin] : {std::pair(0.004, true), {0.016, false}, {0.04, false}}) {
     Analytic cup;
     AddCup(cup, wall);

@@ -1,4 +1,4 @@
-// Noise and spacing of clouds whose noise and spacing are known.
+// Tests the measured noise and spacing of clouds with known noise and spacing.
 #include "perception/sampling.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 using geometry::Points;
 
-/// An even scan of a tilted plane, `along` by `across` metres between points.
+/// A regular scan of a tilted plane with `along` by `across` metres between points.
 Points TiltedPlane(double along_m, double across_m, double noise_m, double wave_m = 0.0) {
   const Eigen::Vector3d u = Eigen::Vector3d(1.0, 0.2, 0.3).normalized();
   const Eigen::Vector3d n = u.cross(Eigen::Vector3d(0.1, 1.0, -0.4)).normalized();
@@ -38,9 +38,9 @@ TEST(Sampling, MeasuresNoiseAndBothSpacingsOfAPlane) {
                         Case{0.005, 0.011, 0.0003}, Case{0.0015, 0.002, 0.0002}}) {
     const Sampling sampling =
         MeasureSampling(TiltedPlane(c.along_m, c.across_m, c.noise_m), SamplingOptions{});
-    // 64 points a neighborhood: 9 %; the median of 32 of them: 2 %; three of these.
+    // 64 points per neighborhood: 9 %; the median of 32 neighborhoods: 2 %; three times that.
     EXPECT_NEAR(sampling.noise_m, c.noise_m, 0.06 * c.noise_m);
-    // Neighborhoods at the border are cut, and the counts in a disc vary with where it lies.
+    // Neighborhoods at the border are cut, and the count in a disc depends on its position.
     EXPECT_NEAR(sampling.spacing_m, std::sqrt(c.along_m * c.across_m), 0.1 * sampling.spacing_m);
     EXPECT_NEAR(sampling.gap_m, c.across_m, 0.2 * c.across_m);
   }
@@ -62,11 +62,11 @@ TEST(FitNoisy, CentersAPlaneThatWasFoundAtTheLowerSideOfANoisyTable) {
     // An object on it.
     if (i % 9 == 0) points.push_back({0.1 * x, 0.1 * y, rng.Uniform(0.0, 0.1)});
   }
-  // Found with distances for a laser: 5 mm too low.
+  // A plane found with distances for a laser is 5 mm too low.
   const geometry::Plane low{Eigen::Vector3d::UnitZ(), 0.005};
   const NoisyPlane fit = FitNoisy(low, points, 0.005, SamplingOptions{});
   EXPECT_NEAR(fit.noise_m, 0.002, 0.0002);
-  // The object's points up to five deviations, 10 mm, are 1 % of those of the table: 0.05 mm.
+  // The object's points within five deviations, 10 mm, are 1 % of the table's points: 0.05 mm.
   EXPECT_NEAR(fit.plane.offset_m, 0.0, 0.00015);
   EXPECT_GT(fit.plane.normal.z(), 0.9999);
 }
@@ -99,7 +99,7 @@ TEST(AdaptiveCount, IsAnAreaOfCoarserPointsBetweenItsBounds) {
   EXPECT_EQ(count, 3);
 }
 
-// The scanner that the published lengths were set for: nothing may move.
+// This is the scanner that the published lengths were chosen for, so no length may change.
 TEST(AdaptLengths, LeavesThePublishedLengthsToThePublishedScanner) {
   PerceptionOptions adapted;
   AdaptLengths({.noise_m = 0.0003, .spacing_m = 0.0028, .gap_m = 0.0044}, adapted);

@@ -26,7 +26,7 @@ using geometry::Points;
 
 const Eigen::Vector3d kSegmentSensor(0.8, 0.0, 0.62);
 
-/// The objects of a scan with normals, without the table, and the label of each point.
+/// The objects of a scan, without the table, with normals and a label for each point.
 struct SegmentObjects {
   PointCloud cloud;
   std::vector<int> label;
@@ -131,7 +131,7 @@ TEST(NormalWeight, FollowsItsEquations) {
   EXPECT_EQ(NormalWeight({1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}), 1.0);
 }
 
-/// Algorithm 2 by flood filling, all pairs.
+/// Algorithm 2 as a flood fill over all pairs.
 std::vector<Indices> FloodFill(const PointCloud& cloud, double d_a, double neighborhood) {
   std::vector<bool> done(cloud.size(), false);
   std::vector<Indices> regions;
@@ -193,7 +193,7 @@ TEST(MeshAlpha, IsTheLargestNeighbourDistanceWithinBounds) {
   EXPECT_EQ(MeshAlpha(0.005, options), 0.02);
 }
 
-// The gap of 20 mm is wider than any alpha that is taken from the scan, and narrower than 30 mm.
+// The gap of 20 mm is wider than any alpha derived from the scan, and narrower than 30 mm.
 TEST(MeshSegmentation, TakesTheAlphaThatTheOptionsName) {
   const SegmentObjects objects = ScanObjects(TwoBoxes(0.020), 6);
   SegmentOptions options;
@@ -224,7 +224,7 @@ TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
 
 }  // namespace rangegrasp::perception
 
-// Things that touch, lean and lie on each other come apart; things of one piece do not.
+// Objects that touch, lean on or lie on each other are separated; objects of one piece are not.
 
 namespace rangegrasp::perception {
 namespace {
@@ -232,21 +232,21 @@ namespace {
 using Eigen::Vector3d;
 using geometry::TriangleMesh;
 
-/// A sensor: its rays' spacing [rad] and noise [m]; every `rows`-th row of rays is kept.
+/// A sensor: its ray spacing [rad] and noise [m]; every `every_row`-th row of rays is kept.
 struct SensorCase {
   double pitch_rad;
   double sigma_m;
   int every_row;
 };
 
-/// The scan with only some rows of rays, as of a line scanner whose lines are further apart.
+/// The scan with only some rows of rays, like a line scanner with a larger line spacing.
 synthetic::RasterScan Scan(const std::vector<TriangleMesh>& meshes, const SensorCase& sensor) {
   synthetic::RasterOptions options;
   options.pitch_rad = sensor.pitch_rad;
   options.sigma_m = sensor.sigma_m;
   const auto scan = synthetic::MakeRasterScan(meshes, options);
   if (sensor.every_row == 1) return scan;
-  // Rays of one row share a plane through the sensor: their elevation in the sensor's frame.
+  // Rays of one row share a plane through the sensor, so the elevation in its frame gives the row.
   const Vector3d forward = (Vector3d(0, 0, 0.04) - options.sensor_W).normalized();
   const Vector3d down = forward.cross(forward.cross(Vector3d::UnitZ()).normalized());
   synthetic::RasterScan kept;
@@ -260,7 +260,7 @@ synthetic::RasterScan Scan(const std::vector<TriangleMesh>& meshes, const Sensor
   return kept;
 }
 
-/// Share of each mesh's points that lie in its largest object, and that object.
+/// The object that has most of a mesh's points, and the share of the points it has.
 struct Owner {
   std::size_t object = 0;
   double share = 0.0;
@@ -298,7 +298,7 @@ class TouchingThings : public ::testing::TestWithParam<SensorCase> {
   Scene scene_;
 };
 
-/// A patch along the seam may go to the other side: 20 mm of faces of 60 mm and more.
+/// A patch along the seam may go to the other object: 20 mm of faces of at least 60 mm.
 constexpr double kMost = 0.75;
 
 TriangleMesh At(const TriangleMesh& mesh, double yaw, const Vector3d& p) {
@@ -330,7 +330,7 @@ TEST_P(TouchingThings, ASmallBoxOnALargeOneIsAnother) {
 }
 
 TEST_P(TouchingThings, AThingThatHangsOverTheOneItLiesOnIsNoHandle) {
-  // The sensor sees the table under it.
+  // The sensor sees the table below the overhang.
   const auto owners = See({At(synthetic::BoxMesh(0.09, 0.10, 0.09), 0.0, {0.0, -0.05, 0.045}),
                            At(synthetic::BoxMesh(0.07, 0.16, 0.03), 0.0, {0.0, 0.06, 0.105})});
   EXPECT_NE(owners[0].object, owners[1].object);
@@ -352,7 +352,7 @@ INSTANTIATE_TEST_SUITE_P(Sensors, TouchingThings,
                          [](const auto& tested) { return "Case" + std::to_string(tested.index); });
 
 TEST(SegmentByConvexity, TheInsideOfARoundThingIsOneSurface) {
-  // Patches of 15 mm differ by more than the noise that is taken for none.
+  // Patches of 15 mm differ by more than the assumed minimum noise.
   for (const double radius_m : {0.03, 0.04, 0.05}) {
     samples::Analytic shape;
     shape.AddWall({0.0, 0.0}, radius_m, 0.0, 0.08, -1.4, 1.4, true);
@@ -379,7 +379,7 @@ TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
 }
 
 TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
-  // The handle points to the side: the sensor sees it whole, and the table under it.
+  // The handle points sideways, so the sensor sees all of it and the table below it.
   for (const double yaw : {1.3, 1.6, -1.6}) {
     const auto scan = synthetic::MakeRasterScan(
         {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(yaw, {0, 0, 0}))});
@@ -389,7 +389,7 @@ TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
   }
 }
 
-/// Four walls of 6 mm round 300 x 300 mm, 100 mm high.
+/// Four walls, 6 mm thick and 100 mm high, around 300 x 300 mm.
 std::vector<TriangleMesh> OpenBox() {
   const auto along = synthetic::BoxMesh(0.312, 0.006, 0.10);
   const auto across = synthetic::BoxMesh(0.006, 0.30, 0.10);
@@ -438,7 +438,7 @@ TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
     base::Rng rng(1);
     const Scene scene = Perceive(scan.points_W, raster.sensor_W, {}, rng);
     const auto walls = std::ranges::count_if(scan.label, [](int l) { return l >= 0 && l < 4; });
-    // Without the points within the table's clearance, and of the mixed ones those off the walls.
+    // Excludes points within the table's clearance and mixed points off the walls.
     EXPECT_GT(static_cast<double>(scene.container.size()), 0.85 * static_cast<double>(walls))
         << yaw;
     EXPECT_EQ(scene.objects.size(), 1u) << yaw;
@@ -456,7 +456,7 @@ TEST(OpenBoxes, AreFoundWhereAThingLiesOnOneOfTheRims) {
 }
 
 TEST(OpenBoxes, AClosedOneIsAnObject) {
-  // Seen from two sides, all of its walls but the inner sides.
+  // From two sides, everything of its walls is seen except their inner sides.
   const std::vector<TriangleMesh> carton{At(synthetic::BoxMesh(0.2, 0.22, 0.1), 0.0, {0, 0, 0.05})};
   geometry::Observation observation;
   for (const double x : {0.8, -0.8}) {

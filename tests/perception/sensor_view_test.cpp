@@ -21,7 +21,7 @@ TEST(SensorView, SeesThroughAirAndNotThroughSurfaces) {
 }
 
 TEST(SensorViews, SpaceIsFreeIfAnyPlaceSawThroughIt) {
-  // A wall at z = 1 m seen from the origin, and one at x = 1 m.
+  // One wall at z = 1 m, seen from the origin, and one at x = 1 m.
   geometry::Points front, side;
   for (int i = -50; i <= 50; ++i) {
     for (int j = -50; j <= 50; ++j) {

@@ -58,7 +58,7 @@ TEST(OuterRims, OfARingIsItsOuterCircleAlone) {
 }
 
 TEST(OuterRims, BridgesGapsWithAWiderAlpha) {
-  // A thin ring with a gap of 20 mm: as it is the shape's rim runs inside and out.
+  // A thin ring with a gap of 20 mm; without bridging, its rim runs along the inside and outside.
   Analytic ring;
   const Indices points = ring.AddWall({0.0, 0.0}, 0.04, 0.08, 0.082, 0.0, 2.0 * base::kPi - 0.5);
   const Indices more = ring.AddWall({0.0, 0.0}, 0.038, 0.08, 0.082, 0.0, 2.0 * base::kPi - 0.5);
@@ -111,8 +111,8 @@ TEST(FindTopSurface, IsTheRimAboveTheFullerFloor) {
   EXPECT_NEAR(published->center_C.z(), 0.02, 1e-9);
 }
 
-// A lip with a notch: its rim runs in at the notch and back along the inside, the bridged one round
-// the outside alone.
+// A lip with a notch. Its rim enters at the notch and returns along the inside; the bridged rim
+// runs only along the outside.
 TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
   Analytic lip;
   Indices all = lip.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.050);
@@ -141,7 +141,7 @@ TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
   EXPECT_TRUE(without->bridged_rim.empty());
 }
 
-/// A top of 300 points whose rim is an ellipse: the nearest rim point is 30 mm from the center.
+/// A top with 300 points whose rim is an ellipse; the nearest rim point is 30 mm from the center.
 struct Cup {
   Analytic shape;
   TopSurface top;
@@ -205,8 +205,8 @@ std::optional<Ridge> RidgeOf(const Analytic& shape) {
   return FindRidge(shape.cloud, samples::All(shape.cloud), kTable, {});
 }
 
-/// A strip of a lying elliptic cylinder about `axis` through `center`, normals from `from` to `to`
-/// about the vertical; half width a, half height b.
+/// A strip of a lying elliptic cylinder with half width a and half height b, along `yaw` through
+/// `center`. Its normals are from `from` to `to` about the vertical.
 Analytic RidgeLying(const Vector3d& center, double yaw_rad, double a, double b, double from_rad,
                     double to_rad) {
   Analytic shape;
@@ -238,8 +238,8 @@ TEST(FindRidge, IsTheHighestLineOfALyingCylinderSeenFromAnySide) {
     EXPECT_NEAR(std::abs(ridge->axis.dot(axis)), 1.0, 1e-9);
     EXPECT_NEAR(ridge->normal.z(), 1.0, 1e-9);
     EXPECT_NEAR((ridge->point - center).cross(axis).dot(Vector3d::UnitZ()), 0.0, 1e-9);
-    // The height is the 80 % quantile of the strip's: at 0.35 / 5 rad from the ridge, to a step of
-    // the sampling (2 rad / 60).
+    // The height is the 80 % quantile of the strip's heights: at 0.35 / 5 rad from the ridge,
+    // within one sampling step (2 rad / 60).
     EXPECT_LE(ridge->point.z(), 2.0 * radius);
     EXPECT_GE(ridge->point.z(), radius + radius * std::cos(0.07 + 0.034));
   }
@@ -278,12 +278,12 @@ TEST(FindRidge, RefusesPlanesSpheresAndFlatArcs) {
   }
   EXPECT_FALSE(RidgeOf(sphere));
 
-  // Normals within 10 deg of the vertical: the middle 60 % of them spread over 12 deg.
+  // Normals are within 10 deg of the vertical; the middle 60 % of them spread over 12 deg.
   EXPECT_FALSE(RidgeOf(RidgeLying({0.0, 0.0, 0.0}, 0.3, 0.2, 0.2, -0.17, 0.17)));
 }
 
 TEST(FindRidge, RefusesTheNearLipAndTheFarWallOfACup) {
-  // Both face the sensor (and so do both ends of their normals' spread), whatever their side.
+  // Both face the sensor on either side, and so do both ends of their normals' spread.
   Analytic cup;
   for (const double y : {-0.04, 0.04}) {
     for (int i = -20; i <= 20; ++i) {
@@ -296,8 +296,7 @@ TEST(FindRidge, RefusesTheNearLipAndTheFarWallOfACup) {
   EXPECT_FALSE(RidgeOf(cup));
 }
 
-/// Where a row across a body about the x axis has a point, and how far its normal is turned about
-/// that axis.
+/// A point in a row across a body about the x axis, and the rotation of its normal about that axis.
 struct Spot {
   double turn_rad;
   double offset_m;
@@ -305,8 +304,8 @@ struct Spot {
 };
 
 constexpr double kRidgeRadius_m = 0.04;
-constexpr double kStrip_rad = 0.1;  ///< of points next to the ridge
-constexpr double kFlank_rad = 0.6;  ///< of points far off it
+constexpr double kStrip_rad = 0.1;  ///< turn of points next to the ridge
+constexpr double kFlank_rad = 0.6;  ///< turn of points far from it
 
 Spot OnCircle(double turn_rad) {
   return {turn_rad, kRidgeRadius_m * std::sin(turn_rad), 0.1 + kRidgeRadius_m * std::cos(turn_rad)};
@@ -320,7 +319,7 @@ void AddSpot(Analytic& shape, int row, const Spot& spot, double along = 0.0) {
                     Vector3d(0.0, std::sin(spot.turn_rad), std::cos(spot.turn_rad)));
 }
 
-/// A row with a point on each flank and one on the ridge's strip, on its sides in turn.
+/// A row with a point on each flank and one on the ridge's strip, on alternating sides.
 void AddThree(Analytic& shape, int row, double strip_rad, const Spot& flank) {
   AddSpot(shape, row, {-flank.turn_rad, -flank.offset_m, flank.height_m});
   AddSpot(shape, row, OnCircle(row % 2 == 0 ? strip_rad : -strip_rad));
@@ -333,8 +332,8 @@ Analytic Threes(int rows, double strip_rad, const Spot& flank) {
   return shape;
 }
 
-/// 100 rows with normals to both sides as far as `wide_rad`; of the first `tilted` rows they have
-/// a share along the axis, forwards and backwards in turn.
+/// 100 rows with normals up to `wide_rad` on both sides. In the first `tilted` rows, normals have a
+/// component along the axis, alternating forwards and backwards.
 Analytic Tilted(double wide_rad, int tilted, double along) {
   Analytic shape;
   for (int row = 0; row < 100; ++row) {
@@ -374,7 +373,7 @@ TEST(FindRidge, NeedsTwiceThePointsOfASurface) {
 }
 
 TEST(FindRidge, LooksAtNormalsInItsWindow) {
-  // Without the flanks there are 16 points, which are too few.
+  // Without the flanks there are 16 points, which is too few.
   for (const double turn : {1.14, 1.16}) {  // the window is 1.15
     Analytic shape;
     for (int row = 0; row < 4; ++row) {
@@ -385,10 +384,10 @@ TEST(FindRidge, LooksAtNormalsInItsWindow) {
 }
 
 TEST(FindRidge, LeavesOutEndFacesOfLessThanAFifth) {
-  // Forwards and backwards in turn: the axis of all normals is the body's.
+  // They alternate forwards and backwards, so the axis of all normals is the body's axis.
   EXPECT_TRUE(RidgeOf(Tilted(0.8, 18, 0.8)));
   EXPECT_FALSE(RidgeOf(Tilted(0.8, 22, 0.8)));
-  // A face counts as one from 0.35 along the axis; three tenths are too many.
+  // A normal counts as an end face from 0.35 along the axis; three tenths are too many.
   EXPECT_TRUE(RidgeOf(Tilted(0.8, 30, 0.34)));
   EXPECT_FALSE(RidgeOf(Tilted(0.8, 30, 0.36)));
 }
@@ -404,7 +403,8 @@ TEST(FindRidge, HasTheAxisOfTheBodyWithoutItsEndFace) {
 }
 
 TEST(FindRidge, NeedsNormalsThatAreSquareToItsAxisInTheMean) {
-  // All normals have the same square along the axis, which so is the mean: 0.045 is the limit.
+  // All normals have the same squared component along the axis, so this is the mean; the limit is
+  // 0.045.
   EXPECT_TRUE(RidgeOf(Tilted(0.8, 100, std::sqrt(0.044))));
   EXPECT_FALSE(RidgeOf(Tilted(0.8, 100, std::sqrt(0.046))));
 }
@@ -420,15 +420,15 @@ TEST(FindRidge, LeansLessThan30Deg) {
 }
 
 TEST(FindRidge, NeedsNormalsThatSpread) {
-  // The middle 60 % of even turns between -w and w spread over 1.2 w, to a step of w / 150; 0.44
-  // rad are asked for.
+  // The middle 60 % of uniform turns between -w and w spread over 1.2 w, within a step of w / 150.
+  // At least 0.44 rad is required.
   EXPECT_TRUE(RidgeOf(Tilted(0.45 / 1.2, 0, 0.0)));
   EXPECT_FALSE(RidgeOf(Tilted(0.43 / 1.2, 0, 0.0)));
 }
 
 TEST(FindRidge, FacesTheSidesThatItsPointsAreOn) {
-  // With a share p of points on the wrong side, sine and offset correlate by 1 - 2 p (both are even
-  // about 0); 0.7 is asked for.
+  // With a share p of points on the wrong side, sine and offset correlate by 1 - 2 p (both are
+  // symmetric about 0). At least 0.7 is required.
   for (const int wrong : {7, 8}) {
     Analytic shape;
     for (int row = 0; row < 50; ++row) {
@@ -451,7 +451,7 @@ TEST(FindRidge, NeedsASurfacesPointsInItsStrip) {
   EXPECT_FALSE(RidgeOf(Threes(40, 0.36, flank)));
 }
 
-/// 200 rows of flanks, and of a strip about the middle on so many of them.
+/// 200 rows of flanks; the middle `strip_rows` of them also have a strip.
 Analytic ShortRidge(int strip_rows) {
   Analytic shape;
   const Spot flank = OnCircle(kFlank_rad);
@@ -467,9 +467,9 @@ Analytic ShortRidge(int strip_rows) {
 }
 
 TEST(FindRidge, IsAsLongAsMostOfTheBody) {
-  // Of a strip over the share f of the rows, 0.9 f lie between its quantiles; between the body's
-  // 1 - 0.05 (2 + f), for a twentieth of its points is that share of the two-point rows at an end.
-  // f = 0.59 gives 0.61 and f = 0.57 gives 0.589; 0.6 is asked for. A row is 0.006 of it.
+  // If a strip covers the share f of the rows, 0.9 f lie between its quantiles. Between the body's
+  // quantiles lie 1 - 0.05 (2 + f), since a twentieth of its points is that share of the two-point
+  // rows at an end. f = 0.59 gives 0.61 and f = 0.57 gives 0.589; 0.6 is required. A row is 0.006.
   EXPECT_TRUE(RidgeOf(ShortRidge(118)));
   EXPECT_FALSE(RidgeOf(ShortRidge(114)));
 }
@@ -480,12 +480,12 @@ TEST(FindRidge, IsNotLongerForStrayPoints) {
   EXPECT_FALSE(RidgeOf(shape));
 }
 
-/// How far the points on the flanks come down of what a circle of radius 1 would, below the strip.
+/// Drop of the flank points below the strip, as a share of the drop of a circle with radius 1.
 double FlankDrop() {
   return (std::cos(kStrip_rad) - std::cos(kFlank_rad)) / (1.0 - std::cos(kFlank_rad));
 }
 
-/// A flank at `offset_m` that has come down by `drop` of kRidgeRadius_m's circle below the strip.
+/// A flank at `offset_m` that drops by `drop` of the drop of kRidgeRadius_m's circle.
 Spot FlankDownBy(double drop, double offset_m) {
   Spot flank = OnCircle(kStrip_rad);
   flank.height_m -= drop * kRidgeRadius_m * (std::cos(kStrip_rad) - std::cos(kFlank_rad));
@@ -494,12 +494,12 @@ Spot FlankDownBy(double drop, double offset_m) {
 
 TEST(FindRidge, ComesDownByAShareOfACirclesDrop) {
   constexpr double kAsked = 0.35;
-  // Narrower than the circle of its normals: what counts is a circle of its half width.
+  // Narrower than the circle of its normals: a circle of its half width counts.
   const double half_width = kRidgeRadius_m * std::sin(kFlank_rad);
   const double narrow = kAsked / FlankDrop() * std::sin(kFlank_rad);
   EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * narrow, half_width))));
   EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * narrow, half_width))));
-  // Wider: the circle that the strip curves along.
+  // Wider: the circle of the strip's curvature counts.
   const double wide = kAsked / FlankDrop();
   EXPECT_TRUE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(1.02 * wide, 1.5 * kRidgeRadius_m))));
   EXPECT_FALSE(RidgeOf(Threes(40, kStrip_rad, FlankDownBy(0.98 * wide, 1.5 * kRidgeRadius_m))));
@@ -509,7 +509,7 @@ TEST(FindRidge, IsNotWiderForStrayPoints) {
   const double narrow = 0.35 / FlankDrop() * std::sin(kFlank_rad);
   const Spot flank = FlankDownBy(1.1 * narrow, kRidgeRadius_m * std::sin(kFlank_rad));
   Analytic shape = Threes(400, kStrip_rad, flank);
-  for (int row = 0; row < 12; ++row) {  // a hundredth on each side
+  for (int row = 0; row < 12; ++row) {  // 1 % on each side
     AddSpot(shape, row, {kFlank_rad, 1.2 * kRidgeRadius_m, flank.height_m});
     AddSpot(shape, row, {-kFlank_rad, -1.2 * kRidgeRadius_m, flank.height_m});
   }
@@ -517,7 +517,7 @@ TEST(FindRidge, IsNotWiderForStrayPoints) {
 }
 
 TEST(FindRidge, AsksForNoDropNextToTheRidge) {
-  // Flanks that do not come down at all, just within and just beyond 0.45 rad.
+  // Flanks without any drop, just within and just beyond 0.45 rad.
   for (const double turn : {0.44, 0.46}) {
     const Spot flank{turn, kRidgeRadius_m * std::sin(turn), OnCircle(kStrip_rad).height_m};
     EXPECT_EQ(RidgeOf(Threes(40, kStrip_rad, flank)).has_value(), turn < 0.45) << turn;

@@ -59,7 +59,7 @@ TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
 
 TEST_P(Ik, HasNoSolutionOutOfReach) {
   base::Rng rng(13);
-  // Stretched out, the arm is shorter than the sum of all offsets between its frames.
+  // The stretched arm is shorter than the sum of all offsets between its frames.
   double reach_m = robot_.X_FH.translation().norm();
   for (const Link& link : robot_.links()) {
     if (link.parent >= 0) reach_m += link.X_PB.translation().norm();
@@ -102,9 +102,9 @@ TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
       EXPECT_TRUE(((*path)[i].array() <= robot_.upper.array()).all());
       if (i == 0) continue;
       EXPECT_LE(((*path)[i] - (*path)[i - 1]).cwiseAbs().maxCoeff(), 0.2);
-      // In between, the joint line leaves the hand's line by about |d2x/dq2| dq^2 / 8: below 1 mm
-      // for steps of 10 mm but near singular poses, where one joint of an arm of 0.8 m moves by 0.2
-      // rad at most.
+      // In between, the joint line deviates from the hand's line by about |d2x/dq2| dq^2 / 8. This
+      // is below 1 mm for steps of 10 mm, except near singular poses, where one joint of an arm of
+      // 0.8 m moves by up to 0.2 rad.
       const Eigen::VectorXd middle = 0.5 * ((*path)[i] + (*path)[i - 1]);
       const double t_mid = t - 0.5 / static_cast<double>(path->size() - 1);
       EXPECT_LT((robot_.HandPose(middle).translation() - X_0.translation() - t_mid * way).norm(),
@@ -114,7 +114,7 @@ TEST_P(Ik, StraightLineStaysOnTheLineWithSmallSteps) {
         Eigen::Matrix3d(robot_.HandPose(path->back()).linear().transpose() * X_1.linear()));
     EXPECT_LT(left.angle(), 2e-5);
   }
-  EXPECT_GT(lines, 30);  // many of these poses are stretched out: their lines leave the reach
+  EXPECT_GT(lines, 30);  // many of these poses are stretched and their lines leave the reach
 }
 
 TEST_P(Ik, StraightLineOutOfReachIsRefused) {
@@ -123,7 +123,7 @@ TEST_P(Ik, StraightLineOutOfReachIsRefused) {
   EXPECT_FALSE(StraightLine(robot_, robot_.home, X_WH));
 }
 
-// A turn in place has as many steps as a point at kRotationRadius_m from the hand needs.
+// A rotation in place has as many steps as the path of a point at kRotationRadius_m from the hand.
 TEST_P(Ik, ATurnInPlaceIsALineOfSmallTurns) {
   base::Rng rng(16);
   int lines = 0;
@@ -139,7 +139,7 @@ TEST_P(Ik, ATurnInPlaceIsALineOfSmallTurns) {
   EXPECT_GT(lines, 30);
 }
 
-// Held in one place, the arm turns its elbow away from its joints' limits.
+// With the hand held in one place, the arm moves its elbow away from the joint limits.
 TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
   base::Rng rng(17);
   const Eigen::ArrayXd half = 0.5 * (robot_.upper - robot_.lower).array();
@@ -157,7 +157,7 @@ TEST_P(Ik, FollowingAPoseLeavesTheLimits) {
     better += nearness(path->back()) < nearness(q0);
   }
   EXPECT_GT(followed, 10);
-  // The step is the descent of this sum to first order.
+  // To first order, the step is a descent step of this sum.
   EXPECT_GE(better, followed * 9 / 10);
 }
 

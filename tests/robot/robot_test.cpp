@@ -19,7 +19,7 @@ class Kinematics : public ::testing::TestWithParam<std::filesystem::path> {
   Reference reference_;
 };
 
-// Chains of about ten rotations and translations of about 1 m: rounding stays below 1e-14 a step.
+// Chains have about ten rotations and translations of about 1 m; rounding is below 1e-14 per step.
 TEST_P(Kinematics, LinkAndHandPosesAreThoseOfMujoco) {
   base::Rng rng(1);
   for (int n = 0; n < 200; ++n) {
@@ -83,14 +83,14 @@ TEST(Load, TakesTheFixedCellWithoutTheTableTopAndWithoutWhatIsOnlySeen) {
 TEST(Load, SelfPairsLeaveOutNeighboursAndExclusionsAlone) {
   const Robot robot = Robot::Load(SmallCell());
   for (const auto& [a, b] : robot.self_pairs()) EXPECT_GE(b - a, 2);
-  // 9 bodies with the hand: 36 pairs, 8 of neighbours, 7 others excluded.
+  // 9 bodies with the hand make 36 pairs: 8 are neighbors and 7 others are excluded.
   EXPECT_EQ(robot.self_pairs().size(), 36u - 8u - 7u);
 }
 
 TEST(Load, TheBaseIsWhatTheFirstJointTurnsOnWhateverItsName) {
   EXPECT_EQ(Robot::Load(OwnArm("six_on_pedestal")).links().front().name, "arm/foot");
   EXPECT_EQ(Robot::Load(OwnArm("seven_on_ceiling")).links().front().name, "arm/link0");
-  // Another body that is called so is none.
+  // Another body with this name is not the base.
   const auto file = std::filesystem::path(::testing::TempDir()) / "two_bases.xml";
   std::string text = base::ReadFile(SmallCell());
   text.replace(text.find("name=\"stand\""), 12, "name=\"q/base\"");
@@ -101,7 +101,7 @@ TEST(Load, TheBaseIsWhatTheFirstJointTurnsOnWhateverItsName) {
 TEST(Load, AnArmOnTheWorldItselfStandsWhereItsFirstLinkIs) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "on_world.xml";
   std::string text = base::ReadFile(SmallCell());
-  // Without pedestal and base: link1 hangs on the world, where it was.
+  // Without pedestal and base, link1 is attached to the world at the same place.
   const auto from = text.find("<body name=\"pedestal\"");
   const auto to = text.find("<body name=\"link1\"");
   text.replace(from, to - from, "");
@@ -191,7 +191,7 @@ TEST(Load, NamesTheFileAndWhatIsMissing) {
   }
 }
 
-// The small cell with one thing wrong each: what the message has to name.
+// The small cell with one error each, and the text that the message must contain.
 TEST(Load, NamesWhatIsWrongInTheFile) {
   const std::string cell = base::ReadFile(SmallCell());
   const auto file = std::filesystem::path(::testing::TempDir()) / "wrong_cell.xml";
@@ -236,20 +236,20 @@ TEST_P(Hand, ClosesFromOpenUntilThePadsTouchOrTheJointsEnd) {
 TEST_P(Hand, PadsMeetWhenClosedAndOpenAlongTheClosingDirection) {
   const auto& closed = hand_.states.back();
   const auto& open = hand_.states.front();
-  // Means over the fingers' points: up to half the fingers' spacing apart.
+  // These are means over the fingers' points, so they are up to half the fingers' spacing apart.
   EXPECT_LT((closed.thumb_pad_H - closed.finger_pad_H).norm(), 0.01);
   const Eigen::Vector3d opening = (open.thumb_pad_H - open.finger_pad_H).normalized();
   EXPECT_GT(opening.dot(hand_.X_HG_tip.linear().col(0)), 0.95);
 }
 
 // The published tool centres lie between the tips: midway between both sides of the hand at every
-// opening, and at the sites of the open hand but for the row that its fingers stand in.
+// opening, and at the sites of the open hand, except along the row of its fingers.
 TEST_P(Hand, ToolCentresMoveWithTheOpening) {
   for (const auto& state : hand_.states) {
     for (const Eigen::Vector3d& center : {state.tip_center_H, state.power_center_H}) {
       const Eigen::Vector3d pads = 0.5 * (state.thumb_pad_H + state.finger_pad_H);
       const Eigen::Vector3d closing = hand_.X_HG_tip.linear().col(0);
-      // A thumb's tip is longer than its pad, and the little finger stops before the others.
+      // A thumb's tip is longer than its pad, and the little finger stops before the other fingers.
       EXPECT_LT(std::abs((center - pads).dot(closing)), 0.008);
     }
   }
@@ -304,10 +304,10 @@ TEST_P(Hand, ThumbShapesAreFingersAndEveryShapeIsFlagged) {
 INSTANTIATE_TEST_SUITE_P(Cells, Hand, ::testing::ValuesIn(Cells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
-// Finger and thumb are mirror images, hinged at x = -+0.055, turned out by 5 deg; their axes are
-// 0.095 m long with radius 0.008, the finger's last segment being the outer 0.045 m. Turned in by
-// a, the tips' ends are nearest; turned out, the start of the finger's last segment is, and the
-// nearest point of the thumb's axis is the foot of the perpendicular.
+// Finger and thumb are mirror images, hinged at x = -+0.055 and turned outward by 5 deg. Their axes
+// are 0.095 m long with radius 0.008; the finger's last segment is the outer 0.045 m. When turned
+// inward by a, the tips' ends are nearest. When turned outward, the start of the finger's last
+// segment is nearest, and the nearest point of the thumb's axis is the foot of the perpendicular.
 TEST(SmallHand, GapFollowsFromTheHinges) {
   const Robot robot = Robot::Load(SmallCell());
   for (const auto& state : robot.hand().states) {

@@ -18,11 +18,11 @@ inline std::filesystem::path SmallCell() {
 inline std::filesystem::path Tabletop() {
   return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "scenes/tabletop.xml";
 }
-/// The test's own cell, and the real one.
+/// The small test cell and the shipped cell.
 inline std::vector<std::filesystem::path> Cells() { return {SmallCell(), Tabletop()}; }
 
-/// Cells with arms of other makes: six joints with offsets, seven with continuous ones, on a
-/// pedestal, a wall, a ceiling.
+/// Cells with other arms: six joints with offsets, or seven with continuous joints, on a pedestal,
+/// a wall or a ceiling.
 inline std::filesystem::path OwnArm(const std::string& name) {
   return std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "tests/data/arms" / (name + ".xml");
 }
@@ -41,13 +41,13 @@ inline Eigen::VectorXd RandomJoints(const robot::Robot& robot, base::Rng& rng,
   return q;
 }
 
-/// The same scene in MuJoCo itself, as the reference.
+/// The same scene loaded in MuJoCo, as the reference.
 struct Reference {
   explicit Reference(const std::filesystem::path& file)
       : m(mj_loadXML(file.string().c_str(), nullptr, nullptr, 0), mj_deleteModel),
         d(m ? mj_makeData(m.get()) : nullptr, mj_deleteData) {}
 
-  /// The id of the element whose name ends in the given one, after any prefix.
+  /// The id of the element whose name, after any prefix, is the given one.
   int Find(mjtObj type, const std::string& name) const {
     for (int id = 0;; ++id) {
       const char* full = mj_id2name(m.get(), type, id);

@@ -29,8 +29,8 @@ double DistanceToPath(const Eigen::VectorXd& q, const Path& path) {
   return best;
 }
 
-/// A mean over smoothing_s of a motion with acceleration a lies within a smoothing_s^2 / 24 of the
-/// motion's middle.
+/// The mean of a motion with acceleration a over smoothing_s is within a smoothing_s^2 / 24 of the
+/// motion's midpoint.
 double SmoothingDeviation(const Robot& robot, const TimingOptions& options) {
   return options.acceleration_scale * robot.acceleration.norm() * options.smoothing_s *
          options.smoothing_s / 24.0;
@@ -39,12 +39,12 @@ double SmoothingDeviation(const Robot& robot, const TimingOptions& options) {
 void ExpectWithinLimits(const Robot& robot, const base::JointTrajectory& trajectory,
                         const TimingOptions& options) {
   const double dt = trajectory.period_s;
-  // A mean of values within the limits is within them; what is left is rounding: 1e-15 / dt^2.
+  // A mean of values within the limits is within them, except for rounding: 1e-15 / dt^2.
   const Eigen::ArrayXd v = options.velocity_scale * robot.velocity.array() + 1e-9;
   const Eigen::ArrayXd a = options.acceleration_scale * robot.acceleration.array() + 1e-9;
   const Path& q = trajectory.positions;
   for (std::size_t i = 0; i < q.size(); ++i) {
-    // At rest before and after.
+    // The robot is at rest before and after.
     const Eigen::VectorXd& before = q[i == 0 ? 0 : i - 1];
     const Eigen::VectorXd& after = q[std::min(i + 1, q.size() - 1)];
     ASSERT_LE(((after - q[i]).array().abs() / dt / v).maxCoeff(), 1.0) << "sample " << i;
@@ -63,7 +63,7 @@ TEST_P(Timing, RandomPathsKeepAllLimitsMeetTheirEndsAndStayNear) {
   for (int n = 0; n < 10; ++n) {
     Path path{RandomJoints(robot_, rng)};
     const std::size_t count = 2 + rng.Index(7);
-    const double reach = n % 2 == 0 ? 1.0 : 0.05;  // long legs, and short ones
+    const double reach = n % 2 == 0 ? 1.0 : 0.05;  // long and short segments
     while (path.size() < count) {
       path.push_back(path.back() + reach * (RandomJoints(robot_, rng) - path.back()));
     }
@@ -100,7 +100,8 @@ TEST_P(Timing, DenseHandLinesAreFollowedClosely) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Timing, ::testing::Range(0, 20));
 
-// One joint from rest to rest over d: d / v + v / a if it reaches its speed, then the sliding mean.
+// One joint from rest to rest over d takes d / v + v / a if it reaches its speed, plus the moving
+// mean.
 TEST(TimingOfOneJoint, TakesTheTimeOfATrapezoid) {
   const Robot robot = Robot::Load(SmallCell());
   for (int joint = 0; joint < robot.dof(); ++joint) {
@@ -109,8 +110,8 @@ TEST(TimingOfOneJoint, TakesTheTimeOfATrapezoid) {
     const double v = robot.velocity[joint];
     const double a = robot.acceleration[joint];
     const auto trajectory = TimeParameterise(robot, {Eigen::VectorXd::Zero(robot.dof()), goal}, {});
-    // Speed changes only at the grid, 0.01 rad apart: up to 0.01 / v each at both ramps; then up to
-    // two samples to fill the last period.
+    // Speed changes only at grid points, 0.01 rad apart: up to 0.01 / v at each ramp. Filling the
+    // last period adds up to two samples.
     const double expected = 1.0 / v + v / a + TimingOptions().smoothing_s;
     EXPECT_GE(trajectory.Duration(), expected - 0.01);
     EXPECT_LE(trajectory.Duration(), expected + 2.0 * 0.01 / v + 0.02);
@@ -159,7 +160,7 @@ using Eigen::VectorXd;
 
 VectorXd At(double x, double y) { return Eigen::Vector2d(x, y); }
 
-// A right angle: the arc of radius r leaves the corner by r (sqrt 2 - 1) and cuts r from both legs.
+// At a right angle, the arc of radius r is r (sqrt 2 - 1) from the corner and cuts r off both legs.
 TEST(RoundCorners, RightAngleHasTheAnalyticArc) {
   const double corner_rad = 0.05;
   const double r = corner_rad / (std::sqrt(2.0) - 1.0);
@@ -172,7 +173,7 @@ TEST(RoundCorners, RightAngleHasTheAnalyticArc) {
   EXPECT_NEAR((middle - At(1, 0)).norm(), corner_rad, 1e-12);
 }
 
-// A leg shorter than the arc would need: no more than half of it is cut.
+// If a leg is too short for the arc, at most half of it is cut.
 TEST(RoundCorners, ShortLegsAreCutByHalfAtMost) {
   const auto pieces = RoundCorners({At(0, 0), At(0.02, 0), At(0.02, 1)}, 0.05);
   ASSERT_EQ(pieces.size(), 3u);
@@ -195,8 +196,9 @@ TEST(RoundCorners, ReversalsStopAndStraightOrRepeatedPointsDoNot) {
   EXPECT_TRUE(RoundCorners({At(1, 1), At(1, 1)}, 0.05).empty());
 }
 
-// In seven dimensions: one piece goes on where the last ends, in its direction; the derivatives are
-// those of the position (by differences); no point is further than corner_rad from the polyline.
+// In seven dimensions: each piece starts where the previous one ends, in the same direction; the
+// derivatives match differences of the position; no point is further than corner_rad from the
+// polyline.
 TEST(RoundCorners, RandomPathsAreSmoothAndNear) {
   base::Rng rng(3);
   for (int n = 0; n < 200; ++n) {

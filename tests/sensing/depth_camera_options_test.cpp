@@ -45,7 +45,7 @@ TEST_F(DepthCameraFile, BothCamerasHaveTheirDataSheetsFields) {
   const std::filesystem::path sensors = RANGEGRASP_SOURCE_DIR "/models/sensors";
   const double stereo_deg =
       2.0 * FieldOf(ReadRangeSensor(sensors / "depth_camera_active_stereo.yaml")).half_down_rad;
-  EXPECT_NEAR(stereo_deg, base::Deg(62.0), base::Deg(3.0));  // the sheet's tolerance
+  EXPECT_NEAR(stereo_deg, base::Deg(62.0), base::Deg(3.0));  // the data sheet's tolerance
   const auto flight = ReadRangeSensor(sensors / "depth_camera_time_of_flight.yaml");
   EXPECT_EQ(std::get<DepthCameraOptions>(flight).principle, DepthPrinciple::kTimeOfFlight);
   EXPECT_NEAR(2.0 * FieldOf(flight).half_down_rad, base::Deg(65.0), base::Deg(5.0));

@@ -1,6 +1,6 @@
-// The noise of a simulated depth camera next to that of recorded clouds (a Kinect): residuals of
-// planes and how alike neighbors are, the share of holes near depth edges and away from them, and
-// samples that hang between two surfaces.
+// Compares the noise of a simulated depth camera with recorded clouds of a Kinect: residuals of
+// planes, correlation of neighbors, the share of holes near depth edges and elsewhere, and samples
+// between two surfaces.
 
 #include <gtest/gtest.h>
 
@@ -19,8 +19,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of the recorded clouds: the lens by least squares over their points; the baseline is the device's
-// (Khoshelham and Elberink 2012). Their product turns depths into disparities.
+// Parameters of the recorded clouds. The focal length is a least-squares fit to their points; the
+// baseline is the device's (Khoshelham and Elberink 2012). Their product converts depths to
+// disparities.
 constexpr double kKinectFocal_px = 525.0;
 constexpr double kKinectBaseline_m = 0.075;
 constexpr double kFb = kKinectFocal_px * kKinectBaseline_m;
@@ -39,9 +40,9 @@ Disparities DisparitiesOf(int width, int height, const geometry::Points& points_
   return image;
 }
 
-/// What is compared.
+/// The compared figures.
 struct NoiseFigures {
-  std::vector<double> sigma_px;                       ///< of planes' residuals, one a window
+  std::vector<double> sigma_px;                       ///< of plane residuals, one per window
   std::vector<double> alike_1, alike_4, alike_below;  ///< correlation 1 and 4 columns, 1 row apart
   double near_holes = 0, near = 0, flat_holes = 0, flat = 0, hanging = 0, edges = 0;
 
@@ -50,10 +51,10 @@ struct NoiseFigures {
   double HangingShare() const { return hanging / edges; }
 };
 
-constexpr int kHalf = 10;  // of a window
+constexpr int kHalf = 10;  // half size of a window
 constexpr int kSide = 2 * kHalf + 1;
 
-/// Of a window that is whole and flat; 1 / z of a plane is linear in the image.
+/// Adds the figures of a complete, flat window; 1 / z of a plane is linear in the image.
 void AddPlane(const Disparities& image, int x, int y, NoiseFigures& figures) {
   Eigen::Matrix<double, kSide * kSide, 3> A;
   Eigen::Matrix<double, kSide * kSide, 1> b;
@@ -65,7 +66,7 @@ void AddPlane(const Disparities& image, int x, int y, NoiseFigures& figures) {
   }
   const Eigen::VectorXd e = b - A * A.householderQr().solve(b).eval();
   const double variance = e.squaredNorm() / (kSide * kSide - 3);
-  constexpr double kFlat_px = 0.2;  // more is curved
+  constexpr double kFlat_px = 0.2;  // larger residuals mean a curved surface
   if (variance > kFlat_px * kFlat_px || !(variance > 0.0)) return;
   const auto alike = [&](int right, int down) {
     double sum = 0.0;
@@ -123,14 +124,14 @@ void AddHanging(const Disparities& image, NoiseFigures& figures) {
 }
 
 void AddImage(const Disparities& image, NoiseFigures& figures) {
-  constexpr int kStep = 3;  // not every pixel: neighbors tell the same
+  constexpr int kStep = 3;  // not every pixel, since neighbors are alike
   for (int y = kHalf; y + kHalf < image.height; y += kStep) {
     for (int x = kHalf; x + kHalf < image.width; x += kStep) AddWindow(image, x, y, figures);
   }
   AddHanging(image, figures);
 }
 
-/// The recorded camera's lenses; its noise is what this test looks for.
+/// Options with the recorded camera's lens; this test compares the noise.
 DepthCameraOptions KinectLike() {
   DepthCameraOptions options;
   options.field_right_rad = 2.0 * std::atan(320.0 / kKinectFocal_px);
@@ -145,7 +146,7 @@ DepthCameraOptions KinectLike() {
   return options;
 }
 
-/// A table as the recorded ones, seen from 0.9 m at 45 deg, with boxes of 60 to 160 mm.
+/// A table like the recorded ones, seen from 0.9 m at 45 deg, with boxes of 60 to 160 mm.
 NoiseFigures Simulated() {
   const double s = std::sqrt(0.5);
   Eigen::Matrix3d R_WS;
@@ -197,7 +198,7 @@ TEST(DepthCameraRecorded, ItsNoiseIsThatOfRecordedClouds) {
   };
   ASSERT_GT(recorded.sigma_px.size(), 30U);
   ASSERT_GT(simulated.sigma_px.size(), 30U);
-  // Tolerances are what differs between two devices of a kind, not what differs between samples.
+  // Tolerances allow for differences between two devices of a type, not between samples.
   compare("plane residual [px of disparity]", &NoiseFigures::sigma_px, 0.012);
   compare("correlation, 1 column apart", &NoiseFigures::alike_1, 0.12);
   compare("correlation, 4 columns apart", &NoiseFigures::alike_4, 0.15);

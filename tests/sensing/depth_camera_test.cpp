@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using CameraMeshes = std::vector<sim::VisualMesh>;
 
-// The camera stands in the origin and looks along W's z axis.
+// The camera is at the origin and looks along W's z axis.
 const base::Pose kCamera = base::Pose::Identity();
 
 DepthCameraOptions Exact() {
@@ -36,7 +36,7 @@ DepthCameraOptions ExactFlight() {
   return options;
 }
 
-/// Fills the image at a depth.
+/// A wall at this depth that fills the image.
 sim::VisualMesh WallAt(double z_m, std::uint32_t label = 0) {
   return test::Level(z_m, -9.0, 9.0, -9.0, 9.0, label);
 }
@@ -71,7 +71,7 @@ TEST(DepthCamera, WithoutNoiseMeasuresAWallOnThePixelsRays) {
       ++measured;
       const double column = static_cast<double>(i % 160), row = static_cast<double>(i / 160);
       const Vector3d ray((column - 79.5) / f, (row - 59.5) / f, 1.0);
-      // Rays are cast in single precision: 1e-7 of their length.
+      // Rays are cast in single precision, 1e-7 of their length.
       EXPECT_LT((scan.view.image.points_C[i] - 0.7 * ray).norm(), 1e-6);
       EXPECT_EQ(scan.truth.label[i], 3U);
     }
@@ -92,7 +92,7 @@ TEST(DepthCamera, StereoNoiseGrowsWithTheSquaredDepthAsPredicted) {
     const double expected_m = depth_m * depth_m / (FocalLength(options) * 0.05) *
                               std::hypot(0.08, 1.0 / 32.0 / std::sqrt(12.0));
     EXPECT_NEAR(StereoSigma(options, depth_m), expected_m, 1e-12);
-    // 18,000 samples: 5 standard errors are 2.6 %; to that the curvature of 1 / d, below 1 % where
+    // For 18,000 samples, 5 standard errors are 2.6 %. The curvature of 1 / d adds less than 1 % if
     // sigma is below a tenth of the depth.
     EXPECT_NEAR(sigma_m / expected_m, 1.0, 0.04) << depth_m;
   }
@@ -136,7 +136,7 @@ TEST(DepthCamera, AMatchingWindowCorrelatesNeighbors) {
     }
     return sum / ((kWidth - right) * (kHeight - down));
   };
-  // 160,000 / 21 independent values: 5 standard errors are 0.06 to 0.08.
+  // For 160,000 / 21 independent values, 5 standard errors are 0.06 to 0.08.
   EXPECT_NEAR(covariance(0, 0), 1.0, 0.08);
   for (const int k : {1, 3, 6, 8}) {
     EXPECT_NEAR(covariance(k, 0), std::max(0.0, 1.0 - k / 7.0), 0.08) << k;
@@ -151,7 +151,7 @@ TEST(DepthCamera, TheSecondLensMissesAStripAsWideAsTheStepOfDisparity) {
   const std::vector<std::uint8_t> hidden = HiddenFromRight(disparity);
   for (std::size_t c = 0; c < hidden.size(); ++c) {
     const bool beyond = c < 20;                    // outside the right image
-    const bool behind = c >= 100 - 25 && c < 100;  // left of what is near
+    const bool behind = c >= 100 - 25 && c < 100;  // left of the near part
     EXPECT_EQ(hidden[c] != 0, beyond || behind) << c;
   }
 }
@@ -194,7 +194,7 @@ TEST(DepthCamera, LosesTheShareOfSamplesAtDepthEdgesThatItSays) {
     const Scan scan = LookAt(meshes, options, seed);
     lost += static_cast<int>(std::ranges::count(scan.truth.state, SampleState::kDropout));
   }
-  // 5,600 draws: 5 standard errors are 0.033; the logistic curve is within 0.01.
+  // For 5,600 draws, 5 standard errors are 0.033; the logistic curve is within 0.01.
   EXPECT_NEAR(lost / (kSeeds * 2.0 * 4.0 * 34.8), 0.4, 0.06);
 }
 
@@ -211,13 +211,13 @@ TEST(DepthCamera, LosesGlossThatFacesItAndDarkAndGrazingSurfaces) {
   EXPECT_EQ(share_lost(WallAt(0.7)), 0.0);
   sim::VisualMesh glossy = WallAt(0.7);
   glossy.surface.gloss = 1.0;
-  // Light comes back within 10 deg where the wall is seen within 5: a disc of tan(5 deg) f pixels.
+  // Light returns within 10 deg if the wall is seen within 5 deg: a disc of tan(5 deg) f pixels.
   const double radius_px = std::tan(base::Deg(5.0)) * FocalLength(options);
   EXPECT_NEAR(share_lost(glossy), base::kPi * radius_px * radius_px / (153.0 * 120.0), 0.002);
   sim::VisualMesh black = WallAt(0.7);
   black.surface.albedo = 0.05;
   EXPECT_NEAR(share_lost(black), 0.5, 0.03);  // optics.h: half
-  // Seen at 75 deg: three quarters between 60 (none) and 80 (all).
+  // 75 deg is three quarters of the way from 60 deg (no loss) to 80 deg (all lost).
   const double tilt = base::Deg(75.0);
   const Vector3d along(0.0, std::sin(tilt), std::cos(tilt));
   options.field_right_rad = base::Deg(4.0);

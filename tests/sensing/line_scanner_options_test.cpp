@@ -34,7 +34,7 @@ class SensorFile : public ::testing::Test {
     return "no error";
   }
 
-  // One of its own: tests of several builds may run at once.
+  // A separate folder, since tests of several builds may run at once.
   const testing_support::TempFolder folder_;
   const std::filesystem::path file_ = folder_ / "sensor.yaml";
 };
@@ -128,7 +128,7 @@ TEST_F(SensorFile, AMissingFileIsAnError) {
 TEST(LineScannerKeys, EachHasASentence) {
   auto map = base::YamlMap::ForDocumentation();
   ReadLineScanner(map);
-  EXPECT_EQ(map.Keys().size(), 28u);  // the options, and the type
+  EXPECT_EQ(map.Keys().size(), 28u);  // the options and the type
   for (const base::KeyDoc& key : map.Keys()) {
     EXPECT_GT(key.doc.size(), 10u) << key.path;
     EXPECT_NE(key.doc.back(), '.') << key.path;

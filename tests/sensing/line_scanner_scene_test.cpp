@@ -12,7 +12,7 @@
 #include "sensing/line_scanner.h"
 #include "sensing/shapes.h"
 
-// The default scanner at its place in the tabletop scene.
+// Tests the default scanner at its place in the tabletop scene.
 
 namespace rangegrasp::sensing {
 namespace {
@@ -144,7 +144,7 @@ TEST(TabletopScan, NoThreadOutlivesAScanAndAForkedProcessGetsTheSameBytes) {
     return count;
   };
   Meshes meshes = TableWithObjects();
-  meshes.push_back(test::Sphere({0, 0, 0.2}, 0.05, 160));  // enough triangles to tempt a builder
+  meshes.push_back(test::Sphere({0, 0, 0.2}, 0.05, 160));  // enough to tempt a parallel builder
   const std::size_t before = threads();
   const auto points = Measured(ScanOf(meshes));
   EXPECT_EQ(threads(), before);
@@ -159,8 +159,8 @@ TEST(TabletopScan, NoThreadOutlivesAScanAndAForkedProcessGetsTheSameBytes) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-// W = S: the laser in the origin looks along z at a wall at kWall; before it, at kPlate, stands a
-// plate of |x| <= kSurfaceStateHalf, |y| <= 0.1.
+// W = S: the laser at the origin looks along z at a wall at kWall. In front of the wall, at kPlate,
+// is a plate with |x| <= kSurfaceStateHalf and |y| <= 0.1.
 constexpr double kWall = 1.0;
 constexpr double kPlate = 0.8;
 constexpr double kSurfaceStateHalf = 0.04;
@@ -172,8 +172,8 @@ std::vector<sim::VisualMesh> SurfaceStatePlateBeforeWall() {
 
 bool InLaserShadow(double x) { return std::abs(x) * kPlate / kWall <= kSurfaceStateHalf; }
 
-/// Where the segment from the wall's point x to the camera, at the pan angle of that point, crosses
-/// the plate's plane.
+/// The x at which the segment from the wall's point x to the camera, at that point's pan angle,
+/// crosses the plate's plane.
 double CameraCrossing(double x, double baseline_m) {
   const double pan_rad = std::atan2(x, kWall);
   const double camera_x = baseline_m * std::cos(pan_rad);
@@ -193,7 +193,7 @@ TEST(ClassifySurface, BothShadowsOfAPlateLieWhereGeometryPutsThem) {
     const double x = points[i].x();
     ++count.at(static_cast<std::size_t>(states[i]));
     const double crossing = CameraCrossing(x, options.baseline_m);
-    // Single precision at a distance of 1 m: a margin of 10 um.
+    // Single precision at a distance of 1 m needs a margin of 10 um.
     if (std::abs(std::abs(crossing) - kSurfaceStateHalf) < 1e-5) continue;
     if (std::abs(std::abs(x) * kPlate / kWall - kSurfaceStateHalf) < 1e-5) continue;
     const bool hidden = std::abs(crossing) <= kSurfaceStateHalf;
@@ -202,8 +202,8 @@ TEST(ClassifySurface, BothShadowsOfAPlateLieWhereGeometryPutsThem) {
                          : (hidden ? SurfaceState::kCameraShadow : SurfaceState::kSeen);
     EXPECT_EQ(states[i], expected) << "x = " << x;
   }
-  // The laser's shadow is 2 * 0.04 / 0.8 = 100 mm long, the camera's is shifted by about
-  // b (1 - 0.8) / 0.8 = 75 mm towards -x: 25 mm are in both.
+  // The laser's shadow is 2 * 0.04 / 0.8 = 100 mm long. The camera's shadow is shifted by about
+  // b (1 - 0.8) / 0.8 = 75 mm towards -x, so 25 mm are in both.
   const auto length = [&](SurfaceState s) { return step * count.at(static_cast<std::size_t>(s)); };
   EXPECT_NEAR(length(SurfaceState::kLaserShadow) + length(SurfaceState::kBothShadows), 0.100,
               2 * step);

@@ -19,10 +19,10 @@ namespace {
 using Eigen::Vector3d;
 using LineScannerMeshes = std::vector<sim::VisualMesh>;
 
-// In these tests W = S: the laser in the origin looks along z.
+// In these tests W = S: the laser at the origin looks along z.
 const base::Pose kHead = base::Pose::Identity();
 
-// Its pose is known; every sample is lost or kept by itself.
+// The pose is known exactly, and every sample is lost or kept independently.
 LineScannerOptions Known() {
   LineScannerOptions options;
   options.calibration_sigma_m = options.calibration_sigma_rad = 0.0;
@@ -77,7 +77,7 @@ TEST(LineScanner, WithoutNoiseAPlaneIsExact) {
   });
 }
 
-// The pose as calibrated, and by it the pan axis of every profile.
+// The view has the calibrated pose, which gives the pan axis of every profile.
 TEST(LineScanner, TheViewStandsWhereTheScannerDoes) {
   const base::Pose X_WS = base::MakePose(
       Eigen::AngleAxisd(0.3, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0.1, 0.2, 0.3});
@@ -89,8 +89,8 @@ TEST(LineScanner, TheViewStandsWhereTheScannerDoes) {
   EXPECT_EQ(scan.view.spacing_m, 0.0);
 }
 
-// On a wall straight ahead, a sample's length is the slopes' step, and profiles are the pan's step
-// apart. Off the middle both grow: over +-2 degrees by less than 2 (1 / cos^2(2 deg) - 1) = 0.25 %.
+// On a wall straight ahead, samples are one slope step apart, and profiles are one pan step apart.
+// Both grow off the center: over +-2 degrees by less than 2 (1 / cos^2(2 deg) - 1) = 0.25 %.
 TEST(LineScanner, SpacingIsThatOfTheRaysOnAWall) {
   LineScannerOptions options = Noiseless();
   options.fan_rad = options.pan_range_rad = base::Deg(4.0);
@@ -123,15 +123,15 @@ TEST_P(PlaneNoise, HasNoBiasAndThePredictedSpread) {
     sum += normalised;
     squares += normalised * normalised;
   });
-  // 30,720 samples; the correlated fifth of the variance costs less than half of them. Five
-  // standard errors of mean and variance.
+  // Five standard errors of mean and variance for 30,720 samples. The correlated fifth of the
+  // variance costs less than half of them.
   const double n = static_cast<double>(scan.truth.state.size());
   EXPECT_NEAR(sum / n, 0.0, 5.0 * std::sqrt(2.0 / n));
   EXPECT_NEAR(squares / n, 1.0, 5.0 * std::sqrt(2.0 * 2.0 / n));
 }
 
-// What the scan says about its own noise, against the truth: the spread of the errors along the
-// rays, in units of noise_m, is one at the fan's middle and at its ends, where rays are longer.
+// Compares the noise stated by the scan with the truth: the standard deviation of the errors along
+// the rays, in units of noise_m, is one at the fan's center and at its ends, where rays are longer.
 TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
   LineScannerOptions options = Known();
   options.pan_jitter_rad = 0.0;
@@ -142,7 +142,7 @@ TEST_P(PlaneNoise, IsWhatTheViewSaysItIs) {
   std::array<double, 2> count{};
   ForEach(scan, [&](std::size_t i, int, int s) {
     const Vector3d& p = scan.view.image.points_C[i];
-    const double error = p.norm() * (1.0 - GetParam() / p.z());  // to where the ray meets the wall
+    const double error = p.norm() * (1.0 - GetParam() / p.z());  // to the ray's point on the wall
     const double normalised = error / static_cast<double>(scan.view.noise_m[i]);
     const std::size_t part = std::abs(s - 255.5) < 128.0 ? 0 : 1;
     squares[part] += normalised * normalised;
@@ -167,12 +167,12 @@ TEST(LineScanner, SpeckleIsCorrelatedAlongTheLineAndNotAcross) {
     product[1] += e * (scan.view.image.points_C[i + 1].z() - 1.0);
     product[2] += e * (scan.view.image.points_C[scan.view.image.Index(p + 1, s)].z() - 1.0);
   });
-  // 76,000 samples, 19,000 independent ones: five standard errors are 0.036.
+  // For 76,000 samples, 19,000 of them independent, five standard errors are 0.036.
   EXPECT_NEAR(product[1] / product[0], std::exp(-0.5), 0.036);
   EXPECT_NEAR(product[2] / product[0], 0.0, 0.036);
 }
 
-// The first sample's speckle is no smaller than that of the others.
+// The speckle of the first sample is not smaller than that of the others.
 TEST(LineScanner, SpeckleIsStationaryFromTheFirstSample) {
   LineScannerOptions options = Noiseless();
   options.speckle_sigma_m = 0.0002;
@@ -211,8 +211,8 @@ TEST(LineScanner, CentroidsAreGivenInStepsAndOnTheSensor) {
   EXPECT_GT(Count(scan, SampleState::kOutOfView), 1000u);
 }
 
-// A thin plate whose plane passes between the two: the laser lights one side, the camera sees the
-// other.
+// The plane of a thin plate passes between laser and camera: the laser lights one side, the camera
+// sees the other.
 TEST(LineScanner, TheCameraDoesNotSeeTheBackOfALitSurface) {
   const LineScannerOptions options = Noiseless();
   const Vector3d along = Vector3d(0.5 * options.baseline_m, 0.0, -1.0).normalized();
@@ -228,8 +228,8 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
   const double radius = 0.06;
   const Vector3d center(0.02, -0.01, 1.0);
   const Scan scan = LineScannerScanOf({test::Sphere(center, radius, 200)}, options);
-  // Points p = c + r n: |p - c|^2 linearised at the truth is n . dc + dr = |p - c| - r. Within 50
-  // degrees of the view, where neither edges nor drop-outs select.
+  // For points p = c + r n, |p - c|^2 linearised at the truth is n . dc + dr = |p - c| - r. Only
+  // points within 50 degrees of the view are used, where edges and drop-outs do not bias them.
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   const Vector3d view = -center.normalized();
@@ -243,13 +243,13 @@ TEST(LineScanner, ASpheresRadiusIsRecovered) {
   });
   const Eigen::Matrix4d covariance = normal.inverse();
   const double radius_error = (covariance * right)(3);
-  // Five standard errors, sqrt(2) for the speckle's correlation.
+  // Five standard errors, times sqrt(2) for the speckle's correlation.
   const double sigma = std::sqrt(2.0) * DepthSigma(options, 1.0) * std::sqrt(covariance(3, 3));
   EXPECT_LT(sigma, 0.0005);
   EXPECT_NEAR(radius_error, 0.0, 5.0 * sigma);
 }
 
-// A wall at 1 m and before it a plate of |x| <= 40 mm, |y| <= 100 mm.
+// A wall at 1 m with a plate of |x| <= 40 mm, |y| <= 100 mm in front of it.
 constexpr double kHalf = 0.04;
 LineScannerMeshes PlateBeforeWall(double z, double wall_z = 1.0) {
   return {test::Level(wall_z, -3, 3, -3, 3), test::Level(z, -kHalf, kHalf, -0.1, 0.1, 7)};
@@ -268,7 +268,7 @@ TEST(LineScanner, LabelsAndCameraShadowAreWhereGeometryPutsThem) {
     const double share = (1.0 - plate_z) / (1.0 - camera_z);
     const double cross_x = x + (camera_x - x) * share;
     const double cross_y = y * (1.0 - share);
-    // The line is 1 mm wide, a sample 1.5 mm long: nearer to an edge either may be seen.
+    // The line is 1 mm wide and a sample 1.5 mm long; closer to an edge, either may be seen.
     const auto inside = [](double cx, double cy) {
       const double depth = std::max(std::abs(cx) - kHalf, std::abs(cy) - 0.1);
       return depth < -0.0015 ? 1 : depth > 0.0015 ? 0 : -1;
@@ -300,9 +300,9 @@ TEST(LineScanner, WhatIsNotMeasuredIsNaN) {
   });
 }
 
-/// Distance from the plate's outline along the surface seen, in x and in y.
+/// Distance from the plate's outline along the seen surface, in x and y.
 double OutlineDistance(const Vector3d& p, double plate_z) {
-  const Vector3d q = p * (plate_z / p.z());  // where its ray crosses the plate's plane
+  const Vector3d q = p * (plate_z / p.z());  // its ray's point in the plate's plane
   const double dx = std::abs(q.x()) - kHalf;
   const double dy = std::abs(q.y()) - 0.1;
   return std::abs(std::max(dx, dy));
@@ -312,7 +312,7 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
   const LineScannerOptions options = Noiseless();
   const double plate_z = 0.992;
   int mixed = 0;
-  for (int k = 0; k < 5; ++k) {  // plates that lie differently between the profiles
+  for (int k = 0; k < 5; ++k) {  // plates at different offsets between profiles
     LineScannerMeshes meshes = PlateBeforeWall(plate_z);
     for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0004 * k;
     const Scan scan = LineScannerScanOf(meshes, options);
@@ -321,9 +321,9 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
       const Vector3d& p = scan.view.image.points_C[i];
       const double off = std::min(std::abs(p.z() - plate_z), std::abs(p.z() - 1.0));
       if (off < 1e-5) return;
-      // Rays reach 0.6 line widths across and a third of a sample (0.5 mm) along; the camera's
-      // shadow has edges of its own, to the plate's left, where the parallax of the 8 mm step is
-      // 8 * 0.3 / 1 = 2.4 mm.
+      // Rays extend 0.6 line widths across the line and a third of a sample (0.5 mm) along it. The
+      // camera's shadow has its own edges to the left of the plate, where the parallax of the 8 mm
+      // step is 8 * 0.3 / 1 = 2.4 mm.
       const Vector3d shifted = p + Vector3d(0.0024 - 0.0004 * k, 0, 0);
       const double distance = std::min(OutlineDistance(p - Vector3d(0.0004 * k, 0, 0), plate_z),
                                        OutlineDistance(shifted, plate_z));
@@ -335,14 +335,15 @@ TEST(LineScanner, MixedPointsHangBetweenNearSurfacesOnlyWithinTheLineOfAnEdge) {
 }
 
 TEST(LineScanner, NothingHangsBetweenSurfacesWhoseImagesAreApart) {
-  for (int k = 0; k < 5; ++k) {  // so that the edge passes through the line of some profile
+  for (int k = 0; k < 5; ++k) {  // so that the edge crosses the line of some profile
     LineScannerMeshes meshes = PlateBeforeWall(0.9);
     for (Vector3d& v : meshes[1].mesh_W.vertices) v.x() += 0.0008 * k;
     const Scan scan = LineScannerScanOf(meshes, Noiseless());
     ForEach(scan, [&](std::size_t i, int, int) {
       if (scan.truth.state[i] != SampleState::kMeasured) return;
       const double z = scan.view.image.points_C[i].z();
-      // Part of a line 1 mm wide moves the centroid by less than 0.6 mm, the depth by z / b of it.
+      // A partly visible line of 1 mm moves the centroid by less than 0.6 mm; the depth moves by
+      // z / b times that.
       EXPECT_LT(std::min(std::abs(z - 0.9), std::abs(z - 1.0)), 0.0006 / 0.3);
     });
   }
@@ -365,7 +366,7 @@ TEST(LineScanner, AReflectanceStepPullsTheCentroidToTheBrighterSide) {
       if (std::abs(error) < 1e-5) return;
       ++bent;
       EXPECT_LT(std::abs(p.x() - step_x), 0.0007);
-      // Light at -x of the fan's middle is seen nearer to the left: as if it lay nearer.
+      // Light at -x of the fan's center appears further to the left, as if it were closer.
       EXPECT_LT(error, 0.0);
       EXPECT_GT(error, -0.5 * options.line_width_m / options.baseline_m);
     });
@@ -373,7 +374,7 @@ TEST(LineScanner, AReflectanceStepPullsTheCentroidToTheBrighterSide) {
   EXPECT_GT(bent, 100);
 }
 
-/// Compares the share of drop-outs among the seen samples with the sum of probabilities.
+/// Compares the number of drop-outs among the seen samples with the sum of probabilities.
 void ExpectDropouts(const Scan& scan, const std::vector<double>& probability) {
   double expected = 0.0;
   double variance = 0.0;
@@ -417,9 +418,9 @@ TEST(LineScanner, DarkAndClearSurfacesDropOutByTheirShares) {
   ExpectDropouts(clear_scan, std::vector<double>(clear_scan.truth.state.size(), 0.8));
 }
 
-// A glossy wall that blinds the camera everywhere with one half: half of its patches are lost, each
-// as a whole. Of the neighboring samples along the line, a dozen to a patch, nearly all share their
-// fate.
+// A glossy wall blinds the camera everywhere with probability 1/2, so half of its patches are lost
+// completely. Neighboring samples along the line, a dozen per patch, are nearly always lost or kept
+// together.
 TEST(LineScanner, PatchesAreLostAsAWhole) {
   LineScannerOptions options = Noiseless();
   options.dropout_patch_m = 0.02;
@@ -439,7 +440,7 @@ TEST(LineScanner, PatchesAreLostAsAWhole) {
   EXPECT_GT(static_cast<double>(same) / static_cast<double>(pairs), 0.9);
 }
 
-// Left half black, right half white: the dark half loses samples, the white one none.
+// The left half is black and the right half is white. Only the dark half loses samples.
 TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   LineScannerMeshes meshes = Wall(1.0);
   meshes[0].surface.albedo = 0.7;
@@ -471,7 +472,7 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   EXPECT_NEAR(static_cast<double>(dark_lost) / static_cast<double>(dark), expected, 0.01);
 }
 
-/// The left half of a wall red, the right one white.
+/// A wall with a red left half and a white right half.
 LineScannerMeshes PrintedWall() {
   LineScannerMeshes meshes = Wall(1.0);
   for (const auto& triangle : meshes[0].mesh_W.triangles) {
@@ -489,7 +490,7 @@ LineScannerMeshes PrintedWall() {
   return meshes;
 }
 
-// By the second exposure nothing that was measured changes.
+// The second exposure does not change any measured range.
 TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   LineScannerOptions options = Known();
   const LineScannerMeshes meshes = PrintedWall();
@@ -500,7 +501,7 @@ TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   const Scan scan = LineScannerScanOf(meshes, options);
   EXPECT_TRUE(SameBytes(scan, without));
   ASSERT_EQ(scan.view.colors.size(), scan.truth.state.size());
-  // The wall stands upright: none of the light from above, half of all.
+  // The wall is upright, so it gets no light from above, and half of all light.
   const auto lit = [](const geometry::Rgb& color) {
     return geometry::ColorOf(0.5 * geometry::LightOf(color));
   };
@@ -511,7 +512,7 @@ TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   });
 }
 
-// Of many scans: the noise of a channel, its gain, and how far beside the samples colors are seen.
+// Checks over many scans: a channel's noise, its gain, and the shift of colors against samples.
 TEST(LineScanner, ColorsAreOffByWhatIsStated) {
   LineScannerOptions options = Known();
   options.color = true;
@@ -532,7 +533,7 @@ TEST(LineScanner, ColorsAreOffByWhatIsStated) {
     const auto level = static_cast<std::uint8_t>(std::lround(mean));
     const double gain = geometry::LightOf({level, level, level}).x() / 0.5;
     gains += std::pow(std::log(gain), 2);
-    // Where green comes up is the edge of the print, as the second exposure sees it.
+    // The print's edge, as the second exposure sees it, is where green increases.
     int edge = 0;
     while (colors[2 * static_cast<std::size_t>(edge)][1] < 100) ++edge;
     shifts_m += std::pow(std::tan(PanAngle(options, edge)), 2);
@@ -542,8 +543,8 @@ TEST(LineScanner, ColorsAreOffByWhatIsStated) {
   EXPECT_NEAR(std::sqrt(2.0 * shifts_m / kScans), options.color_shift_m, 1.5e-4);
 }
 
-// Over many scans the known pose is off by the stated root mean squares, and the points with it: a
-// point in the known frame is where it is in the true one.
+// Over many scans, the known pose is off by the stated root mean squares, and the points are off
+// with it: a point has the same coordinates in the known frame as in the true one.
 TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
   LineScannerOptions options = Noiseless();
   options.samples = options.profiles = 4;
@@ -561,7 +562,8 @@ TEST(LineScanner, TheKnownPoseIsOffByTheCalibration) {
       EXPECT_NEAR((known.inverse() * p).z(), 1.0, 2e-6);
     }
   }
-  // Of three normal components each: the deviation of the mean square is sqrt(2 / 3 / n) of it.
+  // Each has three normal components, so the relative deviation of the mean square is
+  // sqrt(2 / 3 / n).
   const double tolerance = 4.0 * std::sqrt(2.0 / 3.0 / kScans);
   EXPECT_NEAR(squares_m / kScans / 1e-6, 1.0, tolerance);
   EXPECT_NEAR(squares_rad / kScans / std::pow(base::Deg(0.1), 2), 1.0, tolerance);
@@ -590,7 +592,7 @@ TEST(LineScanner, AMirrorBlindsTheCameraWithinFiveDegrees) {
 TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   LineScannerOptions options = Noiseless();
   options.pan_jitter_rad = base::Deg(0.02);
-  // A wall that is turned by 45 degrees about y: its depth in the fan at a pan angle a is
+  // A wall rotated by 45 degrees about y. Its depth in the fan at a pan angle a is
   // 1 / (cos a + sin a).
   const Scan scan =
       LineScannerScanOf({test::Plate(Vector3d(-1, -3, 2), {3, 0, -3}, {0, 6, 0})}, options);
@@ -604,7 +606,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
       if (scan.truth.state[i] != SampleState::kMeasured) continue;
       const Vector3d& q = scan.view.image.points_C[i];
       const double depth = std::hypot(q.x(), q.z());
-      EXPECT_NEAR(std::atan2(q.x(), q.z()), pan, 1e-12);  // the nominal angle is what is known
+      EXPECT_NEAR(std::atan2(q.x(), q.z()), pan, 1e-12);  // the view knows the nominal angle
       // cos a + sin a = sqrt(2) sin(a + 45 deg)
       jitter.push_back(std::asin(1.0 / (depth * std::sqrt(2.0))) - base::Deg(45.0) - pan);
     }
@@ -616,7 +618,7 @@ TEST(LineScanner, ThePanJitterIsOneAngleAProfile) {
   const double n = scan.view.image.profiles;
   const double sigma = std::sqrt(squares / n);
   EXPECT_NEAR(sigma / options.pan_jitter_rad, 1.0, 5.0 / std::sqrt(2.0 * n));
-  EXPECT_NEAR(sum / n / options.pan_jitter_rad, 0.0, 5.0 / std::sqrt(n));  // one a profile
+  EXPECT_NEAR(sum / n / options.pan_jitter_rad, 0.0, 5.0 / std::sqrt(n));  // one per profile
 }
 
 TEST(LineScanner, TheSameSeedGivesTheSameBytes) {

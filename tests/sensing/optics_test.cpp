@@ -53,7 +53,7 @@ TEST(CameraModel, DepthPerPixelIsTheDerivative) {
 TEST(CameraModel, NoDepthWhereTheRaysDoNotMeet) {
   const LineScannerOptions options;
   const CameraModel camera(options);
-  // Parallel to the fan: q = tan(alpha) = b / F.
+  // A ray parallel to the fan has q = tan(alpha) = b / F.
   const double parallel_px = options.baseline_m / options.focus_distance_m *
                              options.focal_length_m / options.pixel_pitch_m;
   EXPECT_TRUE(camera.Depth(parallel_px - 1.0));
@@ -99,7 +99,7 @@ TEST(DepthSigma, OfSpeckleAloneIsItsOptionAtOneMetre) {
   EXPECT_NEAR(DepthSigma(options, 1.0), options.speckle_sigma_m, 1e-15);
 }
 
-// An error that is uniform over one step q has the standard deviation q / sqrt(12).
+// An error that is uniform over a step q has the standard deviation q / sqrt(12).
 TEST(DepthSigma, OfQuantisationAloneIsThatOfAUniformError) {
   LineScannerOptions options;
   options.centroid_sigma_px = options.speckle_sigma_m = 0.0;
@@ -129,7 +129,7 @@ TEST(AlbedoLoss, DarkSurfacesLoseHalfToNineTenths) {
   EXPECT_EQ(AlbedoLoss(0.10), 0.0);
   EXPECT_NEAR(AlbedoLoss(0.05), 0.5, 1e-12);
   EXPECT_NEAR(AlbedoLoss(0.0), 0.9, 1e-12);
-  EXPECT_NEAR(AlbedoLoss(0.075), 0.25, 1e-12);  // linear between
+  EXPECT_NEAR(AlbedoLoss(0.075), 0.25, 1e-12);  // linear in between
   EXPECT_NEAR(AlbedoLoss(0.025), 0.7, 1e-12);
   for (double a = 0.0; a < 0.2; a += 0.001) EXPECT_GE(AlbedoLoss(a), AlbedoLoss(a + 0.001));
 }
@@ -151,7 +151,7 @@ TEST(PatchLoss, IncidenceAndGlossAreIndependent) {
   EXPECT_EQ(PatchLoss(options, 0.4, {}), 0.0);
 }
 
-// sRGB: half of the light is 188 of 255.
+// In sRGB, half of the light is level 188 of 255.
 TEST(PrintAlbedo, IsLinearInTheLightOfTheRedChannel) {
   EXPECT_NEAR(PrintAlbedo(0), 0.04, 1e-12);
   EXPECT_NEAR(PrintAlbedo(255), 0.85, 1e-12);
@@ -274,7 +274,7 @@ TEST(RayCaster, AgreesWithBruteForceOnRandomScenes) {
       EXPECT_EQ(blocked[i] != 0, hits[i].found());
       if (!hits[i].found()) continue;
       ++found;
-      // Coordinates up to 2 m in single precision, at a slant: some 1e-6 m.
+      // Coordinates up to 2 m in single precision, at oblique angles, give some 1e-6 m.
       EXPECT_NEAR(hits[i].distance_m, reference.distance_m, 2e-5);
       EXPECT_NEAR(std::abs(hits[i].normal_W.cast<double>().dot(reference.normal)), 1.0, 1e-4);
       EXPECT_LE(hits[i].normal_W.dot(rays[i].direction_W), 0.0f);

@@ -10,7 +10,7 @@
 
 namespace rangegrasp::sensing::test {
 
-/// A parallelogram with a corner and two edges.
+/// A parallelogram given by a corner and two edges.
 inline sim::VisualMesh Plate(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
                              const Eigen::Vector3d& edge_v, std::uint32_t label = 0) {
   sim::VisualMesh mesh;
@@ -20,7 +20,7 @@ inline sim::VisualMesh Plate(const Eigen::Vector3d& corner, const Eigen::Vector3
   return mesh;
 }
 
-/// The rectangle x0..x1, y0..y1 at a height z.
+/// The rectangle x0..x1, y0..y1 at height z.
 inline sim::VisualMesh Level(double z, double x0, double x1, double y0, double y1,
                              std::uint32_t label = 0) {
   return Plate({x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0}, label);
@@ -39,7 +39,7 @@ inline sim::VisualMesh Box(const Eigen::Vector3d& center, const Eigen::Vector3d&
   return mesh;
 }
 
-/// A sphere of rings x 2 rings quads, its vertices on the surface.
+/// A sphere of `rings` x 2 `rings` quads with its vertices on the surface.
 inline sim::VisualMesh Sphere(const Eigen::Vector3d& center, double radius, int rings,
                               std::uint32_t label = 0) {
   sim::VisualMesh mesh;

@@ -14,8 +14,8 @@ namespace {
 
 using ::testing::StartsWith;
 
-// A hand of a palm and two tips on a slide that stands far above the plane, weightless; its two
-// joints are coupled one to one.
+// A weightless hand with a palm and two tips on a slide, far above the plane. Its two joints are
+// coupled one to one.
 constexpr char kHandScene[] = R"(<mujoco><option timestep="0.002" integrator="implicitfast"/>
 <compiler autolimits="true"/>
 <worldbody><body name="table"><geom type="plane" size="0 0 1"/></body>
@@ -36,7 +36,7 @@ constexpr char kHandScene[] = R"(<mujoco><option timestep="0.002" integrator="im
   <tuple name="fingertips"><element objtype="geom" objname="thumb_tip"/><element objtype="geom" objname="index_tip"/></tuple>
 </custom></mujoco>)";
 
-// Its ends; what joins them is not in the way of the palm.
+// Only the beam's ends, so that nothing between them hits the palm.
 constexpr char kBeam[] = R"(
   <geom type="box" pos="-0.187 0 0" size="0.005 0.005 0.005" mass="0.15"/>
   <geom type="box" pos="0.187 0 0" size="0.005 0.005 0.005" mass="0.15"/>)";
@@ -51,7 +51,7 @@ class AuditBound : public ::testing::Test {
             {samples::MakeObject("cube", R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)"),
              samples::MakeObject("beam", kBeam)},
             {}) {
-    Place(0.0, 0.0, 1.0);  // between hand and plane, free of both
+    Place(0.0, 0.0, 1.0);  // between hand and plane, touching neither
   }
 
   void Place(double x, double y, double z, double turn_rad = 0.0) {
@@ -61,8 +61,8 @@ class AuditBound : public ::testing::Test {
   }
   void Forward() { mj_forward(world_.model(), world_.data()); }
 
-  /// The figures of what was recorded, with bounds around one figure's value: within the bound they
-  /// pass, beyond it they fail by this figure's name.
+  /// Checks the recorded figures with bounds around one figure's value: within the bound they pass,
+  /// beyond it they fail and name this figure.
   void ExpectFailsBeyond(const std::string& figure, double value, double AuditBounds::*bound) {
     AuditBounds bounds;
     for (double AuditBounds::*other : kAll) bounds.*other = 1e9;
@@ -86,10 +86,10 @@ class AuditBound : public ::testing::Test {
     command.position = command.velocity = Eigen::VectorXd::Constant(1, commanded_m_);
     audit_.Step(holding, &command);
   }
-  /// The thumb's tip and the cube meet: the cube stands under the tip, 0.1 mm inside.
+  /// Puts the cube below the thumb's tip, penetrating by 0.1 mm.
   void UnderTheThumb() { Place(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4); }
 
-  double commanded_m_ = 0.0;  // of the slide
+  double commanded_m_ = 0.0;  // slide position
 
   World world_;
   HandGeoms hand_{world_.model()};
@@ -99,7 +99,7 @@ class AuditBound : public ::testing::Test {
 
 TEST_F(AuditBound, NothingRecordedIsValid) { EXPECT_EQ(audit_.Finish({}, true, true).failed, ""); }
 
-// The cube stands under the palm, deeper by the step: of 100 steps the 95th is the p95's.
+// The cube is below the palm, deeper with each step. Of 100 steps, the 95th gives the p95.
 TEST_F(AuditBound, Penetration) {
   for (int i = 1; i <= 100; ++i) {
     Place(0.0, 0.0, 2.0 - 0.05 - 0.02 + 1e-5 * i);
@@ -108,7 +108,7 @@ TEST_F(AuditBound, Penetration) {
   }
   Place(0.0, 0.0, 2.0 - 0.05 - 0.02 + 0.01);
   Forward();
-  Step(/*holding=*/false);  // deeper, but let go
+  Step(/*holding=*/false);  // deeper, but released
   const Audit audit = audit_.Finish({}, true, true);
   EXPECT_NEAR(audit.penetration_max_m, 1e-3, 1e-9);
   EXPECT_NEAR(audit.penetration_p95_m, 0.95e-3, 1e-9);
@@ -116,7 +116,7 @@ TEST_F(AuditBound, Penetration) {
   ExpectFailsBeyond("penetration_max_m", 1e-3, &AuditBounds::penetration_max_m);
 }
 
-// 0.1 mm along in 0.4 s, with a turn of 0.002 rad about the contact.
+// The object moves by 0.1 mm in 0.4 s and turns by 0.002 rad about the contact.
 TEST_F(AuditBound, Creep) {
   UnderTheThumb();
   Forward();
@@ -128,11 +128,11 @@ TEST_F(AuditBound, Creep) {
   audit_.EndRest(0.0);
   ExpectFailsBeyond("creep_m_s", 1e-4 / 0.4, &AuditBounds::creep_m_s);
   ExpectFailsBeyond("creep_rad_s", 0.005, &AuditBounds::creep_rad_s);
-  EXPECT_EQ(audit_.Finish({}, true, false).failed, "");  // lost in the carry: nothing held
+  EXPECT_EQ(audit_.Finish({}, true, false).failed, "");  // lost in the carry: nothing was held
 }
 
-// Where the object's origin is does not matter: a turn about a contact moves a far origin, and no
-// contact.
+// The position of the object's origin does not matter: a turn about a contact moves a far origin,
+// but no contact.
 TEST_F(AuditBound, CreepIsThatOfTheContacts) {
   UnderTheThumb();
   Forward();
@@ -149,7 +149,7 @@ TEST_F(AuditBound, CreepIsThatOfTheContacts) {
   EXPECT_GT(audit_.Finish({}, true, true).creep_rad_s, 0.9 * turn_rad / 0.4);
 }
 
-// What slid before does not count, what creeps after it does, as does the time that it slid.
+// Sliding before the restart does not count; creep after it and the time of sliding do.
 TEST_F(AuditBound, TheRestBeginsAnewWhereTheObjectSlides) {
   UnderTheThumb();
   Forward();
@@ -166,7 +166,7 @@ TEST_F(AuditBound, TheRestBeginsAnewWhereTheObjectSlides) {
   EXPECT_EQ(audit_.Finish({.unrest_s = 0.1}, true, false).failed, "");
 }
 
-// The hand moves with the arm and the object with it: no creep.
+// The hand moves with the arm and the object moves with the hand, so there is no creep.
 TEST_F(AuditBound, CreepIsMeasuredInTheHand) {
   UnderTheThumb();
   Forward();
@@ -189,7 +189,7 @@ TEST_F(AuditBound, EqualityError) {
   EXPECT_EQ(audit_.Finish({}, false, false).failed, "");  // nothing was held
 }
 
-// The cube stands 3 mm in the table, then in the palm.
+// The cube penetrates the table by 3 mm, then the palm.
 TEST_F(AuditBound, PenetrationElsewhere) {
   Place(0.0, 0.0, 0.02 - 0.003);
   Forward();
@@ -206,7 +206,7 @@ TEST_F(AuditBound, PenetrationElsewhere) {
   ExpectFailsBeyond("elsewhere_p95_m", 0.002, &AuditBounds::elsewhere_p95_m);
 }
 
-// Lifted by 10 mm without a cause, and thrown at 1 m/s: m g h + m v^2 / 2.
+// The object rises by 10 mm without a cause and moves at 1 m/s: m g h + m v^2 / 2.
 TEST_F(AuditBound, EnergyGained) {
   Forward();
   audit_.BeginRest();
@@ -226,7 +226,7 @@ TEST_F(AuditBound, EnergyGained) {
   EXPECT_THAT(audit_.Finish(bounds, true, true).failed, StartsWith("energy_gain_j "));
 }
 
-// A cube of half sides a that spins at 10 rad/s: m (2 a)^2 / 6 about any axis.
+// A cube with half side a spins at 10 rad/s; its inertia is m (2 a)^2 / 6 about any axis.
 TEST_F(AuditBound, EnergyOfASpin) {
   Forward();
   audit_.BeginRest();
@@ -237,8 +237,8 @@ TEST_F(AuditBound, EnergyOfASpin) {
   EXPECT_NEAR(audit_.Finish({}, true, true).energy_gain_J, 0.5 * inertia_kgm2 * 100.0, 1e-9);
 }
 
-// 1000 N/m times 2 mm are 2 N of 5. Far away the engine cuts it: the time is counted, three steps
-// of 2 ms.
+// 1000 N/m times 2 mm is 2 N of 5 N. At a large error the engine clamps the force, and this time is
+// counted: three steps of 2 ms.
 TEST_F(AuditBound, TimeOfADriveAtItsLimit) {
   world_.data()->ctrl[0] = 0.002;
   Forward();
@@ -254,10 +254,10 @@ TEST_F(AuditBound, TimeOfADriveAtItsLimit) {
   EXPECT_NEAR(audit_.Finish({}, true, true).drive_limit_s, 0.006, 1e-12);
   EXPECT_THAT(audit_.JointsAtLimits(), ::testing::ElementsAre("slide"));
   ExpectFailsBeyond("drive_limit_s", 0.006, &AuditBounds::drive_limit_s);
-  EXPECT_EQ(audit_.Finish({.drive_limit_s = 0.001}, false, false).failed, "");  // held nothing
+  EXPECT_EQ(audit_.Finish({.drive_limit_s = 0.001}, false, false).failed, "");  // nothing was held
 }
 
-// 5 N, of which it may give nine tenths; 2 N are less.
+// The limit is 5 N and the drive may give nine tenths of it; 2 N is less.
 TEST_F(AuditBound, ADriveThatGivesWayIsNotAtItsLimit) {
   for (const double sent_m : {0.006, -0.006, 0.002}) {
     Eigen::VectorXd position = Eigen::VectorXd::Constant(1, sent_m);
@@ -283,13 +283,13 @@ TEST_F(AuditBound, AJointAtItsRangesEndIsNamed) {
   EXPECT_THAT(audit_.JointsAtLimits(), ::testing::ElementsAre("slide"));
 }
 
-// The arm stands at 0 and was sent to 3 mm.
+// The arm is at 0 and was commanded to 3 mm.
 TEST_F(AuditBound, TrackingError) {
   commanded_m_ = 0.003;
   Step(false);
   commanded_m_ = 0.0;
   Step(false);                  // the maximum stays
-  audit_.Step(false, nullptr);  // something may be in the way
+  audit_.Step(false, nullptr);  // an obstacle may block the arm
   ExpectFailsBeyond("tracking_error_rad", 0.003, &AuditBounds::tracking_error_rad);
 }
 
@@ -299,8 +299,8 @@ TEST_F(AuditBound, WhatThePadsFeel) {
   ExpectFailsBeyond("grip_share", 2.5, &AuditBounds::grip_share);
 }
 
-// A beam of 0.384 m between the tips, 0.38 m apart: 2 mm deep in each. In front of one tip only
-// there is nothing between contacts.
+// A beam of 0.384 m between tips 0.38 m apart penetrates each by 2 mm. If it touches only one tip,
+// there is no distance between contacts.
 TEST_F(AuditBound, PenetrationAsAShareOfWhatIsHeld) {
   AuditRecorder audit(world_, hand_, servo_, 1);
   const auto rest_at = [&](double x) {
@@ -309,11 +309,11 @@ TEST_F(AuditBound, PenetrationAsAShareOfWhatIsHeld) {
     audit.Step(true, nullptr);
     audit.BeginRest();
   };
-  rest_at(0.003);  // out of the one tip, 5 mm deep in the other
+  rest_at(0.003);  // out of one tip, 5 mm deep in the other
   EXPECT_EQ(audit.Finish({}, false, false).penetration_share, 0.0);
   rest_at(0.0);
   const double share = audit.Finish({}, false, false).penetration_share;
-  EXPECT_NEAR(share, 0.005 / 0.382, 1e-4);  // contacts lie in the middle of the overlap
+  EXPECT_NEAR(share, 0.005 / 0.382, 1e-4);  // a contact is in the middle of the overlap
   AuditBounds bounds;
   bounds.penetration_p95_m = bounds.penetration_max_m = 1.0;
   bounds.penetration_share = 0.999 * share;

@@ -13,7 +13,7 @@ using samples::RepositoryObject;
 using samples::Tabletop;
 using samples::WriteFile;
 
-// What sensors see of the same world is put together by other code.
+// The meshes that sensors see of the same world are built by other code.
 TEST(VisualBodies, StandWhereSensorsSeeThem) {
   World world(Tabletop(), {RepositoryObject("coffee_cup"), RepositoryObject("dextrose")}, {});
   const base::Pose X_WO = base::MakePose(
@@ -46,7 +46,7 @@ TEST(VisualBodies, HaveTheSameMeshesWhereverTheyStand) {
   }
 }
 
-// A box at rest on a fixed "hand": its contacts carry its weight, upwards.
+// A box rests on a fixed "hand"; its contacts carry its weight upwards.
 TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
   const auto scene = WriteFile("plate_hand.xml", R"(<mujoco><worldbody>
     <body name="hand" pos="0 0 0.5"><geom type="box" size="0.2 0.2 0.01"/></body>
@@ -62,7 +62,7 @@ TEST(HandForces, CarryTheWeightOfWhatLiesOnIt) {
     EXPECT_NEAR(one.point_W.z(), 0.51, 0.001);
   }
   EXPECT_GE(forces.size(), 3u);
-  // It rests: what is left of its motion is below 1 % of its weight.
+  // The box rests: forces from its remaining motion are below 1 % of its weight.
   EXPECT_NEAR(sum.z(), 0.3 * 9.81, 0.03);
   EXPECT_NEAR(sum.head<2>().norm(), 0.0, 0.03);
   EXPECT_TRUE(HandForces(world, 100.0).empty());

@@ -1,5 +1,5 @@
-// Each bound of the audit is reached by an execution in which one thing is broken: the physics, the
-// arm or the hand.
+// Each bound of the audit is exceeded by an execution with one fault in the physics, the arm or the
+// hand.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,16 +27,16 @@ struct Broken {
 };
 struct Fault {
   const char* name;
-  const char* figure;                  ///< with which the audit's verdict begins
-  double AuditBounds::*bound;          ///< of that figure; null if it has none
-  std::function<void(Broken)> breaks;  ///< one thing
+  const char* figure;                  ///< start of the audit's verdict
+  double AuditBounds::*bound;          ///< bound of that figure; null if none
+  std::function<void(Broken)> breaks;  ///< the fault
   const char* object = "dextrose";
-  bool once_closed = false;  ///< so late, else before the grasp
+  bool once_closed = false;  ///< applied then, else before the grasp
 };
 
 bool OfHand(const mjModel* model, int geom) { return model->geom_priority[geom] > 0; }
 
-// Contacts of geoms give way in `time_s` instead of 5 ms.
+// Contacts of geoms have the time constant `time_s` instead of 5 ms.
 template <class Predicate>
 void Soften(mjModel* model, double time_s, const Predicate& of) {
   for (int geom = 0; geom < model->ngeom; ++geom) {
@@ -55,15 +55,15 @@ void SoftenTable(Broken broken) {
 }
 // The gear between the fingers slips.
 void SoftenCoupling(Broken broken) { broken.world.model()->eq_solref[0] = 0.1; }
-// Without the iterations against creep.
+// Removes the solver iterations that prevent creep.
 void LetCreep(Broken broken) { broken.world.model()->opt.noslip_iterations = 0; }
-// Friction that gives way five times as much as contact does, and a hand that does not hear it.
+// Friction is five times softer than the normal contact, and the hand does not sense slip.
 void LetSlide(Broken broken) {
   LetCreep(broken);
   broken.world.model()->opt.impratio = 0.2;
   broken.hand.slip_control = false;
 }
-// The motor presses five times as hard as it is told to.
+// The motor presses five times as hard as commanded.
 void MisgearMotor(Broken broken) {
   mjModel* model = broken.world.model();
   for (int i = 0; i < model->nnumeric; ++i) {
@@ -73,19 +73,19 @@ void MisgearMotor(Broken broken) {
   }
   broken.hand.max_force_N = 20.0;
 }
-// The drives of the arm have no damping, and their joints drive what turns.
+// The drives and joints of the arm have no damping.
 void ShakeArm(Broken broken) {
   mjModel* model = broken.world.model();
   for (int i = 0; i < 7; ++i) model->actuator_biasprm[i * mjNBIAS + 2] = 0.0;
   std::fill_n(model->dof_damping, 7, 0.0);
 }
-// The wrist's drive carries the box only just.
+// The wrist's drive can barely carry the box.
 void WeakenArm(Broken broken) {
   mjtNum* range = broken.world.model()->jnt_actfrcrange + 2 * 5;
   range[0] = -1.5;
   range[1] = 1.5;
 }
-// The carry has a jump, as between two plans that do not meet.
+// The carry motion has a jump, as between two plans that do not connect.
 void Jump(Broken broken) {
   auto& positions = broken.program.carry.positions;
   for (std::size_t i = positions.size() / 2; i < positions.size(); ++i) positions[i][0] += 0.2;
@@ -93,7 +93,7 @@ void Jump(Broken broken) {
 void SendNowhere(Broken broken) {
   broken.program.retreat.positions.back()[0] = std::numeric_limits<double>::quiet_NaN();
 }
-// Damping that drives the box where it moves.
+// Negative damping accelerates the box's motion.
 void DriveBox(Broken broken) {
   const int dof = broken.world.model()->body_dofadr[broken.world.object_body(0)];
   std::fill_n(broken.world.model()->dof_damping + dof, 6, -20.0);
@@ -101,7 +101,7 @@ void DriveBox(Broken broken) {
 
 class BrokenPhysics : public ::testing::TestWithParam<Fault> {};
 
-// A wall of 4 mm on a foot, or a shipped object.
+// A wall of 4 mm thickness on a foot, or a shipped object.
 ObjectModel ModelOf(const std::string& name) {
   if (name != "wall") return samples::RepositoryObject(name);
   return samples::MakeObject(name, R"(
@@ -135,7 +135,7 @@ ExecutionLog ExecuteWith(const Fault& fault) {
   return Execute(world, 0, *program, hand, bounds, base::Rng(1), observer);
 }
 
-// The others are far, so that the verdict is this bound's, at its default.
+// The other bounds are far away, so that this bound, at its default, determines the verdict.
 TEST_P(BrokenPhysics, IsOutOfTheBoundOfTheAudit) {
   EXPECT_THAT(ExecuteWith(GetParam()).audit.failed, StartsWith(GetParam().figure));
 }
@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"PlanThatIsNoNumber", "engine warnings", nullptr, SendNowhere}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-// What the faults are of: nothing is broken, and all bounds hold.
+// Without a fault, all bounds hold.
 TEST(IntactPhysics, NothingBrokenIsWithinAllBounds) {
   for (const char* object : {"dextrose", "wall"}) {
     const ExecutionLog log = ExecuteWith({"", "", nullptr, nullptr, object});

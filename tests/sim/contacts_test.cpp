@@ -8,7 +8,7 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-// Two tips that hang over the plane, 0.4 m apart.
+// Two tips above the plane, 0.4 m apart.
 constexpr char kTwoTips[] = R"(<mujoco><option timestep="0.002" cone="elliptic" gravity="0 0 0"/>
 <compiler autolimits="true"/>
 <default><geom condim="4" priority="0"/></default>
@@ -35,7 +35,7 @@ class TwoTips : public ::testing::Test {
   static ObjectModel Cube(const std::string& name) {
     return samples::MakeObject(name, R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)");
   }
-  // Its upper side 0.2 mm inside the tip, at a speed along y.
+  // Places the object with its upper side 0.2 mm inside the tip and with a speed along y.
   void Under(int object, double x, double speed_m_s = 0.0) {
     world_.PlaceObject(object, base::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 0.4702}));
     world_.data()->qvel[world_.model()->nv - 12 + 6 * object + 1] = speed_m_s;
@@ -80,7 +80,7 @@ HandControlOptions Quiet() {
   return options;
 }
 
-// When a slide at a speed that begins at 0.1 s is heard first; 0 if it never is within a second.
+// Time at which a slide that begins at 0.1 s is first detected; 0 if not within a second.
 double HeardAt(const HandControlOptions& options, double speed_m_s, double step_s) {
   SlipSensor sensor(options, base::Rng(3));
   for (int i = 0; i * step_s < 1.0; ++i) {
@@ -90,7 +90,7 @@ double HeardAt(const HandControlOptions& options, double speed_m_s, double step_
   return 0.0;
 }
 
-// A reading is due each 8 ms and comes through 20 ms later, whatever the time step is.
+// For any time step, a reading is taken every 8 ms and arrives 20 ms later.
 TEST(SlipSensor, HearsWhatIsAboveTheThresholdAfterTheDelay) {
   for (const double step_s : {0.004, 0.002, 0.001}) {
     EXPECT_GE(HeardAt(Quiet(), 0.0021, step_s), 0.1 + 0.020) << step_s;
@@ -106,8 +106,8 @@ TEST(SlipSensor, IsSilentAgainAfterTheSlide) {
   EXPECT_FALSE(heard);
 }
 
-// Readings above the threshold of a slide just at it: half. Of none: a normal reading 5 deviations
-// off, once in 3.5 million.
+// For a slide exactly at the threshold, half of the readings are above it. Without a slide, a
+// reading must be 5 standard deviations off, once in 3.5 million.
 TEST(SlipSensor, NoiseIsOfEachReading) {
   HandControlOptions options;
   options.slip_delay_s = 0.0;

@@ -36,7 +36,7 @@ HandMadeGrasp Grasp(const Eigen::Vector3d& point_W, double pitch_deg) {
 
 const Case kBox{"dextrose", Grasp({0, 0, 0.100}, 10)};
 const Case kCylinder{"salt_cylinder", Grasp({0, 0, 0.085}, 10)};
-// With 20 to 50 N, or with 100 N, the cup creeps about its rim, by 0.12 to 0.16 mm/s.
+// With 20 to 50 N, or with 100 N, the cup creeps around its rim at 0.12 to 0.16 mm/s.
 const Case kMugRim{"coffee_cup", Grasp({0, 0.039, 0.083}, 0), 70.0};
 
 World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
@@ -68,14 +68,14 @@ TEST_P(GoodGrasp, DeliversWithinTheBoundsOfTheAudit) {
   EXPECT_GT(log.tracking_error_m, 0.0);
   EXPECT_GT(log.audit.penetration_max_m, 0.0);  // it was measured
   EXPECT_GE(log.grip_force_N, GetParam()->first_grip_N);
-  // The pads' sensors are on; the fingers' other segments bear some of the 20 N.
+  // The pads' sensors work; the fingers' other segments carry part of the 20 N.
   EXPECT_GT(log.felt_force_N, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder, &kMugRim),
                          [](const auto& tested) { return std::string(tested.param->object); });
 
-// The scorer's self-test: what must fail, fails.
+// Self-test of the scoring: grasps that must fail do fail.
 TEST(BadGrasp, BesideTheObjectLiftsNothing) {
   for (const Case* good : {&kBox, &kCylinder}) {
     Case beside = *good;
@@ -99,8 +99,8 @@ TEST(BadGrasp, AHandThatNeverClosesLiftsNothing) {
   }
 }
 
-// A grip that loses what it holds must not shut like a trap: the blow of a motor with 100 N and no
-// limit of its speed was locked in by the gear, as up to 6 kN between the fingers.
+// A hand that loses its object must not snap shut. A motor with 100 N and no speed limit caused an
+// impact that the gear locked in, with up to 6 kN between the fingers.
 TEST(ShippedHand, TheStrongestGripShutsNoFasterThanTheMotorTurns) {
   World world = Arrange(kBox);
   const mjModel* model = world.model();
@@ -116,13 +116,13 @@ TEST(ShippedHand, TheStrongestGripShutsNoFasterThanTheMotorTurns) {
     fastest_rad_s = std::max(fastest_rad_s, world.data()->ten_velocity[drive]);
   }
   EXPECT_GT(fastest_rad_s, 1.5);
-  // Of the damping half is explicit, so that the first step goes too far.
+  // Half of the damping is explicit, so the first step overshoots.
   EXPECT_LT(fastest_rad_s, 1.5 * HandControlOptions().closing_speed_rad_s);
 }
 
 TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
   World world = Arrange(kBox);
-  // One side of the hand comes down on the box's top.
+  // One side of the hand lands on the box's top.
   auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.05, 0}));
   ASSERT_TRUE(program);
   program->withdraw_m = 0.006;
@@ -167,7 +167,7 @@ TEST(HandOver, APullIsFeltAndThePersonHasTheObject) {
   EXPECT_EQ(log.audit.failed, "");
 }
 
-// Whichever way people pull, an arm feels it, stretched along the pull or not.
+// The arm feels a pull in any direction, whether it is stretched along the pull or not.
 TEST(HandOver, IsFeltFromEverySide) {
   for (const Eigen::Vector3d& along_H :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, 1, 0),
@@ -178,7 +178,7 @@ TEST(HandOver, IsFeltFromEverySide) {
     ASSERT_TRUE(log.hand_over);
     EXPECT_TRUE(log.hand_over->felt) << along_H.transpose();
     EXPECT_FALSE(log.hand_over->early);
-    // With the tube's weight that is taken off, 1.5 N, the pull is what is felt: 5 N.
+    // After subtracting the tube's weight of 1.5 N, the felt force is the pull: 5 N.
     EXPECT_NEAR(log.hand_over->felt_N, 5.0, 2.5) << along_H.transpose();
   }
 }
@@ -194,8 +194,8 @@ TEST(HandOver, WithoutAPullTheHandHolds) {
   EXPECT_TRUE(log.touched_by_hand);
 }
 
-// At 0.02 not even 100 N carry these: 2 * 0.02 * 100 N = 4 N against 4.1 N of the box and 5.2 N of
-// the tube.
+// With a friction of 0.02, even 100 N cannot carry these: 2 * 0.02 * 100 N = 4 N, but the box
+// weighs 4.1 N and the tube 5.2 N.
 TEST(BadGrasp, ASlipperyGloveHoldsNothing) {
   PhysicsOptions slippery;
   slippery.glove_friction = 0.02;
@@ -206,7 +206,7 @@ TEST(BadGrasp, ASlipperyGloveHoldsNothing) {
   }
 }
 
-// What a person needs to understand a failure stands in the log of one that was never lifted.
+// The log of an object that was never lifted has the data needed to understand the failure.
 TEST(BadGrasp, ALostObjectLeavesForceAndSlip) {
   PhysicsOptions slippery;
   slippery.glove_friction = 0.02;
@@ -217,7 +217,7 @@ TEST(BadGrasp, ALostObjectLeavesForceAndSlip) {
   EXPECT_GT(log.slip_in_hand_m, 0.005);
 }
 
-// Below its threshold the sensor is deaf, and the grip stays the first one.
+// Below its threshold the sensor detects nothing, and the grip force stays at its first value.
 TEST(SlipControl, WhatIsNotHeardRaisesNoForce) {
   HandControlOptions deaf;
   deaf.slip_threshold_m_s = 1e9;
@@ -228,7 +228,7 @@ TEST(SlipControl, WhatIsNotHeardRaisesNoForce) {
   EXPECT_DOUBLE_EQ(log.grip_force_N, 20.0);
 }
 
-// A sliding object obeys Coulomb; the hand answers with force.
+// A sliding object follows Coulomb friction; the hand responds with more force.
 TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
   HandControlOptions gentle;
   gentle.initial_force_N = 12.0;
@@ -243,7 +243,7 @@ TEST(SlipControl, RaisesTheForceUntilTheObjectStays) {
   EXPECT_LT(with.slip_in_hand_m, without.slip_in_hand_m);
 }
 
-// Commands of the grip, step by step, by the stage that they are of.
+// Records the commanded grip forces of every step by stage.
 ExecutionObserver WatchForce(std::map<std::string, std::vector<double>>& forces_N) {
   ExecutionObserver observer;
   observer.frame_period_s = 0.002;
@@ -261,15 +261,15 @@ TEST(SlipControl, NeverCommandsMoreThanTheStrongestGrip) {
   const auto program = samples::MakeProgram(world, kCylinder.grasp);
   ASSERT_TRUE(program);
   HandControlOptions hand;
-  hand.max_force_N = 65.0;  // not a number of slips away
+  hand.max_force_N = 65.0;  // not a whole number of force steps away
   std::map<std::string, std::vector<double>> forces_N;
   Execute(world, 0, *program, hand, {}, base::Rng(1), WatchForce(forces_N));
   ASSERT_FALSE(forces_N["lift"].empty());
   EXPECT_DOUBLE_EQ(std::ranges::max(forces_N["lift"]), 65.0);
 }
 
-// The bottle slips in a grip of 12 N, which is raised and stays so while the bottle hangs; put back
-// onto the table it draws no longer.
+// The bottle slips in a grip of 12 N. The force is raised and stays high while the bottle hangs;
+// back on the table, the bottle's weight no longer pulls.
 TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
   const Case bottle{"cleaner", Grasp({0, 0, 0.215}, 10)};
   PhysicsOptions smooth;
@@ -285,7 +285,7 @@ TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
   way.assign(program->lift.positions.rbegin(), program->lift.positions.rend());
   samples::TestArm arm(world);
   const auto height_m = [&](const Eigen::VectorXd& q) { return arm.HandPose(q).translation().z(); };
-  // The bottle then stands, pressed by 0.5 mm.
+  // The bottle then stands on the table, pressed down by 0.5 mm.
   const double end_m = height_m(way.back()) + slip_m - 0.0005;
   while (height_m(way.back()) < end_m) way.pop_back();
   way.insert(way.end(), static_cast<std::size_t>(0.5 / program->lower.period_s), way.back());
@@ -297,13 +297,13 @@ TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
   const std::vector<double>& put_down_N = forces_N["deliver"];
   ASSERT_GT(put_down_N.size(), 1000u);
   EXPECT_DOUBLE_EQ(put_down_N.front(), log.grip_force_N);
-  // The last states are of the open hand, which grips with nothing.
+  // The last states are with the open hand, whose force is 0.
   const auto open = std::ranges::find(put_down_N, 0.0);
   ASSERT_NE(open, put_down_N.end());
   EXPECT_DOUBLE_EQ(*(open - 1), 12.0);
 }
 
-// qpos, qvel and the log after a whole trial, as bytes.
+// qpos, qvel and the log after a complete trial, as bytes.
 std::string Bytes() {
   World world = Arrange(kBox);
   const auto program = samples::MakeProgram(world, kBox.grasp);
@@ -349,8 +349,8 @@ TEST(Execute, RepeatsItselfToTheByteInOneProcessAndAcross) {
   EXPECT_TRUE(first == other);
 }
 
-// What a program without truth goes by: the joints of a hand that has closed on something stop
-// short of where those of an empty one do.
+// A program without ground truth uses this: the joints of a hand that has closed on an object stop
+// earlier than those of an empty hand.
 TEST(Aperture, TellsAHeldObjectFromNothing) {
   for (const Case* setup : {&kBox, &kCylinder, &kMugRim}) {
     World world = Arrange(*setup);
@@ -388,7 +388,7 @@ TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
   EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, base::Rng(1))));
 }
 
-// Another object than the meant one is carried on, and what is told is of that one.
+// The hand carries another object than the intended one, and the log describes the held object.
 TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
   const ObjectModel box = samples::RepositoryObject("dextrose");
   const ObjectModel other = samples::RepositoryObject("salt_cylinder");
@@ -413,8 +413,8 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
   EXPECT_LT((world.ObjectCenterOfMass(0) - place_W).head<2>().norm(), 0.15);
 }
 
-// The same motion, and then the shoulder turns on by 17 deg in a second, which brings the hand 0.2
-// m down.
+// Extends the motion: the shoulder turns by another 17 deg in one second, which moves the hand
+// 0.2 m down.
 base::JointTrajectory AndDown(base::JointTrajectory motion) {
   for (double t = 0.0; t < 1.0; t += motion.period_s) {
     Eigen::VectorXd q = motion.positions.back();
@@ -424,8 +424,8 @@ base::JointTrajectory AndDown(base::JointTrajectory motion) {
   return motion;
 }
 
-// The table is in the way of a motion that should be free. A robot's drives stop there: the grasp
-// has failed, and nothing is wrong with the physics.
+// The table blocks a motion that should be free. A robot's drives stop there: the grasp has failed,
+// but the physics is valid.
 TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
   for (const char* motion : {"reach", "lift"}) {
     for (const EndsBy ends_by : {EndsBy::kTruth, EndsBy::kAperture}) {
@@ -453,8 +453,8 @@ TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
   }
 }
 
-// A box as if in tar, 20 mm beside the hand's middle, does not come to it: the arm does, and is not
-// bent when the hand has closed.
+// A strongly damped box, 20 mm off the hand's center, does not move to the hand. The arm gives way
+// instead and has only a small position error when the hand has closed.
 TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
   World world = Arrange(kBox);
   const auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.02, 0}));
@@ -471,7 +471,7 @@ TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
   };
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
   EXPECT_GE(lag_rad, 0.0);
-  EXPECT_LT(lag_rad, 0.0045);  // 4 mrad, and what a step moves
+  EXPECT_LT(lag_rad, 0.0045);  // 4 mrad plus the motion of one step
   EXPECT_LT(log.audit.drive_limit_s, AuditBounds().drive_limit_s);
 }
 

@@ -7,9 +7,9 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr double kTexel_mm = 0.45;  // three texels of print each
+constexpr double kTexel_mm = 0.45;  // each becomes three texels of print
 
-/// White, with a red square in its middle where `marked`.
+/// A white label, with a red square in its middle if `marked`.
 Texture Label(int size, bool marked) {
   Texture label{size, size, {}};
   for (int y = 0; y < size; ++y) {
@@ -24,7 +24,7 @@ Texture Label(int size, bool marked) {
   return label;
 }
 
-/// Share of texels whose green differs by more than 20 levels from what is given.
+/// Share of texels whose green channel differs by more than 20 levels from `green`.
 double ShareOff(const Texture& texture, int green) {
   int off = 0;
   for (std::size_t i = 1; i < texture.rgb.size(); i += 3) {
@@ -39,7 +39,7 @@ TEST(FinePrint, LeavesTheLabelsOwnMarksWhereTheyAre) {
   const int factor = printed.width / label.width;
   ASSERT_EQ(factor, 3);
   for (int y = 0; y < label.height; ++y) {
-    for (int x = 0; x < label.width; ++x) {  // the middle of three is the texel itself
+    for (int x = 0; x < label.width; ++x) {  // the middle one of three is the original texel
       const auto from = static_cast<std::size_t>(3 * (y * label.width + x) + 1);
       const auto to =
           static_cast<std::size_t>(3 * ((factor * y + 1) * printed.width + factor * x + 1) + 1);
@@ -48,13 +48,13 @@ TEST(FinePrint, LeavesTheLabelsOwnMarksWhereTheyAre) {
   }
 }
 
-// Letters and bars ink a third to a half of their blocks.
+// Letters and bars cover a third to a half of their blocks with ink.
 TEST(FinePrint, FillsTheWantedShareOfAnEmptyLabel) {
   const Texture label = Label(400, false);
   for (const double coverage : {0.1, 0.3}) {
     const double inked = ShareOff(WithFinePrint(label, kTexel_mm, {coverage, 0, 0.0}, 2), 230);
     EXPECT_GT(inked, 0.2 * coverage);
-    EXPECT_LT(inked, 0.8 * coverage + 0.02);  // the last block may go beyond
+    EXPECT_LT(inked, 0.8 * coverage + 0.02);  // the last block may exceed it
   }
 }
 

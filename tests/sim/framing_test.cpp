@@ -47,7 +47,7 @@ TEST_P(Seeded, EveryPointIsInThePictureWithItsMargin) {
   EXPECT_TRUE(AllInPicture(points, FrameAll(points, SomeAxes(rng), options), options, 0.1));
 }
 
-// A millimetre further ahead one of them is beyond the margin, wherever the camera steps aside.
+// One millimetre closer, a point is outside the margin, wherever the camera moves sideways.
 TEST_P(Seeded, NoPlaceIsNearer) {
   base::Rng rng(static_cast<std::uint64_t>(GetParam()));
   const auto points = SomePoints(rng);

@@ -37,8 +37,8 @@ base::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
                         Eigen::Map<const Eigen::Vector3d>(position));
 }
 
-// Quintic rest to rest along a path of joint positions, within 0.35 rad/s and 1.2 rad/s^2 at the
-// fastest joint.
+// Quintic motion from rest to rest along a path of joint positions; the fastest joint stays within
+// 0.35 rad/s and 1.2 rad/s^2.
 base::JointTrajectory Timed(const std::vector<Eigen::VectorXd>& path) {
   std::vector<double> length(1, 0.0);
   for (std::size_t i = 1; i < path.size(); ++i) {
@@ -67,7 +67,7 @@ base::Pose GraspFrame(const HandMadeGrasp& grasp) {
   R_WG.col(0) = x;
   R_WG.col(2) = -Eigen::Vector3d::UnitZ();
   R_WG.col(1) = R_WG.col(2).cross(x);
-  // A turn about y_G that takes x_G (the thumb's side) towards z_G (down).
+  // A rotation about y_G that moves x_G (the thumb's side) towards z_G (down).
   R_WG = R_WG * Eigen::AngleAxisd(-grasp.pitch_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
   return base::MakePose(R_WG, grasp.point_W);
 }
@@ -159,7 +159,7 @@ std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp&
   const base::Pose X_WG = GraspFrame(grasp);
   base::Pose X_WDelivery = X_WG;
   X_WDelivery.translation().head<2>() = world.SitePose("delivery").translation().head<2>();
-  // Turn the hand with the arm's first joint, so that the wrist keeps its range.
+  // The hand turns with the arm's first joint, so that the wrist stays within its range.
   const Eigen::Vector2d from(X_WG.translation().x() + 0.5, X_WG.translation().y());
   const Eigen::Vector2d to(X_WDelivery.translation().x() + 0.5, X_WDelivery.translation().y());
   const double swing = std::atan2(to.y(), to.x()) - std::atan2(from.y(), from.x());

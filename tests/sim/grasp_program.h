@@ -13,16 +13,17 @@
 
 namespace rangegrasp::sim::samples {
 
-/// A grasp by hand: where the tool centre stands when the hand closes.
+/// A manually defined grasp: the tool centre's pose when the hand closes.
 struct HandMadeGrasp {
   Eigen::Vector3d point_W;  ///< tool centre
-  double yaw_rad = 0.0;     ///< of the closing direction x_G about W's z
+  double yaw_rad = 0.0;     ///< yaw of the closing direction x_G about W's z
   double pitch_rad = 0.0;   ///< about y_G; positive: the thumb's tip further down
   double opening_m = 0.1;
   std::string tool = "tcp_tip";
 };
 
-/// Kinematics of the arm in a world, on a copy of its state, by damped least squares.
+/// Kinematics of the arm in a world, on a copy of its state; inverse kinematics by damped least
+/// squares.
 class TestArm {
  public:
   explicit TestArm(const World& world);
@@ -32,7 +33,7 @@ class TestArm {
 
   base::Pose HandPose(const Eigen::VectorXd& q);
   base::Pose ToolInHand(const std::string& tool);
-  /// Joint positions that bring the hand there, from a seed; nullopt if the search ends elsewhere.
+  /// Joint positions for a hand pose, from the seed q; nullopt if the search does not converge.
   std::optional<Eigen::VectorXd> Solve(const base::Pose& X_WH, Eigen::VectorXd q);
 
  private:
@@ -42,17 +43,17 @@ class TestArm {
   std::vector<int> joints_;
 };
 
-/// Reach from above, straight down, close, lift 0.2 m, to above the delivery place, down, release,
-/// up.
+/// Reach from above, move straight down, close, lift by 0.2 m, move above the delivery place, move
+/// down, release, move up.
 std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp);
 
-/// An object alone, upright and at rest.
+/// A world with only this object, upright and at rest.
 World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,
                     const PhysicsOptions& physics = {});
-/// Lifted, carried and put down, as a trial is judged.
+/// True if the object was lifted, carried and put down, by the criteria of a trial.
 bool Delivered(const ExecutionLog& log);
 
-/// The same with a constant offset of the tool centre, for grasps that must fail.
+/// The grasp with a constant offset of the tool centre, for grasps that must fail.
 inline HandMadeGrasp Beside(HandMadeGrasp grasp, const Eigen::Vector3d& offset_W) {
   grasp.point_W += offset_W;
   return grasp;

@@ -15,7 +15,7 @@ const HandReading kPressed{-0.3, 0.0, 2.0, 2.0, false, kWeight_H};
 const HandReading kSliding{-0.3, 0.0, 2.0, 2.0, true, kWeight_H};
 const HandReading kPutDown{-0.3, 0.0, 2.0, 2.0};
 
-/// A control and what the hand feels, step by step.
+/// A grip control with the hand's readings, step by step.
 struct Script {
   HandControlOptions options;
   HandDrive drive;
@@ -28,7 +28,7 @@ struct Script {
   void For(double seconds, const HandReading& reading) {
     for (double t = 0.5 * kStep_s; t < seconds; t += kStep_s) torque_Nm = control.Tick(reading);
   }
-  /// Closes on something that both sides feel, and waits for the first grip.
+  /// Closes on an object with contact on both sides and waits for the first grip.
   void Grip() {
     control.Close();
     For(0.3, kTurning);
@@ -49,7 +49,7 @@ TEST(GripControl, ClosesAtTheTorqueOfItsFreeSpeedUntilBothSidesFeel) {
   EXPECT_FALSE(hand.control.Closing());
 }
 
-// What stands in the way of the moving hand feels the weakest grip, 10 N, at most.
+// An obstacle in the way of the moving hand feels at most the weakest grip, 10 N.
 TEST(GripControl, TheMovingMotorStallsAtALimitedCurrent) {
   Script hand;
   HandReading stalled = kTurning;
@@ -112,7 +112,7 @@ TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
 }
 
-// From what it moves with at 250 N/s: 20 N after 0.04 s.
+// From the force for moving, the force rises at 250 N/s: 20 N after 0.04 s.
 TEST(GripControl, TheForceRisesToTheFirstGripAndStays) {
   Script hand;
   hand.control.Close();
@@ -144,12 +144,12 @@ TEST(GripControl, EachSlipAddsItsGainOnceAPeriod) {
   hand.For(0.012, kSliding);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 40.0);
   hand.For(1.0, kPressed);
-  EXPECT_DOUBLE_EQ(hand.control.force_N(), 40.0);  // and stays when it holds
+  EXPECT_DOUBLE_EQ(hand.control.force_N(), 40.0);  // and it stays when the object is held
   EXPECT_EQ(hand.control.slips_heard(), 2);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 40.0 * 0.135);
 }
 
-// As the prosthesis does: what hung in the hand has been put down, or lies on something from below.
+// As in the prosthesis: the object has been put down or is supported from below.
 TEST(GripControl, TheForceReturnsToTheFirstGripWhenTheLoadIsGone) {
   HandReading pushed = kPutDown;
   pushed.load_H = -3.0 * kWeight_H;
@@ -159,13 +159,13 @@ TEST(GripControl, TheForceReturnsToTheFirstGripWhenTheLoadIsGone) {
     hand.For(0.5, kSliding);
     const double raised_N = hand.control.force_N();
     ASSERT_GT(raised_N, 90.0);
-    hand.For(0.09, gone);  // contacts may chatter
+    hand.For(0.09, gone);  // contacts can chatter
     EXPECT_DOUBLE_EQ(hand.control.force_N(), raised_N);
     hand.For(0.1, kPressed);
     EXPECT_DOUBLE_EQ(hand.control.force_N(), raised_N);
     hand.For(0.5, gone);
     EXPECT_DOUBLE_EQ(hand.control.force_N(), 20.0);
-    hand.For(kStep_s, kSliding);  // and slips are heard as before
+    hand.For(kStep_s, kSliding);  // slips are detected as before
     EXPECT_DOUBLE_EQ(hand.control.force_N(), 30.0);
   }
 }
@@ -173,7 +173,7 @@ TEST(GripControl, TheForceReturnsToTheFirstGripWhenTheLoadIsGone) {
 TEST(GripControl, SlipWhileTheFirstGripIsReachedIsNotHeard) {
   Script hand;
   hand.control.Close();
-  hand.For(0.09, kSliding);  // 22 steps of rise, 25 until slip is listened to
+  hand.For(0.09, kSliding);  // 22 steps of rise, 25 until slip counts
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 20.0);
   hand.For(0.01, kSliding);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 30.0);
@@ -206,12 +206,13 @@ TEST(GripControl, TheNextClosingBeginsWithTheFirstGripAgain) {
   hand.control.Open();
   hand.For(kStep_s, kTurning);
   EXPECT_EQ(hand.control.force_N(), 0.0);
-  EXPECT_DOUBLE_EQ(hand.torque_Nm, -10.0 * 0.135);  // it still closed
+  EXPECT_DOUBLE_EQ(hand.torque_Nm, -10.0 * 0.135);  // it was still closing
   hand.Grip();
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 20.0);
 }
 
-// A ramp from -0.7 to -0.2 at 2.2 rad/s takes 0.227 s; the torque is that of the gap to the ramp.
+// A ramp from -0.7 to -0.2 at 2.2 rad/s takes 0.227 s; the torque follows from the error to the
+// ramp.
 TEST(GripControl, PreshapesAtTheClosingSpeed) {
   Script hand;
   hand.control.Preshape(-0.7, -0.2);
@@ -235,8 +236,8 @@ TEST(GripControl, RatchetsWhileItClosesAndGripsOnly) {
   EXPECT_FALSE(hand.control.Ratchets());
 }
 
-// Whatever the joint does, its lower limit never falls, is never above the angle less the backlash
-// unless the joint came back, and never above the range.
+// For any joint motion, the lower limit never falls and is never above the range. It is above the
+// angle minus the backlash only if the joint came back.
 TEST(Ratchet, FollowsTheAngleUpAndNeverFalls) {
   const std::vector<double> angles = {-0.7, -0.5, -0.3, -0.31, -0.6, -0.2, 0.1, -0.7};
   double lower = -0.75;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kHalf_m = 0.02;
 
-// A flat box that lies on the slope, so that it slides rather than tips.
+// A flat box on the slope, so that it slides and does not tip.
 World OnSlope(double tilt_rad) {
   World world(
       samples::PlaneScene(tilt_rad),
@@ -44,12 +44,12 @@ TEST(Incline, SlidesAboveCoulombsAngleAndNotBelow) {
   for (const double above : {1.0, 5.0, 15.0}) {
     const double tilt = critical + base::Deg(above);
     const double acceleration = base::kGravity * (std::sin(tilt) - mu * std::cos(tilt));
-    // Contacts take a few steps to load: a part of the first hundredths of a second.
+    // Contacts need a few steps to load: part of the first hundredths of a second.
     EXPECT_NEAR(SlideIn(1.0, tilt), 0.5 * acceleration, 0.03 * acceleration + 0.002) << above;
   }
 }
 
-// Between the kinetic and the static angle a box at rest stays, and one that was pushed goes on
+// Between the kinetic and the static friction angle, a box at rest stays and a pushed box keeps
 // sliding.
 TEST(Incline, SlipSwitchesFromStaticToKinetic) {
   const FrictionPair pair{0.6, 0.5};
@@ -58,7 +58,7 @@ TEST(Incline, SlipSwitchesFromStaticToKinetic) {
     World world = OnSlope(tilt);
     SlipState slip;
     const int geom = world.model()->body_geomadr[world.object_body(0)];
-    world.model()->geom_friction[3 * geom] = 2.0;  // until it stands still on the slope
+    world.model()->geom_friction[3 * geom] = 2.0;  // until it is at rest on the slope
     while (world.time_s() < 0.3) world.Step();
     const double start = Downhill(world, tilt);
     world.data()->qvel[0] = push_m_s * std::cos(tilt);
@@ -76,8 +76,7 @@ TEST(Incline, SlipSwitchesFromStaticToKinetic) {
     const double acceleration =
         base::kGravity * (std::sin(tilt) - pair.kinetic_mu * std::cos(tilt));
     const double slide = push_m_s > 0 ? push_m_s + 0.5 * acceleration : 0.0;
-    // The net acceleration is a tenth of either of its terms, so that 1 % of friction is 10 % of
-    // it.
+    // The net acceleration is a tenth of each of its terms, so 1 % of friction is 10 % of it.
     EXPECT_NEAR(Downhill(world, tilt) - start, slide, 0.1 * slide + 1e-4) << push_m_s;
   }
 }

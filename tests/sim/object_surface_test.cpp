@@ -14,7 +14,7 @@ namespace {
 using geometry::Rgb;
 using samples::RepositoryObject;
 
-/// What a ray from 1 m outside towards a place in the frame of the body sees.
+/// The color that a ray from 1 m outside towards a point in the body's frame hits.
 Rgb Seen(const geometry::ColoredMesh& surface, const Eigen::Vector3f& from,
          const Eigen::Vector3f& to) {
   const std::array meshes = {&surface.mesh};
@@ -25,13 +25,13 @@ Rgb Seen(const geometry::ColoredMesh& surface, const Eigen::Vector3f& from,
   return hits[0].found() ? surface.colors.At(hits[0]).value() : Rgb{0, 0, 0};
 }
 
-// The label of the box of dextrose has one red end and one white one, of the cup the print of the
-// side: white with brown letters.
+// The label of the dextrose box has one red and one white end. The cup has a print on its side:
+// white with brown letters.
 TEST(ObjectSurface, HasWhatIsPrintedOnIt) {
   const auto box = ObjectSurface(RepositoryObject("dextrose"));
   ASSERT_EQ(box.colors.uv.size(), box.mesh.triangles.size());
   ASSERT_EQ(box.colors.plain.size(), box.mesh.triangles.size());
-  // Beside the letters.
+  // Next to the letters.
   const Eigen::Vector3f beside(0.004f, 0.018f, 0.0f);
   const std::set<Rgb> ends = {Seen(box, Eigen::Vector3f::UnitZ(), beside),
                               Seen(box, -Eigen::Vector3f::UnitZ(), beside)};

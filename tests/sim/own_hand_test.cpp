@@ -1,4 +1,4 @@
-// Hands that say how they close, on the shipped arm: friction alone holds what they carry.
+// Hands that declare how they close, on the shipped arm: only friction holds the carried object.
 
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
@@ -19,8 +19,8 @@ using testing_support::TempFolder;
 struct OwnHandCase {
   const char* hand;
   const char* object;  ///< upright
-  double height_m;     ///< of the tool centre
-  double felt = 0.9;   ///< of what is commanded, at least
+  double height_m;     ///< height of the tool centre
+  double felt = 0.9;   ///< minimum share of the commanded force
 };
 
 samples::HandMadeGrasp GraspOf(const OwnHandCase& setup) {
@@ -46,8 +46,8 @@ TEST_P(OwnHand, DeliversWithinTheBoundsOfTheAudit) {
   const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
   EXPECT_TRUE(samples::Delivered(log));
   EXPECT_EQ(log.audit.failed, "");
-  // What the pads feel is what was commanded: the drives' forces by the hand's own kinematics.
-  // Fingertips that come on an arc and meet a round side askew lose a part to friction.
+  // The pads feel the commanded force: the drives' forces follow from the hand's own kinematics.
+  // Fingertips that move on an arc and meet a round side obliquely lose a part to friction.
   EXPECT_GE(log.felt_force_N, GetParam().felt * log.grip_force_N);
   EXPECT_LE(log.felt_force_N, 1.1 * log.grip_force_N);
 }
@@ -63,7 +63,7 @@ TEST_P(OwnHand, BesideTheObjectLiftsNothing) {
   EXPECT_LT(log.lift_height_m, 0.01);
 }
 
-// The shipped hand's gear locks; a drive that can be driven back has nothing but its force.
+// The shipped hand's gear locks; a back-drivable drive has only its force.
 TEST_P(OwnHand, NothingLocks) {
   const TempFolder folder;
   World world = OwnHandArrange(folder, GetParam());
@@ -79,7 +79,7 @@ TEST_P(OwnHand, NothingLocks) {
   Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
 }
 
-// The jaws' zero is the closed hand.
+// At zero, the jaws are closed.
 TEST(ParallelJaw, StandsOpenFromTheStartAndStaysSo) {
   const TempFolder folder;
   World world(testing_support::WriteHandCell(folder, ExampleHand("parallel_jaw")), {}, {});

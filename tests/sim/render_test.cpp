@@ -44,7 +44,7 @@ TEST(Renderer, ShowsTheSceneAndItsObjects) {
   EXPECT_GT(Reds(renderer.Render(world, "overview")), Reds(plain) + 50);
 }
 
-// A ball straight ahead of a free camera is in the middle of the picture; rows count from the top.
+// A ball straight ahead of a free camera is in the middle of the picture. Rows count from the top.
 TEST(Renderer, FreeViewLooksWhereItIsTold) {
   const testing_support::TempFolder folder;
   World world(samples::Tabletop(), {Ball(folder, 0.02)}, {});
@@ -64,7 +64,7 @@ TEST(Renderer, FreeViewLooksWhereItIsTold) {
   }
   ASSERT_GT(n, 3);
   EXPECT_NEAR(column / n, 60, 4);
-  EXPECT_LT(row / n, 58);  // above the point that is looked at
+  EXPECT_LT(row / n, 58);  // above the target point
 }
 
 TEST(Renderer, NamesTheCamerasThatExist) {

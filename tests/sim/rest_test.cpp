@@ -12,8 +12,8 @@ namespace {
 
 class EveryObject : public ::testing::TestWithParam<const char*> {};
 
-// Set down 1 mm above the table, each pose is kept: the upward axis turns by less than 3 degrees (a
-// mug's handle and round flanks settle by a little), the height stays.
+// An object placed 1 mm above the table keeps each pose: the upward axis turns by less than 3
+// degrees (a mug's handle and round flanks settle a little), and the height stays.
 TEST_P(EveryObject, StaysInItsRestingPoses) {
   const ObjectModel object = samples::RepositoryObject(GetParam());
   const auto poses = StableRestingPoses(object);

@@ -13,12 +13,12 @@ namespace {
 
 using samples::MakeObject;
 
-// The march that finds a tilt goes by half degrees.
+// The search for the tipping angle uses steps of half a degree.
 constexpr double kTilt = 0.5 * base::kPi / 180.0;
 
-// A box of 2a x 2b x 2c rests on three pairs of faces; it tips from the face 2a x 2b, at height c,
-// over its nearer edge at atan(min(a, b) / c). Its faces' solid angles from the centre are 4
-// asin(ab / sqrt((a^2+c^2)(b^2+c^2))).
+// A box of 2a x 2b x 2c rests on three pairs of faces. On the face 2a x 2b, with height c, it tips
+// over the nearer edge at atan(min(a, b) / c). The solid angle of a face from the centre is
+// 4 asin(ab / sqrt((a^2+c^2)(b^2+c^2))).
 TEST(StableRestingPoses, BoxIsAnalytic) {
   const double a = 0.05, b = 0.03, c = 0.02;
   const auto poses = StableRestingPoses(
@@ -38,8 +38,8 @@ TEST(StableRestingPoses, BoxIsAnalytic) {
   }
 }
 
-// Upright: over the rim at atan(r / h). Lying: it rolls, which is no tipping, and stands up over
-// the rim at atan(h / r).
+// Upright, it tips over the rim at atan(r / h). Lying, it rolls, which does not count as tipping,
+// and tips up over the rim at atan(h / r).
 TEST(StableRestingPoses, CylinderStandsAndLies) {
   const double r = 0.035, h = 0.06;
   const auto poses = StableRestingPoses(
@@ -49,7 +49,7 @@ TEST(StableRestingPoses, CylinderStandsAndLies) {
   EXPECT_NEAR(poses[0].tipping_rad, std::atan(h / r), 2 * kTilt);
   EXPECT_NEAR(poses[1].faces[0].height_m, h, 1e-6);
   EXPECT_NEAR(poses[1].tipping_rad, std::atan(r / h), 2 * kTilt);
-  // Caps seen from the centre: 2 * 2 pi (1 - cos).
+  // The caps' solid angle from the centre is 2 * 2 pi (1 - cos).
   EXPECT_NEAR(poses[1].probability, 1 - h / std::hypot(h, r), 2e-3);
 }
 
@@ -61,9 +61,9 @@ TEST(StableRestingPoses, ThinPlateDoesNotStandOnItsEdge) {
   EXPECT_NEAR(poses[0].probability, 1.0, 1e-12);
 }
 
-// A leaning column (its top is shifted by its height) falls off its ends onto its long sides, so
-// that the sides' probability is all that is not the flanks': the share of directions that leave
-// through a flank.
+// A leaning column (its top is shifted by its height) falls from its ends onto its long sides. So
+// the sides have all the probability except that of the flanks, which is the share of directions
+// that leave through a flank.
 TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
   const std::string file =
       samples::WriteFile("leaning.xml", R"(<mujoco><asset><mesh name="m" vertex="
@@ -83,7 +83,7 @@ TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
     }
   }
   flank /= rays;
-  // The flanks are each other's mirror image: no turn maps one onto the other.
+  // The flanks are mirror images: no rotation maps one onto the other.
   ASSERT_EQ(poses.size(), 3u);
   double on_flank = 0.0;
   for (const RestingPose& pose : poses) {
@@ -92,16 +92,16 @@ TEST(StableRestingPoses, WhatFallsCountsForWhereItComesToRest) {
   EXPECT_NEAR(on_flank, flank, 0.005);
 }
 
-// The origin is not the centre: heights are the origin's.
+// The origin is not the centre; heights refer to the origin.
 TEST(StableRestingPoses, HeightIsTheOrigins) {
   const auto poses = StableRestingPoses(
       MakeObject("off", R"(<geom type="box" size="0.05 0.05 0.005" pos="0 0 0.1" mass="0.1"/>)"));
-  ASSERT_EQ(poses.size(), 1u);  // both faces: one class
+  ASSERT_EQ(poses.size(), 1u);  // both faces are one pose
   const double z = (poses[0].faces[0].R_WO * Eigen::Vector3d(0, 0, 0.1)).z();
   EXPECT_NEAR(poses[0].faces[0].height_m + z, 0.005, 1e-6);
 }
 
-// Two equal legs on a base, 100 mm long along y.
+// An isosceles prism, 100 mm long along y.
 std::vector<RestingPose> PosesOfPrism(const char* center) {
   const std::string file = samples::WriteFile("prism.xml", fmt::format(R"(<mujoco><asset>
     <mesh name="m" vertex="-0.02 -0.05 0  0.02 -0.05 0  0 -0.05 0.03
@@ -119,8 +119,8 @@ std::size_t Faces(const std::vector<RestingPose>& poses) {
   return faces;
 }
 
-// Half a turn maps one leg, and one end, onto the other, unless the weight is off the middle: then
-// the legs are as high as before, and two poses.
+// Half a turn maps one leg onto the other, and one end onto the other, unless the center of mass is
+// off the middle. Then the legs are as high as before, but are two poses.
 TEST(StableRestingPoses, OnlyATurnOfTheBodyMakesTwoFacesOnePose) {
   const auto even = PosesOfPrism("0 0 0.01");
   const auto uneven = PosesOfPrism("0 0.01 0.01");
@@ -130,7 +130,7 @@ TEST(StableRestingPoses, OnlyATurnOfTheBodyMakesTwoFacesOnePose) {
   EXPECT_EQ(uneven.size(), 5u);
 }
 
-// A cylinder lies however it is rolled, stands only upright, and leans in no pose.
+// A cylinder lies at any roll angle, stands only upright, and leaning is no resting pose.
 TEST(FaceAtRest, TellsHowAnObjectRests) {
   const auto poses = StableRestingPoses(
       MakeObject("tube", R"(<geom type="cylinder" size="0.035 0.06" mass="0.4"/>)"));
@@ -148,7 +148,7 @@ TEST(FaceAtRest, TellsHowAnObjectRests) {
     const auto rest = FaceAtRest(poses, R);
     ASSERT_TRUE(rest) << i;
     EXPECT_EQ(rest->pose->label, "pose0") << i;
-    // The face is the one that is down, not another member of the pose.
+    // The face is the one that points down, not another face of the pose.
     const Eigen::Vector3d down_O = rest->face->R_WO.conjugate() * -Eigen::Vector3d::UnitZ();
     EXPECT_GT((R * down_O).dot(-Eigen::Vector3d::UnitZ()), std::cos(base::Deg(5.0))) << i;
   }

@@ -6,7 +6,7 @@
 namespace rangegrasp::sim::samples {
 
 std::filesystem::path WriteFile(const std::string& name, const std::string& text) {
-  // One a process: tests of one binary run side by side.
+  // One folder per process, since tests of one binary run in parallel.
   static const testing_support::TempFolder folder;
   return folder.Write(name, text);
 }

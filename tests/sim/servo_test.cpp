@@ -28,7 +28,7 @@ TEST(CommandAt, RestsBeforeTheStartAndAfterTheEnd) {
   EXPECT_EQ(CommandAt(Ramp(), 9.0).velocity[0], 0.0);
 }
 
-// A 100 Hz staircase would jump by a whole sample's step.
+// A 100 Hz staircase would jump by the step of a whole sample.
 TEST(CommandAt, ChangesLittleFromStepToStep) {
   const auto trajectory = Ramp();
   for (double t = 0.0; t < 0.5; t += 0.002) {

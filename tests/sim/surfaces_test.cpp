@@ -36,7 +36,7 @@ TEST(Friction, StaticIsNeverBelowKinetic) {
   }
 }
 
-// Each choice is a run of its own: no two of them have the same pair on any surface.
+// Each choice is a separate run: no two choices have the same pair on any surface.
 TEST(Friction, EveryChoiceIsAnother) {
   for (const Surface& row : Shipped()) {
     std::set<std::pair<double, double>> pairs;
@@ -65,8 +65,8 @@ TEST(Friction, OptionsChangeThePair) {
   EXPECT_EQ(GloveFriction(FindSurface(Shipped(), "ceramic").glove, options).kinetic_mu, 0.02);
 }
 
-// A triangle over [0.45, 0.8] with its top at 0.6: its mean is the mean of the three, 3/7 of it lie
-// below the top, and its ends are reached.
+// A triangular distribution over [0.45, 0.8] with its mode at 0.6: its mean is the mean of the
+// three values, 3/7 of it lie below the mode, and its ends are reached.
 TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
   const GloveRange range = FindSurface(Shipped(), "cardboard").glove;
   constexpr int kDraws = 10000;
@@ -103,7 +103,7 @@ TEST(SlipState, SlidesAboveOneMillimetreASecondUntilItSticks) {
   EXPECT_EQ(state.Coefficient(pair), 0.5);
   state.Update(0.0007);  // still sliding: hysteresis
   EXPECT_EQ(state.Coefficient(pair), 0.5);
-  state.Update(-1.0);  // out of touch is not stuck
+  state.Update(-1.0);  // losing contact is not sticking
   EXPECT_EQ(state.Coefficient(pair), 0.5);
   state.Update(0.0004);
   EXPECT_EQ(state.Coefficient(pair), 0.6);

@@ -29,7 +29,7 @@ base::Pose At(double x, double y, double z) {
   return base::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
 }
 
-// The text of the InputError that building a world of these files throws.
+// The text of the InputError when building a world from these files.
 std::string Complaint(const std::filesystem::path& scene, const std::vector<ObjectModel>& objects) {
   try {
     World(scene, objects, {});
@@ -50,7 +50,7 @@ TEST(World, HoldsNothingByWeldOrAdhesion) {
   EXPECT_EQ(world.Warnings(), "");
 }
 
-// What the scanner sees and what things meet get the same height.
+// The visual and the collision geometry get the same height.
 TEST(World, WallsOfABoxAreAsHighAsTheOptionsSayToTheEyeAndToTheTouch) {
   const std::filesystem::path scene = Tabletop().parent_path() / "tabletop_box.xml";
   for (const double wall_m : {0.06, 0.09, 0.12}) {
@@ -85,7 +85,7 @@ TEST(World, AnObjectFallsFreely) {
   World world(PlaneScene(), {MakeObject("box", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 3.0));
   for (int i = 0; i < 250; ++i) world.Step();
-  // Semi-implicit steps of h fall by g t (t + h) / 2.
+  // With semi-implicit steps of h, the fall is g t (t + h) / 2.
   EXPECT_NEAR(world.ObjectPose(0).translation().z(), 3.0 - 0.5 * 9.81 * 0.5 * 0.502, 1e-9);
 }
 
@@ -102,8 +102,8 @@ TEST(World, ABoxAtRestStays) {
   EXPECT_LT((world.ObjectCenterOfMass(0) - before).norm(), 1e-9);
 }
 
-// From the stream alone: the same again for the same seed, and another for each object, whatever
-// its surface.
+// The draw depends only on the random stream: it is the same for the same seed and different for
+// each object, whatever its surface.
 TEST(World, DrawsAPairForEachObjectFromItsRange) {
   World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   EXPECT_EQ(world.glove_friction(0).static_mu, 0.6);
@@ -132,11 +132,11 @@ TEST(World, AParkedObjectTakesNoPart) {
   ASSERT_TRUE(world.Settle());
   EXPECT_TRUE(world.parked(1));
   EXPECT_GT((world.ObjectPose(1).translation() - world.ObjectPose(0).translation()).norm(), 100.0);
-  EXPECT_EQ(world.VisualMeshes().size(), 2u);  // scene and one object
+  EXPECT_EQ(world.VisualMeshes().size(), 2u);  // the scene and one object
   EXPECT_EQ(world.ObjectSpeed(1), 0.0);
 }
 
-// A box that leans on nothing must fall although it slept.
+// A box without support must fall even if it was asleep.
 TEST(World, TakingTheSupportAwayWakesWhatRestedOnIt) {
   World world(PlaneScene(), {MakeObject("below", kWorldBox), MakeObject("above", kWorldBox)}, {});
   world.PlaceObject(0, At(0, 0, 0.0501));
@@ -172,7 +172,7 @@ TEST(World, VisualMeshesCarryLabelsSurfacesAndPoses) {
   }
   EXPECT_LT((0.5 * (low + high) - Eigen::Vector3d(0.05, 0.02, 0.0675)).norm(), 2e-3);
   EXPECT_GT((high - low).z(), 0.12);
-  // Nothing of the scanner's own stand, or it would blind itself.
+  // The scanner's own stand is not included, or it would block the scanner's view.
   const Eigen::Vector3d scanner = world.SitePose("scanner").translation();
   for (const auto& v : meshes[0].mesh_W.vertices) EXPECT_GT((v - scanner).norm(), 0.2);
 }
@@ -185,7 +185,7 @@ TEST(World, TheArmStandsWhereItIsPut) {
   world.SetArm(q);
   EXPECT_EQ(world.ArmPositions(), q);
   for (int i = 0; i < 500; ++i) world.Step();
-  EXPECT_LT((world.ArmPositions() - q).norm(), 2e-3);  // servos hold it against gravity
+  EXPECT_LT((world.ArmPositions() - q).norm(), 2e-3);  // the servos hold it against gravity
   EXPECT_THROW(world.SetArm(Eigen::VectorXd::Zero(3)), std::invalid_argument);
 }
 
@@ -239,7 +239,7 @@ TEST(World, SaysWhyAnObjectIsNone) {
   }
 }
 
-// As if nothing had happened in between, to the last bit.
+// The run repeats to the last bit, as if nothing had happened in between.
 TEST(World, GoesBackToWhatWasSaved) {
   World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   world.PlaceObject(0, At(0.0, 0.0, 0.2));
@@ -259,7 +259,7 @@ TEST(World, GoesBackToWhatWasSaved) {
 TEST(World, KnowsHowFarThingsAreApart) {
   World world(PlaneScene(), {MakeObject("box", kWorldBox), MakeObject("other", kWorldBox)}, {});
   world.PlaceObject(0, At(0.0, 0.0, 0.06));
-  world.PlaceObject(1, At(0.1, 0.0, 0.06));  // half edges of 30 mm along x: 40 mm are between them
+  world.PlaceObject(1, At(0.1, 0.0, 0.06));  // half edges are 30 mm along x, so 40 mm remain
   EXPECT_NEAR(world.ObjectDistance(0, 1, 1.0), 0.04, 1e-6);
   EXPECT_EQ(world.ObjectDistance(0, 1, 0.02), 0.02);
   EXPECT_NEAR(world.SceneDistance(0, 1.0), 0.01, 1e-9);
@@ -279,8 +279,8 @@ TEST(World, SeesAnOpenBoxUnderALabelOfItsOwn) {
   EXPECT_FALSE(World(Tabletop(), {}, {}).container());
 }
 
-// What lies there after coarse steps rests under the scene's own as well, and there nothing of the
-// robot ever sleeps.
+// Objects at rest after coarse steps also rest with the scene's own steps, with which no part of
+// the robot ever sleeps.
 TEST(World, WhatFellCoarselyRestsUnderTheScenesOwnSteps) {
   World world(Tabletop(), {RepositoryObject("dextrose"), RepositoryObject("salt_cylinder")}, {});
   world.StepCoarsely(true);
@@ -295,7 +295,7 @@ TEST(World, WhatFellCoarselyRestsUnderTheScenesOwnSteps) {
   const std::array<Eigen::Vector3d, 2> before_W = {world.ObjectCenterOfMass(0),
                                                    world.ObjectCenterOfMass(1)};
   EXPECT_TRUE(world.Settle());
-  // Awake at first: ten steps of stillness are asked for before anything may sleep.
+  // Everything is awake at first: ten steps at rest are required before anything may sleep.
   EXPECT_GT(world.time_s() - coarse_s, 0.015);
   EXPECT_FALSE(robot_sleeps());
   EXPECT_EQ(world.model()->opt.timestep, 0.002);
@@ -307,9 +307,9 @@ TEST(World, WhatFellCoarselyRestsUnderTheScenesOwnSteps) {
   }
 }
 
-// A heap that the hand presses down upon, as a run that cleared a table left it (the file holds it
-// to the last digit). The engine's Newton solver uses up its iterations there, and within the step
-// the heap gains 70 J from nothing.
+// The hand presses down on a pile, in a state from a run that cleared a table (the file has all
+// digits). The engine's Newton solver uses up its iterations, and the pile gains 70 J from nothing
+// within the step.
 TEST(World, AStepThatDoesNotConvergeIsDoneAgain) {
   std::vector<ObjectModel> objects;
   for (const char* name : {"salt_cylinder", "sweets_cylinder", "spread", "sweets_half_cylinder",

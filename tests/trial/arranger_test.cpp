@@ -26,8 +26,8 @@ TrialSpec SpecFor(const std::string& object, int index) {
   return {object, index, TrialSeed(11, object, index)};
 }
 
-// By the engine's own list of contacts, with nothing asleep: which objects the target touches, as
-// far as they overlap at all, and how deep any two things are inside each other.
+// From the engine's own list of contacts, with nothing asleep: the objects that overlap with the
+// target, and the deepest penetration of any two objects.
 struct Contacts {
   std::set<int> of_target;  // root bodies
   bool robot = false;
@@ -108,14 +108,14 @@ TEST_P(Clutter, IsWhatItsDefinitionSays) {
       EXPECT_GT(world.ObjectBottom(other), 0.005);
     }
     const Contacts contacts = ContactsOf(world);
-    // What overlaps touches; what is counted may also be closer than half a millimetre.
+    // Overlapping objects touch; counted objects may also be just closer than half a millimetre.
     EXPECT_LE(contacts.of_target.size(), static_cast<std::size_t>(arranged->touching));
     EXPECT_LT(contacts.deepest_m, 0.001);
     EXPECT_FALSE(contacts.robot);
   }
 }
 
-// The objects that hang together with the target by surfaces closer than touch_m.
+// The objects connected to the target through surfaces closer than touch_m.
 std::set<int> GroupOfTarget(const sim::World& world, double touch_m) {
   std::set<int> group = {0};
   for (std::size_t before = 0; before != group.size();) {
@@ -149,7 +149,7 @@ TEST(SideBySide, NeedsEnoughOtherObjects) {
   EXPECT_THROW(Open("side_by_side", {"objects=[spread, dextrose]"}), base::InputError);
 }
 
-// With the scene's own contact settings, and nothing allowed to sleep.
+// Uses the scene's own contact settings, and nothing may sleep.
 TEST_P(Clutter, StaysAtRest) {
   const auto experiment = Open(GetParam());
   const Cell& cell = CellOf(*experiment.task);
@@ -190,7 +190,7 @@ TEST_P(Clutter, IsTheSameForTheSameSeed) {
   EXPECT_NE(numbers, poses(1, other));
 }
 
-// Two objects that are always there among others, of which one is the target.
+// Two objects that are always among the others; one of them is the target.
 experiment::Experiment OpenScattered(const std::vector<std::string>& set) {
   std::vector<std::string> all = {
       "arrangement=scattered",
@@ -215,7 +215,7 @@ TEST(Scattered, HasWhatIsAlwaysThereAndADrawnNumberOfOthersAllOnTheTable) {
     EXPECT_EQ(world.object_name(0), "salt_cylinder");
     EXPECT_EQ(world.object_name(1), "sweets_cylinder");
     for (int object = 0; object < world.objects(); ++object) {
-      EXPECT_LT(world.ObjectBottom(object), 0.001);  // nothing lies on anything else
+      EXPECT_LT(world.ObjectBottom(object), 0.001);  // no object lies on another
     }
     EXPECT_LT(ContactsOf(world).deepest_m, 0.001);
   }
@@ -268,7 +268,7 @@ TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
 }
 
 TEST(Arranger, CountsWhyItDrewAgain) {
-  // Nothing that has just been dropped is slower than this.
+  // No object is slower than this just after it was dropped.
   const auto experiment = Open("pile", {"clutter.max_draws=2", "clutter.rest_speed_mm_s=0.01",
                                         "clutter.settle_limit_s=0.5"});
   Redraws redraws;
@@ -279,7 +279,7 @@ TEST(Arranger, CountsWhyItDrewAgain) {
 }
 
 TEST(Arranger, WhatDoesNotFitIntoTheBoxEndsTheTrialAndSaysSo) {
-  // A box of 60 x 60 mm, which no prism of 300 mm goes into.
+  // A prism of 300 mm does not fit into the box of 60 x 60 mm.
   const auto experiment = Open(
       "box", {"scene=" RANGEGRASP_SOURCE_DIR "/tests/trial/small_box.xml", "clutter.max_draws=7"});
   const auto result = RunTrial(CellOf(*experiment.task), SpecFor("sweets_prism", 0));
@@ -326,7 +326,7 @@ TEST(JudgeOthers, CountsWhatMovedAndWhatLeftTheTable) {
   X_WO.translation().x() += 1.0;
   world.PlaceObject(1, X_WO);
   EXPECT_EQ(JudgeOthers(before_W, world, 0).left_table, 1);
-  // The target's own way is what the trial is about.
+  // The target's own motion is the purpose of the trial.
   EXPECT_EQ(JudgeOthers(before_W, world, 1).moved, 0);
 }
 

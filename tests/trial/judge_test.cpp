@@ -22,7 +22,7 @@ void AddSamples(std::size_t count, std::uint32_t label, double height_m, Sensed&
   sensed.truth[0].label.insert(sensed.truth[0].label.end(), count, label);
 }
 
-// The first samples are the first object's.
+// The first samples belong to the first object.
 grasp::Detection FirstObjectOf(std::size_t samples) {
   grasp::Detection detection;
   detection.objects.resize(1);
@@ -30,8 +30,8 @@ grasp::Detection FirstObjectOf(std::size_t samples) {
   return detection;
 }
 
-// A detection whose first object holds `target_in` samples of the target and `other_in` others,
-// while `target_out` samples of the target are elsewhere: in another object or eaten by a filter.
+// A detection whose first object has `target_in` samples of the target and `other_in` others. The
+// other `target_out` samples of the target are in another object or were removed by a filter.
 DetectionVerdict Judge(std::size_t target_in, std::size_t other_in, std::size_t target_out) {
   Sensed sensed;
   AddSamples(target_in, kTarget, 0.1, sensed);
@@ -40,11 +40,11 @@ DetectionVerdict Judge(std::size_t target_in, std::size_t other_in, std::size_t 
   return JudgeDetection(FirstObjectOf(target_in + other_in), sensed, kTruth);
 }
 
-// 835 samples of which a filter ate 536: what is left is one object, and no detection.
+// A filter removed 536 of 835 samples: the rest is one object, but does not count as a detection.
 TEST(JudgeDetection, WhatAFilterAteCountsAgainstIt) { EXPECT_FALSE(Judge(299, 0, 536).segmented); }
 
-// Samples so near to the table that the preselection takes them for it, and those that were not
-// measured, count neither way.
+// Samples that are so near to the table that the preselection assigns them to it, and unmeasured
+// samples, do not count at all.
 TEST(JudgeDetection, SamplesAtTheTableDoNotCount) {
   Sensed sensed;
   AddSamples(60, kTarget, 0.1, sensed);
@@ -85,7 +85,7 @@ TEST(JudgeDetection, NoObjectIsNoDetection) {
   EXPECT_FALSE(verdict.segmented);
 }
 
-// What a trial looks like that ends well.
+// The log of a successful trial.
 sim::ExecutionLog Delivered() {
   sim::ExecutionLog log;
   log.lift_height_m = 0.2;

@@ -19,7 +19,7 @@ geometry::TriangleMesh BoxAbout(const Eigen::Vector3d& center, double half_m) {
   return geometry::ConvexHull(corners);
 }
 
-// A can that stands alone, and what the detector makes of it.
+// A single can and its detection.
 class MoverTest : public testing::Test {
  protected:
   MoverTest()
@@ -31,14 +31,14 @@ class MoverTest : public testing::Test {
     base::Rng rng(1);
     detection_ =
         cell_.detector->Detect(Look(cell_, arranged->world, spec.seed).observation, rng).detection;
-    // Above the can, where the hand has to pass.
+    // An obstacle above the can, where the hand must pass.
     in_the_way_ = BoxAbout(detection_.grasps.front().X_CH.translation(), 0.05);
   }
   grasp::Move Plan() const {
     base::Rng rng(1);
     return cell_.mover->Plan(detection_, cell_.robot.home, rng);
   }
-  // Says that a grasp holds or not: by its probability, or by the angle of its contacts.
+  // Rates whether a grasp holds, by its probability or by its contact angle.
   void Rate(bool holds, bool learned, grasp::DetectedGrasp& grasp) const {
     grasp.probability = std::nullopt;
     if (learned) grasp.probability = holds ? 0.9 : 0.1;
@@ -73,7 +73,7 @@ TEST_F(MoverTest, NeverPassesWhatWasMeasured) {
   EXPECT_NE(move.failures, "");
 }
 
-// The can's grasps, best first: as many that are not expected to hold, then the same that are.
+// The can's grasps, best first, twice: first rated as not holding, then as holding.
 TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot) {
   const std::size_t count = detection_.grasps.size();
   const std::vector<grasp::DetectedGrasp> sound = detection_.grasps;
@@ -92,7 +92,7 @@ TEST_F(MoverTest, PassesUnseenSpaceForAGraspThatHoldsBeforeItTakesOneThatDoesNot
   }
 }
 
-// As published: the grasps in their order, and no motion through what may be there.
+// As published: grasps are tried in order, and no motion passes through unseen space.
 TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpace) {
   for (auto& grasp : detection_.grasps) {
     Rate(&grasp != &detection_.grasps.front(), /*learned=*/false, grasp);

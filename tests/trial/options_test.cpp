@@ -22,7 +22,7 @@ using testing_support::TempFolder;
 
 const std::filesystem::path kOptionsSource = RANGEGRASP_SOURCE_DIR;
 
-// Of the keys below the common ones, which the engine reads.
+// The options of a file; the common keys, which the experiment engine reads, are read first.
 Options OptionsRead(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   std::string text;
@@ -65,7 +65,7 @@ TEST(ReadOptions, EveryKeyIsDocumented) {
   for (const auto& key : map.Keys()) EXPECT_FALSE(key.doc.empty()) << key.path;
 }
 
-// A small project of its own: experiments/e.yaml with a scene, a sensor and two objects.
+// A small separate project: experiments/e.yaml with a scene, a sensor and two objects.
 class OptionsTest : public testing::Test {
  protected:
   OptionsTest() {
@@ -204,7 +204,7 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
               HasSubstr("nearest: 'duck'"));
 }
 
-// Without models/objects beside it, the experiment finds those of the program.
+// Without a models/objects folder next to it, the experiment finds the program's objects.
 TEST_F(OptionsTest, ShippedObjectsAreFoundFromElsewhere) {
   std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
   const Options o =
@@ -256,7 +256,7 @@ TEST_F(OptionsTest, TheSceneHashIsTheSameInAnotherFolder) {
   EXPECT_EQ(SceneHash(OptionsRead(other / "experiments/e.yaml")), hash);
 }
 
-// Every switch of every stage, by its key.
+// All switches of all stages, by key.
 std::map<std::string, bool> SwitchesOf(const Options& o) {
   std::map<std::string, bool> on;
   const auto add = [&on](const std::string& prefix, const auto& switches) {
@@ -274,7 +274,7 @@ std::map<std::string, bool> SwitchesOf(const Options& o) {
   return on;
 }
 
-/// A shipped file, with the keys of every kind of experiment read.
+/// A shipped file, with the keys common to all experiments already read.
 base::YamlMap MapOf(const std::string& file, const std::vector<std::string>& settings = {}) {
   auto map = base::YamlMap::FromFile(kOptionsSource / "experiments" / file, settings);
   std::string name;
@@ -297,7 +297,7 @@ TEST(Additions, AreAllOnInTheImprovedMethodAndAllOffInThePublishedOne) {
   for (const auto& [key, on] : published) EXPECT_FALSE(on) << key;
 }
 
-// Every key of the file with the value that it has where the file is silent, after the method.
+// Every key of the file with its default value for the file's method.
 std::map<std::string, std::string> DefaultsOf(const std::string& file) {
   auto map = MapOf(file);
   ReadOptions(map);
@@ -306,7 +306,7 @@ std::map<std::string, std::string> DefaultsOf(const std::string& file) {
   return defaults;
 }
 
-// All keys are compared, not the switches alone.
+// All keys are compared, not only the switches.
 TEST(Additions, AreAllThatTheTwoMethodsDiffer) {
   const auto improved = DefaultsOf("laser_single.yaml");
   const auto published = DefaultsOf("laser_single_as_published.yaml");
@@ -335,7 +335,7 @@ TEST(Additions, AKeyOfItsOwnWinsOverTheMethod) {
   }
 }
 
-// What the table does not list does not compile; here the rule behind that on small structs.
+// A switch that the table does not list does not compile; this tests that rule on small structs.
 struct Listed {
   bool salt = true;
   bool pepper = true;

@@ -68,7 +68,7 @@ TEST_F(ViewTest, HoldsWhatWasPerceivedAndWhatMoved) {
     (body.layer == "things" ? of_object : of_rest) =
         std::max(body.layer == "things" ? of_object : of_rest, Travel(body));
   }
-  // It is lifted by 100 mm at least, and carried to another place.
+  // The object is lifted by at least 100 mm and carried to another place.
   EXPECT_GT(of_object, 0.1);
   EXPECT_GT(of_rest, 0.1);
   const auto held = std::find_if(view.frames.begin(), view.frames.end(),

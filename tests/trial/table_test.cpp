@@ -53,7 +53,7 @@ TEST_F(TableTest, RatesAreAsDefined) {
   EXPECT_DOUBLE_EQ(*table.rows[0].text_detection.published, 0.9);
   EXPECT_NEAR(*table.rows[0].text_grasping.published, 0.7777, 1e-12);
   EXPECT_FALSE(table.rows[1].text_grasping.published);
-  // Overall is the mean of the rows that have the rate; pooled counts trials.
+  // "Overall" is the mean of the rows that have the rate; "pooled" counts trials.
   EXPECT_DOUBLE_EQ(*table.overall.detection.rate, (0.75 + 0.5) / 2.0);
   EXPECT_DOUBLE_EQ(*table.overall.grasping.rate, (2.0 / 3.0 + 1.0) / 2.0);
   EXPECT_EQ(table.overall.detection.count.k, 4);
@@ -78,7 +78,7 @@ TEST_F(TableTest, FiguresAreOfRowsWhosePublishedCountsAreKnown) {
   EXPECT_EQ(counts.published.n, 9);
 }
 
-// A heap taken for one object: not detected by our verdict, grasped by the text's.
+// A pile taken for one object: not detected by our verdict, but grasped by the text's verdict.
 TEST_F(TableTest, TheTextsVerdictIsCountedNextToTheStricterOneAndComparedWithThePublished) {
   auto results = results_;
   results[3].result.data =
@@ -122,7 +122,7 @@ TEST_F(TableTest, AnObjectWithoutTrialsHasNullRates) {
   EXPECT_DOUBLE_EQ(json["stage_seconds"]["scan"]["median"].get<double>(), 0.02);
 }
 
-// Detection of all trials, grasping of what was detected: 3 of 4 and 2 of 3.
+// Detection counts all trials (3 of 4), grasping counts detected objects (2 of 3).
 TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
   const auto report = ReportOf(stamp_, results_);
   const auto& box = report.sections[0].grid.rows[0];
@@ -135,7 +135,8 @@ TEST_F(TableTest, IntervalsAndFailuresAreThoseOfTheirRow) {
   EXPECT_DOUBLE_EQ(json["rows"][0]["grasp_interval"][1].get<double>(), high);
 }
 
-// Of the mean of rows that the row prints, in every format; that of all trials has its own name.
+// In every format, the overall row has the interval of the mean of rows that it prints. The
+// interval of all trials has its own name.
 TEST_F(TableTest, TheOverallIntervalIsOfTheMeanOfRows) {
   const auto [low, high] = experiment::MeanRateInterval({{3, 4}, {1, 2}}).value();
   const auto report = ReportOf(stamp_, results_);
@@ -150,7 +151,7 @@ TEST_F(TableTest, TheOverallIntervalIsOfTheMeanOfRows) {
   EXPECT_NEAR(csv.Number(3, csv.Column("detection_high")), high, 5e-5);
 }
 
-// Two of three slid, with figures of their own.
+// Two of three slid, each with its own figures.
 TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
   auto results = results_;
   const auto add = [&](const std::string& outcome, const std::string& detail) {
@@ -175,7 +176,7 @@ TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
             nlohmann::json({{"no hold", 1}, {"slid in the hand", 2}}));
 }
 
-// As numbers of their own columns, for who makes figures of them.
+// They are numbers in separate columns, for making figures from them.
 TEST_F(TableTest, TheCsvHasIntervalsAndFailures) {
   const auto csv = base::CsvTable::Parse(
       experiment::Format(ReportOf(stamp_, results_), stamp_, experiment::TableFormat::kCsv), "csv");
@@ -186,7 +187,7 @@ TEST_F(TableTest, TheCsvHasIntervalsAndFailures) {
   EXPECT_EQ(csv.Cell(2, csv.Column("detection_low")), "");  // never tried
 }
 
-// The published overall is a mean over all published rows.
+// The published overall rate is a mean over all published rows.
 TEST_F(TableTest, ARunOfSomeObjectsIsNotComparedWithTheOverallOfAll) {
   auto some = stamp_;
   some.data["reference"] += "2,Bowl,50,50\n";
@@ -207,7 +208,7 @@ TEST_F(TableTest, TheAuditsFiguresAreTheLargestOfAllTrials) {
   EXPECT_EQ(table.audit_max, (std::map<std::string, double>{{"creep_m_s", 3.0}}));
 }
 
-// Steps within a stage stand in the JSON alone.
+// Steps within a stage are only in the JSON.
 TEST_F(TableTest, TimesArePrintedByStage) {
   auto results = results_;
   for (Record& record : results) record.result.seconds.emplace_back("perceive:normals", 0.5);
@@ -227,8 +228,8 @@ TEST_F(TableTest, EveryFormatNamesEveryObject) {
   }
 }
 
-// Fisher's tea tasting turned round: 5 of 10 where 10 of 10 are published. The chance of at most 5
-// of one sample's 10 among 15 of 20 is C(10,5) C(10,10) / C(20,15) = 252 / 15504.
+// Fisher's exact test for 5 of 10 where 10 of 10 are published. The probability of at most 5 of one
+// sample's 10 among 15 of 20 is C(10,5) C(10,10) / C(20,15) = 252 / 15504.
 TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
   auto stamp = stamp_;
   stamp.identity["groups"] = "box,mug";
@@ -245,11 +246,11 @@ TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
   EXPECT_NEAR(*table.rows[0].text_grasping.p_below, 252.0 / 15504.0, 1e-12);
   EXPECT_DOUBLE_EQ(*table.rows[0].text_detection.p_below, 1.0);
   EXPECT_TRUE(IsBelowPublished(table, table.rows[0]));
-  // 77.77 % of 9 detected are 7.
+  // 77.77 % of 9 detected objects is 7.
   EXPECT_EQ(table.rows[1].text_detection.published_count.k, 9);
   EXPECT_EQ(table.rows[1].text_grasping.published_count.k, 7);
   EXPECT_FALSE(IsBelowPublished(table, table.rows[1]));
-  // Overall: the counts of all rows, 15 of 20 against 17 of 19.
+  // The overall test uses the counts of all rows, 15 of 20 against 17 of 19.
   EXPECT_EQ(table.overall.published_trials, 20);
   EXPECT_DOUBLE_EQ(*table.overall.text_grasping.p_below,
                    experiment::FisherExactLower(15, 20, 17, 19));
@@ -312,7 +313,7 @@ TEST(FrictionCurve, CountsTheDetectedByBins) {
   EXPECT_EQ(curve.at("prism").at(10).n, 2);
   EXPECT_EQ(curve.at("prism").at(10).k, 1);
   EXPECT_EQ(curve.at("prism").at(11).n, 1);
-  // 0.60 / 0.05 is a little below 12.
+  // 0.60 / 0.05 is slightly below 12.
   EXPECT_EQ(curve.at("box").at(12).n, 1);
   EXPECT_EQ(curve.at("box").at(12).k, 0);
 
@@ -385,7 +386,7 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
   const Chart* detection = Find(charts, "Detection rate by object");
   ASSERT_TRUE(detection);
   EXPECT_EQ(detection->labels, (std::vector<std::string>{"Cup", "can"}));
-  EXPECT_EQ(detection->series[0].values[1].of, "1 of 3");  // what crashed stays in the denominator
+  EXPECT_EQ(detection->series[0].values[1].of, "1 of 3");  // crashed trials stay in the denominator
   EXPECT_EQ(detection->series[2].values[0].value, 90.0);
   EXPECT_FALSE(detection->series[2].values[1].value);
 
@@ -394,7 +395,7 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
   EXPECT_EQ(pose->labels, (std::vector<std::string>{"side", "up"}));
   EXPECT_EQ(pose->series[0].values[0].of, "0 of 1");
   EXPECT_EQ(pose->series[0].values[1].of, "1 of 2");
-  // Wilson's interval of 1 of 2 (Wilson 1927): 0.0945 to 0.9055.
+  // Wilson's interval for 1 of 2 (Wilson 1927) is 0.0945 to 0.9055.
   EXPECT_NEAR(pose->series[0].values[1].range->first, 9.45, 0.01);
 
   const Chart* grasp = Find(charts, "Delivered by kind of grasp");

@@ -33,7 +33,7 @@ TEST(TrialSeed, DiffersForEveryExperimentSeedObjectAndIndex) {
 }
 
 TEST(TrialSeed, NeverChanges) {
-  // Recorded results name these; printed by TrialSeed itself at version 0.1.0.
+  // Recorded results refer to these seeds; TrialSeed of version 0.1.0 printed them.
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 0), 15921461307951582903u);
   EXPECT_EQ(TrialSeed(1, "coffee_cup", 3), 11851043196888414831u);
   EXPECT_EQ(TrialSeed(2, "cleaner", 9), 1637833297759159178u);
@@ -57,8 +57,9 @@ TEST(RunAttempt, ShowsTheStartOfAnAttemptThatEndsBeforeAnythingMoves) {
   EXPECT_EQ(moments, std::vector<std::string>{"start"});
 }
 
-// The published mesh joins what touches (section 5.1.2): "considered as one object. A grasp will
-// disambiguate the situation". Such a heap is grasped, and only the stricter verdict ends before.
+// The published mesh joins touching objects (section 5.1.2): "considered as one object. A grasp
+// will disambiguate the situation". Such a pile is grasped; only the stricter verdict ends before
+// that.
 TEST(Trial, AHeapThatCountsAsOneObjectIsGraspedForTheTextsVerdict) {
   const auto experiment = experiment::OpenExperiment(
       RANGEGRASP_SOURCE_DIR "/experiments/laser_touching_as_published.yaml", {});
@@ -81,7 +82,7 @@ TEST(Trial, AHeapThatCountsAsOneObjectIsGraspedForTheTextsVerdict) {
   EXPECT_GE(joined, 1);  // 218 of 360 such trials were wrong_target (docs/results.md)
 }
 
-// It is wider than the hand opens: all that can hold it is its rim.
+// It is wider than the hand's opening, so the hand can hold it only by its rim.
 TEST(Trial, ABowlIsTakenByItsRim) {
   const auto experiment =
       experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_bowl.yaml", {});
@@ -98,7 +99,7 @@ TEST(Trial, ABowlIsTakenByItsRim) {
         return;
       }
       ++rotational;
-      if (!scene.objects[0].open) return;  // stray points hang in its mouth
+      if (!scene.objects[0].open) return;  // there are stray points in its mouth
       ++open;
       EXPECT_NEAR(scene.objects[0].axis->radius_m, 0.080, 0.006);
       ASSERT_FALSE(grasps.empty());
@@ -114,7 +115,7 @@ TEST(Trial, ABowlIsTakenByItsRim) {
   EXPECT_GE(open, rotational - 1);
 }
 
-// A table of dots in the workspace with boxes on it, seen from where the scanner is.
+// A table of points in the workspace with boxes on it, seen from the scanner's position.
 geometry::Observation BoxesOfDots(const std::vector<std::pair<Eigen::Vector3d, double>>& boxes) {
   using namespace grasp::test;
   geometry::RangeImage image{.profiles = 1, .points_C = {}, .origins_C = {{0.6, 0.0, 0.9}}};
@@ -130,7 +131,7 @@ geometry::Observation BoxesOfDots(const std::vector<std::pair<Eigen::Vector3d, d
   return geometry::ObservationOf(image);
 }
 
-// A low box of the larger area, and a high one whose short side lies along y.
+// A low box with the larger area, and a high box whose short side is along y.
 TEST(StraightDown, TakesTheHighestClusterAndNoNeighborThatDoesNotTouchIt) {
   const auto experiment = experiment::OpenExperiment(
       RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {.set = {"detector=straight_down"}});
@@ -147,7 +148,7 @@ TEST(StraightDown, TakesTheHighestClusterAndNoNeighborThatDoesNotTouchIt) {
     EXPECT_NEAR(grasp.width_m, 0.03, 0.001);
     EXPECT_NEAR((grasp.X_CH * cell.robot.hand().X_HG_tip).translation().x(), 0.08, 0.01);
   }
-  // Pushed together they are one thing, wider than the hand.
+  // Pushed together, they are one object, wider than the hand.
   const auto pushed =
       cell.detector->Detect(BoxesOfDots({{low, 0.0}, {high, 0.075}}), rng).detection;
   ASSERT_EQ(pushed.objects.size(), 1u);
@@ -167,7 +168,7 @@ TEST(HandOverUser, PullsWithinTheSpreadOfStraightOutAndNotAlwaysAlike) {
     widest = std::max(widest, std::acos(std::min(1.0, along.dot(out_H))));
   }
   EXPECT_LE(widest, base::Deg(20.0) + 1e-6);
-  EXPECT_GT(widest, base::Deg(19.0));  // even over the cap, 1 in 10 is beyond 19 deg
+  EXPECT_GT(widest, base::Deg(19.0));  // uniform over the cap, 1 in 10 is beyond 19 deg
 }
 
 }  // namespace

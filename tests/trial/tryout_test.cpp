@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
-// The shipped arm with the shipped hand or the parallel jaw, as texts to be broken in one place.
+// The shipped arm with the shipped hand or the parallel jaw, as texts to break in one place.
 struct Texts {
   std::string arm, hand, scene;
 };
@@ -30,7 +30,7 @@ void Replace(std::string& text, const std::string& pattern, const std::string& b
   EXPECT_NE(text, before) << pattern;
 }
 
-// All numbers of the values that the pattern's only group finds, times a factor.
+// Multiplies all numbers in the values that the pattern's only group matches.
 void Scale(std::string& text, const std::string& pattern, double factor) {
   std::string out;
   std::size_t last = 0;
@@ -67,7 +67,7 @@ class Broken : public testing::Test {
     return folder_.Write("scene.xml", texts_.scene);
   }
 
-  // As the command does it.
+  // Checks as the command does.
   std::string Check() {
     const auto scene = Write();
     auto findings = check::CheckModel(scene, check::Kind::kScene);
@@ -94,7 +94,7 @@ TEST_F(Broken, WeakServosOfTheArm) {
   Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.1);
   EXPECT_THAT(Check(), HasSubstr("kp"));
 }
-// Where slower motions do not help, stiffer drives are tried.
+// If slower motions do not help, stiffer drives are tried.
 TEST_F(Broken, DrivesThatFallBehindInTrialsAreCuredByTheEdits) {
   Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.18);
   ASSERT_THAT(Check(), HasSubstr("fall up to"));
@@ -113,7 +113,7 @@ TEST_F(Broken, MissingGripSensors) {
   Replace(texts_.hand, "<tuple name=\"grip_sensors\">[^]*?</tuple>", "");
   EXPECT_THAT(Check(), HasSubstr("grip_sensors"));
 }
-// What the edits make of a hand as a user brings it.
+// Applies the edits to a typical third-party hand.
 TEST(TryCell, AFourFingeredHandDeliversAfterTheEdits) {
   const testing_support::TempFolder folder;
   const std::string hand = base::ReadFile(kSource / "tests/data/hands/four_fingers.xml");

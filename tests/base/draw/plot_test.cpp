@@ -56,7 +56,7 @@ TEST(PlotSvg, EqualAxesHaveOneUnit) {
   panel.series.push_back({"", {0, 1, 4}, {0, 1, 0}});
   panel.equal_axes = true;
   panel.y_range = {{0.0, 1.0}};
-  // 25 pixels a unit on both axes, about the same middle.
+  // Both axes have 25 pixels per unit and keep their center.
   EXPECT_THAT(PlotSvg({panel}, 190, 175),
               HasSubstr("points=\"70.00,92.50 95.00,67.50 170.00,92.50 \""));
 }
@@ -116,10 +116,10 @@ TEST(PlotSvg, BarsAreAsHighAsTheirValues) {
   const BarChart chart{"", "", {"g", "h"}, {"s", "t"}, {{1.0, 2.0}, {0.5, NAN}}};
   const std::string svg = PlotSvg(chart);
   EXPECT_EQ(Count(svg, "<rect"), 1 + 3);  // the background and three bars
-  // 360 - 30 - 45 - 20 pixels are 1.05 * 2: a bar of 2 has 252.38 of them, of 1 half.
+  // 360 - 30 - 45 - 20 pixels are 1.05 * 2, so a bar of value 2 has 252.38 pixels, of value 1 half.
   EXPECT_THAT(svg, HasSubstr("height=\"252.38\""));
   EXPECT_THAT(svg, HasSubstr("height=\"126.19\""));
-  // Two groups share 810 pixels from 70 on; a tenth of a group's room is left free before its bars.
+  // Two groups share 810 pixels from 70 on; the first tenth of each group's width is left free.
   EXPECT_THAT(svg, HasSubstr("<rect x=\"110.50\""));
   EXPECT_THAT(svg, HasSubstr("<rect x=\"272.50\""));
   EXPECT_THROW(PlotSvg(BarChart{"", "", {"g"}, {"s"}, {}}), std::invalid_argument);

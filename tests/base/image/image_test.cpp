@@ -39,7 +39,7 @@ TYPED_TEST(Png, GivesBackWhatWasWritten) {
   }
 }
 
-// Whatever bytes a file holds: a picture with all its pixels, or an error that names the file.
+// For any bytes, the result is a complete picture or an error that names the file.
 TYPED_TEST(Png, DamagedFilesGiveAPictureOrAnErrorThatNamesThem) {
   const TempFolder folder;
   const std::string whole = EncodePng(RandomPicture<TypeParam>(3));
@@ -115,7 +115,7 @@ TEST(DecodePng, NoBeginningOfAFileIsAPicture) {
   }
 }
 
-// The checksum that ends a chunk of a PNG (ISO 3309), bit by bit.
+// The CRC at the end of a PNG chunk (ISO 3309), computed bit by bit.
 std::uint32_t Crc(const std::string& bytes) {
   std::uint32_t crc = ~0U;
   for (const char c : bytes) {
@@ -127,7 +127,7 @@ std::uint32_t Crc(const std::string& bytes) {
 
 TEST(DecodePng, AHeaderThatAsksForMoreThanTheFileCanHoldAsksForNoMemory) {
   std::string bytes = EncodePng(Grey8{3, 2, std::vector<std::uint8_t>(6, 7)});
-  constexpr std::size_t kKind = 12, kSides = 16, kEnd = 29;  // of the header's chunk
+  constexpr std::size_t kKind = 12, kSides = 16, kEnd = 29;  // in the header chunk
   using std::string_literals::operator""s;
   bytes.replace(kSides, 8, "\x00\x00\x75\x30\x00\x00\x75\x30"s);  // 30000 twice
   const std::uint32_t crc = Crc(bytes.substr(kKind, kEnd - kKind));
@@ -140,16 +140,16 @@ TEST(DecodePng, AHeaderThatAsksForMoreThanTheFileCanHoldAsksForNoMemory) {
   }
 }
 
-// Two rows of three pixels, as the format's description has them: the width first, rows from the
-// top, each row preceded by its filter.
+// Two rows of three pixels, as in the PNG specification: the width comes first, rows start at the
+// top, and each row is preceded by its filter type.
 TEST(EncodePng, TheHeaderSaysSizeDepthAndColour) {
   const std::string bytes = EncodePng(Grey16{3, 2, std::vector<std::uint16_t>(6, 0x1234)});
   using std::string_literals::operator""s;
   EXPECT_EQ(bytes.substr(0, 26), "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\x03\0\0\0\x02\x10\0"s);
 }
 
-// A file that was put together by hand, its pixels not packed: 2 x 2 pixels of 16-bit grey,
-// 0x0102 0xfffe above 0x0304 0x0000.
+// A file made by hand with uncompressed pixels: 2 x 2 pixels of 16-bit grey, 0x0102 0xfffe above
+// 0x0304 0x0000.
 TEST(DecodePng, TheHigherByteComesFirst) {
   const std::string hex =
       "89504e470d0a1a0a0000000d4948445200000002000000021000000000074d8ebb00000015494441"

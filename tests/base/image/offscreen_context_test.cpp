@@ -10,7 +10,7 @@
 
 #include "base/image/open_gl.h"
 
-constexpr GLenum GL_SCISSOR_TEST = 0x0C11;  // of OpenGL 1.1, for these tests alone
+constexpr GLenum GL_SCISSOR_TEST = 0x0C11;  // from OpenGL 1.1; used only in these tests
 
 namespace rangegrasp::image {
 namespace {
@@ -22,7 +22,7 @@ void Clear(float red, float green, float blue, int x, int y, int width, int heig
   Gl().clear(GL_COLOR_BUFFER_BIT);
 }
 
-// OpenGL counts rows from the bottom, a picture from the top.
+// OpenGL counts rows from the bottom; a picture counts them from the top.
 TEST(OffscreenContext, RowsCountFromTheTop) {
   OffscreenContext context(3, 2);
   Clear(0, 0, 1, 0, 0, 3, 2);
@@ -74,7 +74,7 @@ int Threads() {
   return static_cast<int>(std::distance(begin(tasks), end(tasks)));
 }
 
-// Contexts are made in processes that were forked after this one had some.
+// Processes that are forked after this process has used contexts create contexts, too.
 TEST(OffscreenContext, LeavesNoThreadThatDraws) {
   ASSERT_TRUE(DrawBeforeForking());
   const int before = Threads();
@@ -90,7 +90,7 @@ TEST(OffscreenContext, OfTheProcessThatWasForkedDrawsInTheNewOne) {
   Clear(1, 0, 0, 0, 0, 2, 2);
   const pid_t forked = fork();
   if (forked == 0) {
-    alarm(20);  // a process that waits for a thread of the other one would do so for ever
+    alarm(20);  // waiting for a thread of the parent process would never end
     Clear(0, 1, 0, 0, 0, 1, 2);
     const Image picture = context.Picture();
     _exit(picture.At(0, 0)[1] == 255 && picture.At(1, 0)[0] == 255 ? 0 : 1);

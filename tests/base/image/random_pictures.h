@@ -27,7 +27,7 @@ void Randomise(base::Rng& rng, Grey<Pixel>& picture) {
   Fill(rng, picture.grey, Size(rng, picture));
 }
 
-/// A picture of noise of up to 60 x 40 pixels.
+/// A picture of random noise with up to 60 x 40 pixels.
 template <typename Picture>
 Picture RandomPicture(std::uint64_t seed) {
   base::Rng rng(seed);
@@ -36,7 +36,7 @@ Picture RandomPicture(std::uint64_t seed) {
   return picture;
 }
 
-/// The bytes cut short or changed in places, its first 60 as often as the rest.
+/// The bytes truncated or with some bytes changed. Half of the changes are in the first 60 bytes.
 inline std::string Damaged(std::string bytes, std::uint64_t seed) {
   base::Rng rng(seed);
   if (rng.Uniform() < 0.3) bytes.resize(rng.Index(bytes.size()));

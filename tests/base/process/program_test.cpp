@@ -31,7 +31,7 @@ class AskShell : public ::testing::Test {
   testing_support::TempFolder folder_;
 };
 
-// Whether a process of the number in a file ends soon.
+// True if the process whose id is in the file ends soon.
 bool Ends(const std::filesystem::path& file) {
   const base::Stopwatch watch;
   while (watch.Seconds() < 10.0) {
@@ -70,7 +70,7 @@ TEST_F(AskShell, WaitsNoLongerThanItsLimit) {
     const Reply reply = Ask(program, "");
     EXPECT_FALSE(reply.line) << script;
     EXPECT_FALSE(reply.failure.empty()) << script;
-    EXPECT_LT(watch.Seconds(), 8.0) << script;  // the guard has 5 s, where machines are busy
+    EXPECT_LT(watch.Seconds(), 8.0) << script;  // the guard allows 5 s; machines are busy
   }
 }
 
@@ -213,7 +213,7 @@ class InTheSandbox : public ::testing::Test {
   }
 
   OwnFolder folder_;
-  testing_support::TempFolder other_;  // among the temporary ones, as everybody's
+  testing_support::TempFolder other_;  // an ordinary temporary folder
   Box box_{folder_.path(), {}, {}};
 };
 
@@ -252,10 +252,10 @@ TEST_F(InTheSandbox, AFileIsShownWhereItsFolderIsNot) {
 }
 
 TEST_F(InTheSandbox, ThereIsNoNetworkAndNobodyElse) {
-  // Of the loopback device alone, which is down.
+  // There is only the loopback device, and it is down.
   EXPECT_EQ(Try("tail -n +3 /proc/net/dev | cut -d: -f1 | tr -d ' '"), "lo");
   EXPECT_EQ(Try("wc -l < /proc/net/route"), "1") << "the heading";
-  // bwrap, which is the first process there, and what the shell starts.
+  // The first process there is bwrap; the shell's processes follow.
   EXPECT_EQ(Try("ls -d /proc/[0-9]* | head -1"), "/proc/1");
   EXPECT_EQ(Try("kill -0 " + std::to_string(getpid()) + " 2>/dev/null && echo seen || echo not"),
             "not");

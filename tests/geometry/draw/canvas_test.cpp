@@ -11,12 +11,12 @@ namespace {
 constexpr int kWidth = 200;
 constexpr int kHeight = 120;
 
-// From 2 m above the x-y plane, x to the right and y upwards in the picture.
+// Looks from 2 m above the x-y plane, with x to the right and y upwards in the picture.
 View FromAbove() { return {{0.0, 0.0, 2.0}, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, 0.6}; }
 
 double PixelsPerMetre() { return 0.5 * kHeight / (2.0 * std::tan(0.3)); }
 
-// The pixel where a point of the plane z = 0 appears; pixel centres lie at halves.
+// The pixel coordinates of a point in the plane z = 0; pixel centres are at half integers.
 Eigen::Vector2d Project(double x, double y) {
   return {0.5 * kWidth + x * PixelsPerMetre(), 0.5 * kHeight - y * PixelsPerMetre()};
 }
@@ -26,8 +26,8 @@ Eigen::Vector3i Pixel(const image::Image& image, int x, int y) {
   return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
 }
 
-// Area and centroid of all that is not white, each pixel weighted by how far it is from white in
-// the green channel of a red drawing.
+// Area and centroid of everything that is not white. The drawing is red, so each pixel is weighted
+// by its difference from white in the green channel.
 struct Blob {
   double area = 0.0;
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
@@ -64,7 +64,7 @@ TEST(Render, ADotAppearsWhereThePinholePutsIt) {
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.3, 0.1}, {-0.4, 0.2}, {0.2, -0.3}}) {
     const Blob blob = NotWhite(Render(Dot({x, y, 0.0}), FromAbove(), kWidth, kHeight));
     EXPECT_NEAR(blob.area, 16.0, 8.0);
-    // Half a subpixel of rasterisation on either side.
+    // The rasterisation error is half a subpixel on either side.
     EXPECT_NEAR((blob.center - Project(x, y)).norm(), 0.0, 0.5) << x << " " << y;
   }
 }
@@ -129,7 +129,7 @@ TEST(Render, WhatIsSeenThroughDoesNotHide) {
   canvas.surfaces.push_back({triangle(0.5), Color(1.0F, 0.0F, 0.0F, 0.5F)});
   canvas.surfaces.push_back({triangle(0.0), Color(0.0F, 0.0F, 1.0F, 1.0F)});
   const auto middle = Pixel(Render(canvas, FromAbove(), kWidth, kHeight), kWidth / 2, kHeight / 2);
-  EXPECT_GT(middle.z(), middle.x());  // the blue one behind was drawn
+  EXPECT_GT(middle.z(), middle.x());  // the blue triangle behind was drawn
 }
 
 TEST(Render, ShadesDoNotDependOnWinding) {
@@ -146,8 +146,8 @@ TEST(Render, ShadesDoNotDependOnWinding) {
 }
 
 TEST(PaletteColor, TheFirstDozenDiffer) {
-  // Turns by the golden angle leave 0.0557 of the circle between any two of a dozen hues: a third
-  // of a channel's ramp of 0.7, which may be shared by two channels.
+  // Steps of the golden angle leave at least 0.0557 of the circle between any two of 12 hues. This
+  // is a third of a channel's ramp of 0.7, and two channels may share it.
   for (std::size_t i = 0; i < 12; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       EXPECT_GT((PaletteColor(i) - PaletteColor(j)).norm(), 0.15F) << i << " " << j;

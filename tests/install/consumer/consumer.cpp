@@ -1,5 +1,5 @@
-// Draws points in a ball with rangegrasp's generator and takes their hull; asks the engine for its
-// version.
+// Draws points in a ball with rangegrasp's generator, computes their convex hull, and asks the
+// engine for its version.
 
 #include <cstdio>
 
@@ -17,7 +17,7 @@ int main() {
     if (x * x + y * y + z * z <= 1.0) points.emplace_back(x, y, z);
   }
   const auto hull = rangegrasp::geometry::ConvexHull(points);
-  // Euler: a closed surface of triangles has V - T / 2 = 2.
+  // Euler's formula: a closed surface of triangles has V - T / 2 = 2.
   const bool closed = 2 * hull.vertices.size() == hull.triangles.size() + 4;
   std::printf("hull %s, engine %s\n", closed ? "closed" : "open",
               rangegrasp::sim::EngineVersion().c_str());

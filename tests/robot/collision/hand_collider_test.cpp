@@ -10,7 +10,7 @@ namespace {
 
 using namespace rangegrasp::test;
 
-/// The distance of a point to a capsule or a box, negative inside.
+/// Signed distance of a point to a capsule or a box; negative inside.
 double Distance(const geometry::Shape& shape, const base::Pose& X_CH, const Vector3d& p) {
   const Vector3d q = (X_CH * shape.X_BS).inverse() * p;
   if (shape.kind == geometry::Shape::Kind::kCapsule) {
@@ -39,7 +39,7 @@ base::Pose RandomPose(base::Rng& rng) {
   return Move(x, y, z) * Yaw(a) * TurnX(tilt) * TurnX(base::kPi) * SensorHand(2).X_HG_tip.inverse();
 }
 
-/// A box of 60 x 100 x 120 mm on the table, turned by 0.3 rad.
+/// A box of 60 x 100 x 120 mm on the table, rotated by 0.3 rad.
 geometry::TriangleMesh Block() {
   geometry::Shape shape;
   shape.kind = geometry::Shape::Kind::kBox;
@@ -57,7 +57,7 @@ geometry::TriangleMesh Speck(const Vector3d& p) {
   return mesh;
 }
 
-/// The sides of the hand's round shapes: as facets, and exact.
+/// The parameter is the number of sides of the hand's round shapes; with 0 they are exact.
 class SidedHandCollider : public ::testing::TestWithParam<int> {};
 
 TEST_P(SidedHandCollider, AgreesWithSampledPoints) {
@@ -74,8 +74,8 @@ TEST_P(SidedHandCollider, AgreesWithSampledPoints) {
     const base::Pose X_CH = RandomPose(rng);
     const std::size_t state = rng.Index(hand.states.size());
     const double distance = Distance(hand.states[state], X_CH, dots);
-    // Facets are within 0.5 mm of the true shapes; dots 3 mm apart leave up to 0.3 mm to a
-    // finger that bulges between them. What is nearer than that to the limit is not decided here.
+    // Facets are within 0.5 mm of the true shapes, and a finger can bulge by up to 0.3 mm between
+    // dots 3 mm apart. Cases closer to the limit than that are not decided here.
     const double slack = 0.0008;
     const bool own = collider.HitsOwn(X_CH, state);
     const bool near = collider.HitsObstacle(X_CH, state);
@@ -85,7 +85,7 @@ TEST_P(SidedHandCollider, AgreesWithSampledPoints) {
     if (distance > slack) {
       EXPECT_FALSE(own) << i << " " << distance;
     }
-    // A box grown by the clearance reaches up to sqrt(3) of it beyond its corners.
+    // A box grown by the clearance extends by up to sqrt(3) times the clearance at its corners.
     if (distance < clearance_m - slack) {
       EXPECT_TRUE(near) << i << " " << distance;
     }
@@ -100,7 +100,7 @@ TEST_P(SidedHandCollider, AgreesWithSampledPoints) {
   EXPECT_LT(unclear, 10);
 }
 
-// Surfaces cross nowhere: the obstacle is found by where its points are, or as a solid.
+// No surfaces intersect: the obstacle is found by the position of its points, or as a solid.
 TEST_P(SidedHandCollider, FindsASpeckInsideTheHand) {
   const auto hand = SensorHand();
   const base::Pose X_CH = Move(0, 0, 0.3);
@@ -113,8 +113,8 @@ TEST_P(SidedHandCollider, FindsASpeckInsideTheHand) {
 
 INSTANTIATE_TEST_SUITE_P(Sides, SidedHandCollider, ::testing::Values(0, 12));
 
-// Facets stand at most r (1 - cos 15 deg) away from the true surface, 0.6 mm for the ball of the
-// thumb: outside of a band of that width about first contact, both kinds of hand say the same.
+// Facets are at most r (1 - cos 15 deg) away from the true surface, 0.6 mm for the ball of the
+// thumb. Outside a band of that width around first contact, both kinds of hand give equal results.
 TEST(HandCollider, FacetsAndExactShapesAgreeButInAThinBand) {
   const auto hand = SensorHand();
   const geometry::TriangleMesh block = Block();
@@ -151,13 +151,13 @@ TEST(HandCollider, MeasuresTheTableExactly) {
         lowest = std::min(lowest, (X_CH * p).z());
       }
     }
-    // 64 sides: 0.02 mm inside a finger of 18 mm radius at most.
+    // 64 sides: at most 0.02 mm inside a finger with a radius of 18 mm.
     EXPECT_NEAR(collider.TableDistance(X_CH, state), lowest, 5e-5);
     EXPECT_EQ(collider.HitsTable(X_CH, state), collider.TableDistance(X_CH, state) < 0.004 - 1e-6);
   }
 }
 
-// A hand of one sphere of 10 mm, 30 mm above its root, over a tilted plane: its distance is
+// A hand made of one sphere of 10 mm, 30 mm above its root, over a tilted plane. Its distance is
 // n . (p + 0.03 z) + offset - 0.01.
 TEST(HandCollider, StandsOverATiltedPlaneAtTheAnalyticHeight) {
   robot::HandModel hand;

@@ -33,7 +33,7 @@ Vector3d RandomWithin(base::Rng& rng, double reach) {
 
 const Vector3d kHalf(0.02, 0.03, 0.04);
 
-/// The cell in MuJoCo with one box more: nothing of this module has a part in it.
+/// The cell in MuJoCo with one additional box, without any code of this module.
 class WithBox {
  public:
   explicit WithBox(const std::filesystem::path& cell) : reference_(cell) {
@@ -50,7 +50,7 @@ class WithBox {
     obstacle_ = reference_.Find(mjOBJ_GEOM, "obstacle");
   }
 
-  /// How deep the robot at q stands in the box [m]; negative: they do not touch.
+  /// Penetration depth of the robot at q in the box [m]; negative if they do not touch.
   double Depth(const Eigen::VectorXd& q, const Vector3d& center_W) {
     mjModel* m = reference_.m.get();
     mjData* d = reference_.d.get();
@@ -74,8 +74,8 @@ class WithBox {
 
 class Cell : public ::testing::TestWithParam<std::filesystem::path> {
  protected:
-  /// Joint positions at which the robot touches nothing of its own or of its cell, with the hand
-  /// well above the table.
+  /// Joint positions without contact of the robot with itself or its cell, with the hand well above
+  /// the table.
   Eigen::VectorXd FreeJoints(RobotCollider& collider, base::Rng& rng) const {
     collider.SetScene(0.0, {}, {});
     for (;;) {
@@ -84,13 +84,14 @@ class Cell : public ::testing::TestWithParam<std::filesystem::path> {
       if (!collider.Hits(robot_.LinkPoses(q), {})) return q;
     }
   }
-  /// The same with an obstacle in the scene.
+  /// True if the robot hits something with this obstacle in the scene.
   bool HitsObstacle(RobotCollider& collider, const Eigen::VectorXd& q,
                     const geometry::TriangleMesh& obstacle_W, const Contacts& contacts) const {
     collider.SetScene(0.0, std::vector{obstacle_W}, {});
     return collider.Hits(robot_.LinkPoses(q), contacts);
   }
-  /// The hand points down, the middle between its pads 250 mm above the workspace.
+  /// Joint positions with the hand pointing down and the midpoint of its pads 250 mm above the
+  /// workspace.
   Eigen::VectorXd PointingDown() const {
     base::Rng rng(5);
     base::Pose X_WG = robot_.X_WWorkspace;
@@ -102,10 +103,10 @@ class Cell : public ::testing::TestWithParam<std::filesystem::path> {
   robot::Robot robot_ = robot::Robot::Load(GetParam());
 };
 
-// MuJoCo's contacts are the reference. Both are exact on these shapes; MuJoCo's iterations stop at
-// 1e-6 m, so that what is nearer than 0.1 mm to first contact is not decided. The passive joints of
-// MuJoCo's hand stand at 0, the hand model's where their springs pull them: the obstacle is beside
-// an arm's link then.
+// MuJoCo's contacts are the reference. Both are exact on these shapes, but MuJoCo's iterations stop
+// at 1e-6 m, so cases within 0.1 mm of first contact are not decided. Passive joints are at 0 in
+// MuJoCo's hand and at their springs' rest positions in the hand model, so the obstacle is placed
+// next to a link of the arm.
 TEST_P(Cell, ArmHitsTheObstaclesThatItHitsInMujoco) {
   RobotCollider collider(robot_, 0.0);
   WithBox reference(GetParam());
@@ -128,10 +129,10 @@ TEST_P(Cell, ArmHitsTheObstaclesThatItHitsInMujoco) {
   EXPECT_GT(free, 10);
 }
 
-// The check of grasps and the check of motions, on one hand in one pose with one clearance: the
-// facets of the one stand at most 0.7 mm away from the exact shapes of the other, so that they
-// agree but for obstacles within that of the clearance. (Where an obstacle hits the arm, too, the
-// hand's verdict cannot be told from outside: as a target that the hand may touch it must be free.)
+// Compares the grasp check with the motion check for the same hand, pose and clearance. The facets
+// of one are at most 0.7 mm away from the exact shapes of the other, so they agree except for
+// obstacles within that distance of the clearance. (If an obstacle also hits the arm, the result
+// for the hand is not visible, so the obstacle must be free as a target that the hand may touch.)
 TEST_P(Cell, BothChecksSayTheSameOfTheHand) {
   const double clearance_m = 0.003;
   const double band_m = 0.0007;
@@ -166,7 +167,7 @@ TEST_P(Cell, BothChecksSayTheSameOfTheHand) {
   EXPECT_LT(differ, 10);
 }
 
-/// A block in the hand, 60 mm below and 60 mm above the middle between the pads.
+/// A block in the hand that extends 60 mm below and above the midpoint of the pads.
 struct Carried {
   explicit Carried(const robot::Robot& robot, const Eigen::VectorXd& q) {
     links_W = robot.LinkPoses(q);
@@ -175,7 +176,7 @@ struct Carried {
     target_W = Box(center_W, {0.015, 0.015, 0.06});
     contacts.hand_state = robot.hand().IndexAtGap(0.03);
     contacts.target = Target::kHeld;
-    contacts.X_HT = X_WH.inverse();  // the target's frame is W, as it was perceived
+    contacts.X_HT = X_WH.inverse();  // the target's frame is W, as perceived
     contacts.held_ignores = {0};
   }
   std::vector<base::Pose> links_W;
@@ -185,7 +186,7 @@ struct Carried {
   Contacts contacts;
 };
 
-// An obstacle below the hand that only the block reaches, in a pose with the hand pointing down.
+// The hand points down. Only the block reaches the obstacle below the hand.
 TEST_P(Cell, WhatTheHandCarriesHitsWhatTheEmptyHandClears) {
   RobotCollider collider(robot_, 0.0);
   Carried carried(robot_, PointingDown());
@@ -200,7 +201,7 @@ TEST_P(Cell, WhatTheHandCarriesHitsWhatTheEmptyHandClears) {
     contacts.held_ignores = {ignored};
     return collider.Hits(carried.links_W, contacts);
   };
-  // 60 mm deep: the block's underside.
+  // The block's underside is 60 mm deep.
   EXPECT_TRUE(hits(0.0599, Target::kHeld));
   EXPECT_FALSE(hits(0.0601, Target::kHeld));
   EXPECT_FALSE(hits(0.0599, Target::kGone)) << "the hand alone clears it";
@@ -229,8 +230,8 @@ TEST_P(Cell, WhatTheHandCarriesMustClearTheTableUnlessItMayTouchIt) {
   }
 }
 
-// On the highest level thing of the work cell stands a block: with the margin it has to be 10 mm
-// away, and as much further as it may reach below what was seen.
+// The block is above the highest level surface of the work cell. It must keep the margin of 10 mm,
+// plus the distance by which it may extend below its seen part.
 TEST_P(Cell, WhatTheHandCarriesKeepsAMarginToTheWorkCell) {
   RobotCollider collider(robot_, 0.0, 0.01);
   Carried carried(robot_, PointingDown());
@@ -240,7 +241,7 @@ TEST_P(Cell, WhatTheHandCarriesKeepsAMarginToTheWorkCell) {
   Vector3d middle_W = Vector3d::Zero();
   for (const geometry::Shape& shape : robot_.workcell()) {
     const double top = geometry::Support(shape, base::Pose::Identity(), Vector3d::UnitZ());
-    if (top <= top_m || shape.X_BS.linear()(2, 2) < 0.9999) continue;  // of those with a level top
+    if (top <= top_m || shape.X_BS.linear()(2, 2) < 0.9999) continue;  // only level tops
     top_m = top;
     middle_W = shape.X_BS.translation();
   }
@@ -259,7 +260,7 @@ TEST_P(Cell, WhatTheHandCarriesKeepsAMarginToTheWorkCell) {
   EXPECT_FALSE(hits(0.0301, true, 0.02));
 }
 
-// The target among the obstacles, between the fingers, and gone.
+// The target as an obstacle, as an object that the hand may touch, and removed.
 TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
   RobotCollider collider(robot_, 0.003);
   base::Rng rng(7);
@@ -276,8 +277,8 @@ TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
   }
 }
 
-// Of the arm's links with each other and with the work cell: what MuJoCo finds deeper than 0.1 mm
-// is a hit. MuJoCo leaves out the same pairs, neighbors and those that the model excludes.
+// Checks the arm's links against each other and the work cell. Contacts that MuJoCo finds deeper
+// than 0.1 mm are hits. MuJoCo skips the same pairs: neighbors and pairs that the model excludes.
 TEST_P(Cell, ArmHitsItselfAndTheWorkCellWhereItDoesInMujoco) {
   RobotCollider collider(robot_, 0.0);
   collider.SetScene(-10.0, {}, {});
@@ -320,7 +321,7 @@ TEST_P(Cell, ArmHitsItselfAndTheWorkCellWhereItDoesInMujoco) {
   EXPECT_GT(itself + cell, 20);
 }
 
-// A table that only the hand reaches, and one that the arm reaches, too.
+// One table is touched only by the hand, the other by the arm, too.
 TEST_P(Cell, TheHandMayTouchTheTableAndTheArmMustNot) {
   RobotCollider collider(robot_, 0.0);
   const Eigen::VectorXd q = PointingDown();
@@ -337,7 +338,7 @@ TEST_P(Cell, TheHandMayTouchTheTableAndTheArmMustNot) {
   EXPECT_TRUE(hits(10.0, true));
 }
 
-/// A cube of 4 mm about a point, as what the hand holds; the hand may be anywhere.
+/// True if a held cube of 4 mm at this point hits something; the hand may be anywhere.
 bool HeldAt(RobotCollider& collider, const robot::Robot& robot, const Eigen::VectorXd& q,
             const Vector3d& center_W, Target target = Target::kHeld) {
   collider.SetScene(-10.0, {}, Box(center_W, Vector3d::Constant(0.002)));
@@ -370,7 +371,7 @@ TEST_P(Cell, WhatTheHandCarriesMustClearTheArmAndNotTheHand) {
   const std::vector<base::Pose> links_W = robot_.LinkPoses(q);
   for (std::size_t i = 0; i < links_W.size(); ++i) {
     for (const geometry::Shape& shape : robot_.links()[i].shapes) {
-      // Some of the surface's points; they are on it, or within a hundredth of its size under it.
+      // Some points of the surface; they are on it or at most 1 % of its size below it.
       const auto mesh = geometry::Tessellate(shape);
       for (std::size_t k = 0; k < mesh.vertices.size(); k += 1 + mesh.vertices.size() / 5) {
         const Vector3d p = links_W[i] * mesh.vertices[k];
@@ -384,7 +385,7 @@ TEST_P(Cell, WhatTheHandCarriesMustClearTheArmAndNotTheHand) {
   EXPECT_FALSE(HeldAt(collider, robot_, q, thumb_W));
 }
 
-// Above the arm's highest point; the tessellated shapes end up to 1 mm under the exact ones.
+// The target is above the arm's highest point. Tessellated shapes end up to 1 mm below exact ones.
 TEST_P(Cell, WhatTheHandCarriesKeepsTheMarginFromTheArm) {
   const Eigen::VectorXd q = PointingDown();
   const std::vector<base::Pose> links_W = robot_.LinkPoses(q);
@@ -405,7 +406,7 @@ TEST_P(Cell, WhatTheHandCarriesKeepsTheMarginFromTheArm) {
   EXPECT_FALSE(hits(0.0, 0.0011));
 }
 
-// An obstacle and a table under the hand.
+// There is an obstacle or a table under the hand.
 TEST_P(Cell, TheHandKeepsTheMarginWhereItIsAsked) {
   constexpr double kMargin_m = 0.003;
   RobotCollider collider(robot_, kMargin_m);

@@ -9,8 +9,8 @@
 #include "geometry/shape.h"
 #include "robot/robot.h"
 
-/// A hand built by hand: the SensorHand's published chain, pads in front of capsules; and the poses
-/// and points that tests about it need.
+/// A hand built in code from the SensorHand's published kinematic chain, with pads in front of
+/// capsules, and poses and points for tests of it.
 namespace rangegrasp::test {
 
 constexpr double Mm(double millimetres) { return millimetres * base::kMm; }
@@ -34,10 +34,10 @@ inline geometry::Shape Capsule(const Vector3d& from, const Vector3d& to, double 
   return shape;
 }
 
-/// Adds a finger's capsules: segments of the given lengths along y, each turned against the one
-/// before, behind the pad's surface z = 0 by radius (side -1: fingers, +1: thumb). The last one
-/// ends early, so that the fingertip is round at the chain's end. Returns the last capsule's end
-/// sphere.
+/// Adds a finger's capsules: segments of the given lengths along y, each rotated relative to the
+/// previous one, behind the pad's surface z = 0 by radius (side -1: fingers, +1: thumb). The last
+/// one is shorter, so that the round fingertip ends at the chain's end.
+/// @return the center of the last capsule's end sphere
 inline Vector3d AddFinger(const base::Pose& X_HBase, const std::vector<double>& lengths_m,
                           const std::vector<double>& turns_rad, double radius_m, double side,
                           double shorter_m, bool finger, bool thumb,
@@ -120,7 +120,7 @@ inline base::Pose At(double x, double y, double yaw_rad = 0.0) {
   return Move(x, y, 0.0) * Yaw(yaw_rad);
 }
 
-/// Points on the triangles, about one every spacing_m.
+/// Points on the triangles, about spacing_m apart.
 inline geometry::Points Dots(const geometry::TriangleMesh& mesh, double spacing_m) {
   geometry::Points points;
   for (const auto& [a, b, c] : mesh.triangles) {

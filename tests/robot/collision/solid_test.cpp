@@ -17,7 +17,7 @@ base::Pose SolidRandomPose(base::Rng& rng) {
   return base::MakePose(Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(), p);
 }
 
-/// A point of the shape's surface, in its frame, from a direction.
+/// The surface point of the shape, in its frame, for a direction.
 Eigen::Vector3d SurfacePoint(const geometry::Shape& shape, const Eigen::Vector3d& d) {
   const Eigen::Vector3d& s = shape.size;
   const double side = d.z() > 0.0 ? 1.0 : -1.0;
@@ -35,8 +35,8 @@ Eigen::Vector3d SurfacePoint(const geometry::Shape& shape, const Eigen::Vector3d
   }
 }
 
-// Bounds and lowest points are exact: no surface point lies outside, and the densest of many
-// directions come near. 20000 directions are about 0.025 rad apart: r (1 - cos 0.025) < 0.1 mm.
+// Bounds and lowest points are exact: no surface point lies outside, and samples in many directions
+// come close. 20000 directions are about 0.025 rad apart: r (1 - cos 0.025) < 0.1 mm.
 TEST(Solid, BoundsEncloseEverySurfacePointTightly) {
   base::Rng rng(3);
   for (Kind kind : {Kind::kSphere, Kind::kCapsule, Kind::kCylinder, Kind::kBox, Kind::kEllipsoid}) {
@@ -70,7 +70,8 @@ geometry::TriangleMesh BoxMesh(const Eigen::Vector3d& half) {
   return mesh;
 }
 
-// A capsule above a box mesh, moved down past contact: the margin is felt at just that distance.
+// A capsule above a box mesh moves down past contact. The margin takes effect at exactly its
+// distance.
 TEST(Solid, MarginIsFeltAtItsDistance) {
   geometry::Shape capsule;
   capsule.kind = Kind::kCapsule;
@@ -100,8 +101,8 @@ base::Pose At(double x, double y, double z) {
   return base::MakePose(Eigen::Matrix3d::Identity(), {x, y, z});
 }
 
-// A sphere against a box of half sizes (0.1, 0.2, 0.3), along a face's normal, an edge's and a
-// corner's: it touches where its centre is a radius away from the nearest point of the box.
+// A sphere approaches a box of half sizes (0.1, 0.2, 0.3) along the normal of a face, an edge and a
+// corner. It touches when its centre is one radius away from the nearest point of the box.
 TEST(Solid, SphereTouchesABoxAtItsRadius) {
   const Solid box(MakeShape(Kind::kBox, {0.1, 0.2, 0.3}));
   const Solid surface(BoxMesh({0.1, 0.2, 0.3}));
@@ -122,8 +123,8 @@ TEST(Solid, SphereTouchesABoxAtItsRadius) {
   }
 }
 
-// A capsule that leans by an angle: its lowest point is half its length times the sine and its
-// radius below its middle.
+// A capsule leans by an angle from the vertical. Its lowest point is half its length times the
+// cosine, plus its radius, below its center.
 TEST(Solid, CapsuleStandsOnAPlaneAtItsSupport) {
   const Solid capsule(MakeShape(Kind::kCapsule, {0.02, 0.1, 0.0}));
   for (const double lean_rad : {0.0, 0.3, 1.0, 1.5}) {
@@ -133,7 +134,7 @@ TEST(Solid, CapsuleStandsOnAPlaneAtItsSupport) {
   }
 }
 
-// Samples of a shape's surface 1 mm apart against the box |p| <= half: an independent verdict,
+// An independent check with samples of a shape's surface 1 mm apart against the box |p| <= half,
 // where the samples do not graze the box.
 TEST(Solid, AgreesWithSampledPointsInAnyPose) {
   base::Rng rng(31);
@@ -153,13 +154,13 @@ TEST(Solid, AgreesWithSampledPointsInAnyPose) {
       }
       const bool hit = solid.Touches(X, box, base::Pose::Identity());
       hits += hit;
-      // Where a sample lies in the box, the two touch.
+      // If a sample lies in the box, the two touch.
       if (min < 0.0) {
         EXPECT_TRUE(hit) << static_cast<int>(kind) << " " << i;
       }
-      // And where the box holds none when grown by 3 mm, they do not: vertices of 180 sides are no
-      // further apart than 0.04 pi / 90 = 1.4 mm on round parts; the cylinder's wall has vertices
-      // at its ends alone, and is not decided here.
+      // If the box grown by 3 mm contains no sample, they do not touch: with 180 sides, vertices on
+      // round parts are at most 0.04 pi / 90 = 1.4 mm apart. A cylinder's wall has vertices only at
+      // its ends and is not decided here.
       if (kind != Kind::kCylinder && kind != Kind::kCapsule && min > 0.003) {
         EXPECT_FALSE(hit) << static_cast<int>(kind) << " " << i;
         ++decided;

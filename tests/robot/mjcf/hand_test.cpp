@@ -13,7 +13,7 @@
 namespace rangegrasp::mjcf {
 namespace {
 
-// Linear between the points.
+// Interpolates linearly between the points.
 double GapAt(const HandClosing& closing, double share) {
   const double at = share * static_cast<double>(closing.points.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), closing.points.size() - 2);
@@ -42,7 +42,7 @@ TEST(EngineMessage, NamesTheFileAndLineThatTheEngineMeans) {
   EXPECT_EQ(EngineMessage(main, message),
             arm.string() + ":3: XML Error: bad; Element 'joint', line 3");
   EXPECT_EQ(EngineMessage(main, "no memory"), main.string() + ": no memory");
-  // Of two files that may be meant none is named, and of one it needs no element.
+  // If two files are possible, neither is named; if only one is possible, no element is needed.
   folder.Write("main.xml", "<mujoco>\n<include file=\"arm.xml\"/>\n<joint/>\n</mujoco>\n");
   EXPECT_THAT(EngineMessage(main, message),
               HasSubstr("line 3 of it, or of a file that it includes"));
@@ -57,8 +57,8 @@ TEST(HandFile, TheFirstFingertipIsTheThumbs) {
   EXPECT_EQ(std::string(mj_id2name(model.get(), mjOBJ_GEOM, last.thumb[0])), "thumb_2");
 }
 
-// Of the geared hand, whose thumb hangs on the first of its joints, the segments nearer to the palm
-// are none of the last.
+// In the geared hand, whose thumb is on the first of its joints, the segments nearer to the palm
+// are not last segments.
 TEST(HandFile, LastSegmentsHaveNoFingertipsFurtherOut) {
   const auto model = LoadHand("sensorhand");
   const LastSegments last = LastSegmentsOf(model.get());
@@ -79,7 +79,7 @@ TEST(HandFile, SaysThatAValueIsMissing) {
   }
 }
 
-// The lengths that the engine keeps are those of the last kinematics.
+// The engine's stored lengths are from its last kinematics call.
 TEST(HandFile, ADrivesLengthIsThatOfTheJointsAsTheyAre) {
   const auto model = LoadHand("sensorhand");
   const samples::DataPtr data(mj_makeData(model.get()), mj_deleteData);
@@ -92,11 +92,11 @@ TEST(HandFile, ADrivesLengthIsThatOfTheJointsAsTheyAre) {
 
 using samples::ParseHand;
 
-// Between two of the points that a closing is kept at, 1 mm apart, it is straight; drives come
-// within a hundredth of such a step: 0.05 mm.
+// A closing is linear between its stored points, 1 mm apart. Drives come within a hundredth of such
+// a step: 0.05 mm.
 constexpr double kTolerance_m = 1e-4;
 
-// Closed is the lower end of its slides: 100 mm at 0.05 m each, nothing at 0.
+// The hand is closed at the lower end of its slides. The gap is 100 mm at 0.05 m each and 0 at 0.
 TEST(ParallelJaw, TheGapIsWhatItsSlidesLeave) {
   const auto model = LoadHand("parallel_jaw");
   const HandClosing closing = CloseOnNothing(model.get());
@@ -109,9 +109,9 @@ TEST(ParallelJaw, TheGapIsWhatItsSlidesLeave) {
   EXPECT_LT(closing.equality_m, 1e-4);
 }
 
-// Closed is the upper end of its hinges. First segments of 55 mm stand 35 mm from the middle and
-// lean out by 30 deg; the last ones stay upright, and two of them 16 mm to the side: axes are
-// hypot(2 x, 16 mm) apart, x = 35 + 55 sin(30 deg - q), surfaces 18 mm less.
+// The hand is closed at the upper end of its hinges. First segments are 55 mm long, 35 mm from the
+// middle, and lean out by 30 deg. Last segments stay upright, two of them 16 mm to the side. Their
+// axes are hypot(2 x, 16 mm) apart, x = 35 + 55 sin(30 deg - q); their surfaces are 18 mm closer.
 TEST(ThreeFingers, TheGapFollowsFromTheHingesAndTheirFollowers) {
   const auto model = LoadHand("three_fingers");
   const HandClosing closing = CloseOnNothing(model.get());
@@ -123,7 +123,7 @@ TEST(ThreeFingers, TheGapFollowsFromTheHingesAndTheirFollowers) {
   EXPECT_EQ(GapAt(closing, 0.0), closing.points.front().gap_m);
 }
 
-// A drive turns a crank; nothing but a connect carries the bar beside it, and the pad on that.
+// A drive turns a crank. Only a connect moves the bar next to it and the pad on the bar.
 constexpr const char* kLinkage = R"(<mujoco>
   <compiler angle="radian" autolimits="true"/>
   <default><geom type="box" size="0.005 0.01 0.01" mass="0.02"/><joint axis="0 1 0" armature="0.001"/></default>
@@ -156,8 +156,9 @@ constexpr const char* kLinkage = R"(<mujoco>
 TEST(Linkage, APadIsCarriedByWhatEqualitiesJoinToTheDrive) {
   const auto model = ParseHand(kLinkage);
   const HandClosing closing = CloseOnNothing(model.get());
-  // The connect joins the crank's end to the pad's body, 20 mm beside its hinge: two bars of 40 mm
-  // that stand 20 mm apart. Upright at first, it is a parallelogram: the bar turns as the crank.
+  // The connect joins the crank's end to the pad's body, 20 mm from its hinge. The two bars of
+  // 40 mm are 20 mm apart and start upright. They form a parallelogram, so the bar turns like the
+  // crank.
   const auto bar =
       std::ranges::find(closing.joints, mj_name2id(model.get(), mjOBJ_JOINT, "thumb_bar")) -
       closing.joints.begin();
@@ -167,7 +168,7 @@ TEST(Linkage, APadIsCarriedByWhatEqualitiesJoinToTheDrive) {
   EXPECT_LT(closing.equality_m, 5e-4);
 }
 
-// The data sheet of the Robotiq 2F-85 says 85 mm; its pads stay parallel by four-bar linkages.
+// The data sheet of the Robotiq 2F-85 says 85 mm. Four-bar linkages keep its pads parallel.
 TEST(Robotiq2F85, OpensAsItsDataSheetSays) {
   const char* shared = std::getenv("RANGEGRASP_SHARED");
   const auto folder = shared
@@ -213,7 +214,7 @@ TEST(HandClosing, SaysWhichDriveStopsShort) {
   const int joint = mj_name2id(model.get(), mjOBJ_JOINT, "thumb_jaw");
   model->jnt_range[2 * joint] = 0.02;
   const HandClosing closing = CloseOnNothing(model.get());
-  // The end of a range is soft to a servo as stiff as this: it gives by 2 of 20 mm.
+  // The range limit is soft for a servo this stiff: it yields by 2 of 20 mm.
   EXPECT_NEAR(closing.behind, 0.4, 0.05);
   EXPECT_EQ(closing.behind_actuator, mj_name2id(model.get(), mjOBJ_ACTUATOR, "jaw_drive"));
 }
@@ -226,7 +227,7 @@ std::vector<double> ForcesAt(const mjModel* model, double share) {
   return GripForces(model, data.get(), HandMotors(model), closing, share, Eigen::Vector3d::UnitX());
 }
 
-// One drive pulls both jaws: 2 N for 1 N at either, and towards lower positions.
+// One drive pulls both jaws, so it needs 2 N for 1 N at each, towards lower positions.
 TEST(GripForces, OneDriveOfTwoJawsGivesTwice) {
   const auto model = LoadHand("parallel_jaw");
   const auto forces = ForcesAt(model.get(), 0.5);
@@ -234,8 +235,8 @@ TEST(GripForces, OneDriveOfTwoJawsGivesTwice) {
   EXPECT_NEAR(forces[0], -2.0, 0.02);
 }
 
-// A last segment that stays upright presses with torque / (55 mm cos(30 deg - q)), wherever it is
-// pressed: its follower's equality carries the rest. Two fingers share what the thumb gives.
+// A last segment that stays upright presses with torque / (55 mm cos(30 deg - q)), wherever the
+// contact is; its follower's equality carries the rest. Two fingers share the thumb's force.
 TEST(GripForces, FollowersLeaveTheDriveItsFirstSegmentsLever) {
   const auto model = LoadHand("three_fingers");
   for (const double share : {0.1, 0.5, 0.8}) {

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// An object a quarter turn away from its delivery place, at 0.4 m and 0.6 m from the base.
+/// The object and its delivery place are a quarter turn apart, 0.4 m and 0.6 m from the base.
 Task QuarterTurn() {
   Task task;
   task.X_WH = base::MakePose(Eigen::AngleAxisd(0.3, Vector3d::UnitX()).toRotationMatrix(),
@@ -36,8 +36,8 @@ TEST(DeliveryYaws, StartWithTheTurnRoundTheBaseAndAlternate) {
   for (const double yaw : yaws) EXPECT_LE(std::abs(yaw), base::kPi + 1e-12);
 }
 
-// The object's middle goes round the base: the angle and the distance grow in proportion, the
-// height is the lifted one, and the hand turns about the vertical alone.
+// The object's center moves around the base. The angle and the distance grow in proportion, the
+// height stays at the lifted height, and the hand rotates only about the vertical.
 TEST(CarryPose, TakesTheObjectRoundTheBase) {
   const Task task = QuarterTurn();
   const Vector3d center_H = task.X_WH.inverse() * task.center_W;
@@ -68,7 +68,7 @@ TEST(EdgeFree, LooksAtEveryStepButTheFirstEnd) {
   EXPECT_FALSE(EdgeFree(blocked, Eigen::VectorXd::Zero(1), Eigen::VectorXd::Ones(1), 0.3));
 }
 
-/// Two joints, 0 to 1, with a wall at 0.45 < x < 0.55 that is open for y > 0.8.
+/// Two joints from 0 to 1 with a wall at 0.45 < x < 0.55 that is open for y > 0.8.
 struct WallWithAGap {
   WallWithAGap() {
     robot.lower = Eigen::VectorXd::Zero(2);
@@ -83,11 +83,11 @@ struct WallWithAGap {
 
 TEST(PlanJointPath, FindsTheGapInAWallAndIsShortenedToNearTheShortest) {
   WallWithAGap wall;
-  // States are looked at every 0.04 rad: a corner may be cut by half of that, no more.
+  // States are checked every 0.04 rad, so a corner may be cut by at most half of that.
   const auto core_is_free = [](const Eigen::VectorXd& q) {
     return q[0] < 0.47 || q[0] > 0.53 || q[1] > 0.78;
   };
-  // Round both corners of the gap.
+  // Around both corners of the gap.
   const double shortest = 2.0 * std::hypot(0.35, 0.7) + 0.1;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     base::Rng rng(seed);
@@ -126,8 +126,8 @@ geometry::TriangleMesh BoxMesh(const Vector3d& center_W, const Vector3d& half) {
   return geometry::Tessellate(shape);
 }
 
-/// The robot with the hand pointing down, the middle between its pads 250 mm above the workspace,
-/// and a block there.
+/// The robot with the hand pointing down, the midpoint of its pads 250 mm above the workspace, and
+/// a block there.
 class InCell : public ::testing::TestWithParam<std::filesystem::path> {
  protected:
   InCell() {
@@ -183,7 +183,7 @@ TEST_P(InCell, ATaskIsTheRequestAndTheMiddleOfTheObject) {
   EXPECT_EQ(Make().center_W, request_.X_WH.translation()) << "of nothing: the hand";
 }
 
-// The object goes down until it or the hand, open or closed, is above the table by its clearance.
+// The object moves down until it or the hand, open or closed, has only its clearance to the table.
 TEST_P(InCell, ADeliveryIsAsLowAsObjectAndHandAllow) {
   const auto lowest = [&](double gap_m) {
     return check_.collider().LowestOfHand(request_.X_WH, robot_.hand().IndexAtGap(gap_m));
@@ -197,18 +197,18 @@ TEST_P(InCell, ADeliveryIsAsLowAsObjectAndHandAllow) {
   ASSERT_LT(object, hand - 0.004);
   EXPECT_NEAR(drop(object - 0.1), 0.1, 1e-9);
   EXPECT_NEAR(drop(object + 0.01), 0.0, 1e-9) << "it does not go up";
-  // A short object high in the hand: the hand's clearance of 4 mm ends the way down.
+  // With a short object high in the hand, the hand's clearance of 4 mm ends the downward motion.
   scene_.target_W = BoxMesh(center_W_ + Vector3d(0.0, 0.0, 0.05), Vector3d::Constant(0.01));
   center_W_.z() += 0.05;
   EXPECT_NEAR(drop(hand - 0.104), 0.1, 1e-9);
   EXPECT_NEAR(drop(hand - 0.003), 0.0, 1e-9);
-  // Where the closed hand is longer than the open one, or the other way round, the longer counts.
+  // The longer of the closed and the open hand counts.
   std::swap(request_.opening_m, request_.closed_gap_m);
   EXPECT_NEAR(drop(hand - 0.104), 0.1, 1e-9);
 }
 
 TEST_P(InCell, ACarryHoldsTheObjectUprightAndMayTouchNothing) {
-  // One obstacle in the object's place at the grasp, one where the lift ends.
+  // One obstacle is at the object's place during the grasp, the other where the lift ends.
   const Vector3d lift(0.0, 0.0, 0.2);
   request_.X_WH.translation() -= lift;
   scene_.target_W = BoxMesh(center_W_ - lift, kHalf);
@@ -238,7 +238,7 @@ TEST_P(InCell, ALiftMayTouchTheTableAndWhatTheObjectTouchedAndNothingElse) {
   EXPECT_TRUE(Lifts({}));
   const Vector3d aside(0.0, 0.0, -kHalf.z() - 0.004);
   EXPECT_TRUE(Lifts({BoxMesh(center_W_ + aside, {0.01, 0.01, 0.005})})) << "it stood on it";
-  // A plate under the hand comes to touch a shelf 10 mm above it, which a block passes.
+  // A plate under the hand hits a shelf 10 mm above it; a block passes the shelf.
   const geometry::TriangleMesh shelf =
       BoxMesh(center_W_ + Vector3d(0.09, 0.09, -0.065), {0.01, 0.01, 0.005});
   EXPECT_TRUE(Lifts({shelf}));
@@ -248,9 +248,9 @@ TEST_P(InCell, ALiftMayTouchTheTableAndWhatTheObjectTouchedAndNothingElse) {
   EXPECT_TRUE(Lifts({shelf}));
 }
 
-// A post that the object touches at the grasp is left behind by the lift where it ends below the
-// object's upper half; a ledge above it, which the object comes to touch, is in the way although it
-// is part of what was touched first: they had parted.
+// The object touches a post at the grasp. If the post ends below the object's upper half, the lift
+// separates them. A ledge above is part of the same obstacle, but it blocks the lift, because the
+// object reaches it after they have separated.
 TEST_P(InCell, WhatTheObjectHasPartedFromIsInItsWay) {
   options_.lift_m = 0.05;
   const Vector3d side(kHalf.x() + 0.004, 0.0, 0.0);
@@ -308,12 +308,12 @@ TEST_P(InCell, APathIsFreeAtItsFirstPointAndBetweenItsPoints) {
   robot_.upper[q_.size() - 1] = q_[q_.size() - 1] + 0.05;
   EXPECT_FALSE(check_.PathFree({turned, q_}, stage, 1.0)) << "its first point";
   EXPECT_FALSE(check_.PathFree({q_, turned}, stage, 1.0)) << "its last point";
-  // Both ends are upright; what leans in between is looked at.
+  // Both ends are upright, but the leaning states in between are checked.
   robot_.upper[q_.size() - 1] = q_[q_.size() - 1] + 1.0;
   stage.min_upright = std::cos(0.05);
   Eigen::VectorXd far = q_;
   stage.up_H = robot_.HandPose(q_).linear().transpose() * Vector3d::UnitZ();
-  far[1] += 2.0 * base::kPi;  // upright again, after a whole turn
+  far[1] += 2.0 * base::kPi;  // upright again after a full turn
   robot_.upper[1] = far[1] + 1.0;
   EXPECT_TRUE(check_.Free(far, stage));
   EXPECT_FALSE(check_.PathFree({q_, far}, stage, 0.04));

@@ -27,12 +27,12 @@ TriangleMesh BoxMesh(const Eigen::Vector3d& center_W, const Eigen::Vector3d& hal
   return mesh;
 }
 
-/// A box as the obstacle that the planner sees and that MuJoCo checks.
+/// A box that is an obstacle for the planner and for MuJoCo's check.
 struct Obstacle {
   Eigen::Vector3d center_W, half;
 };
 
-/// A grasp from above of a box of 0.04 x 0.05 m that stands at (x, y), 0.02 m below its top.
+/// A grasp from above, 0.02 m below the top of a box of 0.04 x 0.05 m that stands at (x, y).
 struct Pick {
   Pick(const robot::Robot& robot, double x, double y, double height_m, double yaw_rad)
       : target{{x, y, 0.5 * height_m}, {0.02, 0.025, 0.5 * height_m}} {
@@ -56,8 +56,8 @@ struct Pick {
   std::vector<Obstacle> obstacles;
 };
 
-/// MuJoCo's own collision detection of the cell with the obstacles added as boxes: nothing of the
-/// planner's code has a part in it.
+/// MuJoCo's own collision detection for the cell with the obstacles added as boxes, without any of
+/// the planner's code.
 class Judge {
  public:
   Judge(const std::filesystem::path& cell, const std::vector<Obstacle>& obstacles) {
@@ -77,7 +77,7 @@ class Judge {
     mj_deleteSpec(spec);
   }
 
-  /// The deepest contact of a motion [m] with the fingers as given, and who touched.
+  /// The deepest contact of a motion [m] for the given finger closing, and the bodies in contact.
   double Deepest(const base::JointTrajectory& motion, double closing, std::string& who) {
     mjModel* m = reference_.m.get();
     mjData* d = reference_.d.get();
@@ -101,7 +101,7 @@ class Judge {
     const char* name = mj_id2name(reference_.m.get(), mjOBJ_GEOM, geom);
     return name ? name : "geom " + std::to_string(geom);
   }
-  /// Fingers may touch each other: that is not the planner's affair.
+  /// Contacts between fingers are allowed; the planner does not check them.
   bool Counts(const mjContact& contact) const {
     const mjModel* m = reference_.m.get();
     const int hand = reference_.Find(mjOBJ_BODY, "hand");
@@ -163,7 +163,7 @@ TEST_P(OnePlan, MotionsFollowOneAnotherFromTheStartToTheRetreat) {
   EXPECT_LT((X_WGrasp.translation() - pick.request.X_WH.translation()).norm(), 1.1e-5);
 }
 
-// The hand's frame carries the object: where its middle goes follows from the hand's poses alone.
+// The object moves with the hand's frame, so its center follows from the hand's poses.
 TEST_P(OnePlan, ObjectIsLiftedStraightCarriedUprightAndLaidOnTheDeliveryPlace) {
   const Pick pick = AtWorkspace(0.02, -0.03, 0.12, 1.3);
   const PlanResult result = Plan(pick);
@@ -230,7 +230,7 @@ TEST_P(OnePlan, FailuresNameTheirStage) {
   EXPECT_EQ(Plan(delivery_full).failure, PlanFailure::kNoCarry);
 }
 
-// The approach is free and the grasp within reach, but something holds the hand where it starts.
+// The approach is free and the grasp is within reach, but an obstacle blocks the hand at its start.
 TEST_P(OnePlan, NoReachMeansThatTheStartIsShutIn) {
   Pick pick = AtWorkspace(0.0, 0.0, 0.1, 0.0);
   ASSERT_TRUE(Plan(pick).plan);
@@ -238,7 +238,7 @@ TEST_P(OnePlan, NoReachMeansThatTheStartIsShutIn) {
   const PlanResult result = Plan(pick);
   EXPECT_FALSE(result.plan);
   EXPECT_EQ(result.failure, PlanFailure::kNoReach) << base::Word(result.failure);
-  // There stand the hand and the link that it is mounted on.
+  // The hand and the link that it is mounted on are there.
   EXPECT_TRUE(result.blocked_by == "the hand and what was seen beside the object" ||
               result.blocked_by == "link7 and what was seen beside the object")
       << result.blocked_by;
@@ -247,7 +247,7 @@ TEST_P(OnePlan, NoReachMeansThatTheStartIsShutIn) {
 INSTANTIATE_TEST_SUITE_P(Cells, OnePlan, ::testing::ValuesIn(Cells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
-/// Whether a motion leaves the straight joint line between its ends by more than 0.1 rad.
+/// True if a motion deviates from the straight joint line between its ends by more than 0.1 rad.
 bool IsDetour(const base::JointTrajectory& motion) {
   const Eigen::VectorXd& from = motion.positions.front();
   const Eigen::VectorXd leg = motion.positions.back() - from;
@@ -257,8 +257,8 @@ bool IsDetour(const base::JointTrajectory& motion) {
   });
 }
 
-/// The hand starts low on one side of a wall, the object stands on the other; a neighbour stands on
-/// the way to the delivery place.
+/// The hand starts low on one side of a wall and the object stands on the other side. Another
+/// object stands on the way to the delivery place.
 Pick BehindAWall(const robot::Robot& robot, base::Rng& rng) {
   const double x = rng.Uniform(-0.05, 0.05);
   const double y = rng.Uniform(-0.05, 0.02);
@@ -273,7 +273,7 @@ Pick BehindAWall(const robot::Robot& robot, base::Rng& rng) {
   return pick;
 }
 
-/// The deepest contact of each motion, by name.
+/// Checks the deepest contact of each motion and names the bodies in contact.
 void ExpectTouchesNothing(const Pick& pick, const PickPlan& plan) {
   std::vector<Obstacle> with_target = pick.obstacles;
   with_target.push_back(pick.target);
@@ -288,9 +288,9 @@ void ExpectTouchesNothing(const Pick& pick, const PickPlan& plan) {
   }
 }
 
-// The planner keeps 3 mm from all but what the hand passes closely in its straight motions. It
-// checks the timed samples half a resolution apart: a link at 0.8 m moves 16 mm between two of
-// them, which may cut an edge by less than the 3 mm. MuJoCo finds what is deeper than 0.2 mm.
+// The planner keeps a distance of 3 mm, except where the hand passes objects closely in its
+// straight motions. It checks timed samples half a resolution apart. A link at 0.8 m moves 16 mm
+// between two samples, which can cut an edge by less than 3 mm. The test accepts up to 0.2 mm.
 TEST(AroundAWall, MotionsTouchNothingAsMujocoSeesIt) {
   const robot::Robot robot = robot::Robot::Load(SmallCell());
   int plans = 0;
@@ -309,7 +309,8 @@ TEST(AroundAWall, MotionsTouchNothingAsMujocoSeesIt) {
   EXPECT_GE(detours, 6);
 }
 
-// Without iterations no tree grows: what needs a detour is not reached, though a plan exists.
+// Without iterations no tree grows, so goals that need a detour are not reached, though a plan
+// exists.
 TEST(AroundAWall, NoReachMeansThatTheSearchFoundNoWay) {
   const robot::Robot robot = robot::Robot::Load(SmallCell());
   PlanOptions no_search;

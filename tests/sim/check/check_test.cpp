@@ -12,7 +12,7 @@
 #include "base/file.h"
 #include "temp_folder.h"
 
-// Every finding: one edit of a good scene brings it, and nothing else is found; so the edit undone
+// For every finding, one edit of a good scene causes this finding and no other, so undoing the edit
 // is its cure.
 
 namespace rangegrasp::check {
@@ -30,7 +30,7 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// An own cell in a folder of its own: bench.xml, an arm, a hand, joined by scene.xml.
+// A user's cell in its own folder: bench.xml, an arm and a hand, joined by scene.xml.
 class OwnCell : public testing::Test {
  protected:
   explicit OwnCell(const std::string& scene = "seven_on_pedestal",
@@ -60,7 +60,7 @@ class OwnCell : public testing::Test {
     scene_ = std::regex_replace(scene_, std::regex("name=\"home\" data=\"[^\"]*\""),
                                 "name=\"home\" data=\"" + values + "\"");
   }
-  // One finding, which says all of this.
+  // Expects one finding that contains all these words.
   void ExpectOne(const std::vector<std::string>& words, bool error = true) {
     const auto findings = Check();
     ASSERT_EQ(findings.size(), 1u) << All(findings);
@@ -274,7 +274,7 @@ TEST_F(OwnCell, NamesWhatTouchesAtHome) {
   EXPECT_THAT(All(Check()), HasSubstr("overlap by"));
 }
 
-// Its first links lie below the table's top, an infinite plane to the engine.
+// The arm's first links are below the table's top, which is an infinite plane for the engine.
 TEST_F(OwnCell, AnArmOnTheFloorIsToldWhatToExcludeFromTheTable) {
   scene_ = base::ReadFile(kArms / "seven_on_floor.xml");
   scene_ = Replaced(scene_, "../../../scenes/bench.xml", "bench.xml");
@@ -319,7 +319,7 @@ TEST_F(OwnCell, PutsWhatTheEngineSaysIntoAFinding) {
   const auto findings = Check();
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_THAT(base::TextOf(findings[0]), HasSubstr("hing"));
-  // With the line of the file that the scene attaches.
+  // The location is a line of the file that the scene attaches.
   EXPECT_TRUE(std::regex_search(findings[0].where, std::regex("arm\\.xml:[0-9]+$")))
       << findings[0].where;
 }
@@ -334,10 +334,10 @@ TEST_F(OwnCell, NamesTheLineOfWhatIsNoXml) {
       testing::AllOf(HasSubstr("scene.xml:" + std::to_string(lines) + ":"), HasSubstr("XML")));
 }
 
-// An arm that a user arrives with, cured by what its check says.
+// A typical third-party arm, fixed by following the check's findings.
 class ForeignArm : public testing::Test {
  protected:
-  // In the folder that RANGEGRASP_SHARED names, or in ../shared beside the project.
+  // The folder that RANGEGRASP_SHARED names, or ../shared next to the project.
   static std::filesystem::path Shared() {
     const char* shared = std::getenv("RANGEGRASP_SHARED");
     return shared ? std::filesystem::path(shared) : kSource.parent_path() / "shared";
@@ -363,7 +363,7 @@ TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
 
 }  // namespace rangegrasp::check
 
-// One fault each, told with its cure.
+// Each fault is reported with its cure.
 
 namespace rangegrasp::check {
 namespace {
@@ -423,7 +423,7 @@ TEST_F(CheckObjectTest, NothingThatCollidesAndWhatIsNoObject) {
   EXPECT_TRUE(IsObjectFile(RANGEGRASP_SOURCE_DIR "/models/objects/spread/spread.xml"));
 }
 
-// 0.24 l: 5 g are 21 kg/m3, 2.9 kg are 12,083.
+// The volume is 0.24 l: 5 g is 21 kg/m3 and 2.9 kg is 12,083 kg/m3.
 TEST_F(CheckObjectTest, MassAndInertia) {
   const auto body = [](const std::string& inertial) {
     return inertial + kSeen + "<geom type='box' size='0.02 0.03 0.05' group='3'/>";
@@ -441,14 +441,14 @@ TEST_F(CheckObjectTest, MassAndInertia) {
 }
 
 TEST_F(CheckObjectTest, WhatStandsNowhereAndWhatNamesNoSurface) {
-  // A box of 40 x 60 x 100 mm lies the firmest on its largest side: it tips over at atan(60 / 40).
+  // A box of 40 x 60 x 100 mm is most stable on its largest side: it tips over at atan(60 / 40).
   ASSERT_THAT(Check(kSeen + kSolid), IsEmpty());
   ExpectOne(true, "no stable resting pose",
             CheckObject({"odd", folder_ / "odd/odd.xml"}, /*min_tipping_rad=*/1.0));
   ExpectOne(false, "has no surface", Check(kSeen + kSolid, ""));
 }
 
-// Two boxes in one mesh, apart: its hull is full, the mesh is not.
+// One mesh contains two separate boxes: its hull is solid, the mesh is not.
 TEST_F(CheckObjectTest, AMeshThatIsNotConvexIsSaid) {
   std::string text;
   for (const double x : {-0.04, 0.04}) {

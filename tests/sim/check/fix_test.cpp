@@ -13,8 +13,7 @@
 #include "sim/check/check.h"
 #include "temp_folder.h"
 
-// One edit breaks a good file; the edits of the finding cure it, and nothing else of the file
-// changes.
+// One edit breaks a good file. The edits of the finding fix it and change nothing else in the file.
 
 namespace rangegrasp::check {
 namespace {
@@ -56,7 +55,7 @@ class Files : public testing::Test {
     fixer.Run(findings, [&] { return findings = CheckModel(fixer.file(), kind); });
     return findings;
   }
-  // Lines that no edit names are there, in their order.
+  // Lines that no edit names are unchanged and in order.
   void ExpectTheRestUnchanged(const Fixer& fixer) {
     for (const auto& [name, text] : files_) {
       EXPECT_EQ(base::ReadFile(folder_ / name), text) << "the original " << name;
@@ -100,7 +99,7 @@ class Files : public testing::Test {
   std::map<std::string, std::string> files_;
 };
 
-// An arm with the shipped hand, as a scene.
+// A scene of an arm with the shipped hand.
 class FixedScene : public Files, public testing::WithParamInterface<Fault> {
  protected:
   void SetUp() override {
@@ -228,8 +227,8 @@ TEST_F(FixedHand, InPlaceKeepsTheBytesBeforeAndRefusesASecondBackup) {
   EXPECT_EQ(base::ReadFile(file), files_.at("hand.xml")) << "left as it was";
 }
 
-// Fingers whose segments have a drive each: the poses of the empty file are those of pads that
-// meet.
+// Every finger segment has its own drive. For the file without poses, the poses found are those
+// where the pads meet.
 TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
   files_ = {{"hand.xml", ExampleHand("three_fingers")}};
   Break("hand.xml", "<equality>[^]*?</equality>", "");
@@ -248,11 +247,11 @@ TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
   EXPECT_TRUE(left.empty()) << All(left);
   const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
   const auto closing = mjcf::CloseOnNothing(model.get(), mjcf::HandMotors(model.get()));
-  EXPECT_GT(closing.points.front().gap_m, 0.08);  // 0.1 between the middles of the tips
+  EXPECT_GT(closing.points.front().gap_m, 0.08);  // 0.1 between the tips' centers
   EXPECT_LT(closing.points.back().gap_m, 0.001);
 }
 
-// A hand with none of the names, soft servos without armature, and links that overlap.
+// A hand without any of the names, with soft servos without armature and overlapping links.
 TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   files_ = {{"hand.xml", base::ReadFile(kProject / "tests/data/hands/four_fingers.xml")}};
   Fixer fixer(Write("hand.xml"), /*in_place=*/false);
@@ -278,7 +277,7 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
     const double middle = 0.5 * (first.y() + last.y());
     EXPECT_NEAR((X_TW * place("th_tip")).y(), middle, 0.02) << "at " << share;
   }
-  // In the open hand the last segments stand along the approach.
+  // In the open hand, the last segments are parallel to the approach direction.
   closing.Pose(m, data.get(), 0.0);
   mj_kinematics(m, data.get());
   const auto tool = mjcf::SitePose(data.get(), mjcf::ToolSite(m, "tcp")).linear();
@@ -288,7 +287,7 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
     EXPECT_LT(std::abs(along.dot(tool.col(0))), std::sin(15.0 * mjPI / 180.0)) << tip;
   }
   for (int j = 0; j < m->njnt; ++j) EXPECT_GT(m->dof_damping[m->jnt_dofadr[j]], 0.0);
-  // In a cell the fingers are children of a palm that moves, which they pass.
+  // In a cell, the fingers are children of a moving palm, which they pass without contact.
   mj_forward(m, data.get());
   const int palm = mjcf::Find(m, mjOBJ_BODY, "hand");
   for (int i = 0; i < data->ncon; ++i) {
@@ -299,7 +298,7 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   }
 }
 
-// The layout of what is around an edit stays.
+// The layout around an edit stays unchanged.
 TEST(ApplyEdit, KeepsAllOtherBytes) {
   const std::string text =
       "<!-- <joint name='a'/> -->\n<mujoco>\n\t<worldbody>\n\t\t<joint  name='a'\n\t\t\trange=\"0 "

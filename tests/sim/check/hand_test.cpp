@@ -1,4 +1,4 @@
-// Hands that say how they close: one edit of a good file brings each finding, and nothing else.
+// Hands that declare how they close: one edit of a good file causes each finding and no other.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST_F(OwnHand, PrintsTheMissingDriveReadyToPaste) {
   Cut("<tuple name=\"hand_motors\">", "</tuple>");
   EXPECT_THAT(All(), HasSubstr("<element objtype=\"actuator\" objname=\"jaw_drive\"/>"));
 }
-// The end where the pads are further apart is the open one, whichever limit that is.
+// The limit with the larger distance between the pads is the open one.
 TEST_F(OwnHand, PrintsBothEndsReadyToPaste) {
   Cut("<numeric name=\"hand_open\"", "/>");
   ExpectOne({"hand.xml: error", "numeric \"hand_open\"", "missing", "data=\"0.05\""});
@@ -103,7 +103,7 @@ TEST_F(OwnHand, AValueForEachDrive) {
   ExpectOne({"numeric \"hand_closed\"", "must have 1 numbers, it has 2"});
 }
 
-// What closing it shows.
+// Findings from closing the hand.
 
 TEST_F(OwnHand, SaysThatAFingertipIsNotMoved) {
   Replace("<element objtype=\"geom\" objname=\"finger_pad\"/>",
@@ -131,7 +131,7 @@ TEST_F(OwnHand, SaysThatADriveStopsShort) {
   ExpectOne(
       {"actuator \"jaw_drive\"", "short of \"hand_closed\": at the end of its range is joint "});
 }
-// Both slides in the same direction: the coupling, which is soft, fights the drive of the other
+// Both slides move in the same direction: the soft coupling works against the drive of the other
 // jaw.
 TEST_F(OwnHand, SaysThatAnEqualityDoesNotHold) {
   Replace("polycoef=\"0 1 0 0 0\" solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001 0.5 2\"",
@@ -143,7 +143,7 @@ TEST_F(OwnHand, SaysThatTheDriveIsTooWeak) {
   ExpectOne(
       {"actuator \"jaw_drive\"", "gives 30 N", "data=\"30 30\" in <numeric name=\"grip_force\">"});
 }
-// 70 N of 70 N, but for what a file and a solver round.
+// 70 N of 70 N, up to the rounding of a file and a solver.
 TEST_F(OwnHand, ADriveThatGivesTheForceButForRoundingIsStrongEnough) {
   Replace("forcerange=\"-200 200\"", "forcerange=\"-139.99 139.99\"");
   Replace("name=\"grip_force\" data=\"40 80\"", "name=\"grip_force\" data=\"40 70\"");
@@ -169,7 +169,7 @@ TEST_F(OwnHand, SaysThatADriveIsOfAnotherKind) {
   EXPECT_THAT(All(), HasSubstr("neither a <position> servo nor a <motor>"));
 }
 
-// Hands that a user arrives with are told all that they lack at once.
+// For third-party hands, everything that is missing is reported at once.
 class ForeignHand : public ::testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 TEST_P(ForeignHand, IsToldWhatItLacks) {

@@ -21,7 +21,7 @@ const trial::Cell& TestCell() {
   return trial::CellOf(*experiment.task);
 }
 
-// Objects at rest on places of the workspace [m].
+// Objects at rest at the given places of the workspace [m].
 sim::World Placed(const std::vector<std::string>& names,
                   const std::vector<Eigen::Vector2d>& places) {
   const auto& cell = TestCell();
@@ -45,7 +45,7 @@ sim::World TwoObjects() {
   return Placed({"salt_cuboid", "sweets_cylinder"}, {{0.0, 0.10}, {0.0, -0.10}});
 }
 
-// The cell's own, with something done to what it found.
+// The cell's detector with a change applied to its detections.
 class Changed : public trial::Detector {
  public:
   explicit Changed(std::function<void(grasp::Detection&)> change) : change_(std::move(change)) {}
@@ -89,7 +89,7 @@ TEST(ClearTable, WithoutARescanTheTakenObjectIsLeftOutOfTheLastScan) {
   const Clearing cleared = Clear(world, {.rescan = Rescan::kAfterFailure});
   EXPECT_EQ(cleared.Count(Fate::kDelivered), 2);
   EXPECT_EQ(cleared.Grasps(), 2);
-  EXPECT_EQ(cleared.scans, 2);  // that the table is empty an old scan does not show
+  EXPECT_EQ(cleared.scans, 2);  // an old scan does not show that the table is empty
 }
 
 TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
@@ -163,7 +163,7 @@ TEST(ClearTable, WhatLiesOutsideTheWorkspaceIsLeftAndSaidSo) {
   EXPECT_EQ(run.objects[0].fate, Fate::kDelivered);
   EXPECT_EQ(run.objects[1].fate, Fate::kLeft);
   EXPECT_EQ(run.objects[1].why, "out_of_workspace");
-  // The program takes the table for empty; it is not cleared.
+  // The program considers the table empty, but it is not cleared.
   EXPECT_EQ(ResultOf(run, "").outcome, "nothing_perceived");
 }
 
@@ -271,7 +271,7 @@ TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {
   for (const auto& g : detection.grasps) order.push_back(g.X_CH.translation().x());
   EXPECT_EQ(order, (std::vector<double>{0.030, 0.020, 0.0, 0.009, 0.001}));
 
-  detection.objects[0].samples = Range(500, 100);  // nothing has failed at another object
+  detection.objects[0].samples = Range(500, 100);  // no grasp at another object has failed
   std::swap(detection.grasps[0], detection.grasps[2]);
   tried.PutFailedLast(detection);
   EXPECT_EQ(detection.grasps[0].X_CH.translation().x(), 0.0);

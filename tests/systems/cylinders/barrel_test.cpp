@@ -20,7 +20,7 @@ Vector3d Noise(double deviation, base::Rng& rng) {
   return deviation * geometry::samples::RandomVector(rng);
 }
 
-/// Adds what is seen of a barrel from low to high along its axis, over `arc` about `facing`.
+/// Adds the visible part of a barrel from low to high along its axis, over `arc` about `facing`.
 void AddBarrel(const Vector3d& center, const Vector3d& axis, const Vector3d& facing,
                double radius_m, double low_m, double high_m, double arc_rad, double noise_m,
                int count, base::Rng& rng, geometry::PointCloud& cloud) {
@@ -79,7 +79,7 @@ TEST_P(SeededBarrel, IsRefinedFromAnAxisThatIsOff) {
   const Vector3d center(0.2, -0.1, 0.5);
   geometry::PointCloud cloud;
   AddBarrel(center, axis, facing, 0.02575, -0.08, 0.08, base::Deg(140), 0.0003, 1500, rng, cloud);
-  // A wall that touches it, along a fifth of what is seen.
+  // A wall that touches the barrel, with a fifth as many points.
   for (int i = 0; i < 300; ++i) {
     const double along = rng.Uniform(-0.08, 0.0);
     const Vector3d side = axis.cross(facing);
@@ -90,7 +90,7 @@ TEST_P(SeededBarrel, IsRefinedFromAnAxisThatIsOff) {
   Line start{center + 0.002 * facing, (axis + 0.02 * axis.cross(facing)).normalized()};
   const auto refined = RefineAxis(cloud, All(cloud), start, 0.02575, {});
   ASSERT_TRUE(refined);
-  // 1500 points of 0.3 mm noise: hundredths of a millimetre and of a degree; ten times that.
+  // 1500 points with 0.3 mm noise give hundredths of a mm and of a degree; ten times that.
   EXPECT_LT(refined->axis.Distance(center), 0.0002);
   EXPECT_LT(AngleBetween(refined->axis.direction, axis), base::Deg(0.2));
   EXPECT_NEAR(refined->radius_m, 0.02575, 0.0002);

@@ -23,7 +23,7 @@ struct SeenBarrel {
   geometry::Points points, normals;
 };
 
-/// The half of a barrel that faces +x, its axis along `axis` through `center`.
+/// The half of a barrel that faces +x; its axis goes along `axis` through `center`.
 SeenBarrel HalfBarrel(const Vector3d& center, const Vector3d& axis, double radius_m,
                       double height_m, double normal_noise, base::Rng& rng) {
   const Vector3d u = axis.unitOrthogonal();
@@ -78,7 +78,7 @@ TEST(CylinderAxis, DirectionIsTheEigenvectorOfTheLargestEigenvalue) {
   }
   const auto line = FitLine(points);
   ASSERT_TRUE(line);
-  // C v = lambda v, with the largest lambda: no direction has a larger variance.
+  // C v = lambda v with the largest lambda: no direction has a larger variance.
   const double lambda = line->direction.dot(c * line->direction);
   EXPECT_LT((c * line->direction - lambda * line->direction).norm(), 1e-9);
   EXPECT_GE(lambda, c.trace() / 3.0);
@@ -89,7 +89,7 @@ TEST(CylinderAxis, TrimmedLineForgetsNormalsOfNeighbors) {
   base::Rng rng(3);
   const Vector3d axis = Vector3d::UnitZ();
   auto barrel = HalfBarrel(Vector3d::Zero(), axis, 0.026, 0.17, 0.02, rng);
-  for (int i = 0; i < 300; ++i) {  // a box's wall at one side, at the lower half
+  for (int i = 0; i < 300; ++i) {  // a box's wall next to the lower half, on one side
     const double y = rng.Uniform(0.0, 0.05);
     barrel.points.emplace_back(0.02, y, rng.Uniform(-0.08, 0.0));
     barrel.normals.emplace_back(0.0, 0.0, 1.0);
@@ -186,7 +186,7 @@ TEST_F(SceneWithOneCylinder, AgreesWithItselfAndNotWithOthers) {
   EXPECT_EQ(Compare(there_).before, 0u);
   EXPECT_LT(Compare(samples::Standing(0.0, 0.1, 0.0257, 0.15)).Agreement(), 0.3);
   EXPECT_LT(Compare(samples::Standing(0.0, 0.0, 0.0257, 0.22)).Agreement(), 0.85);
-  // One that would stand behind it is hidden in part.
+  // A cylinder behind it would be partly hidden.
   EXPECT_GT(Compare(samples::Standing(-0.06, 0.0, 0.0257, 0.15)).before, 200u);
 }
 
@@ -203,7 +203,7 @@ TEST_F(SceneWithOneCylinder, PointsOnItAreThoseNearItsSurface) {
 }
 
 TEST(Visibility, WhatIsSeenInsideAnOpenCylinderSaysNothing) {
-  // A point inside, seen through the top, and one seen through the barrel.
+  // A point inside, once seen through the top and once through the barrel.
   const Cylinder c{{0, 0, 0.05}, Vector3d::UnitZ(), 0.03, 0.1};
   const geometry::Points place = {{0, 0, 1}, {1, 0, 0.05}};
   const geometry::Points points = {{0, 0, 0.05}, {0, 0, 0.05}};

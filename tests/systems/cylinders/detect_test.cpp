@@ -49,7 +49,7 @@ void ExpectFound(const CylinderScene& scene, std::size_t given, const Cylinder& 
   EXPECT_LT((found->cylinder_C.center - truth.center).norm(), 0.002);
 }
 
-/// Both given cylinders standing, boxes, one that was not given.
+/// Both given cylinders standing, boxes, and a cylinder that was not given.
 Tabletop Standing2() {
   return {{Standing(0.0, -0.07, 0.02575, 0.173), Standing(0.05, 0.08, 0.02675, 0.134),
            Standing(-0.08, 0.06, 0.035, 0.15)},
@@ -78,7 +78,7 @@ TEST_P(SeededScene, BothGivenCylindersAreFoundStanding) {
   base::Rng rng(static_cast<std::uint64_t>(GetParam()));
   const Tabletop tabletop = Standing2();
   const auto scene = Detect(Scan(tabletop, {}, rng));
-  EXPECT_EQ(scene.cylinders.size(), 2u);  // the third is left alone
+  EXPECT_EQ(scene.cylinders.size(), 2u);  // the third one is ignored
   ExpectFound(scene, 0, tabletop.cylinders[0]);
   ExpectFound(scene, 1, tabletop.cylinders[1]);
   EXPECT_FALSE(scene.cylinders.front().lies);
@@ -98,8 +98,8 @@ TEST_P(SeededScene, AndLyingInAnyDirection) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededScene, testing::Range(1, 9));
 
-// As published a fragment's circle is a matter of luck: its points are a band some millimetres wide
-// over half of the rim, near to which many spheres lie. What it finds is to be there.
+// The published method fits a fragment's circle only with luck: the points form a band of a few mm
+// over half of the rim, and many spheres lie near to them. The cylinders it finds must exist.
 TEST(DetectCylinders, AsPublishedFindsStandingCylindersInTheSensorsFrame) {
   const Tabletop tabletop = {
       {Standing(0.0, -0.07, 0.02575, 0.173), Standing(0.05, 0.08, 0.03675, 0.134)}, {}};
@@ -121,8 +121,8 @@ TEST(DetectCylinders, AsPublishedFindsStandingCylindersInTheSensorsFrame) {
       ++found;
     }
   }
-  // Of 400 cylinders (seeds 1 to 200), all were found and 385 were there: of 80, 72 to 80 within
-  // three standard deviations.
+  // Of 400 cylinders (seeds 1 to 200), all were found, 385 at the right place: for 80 cylinders, 72
+  // to 80 within three standard deviations.
   EXPECT_GE(found_there, 72);
   EXPECT_LE(found - found_there, 8);
 }
@@ -142,7 +142,7 @@ TEST(DetectCylinders, AsPublishedTakesNoRimAtAnotherHeight) {
 
 TEST(DetectCylinders, OneThatWasNotGivenIsLeftAlone) {
   base::Rng rng(4);
-  // Radius right and height wrong, radius wrong and height right, standing and lying.
+  // Right radius with wrong height, wrong radius with right height; standing and lying.
   const Tabletop tabletop = {
       {Standing(0.0, -0.09, 0.02575, 0.150), Standing(0.0, 0.0, 0.02575, 0.2),
        Standing(0.0, 0.09, 0.0285, 0.173), Lying(0.10, 0.0, 1.5, 0.02575, 0.14)},
@@ -164,7 +164,7 @@ TEST(DetectCylinders, TouchingBoxesDoNotHideThem) {
 
 TEST(DetectCylinders, AnEndThatIsHiddenIsTakenToBeThere) {
   base::Rng rng(6);
-  // A box in front hides the lower half of one and the end of the other.
+  // A box in front hides the lower half of the cylinder.
   const Tabletop tabletop = {{Standing(0.0, -0.06, 0.02575, 0.173)},
                              {StandingBox(0.07, -0.06, 0.0, {0.02, 0.09, 0.12})}};
   const auto scene = Detect(Scan(tabletop, {}, rng));
@@ -217,8 +217,8 @@ TEST(DetectCylinders, TwoOfOneKindAreBothFound) {
   ExpectFound(scene, 0, tabletop.cylinders[1]);
 }
 
-// Beside one that touches it a piece of the barrel alone may be fitted: the rest is of the same
-// cylinder all the same.
+// If another object touches a cylinder, a piece of the barrel alone may be fitted. The rest still
+// belongs to the same cylinder.
 TEST(DetectCylinders, APieceIsNotFoundBesideTheWhole) {
   const Tabletop tabletop = {
       {Standing(0.10209, -0.10672, 0.02575, 0.173), Standing(0.05268, -0.12590, 0.02675, 0.134)},
@@ -260,7 +260,7 @@ TEST(DetectCylinders, BadInputIsToldAndWhatIsTooLargeIsNotFound) {
   }
   DetectOptions published = AsPublished();
   EXPECT_THROW(Detect(geometry::ObservationOf(cloud), kGiven, published), base::InputError);
-  // Nothing but a table.
+  // Only a table.
   EXPECT_TRUE(Detect(Scan({}, {}, rng)).cylinders.empty());
 }
 

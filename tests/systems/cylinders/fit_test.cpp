@@ -13,14 +13,14 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-/// A cylinder along x about the origin, and points of it that an eye at +z sees.
+/// A cylinder along x about the origin, with those of its points that an eye at +z sees.
 struct SeenCylinder {
   double radius_m = 0.02;
   double height_m = 0.1;
   Eigen::Vector3d eye = Eigen::Vector3d(0.5, 0.0, 0.7);
 
-  /// Rows along the wall's seen side, the outline left out, and rings over the upper end (+x). Each
-  /// point is moved along its ray by noise.
+  /// Rows along the visible side of the wall, without the outline, and rings over the upper end
+  /// (+x). Noise moves each point along its ray.
   geometry::Points Points(int rows, int columns, bool end, double noise_m, base::Rng& rng) const {
     geometry::Points points;
     const double half_angle = std::acos(radius_m / eye.z()) - base::Deg(3.0);
@@ -46,7 +46,7 @@ struct SeenCylinder {
   }
 };
 
-/// A pose that is none of the axes'.
+/// A pose that is not aligned with the axes.
 base::Pose SomePose() {
   return base::MakePose(
       Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix(),
@@ -71,7 +71,7 @@ TEST(Incidence, IsThatOfTheNormalWhereTheRayMeetsTheBarrel) {
     const Incidence incidence = IncidenceOf(kBarrel, eye, p);
     EXPECT_NEAR(incidence.radial, std::abs(ray.dot(normal)), 1e-12);
     EXPECT_NEAR(incidence.tangential, std::abs(ray.dot(tangent)), 1e-12);
-    // A point that noise moved along the ray has the same.
+    // A point that noise moved along the ray has the same incidence.
     EXPECT_NEAR(IncidenceOf(kBarrel, eye, p + 0.003 * ray).radial, incidence.radial, 1e-12);
   }
 }
@@ -101,7 +101,7 @@ TEST(DistanceNoise, IsThatOfDrawnPoints) {
     const double variance = squares / kDraws - mean * mean;
     const DistanceNoise expected =
         DistanceNoiseOf(noise, IncidenceOf(kBarrel, eye, p), kBarrel.radius_m);
-    // 5 standard errors of the mean, and terms of third order: s^3 / r^2.
+    // 5 standard errors of the mean, and third-order terms: s^3 / r^2.
     EXPECT_NEAR(expected.mean_m, mean,
                 5.0 * std::sqrt(variance / kDraws) + std::pow(0.0008, 3) / std::pow(0.02, 2));
     // 5 standard errors of a variance are 5 sqrt(2 / n) = 2.2 %; next terms: (s / r)^2 = 0.2 %.
@@ -109,7 +109,7 @@ TEST(DistanceNoise, IsThatOfDrawnPoints) {
   }
 }
 
-// |(I - d d^T)(p - c)| - r, written out (eq. 2.14) for a unit d.
+// Direct implementation of |(I - d d^T)(p - c)| - r (eq. 2.14) for a unit d.
 double Transcribed(const BarrelParameters& x, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = x.segment<3>(3).normalized();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - d * d.transpose();
@@ -134,7 +134,7 @@ TEST(BarrelResidual, GradientIsThatOfFiniteDifferences) {
   const Eigen::Vector3d p(0.4, 0.1, -0.2);
   BarrelParameters gradient;
   BarrelResidual(x, p, &gradient);
-  constexpr double kStep = 1e-6;  // central: the error is of its square
+  constexpr double kStep = 1e-6;  // central differences: the error is of order kStep^2
   for (int i = 0; i < x.size(); ++i) {
     BarrelParameters high = x, low = x;
     high[i] += kStep;
@@ -151,7 +151,7 @@ TEST(LeastSquares, FindTheCylinderOfExactPointsOfItsSeenSide) {
   for (auto& p : points) p = X_AB * p;
   const auto fit = FitLeastSquares(points);
   ASSERT_TRUE(fit);
-  // The solver rests at a relative step of 1e-8 (the root of the rounding).
+  // The solver stops at a relative step of 1e-8 (the root of the rounding error).
   EXPECT_NEAR(fit->radius_m, truth.radius_m, 1e-7);
   EXPECT_LT(AngleBetween(fit->axis.direction, X_AB.linear().col(0)), 1e-6);
   EXPECT_LT(fit->axis.Distance(X_AB.translation()), 1e-7);
@@ -183,7 +183,7 @@ const Eigen::Vector3d kAxis = Eigen::Vector3d::UnitX();
 
 TEST(Gate, AsPrintedComparesSigns) {
   RcfOptions options = RcfAsPrinted();
-  // The wall's outline.
+  // A normal at the wall's outline.
   const Eigen::Vector3d outline_S = Eigen::Vector3d(0.1, -0.99, 0.05).normalized();
   EXPECT_TRUE(PassesGate(outline_S, options));
   EXPECT_TRUE(PassesGate(Eigen::Vector3d::UnitX(), options));
@@ -201,7 +201,7 @@ TEST(CircleOnAxis, OfExactPointsIsExactAndStepsOverOutliers) {
   for (int k = 0; k < 10; ++k) rim.emplace_back(0.0, 0.004 + 0.02, 0.001 * k);
   const auto circle = CircleOnAxis(rim, kAxis, {Eigen::Vector3d::Zero(), kAxis, 0.025});
   ASSERT_TRUE(circle);
-  // A sum of sizes rests on the many; squares count below 1e-4 of the radius.
+  // A sum of absolute residuals follows the majority; those below 1e-4 of the radius are squared.
   EXPECT_NEAR(circle->radius_m, 0.03, 1e-5);
   EXPECT_NEAR(circle->center.y(), 0.004, 1e-5);
 }
@@ -214,7 +214,7 @@ TEST(Rcf, FindsACylinderThatIsSeenFromAbove) {
   const RcfOptions options;
   const auto fit = FitRcf(input, PrepareRcf(input, options), options, rng);
   ASSERT_TRUE(fit);
-  // The rim is known to the points' spacing, 2 mm round the end.
+  // The rim is known to within the points' spacing, 2 mm around the end.
   EXPECT_NEAR(fit->radius_m, truth.radius_m, 0.001);
   EXPECT_LT(AngleBetween(fit->axis.direction, kAxis), base::Deg(0.5));
 }
@@ -236,7 +236,7 @@ TEST(Rcf, RefusesBadOptions) {
 
 const Eigen::Vector3d kFitRefinedAxis = Eigen::Vector3d::UnitX();
 
-// Off by more than random circles are.
+// Off by more than random circles.
 Barrel Start(const SeenCylinder& truth) {
   return {{Eigen::Vector3d(0.0, 0.001, -0.001), Eigen::Vector3d(1.0, 0.01, -0.02).normalized()},
           1.05 * truth.radius_m};
@@ -265,7 +265,7 @@ TEST(Refined, MovesWithItsPoints) {
   start.axis = {X_AB * start.axis.point, X_AB.linear() * start.axis.direction};
   const auto there = FitRefined({moved, X_AB * truth.eye, X_AB.linear() * kFitRefinedAxis}, start);
   ASSERT_TRUE(fit && there);
-  // Both rest within 1e-9 m.
+  // Both converge to within 1e-9 m.
   EXPECT_NEAR(fit->radius_m, there->radius_m, 1e-8);
   EXPECT_LT(AngleBetween(there->axis.direction, X_AB.linear() * fit->axis.direction), 1e-7);
 }
@@ -285,7 +285,7 @@ TEST(Refined, ManyRangeImagesWithoutWeightsScatterMore) {
     with += std::pow(weighed->radius_m - truth.radius_m, 2);
     without += std::pow(plain->radius_m - truth.radius_m, 2);
   }
-  // Of 40 squares each the ratio of sums scatters by 32 %; the weights make it smaller than half.
+  // With 40 squares each, the ratio of sums scatters by 32 %; the weights bring it below half.
   EXPECT_LT(with, 0.7 * without);
 }
 
@@ -294,7 +294,7 @@ TEST(Refined, PointsOffTheCylinderDoNotCount) {
   const SeenCylinder truth;
   auto points = truth.Points(40, 30, false, 0.0, rng);
   const std::size_t wall = points.size();
-  for (std::size_t i = 0; i < wall; i += 10) {  // one in eleven hangs behind the outline
+  for (std::size_t i = 0; i < wall; i += 10) {  // one point in eleven floats behind the outline
     points.push_back(points[i] + Eigen::Vector3d(0.0, 0.004, -0.01));
   }
   const auto fit = FitRefined({points, truth.eye, kFitRefinedAxis}, Start(truth));

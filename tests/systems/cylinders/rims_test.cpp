@@ -32,7 +32,7 @@ geometry::PointCloud Edge() {
   return cloud;
 }
 
-/// The scalar product, written out.
+/// The scalar product, component by component.
 double Product(const Vector3d& a, const Vector3d& b) {
   double sum = 0.0;
   for (int k = 0; k < 3; ++k) sum += a[k] * b[k];
@@ -88,7 +88,7 @@ TEST(Curvature, NeighborsThatAreKnownChangeNothing) {
                                   geometry::Indices(cloud.size(), 0), 2.0 * radius_m, &known);
     ASSERT_TRUE(known.Has(cloud.size() - 1));
     EXPECT_EQ(CurvedPoints(cloud, tree, options, known), CurvedPoints(cloud, tree, options));
-    // Some points' lists may not have been kept.
+    // For some points no list may have been kept.
     known.ends.resize(cloud.size() / 2);
     EXPECT_EQ(CurvedPoints(cloud, tree, options, known), CurvedPoints(cloud, tree, options));
   }
@@ -135,7 +135,7 @@ TEST(Curvature, LineEdgesAreThoseOfTheEquationOverStoredNeighbors) {
 }
 
 TEST(Curvature, NoiseOfDenseSamplesIsNoEdge) {
-  // A straight line of samples 0.2 mm apart with 0.1 mm noise, and one that bends by a right angle.
+  // A straight line of samples 0.2 mm apart with 0.1 mm noise, and one with a right-angle bend.
   base::Rng rng(5);
   geometry::Points points;
   std::vector<ScanPlace> places;
@@ -170,7 +170,7 @@ TEST(Curvature, SensorGateIsThePublishedOne) {
 }
 
 TEST(Curvature, SensorGatePassesTopsAndNearlyNothingOfAStandingBarrel) {
-  // Whatever the frame of the cloud: the axes go with the way up and the way to the sensor.
+  // In any frame of the cloud, the axes follow the up direction and the direction to the sensor.
   base::Rng rng(6);
   for (int turn = 0; turn < 20; ++turn) {
     const Vector3d up = RandomVector(rng).normalized();
@@ -185,7 +185,7 @@ TEST(Curvature, SensorGatePassesTopsAndNearlyNothingOfAStandingBarrel) {
     EXPECT_TRUE(passes(up));
     int barrel = 0;
     for (int degree = -89; degree <= 89; ++degree) {
-      const double angle = base::Deg(degree);  // from the way to the sensor: the visible half
+      const double angle = base::Deg(degree);  // from the direction to the sensor: the visible half
       const Vector3d out = std::cos(angle) * level + std::sin(angle) * side;
       barrel += passes(out);
       EXPECT_TRUE(passes((up + 0.9 * out).normalized())) << degree;
@@ -240,7 +240,7 @@ TEST(Fragments, MeanNeighborDistanceIsThatOfANaiveLoop) {
   EXPECT_EQ(MeanNeighborDistance(apart, geometry::KdTree(apart), 0.1), 0.0);
 }
 
-// The recursive flood fill of the text, with eq. 4.16 written out.
+// The recursive flood fill of the text, with a direct implementation of eq. 4.16.
 std::vector<geometry::Indices> NaiveFloodFill(const geometry::Points& points, double d_ca) {
   std::vector<bool> visited(points.size(), false);
   std::vector<geometry::Indices> fragments;
@@ -286,13 +286,13 @@ TEST(Fragments, TwoRimsApartAreTwo) {
   ASSERT_EQ(fragments.size(), 2u);
   EXPECT_EQ(fragments[0].size(), 40u);
   EXPECT_EQ(fragments[1].size(), 30u);
-  // As printed a point is no neighbor of one at exactly the mean distance.
+  // As printed, points at exactly the mean distance are not neighbors.
   EXPECT_TRUE(Fragments(points, {.link = 0.999, .min_points = 2}).empty());
 }
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-/// Points of a circle of the radius about the axis through the centre, with noise on each.
+/// Noisy points of a circle of the given radius about the axis along `normal` through `center`.
 geometry::Points Arc(const Vector3d& center, const Vector3d& normal, double radius_m,
                      double arc_rad, int count, double noise_m, base::Rng& rng) {
   const Vector3d u = normal.unitOrthogonal();
@@ -322,7 +322,7 @@ TEST(CylinderCircle, ProductsAreThoseOfTheEquations) {
     EXPECT_DOUBLE_EQ(p.n_1, ba * cb);
     EXPECT_DOUBLE_EQ(p.n_2, cb * ca);
     EXPECT_DOUBLE_EQ(p.n_3, ca * ba);
-    // The quotient's unit is m^2, so that its root is a length.
+    // The quotient's unit is m^2, so its root is a length.
     const double r =
         std::sqrt((ca + ba) * (ba + cb) * (cb + ca) / (ba * cb + cb * ca + ca * ba)) / 2;
     EXPECT_NEAR(CircumradiusOf(p), r, 1e-9 * r);
@@ -415,7 +415,7 @@ TEST(CylinderCircle, FindsAnArcAmongOutliers) {
     for (int i = 0; i < 30; ++i) rim.push_back(Vector3d(0.5, -0.2, 0.9) + 0.03 * RandomVector(rng));
     const auto fit = FitRandomCircle(rim, 100, rng);
     ASSERT_TRUE(fit);
-    // The best of some sixty clean triples; a typical one is off by about ten times the noise.
+    // The best of about 60 clean triples; a typical one is off by about ten times the noise.
     EXPECT_NEAR(fit->radius_m, 0.026, 0.002);
     EXPECT_GT(ShareOn(*fit, rim, CircleDistance::kSphere, 0.002), 0.8);
   }

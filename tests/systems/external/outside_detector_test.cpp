@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-/// A cell, and a box on its table that was looked at once.
+/// A cell and one scan of a box on its table.
 struct Looked {
   experiment::Experiment experiment =
       experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
@@ -42,14 +42,14 @@ class Outside : public ::testing::Test {
  protected:
   Outside() : options_(TheLook().cell.options) { outside_.limit_s = 20.0; }
 
-  /// What comes of a detector that is a shell script.
+  /// The result of a detector that is a shell script.
   Detected Ask(const std::string& script, const Turn& turn = {}) {
     outside_.command = {"/bin/sh", "-c", script};
     base::Rng rng(1);
     return external::MakeOutsideDetector(outside_, options_, TheLook().cell.robot)
         ->Detect(TheLook().sensed.observation, rng, turn);
   }
-  /// The same of one that answers so.
+  /// The result of a detector that gives this answer.
   Detected Answer(const json& answer) {
     return Ask("cat " + files_.Write("answer", answer.dump()).string());
   }
@@ -60,7 +60,7 @@ class Outside : public ::testing::Test {
     return testing_support::ErrorOf<DetectorFailed>([&] { Answer(answer); });
   }
 
-  /// The samples of the box, by truth.
+  /// The samples of the box according to the ground truth.
   static std::vector<std::size_t> SamplesOfTarget() {
     const auto& label = TheLook().sensed.truth.front().label;
     std::vector<std::size_t> samples;
@@ -77,7 +77,7 @@ class Outside : public ::testing::Test {
     }
     return box.center();
   }
-  /// From above, at the middle of the box.
+  /// A grasp from above at the middle of the box.
   static json GraspAtTarget() {
     const Eigen::Vector3d at = MiddleOfTarget();
     return {{"position_m", {at.x(), at.y(), at.z()}},
@@ -227,7 +227,7 @@ TEST_F(Outside, WithoutObjectsTheObjectIsWhatLiesBetweenTheFingers) {
   const auto verdict =
       JudgeDetection(detection, TheLook().sensed, {1, TheLook().cell.TablePlane(), 0.006});
   EXPECT_TRUE(verdict.right_target && verdict.segmented);
-  // A hand in the air holds nothing.
+  // A grasp in the air holds no object.
   EXPECT_TRUE(Answer({{"grasps", {far}}}).detection.objects.empty());
   EXPECT_TRUE(Answer({{"grasps", json::array()}}).detection.objects.empty());
 }

@@ -21,7 +21,7 @@ TEST(LengthUnit, IsGuessedFromWhatAHandMayGrasp) {
   EXPECT_EQ(GuessUnit(95.0), LengthUnit::kMm);
   EXPECT_EQ(GuessUnit(9.5), LengthUnit::kCm);
   EXPECT_EQ(GuessUnit(0.095), LengthUnit::kM);
-  // 30 mm or 300 mm: in proportion 100 mm is as far from both, but 33 is nearer to 330 than to 33.
+  // 25 could be 25 or 250 mm, 39 could be 39 or 390 mm: the size nearer to 100 mm by ratio wins.
   EXPECT_EQ(GuessUnit(25.0), LengthUnit::kCm);
   EXPECT_EQ(GuessUnit(39.0), LengthUnit::kMm);
 }
@@ -43,7 +43,7 @@ using geometry::TriangleMesh;
 #define SKIP_WITHOUT_COACD() \
   if (!CanCut()) GTEST_SKIP() << "CoACD is not there; scripts/setup fetches it"
 
-// An L of two legs, 100 mm long, 20 mm thick: the outline of seven corners, extruded by 30 mm.
+// An L with two legs, 100 mm long, 20 mm thick: the outline, extruded by 30 mm.
 TriangleMesh Angle() {
   const std::vector<Eigen::Vector2d> outline = {{0, 0},       {0.1, 0},    {0.1, 0.02},
                                                 {0.02, 0.02}, {0.02, 0.1}, {0, 0.1}};
@@ -73,7 +73,7 @@ TEST(ConvexParts, AConvexSolidIsOnePart) {
   EXPECT_NEAR(geometry::Volume(parts[0]), 1e-4, 1e-9);
 }
 
-// An L has a hull of nearly twice its volume; two boxes hold all of it and nothing else.
+// The hull of an L has nearly twice its volume; two boxes cover exactly the L.
 TEST(ConvexParts, AnAngleIsCutWithoutFillingItsHollow) {
   SKIP_WITHOUT_COACD();
   const TriangleMesh angle = Angle();
@@ -104,7 +104,7 @@ class MeshObjectTest : public testing::Test {
   void SetUp() override {
     if (!CanCut()) GTEST_SKIP() << "CoACD is not there; scripts/setup fetches it";
   }
-  // A box of 40 x 60 x 100 in the file's unit, as OBJ.
+  // An OBJ of a box of 40 x 60 x 100 `unit`s.
   std::filesystem::path Box(const std::string& name, double unit, bool upside_in = false) {
     geometry::Shape box;
     box.kind = geometry::Shape::Kind::kBox;
@@ -145,15 +145,15 @@ TEST_F(MeshObjectTest, IsScaledToAHeightOrALongestEdge) {
   MeshObjectOptions options;
   options.height_m = 0.08;
   EXPECT_NEAR(MakeMeshObject(Box("a.obj", 17.0), options).size_m.z(), 0.08, 1e-7);
-  options.up = Up::kY;  // 60 of the file's are the height
+  options.up = Up::kY;  // the file's size of 60 becomes the height
   EXPECT_NEAR(MakeMeshObject(Box("b.obj", 17.0), options).size_m.y(), 0.08 * 100 / 60, 1e-7);
   options = {};
   options.longest_m = 0.12;
   EXPECT_NEAR(MakeMeshObject(Box("c.obj", 1e-5), options).size_m.maxCoeff(), 0.12, 1e-7);
 }
 
-// A cup of 80 x 95 mm with a wall of 3 mm, of 48 sides: hulls over two or three sides stand off by
-// 0.7 mm at most and a third of that on average, but that is a tenth of the wall.
+// A cup of 80 x 95 mm with a wall of 3 mm and 48 sides: hulls over two or three sides deviate by at
+// most 0.7 mm and by a third of that on average, but that is a tenth of the wall.
 TEST_F(MeshObjectTest, AThinWallIsCutIntoFewHulls) {
   constexpr int kSides = 48;
   const std::array<std::pair<double, double>, 4> rings = {{{40, 0}, {40, 95}, {37, 95}, {37, 3}}};

@@ -38,7 +38,7 @@ TEST(Repair, ASolidStaysAsItIs) {
   EXPECT_THAT(repaired.done, IsEmpty());
 }
 
-// As STL has it: each triangle with vertices of its own.
+// As in STL, each triangle has its own vertices.
 TEST(Repair, JoinsLooseTriangles) {
   const TriangleMesh box = BoxMesh({1, 2, 3});
   TriangleMesh loose;
@@ -72,8 +72,8 @@ TEST(Repair, ClosesASmallHole) {
   EXPECT_THAT(repaired.done, Contains(HasSubstr("hole")));
 }
 
-// A corner on an edge that the neighbor does not have, with a triangle of no area between them:
-// without it, what is left is a hole that no triangle with an area can close.
+// A vertex on an edge that the neighbor lacks, with a triangle without area between them: removing
+// it leaves a hole that no triangle with an area can close.
 TEST(Repair, ClosesWhatATriangleWithoutAreaHadClosed) {
   TriangleMesh box = BoxMesh({1, 2, 3});
   const auto [a, b, c] = box.triangles.front();
@@ -84,11 +84,11 @@ TEST(Repair, ClosesWhatATriangleWithoutAreaHadClosed) {
   box.triangles.push_back({a, b, middle});
   const Repaired repaired = RepairMesh(box);
   EXPECT_THAT(repaired.done, Contains(HasSubstr("without area")));
-  // The wrap stands off 88 of surface by 0.18 % of the diagonal.
+  // The wrap is offset from 88 of surface by 0.18 % of the diagonal.
   EXPECT_NEAR(Volume(repaired.mesh), 48.0 + 88.0 * 0.0018 * std::sqrt(56.0), 0.1);
 }
 
-// A cup of one sheet: its mouth is no hole to close.
+// A cup made of one sheet: its mouth is not a hole to close.
 TEST(Repair, RefusesALargeHoleUnlessTold) {
   TriangleMesh box = BoxMesh({1, 1, 1});
   std::erase_if(box.triangles, [&](const auto& t) {
@@ -100,18 +100,18 @@ TEST(Repair, RefusesALargeHoleUnlessTold) {
   EXPECT_NEAR(Volume(RepairMesh(box, any).mesh), 8.0, 1e-9);
 }
 
-// Two boxes that overlap by half: 12 of volume, where a sum of both would be 16.
+// Two boxes that overlap by about half: 12 of volume, while the sum of both would be 16.
 TEST(Repair, WrapsWhatCrossesItself) {
   TriangleMesh both = BoxMesh({1, 1, 1});
   Append(BoxMesh({1, 1, 1}, {1, 0.1, 0.1}), both);
   const Repaired repaired = RepairMesh(both);
   EXPECT_THAT(repaired.done, Contains(HasSubstr("intersects itself")));
-  // The overlap is 1 x 1.9 x 1.9; the wrap stands off by 0.2 % of the size on all sides.
+  // The overlap is 1 x 1.9 x 1.9; the wrap is offset by 0.2 % of the size on all sides.
   EXPECT_NEAR(Volume(repaired.mesh), 16.0 - 3.61, 0.06 * 12.39);
 }
 
 TEST(Repair, RefusesASheetAndWhatHasNoArea) {
-  // Two sides of the same rectangle: closed, and empty.
+  // The same triangle from both sides: closed, but without volume.
   TriangleMesh sheet;
   sheet.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 1}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 1}};
@@ -128,7 +128,7 @@ TEST(Repair, RefusesASheetAndWhatHasNoArea) {
 }
 
 TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
-  // Two squares beside each other, 0.05 apart.
+  // Two squares next to each other, 0.05 apart.
   TriangleMesh sheet;
   for (const double x : {-1.025, -0.025, 0.025, 1.025}) {
     sheet.vertices.emplace_back(x, 0.0, 0.0);
@@ -137,9 +137,9 @@ TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
   sheet.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 6, 7}, {4, 7, 5}};
   const double offset = 0.05;
   const TriangleMesh slab = AlphaWrap(sheet, 0.03, offset);
-  EXPECT_THAT(RepairMesh(slab).done, IsEmpty());  // closed, turned outwards, in one
-  // Both sides, and half a tube about a border of 6.1. Faces in balls of 0.03 lie up to 0.01 within
-  // the tube, which is a third of it.
+  EXPECT_THAT(RepairMesh(slab).done, IsEmpty());  // closed, oriented outwards, in one piece
+  // Both sides, and half a tube along a border of 6.1. With balls of 0.03, faces lie up to 0.01
+  // inside the tube, which is a third of it.
   const double sides = 2.0 * offset * 2.05;
   const double border = 6.1 * 0.5 * base::kPi * offset * offset;
   EXPECT_LE(Volume(slab), sides + border);
@@ -149,7 +149,7 @@ TEST(AlphaWrap, MakesASlabOfASheetWithAGap) {
 TEST(AlphaWrap, ABallHasNoInnerSide) {
   const double offset = 0.05;
   const TriangleMesh wrap = AlphaWrap(RepairBall(1.0), 0.2, offset);
-  // Edges of the ball's faces are up to 0.2 long, so that they lie up to 0.2^2 / 4 within it.
+  // The ball's edges are up to 0.2 long, so that faces lie up to 0.2^2 / 4 inside the ball.
   for (const Eigen::Vector3d& p : wrap.vertices) EXPECT_NEAR(p.norm(), 1.0 + offset, 0.01);
 }
 
@@ -169,7 +169,7 @@ TEST(OverlapOf, IsOneForTheSolidItselfAndHalfForAHalf) {
   EXPECT_NEAR(half.beyond, 0.5, 0.03);
 }
 
-// m (b^2 + c^2) / 12 and its parallel-axis shift is none, about the center.
+// m (b^2 + c^2) / 12. About the center, there is no parallel-axis shift.
 TEST(MassProperties, AreThoseOfABoxWhereverItStands) {
   const MassProperties box = MassPropertiesOf(BoxMesh({1, 2, 3}, {10, -20, 30}));
   EXPECT_NEAR(box.volume_m3, 48.0, 1e-9);
@@ -180,7 +180,7 @@ TEST(MassProperties, AreThoseOfABoxWhereverItStands) {
   EXPECT_NEAR(box.inertia_M(0, 1), 0.0, 1e-8);
 }
 
-// A tetrahedron at the corner of the axes has products of inertia: -V a b / 20 + shift.
+// A tetrahedron at the origin has products of inertia: -V a b / 20 + shift.
 TEST(MassProperties, HaveTheProductsOfATetrahedron) {
   TriangleMesh tetrahedron;
   tetrahedron.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -188,7 +188,7 @@ TEST(MassProperties, HaveTheProductsOfATetrahedron) {
   const MassProperties m = MassPropertiesOf(tetrahedron);
   EXPECT_NEAR(m.volume_m3, 1.0 / 6, 1e-15);
   EXPECT_TRUE(m.center_M.isApprox(Eigen::Vector3d::Constant(0.25), 1e-12));
-  // int xy dV = 1 / 120 about the corner; less V x y of the center.
+  // int xy dV = 1 / 120 about the corner, minus V x y of the center.
   EXPECT_NEAR(m.inertia_M(0, 1), -(1.0 / 120 - 1.0 / 96), 1e-15);
   EXPECT_NEAR(m.inertia_M(0, 0), 2 * (1.0 / 60 - 1.0 / 96), 1e-15);
 }
@@ -197,7 +197,7 @@ using samples::RandomDirection;
 
 constexpr double kRadius_m = 0.05;
 
-/// Points of a ball's surface, about 2 mm apart, at any place.
+/// Random points on a ball's surface, about 2 mm apart.
 PointCloud Ball(std::uint64_t seed) {
   base::Rng rng(seed);
   PointCloud cloud;
@@ -212,8 +212,8 @@ TEST(PoissonSurface, OfABallIsItAndClosed) {
   const auto mesh = PoissonSurface(Ball(1), 0.002);
   ASSERT_TRUE(mesh);
   EXPECT_TRUE(samples::IsClosed(*mesh));
-  // Flat triangles of a ball of r with sagitta s lie within it by 2 s / 3 in the mean; a quarter of
-  // the spacing is 1 % of r.
+  // Flat triangles on a ball of radius r with sagitta s lie inside it by 2 s / 3 on average; a
+  // quarter of the spacing is 1 % of r.
   const double ball_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(kRadius_m, 3);
   EXPECT_NEAR(Volume(*mesh) / ball_m3, 1.0, 0.02);
   for (const Eigen::Vector3d& v : mesh->vertices) {

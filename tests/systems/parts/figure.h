@@ -10,7 +10,7 @@
 
 namespace rangegrasp::parts::samples {
 
-/// A rod with round ends, thicker at one of them.
+/// A rod with round ends of different radii.
 struct Rod {
   Eigen::Vector3d a, b;
   double radius_a, radius_b;
@@ -25,7 +25,7 @@ inline double ToRod(const Eigen::Vector3d& p, const Rod& rod) {
 struct Build {
   double height, shoulder, hip, arm, leg, chest, limb, head, neck;
 };
-/// A limb lifted to the side and forwards, and bent at elbow or knee [deg].
+/// A limb raised to the side and forwards, and bent at the elbow or knee [deg].
 struct Bend {
   double sideways, forwards, bent;
 };
@@ -38,7 +38,7 @@ struct Figure {
   geometry::Points tips;  ///< head, hands, feet
 };
 
-/// A person of rods: x forwards, y to the left, z up. Elbows bend forwards, knees backwards.
+/// A person made of rods: x forwards, y to the left, z up. Elbows bend forwards, knees backwards.
 class FigureMaker {
  public:
   FigureMaker(const Build& build, const Posture& posture) : b_(build) {
@@ -117,13 +117,13 @@ class FigureMaker {
   geometry::Points tips_;
 };
 
-/// A slim grown-up, a broad one, a child.
+/// A slim adult, a broad adult, a child.
 inline constexpr std::array<Build, 3> kBuilds{{
     {1.75, 0.19, 0.09, 0.60, 0.82, 0.15, 0.05, 0.11, 0.06},
     {1.75, 0.24, 0.10, 0.62, 0.80, 0.19, 0.065, 0.11, 0.05},
     {1.15, 0.13, 0.06, 0.38, 0.48, 0.11, 0.038, 0.10, 0.04},
 }};
-/// Standing, arms and legs spread, walking, sitting, reaching up on one leg.
+/// Standing; arms and legs spread; walking; sitting; reaching up on one leg.
 inline constexpr std::array<Posture, 5> kPostures{{
     {{{{15, 0, 0}, {15, 0, 0}}}, {{{12, 0, 0}, {12, 0, 0}}}, 0, 0},
     {{{{88, 0, 0}, {88, 0, 0}}}, {{{25, 0, 0}, {25, 0, 0}}}, 0, 0},

@@ -6,7 +6,7 @@
 
 namespace rangegrasp::parts::samples {
 
-/// The graph of neighbors lists, every link of length 1.
+/// The graph with the given neighbor lists; every link has length 1.
 inline VertexGraph GraphOf(const std::vector<std::vector<std::uint32_t>>& links) {
   VertexGraph graph;
   graph.begin.push_back(0);

@@ -10,7 +10,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-// Balls of radius 1 and 0.7, 5 apart, as one mesh.
+// Balls of radius 1 and 0.7 in one mesh, 5 apart.
 geometry::TriangleMesh TwoBalls() {
   geometry::TriangleMesh both;
   for (const double radius : {1.0, 0.7}) {
@@ -32,7 +32,7 @@ TEST(SegmentBy, WhatNothingJoinsHasNoPartInCommon) {
       ASSERT_FALSE(first.contains(*label)) << static_cast<int>(method);
     }
   }
-  // The middle of both is outside of either, which is an error in the chapter too.
+  // The middle of both balls is outside of either, which is an error in the chapter too.
   EXPECT_THROW(SegmentBy(Method::kMirror, shape, {}), base::InputError);
 }
 

@@ -1,4 +1,4 @@
-// Models of the benchmark by Chen et al. (2009), where they are at hand.
+// Models of the benchmark by Chen et al. (2009), if they are available.
 
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ namespace {
 const std::filesystem::path kData =
     std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
 
-// Four legs or two arms and two legs, the head, and a tail; that of 381 lies at a hind leg and 382
-// has none.
+// Four legs (or two arms and two legs), the head and a tail. The tail of 381 lies along a hind leg,
+// and 382 has none.
 TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
@@ -38,7 +38,7 @@ TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
   }
 }
 
-// Of the half that no option was set by.
+// The models belong to the half that was not used to set options.
 TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   double sum = 0.0;
@@ -53,7 +53,7 @@ TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
   EXPECT_LT(sum / static_cast<double>(ids.size()), 0.1);
 }
 
-// It is 8.8 % of the surface, with short ears that once came off in its place.
+// The head is 8.8 % of the surface; its short ears were once cut off instead of it.
 TEST(PoseInvariant, TheHeadBetweenAnArmadillosShouldersComesOffWhole) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   const Shape shape = ReadShape(kData / "off/283.off");
@@ -68,8 +68,8 @@ TEST(PoseInvariant, TheHeadBetweenAnArmadillosShouldersComesOffWhole) {
       share, [](const auto& part) { return part.second > 0.08 && part.second < 0.1; }));
 }
 
-// Three in which rounding once decided: 20 centers or 19, faces folded on each other, walls
-// at a right angle.
+// Three models where rounding once decided the result: 20 centers or 19, faces folded onto each
+// other, walls at a right angle.
 TEST(Hierarchy, PartsOfModelsAreTheSameInSinglePrecisionAndCutFiner) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   for (const int id : {21, 302, 321}) {
@@ -89,8 +89,8 @@ TEST(Hierarchy, PartsOfModelsAreTheSameInSinglePrecisionAndCutFiner) {
   }
 }
 
-// A mug recorded with a stereo camera (see the README beside it), cut out by a box over the table.
-// The handle is what is right of a gap in the camera's picture: marked there by hand.
+// A mug recorded with a stereo camera (see the README next to the file), cropped with a box above
+// the table. The handle is the region to the right of a gap in the camera image, marked by hand.
 TEST(Hierarchy, ARecordedMugIsAContainerAndAHandle) {
   const auto file = kData / "../scans/table_scene_mug_stereo_textured.pcd";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no recorded mug " << file;
@@ -112,7 +112,7 @@ TEST(Hierarchy, ARecordedMugIsAContainerAndAHandle) {
   for (const bool handle : {false, true}) {
     const auto all = std::count(is_handle.begin(), is_handle.end(), handle);
     ASSERT_GT(all, 2'000);
-    // The container is the largest part, the handle the next.
+    // The container is the largest part, the handle the second largest.
     std::ptrdiff_t size = 0, rightly = 0;
     for (std::size_t i = 0; i < is_handle.size(); ++i) {
       if (found.label[i] != (handle ? 1 : 0)) continue;

@@ -14,8 +14,8 @@
 
 namespace rangegrasp::parts::samples {
 
-/// The same surface in other bytes: vertices and faces in any order, turned, scaled, shifted.
-/// @param face  the number of each input face among the result's
+/// The same surface stored differently: vertices and faces in any order, rotated, scaled, shifted.
+/// @param face  index of each input face in the result
 inline Shape Rewritten(const Shape& shape, std::uint64_t seed, std::vector<std::uint32_t>& face) {
   base::Rng rng(seed);
   const auto shuffled = [&rng](std::size_t n) {
@@ -46,7 +46,7 @@ inline Shape Rewritten(const Shape& shape, std::uint64_t seed, std::vector<std::
   return other;
 }
 
-/// Each face as four, its edges halved.
+/// Splits each face into four by halving its edges.
 inline Shape Subdivided(const Shape& shape) {
   Shape fine{shape.points, {}, {}};
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;

@@ -15,8 +15,8 @@
 
 namespace rangegrasp::parts::samples {
 
-/// A closed surface round the origin, at radius(direction), faces outward: a cube of 6 * 2 *
-/// cells^2 triangles blown up.
+/// A closed surface around the origin at radius(direction), with faces pointing outward: an
+/// inflated cube of 6 * 2 * cells^2 triangles.
 template <typename Radius>
 Shape Ball(std::uint32_t cells, Radius radius) {
   geometry::TriangleMesh mesh;
@@ -64,8 +64,8 @@ Shape Ball(std::uint32_t cells, Radius radius) {
   return shape;
 }
 
-/// A closed tube of `rings` rings of `around` points (ring after ring, then the two ends' middles)
-/// along a curve in the plane z = 0, t from 0 to 1.
+/// A closed tube along a curve in the plane z = 0, t from 0 to 1. It has `rings` rings of `around`
+/// points (ring by ring, then the centers of the two ends).
 template <typename Curve, typename Radius>
 Shape Tube(std::uint32_t rings, std::uint32_t around, Curve curve, Radius radius) {
   Shape tube;
@@ -98,8 +98,8 @@ Shape Tube(std::uint32_t rings, std::uint32_t around, Curve curve, Radius radius
   return tube;
 }
 
-/// The surface where a field is zero, in a grid of cubes cut into six tetrahedra each (marching
-/// tetrahedra), faces towards greater values.
+/// The zero level set of a field, by marching tetrahedra in a grid of cubes, each split into six
+/// tetrahedra. Faces point towards greater values.
 template <typename Field>
 Shape Isosurface(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double step,
                  Field field) {
@@ -174,7 +174,7 @@ inline double ToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
   return (p - a - s * (b - a)).norm();
 }
 
-/// A ball for a palm and five fingers, each bent once by some 50 degrees.
+/// A ball as palm and five fingers, each bent once by about 50 degrees.
 struct Hand {
   std::vector<std::array<Eigen::Vector3d, 3>> fingers;
   Shape shape;
@@ -205,7 +205,7 @@ inline geometry::TriangleMesh Tetrahedron() {
           .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 }
 
-/// Signed distances to a mug: a cup about z, and half a ring of a handle at its side.
+/// Signed distances to a mug: a cup about z, and half a ring as handle at its side.
 inline constexpr double kMugInner = 0.8, kMugOuter = 0.9, kMugFloor = 0.15, kMugTall = 2.0;
 inline double ToCup(const Eigen::Vector3d& p) {
   const double r = p.head<2>().norm();
@@ -222,7 +222,7 @@ inline Eigen::Vector3d FaceCenter(const Shape& shape, std::size_t f) {
   return (shape.points[a] + shape.points[b] + shape.points[c]) / 3.0;
 }
 
-/// Two of a shape, the second 9 beside the first.
+/// Two copies of a shape, the second one shifted by 9 along x.
 inline Shape Twice(const Shape& one) {
   Shape two = one;
   const auto n = static_cast<std::uint32_t>(one.points.size());
@@ -231,7 +231,7 @@ inline Shape Twice(const Shape& one) {
   return two;
 }
 
-/// Labels of parts with at least a hundredth of the elements, without the core.
+/// Labels of the parts with at least 1 % of the elements, without the core.
 inline std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
   std::map<std::int32_t, std::size_t> size;
   for (const std::int32_t label : segmentation.label) ++size[label];

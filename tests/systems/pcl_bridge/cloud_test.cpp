@@ -55,7 +55,7 @@ TEST(Cloud, PositionsCountThePointsGivenThoughSomeAreNotFinite) {
   }
 }
 
-// What was selected counts anew; a hole stays a hole, and an order is kept.
+// Selected points get new indices in the given order; a hole remains a hole.
 TEST(Cloud, SelectCountsFromZeroInTheOrderAskedFor) {
   const geometry::Points points = {{0, 0, 1}, {1, 0, 1}, {kNaN, 0, 1}, {0, 1, 1}, {0, 0, 9}};
   const Cloud cloud(points, {0.1, 0.2, 0.3});
@@ -95,7 +95,7 @@ TEST(Cloud, NothingIsFoundInNothing) {
   }
 }
 
-// The library writes about failed fits and missing neighbors.
+// The library prints messages about failed fits and missing neighbors.
 TEST(Cloud, SilencesTheLibrary) {
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
@@ -135,8 +135,8 @@ TEST_P(SeededNormals, AreThoseOfGeometryButForRounding) {
   const auto points = samples::OnSquare(center, normal, 0.05, 0.0005, 2000, rng);
   const auto ours = geometry::EstimateNormals(points, geometry::KdTree(points), 0.01, sensor);
   const geometry::Points found = EstimateNormals(Cloud(points, sensor), {.radius_m = 0.01});
-  // The library takes the eigenvector in closed form and single precision: mostly to 1e-4 rad, but
-  // a few in ten thousand, where rounding meets a neighborhood of poor shape, to 0.01 rad only.
+  // The library computes the eigenvector in closed form and single precision, mostly to 1e-4 rad.
+  // For a few in ten thousand neighborhoods of poor shape, rounding limits it to 0.01 rad.
   std::size_t far = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double off = (ours[i] - found[i]).norm();
@@ -156,8 +156,8 @@ TEST_P(SeededNormals, OnATubeArePerpendicularToItsAxisAndTurnTowardsTheSensor) {
     const Eigen::Vector3d along = (points[i] - tube.center).dot(tube.axis) * tube.axis;
     if (along.norm() > tube.half_length_m - 0.006) continue;  // no surface on one side
     const Eigen::Vector3d inwards = (tube.center + along - points[i]).normalized();
-    // Over 6 mm the tube bends by 6 / 40 rad; unevenly spread points tilt the normal by a part of
-    // it.
+    // Over 6 mm the tube bends by 6 / 40 rad; an uneven point distribution tilts the normal by a
+    // part of that.
     EXPECT_GT(found[i].dot(inwards), std::cos(0.15)) << i;
   }
 }
@@ -193,7 +193,7 @@ std::vector<double> Distances(const geometry::Points& points, std::size_t i) {
   return distances;
 }
 
-/// Compares with a verdict a point but where the point is within rounding of the bound.
+/// Checks each point against the bound, except points within rounding of it.
 void ExpectKept(const geometry::Indices& kept, const std::vector<double>& value, double bound) {
   EXPECT_TRUE(std::ranges::is_sorted(kept));
   for (std::uint32_t i = 0; i < value.size(); ++i) {

@@ -7,13 +7,13 @@
 #include "geometry/plane.h"
 #include "geometry/random_points.h"
 
-/// Points of known surfaces with noise along their normals.
+/// Points on known surfaces with noise along their normals.
 namespace rangegrasp::pcl_bridge::samples {
 
 using geometry::samples::RandomDirection;
 using geometry::samples::RandomPoint;
 
-/// Two unit vectors that span the plane across `normal`.
+/// Two unit vectors that span the plane perpendicular to `normal`.
 inline Eigen::Matrix<double, 3, 2> Across(const Eigen::Vector3d& normal) {
   Eigen::Matrix<double, 3, 2> basis;
   basis.col(0) = normal.unitOrthogonal();
@@ -21,7 +21,7 @@ inline Eigen::Matrix<double, 3, 2> Across(const Eigen::Vector3d& normal) {
   return basis;
 }
 
-/// n points of a square with these half sides round `center`.
+/// n points on a square around `center` with sides of 2 `half`.
 inline geometry::Points OnSquare(const Eigen::Vector3d& center, const Eigen::Vector3d& normal,
                                  double half, double sigma, std::size_t n, base::Rng& rng) {
   const auto basis = Across(normal);

@@ -54,10 +54,10 @@ using synthetic::Box;
 class SeededConvexity : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededConvexity, ::testing::Range<std::uint64_t>(0, 10));
 
-/// The solids without the table.
+/// A scan of the solids without the table.
 synthetic::Scan MakeScan(const std::vector<synthetic::Solid>& solids, std::uint64_t seed) {
   synthetic::ScanOptions options;
-  options.table_half = {0.001, 0.001};  // under the solids: hidden
+  options.table_half = {0.001, 0.001};  // hidden under the solids
   options.seed = seed;
   return synthetic::MakeScan(solids, options);
 }
@@ -66,7 +66,7 @@ Cloud ToCloud(const synthetic::Scan& scan) {
   return Cloud(scan.points_W, synthetic::ScanOptions{}.sensor_W);
 }
 
-/// How many points of each solid are in each segment.
+/// Number of points of each solid in each segment.
 std::map<int, std::map<int, int>> Shared(const synthetic::Scan& scan,
                                          const std::vector<std::int32_t>& segment) {
   std::map<int, std::map<int, int>> shared;
@@ -74,7 +74,7 @@ std::map<int, std::map<int, int>> Shared(const synthetic::Scan& scan,
   return shared;
 }
 
-/// The segment with the most points of it, and their share.
+/// The segment with the most points of a solid, and its share of them.
 std::pair<int, double> MainSegment(const std::map<int, int>& segments) {
   int sum = 0;
   for (const auto& [segment, count] : segments) sum += count;
@@ -82,8 +82,8 @@ std::pair<int, double> MainSegment(const std::map<int, int>& segments) {
   return {best->first, static_cast<double>(best->second) / sum};
 }
 
-// Half a supervoxel (10 mm) beside the seam may go to the other side: 0.2 m of seam are 0.002 m2 of
-// the 0.017 m2 that are seen of the upper box.
+// Half a supervoxel (10 mm) next to the seam may go to the other side: 0.2 m of seam are 0.002 m2
+// of the upper box's visible 0.017 m2.
 constexpr double kNearlyAll = 0.85;
 
 TEST_P(SeededConvexity, AConvexBoxIsOneSegment) {
@@ -109,7 +109,7 @@ TEST_P(SeededConvexity, TouchingBoxesComeApartAtTheirConcaveEdges) {
   EXPECT_GT(upper_share, kNearlyAll);
 }
 
-// The same surface seen from the other side: what was concave is convex.
+// The same surface seen from the other side: concave edges become convex.
 TEST(Convexity, IsSeenFromTheCloudsOrigin) {
   base::Rng rng(1);
   auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.05, 0.0001, 8000, rng);
@@ -153,8 +153,8 @@ TEST_P(SeededConvexity, LabelsCentersAndEdgesAgreeWithEachOther) {
   }
 }
 
-// A segment that has a neighbor is larger than min_supervoxels, and with 0 none is joined: then the
-// segments are the components of the edges that connect.
+// A segment with a neighbor is larger than min_supervoxels. With 0 no segments are joined: they are
+// the connected components of the connecting edges.
 TEST_P(SeededConvexity, SmallSegmentsJoinANeighbor) {
   synthetic::ScanOptions options;
   options.seed = GetParam();
@@ -175,7 +175,7 @@ TEST_P(SeededConvexity, SmallSegmentsJoinANeighbor) {
   const LocalConvexity joined = SegmentByLocalConvexity(cloud, {.min_supervoxels = 5});
   EXPECT_EQ(check(joined, 5), 0);
   EXPECT_LT(joined.segments, apart.segments);
-  // Joining only joins.
+  // Joining never splits a segment.
   std::map<std::int32_t, std::set<std::int32_t>> into;
   for (std::size_t i = 0; i < apart.supervoxel_segment.size(); ++i) {
     into[apart.supervoxel_segment[i]].insert(joined.supervoxel_segment[i]);
@@ -183,15 +183,15 @@ TEST_P(SeededConvexity, SmallSegmentsJoinANeighbor) {
   for (const auto& [segment, targets] : into) EXPECT_EQ(targets.size(), 1u) << segment;
 }
 
-// The library orders segments by the addresses of graph nodes. Here the free list of the heap is
-// shuffled between two calls, so that addresses come in another order.
+// The library orders segments by the addresses of graph nodes. Here the heap's free list is
+// shuffled between two calls, so that the order of the addresses changes.
 TEST_P(SeededConvexity, TheHeapsOrderDoesNotShow) {
   synthetic::ScanOptions options;
   options.seed = GetParam();
   options.sigma_m = 0.001;  // many small segments
   const Cloud cloud = ToCloud(synthetic::MakeScan(synthetic::MixedObjects(), options));
   const LocalConvexity first = SegmentByLocalConvexity(cloud);
-  EXPECT_GE(first.segments, 5);  // the objects' number
+  EXPECT_GE(first.segments, 5);  // the number of objects
   base::Rng rng(GetParam());
   for (int again = 0; again < 3; ++again) {
     std::vector<std::unique_ptr<char[]>> blocks;
@@ -207,13 +207,13 @@ TEST_P(SeededConvexity, TheHeapsOrderDoesNotShow) {
   }
 }
 
-// Twice as far away and twice as large: a camera sees the same.
+// Four times as far away and four times as large: a camera sees the same.
 TEST(Convexity, WithCameraDepthVoxelsGrowWithTheDepth) {
   base::Rng rng(2);
   const auto near = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.1, 0.0, 4000, rng);
   geometry::Points far;
   for (const auto& p : near) far.push_back(4.0 * p);
-  // At 4 m points are 13 mm apart: voxels of 10 mm lose touch with each other.
+  // At 4 m the points are 13 mm apart: voxels of 10 mm are no longer adjacent.
   LocalConvexityOptions options{.voxel_m = 0.01, .seed_m = 0.08, .min_supervoxels = 0};
   EXPECT_GT(SegmentByLocalConvexity(Cloud(far), options).segments, 1);
   options.camera_depth = true;
@@ -225,14 +225,14 @@ using samples::RandomDirection;
 using samples::RandomPoint;
 
 constexpr double kSigma_m = 0.0003;
-/// Single precision, of coordinates below 1 m, over a few operations.
+/// Single-precision error of coordinates below 1 m over a few operations.
 constexpr double kFloat = 2e-6;
 
 class SeededModels : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededModels, ::testing::Range<std::uint64_t>(0, 20));
 
 struct PlaneScene {
-  geometry::Points points;  ///< 1000 of the plane, then 400 anywhere
+  geometry::Points points;  ///< 1000 on the plane, then 400 anywhere
   Eigen::Vector3d center;
   Eigen::Vector3d normal;
 };
@@ -248,9 +248,9 @@ PlaneScene MakePlaneScene(base::Rng& rng) {
   return scene;
 }
 
-// Standard errors of a least-squares plane: sigma / sqrt(n) across it, times sqrt(3) / half for its
-// angles. Points anywhere that happen to be within the 2 mm add 400 (2 / 100) = 8 with 1.2 mm each:
-// their share shifts the plane by 8 / 1000 * 1.2 mm / sqrt(8) = 3 um, a third of sigma / sqrt(n).
+// Standard errors of a least-squares plane: sigma / sqrt(n) along its normal, times sqrt(3) / half
+// for its angles. 400 (2 / 100) = 8 random points lie within 2 mm by chance, 1.2 mm off each: their
+// share shifts the plane by 8 / 1000 * 1.2 mm / sqrt(8) = 3 um, a third of sigma / sqrt(n).
 TEST_P(SeededModels, PlaneIsTheTrueOneWithinItsStandardErrors) {
   base::Rng rng(GetParam());
   const PlaneScene scene = MakePlaneScene(rng);
@@ -279,10 +279,10 @@ TEST_P(SeededModels, PlanesInliersAreExactlyThePointsWithinTheDistance) {
   }
 }
 
-// The library's refit (Levenberg-Marquardt in single precision, with numeric derivatives) ends
-// before the least-squares optimum: it is held to the noise of one point, where the optimum's
-// standard error would be sigma / sqrt(n) = 6 um. Along the axis sigma counts on the lever
-// half_length / sqrt(3).
+// The library's refit (Levenberg-Marquardt in single precision, with numeric derivatives) stops
+// before the least-squares optimum. The tolerance is therefore the noise of one point, while the
+// optimum's standard error would be sigma / sqrt(n) = 6 um. For the axis direction, sigma acts on
+// the lever half_length / sqrt(3).
 TEST_P(SeededModels, CylinderIsTheTrueOneWithinItsStandardErrors) {
   base::Rng rng(GetParam());
   const samples::Tube tube{RandomPoint(0.2, rng), RandomDirection(rng), rng.Uniform(0.02, 0.05),
@@ -299,13 +299,13 @@ TEST_P(SeededModels, CylinderIsTheTrueOneWithinItsStandardErrors) {
   EXPECT_NEAR(found.axis.norm(), 1.0, 1e-12);
   EXPECT_LT(found.axis.cross(tube.axis).norm(), std::sqrt(3.0) * kSigma_m / tube.half_length_m);
   EXPECT_LT((found.point - tube.center).cross(tube.axis).norm(), kSigma_m);
-  // Beside the middle: the mean of n uniform places has the error half_length / sqrt(3 n).
+  // Along the axis: the mean of n uniform places has the error half_length / sqrt(3 n).
   EXPECT_LT(std::abs((found.point - tube.center).dot(tube.axis)),
             6.0 * tube.half_length_m / std::sqrt(3.0 * 0.8 * kOnTube));
   const auto on_tube =
       std::ranges::count_if(fit->inliers, [](std::uint32_t i) { return i < kOnTube; });
   EXPECT_GT(on_tube,
-            0.8 * kOnTube);  // ends and neighbors of stray points have normals that are off
+            0.8 * kOnTube);  // near ends and stray points the normals are off
 }
 
 struct Drawn {
@@ -313,7 +313,7 @@ struct Drawn {
   std::optional<CylinderFit> cylinder;
 };
 
-/// So few draws that they decide.
+/// Uses so few draws that the result depends on them.
 Drawn FitWithFewDraws(std::uint64_t seed) {
   base::Rng rng(seed);
   const Cloud cloud(MakePlaneScene(rng).points);
@@ -322,7 +322,7 @@ Drawn FitWithFewDraws(std::uint64_t seed) {
           FitCylinder(cloud, EstimateNormals(cloud, {.radius_m = 0.02}), wide)};
 }
 
-// A generator that is seeded by the clock, as the library's can be, gives the same within a second.
+// A generator seeded by the clock, as the library's can be, repeats only within a second.
 TEST(Models, SameCloudGivesTheSameModelsASecondLater) {
   constexpr std::uint64_t kClouds = 10;
   std::vector<Drawn> first;
@@ -350,8 +350,8 @@ TEST(Models, CylinderKeepsToTheRadiiAskedFor) {
   EXPECT_TRUE(!large || large->inliers.size() < 1000u);
 }
 
-// Labelled clouds of a depth camera, where they are at hand: data/kinect in the folder that
-// RANGEGRASP_SHARED names, or in ../shared beside the project.
+// Labeled clouds of a depth camera, if available: data/kinect in the folder given by
+// RANGEGRASP_SHARED, or in ../shared next to the project.
 TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
   if (!std::filesystem::exists(labelled::KinectFolder())) {
     GTEST_SKIP() << "no labelled clouds in " << labelled::KinectFolder();
@@ -360,7 +360,7 @@ TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
   const std::vector<int> numbers = {2, 20, 40};  // boxes, a stack, cylinders
   for (const int number : numbers) {
     const auto file = labelled::ReadKinect(number);
-    // Spacing and noise of a depth camera: voxels of 7.5 mm at 1 m, seeds of 30 mm.
+    // For a depth camera's spacing and noise: voxels of 7.5 mm at 1 m, seeds of 30 mm.
     const LocalConvexityOptions options{.voxel_m = 0.0075, .seed_m = 0.03, .camera_depth = true};
     const LocalConvexity found = SegmentByLocalConvexity(Cloud(file.points), options);
     const double overlap = surveys::Compare(file.labels, found.segment).overlap;
@@ -368,7 +368,7 @@ TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
     EXPECT_GT(overlap, 0.85) << "learn" << number;
     sum += overlap;
   }
-  // Measured: 0.993, 0.956 and 0.941, with 3, 3 and 5 segments. A tenth is left for other versions.
+  // Measured: 0.993, 0.956 and 0.941, with 3, 3 and 5 segments. The margin is for other versions.
   EXPECT_GT(sum / static_cast<double>(numbers.size()), 0.9);
 }
 

@@ -14,8 +14,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededRegistration, ::testing::Range<std::uint64
 
 constexpr double kRegistrationSigma_m = 0.0003;
 
-/// Two scans of the same objects, with steps and noise of their own, the second in a frame of its
-/// own.
+/// Two scans of the same objects with different steps and noise, the second in a different frame.
 struct Pair {
   Pair(std::uint64_t seed, base::Rng& rng) {
     synthetic::ScanOptions options;
@@ -42,7 +41,7 @@ struct Pair {
   Eigen::Isometry3d guess_TS;
 };
 
-/// The points that have a normal, with them.
+/// The points that have a normal, with their normals.
 PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor) {
   const geometry::Points normals = EstimateNormals(Cloud(points, sensor), {.radius_m = 0.01});
   geometry::PointCloud surface;
@@ -54,16 +53,16 @@ PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor
   return PlaneTarget(surface);
 }
 
-/// The farthest that a point of the scene is displaced by the error.
+/// Maximum displacement of the scene's points by the error.
 double MaxError(const Pair& pair, const Eigen::Isometry3d& X_TS) {
   double max = 0.0;
   for (const auto& p_S : pair.source_S) max = std::max(max, (X_TS * p_S - pair.X_TS * p_S).norm());
   return max;
 }
 
-// About 10,000 pairs with a noise of 0.3 mm sqrt(2), a tenth of them on surfaces across each
-// direction: 0.42 mm / sqrt(1000) = 13 um. Pairs at edges, where the normals are rounded off, and
-// the spacing of 3 mm add a bias that the noise does not: 0.2 mm is a fifteenth of the spacing and
+// About 10,000 pairs with a noise of 0.3 mm sqrt(2), a tenth of them on surfaces perpendicular to
+// each direction: 0.42 mm / sqrt(1000) = 13 um. Pairs at edges, where the normals are rounded off,
+// and the spacing of 3 mm add a bias on top of the noise: 0.2 mm is a fifteenth of the spacing and
 // a twenty-fifth of the error of the guess.
 constexpr double kMaxError_m = 2e-4;
 
@@ -91,7 +90,7 @@ TEST(Registration, SameCloudsGiveTheSamePoseTwice) {
   EXPECT_EQ(a.matrix(), b.matrix());
 }
 
-// On a plane a cloud slides and turns freely.
+// On a plane a cloud can slide and rotate freely.
 TEST(Registration, APlaneAloneLeavesThePoseOpen) {
   geometry::Points plane;
   for (int i = 0; i < 20; ++i) {

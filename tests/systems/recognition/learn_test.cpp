@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 
 const Vector3d kSize(0.06, 0.04, 0.09);
 
-/// A box that stands on a table, seen from all sides and from above but for its lowest 4 mm; of the
-/// table's frame in C.
+/// A box standing on a table with frame T, seen from all sides and from above, except for its
+/// lowest 4 mm.
 perception::Scene BoxOnTable(const base::Pose& X_CT, bool back_seen = true) {
   perception::Scene scene;
   const Vector3d up = X_CT.linear().col(2);
@@ -71,11 +71,11 @@ TEST(Learn, InAnyFrame) {
 
 TEST(Learn, TellsWhatNobodySaw) {
   const auto model = Learn(BoxOnTable(base::Pose::Identity(), false));
-  // A side of 60 of the 60 + 60 + 40 + 40 mm all round, and of the top.
+  // Unseen: one side of 60 mm of the circumference of 60 + 60 + 40 + 40 mm and the top.
   EXPECT_NEAR(model.share_seen, 1.0 - 60.0 * 75.0 / (200.0 * 75.0 + 60.0 * 40.0), 0.08);
 }
 
-// A kilometre of surface in triangles of a millimetre has no end.
+// A kilometre of surface in triangles of 1 mm would never finish.
 TEST(Learn, AnOutlierFarAwayIsNamed) {
   auto scene = BoxOnTable(base::Pose::Identity());
   scene.objects[0].points.push_back(static_cast<std::uint32_t>(scene.cloud.size()));

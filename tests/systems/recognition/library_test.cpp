@@ -29,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, EverySeededDistortion, testing::Range<std::uint6
 TEST_P(EverySeededDistortion, LeavesTheSurfaceClosed) {
   base::Rng rng(GetParam());
   const auto mesh = Distorted(box_, 0.0015, rng).mesh;
-  // Each edge is passed once in either direction.
+  // Each edge is used once in each direction.
   std::map<std::pair<Place, Place>, int> passed;
   for (const auto& t : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -50,7 +50,7 @@ TEST_P(EverySeededDistortion, ScalesWithItsRootMeanSquareAndMovesNothingAsAWhole
   double squares = 0.0;
   Vector3d moved = Vector3d::Zero();
   for (std::size_t i = 0; i < one.vertices.size(); ++i) {
-    const Vector3d d = two.vertices[i] - one.vertices[i];  // as far as the one is from the box
+    const Vector3d d = two.vertices[i] - one.vertices[i];  // equal to one's offset from the box
     squares += d.squaredNorm();
     moved += d;
   }
@@ -65,7 +65,7 @@ TEST(Distorted, BendsAFlatFace) {
   double low = 1.0;
   double high = 0.0;
   for (const Vector3d& p : mesh.vertices) {
-    if (p.z() < 0.06) continue;  // of the top, at 67.5 mm, and the upper end of the sides
+    if (p.z() < 0.06) continue;  // the top, at 67.5 mm, and the upper end of the sides
     if (std::abs(p.x()) > 0.035 || std::abs(p.y()) > 0.02) continue;
     low = std::min(low, p.z());
     high = std::max(high, p.z());

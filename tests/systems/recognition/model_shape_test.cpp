@@ -20,8 +20,8 @@ base::Pose Turned(double angle_rad, const Vector3d& axis, const Vector3d& about)
          Eigen::Translation3d(-about);
 }
 
-// The groups of turns, counted by hand: of a box 4, a square prism 8, a cube 24, a regular
-// triangle's prism 6, a pentagon's 10.
+// Sizes of the rotation groups, counted by hand: box 4, square prism 8, cube 24, regular triangular
+// prism 6, pentagonal prism 10.
 TEST(Symmetry, HasAllTurnsOfPrismsAndBoxes) {
   EXPECT_EQ(SymmetryOfMesh(synthetic::BoxMesh(0.09, 0.06, 0.135)).rotations.size(), 4u);
   EXPECT_EQ(SymmetryOfMesh(synthetic::BoxMesh(0.06, 0.06, 0.135)).rotations.size(), 8u);
@@ -70,7 +70,7 @@ class SeededAxis : public testing::TestWithParam<int> {
   }
 };
 
-// A mug's is that of its body, whatever its handle weighs: 96 sides turn 0.1 mm off a circle.
+// A mug's axis is that of its body, whatever its handle weighs: 96 sides are 0.1 mm off a circle.
 TEST_P(SeededAxis, OfAMugIsThatOfItsBody) {
   const base::Pose X = Drawn();
   const auto mesh = geometry::Transformed(synthetic::MugMesh(), X);

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using geometry::TriangleMesh;
 
-/// Meshes with their middle at the origin.
+/// Meshes centered at the origin.
 TriangleMesh Prism() { return synthetic::Extrude(synthetic::Regular(3, 0.035), 0.16); }
 
 std::vector<KnownObject> Objects() {
@@ -74,7 +74,7 @@ struct Placed {
 
 class SeededRecognition : public testing::TestWithParam<int> {
  protected:
-  // Places of one object each, at a drawn yaw; the mug's handle is on the side that is seen.
+  // A place for one of each object, at a random yaw; the mug's handle is on the visible side.
   std::vector<Placed> Places() const {
     base::Rng rng(static_cast<std::uint64_t>(GetParam()));
     const auto yaw = [&] { return rng.Uniform(0.0, 2.0 * base::kPi); };
@@ -93,8 +93,8 @@ class SeededRecognition : public testing::TestWithParam<int> {
   }
 };
 
-// Noise is 0.4 mm and the least samples of a face are some 300: a pose is known to fractions of a
-// millimetre but where a silhouette alone tells, which is known to a pixel (1.8 mm).
+// Noise is 0.4 mm and the smallest face has about 300 samples, which gives the pose to fractions of
+// a millimetre. Where only a silhouette determines it, the accuracy is a pixel (1.8 mm).
 TEST_P(SeededRecognition, TellsAnObjectAloneAndItsPose) {
   for (const Placed& placed : Places()) {
     const KnownObject& known = Shelf().Find(placed.name);
@@ -111,7 +111,7 @@ TEST_P(SeededRecognition, TellsAnObjectAloneAndItsPose) {
 }
 
 TEST_P(SeededRecognition, LeavesAnotherObjectUnknown) {
-  // The last is a can that is 5 mm wider and 35 mm higher than the known one.
+  // The last one is a can 5 mm wider and 35 mm higher than the known one.
   const auto others = {synthetic::BoxMesh(0.105, 0.075, 0.105),
                        synthetic::CylinderMesh(0.045, 0.09), synthetic::CylinderMesh(0.0375, 0.15)};
   for (const TriangleMesh& other : others) {
@@ -152,8 +152,8 @@ TEST(Recognize, OrderOfTheLibraryPlaysNoPart) {
   EXPECT_TRUE(Same(found, Find(looked, Shelf())));
 }
 
-// A mug's turn is open where its handle is behind it for a low sensor, and what is open is to be
-// looked at again.
+// A mug's rotation is ambiguous if its handle is hidden behind it from a low sensor. An ambiguous
+// pose must be looked at again.
 TEST(Recognize, APoseIsOpenWhereTheHandleIsHidden) {
   for (const bool shown : {false, true}) {
     const base::Pose X_WB = synthetic::Standing(shown ? 0.6 : base::kPi, {0.0, 0.0, 0.0});
@@ -166,8 +166,8 @@ TEST(Recognize, APoseIsOpenWhereTheHandleIsHidden) {
   }
 }
 
-// More points make one segment of two objects: what was found before stays, and the rest of the
-// segment is the other one. What was found where the view sees through does not stay.
+// With more points, two objects form one segment: an earlier result is kept, and the rest of the
+// segment is the other object. An earlier result is dropped if the view sees through its place.
 TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
                                          synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
@@ -199,8 +199,8 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   EXPECT_LT(names(elsewhere).size(), 2u);
 }
 
-// In another scan from the same place what has not moved is known before it is found again, and
-// what was taken away is not.
+// In another scan from the same place, objects that have not moved are known before they are found
+// again. Objects that were taken away are not.
 TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
   const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
                                          synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
@@ -229,8 +229,8 @@ TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
   EXPECT_EQ(names(LookAt({box}, 4)), (std::multiset<std::string>{"box"}));
 }
 
-// Pairs of points vote for poses of a round body that slide along it and roll into the table when
-// they are registered; the same body as it lies there must be registered, too.
+// Pairs of points vote for poses of a round body that slide along it and roll into the table during
+// registration. The body in its true resting pose must also be registered.
 TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
   std::vector<Eigen::Vector2d> profile;
   for (int i = 0; i <= 32; ++i) {
@@ -260,7 +260,7 @@ geometry::MeshColors Plain(const TriangleMesh& mesh, const geometry::Rgb& color)
   return colors;
 }
 
-/// Gives each sample a color, as it would be seen in half the light.
+/// Gives each sample the color it would have in half the light.
 void Paint(Looked& looked, const std::function<geometry::Rgb(const Vector3d&)>& color_at_W) {
   geometry::View& view = looked.observation.views.front();
   for (const Vector3d& p : view.image.points_C) {
@@ -268,8 +268,8 @@ void Paint(Looked& looked, const std::function<geometry::Rgb(const Vector3d&)>& 
   }
 }
 
-// Boxes of one shape that are printed in other colors: shape alone leaves the name open, and what
-// looks like neither is neither.
+// Boxes of the same shape printed in different colors: shape alone leaves the name ambiguous. An
+// object that looks like neither is neither.
 TEST(Recognize, ColorsTellTwinsApart) {
   const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
   std::vector<KnownObject> twins;
@@ -296,10 +296,10 @@ TEST(Recognize, ColorsTellTwinsApart) {
   EXPECT_THAT(names(kRed, 0.0), testing::IsEmpty());
 }
 
-// The print settles the turn of a mug whose handle is hidden, and that of a can is told, although
-// its shape has no turn.
+// The print resolves the rotation of a mug with a hidden handle. It also gives a can's rotation,
+// which its shape does not determine.
 TEST(Recognize, ThePrintSettlesATurn) {
-  // The can's lid is as red as its one side, so that its ends differ.
+  // The can's lid is red like one of its sides, so that its ends differ.
   const auto at = [](const Vector3d& p) {
     return p.y() > 0.0 || std::abs(p.z() - 0.0575) < 0.002 ? kRed : kWhite;
   };
@@ -320,7 +320,7 @@ TEST(Recognize, ThePrintSettlesATurn) {
     const bool mug = std::string(name) == "mug";
     for (const double turn : {2.8, 3.3}) {
       const base::Pose X_WB = synthetic::Standing(turn, {0.0, 0.0, mug ? 0.0 : 0.0575});
-      // The handle is hidden from below, the lid seen from above.
+      // The handle is hidden from a low sensor; the lid is seen from above.
       const Vector3d sensor_W(0.9, 0.0, mug ? 0.3 : 0.7);
       auto looked = LookAt({geometry::Transformed(mesh, X_WB)}, 2, sensor_W);
       Paint(looked, [&](const Vector3d& p) { return at(X_WB.inverse() * p); });

@@ -43,10 +43,10 @@ TEST(PublishedTables, HaveEveryTableThatTheProgramKnows) {
   }
 }
 
-// The counts are what a short run and the time left are reckoned by.
+// The case counts are used to set up a short run and to estimate the remaining time.
 TEST(PublishedTables, HaveAsManyCasesAsTheirExperiments) {
   for (const PublishedTable& table : PublishedTables()) {
-    // parts_psb needs a data set that is no part of the project.
+    // parts_psb needs a data set that is not part of the project.
     if (table.experiment == "parts_psb") continue;
     for (const bool is_short : {false, true}) {
       experiment::Changes changes;

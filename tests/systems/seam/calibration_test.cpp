@@ -25,8 +25,8 @@ constexpr int kColumns = 1024;
 constexpr double kLowest_m = -0.04;
 constexpr double kHighest_m = 0.03;
 
-// A camera `standoff_m` from the origin looks at it at an angle to the laser plane, x = 0 .. along
-// the line, height upwards.
+// A pinhole camera that looks at the origin from `standoff_m` away, at an angle to the laser plane.
+// x runs along the line, height points up.
 struct Pinhole {
   double standoff_m = 0.2;
   double angle_rad = 0.6;
@@ -46,11 +46,11 @@ struct Pinhole {
   }
 };
 
-// The largest error of the best polynomial of 4th order for the camera's function from row to
-// height. That is h = (d / cos a) (1 - 1 / (1 + v cot a)) with v proportional to the row, which has
-// one pole; on rows mapped to [-1, 1] it stands at u0, and the Chebyshev coefficients of
-// 1 / (u0 - u) are 2 / sqrt(u0^2 - 1) r^-k with r = u0 + sqrt(u0^2 - 1). What is left out is their
-// tail from k = 5 on.
+// The largest error of the best 4th-order polynomial for the camera's function from row to height.
+// The function is h = (d / cos a) (1 - 1 / (1 + v cot a)), with v proportional to the row. It has
+// one pole, at u0 if the rows are mapped to [-1, 1]. The Chebyshev coefficients of 1 / (u0 - u) are
+// 2 / sqrt(u0^2 - 1) r^-k with r = u0 + sqrt(u0^2 - 1). The error is the tail of this series from
+// k = 5 on.
 double BestError(const Pinhole& camera) {
   const double slope = std::cos(camera.angle_rad) / std::sin(camera.angle_rad);
   const auto v = [&](double height) {
@@ -91,8 +91,8 @@ TEST(Calibration, AFunctionOfFourthOrderFollowsAPinholeCamera) {
     Pinhole camera;
     camera.rows_up = rows_up;
     const Calibration calibration = Fit(camera);
-    // Least squares of uniform samples are at most (1 + Lebesgue constant, below 4 for 5 terms)
-    // worse than the best polynomial.
+    // The error of a least-squares fit to uniform samples exceeds that of the best polynomial by at
+    // most the factor 1 + Lebesgue constant. The constant is below 4 for 5 terms.
     const double tolerance = 5.0 * BestError(camera);
     EXPECT_LT(tolerance, 6e-6);
     for (double height = kLowest_m; height < kHighest_m; height += 1e-4) {
@@ -102,7 +102,7 @@ TEST(Calibration, AFunctionOfFourthOrderFollowsAPinholeCamera) {
 }
 
 TEST(Calibration, ColumnsWidenWithTheDistance) {
-  // A pinhole's x is linear in height, so nothing but rounding is left.
+  // A pinhole's x is linear in height, so only rounding errors remain.
   const Pinhole camera;
   const Calibration calibration = Fit(camera);
   for (double height = kLowest_m; height < kHighest_m; height += 5e-3) {
@@ -168,7 +168,7 @@ TEST(Calibration, PoorTablesAreRefused) {
   EXPECT_NE(refusal(table.heights, table.laterals, 8).find("32"), std::string::npos);
 }
 
-// Rays from the camera meet the highest level first that the body has at their place.
+// Each camera ray hits the highest level that the body has at that place.
 RawProfile ScanBody(const Pinhole& camera, const CalibrationBody& body, double base) {
   auto levels = body.step_heights_m;
   levels.push_back(0.0);
@@ -217,13 +217,13 @@ TEST(CalibrationBody, GivesThePinholeCameraBack) {
     const auto scans = ScanBodies(camera, {});
     const Calibration calibration = CalibrateFromBody({}, scans);
     EXPECT_EQ(calibration.columns, kColumns);
-    // As above; rows are floats below 1024, 3e-5 px or 3e-9 m off at most.
+    // As above. Rows are floats below 1024, so they are off by at most 3e-5 px, which is 3e-9 m.
     const double tolerance = 5.0 * BestError(camera) + 1e-8;
     for (double height = kLowest_m + 1e-4; height < kHighest_m - 1e-4; height += 1e-4) {
       EXPECT_NEAR(calibration.HeightAt(camera.RowOf(height)), height, tolerance);
     }
-    // A riser is known to half a column of 1 / 12 mm. The risers reach 20 mm to either side; the
-    // line's ends are 2.2 times as far.
+    // A riser is located to half a column of 1 / 12 mm. The risers reach 20 mm to either side; the
+    // ends of the line are 2.2 times as far out.
     for (const double column : {0.0, 200.0, 511.5, 1023.0}) {
       for (const double height : {kLowest_m, 0.0, kHighest_m}) {
         EXPECT_NEAR(calibration.LateralAt(column, height), camera.LateralAt(column, height),
@@ -236,12 +236,12 @@ TEST(CalibrationBody, GivesThePinholeCameraBack) {
 TEST(CalibrationBody, IsFoundUnderNoiseAndWithMissingColumns) {
   const Pinhole camera;
   const auto clean = ScanBodies(camera, {});
-  // The median of the 60 or more points of a plateau deviates by 1.2533 * 0.5 / sqrt(60) px, a row
-  // is at most 1 / RowsPerMeter(lowest). There are 9 * 7 plateaus for 5 terms, whose leverage at
-  // the ends is at most 25 / 63 (that of a Legendre fit).
+  // The median of the 60 or more points of a plateau has a standard deviation of 1.2533 * 0.5 /
+  // sqrt(60) px. A row is at most 1 / RowsPerMeter(lowest). 9 * 7 plateaus determine 5 terms, so
+  // the leverage at the ends is at most 25 / 63 (that of a Legendre fit).
   const double plateau_m = 1.2533 * 0.5 / std::sqrt(60.0) / camera.RowsPerMeter(kLowest_m);
   const double tolerance = 5.0 * plateau_m * std::sqrt(25.0 / 63.0) + 5.0 * BestError(camera);
-  EXPECT_LT(tolerance, 60e-6);  // a row is 0.2 mm there
+  EXPECT_LT(tolerance, 60e-6);  // a row there is 0.2 mm
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     auto scans = clean;
@@ -254,7 +254,7 @@ TEST(CalibrationBody, IsFoundUnderNoiseAndWithMissingColumns) {
       EXPECT_NEAR(error, 0.0, tolerance) << "seed " << seed << " height " << height;
       squares += error * error;
     }
-    // On average the leverage is 5 / 63.
+    // The average leverage is 5 / 63.
     EXPECT_LT(std::sqrt(squares / heights), 2.0 * plateau_m * std::sqrt(5.0 / 63.0) + 2e-6) << seed;
   }
 }
@@ -279,10 +279,10 @@ TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
   auto half = ScanBodies(camera, {})[2].profile.row_px;
   std::fill(half.begin() + 512, half.end(), nothing);
   EXPECT_NE(refusal(half).find("scan 3"), std::string::npos);
-  auto covered = ScanBodies(camera, {})[2].profile.row_px;  // something lies on it
+  auto covered = ScanBodies(camera, {})[2].profile.row_px;  // something covers the body
   std::fill(covered.begin() + 620, covered.begin() + 700, covered[511]);
   EXPECT_NE(refusal(covered).find("scan 3"), std::string::npos);
-  auto stretched = ScanBodies(camera, {})[2].profile.row_px;  // it moved while it was scanned
+  auto stretched = ScanBodies(camera, {})[2].profile.row_px;  // the body moved during the scan
   stretched.insert(stretched.begin() + 600, 120, stretched[600]);
   stretched.resize(kColumns);
   EXPECT_NE(refusal(stretched).find("scan 3"), std::string::npos);

@@ -12,7 +12,7 @@ namespace {
 
 using base::Rng;
 
-// Every pair, nearest first, in the order (0,1), (0,2), (1,2).
+// Brute force over the pairs (0,1), (0,2), (1,2); the closest pair wins, the first one in a tie.
 std::optional<double> SlowVote(const std::array<std::optional<int>, kDetectors>& c,
                                double tolerance) {
   std::optional<double> best;
@@ -39,7 +39,7 @@ TEST(VoteTwoOfThree, IsThatOfBruteForceForAllSmallPositions) {
   }
 }
 
-// Every pair's line, its inliers and their squares, without short cuts.
+// Brute force: the line of every pair, its inliers and the sum of their squared errors.
 LinePrediction SlowPrediction(const std::vector<TimedColumn>& p, double t,
                               const LinePredictionOptions& o) {
   std::vector<TimedColumn> best;
@@ -89,7 +89,7 @@ TEST(PredictByLine, IsThatOfBruteForce) {
     ASSERT_TRUE(column);
     const auto slow = SlowPrediction(found, 0.12, options);
     EXPECT_EQ(column->inliers, slow.inliers) << seed;
-    // Every two points lie on a line: which of those is taken, rounding decides.
+    // Any two points lie on a line, so with two inliers rounding decides which line wins.
     if (slow.inliers > 2) {
       EXPECT_NEAR(column->column, slow.column, 1e-6) << seed;
     }
@@ -113,7 +113,7 @@ TEST(PredictByLine, FindsALineAmongFortyPercentOutliers) {
   }
 }
 
-// A sensor of 100 kHz: every pair of 10,000 votes would take an hour.
+// A sensor at 100 kHz. Trying every pair of 10,000 votes would take an hour.
 TEST(PredictByLine, FindsTheLineOfVeryManyPoints) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
@@ -157,7 +157,7 @@ TEST(Bell, IsEquation318) {
   EXPECT_DOUBLE_EQ(Bell(1.0, 7.0, 3.0), std::exp(-2.0));
 }
 
-// Eq. 3.19: closeness of x to what is in the history, the latest counts most.
+// Eq. 3.19: closeness of x to the positions in the history; the latest position counts most.
 double Closeness(const std::vector<double>& h, double x, double sigma) {
   double g = 0.0;
   for (std::size_t t = 1; t <= h.size(); ++t) {
@@ -180,10 +180,11 @@ TEST(WeightByHistory, IsEquation320) {
     for (std::size_t i = 0; i < weight.size(); ++i) {
       const double factor =
           1.0 + Closeness(history, static_cast<double>(i), sigma) / (n * (n + 1.0));
-      // Bells end at 5 sigma, where they are below 4e-6; floats keep 1e-7 of 4.5.
+      // The bells are cut off at 5 sigma, where they are below 4e-6. A float near 4.5 is good to a
+      // relative error of 1e-7.
       EXPECT_NEAR(weighted[i], static_cast<double>(weight[i]) * factor, 1e-5) << seed;
     }
-    // Eq. 3.21: the largest is that of the formula.
+    // Eq. 3.21: the maximum is at the same column as that of the formula.
     const auto best = std::max_element(weighted.begin(), weighted.end()) - weighted.begin();
     for (std::size_t i = 0; i < weight.size(); ++i) {
       EXPECT_LE(static_cast<double>(weight[i]) *
@@ -200,7 +201,7 @@ TEST(WeightByHistory, AddsAtMostHalf) {
   EXPECT_FLOAT_EQ(weight[0], 2.0F * (1.0F + 0.5F * std::exp(-12.5F)));
 }
 
-// Section 3.5.3, by sorting every window.
+// Section 3.5.3, computed by sorting every window.
 double SlowStep(const std::vector<float>& f, int column, const StepOptions& o) {
   const int m = static_cast<int>(f.size());
   float low = 1e9F, high = -1e9F;
@@ -230,11 +231,11 @@ TEST(StepHeight, MeasuresAStepAndNotAFilament) {
   std::vector<float> f(200, 0.0F);
   for (std::size_t i = 100; i < 200; ++i) f[i] = 0.5e-3F;
   EXPECT_FLOAT_EQ(static_cast<float>(StepHeight(f, 100, {})), 0.5e-3F);
-  for (const std::size_t i : {40U, 41U, 42U}) f[i] = 5e-3F;  // narrower than half of the median
+  for (const std::size_t i : {40U, 41U, 42U}) f[i] = 5e-3F;  // narrower than half the window
   EXPECT_EQ(StepHeight(f, 41, {}), 0.0);
 }
 
-// Each column takes the highest of all bells, of which none reaches further than three deviations.
+// Each column gets the highest of all bells. A bell ends at three standard deviations.
 TEST(SpreadWeights, IsTheHighestOfTheBellsOfAllColumns) {
   Rng rng(5);
   for (const double sigma : {0.5, 2.0, 6.0}) {
@@ -257,7 +258,7 @@ TEST(SpreadWeights, IsTheHighestOfTheBellsOfAllColumns) {
 
 constexpr double kStepTestSigma_m = 0.1e-3;
 
-// A bent and tilted surface with a step.
+// A curved and tilted surface with a step.
 PreparedProfile StepTestScan(double step_m, double edge_column, double sigma_m, double time_s,
                              Rng& rng) {
   PreparedProfile profile;
@@ -282,8 +283,9 @@ TEST(StepTest, MeasuresAStepOnABentSurfaceAndFindsIt) {
   }
 }
 
-// A median of 6 columns of noise has at most sqrt(pi/2/6) of its deviation; the kernel of 19 + 19
-// blocks multiplies it by 0.72 and five profiles divide it by sqrt(5): 0.017 mm. Five times that.
+// The median of 6 columns has at most sqrt(pi/2/6) of the noise's standard deviation. The kernel of
+// 19 + 19 blocks multiplies it by 0.72 and the average over five profiles divides it by sqrt(5).
+// This gives 0.017 mm; the tolerance is five times that.
 TEST(StepTest, AveragesTheNoiseOfAPeriodAway) {
   constexpr double kTolerance_m = 5.0 * 0.017e-3;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {

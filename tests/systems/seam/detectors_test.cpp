@@ -21,8 +21,8 @@ using base::Rng;
 
 constexpr std::uint64_t kSeeds = 60;
 
-// A profile on a grid of 2^-30 m: sums, constant offsets and small whole factors are exact, so that
-// a direct transcription can be compared to the last digit.
+// Rounds a height to a grid of 2^-30 m. Sums, constant offsets and small integer factors are exact
+// there, so that a direct transcription can be compared to the last digit.
 float OnGrid(double z) {
   return static_cast<float>(std::ldexp(std::round(std::ldexp(z, 30)), -30));
 }
@@ -52,19 +52,19 @@ std::vector<float> RandomProfile(Rng& rng) {
     double height = z[i] + slope * static_cast<double>(i);
     height += sigma * rng.Normal();
     if (rng.Uniform() < outliers) height += 1e-3 * rng.Normal();
-    f.push_back(OnGrid(std::clamp(height, -7e-3, 7e-3)));  // 2^23 grid steps: a float holds them
+    f.push_back(OnGrid(std::clamp(height, -7e-3, 7e-3)));  // 2^23 grid steps fit in a float
   }
   return f;
 }
 
-// The same in a few levels, so that differences tie and values equal their average.
+// A random profile with a few levels only, so that differences tie and values equal their average.
 std::vector<float> CoarseProfile(Rng& rng) {
   auto f = RandomProfile(rng);
   for (float& z : f) z = std::ldexp(std::round(std::ldexp(z, 13)), -13);
   return f;
 }
 
-// One of three neighbouring floats at each column: an average between them must not be rounded.
+// Each column is one of three neighbouring floats. An average between them must not be rounded.
 std::vector<float> NeighbouringFloats(Rng& rng) {
   std::vector<float> f(8 + rng.Index(60));
   for (float& z : f) z = 1.0F + std::ldexp(static_cast<float>(rng.Index(3)), -23);
@@ -81,7 +81,7 @@ double At(const std::vector<float>& f, int i) {
   return static_cast<double>(f[static_cast<std::size_t>(i)]);
 }
 
-// h(i, j) of eq. 3.1: the levels left of j and from j on.
+// h(i, j) of eq. 3.1: the level to the left of j and the level from j on.
 std::array<double, 2> DirectLevels(const std::vector<float>& f, int j, ModelLevels levels) {
   const auto border = f.begin() + j;
   switch (levels) {
@@ -96,7 +96,7 @@ std::array<double, 2> DirectLevels(const std::vector<float>& f, int j, ModelLeve
           std::accumulate(border, f.end(), 0.0) / static_cast<double>(f.end() - border)};
 }
 
-// Eq. 3.2 and 3.3, word by word.
+// Literal transcription of eq. 3.2 and 3.3.
 std::vector<double> DirectModelSums(const std::vector<float>& f, ModelLevels levels) {
   const auto m = static_cast<int>(f.size());
   std::vector<double> S(f.size(), 0.0);
@@ -122,7 +122,7 @@ std::vector<int> DirectCandidates(const std::vector<float>& f, std::size_t count
   return columns;
 }
 
-// Eq. 3.5 to 3.8, word by word, with windows cut at the ends.
+// Literal transcription of eq. 3.5 to 3.8, with windows cut off at the ends of the profile.
 double DirectVotingSum(const std::vector<float>& f, int j, int n) {
   const auto m = static_cast<int>(f.size());
   double high = -10.0;
@@ -154,7 +154,7 @@ double Clamped(const std::vector<float>& f, int i) {
   return At(f, std::clamp(i, 0, static_cast<int>(f.size()) - 1));
 }
 
-// Eq. 3.12, word by word.
+// Literal transcription of eq. 3.12.
 std::vector<double> DirectGradientSums(const std::vector<float>& f, int n) {
   std::vector<double> G(f.size(), 0.0);
   for (int i = 0; i < static_cast<int>(f.size()); ++i) {
@@ -177,8 +177,8 @@ TEST_P(ModelFitting, IsTheDirectSumOfSquaredDistances) {
     ASSERT_TRUE(result.column) << seed;
     ASSERT_EQ(result.weight.size(), f.size());
     EXPECT_EQ(result.weight[0], 0.0F);
-    // Weights are floats of at most 1 (half an ulp is 6e-8). The running sums' own rounding is far
-    // below: m terms with 2^-53 each.
+    // Weights are floats of at most 1 (half an ulp is 6e-8). The running sums round far less: m
+    // terms with 2^-53 each.
     for (std::size_t j = 1; j < f.size(); ++j) {
       ASSERT_NEAR(result.weight[j], 1.0 - S[j] / largest, 1e-7) << "seed " << seed << " j " << j;
     }
@@ -188,7 +188,7 @@ TEST_P(ModelFitting, IsTheDirectSumOfSquaredDistances) {
 }
 
 TEST_P(ModelFitting, KeepsItsDigitsFarFromZero) {
-  // A metre away, floats are 6e-8 m apart; sums of squares about 0 would lose the 0.3 mm.
+  // At 1 m, floats are 6e-8 m apart. Sums of squares about 0 would lose the step of 0.3 mm.
   for (int column = 1; column < 1024; column += 31) {
     EXPECT_EQ(FitEdgeModel(Step(1024, column, 1.0, 3e-4), {GetParam()}).column, column);
   }
@@ -255,8 +255,8 @@ TEST(GradientAccumulation, IsTheDirectSumOverGrowingKernels) {
     const double largest = *std::max_element(G.begin(), G.end());
     const auto result = AccumulateGradients(f, {kernel});
     ASSERT_TRUE(result.column) << seed;
-    // Each of n float additions rounds by at most 2^-24 of the sum; so does the largest, and the
-    // quotient.
+    // Each of n float additions rounds by at most 2^-24 of the sum. The same holds for the largest
+    // sum, and the quotient adds one rounding.
     const double tolerance = (2.0 * n + 1.0) * std::ldexp(1.0, -24);
     for (std::size_t j = 0; j < f.size(); ++j) {
       ASSERT_NEAR(result.weight[j], G[j] / largest, tolerance) << "seed " << seed << " j " << j;
@@ -284,7 +284,7 @@ TEST(GradientAccumulation, AddsInTheOrderOfTheKernelsWhateverTheVectors) {
 }
 
 TEST(Detectors, AllFindAnIdealStepAtItsFirstHighColumnEverywhere) {
-  // Also beside the ends: with m columns, every c from 1 to m - 1.
+  // This includes the ends: with m columns, every c from 1 to m - 1 is tested.
   for (const int m : {8, 9, 33, 100, 1024}) {
     for (const double height : {1e-6, 3e-4, 1.1e-3, 0.1}) {
       for (const double low : {0.0, -2e-2}) {
@@ -318,7 +318,7 @@ TEST(Detectors, WeightsLieBetweenZeroAndOne) {
   }
 }
 
-// Columns of all detectors, -1 for none.
+// The columns that all detectors find; -1 if a detector finds none.
 std::vector<int> Columns(const std::vector<float>& f) {
   std::vector<int> columns;
   for (const auto& result : DetectEdges(f, {})) columns.push_back(result.column.value_or(-1));
@@ -343,7 +343,8 @@ TEST(Detectors, PositionsDoNotChangeWithAConstantOrAPositiveFactor) {
 }
 
 TEST(Detectors, TheMirroredStepIsFoundAtTheMirroredColumn) {
-  // Seen from behind and upside down, a positive step stays one: first high column c becomes m - c.
+  // A positive step stays positive if it is mirrored and turned upside down. Its first high column
+  // c becomes m - c.
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     Rng rng(seed);
     const int m = 500;
@@ -355,7 +356,7 @@ TEST(Detectors, TheMirroredStepIsFoundAtTheMirroredColumn) {
     EXPECT_EQ(back[0], m - there[0]) << seed;
     EXPECT_EQ(back[3], m - there[3]) << seed;
     EXPECT_EQ(back[4], m - there[4]) << seed;
-    // Eq. 3.5 looks 3 columns to either side of the column itself, not of its border.
+    // Eq. 3.5 looks 3 columns to either side of the column itself, not of its left border.
     EXPECT_NEAR(back[1], m - there[1], 3) << seed;
     // Eq. 3.12 is symmetric about a column.
     EXPECT_EQ(back[2], m - 1 - there[2]) << seed;
@@ -367,12 +368,13 @@ TEST(Detectors, AllFindAStepOfTenSigma) {
     Rng rng(seed);
     const int c = static_cast<int>(110 + rng.Index(800));
     const auto columns = Columns(NoisyStep(1024, c, 5e-4, 5e-5, rng));
-    // A fixed model moves only past noise of half a step, 5 sigma; eq. 3.5 reaches 3 columns.
-    // (Running extremes change with the column: their model may drift with the noise, and is left
-    // out.)
+    // A fixed model moves only if the noise reaches half a step, 5 sigma. Eq. 3.5 reaches 3
+    // columns. The model with running extremes is left out: its levels change with the column, so
+    // it may drift with the noise.
     for (const std::size_t d : {0, 1, 4}) EXPECT_NEAR(columns[d], c, 3) << seed << " " << d;
-    // Eq. 3.12 loses a step height a column. Its 102 terms deviate by sqrt(2) sigma each, those of
-    // two columns together by sqrt(2 * 102 * 2) sigma = 20 sigma or 2 step heights: five of these.
+    // Eq. 3.12 loses one step height per column away from the edge. Each of its 102 terms has a
+    // standard deviation of sqrt(2) sigma. Those of two columns together have sqrt(2 * 102 * 2)
+    // sigma = 20 sigma, or 2 step heights. The tolerance is five times that.
     EXPECT_NEAR(columns[2], c, 10) << seed;
   }
 }

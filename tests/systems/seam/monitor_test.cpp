@@ -15,7 +15,7 @@ using base::Rng;
 
 constexpr double kSigma_m = 0.08e-3;
 constexpr double kRadius_m = 0.03;
-constexpr double kSeen_m = 0.022;  // of a cylinder to either side: its flanks turn the light away
+constexpr double kSeen_m = 0.022;  // on a cylinder, to either side; the flanks deflect the light
 
 struct Scene {
   double cylinder = 0.0;  // 1 convex, -1 concave
@@ -24,7 +24,7 @@ struct Scene {
   double step_m = 0.0;
   double edge_m = 0.0;
   double lost = 0.05;
-  double phantoms = 0.0;  // share of what is lost
+  double phantoms = 0.0;  // share of the lost points
   double outliers = 0.01;
   int filaments = 0;
   double obstacle_x_m = 0.0, obstacle_width_m = 0.0, obstacle_height_m = 0.0;
@@ -79,7 +79,7 @@ struct Protrusion {
   std::size_t column = 0;
 };
 
-// The highest stretch of 2 mm: the lowest of its points, half of which may be missing.
+// The highest stretch of 2 mm, rated by its lowest point. Half of its points may be missing.
 Protrusion HighestStretch(const PreparedProfile& profile, const LineGeometry& line) {
   const auto above = HeightAboveSurface(profile);
   const auto width = static_cast<std::size_t>(2e-3 * line.columns_per_m);
@@ -103,7 +103,7 @@ Reading Told(ProfileStatus status) {
   return reading;
 }
 
-// What a monitor makes of a profile in which the detectors tell of an edge, or of what is told.
+// Updates a monitor with a profile and the detectors' status for it; by default they see an edge.
 std::optional<StopReason> Update(SurfaceMonitor& monitor, const PreparedProfile& profile,
                                  ProfileStatus told = ProfileStatus::kEdge) {
   return monitor.Update(profile, Told(told));
@@ -119,7 +119,7 @@ TEST(HeightAboveSurface, MeasuresAnObstacleOnAFlatMat) {
     scene.obstacle_width_m = 0.006;
     scene.obstacle_height_m = rng.Uniform(3e-3, 20e-3);
     const auto found = HighestStretch(Scan(scene, line, rng), line);
-    // The lowest of its 24 columns counts: within four standard deviations of the noise.
+    // The lowest of its 24 columns counts, which is within four standard deviations of the noise.
     EXPECT_NEAR(found.height_m, scene.obstacle_height_m, 4.0 * kSigma_m) << seed;
     EXPECT_NEAR(line.ToMeters(static_cast<double>(found.column)), scene.obstacle_x_m, 0.003)
         << seed;
@@ -147,8 +147,9 @@ TEST(HeightAboveSurface, TakesNoNoiseForASurfaceEvenIfAThirdIsNoise) {
     scene.phantoms = 0.8;
     seen += HighestStretch(Scan(scene, line, rng), line).height_m >= 3e-3 ? 1 : 0;
   }
-  // Long runs of outliers: exp(-23/4) of the 2.6 a profile, a third of them high; 0.3 % of 300.
-  // Nine is beyond what chance gives to anything but a surface of noise.
+  // Long runs of outliers are exp(-23/4) of the 2.6 runs per profile, and a third of them are high:
+  // 0.3 % of 300 profiles. More than nine do not occur by chance, only if noise is taken for a
+  // surface.
   EXPECT_LE(seen, 9);
 }
 
@@ -238,7 +239,7 @@ TEST(SurfaceMonitor, WantsAnObstacleInOnePlace) {
   }
 }
 
-// A level mat with a block of 8 mm from one column to another.
+// A level mat with a block 8 mm high in the columns from `begin` to `end`.
 PreparedProfile WithBlock(std::size_t begin, std::size_t end) {
   PreparedProfile profile;
   profile.original_m.assign(1024, 0.0F);
@@ -257,7 +258,7 @@ TEST(SurfaceMonitor, StopsAtTheProfileThatMakesTheCountWithinTheWindow) {
   EXPECT_EQ(Update(monitor, block), StopReason::kObstacle);
 }
 
-// A block over most of the line is taken for the surface: it stands out from what was there before.
+// A block over most of the line is taken for the surface. It stands out from earlier profiles.
 TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
@@ -267,7 +268,8 @@ TEST(SurfaceMonitor, SeesAnObstacleThatIsWiderThanWhatIsLeftOfTheSurface) {
   EXPECT_EQ(stop, StopReason::kObstacle);
 }
 
-// A head that steers moves its line along itself: columns rise by the mould's flanks, mats do not.
+// When the head steers, the line moves along itself. Columns then rise because of the mould's
+// flanks, although the mats do not change.
 TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
   const LineGeometry line;
   const MonitorOptions options;
@@ -284,7 +286,7 @@ TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
       return Update(monitor, profile);
     };
     for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(update()) << seed << " " << i;
-    // Over all that the light comes back from: only what was there before tells it.
+    // The obstacle covers all that returns light, so only the earlier profiles reveal it.
     scene.obstacle_x_m = scene.edge_m;
     scene.obstacle_width_m = 2.0 * kSeen_m - 2e-3;
     scene.obstacle_height_m = 5e-3;
@@ -294,8 +296,8 @@ TEST(SurfaceMonitor, AMouldThatTheLineMovesOverIsNoObstacleButOneOnItIs) {
   }
 }
 
-// With dark flanks an obstacle there is an island of light: a parabola through its top, the mat
-// and nothing between them has the most support. No obstacle was there before.
+// On a dark flank an obstacle is an isolated patch of points. A parabola through its top and the
+// mat, with no points in between, has the most support. The earlier profiles show no obstacle.
 TEST(SurfaceMonitor, StopsForAnObstacleOnAFlankThatReturnsNoLight) {
   const LineGeometry line;
   const MonitorOptions options;
@@ -318,7 +320,7 @@ TEST(SurfaceMonitor, StopsForAnObstacleOnAFlankThatReturnsNoLight) {
   }
 }
 
-// After an outage nothing is known of what was there before: it is no level surface at 0.
+// After an outage the earlier surface is unknown. It must not be taken for a level surface at 0.
 TEST(SurfaceMonitor, TakesNoMatForAnObstacleBecauseNothingWasSeenBefore) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
@@ -331,7 +333,7 @@ TEST(SurfaceMonitor, TakesNoMatForAnObstacleBecauseNothingWasSeenBefore) {
   for (int i = 0; i < 2 * options.window; ++i) ASSERT_FALSE(Update(monitor, profile)) << i;
 }
 
-// Detectors may lose an edge that is there: what a fit still sees is no mat end.
+// Detectors may lose an edge that is there. If a fit still sees the edge, the mats have not ended.
 TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
@@ -342,7 +344,7 @@ TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
     EXPECT_FALSE(monitor.Update(WithBlock(0, 0), followed)) << i;
   }
   EXPECT_TRUE(monitor.SeesEdge());
-  // Far less than its usual height is not that edge any more.
+  // A step far below the edge's usual height is not that edge any more.
   followed.followed_step_m = 0.2 * Told(ProfileStatus::kEdge).step_m;
   std::optional<StopReason> stop;
   for (int i = 0; i < options.mat_end_profiles; ++i) {
@@ -352,7 +354,7 @@ TEST(SurfaceMonitor, AnEdgeThatIsFollowedHasNoEnd) {
   EXPECT_FALSE(monitor.SeesEdge());
 }
 
-// On the low mat: the surface between both is half a millimetre higher.
+// The obstacle is on the low mat. The surface between both mats is half a millimetre higher.
 TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
   const LineGeometry line;
   MonitorOptions options;
@@ -364,7 +366,7 @@ TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
     Scene scene = RandomScene(rng);
     scene.outliers = 0.0;
     scene.obstacle_x_m = scene.edge_m - rng.Uniform(0.002, 0.01);
-    scene.obstacle_width_m = 0.7e-3;  // of 1 mm, but for its borders
+    scene.obstacle_width_m = 0.7e-3;  // 1 mm without its borders
     scene.obstacle_height_m = 3e-3;
     SurfaceMonitor monitor(line, options);
     missed += Update(monitor, Scan(scene, line, rng)) ? 0 : 1;
@@ -372,7 +374,7 @@ TEST(SurfaceMonitor, StopsForAnObstacleOfThreeByOneMillimetre) {
   EXPECT_EQ(missed, 0);
 }
 
-// An edge that goes on with a step too low for a new one is none here.
+// For the monitor, an edge that continues with a step too low for a new edge has ended.
 TEST(SurfaceMonitor, TheMatsEndThoughALowStepGoesOn) {
   const MonitorOptions options;
   SurfaceMonitor monitor({}, options);
@@ -404,7 +406,7 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   MonitorOptions options;
   SurfaceMonitor monitor(line, options);
   for (int i = 0; i < 2 * options.window; ++i) {
-    EXPECT_FALSE(Update(monitor, flat, ProfileStatus::kNoEdge));  // no edge was seen yet
+    EXPECT_FALSE(Update(monitor, flat, ProfileStatus::kNoEdge));  // no edge has been seen yet
   }
   EXPECT_FALSE(Update(monitor, flat));
   for (int i = 1; i < options.mat_end_profiles; ++i) {
@@ -415,8 +417,8 @@ TEST(SurfaceMonitor, TellsTheMatEndOnceAnEdgeWasSeenAndStays) {
   EXPECT_EQ(Update(monitor, flat), StopReason::kMatEnd);
 }
 
-// A low stretch of an edge looks like its end until the edge comes back; much later there may be
-// something else.
+// A low stretch of an edge looks like its end until the edge comes back. A step that appears much
+// later may be something else.
 TEST(SurfaceMonitor, AMatEndIsTakenBackIfTheEdgeIsSoonThereBeyondDoubt) {
   const MonitorOptions options;
   for (const bool soon : {true, false}) {

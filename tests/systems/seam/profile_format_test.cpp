@@ -19,8 +19,8 @@
 #include "temp_folder.h"
 #include "tiff_file.h"
 
-// Formats of other sensors: the same profiles written in each are the same edges; what is wrong in
-// them is named.
+// Formats of other sensors. The same profiles give the same edges in every format, and errors in a
+// file are named.
 
 namespace rangegrasp::seam {
 namespace {
@@ -51,12 +51,12 @@ ProfileFileOptions OptionsOf(const std::string& yaml, const std::string& preset 
 
 struct ProfilePoint {
   double x_mm;
-  double height_mm;  ///< NaN: nothing measured
+  double height_mm;  ///< NaN if nothing was measured
 };
 using ProfilePoints = std::vector<ProfilePoint>;
 
-// A mat of 0.8 mm with a wavy surface, noise of 20 um and 3 % of the points missing, whose edge
-// wanders; at x as far apart as columns, by up to 20 % off.
+// A mat 0.8 mm thick with a wavy surface, noise of 20 um and 3 % of the points missing. Its edge
+// moves from profile to profile. Points are one column apart in x, with an error of up to `jitter`.
 std::vector<ProfilePoints> FormatRecording(double jitter = 0.0) {
   std::vector<ProfilePoints> profiles;
   for (int k = 0; k < kProfiles; ++k) {
@@ -78,7 +78,7 @@ std::vector<ProfilePoints> FormatRecording(double jitter = 0.0) {
   return profiles;
 }
 
-// x of each profile's edge, in columns from the middle of the sensor's x.
+// x of each profile's edge, in columns from the middle of the sensor's x range.
 std::vector<double> Edges(const ProfileFile& file) {
   TrackerOptions options;
   options.line.columns = static_cast<int>(file.rows.at(0).profile.height_m.size());
@@ -104,7 +104,7 @@ std::string Number(double number, const std::string& none, bool comma = false) {
   return text;
 }
 
-// One profile a line.
+// Text with one profile per line.
 std::string Rows(
     const std::vector<ProfilePoints>& profiles, const std::string& separator,
     const std::function<std::string(const ProfilePoint&)>& field,
@@ -122,7 +122,7 @@ std::string Rows(
 
 class ProfileFormats : public testing::Test {
  protected:
-  // The edges are those of plain CSV, profile by profile.
+  // Expects the same edges as from plain CSV, profile by profile.
   void ExpectSameEdges(const std::string& name, const ProfileFileOptions& options,
                        double offset_mm = 0.0) {
     const auto plain = Edges(ReadProfileFile(
@@ -138,7 +138,7 @@ class ProfileFormats : public testing::Test {
       EXPECT_NEAR(edges[k] - offset_mm * kColumnsPerMm, plain[k], 1.0) << name << " " << k;
     }
   }
-  // Rows of an image, of any pixels.
+  // The recording as rows of an image with any pixel type.
   template <typename Pixel>
   std::vector<TiffPage<Pixel>> Pages(const std::function<double(double)>& level, int pages) {
     std::vector<TiffPage<Pixel>> made(static_cast<std::size_t>(pages),
@@ -186,7 +186,7 @@ TEST_F(ProfileFormats, PointsOneALine) {
   for (const ProfilePoints& points : FormatRecording(0.2)) {
     ++k;
     for (const ProfilePoint& p : points) {
-      // Where nothing was measured some sensors tell no x either.
+      // Some sensors report no x either where nothing was measured.
       const bool none = std::isnan(p.height_mm);
       blank +=
           none ? "0 0\n" : Number(p.x_mm + 40.0, "") + " " + Number(p.height_mm + 60.0, "") + "\n";
@@ -209,7 +209,7 @@ TEST_F(ProfileFormats, HeightsFarBeyondTwoHundredAndAwayFromTheSensor) {
   ExpectSameEdges("p.csv", OptionsOf("{away: true, min_height_mm: 300, max_height_mm: 400}"));
 }
 
-// As the manual describes the export; see the preset.
+// The export as the manual describes it; see the preset.
 std::string Gocator(const std::vector<ProfilePoints>& profiles, bool raw) {
   std::string text =
       "Info\nCSV Version,Sensor Count,Trigger Mode\n2,1,0\nEnd\nRanges\nFrame Count\n0\nEnd\n";
@@ -308,7 +308,8 @@ TEST(ProfileGrids, AGapStaysAGapAndWhatIsBetweenNeighboursIsLinear) {
   EXPECT_DOUBLE_EQ(file.grid->center_x_m, 4e-3);
   const auto& heights = file.rows[0].profile.height_m;
   ASSERT_EQ(heights.size(), 17U);
-  // Half a millimetre a column; from 1 to 3 and from 4 to 7 there is nothing, but near a point.
+  // A column is 0.5 mm wide. Between x = 1 and 3 and between 4 and 7 only columns near a point have
+  // a height.
   const std::vector<double> wanted_mm = {0, 1, 2, 2, -1, 6, 6, 7, 8, 8, -1, -1, -1, 14, 14, 15, 16};
   for (std::size_t i = 0; i < wanted_mm.size(); ++i) {
     if (wanted_mm[i] < 0) {
@@ -319,14 +320,14 @@ TEST(ProfileGrids, AGapStaysAGapAndWhatIsBetweenNeighboursIsLinear) {
   }
 }
 
-// 1024 columns of 1/12 mm, written with three digits: half a column off at the end would be too
-// much.
+// 1024 columns of 1/12 mm, written with three digits. An error of half a column at the end would be
+// too large.
 TEST(ProfileGrids, RoundedXDoesNotShiftAlongTheLine) {
   const TempFolder folder;
   std::string text;
   for (int i = 0; i < 1024; ++i) text += fmt::format("{:.3f} 1\n", i / 12.0);
   const auto file = ReadText(folder, text, "{layout: points}");
-  EXPECT_NEAR(file.grid->columns_per_m, 12e3, 0.2);  // a millimetre's thousandth over the line
+  EXPECT_NEAR(file.grid->columns_per_m, 12e3, 0.2);  // an error of 1 um over the whole line
   EXPECT_EQ(file.rows[0].profile.height_m.size(), 1024U);
 }
 
@@ -474,7 +475,7 @@ TEST(BadFormats, OptionsNameTheirKey) {
   EXPECT_THROW(PresetOf("gokator"), InputError);
 }
 
-// A stream leaves out what is damaged, back in time too, and goes on.
+// A stream skips damaged rows, including rows that go back in time, and continues.
 TEST(BadFormats, AStreamGoesOnBehindThem) {
   std::istringstream in("1.0,0,5,1,6\n1.1,0,5,1,6\n0.9,0,5,1,6\n1.2,0,x,1,6\n1.3,0,5,1,6\n");
   ProfileStream stream(in, OptionsOf("{layout: pairs, time_column: 1}"));

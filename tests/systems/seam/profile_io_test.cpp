@@ -40,7 +40,7 @@ std::vector<Profile> RandomProfiles(std::uint64_t seed) {
   for (std::size_t row = 0; row < profiles.size(); ++row) {
     profiles[row].time_s = static_cast<double>(row) / ProfileFileOptions{}.rate_hz;
     for (std::size_t i = 0; i < columns; ++i) {
-      // Whole micrometres, what both files hold.
+      // Whole micrometres, which both file formats can hold.
       const double height = std::round(rng.Uniform(-30'000.0, 30'000.0)) * 1e-6;
       profiles[row].height_m.push_back(rng.Uniform() < 0.1 ? kProfileIoNone
                                                            : static_cast<float>(height));
@@ -137,11 +137,11 @@ TEST(ProfileStream, NamesADamagedRowAndGoesOn) {
     EXPECT_EQ(rows[i].fault.empty(), says[i].empty()) << rows[i].fault;
     EXPECT_EQ(rows[i].profile.height_m.empty(), !says[i].empty());
   }
-  // Damaged rows took their time too.
+  // Damaged rows count for the time as well.
   EXPECT_DOUBLE_EQ(rows.back().profile.time_s, 7.0 / ProfileFileOptions{}.rate_hz);
 }
 
-// A stream is joined in the middle of a row.
+// A reader may join a stream in the middle of a row.
 TEST(ProfileStream, AFirstRowThatWasCutOffDoesNotSayHowWideTheOthersAre) {
   const auto rows = Stream("8,9\n1,2,3\n1,2,3\n1,2,3\n");
   ASSERT_EQ(rows.size(), 4U);
@@ -168,7 +168,7 @@ TEST(ProfileStream, OneRowIsAStream) {
   EXPECT_EQ(rows[0].fault, "");
 }
 
-// What is no profile at all is told as it comes, not held until one comes.
+// Rows that are no profiles are reported as they arrive, not held back until a profile arrives.
 TEST(ProfileStream, DamagedRowsAreNotHeldBackForEver) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += "what, is this\n";
@@ -220,7 +220,7 @@ TEST(ProfileFiles, WhatDoesNotFitIsNotWritten) {
   EXPECT_THROW(WriteProfiles(high, folder / "file/p.csv", {}), InputError);
 }
 
-// Whatever bytes a file holds: profiles of one width, or an error that names it.
+// Any bytes give either profiles of one width or an error that names the file.
 TEST(ProfileFiles, DamagedFilesGiveProfilesOrAnError) {
   const TempFolder folder;
   int refused = 0;
@@ -239,7 +239,7 @@ TEST(ProfileFiles, DamagedFilesGiveProfilesOrAnError) {
       if (rng.Uniform() < 0.3) bytes.resize(rng.Index(bytes.size()));
       const std::size_t changes = 1 + rng.Index(6);
       for (std::size_t k = 0; k < changes && !bytes.empty(); ++k) {
-        // The header as often as the rest.
+        // Half of the changes go into the header.
         const std::size_t reach =
             rng.Uniform() < 0.5 ? std::min<std::size_t>(60, bytes.size()) : bytes.size();
         bytes[rng.Index(reach)] = static_cast<char>(rng.Index(256));

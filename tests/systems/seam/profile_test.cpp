@@ -22,7 +22,7 @@ constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint64_t kPreprocessSeeds = 100;
 
-// Stated here, since the defaults may be tuned.
+// These options are set here because the defaults may be tuned.
 PreprocessOptions Options() {
   PreprocessOptions options;
   options.filter = {8, 0.2e-3, 6};
@@ -30,7 +30,7 @@ PreprocessOptions Options() {
   return options;
 }
 
-// Equal to the last bit, also where there is no number.
+// Equal to the last bit, including NaNs.
 bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](float x, float y) {
     return std::bit_cast<std::uint32_t>(x) == std::bit_cast<std::uint32_t>(y);
@@ -84,7 +84,7 @@ TEST(GeometricFilter, CountsTheNeighboursInTheRectangle) {
     auto z = PreprocessRandomProfile(rng.Index(150), rng);
     FilterOptions options{static_cast<int>(1 + rng.Index(40)), 3e-4 * rng.Uniform() + 1e-6,
                           static_cast<int>(rng.Index(20))};
-    if (seed % 2 == 0) {  // a grid, so that heights lie on the rectangle's border, which counts
+    if (seed % 2 == 0) {  // a grid, so that heights lie on the rectangle's border, which is in
       for (float& height : z) height = std::ldexp(std::round(std::ldexp(height, 14)), -14);
       options.half_height_m = std::ldexp(1.0, -13);
     }
@@ -105,14 +105,14 @@ TEST(GeometricFilter, DropsFilamentsAndKeepsAStep) {
   std::fill(step.begin() + 400, step.end(), 1e-3F);
   EXPECT_TRUE(SameBits(FilterGeometric(step, Options().filter), step));
   auto frayed = step;
-  for (std::size_t i = 100; i < 106; ++i) frayed[i] = 2e-3F;  // five others are too few
+  for (std::size_t i = 100; i < 106; ++i) frayed[i] = 2e-3F;  // five neighbors are too few
   const auto kept = FilterGeometric(frayed, Options().filter);
   for (std::size_t i = 0; i < frayed.size(); ++i) {
     EXPECT_EQ(std::isnan(kept[i]), i >= 100 && i < 106) << i;
   }
 }
 
-// Householder QR of the columns' own powers.
+// Solves the fit by a Householder QR decomposition of the powers of the column coordinates.
 std::array<double, 3> DirectQuadratic(const std::vector<float>& z) {
   std::vector<std::size_t> there;
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -137,12 +137,13 @@ TEST(QuadraticFit, IsTheLeastSquaresFitOfAnotherSolver) {
     auto z = Parabola(m, {rng.Normal(), rng.Normal(), rng.Normal()});
     const auto noise = PreprocessRandomProfile(m, rng);
     for (std::size_t i = 0; i < m; ++i) z[i] += noise[i];
-    // A hole at one end, of up to half of the profile.
+    // A hole at one end that covers up to half of the profile.
     std::fill_n(z.begin(), rng.Index(m / 2), kNaN);
     const auto c = FitQuadratic(z);
     const auto direct = DirectQuadratic(z);
-    // The normal equations in the points' own range have a condition below 1e3, and half a profile
-    // seen in the whole one's u multiplies by (1 + |q| + p)^2 < 25 (p, q: the substitution).
+    // Over the range of the points, the normal equations have a condition number below 1e3. If half
+    // a profile is expressed in the u of the whole one, errors grow by (1 + |q| + p)^2 < 25, where
+    // p and q are the coefficients of the substitution.
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(c[k], direct[k], 1e3 * 25 * 1e-15) << seed;
   }
 }
@@ -152,8 +153,8 @@ TEST(QuadraticFit, GivesBackAParabola) {
     Rng rng(seed);
     const std::array<double, 3> truth{rng.Normal(), rng.Normal(), rng.Normal()};
     const auto c = FitQuadratic(Parabola(3 + rng.Index(1000), truth));
-    // Heights are floats of at most about 10: off by up to 5e-7 each, and at three points the
-    // curve's coefficients by at most twice that.
+    // Heights are floats of at most about 10, so each is off by up to 5e-7. With three points the
+    // curve's coefficients are off by at most twice that.
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(c[k], truth[k], 1e-6) << seed;
   }
 }
@@ -175,8 +176,8 @@ TEST(QuadraticFit, FewPointsGiveTheCurveOfLeastOrderThroughThem) {
       if (points == 2) {
         EXPECT_EQ(c[2], 0.0) << seed;
       }
-      // The largest value that cancels is the steepest curve's: that of neighbouring columns,
-      // 0.75 (m/2)^2 < 2e5, times 2^-52.
+      // The largest value that cancels is that of the steepest curve, which passes through
+      // neighbouring columns: 0.75 (m/2)^2 < 2e5, times 2^-52.
       for (std::size_t i = 0; i < m; ++i) {
         if (!std::isfinite(z[i])) continue;
         EXPECT_NEAR(Curve(c, U(i, m)), z[i], 1e-9) << seed;
@@ -238,7 +239,7 @@ TEST(Prepare, IsFilterThenNormalisationThenFilling) {
     Profile profile{Parabola(400, {1e-2, 1e-3 * rng.Normal(), 1e-3 * rng.Normal()}), 0.0};
     const auto noise = PreprocessRandomProfile(400, rng);
     for (std::size_t i = 0; i < noise.size(); ++i) profile.height_m[i] += noise[i];
-    // Of a profile with holes, as many fewer neighbours are asked for.
+    // For a profile with holes, the required number of neighbours is reduced in proportion.
     FilterOptions filter = Options().filter;
     const auto there = std::count_if(profile.height_m.begin(), profile.height_m.end(),
                                      [](float height) { return std::isfinite(height); });
@@ -266,14 +267,14 @@ TEST(Prepare, IsFilterThenNormalisationThenFilling) {
     FillHoles(expected);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       ASSERT_TRUE(std::isfinite(prepared.height_m[i]));
-      // Heights of at most 0.03 m: the subtracted float may round to its neighbour, 2^-29 away.
+      // Heights are at most 0.03 m. The difference may round to the neighbouring float, 2^-29 away.
       ASSERT_NEAR(prepared.height_m[i], expected[i], 4e-9) << "seed " << seed << " column " << i;
     }
   }
 }
 
 TEST(Prepare, FlattensACurveAndKeepsItsStep) {
-  // Mats on a cylinder of 30 mm, seen over 20 mm (sag 1.7 mm), with an edge of 0.5 mm.
+  // Mats on a cylinder of radius 30 mm, seen over 20 mm (sag 1.7 mm), with an edge of 0.5 mm.
   Profile profile;
   for (int i = 0; i < 1024; ++i) {
     const double x = 20e-3 * (i / 1023.0 - 0.5);
@@ -283,8 +284,8 @@ TEST(Prepare, FlattensACurveAndKeepsItsStep) {
   const auto prepared = Prepare(profile, Options());
   ASSERT_TRUE(prepared.Usable());
   EXPECT_EQ(prepared.points, 1024);
-  // The curve is smooth: between two columns it changes by its slope, (x/30 + 0.5 mm's share) 20
-  // um.
+  // The curve is smooth. Between two columns it changes by its slope, (x/30 + the share of the
+  // 0.5 mm) times 20 um.
   EXPECT_NEAR(prepared.height_m[500] - prepared.height_m[499], 5e-4, 1e-5);
   const auto [low, high] = std::minmax_element(prepared.height_m.begin(), prepared.height_m.end());
   EXPECT_LT(*high - *low, 1e-3);

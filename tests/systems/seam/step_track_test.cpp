@@ -29,7 +29,7 @@ std::size_t StrongestOf(const std::vector<LocalStep>& steps) {
   return best;
 }
 
-// A rising cubic with a step: medians leave it as it is.
+// A rising cubic with a step. Medians leave it unchanged.
 std::vector<float> RisingCubic(int columns, int edge, double step_m) {
   std::vector<float> z;
   for (int i = 0; i < columns; ++i) {
@@ -39,7 +39,7 @@ std::vector<float> RisingCubic(int columns, int edge, double step_m) {
   return z;
 }
 
-// The same least-squares problem by a QR decomposition.
+// Solves the same least-squares problem by a QR decomposition.
 double HeightByQr(const std::vector<float>& z, int place, int half) {
   std::vector<int> columns;
   const int end = std::min(static_cast<int>(z.size()), place + half);
@@ -100,13 +100,13 @@ TEST(LocalStep, FallingHighOrNoStepsAreNone) {
   for (const auto& z : {falling, high, flat, nothing}) {
     const auto steps = FitLocalSteps(z);
     ASSERT_EQ(steps.size(), 342U);
-    // About 500 neither is a step that rises by up to 2.5 mm.
+    // Around column 500, neither `falling` nor `high` has a step that rises by up to 2.5 mm.
     for (std::size_t i = 150; i < 185; ++i) EXPECT_LT(steps[i].height_m, 2.5e-3) << i;
     EXPECT_EQ(steps[500 / 3].evidence, 0.0);
   }
 }
 
-// On a mould light comes back from 20 mm only, so that a wide window at any place holds the edge.
+// On a mould only 20 mm of the line return light, so a wide window contains the edge at any place.
 TEST(LocalStep, AnEdgeInAllWindowsIsNoNoise) {
   constexpr int kStepColumns = 260;
   double log_ratio = 0.0;
@@ -114,7 +114,7 @@ TEST(LocalStep, AnEdgeInAllWindowsIsNoNoise) {
   for (std::uint64_t seed = 0; seed < kStepSeeds; ++seed) {
     Rng rng(seed);
     std::vector<float> flat(1024, kNone);
-    // Residuals of a surface: each is like its neighbors.
+    // The residuals of a surface are correlated with their neighbors.
     double residual = 0.0;
     for (int i = 0; i < kStepColumns; ++i) {
       residual = 0.8 * residual + 0.6 * rng.Normal();
@@ -126,13 +126,13 @@ TEST(LocalStep, AnEdgeInAllWindowsIsNoNoise) {
     log_ratio += std::log(FitLocalSteps(stepped)[edge].surest_precision_m2 /
                           FitLocalSteps(flat)[edge].surest_precision_m2);
   }
-  // How well the height of a step is known hangs on the residuals, not on the step. Profiles beyond
+  // The precision of a step's height depends on the residuals, not on the step. Profiles beyond
   // doubt keep what the step makes worse, so that the mean is not quite 0.
   EXPECT_NEAR(log_ratio / kStepSeeds, 0.0, std::log(1.5));
 }
 
 TEST(LocalStep, EvidenceDoesNotGrowWithTheNoise) {
-  // What noise alone brings about is the same whether it is low or high.
+  // The evidence from noise alone is the same for low and high noise.
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     std::array<std::vector<LocalStep>, 2> steps;
     for (const int way : {0, 1}) {
@@ -159,14 +159,14 @@ constexpr double kPeriod_s = 1.0 / 62.0;
 constexpr int kStepTrackColumns = 1024;
 constexpr double kColumns_1_mm = 12.0;
 
-// A line over two mats, heights in millimetres.
+// The surface along a line over two mats, heights in millimetres.
 struct Surface {
   const char* name;
   double step = 0.6;
   double slant = 0.1;
   double noise = 0.05;
   double lost = 0.02;
-  double wave = 0.0;     // amplitude; 10 to 40 mm long
+  double wave = 0.0;     // amplitude; wavelength 10 to 40 mm
   double wanted = 0.98;  // share within a millimetre
 };
 
@@ -199,7 +199,7 @@ std::vector<float> StepTrackScan(const Surface& surface, const Seam& seam, doubl
   return z;
 }
 
-// What a track makes of each of a seam's profiles, the k-th of which shows `mats_at(k)`.
+// The estimates of a track for each profile of a seam. Profile k shows `mats_at(k)`.
 std::vector<StepTrack::Estimate> Tracked(const Seam& seam, int profiles,
                                          const std::function<Surface(int)>& mats_at, Rng& rng) {
   StepTrack track({});
@@ -211,7 +211,7 @@ std::vector<StepTrack::Estimate> Tracked(const Seam& seam, int profiles,
   return found;
 }
 
-// The same of a random seam.
+// The same for a random seam.
 std::vector<StepTrack::Estimate> Tracked(std::uint64_t seed, int profiles,
                                          const std::function<Surface(int)>& mats_at) {
   Rng rng(seed);
@@ -282,8 +282,8 @@ TEST(StepTrack, FollowsAnEdgeThatMovesAsFastAsAHeadMayTurn) {
   }
 }
 
-// Each profile takes nearly as much away as one with the step had brought, of which the last ten or
-// so are known: some six profiles.
+// Each profile without the step removes nearly as much evidence as one with the step added. The
+// track remembers about the last ten profiles, so the edge ends after some six profiles.
 TEST(StepTrack, AnEdgeThatEndsGoesOnForTenProfilesAtMost) {
   for (const double noise : {0.05, 0.2}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -307,10 +307,12 @@ TEST(StepTrack, AnEdgeIsSureOnceTenProfilesWereAndNoLongerSoonAfterItsEnd) {
   }
 }
 
-// Evidence of low edges wavers about what makes one, while each profile shows them where they were.
+// The evidence of low edges varies around the threshold, while each profile shows them at the same
+// place.
 TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
   constexpr int kFrom = 30, kEnd = 150;
-  // A line 80 mm ahead moves on by this much and more before a head comes to where it was sure.
+  // A line 80 mm ahead takes at least this many profiles before the head reaches the place where
+  // the edge was sure.
   constexpr int kLong = 60;
   for (const Surface& mats : {Surface{.name = "", .step = 0.3, .noise = 0.6, .lost = 0.3},
                               Surface{.name = "", .step = 0.4, .noise = 0.8, .lost = 0.3}}) {
@@ -332,20 +334,20 @@ TEST(StepTrack, AnEdgeThatOnlyJustSufficesIsSureTimeAndAgainAndNotAfterItsEnd) {
   }
 }
 
-// What looks like the edge some time after its end may be a mould's flank.
+// Something that looks like the edge some time after its end may be a mould's flank.
 TEST(StepTrack, AnEdgeThatWasGoneTakesLongerToBeSureAgain) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const auto found = Tracked(seed, 90, [](int k) {
       return Surface{.name = "", .step = k < 20 || k >= 50 ? 0.6 : 0.0, .noise = 0.2};
     });
     for (std::size_t k = 12; k < 20; ++k) EXPECT_TRUE(found[k].sure) << seed << ", " << k;
-    // Of the odds alone the first seven profiles that show it again only make up.
+    // The first seven profiles that show the edge again only restore the odds.
     for (std::size_t k = 30; k < 50 + 7 + 13; ++k) EXPECT_FALSE(found[k].sure) << seed << ", " << k;
     for (std::size_t k = 80; k < 90; ++k) EXPECT_TRUE(found[k].sure) << seed << ", " << k;
   }
 }
 
-// Noise elsewhere has evidence enough for an edge to go on, and steps as high as this one.
+// Noise elsewhere gives enough evidence for an edge to continue, and steps as high as this one.
 TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
   int before = 0, after = 0;
   constexpr int kSeams = 20, kBefore = 40, kAfter = 40, kTold = 12;
@@ -360,7 +362,7 @@ TEST(StepTrack, NoiseDoesNotTakeOverAnEdgeThatEnds) {
   EXPECT_LE(after, 0.02 * kSeams * (kAfter - kTold));
 }
 
-// Faster than an edge may move by itself.
+// The line moves faster than an edge may move by itself.
 TEST(StepTrack, ALineThatMovesKeepsItsEdge) {
   Rng rng(8);
   Seam seam(rng);
@@ -380,7 +382,7 @@ TEST(StepTrack, ALineThatMovesKeepsItsEdge) {
   EXPECT_LT(kept, 20);
 }
 
-// One profile may show something else: a jump counts when the second has it, too.
+// A single profile may show something else. A jump counts once a second profile shows it, too.
 TEST(StepTrack, AnEdgeThatJumpsIsToldAtOnce) {
   Rng rng(9);
   Seam seam(rng);

@@ -78,7 +78,7 @@ TEST_F(TiffTest, OtherPixelsAreRefused) {
   }
 }
 
-// Whatever bytes a file holds: a picture of its own size, or an error.
+// Any bytes give either a picture of the size they state or an error.
 TEST_F(TiffTest, DamagedFilesGiveAPictureOrAnError) {
   std::vector<std::string> whole;
   for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE}) {

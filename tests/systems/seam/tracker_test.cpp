@@ -63,12 +63,12 @@ TEST_P(EveryDecision, FollowsAnEdgeThatWanders) {
       Line line;
       line.edge = std::round(500.0 + 60.0 * std::sin(0.05 * i));
       const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
-      if (i < 3) continue;  // a first step alone is not believed
+      if (i < 3) continue;  // a single first step is not trusted
       ASSERT_EQ(reading.status, ProfileStatus::kEdge) << seed << " " << i;
-      // Of 12 px a mm; the accumulated weights lag behind what moves.
+      // 12 px are 1 mm. The accumulated weights lag behind a moving edge.
       EXPECT_NEAR(*reading.column, line.edge, 12.0) << seed << " " << i;
       EXPECT_DOUBLE_EQ(reading.x_m, LineGeometry{}.ToMeters(*reading.column));
-      // Averaged over profiles, a step that moves is lower.
+      // A moving step is lower if it is averaged over profiles.
       const bool averaged = GetParam() == DecisionMethod::kAccumulated;
       EXPECT_NEAR(reading.step_m, line.step_m, averaged ? 0.3e-3 : 0.15e-3);
     }
@@ -89,7 +89,7 @@ TEST_P(EveryDecision, TellsNoEdgeOnAMatWithoutOne) {
   }
 }
 
-// Noise of 0.2 mm has ranges of more than the minimal step everywhere.
+// With noise of 0.2 mm, the range of heights exceeds the minimal step everywhere.
 TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
   int told = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -106,7 +106,7 @@ TEST_P(EveryDecision, TellsNoEdgeInHeavyNoise) {
   EXPECT_GE(told, 1188);  // 99 % of 1200
 }
 
-// The rules that "as published" leaves out, as an experiment would switch them off.
+// Switches off the rules that "as published" leaves out, as an experiment would.
 TrackerOptions WithoutOwnRules(DecisionMethod method) {
   TrackerOptions options = With(method);
   options.confirm = false;
@@ -126,7 +126,7 @@ TEST(EdgeTracker, AsPublishedIsTheSameMethodWithoutOurRules) {
     EdgeTracker with(With(own));
     Rng rng(3);
     for (int i = 0; i < 60; ++i) {
-      // A step in one profile of twenty: nothing confirms it.
+      // One profile in twenty has a step, which no other profile confirms.
       const bool alone = i % 20 == 10;
       const Line line{.step_m = alone ? 0.5e-3 : 0.0};
       const Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
@@ -140,7 +140,7 @@ TEST(EdgeTracker, AsPublishedIsTheSameMethodWithoutOurRules) {
   }
 }
 
-// Section 3.3.2: 75 px and 3 px; section 3.5.3: 10 px; of both sensors.
+// Section 3.3.2 states 75 px and 3 px, section 3.5.3 states 10 px, for both sensors.
 TEST(EdgeTracker, AsPublishedKeepsTheWindowsThatTheTextStatesInColumns) {
   TrackerOptions options = With(DecisionMethod::kVotingAsPublished);
   options.line.columns_per_m = 18'000.0;
@@ -165,7 +165,7 @@ TEST(EdgeTracker, ALowStepCountsOnlyWhereTheLastOnesWere) {
       const Profile high = TrackerScan({.step_m = 0.5e-3}, kTrackerPeriod_s * i, rng);
       const Reading reading = after.Update(begins ? high : low);
       EXPECT_EQ(reading.status == ProfileStatus::kEdge, i >= 1)
-          << i;  // a first one is not believed
+          << i;  // a single first one is not trusted
     }
   }
 }
@@ -256,7 +256,7 @@ TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
   TrackerOptions options = With(DecisionMethod::kVoting);
   EdgeTracker tracker(options);
   std::vector<TimedColumn> votes;
-  for (int i = 0; i < 6; ++i) {  // within one period: nothing was sent yet
+  for (int i = 0; i < 6; ++i) {  // within one period, so nothing has been sent yet
     Line line;
     line.edge = 500.0 + i;
     const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
@@ -275,7 +275,7 @@ TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
   EdgeTracker tracker(options);
   std::vector<double> history;
   for (int i = 0; i < 30; ++i) {
-    // The edge moves: of equal positions the mean does not tell how many they are.
+    // The edge moves because the mean of equal positions does not show how many there are.
     const Reading reading =
         tracker.Update(TrackerScan({.edge = 500.0 + i}, kTrackerPeriod_s * i, rng));
     auto expected = SumOfWeights(tracker.results());
@@ -290,7 +290,7 @@ TEST(EdgeTracker, WeightsAreThoseOfEquation320) {
   EXPECT_EQ(history.size(), 10U);
 }
 
-// The strongest position of a period (eq. 3.17).
+// The position with the largest weight in a period is sent (eq. 3.17).
 TEST(EdgeTracker, SendsThePositionOfTheLargestWeightOfAPeriod) {
   for (const auto method : {DecisionMethod::kWeights, DecisionMethod::kAccumulated}) {
     Rng rng(8);
@@ -342,7 +342,8 @@ TEST_P(EveryDecision, OnePositionAloneIsNoEdge) {
   }
 }
 
-// What lies outside of the measured part is no part of the profile; columns are the whole line's.
+// Columns outside the measured part do not belong to the profile, but columns are counted over the
+// whole line.
 TEST_P(EveryDecision, ColumnsAreThoseOfTheLineThoughItsBeginningIsMissing) {
   Rng rng(10);
   EdgeTracker tracker(With(GetParam()));
@@ -386,7 +387,7 @@ TEST_P(EveryDecision, NothingIsFoundWhereNoStepCanBeMeasured) {
   }
 }
 
-// Profiles fall beside the ends of periods: six of 16 ms are 96 ms, seven 112.
+// Profiles do not coincide with the ends of periods: six of 16 ms take 96 ms, seven take 112 ms.
 TEST_P(EveryDecision, PacketsKeepTheirPeriodOnTheAverage) {
   Rng rng(1);
   EdgeTracker tracker(With(GetParam()));
@@ -441,10 +442,10 @@ TEST_P(EveryDecision, ASingleProfileAnswersIfItNeedsNoOther) {
   }
 }
 
-// A column is wider the further away the surface is.
+// Columns are wider where the surface is further away.
 TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
   Calibration calibration;
-  calibration.meters_per_column = {1.0 / 12'000.0, -1.0 / 2'400.0};  // at -15 mm 7.5 % more
+  calibration.meters_per_column = {1.0 / 12'000.0, -1.0 / 2'400.0};  // 7.5 % more at -15 mm
   for (const bool positive : {true, false}) {
     Rng rng(1);
     TrackerOptions options = With(GetParam());
@@ -455,14 +456,14 @@ TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
     line.edge = 860.0;
     for (int i = 0; i < 20; ++i) {
       Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
-      for (float& z : profile.height_m) z -= 16e-3F;  // -15 mm with the line's own millimetre
+      for (float& z : profile.height_m) z -= 16e-3F;  // -15 mm, as the line itself adds 1 mm
       if (!positive) std::reverse(profile.height_m.begin(), profile.height_m.end());
       const Reading reading = tracker.Update(profile);
       const auto packet = tracker.TakePacket();
       if (i < 3) continue;
       ASSERT_TRUE(reading.column) << i;
       const double wanted = (*reading.column - 511.5) * 1.075 / 12'000.0;
-      // Either side of the step, whose 0.6 mm are 0.3 % of the width.
+      // The height may be from either side of the step; its 0.6 mm change the width by 0.3 %.
       EXPECT_NEAR(reading.x_m, wanted, 4e-3 * std::abs(wanted)) << i;
       EXPECT_GT(std::abs(reading.x_m), 30e-3);
       if (packet) {
@@ -472,7 +473,7 @@ TEST_P(EveryDecision, XIsOfTheHeightWhereTheEdgeIs) {
   }
 }
 
-// An edge 2 mm wide, seen by sensors of any number of columns a mm, in the noise of one.
+// An edge 2 mm wide, seen at different numbers of columns per mm with the noise of one sensor.
 TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
   for (const double columns_per_mm : {6.0, 12.0, 18.0, 40.0, 80.0}) {
     Rng rng(1);
@@ -493,8 +494,8 @@ TEST_P(EveryDecision, ASlantedEdgeIsFoundAtAnyResolution) {
       const Reading reading = tracker.Update(profile);
       found += reading.column && std::abs(*reading.column / columns_per_mm - 30.0) <= 1.0 ? 1 : 0;
     }
-    // The sum of weights follows the candidates of local weighted voting, which are single columns
-    // of noise where columns are many.
+    // The sum of weights follows the candidates of local weighted voting. With many columns these
+    // are single columns of noise.
     const bool weak = GetParam() == DecisionMethod::kWeights;
     EXPECT_GE(found, weak ? kTrackedProfiles / 2 : kTrackedProfiles - 4) << columns_per_mm;
   }
@@ -578,7 +579,7 @@ TEST(EdgeTracker, RefusesOptionsOutOfRange) {
   refused([](TrackerOptions& o) { o.vote_tolerance_m = 0.0; });
   refused([](TrackerOptions& o) {
     o.method = DecisionMethod::kSteps;
-    o.line.columns_per_m = 1000.0;  // the narrowest window would have three columns on a side
+    o.line.columns_per_m = 1000.0;  // the narrowest window would have three columns per side
   });
   refused([](TrackerOptions& o) { o.packet_period_s = -1.0; });
   refused([](TrackerOptions& o) { o.history.length = 0; });

@@ -26,7 +26,7 @@ using testing_support::TurnedBy;
 
 Camera LensUsed() { return {640, 480, 800.0, 800.0, 322.3, 236.1, -0.11, 0.14, 6e-4, -4e-4, 0.0}; }
 
-/// A turn by 4 degrees about an axis 0.3 m behind the camera.
+/// A rotation by 4 degrees about an axis 0.3 m behind the camera.
 base::Pose TurnUsed() {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(base::Deg(4.0), Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -36,7 +36,7 @@ base::Pose TurnUsed() {
 
 base::Pose PlaceUsed() { return TurnedBy({0.3, 2.1, 0.2}, {0.56, -0.02, 0.45}); }
 
-/// The board at such a place before the left camera: all of it is seen from both.
+/// A random pose of the board in front of the left camera, in full view of both pictures.
 base::Pose BoardPlace(base::Rng& rng) {
   const double tilt = rng.Uniform(-0.6, 0.6);
   const double lean = rng.Uniform(-0.6, 0.6);
@@ -82,9 +82,9 @@ std::vector<BoardSighting> Sightings(int views, double noise_px,
   return sightings;
 }
 
-/// How far off an edge at most is found in a picture of such spots: cornerSubPix weighs each pixel
-/// by the square of its grey value's slope, the half difference of its neighbors, and the sampled
-/// squares' middle is not the edge.
+/// The largest error of an edge that is found in a picture of such spots. cornerSubPix weights each
+/// pixel by the square of its grey value's slope, which is half the difference of its neighbors.
+/// The middle of the sampled squares is not the edge.
 double SharpEdgeBias() {
   const auto edge = [](double x) { return std::clamp(x / kSpot_px + 0.5, 0.0, 1.0); };
   constexpr int kPlaces = 1000;
@@ -104,7 +104,7 @@ double SharpEdgeBias() {
 
 base::Pose BoardInFront() { return TurnedBy({0.3, -0.25, 0.1}, {-0.11, -0.06, 0.55}); }
 
-/// Points of the board's plane, before a laser at the origin, with a few that hang elsewhere.
+/// A view with laser points on the board's plane and a few elsewhere. The laser is at the origin.
 BoardView View(int blur_px, const ChessboardOptions& options = {}) {
   base::Rng rng(5);
   BoardView view;
@@ -126,7 +126,7 @@ std::string Refusal(const std::vector<BoardSighting>& boards,
   return ErrorOf([&] { CalibrateStereo(boards, 640, 480, options); });
 }
 
-// Equations 5.13 and 5.14 against the same by multiplying poses.
+// Compares equations 5.13 and 5.14 with the product of the poses.
 TEST(RightInLeft, IsTheProductOfThePoses) {
   base::Rng rng(1);
   for (int i = 0; i < 100; ++i) {
@@ -150,13 +150,13 @@ TEST(FindBoard, FindsCornersAndTheLasersPlane) {
     }
     worst_px = std::max(worst_px, nearest_px);
   }
-  // Each of a corner's two coordinates comes from one edge. A row of that edge is off by no more
-  // than half of the distance of the picture's samples, and by what OpenCV makes of a straight edge
-  // (SharpEdgeBias): together 0.076 px, for both edges sqrt(2) times as much.
+  // Each of a corner's two coordinates comes from one edge. A row of that edge is off by at most
+  // half the spacing of the picture's samples, plus OpenCV's error for a straight edge
+  // (SharpEdgeBias). Together this is 0.076 px, and sqrt(2) times as much for both edges.
   EXPECT_LT(worst_px, std::sqrt(2.0) * (0.5 * kSpot_px / kParts + SharpEdgeBias()));
   const base::Pose X_WB = BoardInFront();
   EXPECT_NEAR(std::abs(found.plane_W.normal.dot(X_WB.linear().col(2))), 1.0, 1e-6);
-  // Five standard errors of a thousand points with 0.3 mm.
+  // Five standard errors of a thousand points with 0.3 mm noise.
   EXPECT_NEAR(found.plane_W.Distance(X_WB * Eigen::Vector3d(0.1, 0.06, 0)), 0.0, 5e-5);
   EXPECT_GT(found.plane_W.Distance(Eigen::Vector3d::Zero()), 0.0);
 }
@@ -177,8 +177,8 @@ TEST(FindBoard, SaysWhatIsWrongWithAPicture) {
 }
 
 TEST(StereoCalibrator, FindsTheLensTheTurnAndThePlace) {
-  // Without noise the parameters are those that made the pictures, to what single precision corners
-  // (3e-5 px) leave.
+  // Without noise the parameters are those that made the pictures, up to the single precision of
+  // the corners (3e-5 px).
   const CalibrationResult exact = CalibrateStereo(Sightings(12, 0.0), 640, 480, {});
   EXPECT_NEAR(exact.calibration.camera.fx, LensUsed().fx, 0.02);
   EXPECT_NEAR(exact.calibration.camera.k1, LensUsed().k1, 1e-4);
@@ -188,19 +188,19 @@ TEST(StereoCalibrator, FindsTheLensTheTurnAndThePlace) {
   EXPECT_LT(exact.registration_m, 1e-5);
 }
 
-// The residual is what the corners' noise leaves: sigma sqrt(2) in the plane, less the share that
-// 9 + 6 n parameters take of 4 * 54 n coordinates.
+// The residual comes from the noise of the corners. It is sigma sqrt(2) in the plane, reduced by
+// the share of 9 + 6 n parameters in 4 * 54 n coordinates.
 TEST(StereoCalibrator, ReportsTheNoiseOfTheCorners) {
   const CalibrationResult noisy = CalibrateStereo(Sightings(12, 0.1), 640, 480, {});
   EXPECT_NEAR(noisy.camera_px, 0.141, 0.01);
   EXPECT_NEAR(noisy.stereo_px, 0.141, 0.01);
   EXPECT_EQ(noisy.calibration.reprojection_px, std::max(noisy.camera_px, noisy.stereo_px));
-  // A corner of 0.1 px is triangulated to z^2 / (f b) 0.14 px = 3.6 mm at 0.65 m.
+  // A corner with 0.1 px noise is triangulated to z^2 / (f b) 0.14 px = 3.6 mm at 0.65 m.
   EXPECT_GT(noisy.triangulated_m, 0.001);
   EXPECT_LT(noisy.triangulated_m, 0.006);
 }
 
-// Boards of 25 mm that are said to be of 25.5: all lengths are seen 2 % too large.
+// Boards with squares of 25 mm that are stated as 25.5 mm: all lengths come out 2 % too large.
 TEST(StereoCalibrator, TellsSquaresOfAnotherSizeByTheLasersPlanes) {
   const CalibrationResult right = CalibrateStereo(Sightings(12, 0.05), 640, 480, {});
   EXPECT_LT(std::abs(right.scale - 1.0), std::max(0.001, 4.0 * right.scale_error));

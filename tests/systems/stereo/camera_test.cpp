@@ -59,14 +59,14 @@ TEST(Camera, ProjectsAsOpenCvDoes) {
     cv::projectPoints(std::vector<cv::Point3d>{{p.x(), p.y(), p.z()}}, cv::Vec3d(0, 0, 0),
                       cv::Vec3d(0, 0, 0), MatrixOf(camera), distortion, pixels);
     const Eigen::Vector2d pixel = Project(camera, p);
-    // Both compute in double precision: 1e-9 px of 2,000.
+    // Both compute in double precision, so 2,000 px are exact to 1e-9 px.
     EXPECT_NEAR(pixel.x(), pixels[0].x, 1e-9);
     EXPECT_NEAR(pixel.y(), pixels[0].y, 1e-9);
   }
 }
 
-// Equations 5.10 to 5.12 by hand, one coefficient at a time: exchanged ones show. At (0.3, -0.2)
-// r^2 is 0.13, r^4 0.0169 and r^6 0.002197.
+// Equations 5.10 to 5.12 computed by hand, one coefficient at a time, which reveals swapped ones.
+// At (0.3, -0.2) r^2 is 0.13, r^4 is 0.0169 and r^6 is 0.002197.
 TEST(Camera, EachCoefficientMovesAPointAsItsEquationSays) {
   const Eigen::Vector2d p(0.3, -0.2);
   const auto moved = [&](double Camera::*coefficient) {
@@ -99,7 +99,7 @@ TEST(Camera, SeesNothingBehindItAndNothingBeyondTheFoldOfItsDistortion) {
   Camera camera = SampleCamera();
   EXPECT_TRUE(std::isnan(Project(camera, {0.1, 0.1, -1.0}).x()));
   EXPECT_TRUE(std::isnan(Project(camera, {0.1, 0.1, 0.0}).x()));
-  // x (1 - 0.5 x^2) is never above 0.545: no point is seen at 0.6.
+  // x (1 - 0.5 x^2) is never above 0.545, so no point is seen at 0.6.
   camera = {100, 100, 100.0, 100.0, 50.0, 50.0, -0.5};
   EXPECT_NEAR(Undistort(camera, {0.4375, 0.0}).x(), 0.5, 1e-12);
   EXPECT_TRUE(std::isnan(Undistort(camera, {0.6, 0.0}).x()));
@@ -117,7 +117,7 @@ TEST(StereoCalibrationFile, IsReadAsItWasWritten) {
   EXPECT_DOUBLE_EQ(read.registration_m, written.registration_m);
 }
 
-// The message that reading gives once `from` stands as `to` in the file.
+// The error message of reading a file in which `from` is replaced by `to`.
 std::string ErrorAfter(const std::string& from, const std::string& to) {
   const TempFolder folder;
   const auto file = folder / "stereo.yaml";
@@ -154,7 +154,7 @@ TEST(StereoCalibrationFile, OnePlaceForBothPicturesIsNoPair) {
 
 using testing_support::SyntheticCalibration;
 
-// Where a point stands in a rectified picture: from the pixel of the picture as it was taken.
+// The pixel of a point in a rectified picture, computed from its pixel in the original picture.
 Eigen::Vector2d RectifiedPixel(const Camera& camera, const RectifiedCameras& cameras,
                                const base::Pose& X_WC, const Eigen::Matrix3d& R_CS,
                                const Eigen::Vector3d& p_W) {
@@ -209,8 +209,8 @@ TEST(Rectify, TriangulatesAsOpenCvDoes) {
   }
 }
 
-// Where OpenCV moves a pixel of the picture as it was taken, coefficients, rotation and projection
-// given to it one by one, and where LeftSource takes that place from.
+// OpenCV rectifies a pixel of the original picture, given the coefficients, rotation and projection
+// one by one. LeftSource must lead from the rectified place back to the original pixel.
 TEST(Rectifier, RectifiesPointsAsOpenCvDoes) {
   const StereoCalibration calibration = SyntheticCalibration();
   const Rectifier rectifier(calibration);
@@ -237,7 +237,7 @@ TEST(Rectifier, RectifiesPointsAsOpenCvDoes) {
 }
 
 TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeIt) {
-  // So much of each coefficient that any two exchanged move some pixel by more than a few.
+  // The coefficients are so large that swapping any two moves some pixel by more than a few pixels.
   StereoCalibration calibration = SyntheticCalibration();
   Camera& camera = calibration.camera;
   camera.k1 = -0.15;
@@ -246,7 +246,7 @@ TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeI
   camera.p2 = -0.015;
   camera.k3 = 0.6;
   const Rectifier rectifier(calibration);
-  // A picture whose red is its column and whose green is its row, in the middle of it.
+  // A picture whose red encodes the column and whose green encodes the row, in its middle.
   constexpr int kLeft = 72, kTop = 22, kMost = 255;
   image::Image ramp{400, 300, {}};
   const auto level = [&](int place) {
@@ -265,7 +265,7 @@ TEST(Rectifier, TakesEachPixelFromWhereItSaysAndUndoesDistortionAsTheCameraMadeI
           rectifier.LeftSource(x, y) - Eigen::Vector2d(double{kLeft}, double{kTop});
       if (place.minCoeff() < 1.0 || place.maxCoeff() > kMost - 1.0) continue;
       const std::uint8_t* pixel = pair.left.At(x, y);
-      // A level is rounded to a half, OpenCV's place of it to a 32nd of a pixel both ways.
+      // A level is rounded by up to a half, and OpenCV's place by a 32nd of a pixel in x and y.
       EXPECT_NEAR(pixel[0], place.x(), 0.5 + 1.0 / 32.0);
       EXPECT_NEAR(pixel[1], place.y(), 0.5 + 1.0 / 32.0);
       ++compared;

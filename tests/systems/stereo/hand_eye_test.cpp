@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using testing_support::ErrorOf;
 
 const Camera kCamera{800, 600, 900.0, 901.0, 402.0, 297.0, -0.10, 0.12, 0.0005, -0.0003, 0.0};
-constexpr double kSigma_px = 0.05;  // of a corner, as cv::cornerSubPix finds it
+constexpr double kSigma_px = 0.05;  // of a corner that cv::cornerSubPix finds
 
 base::Pose Turned(const Vector3d& turn, const Vector3d& shift) {
   return base::MakePose(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(),
@@ -30,7 +30,7 @@ base::Pose Turned(const Vector3d& turn, const Vector3d& shift) {
 const base::Pose kTruth = Turned({0.02, -0.11, 3.10}, {-0.03, 0.04, 0.06});  // X_HC
 const base::Pose kBoard = Turned({0.0, 0.0, 0.3}, {-0.10, -0.06, 0.002});    // X_WBoard
 
-/// Looks at the board's middle from about 0.4 m, from all sides.
+/// Views of the board's middle from about 0.4 m, from all sides.
 std::vector<HandEyeView> ViewsOf(int count, double sigma_px, base::Rng& rng, double spread = 0.5) {
   const ChessboardOptions board;
   const Vector3d middle = kBoard * Vector3d(0.1, 0.0625, 0.0);
@@ -75,18 +75,20 @@ TEST(HandEye, FindsTheCameraExactlyWhereNothingIsNoisy) {
 
 class SeededHandEye : public testing::TestWithParam<std::uint64_t> {};
 
-// 12 views of 54 corners: 0.05 px at 0.4 m and 900 px are 22 um a corner. A camera's shift trades
-// against its turn (22 um over the board's 0.1 m are 0.2 mrad, over sqrt(12 * 54) = 25 less), and
-// what its turn makes of 0.4 m: well below 0.2 mm and 0.5 mrad.
+// 12 views of 54 corners. 0.05 px at 0.4 m with a focal length of 900 px are 22 um per corner. A
+// camera's shift trades off against its rotation (22 um over the board's 0.1 m are 0.2 mrad,
+// reduced by sqrt(12 * 54) = 25) and the effect of its rotation at 0.4 m. The errors are therefore
+// well below 0.2 mm and 0.5 mrad.
 TEST_P(SeededHandEye, FindsTheCameraToAFewTenthsOfAMillimetre) {
   base::Rng rng(GetParam());
   const auto found = CalibrateHandEye(ViewsOf(12, kSigma_px, rng), kCamera, {});
   EXPECT_LT((found.X_HC.translation() - kTruth.translation()).norm(), 0.0002);
   EXPECT_LT(AngleBetween(found.X_HC, kTruth), 0.0005);
-  // Two coordinates of each corner; what 12 parameters take of 1,296 is less than the bounds.
+  // Each corner has two coordinates. The effect of 12 parameters on 1,296 coordinates is less than
+  // the tolerance.
   EXPECT_NEAR(found.rms_px, kSigma_px * std::sqrt(2.0), 0.15 * kSigma_px);
 }
-// What is said of the error holds on the average of all seeds; the arm's own error is in it.
+// The stated error is right on average over all seeds. It includes the arm's own error.
 TEST(HandEye, KnowsHowWellItKnows) {
   double squares_m2 = 0.0, said_m2 = 0.0, squares_rad2 = 0.0, said_rad2 = 0.0;
   constexpr int kSeeds = 20;
@@ -104,13 +106,13 @@ TEST(HandEye, KnowsHowWellItKnows) {
     squares_rad2 += std::pow(AngleBetween(found.X_HC, kTruth), 2) / kSeeds;
     said_rad2 += found.turn_error_rad * found.turn_error_rad / kSeeds;
   }
-  // Twenty draws of six numbers: their root mean square is good to a tenth, and the jackknife is
-  // more careful than that.
+  // The root mean square of twenty draws of six numbers is good to a tenth. The jackknife states
+  // somewhat larger errors.
   EXPECT_NEAR(std::sqrt(said_m2 / squares_m2), 1.1, 0.4);
   EXPECT_NEAR(std::sqrt(said_rad2 / squares_rad2), 1.1, 0.4);
 }
 
-// A camera that is turned about its line of sight sees the board's other end first.
+// A camera that is rotated about its optical axis sees the board's other end first.
 TEST(FindBoardCorners, BeginAtTheSameEndHoweverTheCameraIsTurned) {
   const ChessboardOptions board;
   const Camera camera = testing_support::BoardCamera();

@@ -36,7 +36,7 @@ const Pair& ThePair() {
   return pair;
 }
 
-// The small camera's pixels are eight times as large as those of the one that defaults are for.
+// The pixels of the small camera are eight times as large as those that the defaults assume.
 ReconstructOptions SmallCamera(MatchMethod method) {
   ReconstructOptions options;
   options.match.method = method;
@@ -50,7 +50,7 @@ ReconstructOptions SmallCamera(MatchMethod method) {
   return options;
 }
 
-// Of the pixels that show a box: how many there are, and the errors of those with a disparity.
+// The number of pixels that show a box, and the errors of those that have a disparity.
 struct Errors {
   int pixels = 0;
   std::vector<double> errors_px;
@@ -84,14 +84,15 @@ TEST_P(BothMethods, FindTheDisparityOfPrintToAFractionOfAPixel) {
   Errors errors = ErrorsOn(0, made);
   ASSERT_GT(errors.pixels, 2000);
   EXPECT_GT(static_cast<double>(errors.errors_px.size()), 0.7 * errors.pixels);
-  // A sixteenth is the matchers' own step; noise of 2 levels in 100 adds about as much.
+  // The matchers' resolution is a sixteenth. Noise of 2 levels in 100 adds about as much.
   EXPECT_LT(base::MedianOf(errors.errors_px), 0.15);
 }
 
-// Half of a normal distribution lies within 0.674 deviations, where the density of the absolute
-// value is 0.636: the median of n independent errors has the standard error 1 / (2 0.636 sqrt(n)).
-// Samples that share a matching window share its error, so that n is a window's share of them. Of
-// an error that is not more than its sample states, the median is below this but once in 700 times.
+// An upper bound for the median of the errors, in units of the stated noise. Half of a normal
+// distribution lies within 0.674 standard deviations, where the density of the absolute value is
+// 0.636. The median of n independent errors has the standard error 1 / (2 0.636 sqrt(n)). Samples
+// in the same matching window share its error, so n is the number of samples divided by those per
+// window. If the errors are no larger than stated, the median exceeds the bound once in 700 times.
 double GreatestMedian(std::size_t samples, const ReconstructOptions& options) {
   const int window_px = options.match.method == MatchMethod::kBlock
                             ? options.match.block_window_px
@@ -167,7 +168,7 @@ TEST(Reconstruct, TellsWhichPixelOfTheLeftPictureASampleComesFrom) {
     const Eigen::Vector3d& p_W = made.view.image.points_C[i];
     if (!p_W.allFinite()) continue;
     const Eigen::Vector2d pixel = Project(pair.calibration.camera, X_LW * p_W);
-    // Kept in single precision: 400 px to 3e-5.
+    // Pixels are kept in single precision: 400 px are good to 3e-5.
     EXPECT_LT((pixel - made.left_pixel[i].cast<double>()).norm(), 1e-4);
   }
 }
@@ -212,21 +213,21 @@ TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
     const auto made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
     std::vector<std::pair<Eigen::Vector3d, double>> points;
     for (std::size_t i = 0; i < made.view.noise_m.size(); ++i) {
-      if (made.view.noise_m[i] > 0.0F) {  // not by colour on the table
+      if (made.view.noise_m[i] > 0.0F) {  // not placed on the table by color
         points.emplace_back(made.view.image.points_C[i], made.view.noise_m[i]);
       }
     }
     return points;
   };
   const std::size_t without = made_points().size();
-  // Half of the printed box, and none of the other one.
+  // The volume holds half of the printed box and nothing of the other one.
   options.volume = {base::MakePose(Eigen::Matrix3d::Identity(), {0.0, -0.11, 0.0}), 0.045, 0.2};
   const auto within = made_points();
   EXPECT_GT(within.size(), 300U);
   EXPECT_LT(within.size(), without / 2);
   for (const auto& [p_W, noise_m] : within) {
     const Eigen::Vector3d p_V = options.volume->X_WV.inverse() * p_W;
-    // A sample's ray is that of its middle, half a sample (1 mm) off its pixels'.
+    // A sample's ray goes through its middle, half a sample (1 mm) from the rays of its pixels.
     EXPECT_LT(p_V.head<2>().norm(), options.volume->radius_m + 3.0 * noise_m + 0.001);
     EXPECT_GT(p_V.z(), -3.0 * noise_m - 0.001);
   }
@@ -237,7 +238,7 @@ TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
 TEST(Reconstruct, BluePrintOnABoxIsNoTable) {
   const Pair& pair = ThePair();
   image::Image left = pair.left;
-  // A dash of 12 x 6 pixels in the middle of the printed box's top.
+  // A blue mark of 12 x 6 pixels in the middle of the printed box's top.
   const Eigen::Vector2d middle =
       Project(pair.calibration.camera,
               pair.calibration.X_WL.inverse() * Eigen::Vector3d(0.0, -0.065, 0.09));
@@ -268,8 +269,8 @@ TEST(Reconstruct, BluePrintOnABoxIsNoTable) {
   EXPECT_GT(table_samples_in_it(), 3);
 }
 
-// A printed square before a wall whose stains are hardly more than the noise: their disparities are
-// 24 and 12 px.
+// A printed square in front of a wall whose texture is hardly stronger than the noise. Their
+// disparities are 24 and 12 px.
 struct SquareBeforeAWall {
   static constexpr int kWidth = 320, kHeight = 160, kFirst = 140, kLast = 220, kDisparity = 24,
                        kWallDisparity = 12;
@@ -303,12 +304,12 @@ struct SquareBeforeAWall {
     }
   }
 
-  /// Shares of the square and of the wall that have a disparity of about the square's.
+  /// The shares of the square and of the wall whose disparity is about that of the square.
   std::pair<double, double> SharesAsNear(const MatchOptions& options) const {
     const Disparity found = Match(left, right, all, whole, 8.0, 40.0, options);
     double square = 0.0, wall = 0.0;
     for (int y = 0; y < kHeight; ++y) {
-      for (int x = 60; x < kWidth; ++x) {  // further left nothing can be matched
+      for (int x = 60; x < kWidth; ++x) {  // nothing further left can be matched
         const float d = found.grey[static_cast<std::size_t>(y * kWidth + x)];
         const bool near = std::abs(d - kDisparity) < 4.0F;
         (InSquare(x, y) ? square : wall) += near ? 1.0 : 0.0;
@@ -326,7 +327,8 @@ TEST(Match, LessOfAWallTakesOnTheDisparityOfWhatStandsBeforeIt) {
   options.consensus_share = 0.0;
   options.min_edges = 0.0;
   const auto [square_before, wall_before] = scene.SharesAsNear(options);
-  // Where all of a neighborhood took it on, nothing tells; where only a part did, that part goes.
+  // If a whole neighborhood takes on the square's disparity, nothing reveals the error. If only a
+  // part does, that part is removed.
   EXPECT_LT(wall, 0.85 * wall_before) << wall << " of the wall, " << wall_before << " before";
   EXPECT_GT(square, square_before - 0.05);
 }

@@ -10,7 +10,7 @@
 #include "stereo/calibrate.h"
 #include "stereo/camera.h"
 
-/// Pictures of a chessboard whose every pixel is solved analytically.
+/// Pictures of a chessboard in which every pixel is computed analytically.
 namespace rangegrasp::testing_support {
 
 inline base::Pose TurnedBy(const Eigen::Vector3d& rotation, const Eigen::Vector3d& shift) {
@@ -18,8 +18,8 @@ inline base::Pose TurnedBy(const Eigen::Vector3d& rotation, const Eigen::Vector3
       Eigen::AngleAxisd(rotation.norm(), rotation.stableNormalized()).toRotationMatrix(), shift);
 }
 
-// A picture's pixel is the mean of kParts x kParts places in a square of kSpot_px: no lens and
-// sensor makes sharper ones.
+// A pixel is the mean of kParts x kParts places in a square of kSpot_px. No lens and sensor produce
+// sharper pictures.
 inline constexpr int kParts = 25;
 inline constexpr double kSpot_px = 2.0;
 
@@ -27,7 +27,7 @@ inline stereo::Camera BoardCamera() {
   return {480, 360, 600.0, 600.0, 239.5, 179.5, 0.0, 0.0, 0.0, 0.0, 0.0};
 }
 
-/// What a camera without distortion sees of a board on grey ground, blurred over so many pixels.
+/// A distortion-free camera's picture of a board on a grey background, blurred over `blur_px`.
 inline image::Image BoardPicture(const base::Pose& X_CBoard,
                                  const stereo::ChessboardOptions& options, int blur_px) {
   const stereo::Camera camera = BoardCamera();
@@ -42,7 +42,7 @@ inline image::Image BoardPicture(const base::Pose& X_CBoard,
     return (static_cast<int>(u) + static_cast<int>(v)) % 2 == 0 ? 30.0 : 230.0;
   };
   const auto mean = [&](double x, double y) {
-    // Squares are wider than a spot: without an edge at its corners there is none within.
+    // Squares are wider than a spot. If its corners have the same level, it contains no edge.
     constexpr double kHalf = 0.5 * kSpot_px;
     const double any = level(x - kHalf, y - kHalf);
     if (level(x + kHalf, y - kHalf) == any && level(x - kHalf, y + kHalf) == any &&

@@ -14,13 +14,13 @@
 #include "base/units.h"
 #include "stereo/camera.h"
 
-/// A table with boxes, looked at by two cameras whose every pixel is solved analytically: what a
-/// reconstruction of it should be is known to rounding.
+/// A table with boxes, seen by two cameras. Every pixel is computed analytically, so the correct
+/// reconstruction is known up to rounding.
 namespace rangegrasp::testing_support {
 
 using Eigen::Vector3d;
 
-/// An axis-aligned box of print (a smooth random pattern) or of one grey.
+/// An axis-aligned box with a print (a smooth random pattern) or of uniform grey.
 struct TexturedBox {
   Vector3d min_W, max_W;
   bool printed = true;
@@ -30,7 +30,7 @@ struct SyntheticScene {
   std::vector<TexturedBox> boxes;
 };
 
-/// What a ray meets first: its distance in lengths of the direction, and which box; -1: the table.
+/// The first hit of a ray: its distance in multiples of the direction, and the box (-1: table).
 struct Hit {
   double along = std::numeric_limits<double>::infinity();
   int box = -1;
@@ -48,7 +48,7 @@ inline Hit Meet(const SyntheticScene& scene, const Vector3d& origin, const Vecto
   return hit;
 }
 
-/// Between 0 and 1, smooth, the same at the same place: random values at the corners of cells.
+/// A smooth, repeatable pattern between 0 and 1, from random values at the corners of cells.
 inline double Pattern(const Vector3d& p, double cell_m) {
   const Vector3d q = p / cell_m;
   const Vector3d low(std::floor(q.x()), std::floor(q.y()), std::floor(q.z()));
@@ -73,7 +73,7 @@ inline std::uint8_t Level(double value) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(value), 1L, 255L));
 }
 
-/// What a camera at X_WS sees, with white noise in each channel.
+/// The picture of a camera at X_WS, with white noise in each channel.
 inline image::Image Picture(const SyntheticScene& scene, const stereo::Camera& camera,
                             const base::Pose& X_WS, double noise_levels, std::uint64_t seed) {
   image::Image picture{camera.width, camera.height, {}};
@@ -98,13 +98,13 @@ inline image::Image Picture(const SyntheticScene& scene, const stereo::Camera& c
   return picture;
 }
 
-/// A camera above the table that looks down at it, turned by an angle about the vertical axis
-/// 0.3 m behind it.
+/// The pose of a camera that looks down at the table, rotated about a vertical axis 0.3 m behind
+/// it.
 inline base::Pose LookingDown(double pan_rad) {
   const Eigen::AngleAxisd pan(pan_rad, Vector3d::UnitZ());
   const Vector3d axis_W(0.75, 0.0, 0.55);
   const double pitch = base::Deg(-45.0);
-  Eigen::Matrix3d R;  // forward is towards -x and down
+  Eigen::Matrix3d R;  // forward points to -x and down
   const Vector3d forward(-std::cos(pitch), 0.0, std::sin(pitch));
   const Vector3d right(0.0, 1.0, 0.0);
   R.col(0) = right;
@@ -113,8 +113,8 @@ inline base::Pose LookingDown(double pan_rad) {
   return base::MakePose(pan * R, axis_W + pan * Vector3d(-0.3, 0.0, 0.0));
 }
 
-/// A small camera with as much distortion as a cheap lens has, turned by 10 degrees to the left: 52
-/// mm of baseline.
+/// A small camera with the distortion of a cheap lens. It is rotated by 10 degrees to the left,
+/// which gives a baseline of 52 mm.
 inline stereo::StereoCalibration SyntheticCalibration() {
   stereo::StereoCalibration calibration;
   calibration.camera = {400, 300, 500.0, 503.0, 204.0, 147.0, -0.15, 0.05, 5e-4, -4e-4, 0.0};

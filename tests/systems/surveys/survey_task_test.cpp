@@ -36,7 +36,7 @@ Ran RunOne(const std::string& name, const std::string& object,
   return ran;
 }
 
-// The score of segments that are known: two objects of four points each on a table.
+// The score of known segments: two objects with four points each on a table.
 TEST(Separation, IsWhatItsDefinitionSays) {
   const std::vector<std::uint32_t> label = {0, 1, 1, 20, 20, 20, 20, 30, 30, 30, 30};
   const auto exact = Compare(label, {-1, -1, -1, 0, 0, 0, 0, 1, 1, 1, 1});
@@ -100,8 +100,8 @@ TEST(SeparationSurvey, WeighsScansByTheirPoints) {
               ElementsAre("x", "2", "0.900", "0.106", "0.000", "0.000", "50.0", "9-91", "2.000"));
 }
 
-// Two boxes on a table, which is label 1, as a camera 1 m above sees them, z forward; the second
-// has a corner that is not measured.
+// Two boxes on a table (label 1), seen by a camera 1 m above; z points forward. A corner of the
+// second box is not measured.
 geometry::CloudFile TwoBoxes() {
   geometry::CloudFile cloud;
   for (int x = 0; x < 120; ++x) {

@@ -1,4 +1,4 @@
-// What `check` prints and how it ends, and that `run` refuses what cannot work.
+// Tests the output and exit codes of `check`, and that `run` refuses what cannot work.
 
 #include <gmock/gmock.h>
 
@@ -33,7 +33,7 @@ TEST_F(OwnCell, CheckOfASceneRunsTrials) {
 }
 
 TEST_F(OwnCell, CheckRunsTrialsAndNamesTheRareFailure) {
-  experiment_ += "\ngrasp:\n  score: rules\n";  // the learned score delivers all
+  experiment_ += "\ngrasp:\n  score: rules\n";  // the learned score delivers every object
   const auto ran = RunProgram({"check", Write()});
   EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("tries 27 trials"));
@@ -68,13 +68,13 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
               HasSubstr("arm.fixed.xml:21:\n    - <joint name=\"joint1\" axis=\"0 0 1\"/>\n"
                         "    + <joint name=\"joint1\" axis=\"0 0 1\" armature=\"0.1\"/>"));
   EXPECT_THAT(ran.out, HasSubstr("scene.fixed.xml, checked as a scene: no errors"));
-  EXPECT_THAT(ran.out, HasSubstr("edits made: 8"));  // seven joints, and the scene's reference
+  EXPECT_THAT(ran.out, HasSubstr("edits made: 8"));  // seven joints and the scene's reference
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
   EXPECT_EQ(base::ReadFile(folder_ / "scene.fixed.xml"),
             Replaced(scene_, "arm.xml", "arm.fixed.xml"));
   const std::vector<std::string> words = {"check", "--fix", (folder_ / "scene.xml").string(),
                                           "--quick", "--json"};
-  const auto again = RunProgram(words);  // what was edited in a copy is not lost
+  const auto again = RunProgram(words);  // edits in a copy are not lost
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, HasSubstr("arm.fixed.xml: is there already"));
   std::filesystem::remove(folder_ / "arm.fixed.xml");
@@ -127,7 +127,7 @@ TEST_F(OwnCell, ARunThatCannotWorkIsRefusedWithAllFindings) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
-// The sphere of 0.4 m has a mass of a thousandth of its water's.
+// The sphere of 0.4 m has a thousandth of the mass of its volume of water.
 TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   folder_.Write("objects/ball/ball.xml",
                 "<mujoco><worldbody><body name=\"ball\"><freejoint/><geom size=\".2\" "
@@ -140,8 +140,8 @@ TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   EXPECT_THAT(ran.err, HasSubstr("fix: "));
 }
 
-// The hand that this arm attaches has other options than the arm: the engine would print and log
-// it.
+// The hand that this arm attaches has other options than the arm, which the engine would print and
+// log.
 TEST_F(OwnCell, TheEngineLeavesNoLogFile) {
   Write();
   const std::filesystem::path log = "MUJOCO_LOG.TXT";

@@ -41,7 +41,7 @@ TEST(List, TellsWhatThereIsByItsWord) {
 TEST(List, HasTheSameAsJson) {
   const auto all = nlohmann::json::parse(RunProgram({"list", "--json"}).out);
   EXPECT_TRUE(all.contains("kinds"));
-  EXPECT_FALSE(all.contains("keys"));  // as the overview
+  EXPECT_FALSE(all.contains("keys"));  // as in the overview
   const auto objects = nlohmann::json::parse(RunProgram({"list", "objects", "--json"}).out);
   EXPECT_EQ(objects["objects"], all["objects"]);
   EXPECT_THAT(objects["objects"].dump(), HasSubstr(R"({"name":"coffee_cup","text":"Coffee Cup"})"));
@@ -61,7 +61,7 @@ TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_EQ(base::ReadFile(RANGEGRASP_SOURCE_DIR "/docs/experiment-file.md"), ran.out)
       << "make it anew: scripts/rangegrasp list keys > docs/experiment-file.md";
-  // Every key says what it means.
+  // Every key has a description.
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("` |  |")));
 }
 

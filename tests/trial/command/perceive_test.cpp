@@ -1,4 +1,4 @@
-// What `perceive` says of clouds that something is wrong with, and of ones that are as they should.
+// Tests the output of `perceive` for faulty and for correct clouds.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ std::vector<Point> Table() {
   return points;
 }
 
-/// The top of a box of a by b metres, 0.1 m above the table, in place of the table's points there.
+/// The table with a box's top of a by b metres, 0.1 m high, instead of the table's points there.
 std::vector<Point> TableWithBox(double a, double b) {
   base::Rng rng(2);
   std::vector<Point> points = Table();
@@ -71,7 +71,7 @@ TEST_F(PerceiveTest, TellsNoiseAndSpacingAndWarnsOfNothing) {
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json["cloud"], cloud);
   EXPECT_EQ(json["unit"], "m");
-  // A fifth either way: 32 neighborhoods of 64 points each.
+  // The tolerance is a fifth, for 32 neighborhoods of 64 points each.
   EXPECT_NEAR(json["noise_m"].get<double>(), 0.0003, 0.00006);
   EXPECT_NEAR(json["spacing_m"].get<double>(), 0.004, 0.0008);
   EXPECT_EQ(json["objects"].size(), 1u);
@@ -134,13 +134,13 @@ TEST_F(PerceiveTest, SaysThatTheCropLeftNothing) {
 }
 
 TEST_F(PerceiveTest, WarnsOfAnObjectThatHasAThirdOfAllPoints) {
-  // 300 x 200 mm of 400 x 400 mm are 38 % of the points; 200 x 200 mm are 25 %.
+  // 300 x 200 mm of 400 x 400 mm is 38 % of the points; 200 x 200 mm is 25 %.
   EXPECT_THAT(Perceive(Write(TableWithBox(0.3, 0.2))).err, HasSubstr("% of all points"));
   EXPECT_THAT(Perceive(Write(TableWithBox(0.2, 0.2))).err, Not(HasSubstr("% of all points")));
 }
 
 TEST_F(PerceiveTest, WarnsOfAnObjectThatNoHandCouldHold) {
-  // A wall of 0.7 m on a table of 1 m, and one of 0.5 m.
+  // Walls of 0.7 m and 0.5 m on a table of 1 m.
   const auto with_wall = [](double length) {
     std::vector<Point> points;
     base::Rng rng(4);
@@ -157,8 +157,8 @@ TEST_F(PerceiveTest, WarnsOfAnObjectThatNoHandCouldHold) {
   EXPECT_THAT(Perceive(Write(with_wall(0.5))).err, Not(HasSubstr("too large for a hand")));
 }
 
-// One line of JSON a cloud, in the order of their names whoever is ready first; a broken one does
-// not stop the others.
+// One line of JSON per cloud, in the order of the names, whichever is ready first. A broken cloud
+// does not stop the others.
 TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
   Write(TableWithBox(0.08, 0.06), 1.0, "all/b.ply");
   Write(Table(), 1.0, "all/c.ply");
@@ -170,7 +170,7 @@ TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
     EXPECT_EQ(ran.code, 2);
     EXPECT_THAT(ran.err, HasSubstr("1 of 3 clouds could not be perceived"));
     const auto lines = base::Split(ran.out, '\n');
-    ASSERT_EQ(lines.size(), 4u);  // and what follows the last newline
+    ASSERT_EQ(lines.size(), 4u);  // and an empty part after the last newline
     EXPECT_THAT(nlohmann::json::parse(lines[0])["error"].get<std::string>(), HasSubstr("a.ply"));
     EXPECT_EQ(nlohmann::json::parse(lines[1])["cloud"], all + "/b.ply");
     EXPECT_EQ(nlohmann::json::parse(lines[1])["objects"].size(), 1u);
@@ -178,7 +178,7 @@ TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
     const auto written = nlohmann::json::parse(base::ReadFile(out + "/b/perceived.json"));
     EXPECT_EQ(written, nlohmann::json::parse(lines[1]));
   }
-  // Alone it is perceived as it is among others.
+  // A cloud alone gives the same result as among others.
   auto alone = nlohmann::json::parse(Perceive(all + "/b.ply", {"--json"}).out);
   auto among = nlohmann::json::parse(base::ReadFile(out + "/b/perceived.json"));
   alone.erase("seconds");

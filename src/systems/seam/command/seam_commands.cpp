@@ -128,8 +128,7 @@ void AddSeamGenerate(CLI::App& seam) {
   command->add_option("--seed", arguments->seed, "overrides the seed of the experiment");
   command->add_flag("--raw", arguments->raw,
                     "write camera rows, with the calibration in a file next to them");
-  command->add_flag("--body", arguments->body,
-                    "number of scans of the calibration body, instead of a seam");
+  command->add_flag("--body", arguments->body, "scan the calibration body instead of a seam");
   command->footer(
       "Example: rangegrasp seam generate experiments/seam_base.yaml --seam 3 -o results/seam3.csv");
   command->callback([arguments] { Generate(*arguments); });

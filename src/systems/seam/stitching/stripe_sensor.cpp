@@ -139,7 +139,7 @@ class Reflections {
     if (share_ <= 0.0) return std::nullopt;
     const double u = rng.Uniform();
     const bool was_on = on_;
-    // A run that ends may be followed by another at once.
+    // At least one column lies between two runs.
     on_ = first_ ? u < share_ : was_on ? u >= end_ : u < begin_;
     first_ = false;
     if (!on_) return std::nullopt;

@@ -86,7 +86,7 @@ std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell,
 /// 7.1): no returned laser ray passes them within the angle from one profile or sample to the next,
 /// and the geometrical filter (section 4.2.2) keeps them. O(n log n).
 /// @param laser, stereo  in the same frame
-/// @return one per sample of `stereo`; all that were measured if the laser measured nothing
+/// @return one per sample of `stereo`; if the laser measured nothing, all that the filter keeps
 std::vector<bool> FillsAbsorbed(const geometry::View& laser, const geometry::View& stereo);
 
 /// Both sensors observe the world as each would alone, with the same random stream. The observation

@@ -27,7 +27,7 @@ TEST(ReportOf, CountsObjectsOverRunsAlsoOfThoseThatLeaveNoRecord) {
   ASSERT_EQ(json.size(), 1u);
   EXPECT_EQ(json[0]["runs"], 3);
   EXPECT_EQ(json[0]["without_record"], 1);
-  EXPECT_EQ(json[0]["objects"], 6);  // none of the third run's is delivered
+  EXPECT_EQ(json[0]["objects"], 6);  // none of the third run's objects is delivered
   EXPECT_EQ(json[0]["delivered"], 2);
   EXPECT_EQ(json[0]["brought"], 1);
   EXPECT_DOUBLE_EQ(json[0]["delivered_share"], 2.0 / 6.0);

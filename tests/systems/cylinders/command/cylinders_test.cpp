@@ -1,4 +1,4 @@
-// What `cylinders` finds and says, of good clouds and of ones that something is wrong with.
+// Results and messages of `cylinders` for valid clouds and for clouds with errors.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using testing::Not;
 
 class CylindersTest : public testing::Test {
  protected:
-  /// One cylinder of 25.75 x 173 mm at (0, -0.07) and one of 26.75 x 134 mm that lies.
+  /// A standing cylinder of 25.75 x 173 mm at (0, -0.07) and a lying one of 26.75 x 134 mm.
   geometry::RangeImage Image() const {
     base::Rng rng(1);
     const scans::Tabletop tabletop = {{scans::Standing(0.0, -0.07, 0.02575, 0.173),
@@ -75,7 +75,7 @@ TEST_F(CylindersTest, TellsThePosesOfThoseGiven) {
 }
 
 TEST_F(CylindersTest, SaysThatWithoutScanOrderLineEdgesAreLeftOut) {
-  // A PLY has no rows; its sensor's place has to be told.
+  // A PLY has no rows, and the sensor's position must be given.
   const Ran ran = Cylinders(Write("cloud.ply", Image()),
                             {"--cylinder", "25.75,173", "--sensor-origin", "0.75,0,0.75"});
   ASSERT_EQ(ran.code, 0) << ran.err;

@@ -9,7 +9,7 @@
 namespace rangegrasp::cylinders {
 namespace {
 
-// How far p is from the surface of the cylinder.
+// Distance of p from the surface of the cylinder.
 double OffSurface(const CylinderShape& shape, const Eigen::Vector3d& p) {
   const double across = p.tail<2>().norm() - shape.radius_m;
   const double along = std::abs(p.x()) - 0.5 * shape.height_m;
@@ -32,8 +32,8 @@ TEST(SyntheticScan, HasSoManyPointsOnTheSurfaceThatTheEyeSees) {
     const Eigen::Vector3d normal(0.0, p.y(), p.z());
     EXPECT_TRUE(on_end || normal.dot(view.eye - p) > -1e-9);
   }
-  // Seen from far the end's ellipse has pi r^2 sin(37 deg) of it and 2 r h cos(37 deg) of the wall;
-  // from 0.9 m the nearer end has a few more.
+  // From far away, the end's ellipse has an area of pi r^2 sin(37 deg) and the wall one of 2 r h
+  // cos(37 deg); from 0.9 m the nearer end gets a few more points.
   EXPECT_NEAR(end / 5000.0, 0.15, 0.03);
 }
 
@@ -48,7 +48,7 @@ TEST(SyntheticScan, NoiseMovesPointsAlongTheirRays) {
     EXPECT_LT(moved.cross(exact.points[i] - exact.eye).norm(), 1e-12);
     squares += moved.squaredNorm();
   }
-  // 5 standard errors of a standard deviation of 1,000 are 11 %.
+  // 5 standard errors of a standard deviation from 1,000 points are 11 %.
   EXPECT_NEAR(std::sqrt(squares / 1000.0), 0.0005, 0.00006);
 }
 

@@ -82,11 +82,11 @@ TEST(CylindersReport, IterationsMakeSixFigures) {
                        {"method": "rcf_as_printed", "iterations": 100, "radius_mm": 60.0,
                         "radius_error_mm": 34.25, "axis_error_deg": 20.0}])")});
   ASSERT_EQ(report.files.size(), 7u);
-  // What would press all others to the axis is in the table and the CSV alone.
+  // Values that would squeeze all others onto the axis are only in the table and the CSV.
   EXPECT_THAT(report.files[1].second, testing::Not(testing::HasSubstr("as printed")));
   EXPECT_EQ(report.files[1].first, "figure_4.14_noisy.svg");
   EXPECT_EQ(report.files[6].first, "figure_4.19_noisy.svg");
-  // The table is that of 100 iterations; the CSV has both.
+  // The table shows the values for 100 iterations; the CSV has both.
   ASSERT_EQ(report.sections[0].grid.rows.size(), 2u);
   EXPECT_THAT(report.sections[0].grid.rows[1], testing::Contains("0.568"));
   EXPECT_EQ(report.csv.rows.size(), 3u);

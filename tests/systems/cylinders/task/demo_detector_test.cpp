@@ -103,7 +103,7 @@ trial::Detected Detect(std::size_t wanted, const std::vector<Cylinder>& standing
   return MakeDemoDetector(options, TheRobot(), wanted)->Detect(Look(standing), rng);
 }
 
-/// Where the pads will meet what they hold.
+/// The place where the pads will meet the object.
 Vector3d MiddleOfPads(const grasp::DetectedGrasp& grasp) {
   const auto& state = TheRobot().hand().AtGap(grasp.width_m);
   return grasp.X_CH * (0.5 * (state.thumb_pad_H + state.finger_pad_H));
@@ -113,7 +113,7 @@ TEST(DemoDetector, TheWantedOneIsFirstWithItsKnownShape) {
   for (const auto& [wanted, truth] : {std::pair(0u, kTube), std::pair(1u, kCan)}) {
     const auto detected = Detect(wanted, {kTube, kCan});
     const auto& objects = detected.detection.objects;
-    ASSERT_EQ(objects.size(), 3u) << wanted;  // the other one and the box are obstacles
+    ASSERT_EQ(objects.size(), 3u) << wanted;  // the other cylinder and the box are obstacles
     EXPECT_FALSE(objects.front().open);
     Vector3d middle = Vector3d::Zero();
     const auto& vertices = objects.front().surface_C.vertices;
@@ -131,7 +131,7 @@ TEST(DemoDetector, AStandingOneIsGraspedAtItsCentreOfGravityAlongItsAxisFromMany
     if (grasp.type != grasp::GraspType::kCylindrical || grasp.collides) continue;
     EXPECT_GT(grasp.approach_C.dot(-Vector3d::UnitZ()), 0.999);
     const Vector3d off = MiddleOfPads(grasp) - kTube.center;
-    EXPECT_LT(off.head<2>().norm(), 0.02);  // the hand closes on it
+    EXPECT_LT(off.head<2>().norm(), 0.02);  // the hand closes on the cylinder
     EXPECT_LT(std::abs(off.z()), 0.05);
     const Vector3d x_C = grasp.X_CH.linear().col(0);
     turns.push_back(std::atan2(x_C.y(), x_C.x()));

@@ -45,7 +45,7 @@ TEST(DemoReport, EveryRunThatDoesNotEndAsItShouldIsAProblemWithInfluence) {
   EXPECT_EQ(result["runs"], 9);
   EXPECT_EQ(result["good"], 1);
   EXPECT_EQ(result["carried"], 3);
-  EXPECT_EQ(result["felt"], 1);  // what was felt before there was a pull was none
+  EXPECT_EQ(result["felt"], 1);  // a pull felt before there was one does not count
   const std::vector<int> influence = {2, 1, 1, 2, 2};  // the rows of table 4.1, then others
   int sum = 0;
   for (std::size_t i = 0; i < influence.size(); ++i) {
@@ -96,7 +96,7 @@ TEST(DemoReport, OthersThatArePushedAreAProblemWithoutInfluence) {
   const auto report = DemoReport({}, {RecordOf("handed_over", pushed), RecordOf("not_lifted", lost),
                                       RecordOf("handed_over", Carried(true, false))});
   const auto row = RowNamed(report.csv, "hand prosthesis");
-  EXPECT_EQ(row[1], "2");  // a run is one event, however many things were pushed in it
+  EXPECT_EQ(row[1], "2");  // a run is one event, however many things it pushed
   EXPECT_EQ(row[2], "1");
   EXPECT_EQ(row[9], "4");  // table 4.1
   EXPECT_EQ(row[10], "0");
@@ -132,13 +132,13 @@ TEST(DemoReport, PlacesShareTheRunsBetweenThem) {
   EXPECT_EQ(RowNamed(grid, "nothing within 20 mm")[8], "1");
   EXPECT_EQ(RowNamed(grid, "something within 20 mm")[8], "0");
   EXPECT_EQ(RowNamed(grid, "all")[1], "2");
-  EXPECT_EQ(RowNamed(grid, "all")[2], "1");  // recognised at the first try
+  EXPECT_EQ(RowNamed(grid, "all")[2], "1");  // recognized at the first try
   EXPECT_EQ(RowNamed(grid, "all")[6], "1");
 }
 
 trial::Attempt AttemptWith(const sim::HandOverLog& hand_over) {
   trial::Attempt attempt;
-  attempt.outcome = trial::Outcome::kMisplaced;  // it is not at the delivery place
+  attempt.outcome = trial::Outcome::kMisplaced;  // the object is not at the delivery place
   attempt.log.emplace();
   attempt.log->held_after_carry = true;
   attempt.log->hand_over = hand_over;

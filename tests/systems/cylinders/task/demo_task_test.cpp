@@ -25,11 +25,11 @@ TEST(DemoTask, FindsGraspsCarriesAndHandsOver) {
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "handed_over") << result.detail;
   const auto data = DataOf(result);
-  // Two given ones and 3 to 6 others.
+  // Two given cylinders and 3 to 6 other objects.
   EXPECT_GE(data["scene_objects"], 5);
   EXPECT_LE(data["scene_objects"], 8);
   ASSERT_EQ(data["tries"].size(), 1u);
-  // Within the calibration's error of 1 mm and 0.1 deg at 1 m, three times that.
+  // Three times the calibration's error of 1 mm and 0.1 deg at 1 m.
   EXPECT_LT(data["tries"][0]["found"]["across_error_m"], 0.006);
   const auto log = data["log"];
   EXPECT_TRUE(log["held_after_carry"]);
@@ -55,7 +55,7 @@ TEST(DemoTask, ACylinderOfAnotherShapeIsNotFound) {
   const auto experiment = DemoTaskOpen({"cylinders=[30x220, 26.75x134]", "demo.max_tries=2"});
   const auto result = experiment.task->Run(experiment.cases[0]);
   EXPECT_EQ(result.outcome, "not_segmented");
-  // It looks again, as often as it may, and says what came of it.
+  // It looks again until no tries are left, and reports the result of each.
   const auto tries = DataOf(result)["tries"];
   ASSERT_EQ(tries.size(), 2u);
   EXPECT_TRUE(tries[1]["found"].is_null());
@@ -65,13 +65,13 @@ TEST(DemoTask, OnlyWhatTheRobotNoticesIsTriedAgain) {
   trial::Attempt attempt;
   attempt.outcome = trial::Outcome::kNoPath;
   EXPECT_TRUE(KnowsItFailed(attempt, Delivery::kHandOver));
-  attempt.log.emplace();  // the hand closed on nothing, and knows
+  attempt.log.emplace();  // the hand closed on nothing and detects this
   attempt.outcome = trial::Outcome::kNotLifted;
   EXPECT_TRUE(KnowsItFailed(attempt, Delivery::kHandOver));
   EXPECT_TRUE(KnowsItFailed(attempt, Delivery::kPlace));
   attempt.log->aperture.holds_after_carry = true;
   EXPECT_FALSE(KnowsItFailed(attempt, Delivery::kPlace));
-  attempt.log->hand_over.emplace();  // nobody pulled: there is nothing more to be done
+  attempt.log->hand_over.emplace();  // nobody pulled: nothing more can be done
   EXPECT_FALSE(KnowsItFailed(attempt, Delivery::kHandOver));
   trial::Attempt broken;
   EXPECT_FALSE(KnowsItFailed(broken, Delivery::kHandOver));

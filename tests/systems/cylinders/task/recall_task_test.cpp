@@ -40,8 +40,8 @@ TEST(CylinderRecall, CountsHiddenOnesForNothingAndFalseOnesAgainstPrecision) {
   EXPECT_THAT(report.notes.at(0), HasSubstr("1 of 3 detections; of the 2 false ones 1 are other"));
 }
 
-// On synthetic rays. Of 40 given cylinders on 20 tables nearly all that can be seen are detected,
-// within a millimetre.
+// Synthetic rays. Of 40 given cylinders on 20 tables, nearly all visible ones are detected, to
+// within 1 mm.
 TEST(CylinderRecall, NearlyAllGivenCylindersAreDetected) {
   experiment::Changes changes;
   changes.set = {"source=noisy"};
@@ -61,7 +61,7 @@ TEST(CylinderRecall, NearlyAllGivenCylindersAreDetected) {
     }
   }
   EXPECT_GT(seen, 25);
-  // 99.2 % of 1,968 were detected on seeds 23 and 24: three or more of 40 missed has p < 0.005.
+  // On seeds 23 and 24, 99.2 % of 1,968 were detected: missing three or more of 40 has p < 0.005.
   EXPECT_GE(found, seen - 2);
 }
 

@@ -1,4 +1,4 @@
-// Whole runs with detectors that are programs of their own.
+// Whole runs with detectors that are separate programs.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -118,7 +118,7 @@ TEST_F(OutsideRun, AKilledRunLeavesNoDetectorBehind) {
   EXPECT_NE(kill(pid, 0), 0);
 }
 
-// A stranger's results, with a command that shows whether it was started.
+// Results from someone else, with a detector command that shows whether it was started.
 TEST_F(OutsideRun, AProgramThatResultsNameIsStartedOnlyWithTheOption) {
   const auto trace = Folder("started");
   const json command = {"sh", "-c", "echo >" + trace + "; printf '\033[2J'; exit 3"};
@@ -149,7 +149,7 @@ TEST_F(OutsideRun, AProgramThatResultsNameIsStartedOnlyWithTheOption) {
 
 TEST_F(OutsideRun, InTheSandboxResultsAreOutOfSight) {
   if (const auto why = process::WhyNoSandbox()) GTEST_SKIP() << "no sandbox here: " << *why;
-  // Beside the program, where they are in sight if nothing hides them.
+  // The results are next to the program, where they are visible unless the sandbox hides them.
   const std::filesystem::path beside = RANGEGRASP_FROM_ABOVE;
   const auto script = beside.parent_path() / "look_for_results.sh";
   const auto out = beside.parent_path() / "results_of_a_test";

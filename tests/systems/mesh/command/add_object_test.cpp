@@ -1,5 +1,5 @@
-// A mesh becomes an object, or is refused with a reason and nothing left behind. Meshes are made
-// here.
+// A mesh becomes an object, or is refused with a reason and no files left behind. The meshes are
+// generated here.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -52,7 +52,7 @@ class AddObjectTest : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram(arguments);
   }
-  // Exit code 2, a reason, and nothing written.
+  // Expects exit code 2, a reason, and no files written.
   void ExpectRefused(const std::string& mesh, const std::string& reason,
                      const std::vector<std::string>& more = {}) const {
     const Ran ran = Add(mesh, more);

@@ -17,7 +17,7 @@ namespace {
 
 using Labels = std::vector<std::int32_t>;
 
-// Two balls joined by a thin neck: thick, thin, thick; faces in rings along x.
+// Two balls joined by a thin neck; the faces form rings along x.
 constexpr std::uint32_t kRings = 61, kAround = 24;
 Shape Dumbbell() {
   return samples::Tube(
@@ -28,7 +28,7 @@ Shape Dumbbell() {
       });
 }
 
-// Halves, at the middle of the neck.
+// The two halves, split at the middle of the neck.
 Labels Halves(const Shape& dumbbell) {
   Labels labels;
   for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
@@ -54,7 +54,7 @@ Shape Moved(const Shape& shape, const Eigen::Matrix3d& rotation, double scale) {
 const Eigen::Matrix3d kTurn =
     Eigen::AngleAxisd(1.0, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
 
-// Three faces round one edge, a hole, and a piece of its own.
+// A dumbbell with three faces at one edge, a hole, and a separate piece.
 Shape Damaged() {
   Shape shape = Dumbbell();
   shape.faces.erase(shape.faces.begin() + 300, shape.faces.begin() + 340);
@@ -79,7 +79,7 @@ TEST(KMeans, HalvesADumbbellAtItsNeck) {
   const Shape dumbbell = Dumbbell();
   const Segmentation found = SegmentByKMeans(dumbbell, Clusters(2));
   ExpectValid(dumbbell, found);
-  // The cut may lie anywhere on the neck's six rings of 60, whose faces are a tenth of all.
+  // The cut may lie on any of the neck's six of 60 rings; these have a tenth of all faces.
   EXPECT_LT(RandError(found.label, Halves(dumbbell)), 0.1);
 }
 
@@ -110,7 +110,7 @@ Eigen::MatrixXd DualDistances(const Shape& shape) {
 }
 
 TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
-  // A lopsided ball: no two distances are the same.
+  // An asymmetric ball: no two distances are equal.
   const Shape ball = samples::Ball(4, [](const Eigen::Vector3d& p) {
     return 1.0 + 0.5 * std::sin(3.0 * p.x() + 0.3) + 0.3 * p.y() * p.z() + 0.2 * p.z();
   });
@@ -119,7 +119,7 @@ TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
   options.dihedral_weight = 0.0;
   options.iterations = 1;
   const Labels label = SegmentByKMeans(ball, options).label;
-  // The seeds by brute force.
+  // Seeds found by brute force.
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   double area = 0.0;
   for (std::size_t f = 0; f < ball.faces.size(); ++f) {
@@ -172,7 +172,7 @@ TEST(KMeans, DoesNotDependOnPlaceAndScaleNorOnTheRun) {
   const Shape dumbbell = Dumbbell();
   const Labels labels = SegmentByKMeans(dumbbell, Clusters(4)).label;
   EXPECT_EQ(SegmentByKMeans(dumbbell, Clusters(4)).label, labels);
-  // A power of two and no turn: not even rounding differs in the lengths' order.
+  // Scaled by a power of two without rotation, so that even rounding keeps the order of lengths.
   Shape larger = dumbbell;
   for (auto& p : larger.points) p *= 1024.0;
   EXPECT_EQ(SegmentByKMeans(larger, Clusters(4)).label, labels);
@@ -200,7 +200,7 @@ TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
   const SdfOptions options{.clusters = 2};
   const Segmentation found = SegmentBySdf(dumbbell, options);
   ExpectValid(dumbbell, found);
-  // Faces in the middle of a ball and in the middle of the neck.
+  // Labels of faces in the middle of each ball and in the middle of the neck.
   std::set<std::int32_t> left, neck, right;
   for (std::size_t f = 0; f < dumbbell.faces.size(); ++f) {
     const double x = samples::FaceCenter(dumbbell, f).x();
@@ -217,7 +217,7 @@ TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
 }
 
 TEST(Sdf, DoesNotDependOnTheRunNorOnThePose) {
-  // Two clusters: five on so simple a shape hang on rounding (the mixture's local minima).
+  // Two clusters: with five, so simple a shape depends on rounding (local minima of the mixture).
   const Shape dumbbell = Dumbbell();
   const SdfOptions options{.clusters = 2};
   const Labels labels = SegmentBySdf(dumbbell, options).label;
@@ -238,7 +238,7 @@ TEST(Sdf, ADamagedMeshIsCutToo) {
 }
 
 TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
-  // One sheet with a fold: no ray from a face meets anything behind it.
+  // One folded sheet: no ray from a face hits anything behind it.
   Shape sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.2}, {1, 1, 0}};
   sheet.faces = {{0, 1, 2}, {1, 3, 2}};

@@ -17,7 +17,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-/// Three arms of `length` links of one from node 0; arm a holds nodes 1 + a * length and on.
+/// Three arms from node 0 with `length` links of 1 each; arm a has nodes from 1 + a * length.
 VertexGraph Star(std::uint32_t length) {
   std::vector<std::vector<std::uint32_t>> links(1 + 3 * length);
   const auto join = [&](std::uint32_t a, std::uint32_t b) {
@@ -34,7 +34,7 @@ VertexGraph Star(std::uint32_t length) {
 
 bool IsTip(std::uint32_t node, std::uint32_t length) { return node > 0 && node % length == 0; }
 
-// With every node a landmark, its distances and neighbors are the graph's own.
+// With every node a landmark, the distances and neighbors are those of the graph.
 TEST(LandmarkForm, OfAStarHasTheArmsTipsAsFeaturePoints) {
   constexpr std::uint32_t kLength = 6;
   const VertexGraph star = Star(kLength);
@@ -48,7 +48,7 @@ TEST(LandmarkForm, OfAStarHasTheArmsTipsAsFeaturePoints) {
     EXPECT_EQ(feature[i], IsTip(node, kLength)) << node;
     EXPECT_EQ(form.neighbors[i].size(), star.begin[node + 1] - star.begin[node]) << node;
   }
-  // Neither what is not on the hull nor what lies at a cut.
+  // Nodes that are not on the hull or that lie at a cut are not feature points.
   EXPECT_EQ(std::count(feature.begin(), feature.end(), true), 3);
   const auto none = FeaturePoints(form, std::vector<bool>(form.size(), false));
   EXPECT_EQ(std::count(none.begin(), none.end(), true), 0);
@@ -65,7 +65,7 @@ const std::vector<Vector3d> kLimbs = {
     Vector3d(0, 1, 0.3).normalized(), Vector3d(0.2, -1, 0).normalized(),
     Vector3d(0, 0.1, 1).normalized()};
 
-/// A unit ball with five limbs, each 2 long and some 0.5 wide.
+/// A unit ball with five limbs, each 2 long and about 0.5 wide.
 Shape FiveLimbs() {
   return samples::Ball(40, [](const Vector3d& n) {
     double radius = 1.0;
@@ -102,8 +102,8 @@ TEST(CoreExtraction, ABallWithFiveLimbsHasSixParts) {
   for (const Vector3d& limb : kLimbs) tips.insert(result.label[FaceTowards(shape, limb)]);
   EXPECT_EQ(tips.size(), 5u);
   EXPECT_FALSE(tips.contains(0));
-  // The limbs' roots are where the surface turns from the ball outwards: all of the ball that is
-  // well between the limbs is core, all of the limbs' outer halves is not.
+  // The limbs' roots are where the surface bends outward from the ball: the ball well between the
+  // limbs is all core, and the outer halves of the limbs are not core.
   for (std::uint32_t f = 0; f < shape.faces.size(); ++f) {
     double radius = 0.0;
     for (const std::uint32_t v : shape.faces[f]) radius = std::max(radius, shape.points[v].norm());
@@ -125,8 +125,8 @@ TEST(CoreExtraction, KnowsNoTurnShiftAndScaleAndIsTheSameEachTime) {
   for (Vector3d& p : moved.points) p = 0.001 * (turn * p) + Vector3d(1, 2, 3);
   const Segmentation second = SegmentByCoreExtraction(moved, {});
   ASSERT_EQ(second.label.size(), first.label.size());
-  // Paths of the same length tie differently after rounding: some faces at the cuts may change
-  // sides.
+  // Rounding breaks ties between paths of equal length differently: some faces at the cuts may
+  // change sides.
   std::size_t different = 0;
   for (std::size_t f = 0; f < first.label.size(); ++f) {
     different += first.label[f] != second.label[f];
@@ -162,7 +162,7 @@ TEST(CoreExtraction, TakesATriangleAndRefusesACloud) {
 class SeededCut : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededCut, ::testing::Range<std::uint64_t>(0, 40));
 
-// Also with several links between two nodes, and between a node and the source or the sink.
+// Includes several links between two nodes, and between a node and the source or the sink.
 TEST_P(SeededCut, MinCutIsTheCheapestOfAll) {
   base::Rng rng(GetParam());
   constexpr std::uint32_t kNodes = 9, kSourceNode = 3, kSinkNode = 5;
@@ -228,7 +228,7 @@ TEST(CutRefinement, ABoundaryMovesIntoTheGrooveWithinReach) {
 }
 
 TEST(CutRefinement, AConcaveEdgeIsCheaperThanAConvexOneAndThanAFlatOne) {
-  Shape mesh;  // four triangles about three edges: convex, flat, concave
+  Shape mesh;  // four triangles at three edges: convex, flat, concave
   mesh.points = {Vector3d(0, 0, 0), Vector3d(0, 1, 0),   Vector3d(1, 0, 0),
                  Vector3d(1, 1, 0), Vector3d(-1, 0, -1), Vector3d(2, 1, 1)};
   mesh.faces = {{0, 2, 1}, {1, 2, 3}, {0, 1, 4}, {3, 2, 5}};
@@ -255,7 +255,7 @@ TEST(CutRefinement, CrumbsJoinTheLabelTheyTouchMost) {
   std::vector<std::int32_t> label = whole;
   for (std::size_t f = 0; f < label.size(); ++f) {
     const double x = rod.points[rod.faces[f][0]].x();
-    if (x < 0.2) label[f] = 1;  // an end of the wrong label, not joined to the rest of it
+    if (x < 0.2) label[f] = 1;  // an end with the wrong label, not connected to its part
   }
   JoinCrumbs(faces, label);
   EXPECT_EQ(label, whole);

@@ -1,4 +1,4 @@
-// The hierarchical method on clouds of shapes whose parts are known from formulas.
+// The hierarchical method on clouds of shapes whose parts are known analytically.
 
 #include <gtest/gtest.h>
 
@@ -31,12 +31,12 @@ struct Labelled {
   }
 };
 
-/// Two unit balls round x = -1.2 and 1.2 with a rod of radius 0.3 between them.
+/// Two unit balls around x = -1.2 and 1.2 with a rod of radius 0.3 between them.
 Labelled CloudHierarchyDumbbell(int count, double noise, std::uint64_t seed) {
   base::Rng rng(seed);
   Labelled result;
   while (result.cloud.points.size() < static_cast<std::size_t>(count)) {
-    // Areas: two balls of 4 pi, a rod of 0.6 pi a length; it is 0.49 long outside of the balls.
+    // Areas: two balls of 4 pi, and a rod of 0.6 pi per length with 0.49 outside of the balls.
     const double where = rng.Uniform(0.0, 8.0 + 0.6 * 0.49);
     if (where < 8.0) {
       const double side = where < 4.0 ? -1.0 : 1.0;
@@ -53,8 +53,8 @@ Labelled CloudHierarchyDumbbell(int count, double noise, std::uint64_t seed) {
   return result;
 }
 
-/// An open mug of wall 0.2, radius 1 and height 2 round the z axis, and a handle: half a ring of
-/// radius 0.6 and girth radius 0.2 on its +x side.
+/// An open mug with wall thickness 0.2, radius 1 and height 2 about the z axis. On its +x side is a
+/// handle: half a ring of radius 0.6 and tube radius 0.2.
 Labelled Mug(int count, double noise, std::uint64_t seed) {
   constexpr double kPi = std::numbers::pi;
   base::Rng rng(seed);
@@ -87,14 +87,14 @@ Labelled Mug(int count, double noise, std::uint64_t seed) {
       p = {0.95 + r * std::cos(along), 0.2 * std::sin(round), r * std::sin(along)};
       if (std::hypot(p.x(), p.y()) < 1.0) continue;
     }
-    // Where the handle enters, the wall is covered.
+    // The handle covers the wall where it joins it.
     if (kind == 0 && p.x() > 0.0 && std::hypot(p.y(), std::abs(p.z()) - 0.6) < 0.2) continue;
     result.Add(Noisy(p, noise, rng), kind == 5 ? 1 : 0);
   }
   return result;
 }
 
-/// A unit ball with a fin of 1.5 by 0.9 at its +x side, both sides of it in one plane.
+/// A unit ball with a fin of 1.5 by 0.9 on its +x side; both sides of the fin lie in one plane.
 Labelled BallWithFin(int count, double noise, std::uint64_t seed) {
   base::Rng rng(seed);
   Labelled result;
@@ -116,7 +116,7 @@ TEST_P(CloudGrades, ADumbbellComesApartAtItsRod) {
   const auto [count, noise] = GetParam();
   const Labelled dumbbell = CloudHierarchyDumbbell(count, noise, 1);
   const Segmentation found = SegmentHierarchy(dumbbell.cloud, {});
-  // The rod may go with either ball, or be a part: 2 % of the area, and twice that of the pairs.
+  // The rod may join either ball or be a part: 2 % of the area, and twice that of the pairs.
   EXPECT_LE(RandError(found.label, dumbbell.part), 0.05);
   EXPECT_LE(found.parts, 3);
 }
@@ -125,8 +125,8 @@ TEST_P(CloudGrades, AMugIsAContainerAndAHandle) {
   const auto [count, noise] = GetParam();
   const Labelled mug = Mug(count, noise, 2);
   const Segmentation found = SegmentHierarchy(mug.cloud, {});
-  EXPECT_LE(found.parts, 3);  // a handle may come apart at its bend
-  // The handle has 8 % of the points; a tenth of it may be off at its ends, in pairs with all
+  EXPECT_LE(found.parts, 3);  // a handle may be split at its bend
+  // The handle has 8 % of the points. A tenth of it may be wrong at its ends, in pairs with all
   // others.
   EXPECT_LE(RandError(found.label, mug.part), 0.016);
 }
@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(Grades, CloudGrades,
                                            std::pair(30'000, 0.02)));
 
 TEST(CloudHierarchy, WhatIsThinnerThanItsNoiseIsAPart) {
-  // 0.5 % of 4.3 across. Where the fin meets the ball a strip of a tenth of it may be off.
+  // 0.5 % of 4.3 across. At the joint with the ball, a strip of a tenth of the fin may be wrong.
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Labelled finned = BallWithFin(10'000, 0.02, seed);
     const Segmentation found = SegmentHierarchy(finned.cloud, {});
@@ -170,7 +170,7 @@ TEST_P(CloudNoises, PartsAreTheSameHoweverTheCloudLiesAndIsWrittenDown) {
   }
 }
 
-// In units of a ball's radius: a sixth of the spacing, and half of it, where the mesh is wrapped.
+// In units of a ball's radius: a sixth and half of the spacing; with half, the mesh is wrapped.
 INSTANTIATE_TEST_SUITE_P(LittleAndMuch, CloudNoises, ::testing::Values(0.01, 0.03));
 
 TEST(CloudHierarchy, StraysMakeNoPartsAndGoWithTheNearest) {
@@ -186,7 +186,7 @@ TEST(CloudHierarchy, StraysMakeNoPartsAndGoWithTheNearest) {
   EXPECT_LE(RandError(found.label, mug.part), 0.016);
 }
 
-// A small part of the surface may be the nearest to no point: then it is none.
+// A small part of the surface may not be the nearest to any point. Then it is not a part.
 TEST(CloudHierarchy, EveryPartHasPoints) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Shape cloud = CloudHierarchyDumbbell(100, 0.0, seed).cloud;

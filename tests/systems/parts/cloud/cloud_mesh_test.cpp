@@ -19,8 +19,8 @@ namespace {
 
 using Faces = std::vector<std::array<std::uint32_t, 3>>;
 
-/// The heap with so many blocks of all small sizes taken, and half of them given back in a random
-/// order: what is made next lies in the holes, one here and one there.
+/// A heap with many blocks of all small sizes, half of them freed in random order. Later
+/// allocations land in scattered holes.
 class PerturbedHeap {
  public:
   explicit PerturbedHeap(std::uint64_t seed) {
@@ -37,7 +37,7 @@ class PerturbedHeap {
   std::vector<std::unique_ptr<std::byte[]>> blocks_;
 };
 
-/// A lattice's points on the faces of a cube: all triangles are as large as each other.
+/// Lattice points on the faces of a cube: all triangles have the same size.
 geometry::Points LatticeCube() {
   constexpr int kSide = 12;
   geometry::Points points;
@@ -51,7 +51,7 @@ geometry::Points LatticeCube() {
   return points;
 }
 
-/// Half a ball: its edges wait for wider gaps until the last.
+/// Half a ball: its open edges stay unclosed until the largest gaps are meshed.
 geometry::Points HalfBall() {
   base::Rng rng(3);
   geometry::Points points;
@@ -71,7 +71,7 @@ TEST_P(AnyHeap, GivesTheSameTriangles) {
   for (const std::uint64_t seed : {1, 2}) {
     const PerturbedHeap heap(seed);
     EXPECT_EQ(AdvancingFront(points, max_edge), first);
-    Faces of_thread;  // whose heap is another one
+    Faces of_thread;  // this thread uses another heap
     std::thread([&] {
       const PerturbedHeap own(seed + 10);
       of_thread = AdvancingFront(points, max_edge);
@@ -79,7 +79,7 @@ TEST_P(AnyHeap, GivesTheSameTriangles) {
     EXPECT_EQ(of_thread, first);
   }
 }
-// Six spacings, as clouds are meshed: of half a ball's 2,000 points one is root(pi / 1000).
+// Six spacings, as in cloud meshing; for 2,000 points on half a ball one is root(pi / 1000).
 INSTANTIATE_TEST_SUITE_P(Clouds, AnyHeap,
                          ::testing::Values(std::pair(LatticeCube(), 6.0),
                                            std::pair(HalfBall(), 0.336)));
@@ -88,7 +88,7 @@ using Eigen::Vector3d;
 using samples::BallPoint;
 using samples::Noisy;
 
-/// So many points of the unit ball.
+/// `count` points of the unit ball with noise.
 geometry::Points BallCloud(int count, double noise, std::uint64_t seed) {
   base::Rng rng(seed);
   geometry::Points points;
@@ -98,7 +98,7 @@ geometry::Points BallCloud(int count, double noise, std::uint64_t seed) {
 
 TEST(CloudSampling, NoiseAndSpacingAreMeasured) {
   for (const int count : {3'000, 20'000}) {
-    // Of evenly drawn points each stands for an equal share of the ball.
+    // Uniformly drawn points each represent an equal share of the ball.
     const double spacing = std::sqrt(4.0 * std::numbers::pi / count);
     for (const double noises : {0.1, 0.5, 2.0}) {
       const double noise = noises * spacing;
@@ -126,7 +126,7 @@ TEST_P(CloudMeshOfBall, IsClosedRoundAndTurnedOutwards) {
   const geometry::Points points = BallCloud(count, noise, 7);
   const CloudMesh found = MeshOfCloud(points);
   const Shape& mesh = found.mesh;
-  // Each face has three neighbors, but for some at pinholes, of which the front leaves a few.
+  // Each face has three neighbors, except at the few pinholes that the front leaves.
   EXPECT_NEAR(static_cast<double>(BuildFaceGraph(mesh).neighbor.size()) / 3.0,
               static_cast<double>(mesh.faces.size()),
               1e-3 * static_cast<double>(mesh.faces.size()));
@@ -144,8 +144,8 @@ TEST_P(CloudMeshOfBall, IsClosedRoundAndTurnedOutwards) {
     outwards +=
         frames.area[f] / frames.total_area * frames.normal[f].dot(frames.center[f] - middle);
   }
-  // Normals are off by the slope of 0.1 rad of two axes that smoothing aims at, so that the area is
-  // 1 % more and the mean cosine 1 % less; three times that.
+  // Smoothing aims at normals with a slope error of 0.1 rad about two axes, so that the area is 1 %
+  // larger and the mean cosine 1 % smaller. The tolerance is three times that.
   EXPECT_NEAR(frames.total_area / (4.0 * std::numbers::pi * radius * radius), 1.0, 0.03);
   EXPECT_GT(outwards / radius, 0.97);
   EXPECT_EQ(found.face_of_point.size(), points.size());
@@ -158,8 +158,8 @@ TEST(CloudMesh, APointBelongsToAFaceBesideIt) {
   const geometry::Points points = BallCloud(3'000, 0.0, 11);
   const CloudMesh found = MeshOfCloud(points);
   const FaceFrames frames = BuildFaceFrames(found.mesh);
-  // Two points near to each other have faces near to each other: in the mesh's unit, in which the
-  // ball's radius is about 1 too.
+  // Two nearby points have nearby faces. Distances are in the mesh's unit, in which the ball's
+  // radius is about 1 too.
   for (std::size_t i = 1; i < 200; ++i) {
     const double apart = (points[i] - points[0]).norm();
     const double of_faces =

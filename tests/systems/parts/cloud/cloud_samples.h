@@ -8,7 +8,7 @@
 
 namespace rangegrasp::parts::samples {
 
-/// Evenly drawn from the unit ball's surface (Archimedes: heights are uniform).
+/// Uniform on the unit ball's surface (Archimedes: heights are uniform).
 inline Eigen::Vector3d BallPoint(base::Rng& rng) {
   const double z = rng.Uniform(-1.0, 1.0);
   const double angle = rng.Uniform(0.0, 2.0 * std::numbers::pi);
@@ -16,7 +16,7 @@ inline Eigen::Vector3d BallPoint(base::Rng& rng) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-/// p with normal noise of each coordinate.
+/// p with normally distributed noise in each coordinate.
 inline Eigen::Vector3d Noisy(const Eigen::Vector3d& p, double noise, base::Rng& rng) {
   Eigen::Vector3d off;
   for (double& x : off) x = noise * rng.Normal();

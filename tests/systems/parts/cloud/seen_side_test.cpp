@@ -18,8 +18,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Even faces of a cone about z, of slope 1 in 4, seen over half a turn, and a fin that stands off
-/// it in a plane beside the axis with a sixth of the area, all moved.
+/// Equal faces of a cone about z with slope 1 in 4, visible over half a turn. One in six faces lies
+/// on a fin in a plane next to the axis. All are moved by `move`.
 FaceFrames HalfConeWithFin(const Eigen::Isometry3d& move, double noise) {
   base::Rng rng(5);
   FaceFrames frames;
@@ -49,10 +49,10 @@ TEST(Revolution, TheAxisOfAHalfSeenConeIsFoundBesideAFin) {
   for (const double noise : {0.0, 0.1}) {
     const auto axis = FindRevolution(HalfConeWithFin(move, noise));
     ASSERT_TRUE(axis);
-    // 1000 normals tilted by 0.1 rad tell the axis to some 0.1 / sqrt(1000); ten times that.
+    // 1000 normals with 0.1 rad noise give the axis to about 0.1 / sqrt(1000); ten times that.
     EXPECT_GT(std::abs(axis->direction.dot(move.linear().col(2))), std::cos(0.03));
     EXPECT_LT(axis->direction.cross(move.translation() - axis->point).norm(), 0.03);
-    // The cone's share; the fin's normals meet the axis nowhere.
+    // The cone's share; the lines along the fin's normals do not meet the axis.
     EXPECT_NEAR(axis->share, 5.0 / 6.0, 0.02);
   }
 }
@@ -67,8 +67,8 @@ TEST(Revolution, TwistIsTheSineOfANormalsWayPastTheAxis) {
   EXPECT_NEAR(axis.ProfileOf(p).y(), 7.0, 1e-12);
 }
 
-/// Two squares of 20 x 20 cells of side 1, of two triangles each, one over the other; the lower one
-/// is of two parts, halves, the upper one is the third.
+/// Two squares, one above the other, of 20 x 20 cells of side 1, each cell of two triangles. The
+/// halves of the lower square are two parts; the upper square is the third.
 Shape TwoSheets(double apart, Segmentation& labels) {
   constexpr std::uint32_t kCells = 20;
   Shape mesh;
@@ -107,9 +107,9 @@ TEST(Walls, SheetsApartAndPartsBesideEachOtherStayApart) {
   EXPECT_EQ(JoinWalls(mesh, labels).tree.size(), labels.tree.size());
 }
 
-constexpr double kGirthRadius = 0.1;  // of the handle
+constexpr double kGirthRadius = 0.1;  // radius of the handle's tube
 
-/// The first point at which a ray comes to the mug: steps as long as the distance are safe.
+/// The first hit of a ray on the mug (sphere tracing: steps as long as the distance are safe).
 std::optional<Vector3d> FirstHit(Vector3d p, const Vector3d& ray) {
   for (double way = 0.0; way < 12.0;) {
     const double step = std::min(samples::ToCup(p), samples::ToHandle(p, kGirthRadius));
@@ -124,8 +124,8 @@ struct View {
   Shape cloud;
   std::vector<bool> is_handle;
 };
-/// What parallel rays see of the mug from a direction, 0.06 apart, with a noise of 0.006 along
-/// them: 3 mm and 0.3 mm of a mug 95 mm tall.
+/// Points of the mug seen from a direction, by parallel rays 0.06 apart with noise of 0.006 along
+/// them. This is 3 mm and 0.3 mm on a mug 95 mm tall.
 View LookFrom(double azimuth, double elevation, std::uint64_t seed) {
   base::Rng rng(seed);
   const Vector3d ray = -Vector3d(std::cos(azimuth) * std::cos(elevation),
@@ -144,8 +144,8 @@ View LookFrom(double azimuth, double elevation, std::uint64_t seed) {
   return view;
 }
 
-/// Whether some part is the handle, or is the cup, to nine tenths: so much of it is, and so much of
-/// what is belongs to it.
+/// True if a part matches the handle (or the cup) to 90 %: of the part's points and of the handle's
+/// (or cup's) points.
 bool IsOnePiece(const View& view, const Segmentation& found, bool handle) {
   const auto of_all = std::count(view.is_handle.begin(), view.is_handle.end(), handle);
   for (int part = 0; part < found.parts; ++part) {
@@ -161,7 +161,7 @@ bool IsOnePiece(const View& view, const Segmentation& found, bool handle) {
 }
 
 TEST(SeenSide, AMugOfWhichTheHandleIsInSightIsAContainerAndAHandle) {
-  // From above by 20 to 55 degrees, the handle to the left, to the right and towards the viewer.
+  // From 20 to 55 degrees above, with the handle to the left, to the right and towards the viewer.
   int views = 0, right = 0;
   for (const double elevation : {0.35, 0.55, 0.75, 0.95}) {
     for (const double azimuth : {-1.7, -0.9, -0.1, 0.8, 1.6}) {
@@ -183,8 +183,8 @@ TEST(SeenSide, AClosedSurfaceHasTwoLayersAndWhatOneViewShowsOne) {
     ball.push_back(samples::BallPoint(rng));
     if (ball.back().z() > 0.0) half.push_back(ball.back());
   }
-  // A cell counts as covered if any of the surface is in it, so that a disc of radius 1 covers up
-  // to one of 1 + a cell's diagonal; a cell is two edges of the mesh, at most 0.11 here.
+  // A cell is covered if it contains any of the surface, so a disc of radius 1 covers up to a disc
+  // of 1 + a cell's diagonal. A cell is two edges of the mesh, at most 0.11 here.
   const double covered = std::pow(1.0 + std::sqrt(2.0) * 0.11, 2);
   const Shape open = MeshOfCloud(half).mesh;
   EXPECT_LE(FewestLayers(open), 1.0);

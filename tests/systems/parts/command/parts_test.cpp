@@ -1,4 +1,4 @@
-// The parts commands, as a user with a mesh or cloud of their own would run them.
+// The parts commands, as a user with their own mesh or cloud would run them.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
-// A ball on the x side of which a rod grows: rings of points along x, with two ends.
+// A ball with a rod on its x side: rings of points along x, with two ends.
 parts::Shape Lollipop() {
   const auto x = [](double t) { return -0.99 + 4.0 * t; };
   return parts::samples::Tube(
@@ -38,7 +38,7 @@ std::string PlyOf(const geometry::Points& points) {
   return out.str();
 }
 
-// The points of a binary PLY as `scan` writes it: x, y, z as floats and two whole numbers.
+// The points of a binary PLY written by `scan`: x, y, z as floats and two integers.
 std::vector<std::array<double, 3>> ScannedPoints(const std::string& ply) {
   const std::string end = "end_header\n";
   std::vector<std::array<double, 3>> points;
@@ -114,7 +114,7 @@ TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
   }
 }
 
-// A ball on a stick: two parts, of which the tree tells; at level 0 it is whole.
+// A ball on a stick: the tree shows two parts; at level 0 it is one.
 TEST_F(PartsTest, AHierarchyHasATreeLevelsAndAsManyPartsAsAsked) {
   const auto json = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {mesh_, "--method", "hierarchy", "--json"};
@@ -188,7 +188,7 @@ TEST_F(PartsTest, AMeshInItsPoseInvariantFormHasLabelsForItsOwnFaces) {
   EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces"));
 }
 
-// A cloud of one view: the handle is a part of its own, the container the core.
+// A cloud of one view: the handle is a separate part, the container is the core.
 TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   const std::string cloud = (folder_ / "mug.ply").string();
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
@@ -200,7 +200,7 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   const auto json = nlohmann::json::parse(ran.out);
   ASSERT_GE(json["parts"].size(), 2U);
   EXPECT_GT(json["parts"][0]["share"], 0.8);
-  // The scan is of an upright mug: its handle is what reaches out beyond the wall's 40 mm.
+  // The scanned mug stands upright: its handle is what extends beyond the wall's radius of 40 mm.
   const auto points = ScannedPoints(base::ReadFile(cloud));
   const auto labels = LabelsOf(base::ReadFile(folder_ / "out" / "mug.seg"));
   ASSERT_EQ(points.size(), labels.size());
@@ -223,7 +223,7 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   EXPECT_GT(handle.begin()->second, 30);
 }
 
-// The same from the whole scan: perception finds the object on the table, cropped from the arm.
+// The same from the whole scan: perception finds the object on the table, without the arm.
 TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
   const std::string cloud = (folder_ / "scan.pcd").string();
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";

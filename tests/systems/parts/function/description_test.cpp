@@ -38,7 +38,7 @@ TEST(HeldWater, ACupHoldsItsHollowUprightAndNothingUpsideDown) {
                                         samples::ToCup);
   const double hollow = std::numbers::pi * samples::kMugInner * samples::kMugInner *
                         (samples::kMugTall - samples::kMugFloor);
-  // A cell that the wall touches counts as wall: up to a cell of 1.8 / 24 less all round.
+  // A cell that the wall touches counts as wall: up to one cell of 1.8 / 24 less all around.
   const double wall_cells = 2.0 * std::numbers::pi * samples::kMugInner *
                             (samples::kMugTall - samples::kMugFloor) * 1.8 / 24.0;
   EXPECT_NEAR(HeldWater(cup.points, Vector3d::UnitZ()), hollow, wall_cells);
@@ -55,10 +55,10 @@ TEST(DescribeParts, AMugIsAContainerWithAHandle) {
   EXPECT_EQ(parts[1].function, PartFunction::kHandle);
   ASSERT_EQ(parts[1].neighbors.size(), 1u);
   EXPECT_EQ(parts[1].neighbors[0].joints, 2);
-  // Two rings of radius 0.12, cut along the edges of a mesh: up to a third longer, aslant more.
+  // Two rings of radius 0.12, cut along mesh edges: up to a third longer, more if oblique.
   EXPECT_NEAR(parts[1].neighbors[0].border, 4.0 * std::numbers::pi * 0.12, 0.8);
   EXPECT_FALSE(parts[0].volume);
-  // The same seen as points.
+  // The same mug as points.
   mug.faces.clear();
   const auto of_points = DescribeParts(mug, CupAndHandle(mug));
   EXPECT_EQ(of_points[0].function, PartFunction::kContainer);
@@ -77,7 +77,7 @@ TEST(DescribeParts, WhatTheHierarchyFindsOfAMugHasItsFunctionsToo) {
   EXPECT_EQ(handles, 1);
 }
 
-// Seen from beside, upside down: half of the outside, and a handle whose ends it hides.
+// Seen from the side, upside down: half of the outside, and a handle with its ends hidden.
 TEST(DescribeParts, OfOneViewTheBodyNeedHaveNoInsideAndTheHandleNoJoint) {
   Shape seen;
   Segmentation found;
@@ -116,7 +116,7 @@ TEST(DescribeParts, ABallIsMeasured) {
   whole.parts = 1;
   const auto parts = DescribeParts(ball, whole);
   ASSERT_TRUE(parts[0].volume);
-  // Facets of 2 * pi / 48 of a turn are within a hundredth of the sphere.
+  // With facets of 2 * pi / 48 the volume and area are within 1 % of the sphere's.
   EXPECT_NEAR(*parts[0].volume, 32.0 / 3.0 * std::numbers::pi, 0.4);
   EXPECT_NEAR(parts[0].area, 16.0 * std::numbers::pi, 0.6);
   EXPECT_NEAR(parts[0].center.norm(), 0.0, 1e-6);

@@ -41,14 +41,14 @@ Attempt TryByHandle(int index) {
   return attempt;
 }
 
-// Of five cups whose handle is seen two are delivered; three turn in the hand by more than 0.1
-// deg/s while it rests, which the audit counts as creep.
+// Of five cups with a visible handle, two are delivered. Three rotate in the hand by more than 0.1
+// deg/s at rest, which the audit counts as creep.
 TEST(TakeByHandle, ACupIsTakenByIt) {
   const Attempt attempt = TryByHandle(5);
   EXPECT_EQ(attempt.outcome, Outcome::kDelivered);
   ASSERT_TRUE(attempt.grasp);
   EXPECT_EQ(attempt.grasp->name, "handle");
-  EXPECT_LT(attempt.grasp->width_m, 0.013);  // its bar is 9.4 mm thick, its body 82 mm
+  EXPECT_LT(attempt.grasp->width_m, 0.013);  // the bar is 9.4 mm thick, the body 82 mm
 }
 
 TEST(TakeByHandle, IsRefusedWithAReasonWhereItIsOutOfSight) {

@@ -22,9 +22,9 @@ std::shared_ptr<Sight> SightOf(std::uint32_t cells, bool (*sees)(std::uint32_t, 
   return std::make_shared<Sight>(all);
 }
 
-/// Cells in a row that all see each other, each a solid lump: its normals look away from the row's
-/// middle.
-/// @param ring  the last touches the first
+/// A row of cells that all see each other. It counts as a solid lump because all normals point away
+/// from the middle of the row.
+/// @param ring  the last cell touches the first
 Cells Row(const std::vector<double>& areas, const std::vector<double>& borders, bool ring = false) {
   Cells cells;
   const auto count = static_cast<std::uint32_t>(areas.size());
@@ -59,22 +59,22 @@ TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
   const Cells row = Row({1, 1, 1, 1, 1, 1}, {5, 2, 3, 1, 5});
   std::vector<Sides> candidates;
   for (std::size_t k = 1; k < 6; ++k) candidates.push_back(FirstCells(6, k));
-  // Any solidity: all normals look the same way.
+  // Any solidity is accepted, because all normals point the same way.
   const CutOff best = BestSplit(row, candidates, {.min_area = 0.5, .solidity = -1e9});
-  // Cuts cost 5, 2, 3, 1, 5; smaller sides are 1, 2, 3, 2, 1: the fourth by far.
+  // Cuts cost 5, 2, 3, 1, 5; smaller sides are 1, 2, 3, 2, 1: the fourth cut is clearly the best.
   EXPECT_NEAR(best.quality, 1.0 / std::sqrt(4.0 * base::kPi * 2.0), 1e-12);
   EXPECT_TRUE(best.off == (Indices{0, 1, 2, 3}) || best.off == (Indices{4, 5}));
-  // Where sides of two are too small only the middle is left.
+  // Sides of two cells are too small here, so only the middle cut is left.
   const CutOff middle = BestSplit(row, candidates, {.min_area = 2.5, .solidity = -1e9});
   EXPECT_NEAR(middle.quality, 3.0 / std::sqrt(4.0 * base::kPi * 3.0), 1e-12);
   EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 3.5, .solidity = -1e9}).quality));
-  // And none is solid enough.
+  // No set of cells is solid enough.
   EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 0.5, .solidity = 1e9}).quality));
 }
 
-// Two rooms in a row of eight, with a wall between the third and the fourth cell: no pair across it
-// sees the other, all pairs in a room do. A cut elsewhere is seen through as far as its rooms
-// reach.
+// Two rooms in a row of eight cells, with a wall between the fourth and the fifth cell: no pair
+// across the wall sees each other, all pairs in a room do. Across a cut elsewhere, cells see each
+// other up to the end of their room.
 TEST(SeenAcross, IsLeastWhereRoomsMeet) {
   Cells row = Row(std::vector<double>(8, 1.0), std::vector<double>(7, 1.0));
   row.sight = SightOf(8, [](std::uint32_t a, std::uint32_t b) { return (a < 4) == (b < 4); });
@@ -84,7 +84,7 @@ TEST(SeenAcross, IsLeastWhereRoomsMeet) {
   EXPECT_EQ(SeenAcross(row, FirstCells(8, 4), 10.0), 1.0);
 }
 
-// It stops early only where the value is above the limit.
+// The function stops early only if the value is above the limit.
 TEST(SeenAcross, IsTheSameBelowAnyLimit) {
   Cells row = Row(std::vector<double>(60, 1.0), std::vector<double>(59, 1.0));
   int stopped = 0;
@@ -101,17 +101,17 @@ TEST(SeenAcross, IsTheSameBelowAnyLimit) {
   EXPECT_GT(stopped, 100);
 }
 
-// What is far apart sees little of each other anyway, as in a thin bent wall: a cut through it does
-// not become better by that.
+// Cells that are far apart see little of each other anyway, for example in a thin bent wall. This
+// must not make a cut through the wall better.
 TEST(SeenAcross, ComparesPairsThatAreAsFarApart) {
   Cells row = Row(std::vector<double>(40, 1.0), std::vector<double>(39, 1.0));
   row.sight = SightOf(40, [](std::uint32_t a, std::uint32_t b) { return a < b + 6 && b < a + 6; });
-  // Bins of 15 / 8 mix pairs that see each other with some that do not: within a tenth.
+  // Bins of 15 / 8 mix pairs that see each other with pairs that do not: tolerance 0.1.
   EXPECT_NEAR(SeenAcross(row, FirstCells(40, 20), 6.0).value(), 1.0, 0.1);
 }
 
 TEST(Divide, CrumbsGoWithWhatIsTakenOff) {
-  // Without cell 2 a row falls into {0, 1} and {3, 4, 5}; without 1, into {0} and the rest.
+  // Without cell 2 the row falls into {0, 1} and {3, 4, 5}; without cell 1, into {0} and the rest.
   const Cells row = Row({0.1, 1, 1, 1, 1, 1}, {1, 1, 1, 1, 1});
   EXPECT_EQ(Divide(row, {2}, 0.5), (std::vector<Indices>{{0, 1}, {2}, {3, 4, 5}}));
   EXPECT_EQ(Divide(row, {1}, 0.5), (std::vector<Indices>{{0, 1}, {2, 3, 4, 5}}));
@@ -123,8 +123,8 @@ TEST(Divide, TheLargestRestStaysHoweverSmall) {
   EXPECT_EQ(Divide(row, {1}, 10.0), (std::vector<Indices>{{0, 1}, {2}}));
 }
 
-// A row has one border between its ends, a ring has two; a border at what was cut off before is
-// none.
+// A row has one border between its ends, a ring has two. A border at an edge of an earlier cut does
+// not count.
 TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
   const Cells row = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0));
   const Sides off = FirstCells(16, 6);
@@ -135,7 +135,7 @@ TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
   EXPECT_EQ(HandleLoops(ring, off), 1.0);
 }
 
-// Two borders of a ring are the price of one handle: half of what a row's would cost.
+// Two borders of a ring cost as much as one handle: half of the cost in a row.
 TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
   const Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0), true);
   const CutOff split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
@@ -147,7 +147,7 @@ TEST(ConnectedSets, AreThoseOfEachSide) {
   EXPECT_EQ(ConnectedSets(row, {1, 0, 0, 1, 1}), (std::vector<Indices>{{0}, {1, 2}, {3, 4}}));
 }
 
-// One edge of length 2, bent by b: e^-gb where it is concave, 1 + g / 4 |b| where it is convex.
+// One edge of length 2, bent by b: the factor is e^-gb if concave, 1 + g / 4 |b| if convex.
 TEST(BendCosts, AGrooveIsCheapAndARidgeIsDear) {
   Shape two;
   two.points = {{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, -1, 0}};

@@ -39,7 +39,7 @@ std::uint32_t FaceNear(const Shape& shape, const Vector3d& p) {
   return best;
 }
 
-/// Triangles between consecutive rings of a tube about the x axis, its profile (x, radius).
+/// A tube about the x axis with a given profile (x, radius), meshed between consecutive rings.
 Shape Lathe(const std::vector<std::pair<double, double>>& profile, std::uint32_t around) {
   const auto at = [&](double t) {
     const double s = std::clamp(t, 0.0, 1.0) * static_cast<double>(profile.size() - 1);
@@ -55,7 +55,7 @@ Shape Lathe(const std::vector<std::pair<double, double>>& profile, std::uint32_t
   return lathe;
 }
 
-/// Two unit balls round x = -1.3 and 1.3, joined by a neck about as wide as a third of them.
+/// Two unit balls around x = -1.3 and 1.3, joined by a neck of about a third of their width.
 Shape HierarchyDumbbell() {
   std::vector<std::pair<double, double>> profile;
   for (int k = 0; k <= 120; ++k) {
@@ -67,14 +67,14 @@ Shape HierarchyDumbbell() {
   return Lathe(profile, 48);
 }
 
-/// A box round the origin.
+/// A box around the origin.
 Shape Box(const Vector3d& size, std::uint32_t cells) {
   Shape box = samples::Ball(cells, [](const Vector3d& n) { return 1.0 / n.cwiseAbs().maxCoeff(); });
   for (Vector3d& p : box.points) p = p.cwiseProduct(0.5 * size);
   return box;
 }
 
-/// A ball and a ring through its skin: a pot with one handle.
+/// A ball intersected by a ring: a pot with one handle.
 Shape PotWithHandle() {
   return samples::Isosurface(
       Vector3d(-1.2, -1.2, -1.2), Vector3d(2.2, 1.2, 1.2), 0.075, [](const Vector3d& p) {
@@ -105,7 +105,7 @@ TEST(Hierarchy, TwoBallsComeApartAtTheirNeck) {
   const std::int32_t right = result.label[FaceNear(shape, Vector3d(1.3, 1.0, 0.0))];
   EXPECT_NE(left, right);
   for (std::uint32_t f = 0; f < shape.faces.size(); ++f) {
-    // The balls' skin ends 0.36 from the middle; a border is off by some faces of 0.04 at most.
+    // The balls' surface ends 0.36 from the middle; a border is off by a few faces of 0.04 at most.
     const double x = FaceCenter(shape, f).x();
     if (std::abs(x) > 0.5) {
       EXPECT_EQ(result.label[f], x < 0.0 ? left : right) << x;
@@ -142,14 +142,14 @@ TEST(Hierarchy, BentFingersComeOffThePalm) {
   EXPECT_EQ(roots.size(), 5u);
   EXPECT_FALSE(roots.contains(palm));
   EXPECT_EQ(result.label[FaceNear(hand.shape, Vector3d(0, 0, 1))], palm);
-  EXPECT_LE(result.parts, 11);  // a finger may come apart at its bend
+  EXPECT_LE(result.parts, 11);  // a finger may be split at its bend
 }
 
 TEST(Hierarchy, AHandleComesOffAtBothOfItsEnds) {
   const Shape shape = PotWithHandle();
   const Segmentation result = SegmentHierarchy(shape, {});
   EXPECT_GE(result.parts, 2);
-  EXPECT_LE(result.parts, 3);  // a handle may come apart at its bend
+  EXPECT_LE(result.parts, 3);  // a handle may be split at its bend
   for (std::uint32_t f = 0; f < shape.faces.size(); ++f) {
     const Vector3d p = FaceCenter(shape, f);
     if (p.norm() < 1.01 && p.x() < 0.6) {
@@ -197,7 +197,7 @@ TEST(Hierarchy, LevelsOfTheTreeAreCoarserParts) {
     const Segmentation fine = AtLevel(all, level);
     const Segmentation coarse = AtLevel(all, level - 1);
     EXPECT_GT(fine.parts, coarse.parts);
-    std::map<std::int32_t, std::int32_t> whole;  // a fine part lies in one coarse part
+    std::map<std::int32_t, std::int32_t> whole;  // each fine part lies in one coarse part
     for (std::size_t f = 0; f < fine.label.size(); ++f) {
       const auto at = whole.try_emplace(fine.label[f], coarse.label[f]).first;
       ASSERT_EQ(at->second, coarse.label[f]);
@@ -220,9 +220,9 @@ TEST(Hierarchy, TakesWhatIsBarelyAMeshOrACloud) {
   EXPECT_EQ(SegmentHierarchy(shape, {}).label, std::vector<std::int32_t>(4, 0));
   shape.faces = {{0, 1, 2}};
   EXPECT_EQ(SegmentHierarchy(shape, {}).parts, 1);
-  shape.faces = {{0, 1, 2}, {0, 2, 1}};  // twice the same, back to back
+  shape.faces = {{0, 1, 2}, {0, 2, 1}};  // the same face twice, back to back
   EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 2u);
-  shape.faces = {{0, 1, 2}, {0, 1, 3}, {1, 0, 2}};  // three at an edge
+  shape.faces = {{0, 1, 2}, {0, 1, 3}, {1, 0, 2}};  // three faces at an edge
   EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 3u);
   EXPECT_THROW(SegmentHierarchy(shape, {.cells = 1}), std::invalid_argument);
   EXPECT_THROW(SegmentHierarchy(shape, {.cut_quality = std::nan("")}), std::invalid_argument);
@@ -257,7 +257,7 @@ TEST(EdgeBends, OfALoneCreaseIsItsAngle) {
     for (std::uint32_t i = 0; i < kCells; ++i) {
       for (std::uint32_t j = 0; j < kCells; ++j) {
         const auto at = [&](std::uint32_t u, std::uint32_t v) {
-          // The row on the crease is the first square's.
+          // The row on the crease belongs to the first square.
           return (u == 0 ? 0u : first) + u * (kCells + 1) + v;
         };
         std::array<std::uint32_t, 3> a = {at(i, j), at(i + 1, j), at(i + 1, j + 1)};
@@ -285,16 +285,16 @@ TEST(EdgeBends, OfALoneCreaseIsItsAngle) {
     }
     return at_middle;
   };
-  // Weights 2 (1 - d / 0.25) at the middles of edges of 0.1: d = 0, +-0.1, +-0.2 add up to 5.2.
+  // Weights 2 (1 - d / 0.25) at the middles of edges of 0.1: d = 0, +-0.1, +-0.2 sum to 5.2.
   EXPECT_NEAR(bend(false), 0.52 / 0.5 * std::numbers::pi / 2, 1e-9);
   EXPECT_NEAR(bend(true), -0.52 / 0.5 * std::numbers::pi / 2, 1e-9);
 }
 
-// Around a box's edges the walls' normals stand at a right angle, and of a face that is folded back
-// on its neighbor no digit tells which is above.
+// At a box's edges the normals of the walls are perpendicular, and if a face is folded back onto
+// its neighbor, rounding decides which one is above.
 TEST(EdgeBends, DoNotHangOnTheLastDigits) {
   Shape shape = Box(Vector3d(1, 2, 3), 12);
-  // No face lies in a plane of the patches' grid.
+  // Offset, so that no face lies in a plane of the patch grid.
   for (Vector3d& p : shape.points) p += Vector3d(0.0131, 0.0273, 0.0417);
   for (std::uint32_t f = 0; f < 200; f += 10) {
     const auto [a, b, c] = shape.faces[f];
@@ -307,7 +307,7 @@ TEST(EdgeBends, DoNotHangOnTheLastDigits) {
   for (int turn = 1; turn < 8; ++turn) {
     const Eigen::AngleAxisd X(0.1 * turn, Vector3d(0.3, 0.5, 0.7).normalized());
     Shape near = shape;
-    // Single precision; back in its place, so that the same edges share a patch.
+    // Rounds to single precision and turns back, so that the same edges share a patch.
     for (Vector3d& p : near.points) {
       p = X.inverse() * (X * p).cast<float>().cast<double>();
     }
@@ -331,7 +331,7 @@ struct CellsOf {
 
 TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
   const CellsOf ball(samples::Ball(20, [](const Vector3d&) { return 2.0; }));
-  // About 300: as many as cubes of the grid hold a large patch of it.
+  // About 300: one for each cube of the grid that contains a large patch of the surface.
   ASSERT_GT(ball.cells.size(), 200u);
   ASSERT_LT(ball.cells.size(), 450u);
   double area = 0.0;
@@ -346,13 +346,13 @@ TEST(Cells, CoverTheSurfaceAndSeeABallsMiddle) {
       EXPECT_EQ(ball.cells.border[other].cost, ball.cells.border[k].cost);
       EXPECT_EQ(ball.cells.border[other].length, ball.cells.border[k].length);
     }
-    // A ball's inscribed balls are all itself; cells are flat, a few percent inside.
+    // A ball's inscribed ball is the ball itself; cells are flat, so they lie a few percent inside.
     EXPECT_LT(InnerCenter(ball.cells, c).norm(), 0.2);
   }
   EXPECT_NEAR(area, ball.frames.total_area, 1e-9);
 }
 
-// A ball's cells see all but those next to them, two balls' cells not each other.
+// A ball's cells see all but adjacent ones; cells of different balls do not see each other.
 TEST(Sight, IsThroughTheInside) {
   const Shape two = samples::Twice(samples::Ball(20, [](const Vector3d&) { return 1.0; }));
   const CellsOf balls(two);
@@ -393,7 +393,7 @@ TEST(Split, OnlyAHandleHasTwoLoops) {
     slice[c] = pot.cells.center[c].x() < -0.3 && pot.cells.center[c].x() > -0.7;
   }
   EXPECT_EQ(HandleLoops(pot.cells, handle), 2.0);
-  EXPECT_EQ(HandleLoops(pot.cells, slice), 1.0);  // has two, but the rest comes apart
+  EXPECT_EQ(HandleLoops(pot.cells, slice), 1.0);  // has two borders, but the rest falls apart
 }
 
 TEST(Borders, MoveIntoTheGrooveWithinReach) {
@@ -415,7 +415,7 @@ TEST(Borders, MoveIntoTheGrooveWithinReach) {
     }
     return area;
   };
-  EXPECT_GT(moved(0.6), 0.1);        // 0.1 long and 0.6 * pi about
+  EXPECT_GT(moved(0.6), 0.1);        // 0.1 long, circumference 0.6 * pi
   EXPECT_NEAR(moved(0.05), 0.0, 0);  // too far
 }
 

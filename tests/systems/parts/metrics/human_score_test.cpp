@@ -29,7 +29,7 @@ MetricsLabels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
 
 // ---- 1 - Rand index ----
 
-// The definition itself: the share of pairs of elements about which the two do not agree.
+// By definition: the fraction of pairs of elements about which the two labelings disagree.
 double RandErrorOfPairs(const MetricsLabels& a, const MetricsLabels& b) {
   std::size_t differ = 0;
   std::size_t pairs = 0;
@@ -66,7 +66,7 @@ TEST(RandError, OneSegmentAgainstOneEachIsEveryPair) {
 }
 
 TEST(RandError, CountsOfLargeMeshesDoNotOverflow) {
-  // Halves against one whole: of N (N - 1) / 2 pairs N^2 / 4 stand apart.
+  // Two halves compared with one whole: N^2 / 4 of N (N - 1) / 2 pairs differ.
   const std::size_t n = 200000;
   MetricsLabels halves(n, 0);
   std::fill(halves.begin() + n / 2, halves.end(), 1);
@@ -84,8 +84,8 @@ TEST(RandError, RefusesOtherLengthsAndSinglePoints) {
 constexpr std::uint32_t kColumns = 12;
 constexpr std::uint32_t kRows = 4;
 
-// A flat strip of unit squares, each cut in two; square (x, y) holds faces 2 (y * columns + x) and
-// the next.
+// A flat strip of unit squares, each split into two faces; square (x, y) consists of faces 2 (y *
+// columns + x) and the next one.
 Shape Strip(double unit = 1.0) {
   Shape shape;
   for (std::uint32_t y = 0; y <= kRows; ++y) {
@@ -104,7 +104,7 @@ Shape Strip(double unit = 1.0) {
   return shape;
 }
 
-// Cut across at column `x`.
+// Labels of a strip cut across at column `x`.
 MetricsLabels CutAt(std::uint32_t x) {
   MetricsLabels labels;
   for (std::uint32_t f = 0; f < 2 * kRows * kColumns; ++f) {
@@ -113,7 +113,7 @@ MetricsLabels CutAt(std::uint32_t x) {
   return labels;
 }
 
-// Area-weighted mean distance of the faces' centers to the center of the strip.
+// Area-weighted mean distance from the faces' centers to the center of the strip.
 double StripRadius() {
   double sum = 0.0;
   const Shape strip = Strip();
@@ -125,7 +125,7 @@ double StripRadius() {
 }
 
 TEST(CutDiscrepancy, OfParallelCutsIsTheirDistanceOverTheRadius) {
-  // Every vertex of one cut has the other cut three edges away, along its own row.
+  // Each vertex of one cut is three edges away from the other cut, along its own row.
   const auto value = CutMeasure(Strip()).Discrepancy(CutAt(4), CutAt(7));
   ASSERT_TRUE(value);
   EXPECT_NEAR(*value, 3.0 / StripRadius(), 1e-12);
@@ -150,7 +150,7 @@ TEST(CutDiscrepancy, IsUndefinedWithoutACut) {
 }
 
 TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
-  // Two strips one above the other, no edge between them: each is cut in one labelling only.
+  // Two strips one above the other, with no edge between them: each labeling cuts only one of them.
   Shape both = Strip();
   const auto n = static_cast<std::uint32_t>(both.points.size());
   const Shape one = Strip();
@@ -169,7 +169,7 @@ TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
   EXPECT_NEAR(CutMeasure(both).Discrepancy(below, above).value(), 5.0 / radius, 1e-12);
 }
 
-// The definition with all distances between all vertices (Floyd and Warshall).
+// The definition, using all distances between all vertices (Floyd and Warshall).
 std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const MetricsLabels& a,
                                             const MetricsLabels& b) {
   const std::size_t n = mesh.points.size();
@@ -232,7 +232,7 @@ TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
   const CutMeasure measure(ball);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     base::Rng rng(seed);
-    // Few labels in stripes, so that cuts are sometimes far apart and sometimes missing.
+    // Few labels in stripes, so that cuts are sometimes far apart and sometimes absent.
     const auto Stripes = [&] {
       MetricsLabels labels(ball.faces.size(), 0);
       const std::size_t first = rng.Index(labels.size());
@@ -292,7 +292,7 @@ TEST(Metrics, AreThoseOfTheBenchmarksEvaluator) {
 
 using testing_support::TempFolder;
 
-// A square pyramid, and a last face that has no area.
+// A square pyramid, and a last face without area.
 class HumanScoreTest : public ::testing::Test {
  protected:
   HumanScoreTest() {
@@ -317,18 +317,18 @@ TEST_F(HumanScoreTest, SegmentationsStandInTheOrderOfTheirNumbers) {
 
 TEST_F(HumanScoreTest, IsTheMeanOverTheHumansWhereItIsDefined) {
   const HumanModel model = ReadHumanModel(folder_.path(), 7);
-  ASSERT_EQ(model.shape.faces.size(), 6U);  // without that of no area
+  ASSERT_EQ(model.shape.faces.size(), 6U);  // without the face without area
   EXPECT_EQ(model.humans_of_shape[0], (std::vector<std::int32_t>{5, 5, 1, 1, 5, 1}));
   Segmentation found;
   found.label = {0, 0, 1, 1, 0, 0};
   found.parts = 2;
   const HumanScore score = ScoreAgainstHumans(model, found);
-  // The face without area takes the label of the nearest face, one of those at the edge from 0 to
-  // 1, which are all 0.
+  // The face without area takes the label of the nearest face. This is one of the faces at the edge
+  // from 0 to 1, which all have label 0.
   const std::vector<std::int32_t> of_input = {0, 0, 1, 1, 0, 0, 0};
   EXPECT_DOUBLE_EQ(score.rand_error, 0.5 * (RandError(of_input, model.humans[0]) +
                                             RandError(of_input, model.humans[1])));
-  // The second sees no cut between the faces that were kept.
+  // The second labeling has no cut between the faces that were kept.
   ASSERT_TRUE(score.cut_discrepancy);
   EXPECT_DOUBLE_EQ(*score.cut_discrepancy,
                    *CutMeasure(model.shape).Discrepancy(found.label, model.humans_of_shape[0]));

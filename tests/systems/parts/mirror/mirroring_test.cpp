@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The cell knows its direction: the face of the cube that it leaves through, and where on it.
+// A cell represents a direction: the cube face through which it leaves, and the place on that face.
 TEST(CubeCell, HoldsDirectionsThatLeaveTheCubeCloseTogether) {
   constexpr int kSide = 5;
   base::Rng rng(1);
@@ -45,11 +45,11 @@ TEST(CubeCell, HoldsDirectionsThatLeaveTheCubeCloseTogether) {
   EXPECT_EQ(CubeCell(Vector3d::Zero(), kSide), 0U);
 }
 
-// Reference: of two points that comes first whose coordinates differ at the higher bit, in the
-// order z, y, x, looked at bit by bit.
+// Reference: the point comes first whose coordinates are smaller at the highest differing bit, in
+// the order z, y, x, compared bit by bit.
 TEST(SpatialOrder, IsThatOfInterleavedBits) {
   base::Rng rng(2);
-  geometry::Points points = {Vector3d(0, 0, 0), Vector3d(1, 1, 1)};  // the box of all
+  geometry::Points points = {Vector3d(0, 0, 0), Vector3d(1, 1, 1)};  // their bounding box
   for (int i = 0; i < 500; ++i) points.emplace_back(rng.Uniform(), rng.Uniform(), rng.Uniform());
   const auto order = SpatialOrder(points);
   std::vector<std::uint32_t> all(points.size());
@@ -92,7 +92,7 @@ TEST(SmallestEnclosingSphere, HoldsAllPointsAndNoSphereThroughFourIsSmaller) {
     const Sphere sphere = SmallestEnclosingSphere(points);
     for (const auto& p : points) EXPECT_LE((p - sphere.center).norm(), sphere.radius * (1 + 1e-9));
     EXPECT_NEAR(SphereRound(sphere.center, points).radius, sphere.radius, 1e-9);
-    // Moving the center anywhere makes the radius larger: the problem is convex.
+    // Any shift of the center increases the radius, because the problem is convex.
     for (int k = 0; k < 50; ++k) {
       const Eigen::Vector3d other = sphere.center + rng.Uniform(1e-4, 0.3) * RandomDirection(rng);
       EXPECT_GT(SphereRound(other, points).radius, sphere.radius);
@@ -107,7 +107,7 @@ TEST(SmallestEnclosingSphere, IsThatOfKnownSolids) {
   const Sphere sphere = SmallestEnclosingSphere(cube);
   EXPECT_NEAR(sphere.radius, 0.5 * std::sqrt(3.0), 1e-12);
   EXPECT_LT((sphere.center - Eigen::Vector3d::Constant(0.5)).norm(), 1e-12);
-  // Two points at the ends of a diameter, the others within.
+  // Two points at the ends of a diameter, the others inside.
   const Points segment = {{-2, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, -1.5}};
   EXPECT_NEAR(SmallestEnclosingSphere(segment).radius, 2.0, 1e-12);
 }
@@ -166,7 +166,7 @@ TEST(IsInside, AgreesWithTheRadiusOfAStarShapedMesh) {
   Shape ball = samples::Ball(24, radius);
   Rng rng(3);
   for (int variant = 0; variant < 3; ++variant) {
-    // Whatever way the faces are turned, and with a hole.
+    // Faces in either orientation, and with a hole.
     if (variant == 1) {
       for (auto& f : ball.faces) std::swap(f[0], f[1]);
     }
@@ -228,7 +228,7 @@ TEST(HullSide, AgreesWithAllHalfSpaces) {
 
 // ---- the method ----
 
-// A ball with four arms along +-x and +-y: the arms are what is far out there.
+// A ball with four arms along +-x and +-y. The arms are far outside.
 double Armed(const Eigen::Vector3d& d) {
   const double along = std::max(std::abs(d.x()), std::abs(d.y()));
   return 1.0 + 1.5 * std::exp(-60.0 * (1.0 - along));
@@ -276,7 +276,7 @@ TEST(SegmentByMirroring, TakesTheArmsOffACloud) {
     const Segmentation parts = SegmentByMirroring(cloud, {});
     ASSERT_EQ(parts.label.size(), cloud.points.size());
     EXPECT_EQ(parts.parts, 5) << seed;
-    // All of an arm's outer half has one label, another than that of the other arms.
+    // The outer half of each arm has one label, which differs from those of the other arms.
     std::map<int, std::int32_t> of_arm;
     for (std::size_t i = 0; i < cloud.points.size(); ++i) {
       const Eigen::Vector3d& p = cloud.points[i];
@@ -302,14 +302,14 @@ TEST(SegmentByMirroring, TakesTheArmsOffADenseAndNoisyCloud) {
   }
   EXPECT_EQ(arms.size(), 4U);
   EXPECT_FALSE(arms.contains(0));
-  // What the inner hull leaves out of the ball are crumbs.
+  // Other parts are crumbs of the ball that lie outside the inner hull.
   const auto crumbs = std::count_if(parts.label.begin(), parts.label.end(),
                                     [&](std::int32_t l) { return l > 0 && !arms.contains(l); });
   EXPECT_LT(crumbs, 1'000);
 }
 
 TEST(SegmentByMirroring, TheCoreHasNoHoles) {
-  // Every point of the sphere far from an arm is core, not only what lies on the outer hull.
+  // All points of the sphere far from an arm are core, not only those on the outer hull.
   const Shape cloud = ArmedCloud(6000, 9);
   const auto core = ExtractCore(cloud, {});
   ASSERT_TRUE(core);
@@ -337,7 +337,7 @@ TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
       Shape moved = shape;
       for (auto& p : moved.points) p = scale * (turn * p) + shift;
       const auto other = SegmentByMirroring(moved, {}).label;
-      // A point on the hull's very surface may fall to either side by rounding.
+      // A point exactly on the hull's surface may be on either side by rounding.
       std::size_t differ = 0;
       for (std::size_t i = 0; i < labels.size(); ++i) differ += labels[i] == other[i] ? 0 : 1;
       EXPECT_LE(differ, labels.size() / 500) << seed << (mesh ? " mesh" : " cloud");
@@ -353,7 +353,7 @@ TEST(SegmentByMirroring, ItsLabelsAreDenseAndFallBySize) {
   EXPECT_GT(count.back(), 8U);
 }
 
-// A horseshoe: the sphere's center is in its opening, and so is the center of gravity.
+// A horseshoe: the sphere's center and the center of gravity are both in its opening.
 TEST(SegmentByMirroring, StopsWhereNoCenterIsInsideUnlessToldToGoOn) {
   const auto bow = [](double t) {
     const double angle = std::numbers::pi * (0.1 + 1.8 * t);
@@ -367,7 +367,7 @@ TEST(SegmentByMirroring, StopsWhereNoCenterIsInsideUnlessToldToGoOn) {
   EXPECT_NE(parts.note, "");
 }
 
-// A ball with a long bent tail: the smallest sphere's center is beside the tail, the center of
+// A ball with a long bent tail: the smallest sphere's center is next to the tail, the center of
 // gravity is in the ball.
 TEST(SegmentByMirroring, FallsBackToTheCenterOfGravity) {
   const auto bent = [](double t) {

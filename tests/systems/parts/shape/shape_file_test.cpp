@@ -119,7 +119,7 @@ TEST(ColoredShape, OfACloudIsReadBackAsACloud) {
 
 TEST(PolygonLabels, StandOneALineOfTheFile) {
   const TempFolder folder;
-  // Two quads and a triangle over them; the second quad is cut into a large and a small triangle.
+  // Two quads and a triangle above; the second quad is split into a large and a small triangle.
   const auto input = ReadPolygons(
       folder.Write("a.off",
                    "OFF\n8 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n4 0 1\n4 1 1\n0 3 1\n"
@@ -142,7 +142,7 @@ TEST(ColoredShape, NeedsOneLabelAnElement) {
                std::invalid_argument);
 }
 
-// How many pixels are more red (label 0), and more blue (label 1), than anything else.
+// Numbers of pixels that are mainly red (label 0) and mainly blue (label 1).
 std::pair<int, int> Count(const image::Image& image) {
   int red = 0, blue = 0;
   for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
@@ -165,7 +165,7 @@ TEST(ShapePicture, ShowsFacesInTheColoursOfTheirLabels) {
 }
 
 TEST(ShapePicture, TheFaceInFrontHidesTheOnesBehind) {
-  // Seen from the front right above, of a tetrahedron's faces the slanted one (3) is in front.
+  // Seen from the front right and above, the slanted face (3) of a tetrahedron is in front.
   const auto mesh = samples::Tetrahedron();
   auto view = LookAtShape(mesh.vertices, 2);
   view.eye = Eigen::Vector3d(3, 3, 3);
@@ -176,7 +176,7 @@ TEST(ShapePicture, TheFaceInFrontHidesTheOnesBehind) {
 }
 
 TEST(ShapePicture, TheWholeShapeIsInView) {
-  // Corners of a box must fall within the view's cone, for every axis that points up and any scale.
+  // All corners of a box must lie in the view's cone, for every up axis and scale.
   for (const int up : {0, 1, 2}) {
     for (const Eigen::Vector3d& sides :
          {Eigen::Vector3d(5e-3, 1e-3, 2e-3), Eigen::Vector3d(5, 1, 2),

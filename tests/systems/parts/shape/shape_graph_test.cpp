@@ -11,7 +11,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-/// Neighbors both ways at random.
+/// A random graph with links in both directions.
 VertexGraph RandomGraph(std::uint32_t nodes, base::Rng& rng) {
   std::vector<std::vector<std::uint32_t>> links(nodes);
   for (std::uint32_t i = 0; i < nodes; ++i) {
@@ -57,7 +57,7 @@ TEST_P(SeededPieces, AreWhatNeighborsReachFallingBySize) {
     for (std::uint32_t u = 0; u < v; ++u) {
       if (!chosen[u] || !chosen[v]) continue;
       EXPECT_EQ(label[u] == label[v], low[u] == low[v]);
-      // The larger first; of two as large that with the first node.
+      // Larger pieces come first; of two equally large pieces, the one with the first node.
       const auto key = [&](auto node) {
         return std::pair(-static_cast<double>(size[low[node]]), low[node]);
       };
@@ -69,7 +69,7 @@ TEST_P(SeededPieces, AreWhatNeighborsReachFallingBySize) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededPieces, ::testing::Range<std::uint64_t>(1, 51));
 
-// A row of seven faces whose third is the core.
+// A row of seven faces. The third one is the core.
 TEST(LabelOutside, TheCoreIsNoughtAndWhatItPartsFallsBySize) {
   FaceGraph row;
   row.begin.push_back(0);

@@ -45,7 +45,7 @@ TEST(MakeShape, AGoodMeshStaysAsItIs) {
 TEST(MakeShape, LeavesOutWhatIsNoFaceAndJoinsEqualVertices) {
   TriangleMesh mesh = samples::Tetrahedron();
   mesh.vertices.push_back({kNan, 0, 0});                                     // 4
-  mesh.vertices.push_back({1, 0, 0});                                        // 5: as 1
+  mesh.vertices.push_back({1, 0, 0});                                        // 5: equal to 1
   mesh.vertices.push_back({9, 9, 9});                                        // 6: unused
   mesh.vertices.push_back({2, 0, 0});                                        // 7
   mesh.vertices.push_back({std::numeric_limits<double>::infinity(), 0, 0});  // 8
@@ -146,7 +146,7 @@ TEST(FaceGraph, AFanOfManyFacesStaysInOnePieceWithFewLinks) {
 TEST(VertexGraph, OfAMeshIsItsEdges) {
   const Shape ball = samples::Ball(6, [](const Eigen::Vector3d&) { return 1.0; });
   const VertexGraph graph = BuildVertexGraph(ball);
-  // Euler: E = V + F - 2, each way.
+  // Euler: E = V + F - 2; each edge counts in both directions.
   EXPECT_EQ(graph.neighbor.size(), 2 * (ball.points.size() + ball.faces.size() - 2));
   for (std::uint32_t v = 0; v < ball.points.size(); ++v) {
     for (std::uint32_t k = graph.begin[v]; k < graph.begin[v + 1]; ++k) {
@@ -183,7 +183,7 @@ TEST(VertexGraph, OfACloudHoldsEveryPointsNearestBothWays) {
 TEST(LabelsOfInput, ElementsThatWereLeftOutTakeTheNearestOnes) {
   TriangleMesh mesh = samples::Tetrahedron();
   mesh.vertices.push_back({kNan, 0, 0});
-  mesh.triangles.insert(mesh.triangles.begin(), {0, 1, 4});  // no place
+  mesh.triangles.insert(mesh.triangles.begin(), {0, 1, 4});  // without a position
   mesh.triangles.push_back({2, 3, 2});                       // near the face 1, 2, 3
   const Shape shape = MakeShape(mesh);
   Segmentation segmentation;
@@ -212,7 +212,7 @@ TEST(ReadShape, FaceIOfTheFileIsElementI) {
   }
 }
 
-// Every file's elements are as many as its human labels.
+// The number of elements of each file equals the number of its human labels.
 TEST(ReadShape, ReadsTheBenchmarksModelsFaceByFace) {
   const std::filesystem::path data =
       std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
@@ -285,7 +285,7 @@ TEST(ReadShape, NamesTheFile) {
   EXPECT_THROW(ReadShape(folder / "none.off"), InputError);
 }
 
-// Files as they were written before something went wrong.
+// Valid files, before they are damaged.
 std::vector<std::pair<std::string, std::string>> WholeFiles() {
   const Shape ball =
       samples::Ball(2, [](const Eigen::Vector3d& d) { return 1.0 + 0.5 * std::max(0.0, d.x()); });
@@ -337,7 +337,7 @@ std::string CleanShapeDamaged(std::string bytes, Rng& rng) {
     char& c = bytes[rng.Index(bytes.size())];
     c = rng.Uniform() < 0.7 ? pool[rng.Index(pool.size())] : static_cast<char>(rng.Index(256));
   }
-  if (rng.Uniform() < 0.2) {  // a line twice, or gone
+  if (rng.Uniform() < 0.2) {  // a line repeated or removed
     const std::size_t at = std::min(bytes.find('\n', rng.Index(bytes.size() + 1)), bytes.size());
     const std::size_t end = std::min(bytes.find('\n', at + 1), bytes.size());
     if (rng.Uniform() < 0.5) {
@@ -378,7 +378,7 @@ TEST(Robustness, OddShapesHaveAResultWithEveryMethod) {
   TriangleMesh open = ball;
   open.triangles.resize(open.triangles.size() / 2);
   ExpectEveryMethodToAnswer(MakeShape(open));
-  TriangleMesh pieces = ball;  // three balls, of which two are far and one is within
+  TriangleMesh pieces = ball;  // three balls: two far apart and one inside another
   for (const double scale : {0.5, 0.2}) {
     const auto offset = static_cast<std::uint32_t>(pieces.vertices.size());
     for (const auto& p : ball.vertices) {
@@ -434,8 +434,8 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
   EXPECT_GT(refused, 200);
 }
 
-// Area after Heron, from the three sides alone; the normal stands on all of them and looks to where
-// the corners run round counterclockwise.
+// The area by Heron's formula, from the three sides alone. The normal is perpendicular to all sides
+// and points to the side from which the corners run counterclockwise.
 TEST(FaceFrames, OfRandomTrianglesAreThoseOfTheirSides) {
   base::Rng rng(1);
   Shape soup;
@@ -449,7 +449,7 @@ TEST(FaceFrames, OfRandomTrianglesAreThoseOfTheirSides) {
     const Eigen::Vector3d &p = soup.points[3 * f], &q = soup.points[3 * f + 1],
                           &r = soup.points[3 * f + 2];
     const double a = (q - p).norm(), b = (r - q).norm(), c = (p - r).norm(), s = 0.5 * (a + b + c);
-    // Heron loses half of the digits of slivers.
+    // Heron's formula loses half of the digits for slivers.
     const double area = std::sqrt(std::max(0.0, s * (s - a) * (s - b) * (s - c)));
     EXPECT_NEAR(frames.area[f], area, 1e-7);
     EXPECT_NEAR(frames.normal[f].norm(), 1.0, 1e-12);
@@ -463,7 +463,7 @@ TEST(FaceFrames, OfRandomTrianglesAreThoseOfTheirSides) {
   EXPECT_NEAR(frames.total_area, total, 1e-6);
 }
 
-// A ball's surface, from below: the faces' corners lie on it.
+// The area is less than that of the ball, because the faces' corners lie on it.
 TEST(FaceFrames, AreasOfABallAddUpToItsSurface) {
   const FaceFrames frames =
       BuildFaceFrames(samples::Ball(24, [](const Eigen::Vector3d&) { return 2.0; }));

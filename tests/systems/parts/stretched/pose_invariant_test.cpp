@@ -22,8 +22,8 @@
 namespace rangegrasp::parts {
 namespace {
 
-/// A tree of rods of elements: rod k starts at the end of another and has so many elements, each
-/// 0.1 further out.
+/// A tree of rods: rod k starts at the end of its parent and has `length` elements, each 0.1
+/// farther out.
 StandingOut Rods(const std::vector<std::pair<int, int>>& parent_and_length) {
   StandingOut out;
   std::vector<std::vector<std::uint32_t>> links(1);
@@ -60,7 +60,7 @@ TEST(LabelLimbs, AChestFallsApartAndAnArmWithFingersStaysWhole) {
   EXPECT_EQ(Count(Rods({{-1, 10}})), 1);
   EXPECT_EQ(Count(Rods({{-1, 5}, {0, 10}, {0, 12}, {0, 8}})), 3);  // 10 on average, above 5
   EXPECT_EQ(Count(Rods({{-1, 10}, {0, 5}, {0, 4}, {0, 5}})), 1);
-  // Both at once: a chest with two arms that have fingers.
+  // Both cases: a chest with two arms that have fingers.
   EXPECT_EQ(Count(Rods({{-1, 5}, {0, 12}, {0, 12}, {1, 4}, {1, 4}, {2, 4}, {2, 4}})), 2);
 }
 
@@ -79,7 +79,7 @@ TEST(LabelLimbs, AHeadWhoseEarsDoNotLeadAwayStaysWhole) {
   EXPECT_EQ(std::count(label.begin(), label.end(), 1), 25);
 }
 
-/// The elements next to five tips are of as many parts, none of them the core.
+/// Expects the elements next to the five tips to be in five different parts, none of them the core.
 void ExpectFiveTips(const Shape& shape, const geometry::Points& tips, const Segmentation& result) {
   std::set<std::int32_t> found;
   for (const Eigen::Vector3d& tip : tips) {
@@ -96,7 +96,7 @@ void ExpectFiveTips(const Shape& shape, const geometry::Points& tips, const Segm
   EXPECT_FALSE(found.contains(0));
 }
 
-/// Head, arms and legs are a part each, and there is no other.
+/// Expects the head, each arm and each leg to be a part, and no other parts.
 void ExpectFiveLimbs(const Shape& shape, const geometry::Points& tips) {
   const Segmentation result = SegmentPoseInvariant(shape, {});
   EXPECT_EQ(result.parts, 6);
@@ -131,7 +131,7 @@ MatrixX3d RandomPositions(Index n, base::Rng& rng) {
   return x;
 }
 
-/// Symmetric and positive, of no Euclidean space and not even a metric.
+/// Symmetric and positive, but neither Euclidean nor a metric.
 MatrixXd RandomDistances(Index n, base::Rng& rng) {
   MatrixXd d = MatrixXd::Zero(n, n);
   for (Index i = 0; i < n; ++i) {
@@ -148,7 +148,7 @@ MatrixXd DistancesOf(const MatrixX3d& x) {
   return d;
 }
 
-// Eq. 2.33, 2.35 and 2.36 word by word.
+// Direct implementation of eq. 2.33, 2.35 and 2.36.
 double SlowStress(const MatrixXd& delta, const MatrixX3d& x) {
   const MatrixXd d = DistancesOf(x);
   double sum = 0.0;
@@ -208,7 +208,7 @@ TEST_P(SeededEmbedding, GuttmanTransformStepsAgainstTheGradientOfStress) {
       numeric(i, k) = (SlowStress(delta, more) - SlowStress(delta, less)) / (2.0 * kStep);
     }
   }
-  // Eq. 2.34; central differences err by about step^2.
+  // Eq. 2.34; central differences have an error of about step^2.
   EXPECT_LT((2.0 * SlowU(n) * x - 2.0 * SlowB(delta, x) * x - numeric).cwiseAbs().maxCoeff(), 1e-6);
   MatrixX3d next;
   GuttmanTransform(delta, x, next);
@@ -251,7 +251,7 @@ TEST_P(SeededEmbedding, StressRecordedIsThatOfTheStepsAndOfTheResult) {
 
 TEST_P(SeededEmbedding, PointsComeBackFromTheirDistancesUpToARigidMotion) {
   base::Rng rng(GetParam());
-  // Below and above the size from which only the leading eigenvectors are sought.
+  // Below and above the size from which only the leading eigenvectors are computed.
   for (const Index n : {5, 60, 230}) {
     const MatrixXd delta = DistancesOf(RandomPositions(n, rng));
     const Embedding embedding = Smacof(delta, {});
@@ -262,7 +262,7 @@ TEST_P(SeededEmbedding, PointsComeBackFromTheirDistancesUpToARigidMotion) {
 
 TEST_P(SeededEmbedding, LeadingCoordinatesAreThoseOfAllEigenvectors) {
   base::Rng rng(GetParam());
-  // A metric much like a shape's: three long axes and many short ones.
+  // A metric similar to a shape's: three long axes and many short ones.
   const Index n = 220;
   MatrixXd x(n, 12);
   for (Index i = 0; i < n; ++i) {
@@ -383,7 +383,7 @@ TEST_P(SeededEmbedding, EachNextPointIsTheFarthestFromThoseBefore) {
 
 TEST(Geodesic, AnUnfoldedDiagonalIsStraight) {
   const Vector3d a(0, 0, 0), b(1, 0, 0), c(0.5, 1, 0);
-  for (const double fold : {0.0, 0.7, 2.0}) {  // the other triangle turned about a-b
+  for (const double fold : {0.0, 0.7, 2.0}) {  // the other triangle is rotated about a-b
     const Vector3d d(0.5, -2.0 * std::cos(fold), 2.0 * std::sin(fold));
     ASSERT_TRUE(UnfoldedDistance(a, b, c, d));
     EXPECT_NEAR(*UnfoldedDistance(a, b, c, d), 3.0, 1e-12);
@@ -403,15 +403,15 @@ TEST(Geodesic, DistancesOnABallAreNearlyThoseAlongGreatCircles) {
       if (v == source) continue;
       const double arc = std::acos(std::clamp(ball.points[source].dot(ball.points[v]), -1.0, 1.0));
       const double ratio = d[v] / arc;
-      // Chords are shorter than arcs by h^2 / 24 < 0.001. A vertex of this grid has neighbors,
-      // with those across edges, at most 45 degrees apart, at the cube's corners 62: 1 / cos(31
-      // degrees).
+      // Chords are shorter than arcs by h^2 / 24 < 0.001. The neighbors of a vertex, with those
+      // across edges, are at most 45 degrees apart in this grid, and 62 at the cube's corners: 1 /
+      // cos(31 degrees).
       ASSERT_GT(ratio, 0.999);
       ASSERT_LT(ratio, 1.167);
       sum += ratio;
     }
   }
-  // Along edges alone it is above 1.06.
+  // Along edges alone the mean is above 1.06.
   EXPECT_LT(sum / static_cast<double>(3 * ball.points.size()), 1.04);
 }
 
@@ -425,7 +425,7 @@ TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
   const std::vector<double> d = geometry::DistancesFrom({{0U}}, GeodesicGraph(two).Links());
   for (const double x : d) EXPECT_TRUE(std::isfinite(x));
   double gap = std::numeric_limits<double>::infinity();
-  std::uint32_t end = 0;  // of the link, on the first ball
+  std::uint32_t end = 0;  // end of the link on the first ball
   for (std::uint32_t i = 0; i < n; ++i) {
     for (std::uint32_t j = n; j < 2 * n; ++j) {
       if ((two.points[i] - two.points[j]).norm() >= gap) continue;
@@ -436,7 +436,7 @@ TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
   EXPECT_NEAR(*std::min_element(d.begin() + n, d.end()), d[end] + gap, 1e-12);
 }
 
-/// Middle of the ring of a tube made by samples::Tube.
+/// Center of a ring of a tube made by samples::Tube.
 Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t k = 0; k < around; ++k) sum += tube.points[ring * around + k];
@@ -446,7 +446,7 @@ Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
 TEST(PoseInvariant, ABentTubeBecomesStraight) {
   constexpr std::size_t kLimbRings = 81;
   constexpr std::size_t kAround = 16;
-  // Half a circle of radius 1: its ends are 2 apart, along the tube they are pi apart.
+  // Half a circle of radius 1: its ends are 2 apart; along the tube they are pi apart.
   const auto arc = [](double t) {
     const double angle = std::numbers::pi * t;
     return Vector3d(std::cos(angle), std::sin(angle), 0.0);
@@ -460,8 +460,8 @@ TEST(PoseInvariant, ABentTubeBecomesStraight) {
   const Vector3d axis = (last - first).normalized();
   for (std::size_t ring = 0; ring < kLimbRings; ++ring) {
     const Vector3d p = RingCenter(straight, ring, kAround) - first;
-    // Before, the middle is 1 off the line between the ends. What is left: the inner side of the
-    // bend is shorter than the outer one, by pi * 0.02; a thick tube stays bent in part.
+    // Before, the middle is 1 off the line between the ends. A small bend remains: the inner side
+    // is shorter than the outer one by pi * 0.02. A thick tube stays partly bent.
     EXPECT_LT((p - axis.dot(p) * axis).norm(), 0.1) << ring;
   }
   EXPECT_GT(geometry::Volume({straight.points, straight.faces}), 0.0);

@@ -34,7 +34,7 @@ class PartsReportTest : public testing::Test {
     Add("bird", 5, Split::kReport, {0.6, 0.2});
   }
 
-  // The cut discrepancy is twice the Rand error, the time as many seconds as the id.
+  // The cut discrepancy is twice the Rand error; the time in seconds equals the id.
   void Add(const std::string& name, int id, Split split, const std::vector<double>& errors) {
     for (std::size_t m = 0; m < errors.size(); ++m) {
       const json data = {
@@ -87,7 +87,7 @@ TEST_F(PartsReportTest, MeansOfTheReportSplitLeaveOutWhatWasTunedOn) {
   EXPECT_NEAR(means[0].by_class[0].mean.value(), 0.2, 1e-12);
   EXPECT_NEAR(means[1].by_class[0].mean.value(), 0.4, 1e-12);
   EXPECT_NEAR(means[0].by_class[1].mean.value(), 0.6, 1e-12);
-  // Of the classes, however many models each has.
+  // Mean over classes; the number of models of each class does not matter.
   EXPECT_NEAR(means[0].overall.mean.value(), 0.4, 1e-12);
   EXPECT_NEAR(means[1].overall.mean.value(), 0.3, 1e-12);
   const auto all = Means(Metric::kRandError, std::nullopt);
@@ -96,11 +96,11 @@ TEST_F(PartsReportTest, MeansOfTheReportSplitLeaveOutWhatWasTunedOn) {
 
 TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
   const auto means = Means(Metric::kRandError, Split::kReport);
-  // Of 0.1 and 0.3: s = 0.1 sqrt 2, over sqrt 2.
+  // For 0.1 and 0.3: s = 0.1 sqrt 2, divided by sqrt 2.
   EXPECT_NEAR(means[0].by_class[0].standard_error.value(), 0.1, 1e-12);
   EXPECT_EQ(means[0].by_class[0].count, 2U);
   EXPECT_FALSE(means[0].by_class[1].standard_error);
-  // Of 0.1, 0.3, 0.6: mean 1/3, squares' sum 0.38 / 3.
+  // For 0.1, 0.3, 0.6: mean 1/3, sum of squares 0.38 / 3.
   EXPECT_NEAR(means[0].over_models.mean.value(), 1.0 / 3.0, 1e-12);
   EXPECT_NEAR(means[0].over_models.standard_error.value(), std::sqrt(0.38 / 3.0 / 2.0 / 3.0),
               1e-12);
@@ -112,7 +112,7 @@ TEST_F(PartsReportTest, AMeanHasItsStandardErrorOverModelsAndTheirNumber) {
   EXPECT_THAT(report.sections[1].grid.rows[0][1], "5");
 }
 
-// Of 0.9, 0.1, 0.3 and of 0.7, 0.6: s^2 = 0.52 / 3 and 0.005, over 3 and 2 models.
+// For 0.9, 0.1, 0.3 and for 0.7, 0.6: s^2 = 0.52 / 3 and 0.005, for 3 and 2 models.
 TEST_F(PartsReportTest, TheMeanOfTheClassesHasTheErrorOfTheirMeans) {
   const auto means = Means(Metric::kRandError, std::nullopt);
   EXPECT_NEAR(means[0].overall.standard_error.value(), 0.5 * std::sqrt(0.52 / 9.0 + 0.0025), 1e-12);
@@ -129,7 +129,7 @@ TEST_F(PartsReportTest, AFailedModelDoesNotCount) {
               ElementsAre("cup", "3", "mirror", "off/3.off: no such file"));
 }
 
-// Whatever ended a method: the row stands among the failed ones, with the reason.
+// However a method ended abnormally, its row counts as failed and gives the reason.
 TEST_F(PartsReportTest, WhatCrashedOrTimedOutIsCountedAsFailed) {
   RecordOf("2-sdf").result = {experiment::kCrashed, "", "signal 11", "{}", {}};
   RecordOf("5-sdf").result = {experiment::kTimedOut, "", "", "{}", {}};
@@ -167,7 +167,7 @@ TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
   EXPECT_THAT(sections[2].title, HasSubstr("3 models without the tuning models"));
   EXPECT_THAT(sections[3].title, HasSubstr("5 models"));
   EXPECT_THAT(sections[4].title, HasSubstr("Cut discrepancy"));
-  // Of the report split's 0.1 and 0.3 of cups; of one bird there is no error, nor of the classes.
+  // Report split: cups have 0.1 and 0.3; the single bird and the mean of classes have no error.
   EXPECT_THAT(sections[2].grid.rows[0], ElementsAre("cup", "0.2000 +- 0.1000", "0.4000 +- 0.1000"));
   EXPECT_THAT(sections[2].grid.rows[1], ElementsAre("bird", "0.6000", "0.2000"));
   EXPECT_THAT(sections[2].grid.header, ElementsAre("class", "mirror", "sdf"));
@@ -177,7 +177,7 @@ TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
 
 TEST_F(PartsReportTest, TimesStandBesideThePublishedOnes) {
   const auto rows = Make().sections[6].grid.rows;
-  // Models 1 to 5 took 1 to 5 seconds: mean and median 3; published 4.2 and 8.0.
+  // Models 1 to 5 took 1 to 5 seconds: mean and median are 3; published are 4.2 and 8.0.
   EXPECT_THAT(rows[0], ElementsAre("mirror", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071",
                                    "3.0000", "5.0000", "4.2", "1"));
   EXPECT_THAT(rows[1], ElementsAre("sdf", "5", "4.0 +- 0.0", "0", "0", "3.0000 +- 0.7071", "3.0000",
@@ -212,7 +212,7 @@ TEST_F(PartsReportTest, ABrokenPublishedTableIsToldWithItsLine) {
   }
 }
 
-// Numbers of the rows are read back as they were found.
+// Numbers in the rows are read back exactly.
 TEST_F(PartsReportTest, TheFilesAreTheRowsAndFigures619To622) {
   json data = json::parse(RecordOf("2-mirror").result.data);
   data["rand_error"] = 1.0 / 3.0;

@@ -106,12 +106,12 @@ TEST_F(PartsSetupTest, TheShippedExperimentHasFourModelsOfEachClassForTuning) {
   EXPECT_FALSE(setup.published.empty());
   for (const auto& one : setup.classes) {
     EXPECT_EQ(one.tune.size(), 4U) << one.name;
-    // Ranges, of which this folder holds but a few people.
+    // The default ids are ranges, of which this folder contains only a few people.
     EXPECT_EQ(one.report.empty(), one.name != "human") << one.name;
   }
 }
 
-// A number of models a class bounds each split, and k-means is told the same number of parts.
+// A number of models per class limits each split; k-means still gets the same number of parts.
 TEST_F(PartsSetupTest, FewerModelsAClassAreTheFirstOfEachSplit) {
   const auto all = Read(Peanuts::kGood);
   const auto some = Read(std::string(Peanuts::kGood) + "models_per_class: 1\n");

@@ -67,7 +67,7 @@ TEST_F(PartsTaskTest, ACaseIsScoredAgainstItsHumansAndAlwaysTheSame) {
   }
 }
 
-// Of every model the mesh and each grade of cloud, scored on the same faces.
+// Each model is segmented as a mesh and as each grade of cloud, scored on the same faces.
 TEST_F(PartsTaskTest, CloudsOfEveryGradeStandBesideTheirMesh) {
   const std::string text =
       "data: .\nmethods: [mirror, hierarchy]\nclasses: [peanut]\n"
@@ -81,8 +81,8 @@ TEST_F(PartsTaskTest, CloudsOfEveryGradeStandBesideTheirMesh) {
     const Result result = Run(id);
     ASSERT_EQ(result.outcome, "scored") << result.detail;
     EXPECT_EQ(result.data, Run(id).data);
-    // A peanut's halves are its parts, whatever is found of its mesh of few faces; people's mean is
-    // off by the stripe.
+    // A peanut's halves are its parts, whatever is found for its mesh of few faces. The stripe adds
+    // to the error of the mean over people.
     EXPECT_LT(json::parse(result.data).at("rand_error").get<double>(), 0.35);
   }
   std::string broken = text;
@@ -93,7 +93,7 @@ TEST_F(PartsTaskTest, CloudsOfEveryGradeStandBesideTheirMesh) {
   EXPECT_THROW(peanuts_.Read(broken), base::InputError);
 }
 
-// The figures of a record are the doubles that were found, bit for bit.
+// The numbers in a record are bit-identical to the computed doubles.
 TEST_F(PartsTaskTest, FiguresAreReadBackAsTheyWereFound) {
   const auto model = ReadHumanModel(peanuts_.folder.path(), 3);
   const auto found = SegmentBy(Method::kSdf, model.shape, {});
@@ -177,11 +177,11 @@ TEST_F(PartsTaskTest, AModelThatCannotBeReadHasNoView) {
 
 TEST(MatchedLabels, AreThoseOfTheOtherWithWhichMostFacesAreShared) {
   using Labels = std::vector<std::int32_t>;
-  // The same parts under other names.
+  // The same parts with other labels.
   EXPECT_EQ(MatchedLabels({5, 5, 0, 0, 0, 9}, {1, 1, 2, 2, 2, 0}), (Labels{1, 1, 2, 2, 2, 0}));
-  // Two parts where the other has one: the larger keeps its label, the smaller gets a new one.
+  // Two parts where the other has one: the larger takes its label, the smaller a new one.
   EXPECT_EQ(MatchedLabels({0, 1, 1, 1, 2}, {3, 3, 3, 3, 7}), (Labels{8, 3, 3, 3, 7}));
-  // One where the other has two.
+  // One part where the other has two.
   EXPECT_EQ(MatchedLabels({4, 4, 4}, {0, 1, 1}), (Labels{1, 1, 1}));
   EXPECT_TRUE(MatchedLabels({}, {}).empty());
 }

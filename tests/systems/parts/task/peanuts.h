@@ -21,8 +21,8 @@ inline std::string OffOf(const parts::Shape& shape) {
   return text;
 }
 
-/// A small benchmark of peanuts, laid out as the real one; every model has two human segmentations:
-/// halves, and halves with a stripe between them.
+/// A small benchmark of peanuts, with the folder layout of the real one. Each model has two human
+/// segmentations: halves, and halves with a stripe between them.
 class Peanuts {
  public:
   Peanuts() {

@@ -31,7 +31,7 @@ TEST(BringTask, BringsTheCupAndSaysSo) {
   EXPECT_EQ(experiment.task->Run(experiment.cases[0]).data, result.data) << "the same bytes";
 }
 
-// A hand that stays 50 mm above the table finds no grasp at a prism of 52 mm but by chance.
+// A hand that stays 50 mm above the table can grasp a prism of 52 mm only by chance.
 TEST(BringTask, GivesUpAfterThreeAttemptsInVainAtTheSameTable) {
   const auto experiment =
       Open({"arrangement=single", "grasp.table_clearance_mm=50"}, "sweets_prism");

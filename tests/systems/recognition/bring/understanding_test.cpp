@@ -21,7 +21,7 @@ geometry::TriangleMesh Tetrahedron(double size_m) {
   return mesh;
 }
 
-// Twenty samples in a row; objects are runs of them.
+// Twenty samples in a row; each object is a range of them.
 perception::Scene SceneOf(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& runs) {
   perception::Scene scene;
   for (std::uint32_t i = 0; i < 20; ++i) {
@@ -83,7 +83,7 @@ TEST(PutKnown, WhatWasNotPerceivedAtAllIsAddedLast) {
   EXPECT_TRUE(known.found[1]);
 }
 
-/// A closed box about its middle.
+/// A closed box centered at the origin.
 geometry::TriangleMesh BoxMesh(const Vector3d& size_m) {
   geometry::TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
@@ -100,7 +100,7 @@ recognition::Library Shelf() {
       {recognition::MakeKnownObject("box", "Box", BoxMesh({0.08, 0.10, 0.12}))});
 }
 
-// The box stands in the middle; seen from one side or from all four.
+// Views of the box in the middle, from one side or from all four.
 geometry::Observation LookFromSides(int sides) {
   const Eigen::AlignedBox3d box(Vector3d(-0.04, -0.05, 0.0), Vector3d(0.04, 0.05, 0.12));
   base::Rng rng(3);
@@ -131,7 +131,7 @@ TEST(HidingArea, IsBehindAnObjectUntilItIsSeenFromAllSides) {
   };
   EXPECT_GT(area(1, true), 0.5 * 0.08 * 0.10) << "as large as the box, at this slant";
   EXPECT_LT(area(4, true), 0.001);
-  // The inside of what is not known may be anything.
+  // The inside of an unknown object may be anything.
   EXPECT_GT(area(4, false), 0.5 * 0.08 * 0.10);
 }
 

@@ -24,7 +24,7 @@ const fs::path kRepository = RANGEGRASP_SOURCE_DIR;
 
 class RecognizeTest : public testing::Test {
  protected:
-  /// A box of dextrose alone on the table.
+  /// A single dextrose box on the table.
   std::string Scan(bool color) const {
     const auto file = folder_ / (color ? "colored.yaml" : "plain.yaml");
     base::WriteFile(
@@ -42,7 +42,7 @@ class RecognizeTest : public testing::Test {
     return (kRepository / in_repository).string();
   }
 
-  /// A package of the shape of the box, with the print of another one.
+  /// Two packages of the same shape with different prints.
   std::string FolderOfTwins() const {
     const fs::path objects = kRepository / "models/objects";
     for (const std::string name : {"dextrose", "twin"}) {
@@ -99,11 +99,11 @@ TEST_F(RecognizeTest, AFolderWithoutObjectsIsNamed) {
   EXPECT_THAT(ran.err, HasSubstr("NAME/NAME.xml"));
 }
 
-// What `learn` makes of views of a thing, and what it says of too few of them.
+// The output of `learn` for views of an object, and its message if there are too few.
 
 class LearnTest : public testing::Test {
  protected:
-  /// A cylinder on a table, seen from 0.8 m aside and 0.62 m above, from that direction.
+  /// A cylinder on a table, seen from the given direction, 0.8 m to the side and 0.62 m above.
   std::string View(double direction_rad) const {
     synthetic::ScanOptions options;
     options.sensor_W = {0.8 * std::cos(direction_rad), 0.8 * std::sin(direction_rad), 0.62};
@@ -134,7 +134,7 @@ TEST_F(LearnTest, ACylinderFromThreeSidesIsIt) {
   EXPECT_NEAR(size.z(), 0.12, 0.003);
 }
 
-// The frame lies at the foot of the cylinder, a quarter turn about y from the table's.
+// The frame is at the foot of the cylinder, rotated by a quarter turn about y from the table's.
 TEST_F(LearnTest, TheMeshIsGivenInAFrame) {
   const auto ran = RunProgram({"learn", View(0.0), View(2.1), View(4.2), "-o", Mesh(),
                                "--frame=0,0,1,0.01,0,1,0,0.02,-1,0,0,0,0,0,0,1"});

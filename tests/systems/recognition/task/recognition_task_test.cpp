@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 const std::string kExperiments = RANGEGRASP_SOURCE_DIR "/experiments/";
 
-// What an experiment with one object makes its reader warn of.
+// Warnings for an experiment with one object.
 std::string WarningsOf(const std::string& experiment, const std::vector<std::string>& set) {
   std::string text;
   experiment::OpenExperiment(kExperiments + experiment, {.set = set, .groups = {"dextrose"}},
@@ -65,7 +65,7 @@ TEST(RecognitionTask, TheLibraryMayComeFromMeshesInAFolder) {
   const std::string library = "library.folder=" + (folder / "").string();
   geometry::WriteStl(folder / "dextrose.stl", mesh);
   EXPECT_EQ(OutcomeWith({library}), "found");
-  for (auto& p : mesh.vertices) p *= 1.3;  // of another size: it must not be taken for this one
+  for (auto& p : mesh.vertices) p *= 1.3;  // another size: it must not be recognized
   geometry::WriteStl(folder / "dextrose.stl", mesh);
   EXPECT_NE(OutcomeWith({library}), "found");
 }

@@ -15,7 +15,7 @@
 namespace rangegrasp::trial {
 namespace {
 
-/// A cup alone, looked at by the fixed scanner and then from the wrist; as a trial does it.
+/// A single cup, seen by the fixed scanner and then from the wrist, as in a trial.
 LookedAround LookTwice() {
   const auto experiment = experiment::OpenExperiment(
       RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", {.set = {"views=2"}});
@@ -38,7 +38,7 @@ TEST(Looker, TheArmGoesThereAndAddsAView) {
   EXPECT_GT(around.looks[0].way_s, 0.5);
   ASSERT_EQ(around.sensed.observation.views.size(), 2u);
   ASSERT_EQ(around.sensed.truth.size(), 2u);
-  // Its own origin and noise: the wrist is nearer and somewhere else.
+  // The views have different origins and noise: the wrist is nearer and elsewhere.
   const auto& views = around.sensed.observation.views;
   EXPECT_GT((views[0].X_CV.translation() - views[1].X_CV.translation()).norm(), 0.3);
   EXPECT_EQ(views[1].noise_m.size(), views[1].image.points_C.size());
@@ -61,7 +61,7 @@ TEST(Looker, SeesOfTheCupWhatTheFirstViewDidNot) {
   }
   ASSERT_GT(count, 1000);
   middle /= count;
-  // Seen from the fixed scanner, points on the cup's far side lie behind its middle.
+  // For the fixed scanner, points on the cup's far side are behind its middle.
   const Eigen::Vector2d away = (middle - views[0].X_CV.translation()).head<2>().normalized();
   for (std::size_t v = 0; v < 2; ++v) {
     for (std::size_t i = 0; i < truth[v].label.size(); ++i) {
@@ -73,7 +73,7 @@ TEST(Looker, SeesOfTheCupWhatTheFirstViewDidNot) {
   EXPECT_GT(behind[1], behind[0]);
 }
 
-// Noise, the arm and the mount: a sample's range is the true one but for the noise along its ray.
+// Noise, arm and mount: a sample's range is the true one except for the noise along its ray.
 TEST(Looker, ItsRangesAreTrueButForTheNoise) {
   const auto& truth = Twice().sensed.truth[1];
   const auto& view = Twice().sensed.observation.views[1];
@@ -84,10 +84,10 @@ TEST(Looker, ItsRangesAreTrueButForTheNoise) {
     errors_m.push_back(std::abs((p - view.image.origins_C.front()).norm() - truth.true_range_m[i]));
   }
   ASSERT_GT(errors_m.size(), 5000u);
-  EXPECT_LT(base::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more where it is further
+  EXPECT_LT(base::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more at greater distances
 }
 
-/// The options of the cup's experiment with a calibration of its own.
+/// The options of the cup's experiment with the given hand-eye calibration.
 Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesystem::path& file) {
   sensing::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
   Options options = cell.options;
@@ -110,7 +110,7 @@ TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
         .observation.views.front()
         .X_CV.translation();
   };
-  // The arm's own error is 0.1 mm and 0.02 deg, whose lever is short here.
+  // The arm's own error is 0.1 mm and 0.02 deg, with a short lever here.
   EXPECT_LT((stands(X_HS, 1) - X_WS.translation()).norm(), 0.0005);
   base::Pose moved = X_HS;
   moved.translation() += 0.005 * X_HS.linear().col(0);
@@ -121,8 +121,8 @@ TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
               testing::HasSubstr("is 55 mm from the one in"));
 }
 
-/// The cell's own, whose grasps promise what is given for each number of views; `segments` is that
-/// number.
+/// The cell's detector, but the grasps get the given probability for each number of views;
+/// `segments` is that number.
 class Promising : public Detector {
  public:
   Promising(const Cell& cell, std::vector<double> by_views)

@@ -25,7 +25,7 @@ base::Pose Offset(const base::Pose& X_CS, const Vector3d& shift, const Vector3d&
   return X_CS * by * X_CS.inverse();
 }
 
-/// How far what a correction makes of the region lies from its place, at most.
+/// Maximum displacement of the region's corners by a correction.
 double WorstOf(const base::Pose& X_left) {
   double worst = 0.0;
   for (const double z : {0.0, 0.12}) {
@@ -41,8 +41,8 @@ double WorstOf(const base::Pose& X_left) {
 
 class SeededMerge : public testing::TestWithParam<std::uint64_t> {};
 
-// Two looks at a box share its top, two of its sides and the table, which leaves nothing open. The
-// second is off by an honest error: 2 mm, 0.4 deg, in each direction 1 / sqrt(3) of it.
+// Two views of a box share its top, two of its sides and the table, which determine all directions.
+// The second is off by the stated error: 2 mm, 0.4 deg; 1 / sqrt(3) of it per direction.
 TEST_P(SeededMerge, FindsAGivenOffsetOfAViewOfABox) {
   base::Rng rng(GetParam());
   const base::Pose X_first = LookFrom({0.45, 0.25, 0.35}, kMiddle);
@@ -68,8 +68,8 @@ TEST_P(SeededMerge, FindsAGivenOffsetOfAViewOfABox) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededMerge, testing::Range<std::uint64_t>(1, 13));
 
-// A table alone says nothing of a shift along it: it stays as the arm says. Of a shift across it,
-// it says all.
+// A table alone does not determine a shift along it, so the arm's value is kept. It fully
+// determines a shift perpendicular to it.
 TEST(Merge, LeavesOpenWhatATableLeavesOpen) {
   base::Rng rng(3);
   const base::Pose X_first = LookFrom({0.45, 0.25, 0.35}, kMiddle);
@@ -87,7 +87,7 @@ TEST(Merge, LeavesOpenWhatATableLeavesOpen) {
   EXPECT_NEAR(left.y(), -0.001, 0.0003);
 }
 
-// A view that is 5 mm off, of an arm that is never off by more than 0.2 mm.
+// The view is 5 mm off, but the stated error of the arm is at most 0.2 mm.
 TEST(Merge, GoesNoFurtherThanTheErrorAllows) {
   base::Rng rng(4);
   const base::Pose X_second = LookFrom({0.20, 0.40, 0.30}, kMiddle);
@@ -104,8 +104,8 @@ TEST(Merge, GoesNoFurtherThanTheErrorAllows) {
   EXPECT_EQ(found.refined, found.deviations <= strict.max_deviations);
 }
 
-// A wall of 4 mm on a table, seen from either side, as a cup's is: what the second look sees is
-// the other side. It stays within what a tenth of the points and the arm's word leave open.
+// A wall of 4 mm on a table, seen from both sides, like a cup's: the second view sees the other
+// side. The correction stays within what a tenth of the points and the arm's stated error allow.
 TEST(Merge, DoesNotLayTheTwoSidesOfAWallOntoEachOther) {
   base::Rng rng(7);
   const AlignedBox3d wall(Vector3d(-0.002, -0.08, 0.0), Vector3d(0.002, 0.08, 0.12));
@@ -124,14 +124,14 @@ TEST(Merge, TellsWhatHasNothingInCommon) {
   EXPECT_FALSE(Refine(nothing, view, kRegion, {}).refined);
 }
 
-// Opposite faces are 0.08 and 0.10 m apart, whatever side each was seen from: two looks from
-// opposite corners, the second off by 1 mm and put right.
+// Opposite faces are 0.08 and 0.10 m apart, whichever side each was seen from: two views from
+// opposite corners, the second off by 1 mm and corrected.
 TEST(Merge, AMergedBoxHasItsTrueSize) {
   base::Rng rng(6);
   const base::Pose X_second = LookFrom({-0.35, -0.30, 0.35}, kMiddle);
   geometry::Observation merged;
   merged.views.push_back(ScanBox(LookFrom({0.40, 0.30, 0.35}, kMiddle), kBox, kSigma_m, rng));
-  // What both see: the top, and the table.
+  // Both views see the top and the table.
   base::Pose X_off = base::Pose::Identity();
   X_off.translation() = Vector3d(0.0, 0.0, 0.001);
   const auto view = Moved(ScanBox(X_second, kBox, kSigma_m, rng), X_off);

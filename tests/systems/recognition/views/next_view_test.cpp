@@ -46,7 +46,7 @@ TEST(NextView, ASensorAtACandidateLooksAtTheMiddle) {
   }
 }
 
-// The fixed scanner sees the box from x > 0. What it hides is on the arm's side.
+// The fixed scanner sees the box from x > 0. The hidden side faces the arm.
 TEST(NextView, LooksAtTheFarSideOfABox) {
   const auto& robot = Wrist();
   const auto so_far = SeenFrom({0.55, 0.0, 0.45});
@@ -57,13 +57,13 @@ TEST(NextView, LooksAtTheFarSideOfABox) {
   EXPECT_LT(look->X_CS.translation().x(), 0.0);
   EXPECT_GT(look->gain_m3, 125e-6);
   EXPECT_GT(look->unseen_m3, look->gain_m3);
-  // The arm holds the sensor there, and the way leads to it.
+  // The arm holds the sensor at that pose, and the path leads to it.
   const base::Pose X = robot.HandPose(look->q) * request.X_HS;
   EXPECT_LT((X.translation() - look->X_CS.translation()).norm(), 1e-4);
   EXPECT_TRUE(look->way.positions.front().isApprox(robot.home));
   EXPECT_TRUE(look->way.positions.back().isApprox(look->q));
 
-  // Once it has looked there is less to see.
+  // After that look there is less left to see.
   geometry::Observation both = so_far;
   both.views.push_back(ScanBox(look->X_CS, kNextViewBox, 0.0003, rng));
   const auto next = NextBestView(robot, both, request, {}, {}, rng);
@@ -73,7 +73,7 @@ TEST(NextView, LooksAtTheFarSideOfABox) {
 TEST(NextView, StopsWhereThereIsLittleToSee) {
   const auto& robot = Wrist();
   NextViewOptions options;
-  options.min_gain_m3 = 0.01;  // more than the region holds
+  options.min_gain_m3 = 0.01;  // more than the region's volume
   base::Rng rng(1);
   EXPECT_FALSE(
       NextBestView(robot, SeenFrom({0.55, 0.0, 0.45}), RequestFor(robot), options, {}, rng));

@@ -1,4 +1,4 @@
-// The head of the scanner on the wrist, as scenes/tabletop_wrist.xml has it.
+// The scanner head on the wrist in scenes/tabletop_wrist.xml.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ TEST(WristHead, KeepsFiveMillimetresClearOfTheHandFromOpenToClosed) {
   }
 }
 
-// Of models/sensors/wrist_scanner.yaml: 40 deg of pan, 36 deg of fan.
+// From models/sensors/wrist_scanner.yaml: 40 deg of pan, 36 deg of fan.
 TEST(WristHead, DoesNotSeeTheFingers) {
   const base::Pose X_SH = WristHeadWrist().X_HWristScanner->inverse();
   for (const auto& state : WristHeadWrist().hand().states) {
@@ -54,7 +54,7 @@ TEST(WristHead, DoesNotSeeTheFingers) {
   }
 }
 
-// lwa3_scanner.xml repeats lwa3.xml: all of its lines but those named here, in their order.
+// lwa3_scanner.xml repeats all lines of lwa3.xml in order, except for those named here.
 TEST(WristHead, HasTheSameArmAsTheSceneWithoutIt) {
   const auto lines = [](const char* name) {
     std::istringstream text(

@@ -1,4 +1,4 @@
-// What `export` leaves: records, and data sets with their truth.
+// The output of `export`: records, and data sets with ground truth.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using testing_support::TempFolder;
 
 const std::string kSource = RANGEGRASP_SOURCE_DIR;
 
-// A run of four trials of a box of 75 x 45 x 120 mm, and its data set.
+// A run of four trials with a box of 75 x 45 x 120 mm, and its data set.
 class ExportTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -84,7 +84,7 @@ TEST_F(ExportTest, RecordsAreThoseOfTheStore) {
   }
 }
 
-// Within 3 mm of the box: ten times the scanner's noise, and what its calibration is off by.
+// Samples lie within 3 mm of the box: ten times the scanner's noise plus its calibration error.
 TEST_F(ExportTest, LabelledSamplesLieOnTheObjectInItsPose) {
   const json set = Annotations();
   ASSERT_EQ(set["clouds"].size(), 4u);
@@ -115,7 +115,7 @@ TEST_F(ExportTest, TheGraspThatWasTriedHasTheTrialsOutcome) {
   const json set = Annotations();
   std::map<int, std::vector<std::string>> tried;
   for (const json& grasp : set["grasps"]) {
-    EXPECT_EQ(grasp["annotation_id"], grasp["cloud_id"]);  // one object a cloud here
+    EXPECT_EQ(grasp["annotation_id"], grasp["cloud_id"]);  // one object per cloud here
     if (!grasp["outcome"].is_null()) tried[grasp["cloud_id"]].push_back(grasp["outcome"]);
   }
   for (const json& cloud : set["clouds"]) {

@@ -1,4 +1,4 @@
-// Published tables run from one command: few trials of few tables.
+// One command runs published tables; here a few trials of a few tables.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ std::vector<std::string> Arguments(const std::string& out, const std::vector<std
   return arguments;
 }
 
-// How many cases a run has finished that is still going on; 0 while its store is being made.
+// The number of finished cases of a run in progress; 0 while its store is being created.
 int CountIn(const std::filesystem::path& folder) {
   try {
     return Store::Exists(folder) ? Store::Open(folder).Count() : 0;
@@ -37,7 +37,7 @@ int CountIn(const std::filesystem::path& folder) {
   }
 }
 
-// One run that no one stopped, made once for all tests.
+// Makes one uninterrupted run for all tests.
 class ReproduceTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -61,7 +61,7 @@ class ReproduceTest : public testing::Test {
 TempFolder* ReproduceTest::shared_ = nullptr;
 Ran* ReproduceTest::reference_ = nullptr;
 
-// 12 objects with two figures each, and the overall ones.
+// 12 objects with two figures each, plus the two overall figures.
 TEST_F(ReproduceTest, PutsEachPublishedFigureBesideTheTablesOwn) {
   EXPECT_EQ(reference_->out, Page("reference", ".md"));
   EXPECT_THAT(reference_->out, HasSubstr("shows only that everything runs"));
@@ -112,7 +112,7 @@ TEST_F(ReproduceTest, WhatCannotBeRunIsLeftOutWithItsReasonAndNotCounted) {
   const auto page = json::parse(Page("reference", ".json"));
   EXPECT_EQ(page["tables"][1]["state"], "left out");
   EXPECT_EQ(page["tables"][1]["rows"].size(), 0u);
-  // Nothing else was asked for.
+  // Fails because no other table was requested.
   EXPECT_EQ(RunProgram({"reproduce", "6.1", "--psb", "/no/such/folder", "-o", Folder("none")}).code,
             2);
   ASSERT_EQ(RunProgram(Arguments(Folder("reference"), {})).code, 0);  // for the other tests

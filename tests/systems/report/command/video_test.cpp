@@ -1,4 +1,4 @@
-// Films of trials, by ffmpeg or by what pretends to be it.
+// Films of trials, made by ffmpeg or by a fake ffmpeg.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@ using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
-// What ffprobe says of a film.
+// The output of ffprobe for a film.
 nlohmann::json Probed(const std::string& file) {
-  setenv("FILM", file.c_str(), 1);  // its name needs no quoting then
+  setenv("FILM", file.c_str(), 1);  // so that its name needs no quoting
   FILE* pipe = popen("ffprobe -v error -show_streams -show_format -of json \"$FILM\"", "r");
   std::string text;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
@@ -47,7 +47,7 @@ class VideoTest : public testing::Test {
     const int code = command.Wait(580.0);
     return {code, command.Out(), command.Err()};
   }
-  // Runs with a script as ffmpeg.
+  // Makes a film with a script as ffmpeg.
   Ran FilmWith(const std::string& script, const std::string& file) {
     const auto fake = folder_.Write("bin/ffmpeg", "#!/bin/sh\n" + script);
     std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
@@ -74,11 +74,11 @@ TEST_F(WholeFilm, LastsAsLongAsTheExecution) {
   EXPECT_EQ(film["streams"][0]["codec_type"], "video");
   EXPECT_EQ(film["streams"][0]["width"], 1280);
   EXPECT_EQ(film["streams"][0]["height"], 720);
-  // A frame more or less.
+  // The length may be off by a frame.
   EXPECT_NEAR(std::stod(film["format"]["duration"].get<std::string>()), simulated_s, 0.1);
 }
 
-// A detector that fails ends a trial before anything moves: each film shows its start for 2 s.
+// A failing detector ends a trial before anything moves. The film shows each trial's start for 2 s.
 TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
   if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
   const std::string run = (folder_ / "still").string();

@@ -17,7 +17,7 @@ namespace {
 constexpr int kWidth_px = 960;
 constexpr int kHeight_px = 720;
 
-// Whether all corners are before the camera and within the picture.
+// True if all corners are in front of the camera and within the picture.
 bool IsInPicture(const std::vector<Eigen::Vector3d>& corners_W, const sim::PinholeView& view) {
   for (const Eigen::Vector3d& corner_W : corners_W) {
     const Eigen::Vector2d pixel = PixelOf(view, corner_W);

@@ -24,7 +24,7 @@ TEST(SheetOf, PutsPicturesInRowsWithACaptionBelowEach) {
   EXPECT_EQ(*sheet.At(20, 15), 10);
   EXPECT_EQ(*sheet.At(60, 15), 20);
   EXPECT_EQ(*sheet.At(20, tile + 15), 40);
-  EXPECT_EQ(*sheet.At(60, tile + 15), 255);  // nothing
+  EXPECT_EQ(*sheet.At(60, tile + 15), 255);  // empty
   const auto has_ink = [&](int left) {
     for (int y = 31; y < tile; ++y) {
       for (int x = left; x < left + 40; ++x) {
@@ -52,10 +52,10 @@ TEST(Paste, CutsOffWhatJutsOut) {
   EXPECT_EQ(*picture.At(9, 3), 0);
   EXPECT_EQ(*picture.At(9, 4), 255);
   EXPECT_EQ(*picture.At(5, 0), 255);
-  Paste(Plain(8, 8, 0), 40, 40, picture);  // wholly beside it
+  Paste(Plain(8, 8, 0), 40, 40, picture);  // entirely outside
 }
 
-// A value of the half of the axis lies at half its height.
+// A value in the middle of the axis range is drawn at half the height.
 TEST(DrawStrips, AValueStandsWhereItsAxisSays) {
   const Color red(1.0F, 0.0F, 0.0F, 1.0F);
   const image::Image chart = DrawStrips(
@@ -66,7 +66,7 @@ TEST(DrawStrips, AValueStandsWhereItsAxisSays) {
     if (p[0] > 200 && p[1] < 60 && p[2] < 60) red_rows.push_back(y);
   }
   ASSERT_FALSE(red_rows.empty());
-  // The area is from 24 px to 6 + 22 px above the lower edge.
+  // The plot area is from 24 px to 6 + 22 px above the lower edge.
   EXPECT_NEAR(red_rows[red_rows.size() / 2], (24 + 200 - 28) / 2, 2);
 }
 

@@ -43,18 +43,18 @@ TEST(PrepareFolder, AReportThatFailedCanBeRepeated) {
   EXPECT_FALSE(std::filesystem::exists(report / "report.unfinished"));
 }
 
-// A page that opens from disk may ask for nothing from elsewhere.
+// A page that is opened from disk must not load anything from elsewhere.
 TEST(WritePage, NamesNoPlaceOutsideTheReport) {
   const TempFolder folder;
   WritePage(folder.path());
   for (const char* file : {"index.html", "report.css", "plots.js", "report.js", "view.js"}) {
     const std::string text = base::ReadFile(folder / file);
     EXPECT_THAT(text, Not(HasSubstr("http"))) << file;
-    EXPECT_THAT(text, Not(HasSubstr("innerHTML"))) << file;  // texts of a run stay text
+    EXPECT_THAT(text, Not(HasSubstr("innerHTML"))) << file;  // a run's texts stay text
   }
 }
 
-// Every tenth has failed.
+// Records of which every tenth has failed.
 std::vector<experiment::Record> Records(std::size_t n) {
   std::vector<experiment::Record> records(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -70,7 +70,7 @@ TEST(ChooseViews, TakesAllThatFailedAndSixtyOthersFromEndToEnd) {
   for (std::size_t i = 0; i < 600; i += 10) {
     EXPECT_TRUE(std::binary_search(chosen.begin(), chosen.end(), i)) << i;
   }
-  // Nine of ten are left to choose sixty from: one in each stretch of ten.
+  // The other nine of every ten are left, of which sixty are chosen: one in each stretch of ten.
   for (std::size_t i = 0; i < 600; i += 10) {
     EXPECT_EQ(std::count_if(chosen.begin(), chosen.end(),
                             [&](std::size_t c) { return c > i && c < i + 10; }),

@@ -26,7 +26,7 @@ TEST(Base64, IsThatOfTheStandard) {
   EXPECT_EQ(Coded("\xff\xfe\xfd"), "//79");
 }
 
-// What a browser's atob makes of it, written from the standard's table, not from the encoder.
+// Decodes as a browser's atob does. Written from the standard's table, not from the encoder.
 std::string Decoded(const std::string& text) {
   const auto digit = [](char c) -> unsigned {
     if (c >= 'A' && c <= 'Z') return static_cast<unsigned>(c - 'A');
@@ -73,7 +73,7 @@ TEST(PackedPoints, AreWithinHalfAStep) {
   const auto read = Unpacked(PackedPoints(points));
   ASSERT_EQ(read.size(), points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // Half of 3 m / 65535, and what doubles round.
+    // Half of 3 m / 65535, plus the rounding of doubles.
     EXPECT_LE((read[i] - points[i]).cwiseAbs().maxCoeff(), 0.5 * 3.0 / 65535.0 + 1e-12);
   }
 }
@@ -132,7 +132,7 @@ TEST(PackedPoses, TurnsAreWithinAThousandthOfADegreeOrSo) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Quaterniond read(parts[4 * i + 3], parts[4 * i], parts[4 * i + 1],
                                   parts[4 * i + 2]);
-    // Four parts, each off by half of 1 / 32767, turn by at most 2 * 2 * half of it.
+    // Four components, each off by half of 1 / 32767, rotate by at most 2 * 2 * half of it.
     EXPECT_LE(read.normalized().angularDistance(Eigen::Quaterniond(poses[i].linear())),
               2.0 / 32767.0 + 1e-9);
     EXPECT_LE((places[i] - poses[i].translation()).norm(), 2.0 / 65535.0);

@@ -1,4 +1,4 @@
-// The seam commands, as a user with a sensor of their own would run them.
+// The seam commands, run as a user would run them with their own sensor.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ double EdgeX(const Ran& ran) {
   return std::stod(ran.out.substr(ran.out.rfind(element) + element.size()));
 }
 
-// A step of 1 mm at `column` of 256, with a ripple; no edge: column 256.
+// A row of 256 columns with a ripple and a step of 1 mm at `column`; 256 gives a row without edge.
 std::string Row(int column) {
   std::string row;
   for (int i = 0; i < 256; ++i) {
@@ -47,7 +47,7 @@ std::string Row(int column) {
 class SeamTest : public testing::Test {
  protected:
   std::string File(const std::string& name) const { return (folder_ / name).string(); }
-  // With the options that the rows of Row() ask for.
+  // Runs `seam detect` with the options that fit the rows of Row().
   Ran Detect(std::vector<std::string> more, const std::string& in = "/dev/null") {
     more.insert(more.begin(), {"seam", "detect"});
     more.insert(more.end(), {"--unit", "um"});
@@ -165,7 +165,7 @@ TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.0"));
 }
 
-// Rows 0 to 100 are heights from -20 to 0 mm; at -15 mm a column is 7.5 % wider.
+// Rows 0 to 100 are heights from -20 to 0 mm. At -15 mm a column is 7.5 % wider.
 TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   const std::string calibration =
       folder_
@@ -191,7 +191,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   ASSERT_EQ(json.code, 0) << json.err;
   const auto reading = nlohmann::json::parse(Lines(json.out).back());
   EXPECT_EQ(reading["column"], 200.0);
-  EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of 0.4 mm
+  EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of the 0.4 mm step
   const Ran xml = with("--xml");
   EXPECT_NEAR(EdgeX(xml), wanted_m, 2e-3 * wanted_m);
 }
@@ -236,7 +236,7 @@ TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
   const Ran ran = RunProgram(detect);
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("5,0.0640,edge,120.00,62.0000,"));
-  // Columns are 0.1 mm apart, the first at x = 50 mm.
+  // Columns are 0.1 mm apart and start at x = 50 mm.
   auto encoder = detect;
   encoder.insert(encoder.end(),
                  {"--encoder-column", "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
@@ -338,8 +338,7 @@ TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
     if (first.empty()) first = lines;
     ASSERT_EQ(lines.size(), first.size()) << name;
   }
-  // The labels beside them: where nine tenths of the profiles of an uneven mat were found, at
-  // least.
+  // On an uneven mat at least nine tenths of the edges are found near their labels.
   const auto labels = Lines(base::ReadFile(File("s.labels.csv")));
   ASSERT_EQ(labels.size(), first.size());
   int near = 0;
@@ -353,7 +352,7 @@ TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
   EXPECT_GT(near, static_cast<int>(0.9 * static_cast<double>(labels.size())));
 }
 
-// Of nearly all profiles, below the header.
+// Compares the lines below the header. Nearly all of them must be equal.
 void ExpectSameReadings(const Ran& ran, const Ran& other) {
   const auto a = Lines(ran.out);
   const auto b = Lines(other.out);
@@ -384,7 +383,7 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
     const Ran ran = RunProgram(
         {"seam", "calibrate", File(name), "--bases", File("body.bases.csv"), "-o", File("c.yaml")});
     ASSERT_EQ(ran.code, 0) << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns a mm
+    EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns per mm
     const Ran with = RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("c.yaml")});
     const Ran known =
         RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});

@@ -32,7 +32,7 @@ Correction RandomCorrection(base::Rng& rng) {
   return c;
 }
 
-// Empty if there is none.
+// The content of an XML element; empty if there is none.
 std::string Element(const std::string& xml, const std::string& name) {
   const std::size_t at = xml.find("<" + name + ">");
   if (at == std::string::npos) return "";
@@ -83,7 +83,7 @@ TEST(Correction, NumbersThatXmlCannotCarryAreTheCallersMistake) {
 
 constexpr double kStep_s = 0.01;
 
-// A sensor that nothing disturbs.
+// A nearly undisturbed sensor.
 StripeSensorOptions QuietSensor() {
   StripeSensorOptions options;
   options.row_sigma_px = 0.05;
@@ -93,7 +93,7 @@ StripeSensorOptions QuietSensor() {
   return options;
 }
 
-// A mat of paper: a bright step without texture or fray.
+// Mats like paper: a bright step without texture or fray.
 MatOptions PlainMats() {
   MatOptions options;
   options.height_m = 0.8e-3;
@@ -113,7 +113,7 @@ TrackResult Drive(const MatOptions& mats, const TrackOptions& options, std::uint
 }
 
 void ExpectWithinLimits(const TrackResult& result, const HeadOptions& limits) {
-  // Differences of positions of 0.5 m round to some 1e-16 / step^2.
+  // Differences of positions near 0.5 m are rounded by about 1e-16 / step^2.
   constexpr double kRounding = 1e-9;
   double vx = 0.0, vy = 0.0, w = 0.0;
   for (std::size_t i = 1; i < result.path.size(); ++i) {
@@ -130,7 +130,7 @@ void ExpectWithinLimits(const TrackResult& result, const HeadOptions& limits) {
     ASSERT_LE(std::abs(r - w), limits.max_rotation_acceleration_rad_s2 * kStep_s + kRounding);
     vx = x, vy = y, w = r;
   }
-  // It ends at rest.
+  // The head ends at rest.
   EXPECT_LE(std::hypot(vx, vy), limits.max_acceleration_m_s2 * kStep_s + kRounding);
 }
 
@@ -185,7 +185,8 @@ TEST(ClosedLoop, HasNoLagOnACurvedSeam) {
     options.head.rotate = rotate;
     const TrackResult result = Drive(mats, options, 2);
     EXPECT_EQ(result.end, TrackEnd::kDone);
-    // The seam's slope reaches 0.3: a lag of one correction period, 3 mm, would cost 0.9 mm.
+    // The seam's slope reaches 0.3, so a lag of one correction period, 3 mm, would cause an error
+    // of 0.9 mm.
     EXPECT_LT(result.max_error_m, 0.2e-3) << "rotate " << rotate;
   }
 }
@@ -219,7 +220,7 @@ TEST(ClosedLoop, AsksForOtherDistancesAndGetsThem) {
   }
 }
 
-// Figure 3.25: the edge bulges in the shape of a half circle while CAD is straight.
+// Figure 3.25: the edge bulges in a half circle while the CAD path is straight.
 TEST(ClosedLoop, FollowsAHalfCircle) {
   MatOptions mats = PlainMats();
   mats.course.half_circle_radius_m = 0.02;
@@ -230,8 +231,8 @@ TEST(ClosedLoop, FollowsAHalfCircle) {
     const TrackResult result = Drive(mats, options, 5);
     EXPECT_EQ(result.end, TrackEnd::kDone);
     ExpectWithinLimits(result, options.head);
-    // The path of equal distance has corners 24.5 mm before and behind the middle; rounding,
-    // smoothing and the sampled vertical flanks reach some millimetres from there.
+    // The path at constant distance has corners 24.5 mm before and behind the middle. Rounding,
+    // smoothing and the sampled vertical flanks affect a few millimetres around them.
     const double w = options.wanted_distance_m;
     EXPECT_LT(LargestError(result, w, 0.10, 0.22 - 0.0295), 1e-3) << rotate;
     EXPECT_LT(LargestError(result, w, 0.22 - 0.0295, 0.22 - 0.0185), 3e-3) << rotate;
@@ -303,7 +304,8 @@ TEST(ClosedLoop, NeverGoesFasterThanItCouldStop) {
 }
 
 TEST(ClosedLoop, TellsWhenTheNeedleHitsWhatTheSensorCouldNotSee) {
-  // Flat things are no obstacles to the monitor: the needle goes through, and truth says so.
+  // The monitor does not see flat objects as obstacles, so the needle hits one; the ground truth
+  // reports it.
   MatOptions mats = WithObstacle(0.2);
   mats.obstacles[0].height_m = 0.2e-3;
   const TrackResult result = Drive(mats, {}, 9);
@@ -329,7 +331,7 @@ TEST(ClosedLoop, TheSecondLinesOfTheThreeLinesSensorWatchToo) {
   const double base = Drive(WithObstacle(y), {}, 11).path.back().y_m;
   const TrackResult result = Drive(WithObstacle(y), {}, 11, sensor);
   EXPECT_EQ(result.end, TrackEnd::kObstacle);
-  EXPECT_LT(result.path.back().y_m, base - 5e-3);  // seen earlier by a line further ahead
+  EXPECT_LT(result.path.back().y_m, base - 5e-3);  // a line further ahead sees it earlier
 }
 
 TEST(ClosedLoop, SendsACorrectionEveryPeriodAndEdgesThatAreWhereTheyWereSensed) {
@@ -386,7 +388,7 @@ MatOptions Straight() {
   return options;
 }
 
-// Points every millimetre of y, each at the distance from the edge that is asked for, on its low
+// A path with one point per millimetre of y, each at the given distance from the edge on its low
 // side.
 TrackResult PathAt(const std::function<double(double t_m)>& distance_m) {
   const double n = std::hypot(1.0, kSlope);
@@ -403,12 +405,12 @@ TEST(TrackScore, DistanceIsThatToTheNearestPointOfTheEdge) {
   auto result = PathAt([](double t) { return -2e-3 + 0.02 * t; });  // from its high to its low side
   ScoreTrack(Mats(Straight(), 1), kWanted_m, result);
   for (std::size_t i = 0; i < result.path.size(); ++i) {
-    // The edge's points are a polyline of rounded numbers on a straight line.
+    // The edge is a polyline whose points are rounded numbers on a straight line.
     EXPECT_NEAR(result.path[i].distance_m, -2e-3 + 0.02 * 1e-3 * static_cast<double>(i), 1e-9);
   }
 }
 
-// 3 mm off before the first 100 mm are over, then 0.2 mm off, and 2 mm off at the end.
+// The path is 3 mm off within the first 100 mm, then 0.2 mm off, and 2 mm off at the end.
 TEST(TrackScore, ErrorsAreMeansOverTheLengthAfterTheFirst100Mm) {
   const auto scored = [](double share_off) {
     auto result = PathAt([&](double t) {
@@ -419,7 +421,7 @@ TEST(TrackScore, ErrorsAreMeansOverTheLengthAfterTheFirst100Mm) {
     return result;
   };
   const TrackResult fifth = scored(0.2);
-  // Two pieces of 300, of which the one that leaves the path is longer, may count on either side.
+  // Two of 300 pieces may count for either part; the one that changes distance is longer.
   EXPECT_NEAR(fifth.share_within_1mm, 0.8, 0.02);
   EXPECT_NEAR(fifth.mean_error_m, 0.8 * 0.2e-3 + 0.2 * 2e-3, 0.02 * 2e-3);
   EXPECT_NEAR(fifth.p95_error_m, 2e-3, 1e-9);
@@ -427,8 +429,8 @@ TEST(TrackScore, ErrorsAreMeansOverTheLengthAfterTheFirst100Mm) {
   EXPECT_NEAR(scored(0.03).p95_error_m, 0.2e-3, 1e-9);
 }
 
-// Points stand four times as close where it is 2 mm off, from 0.3 m on: its length counts, not
-// their number.
+// From 0.3 m on the path is 2 mm off and its points are four times as dense. The length of the path
+// counts, not the number of points.
 TEST(TrackScore, ErrorsCountByLength) {
   auto coarse = PathAt([](double t) { return kWanted_m + (t > 0.3005 ? 2e-3 : 0.2e-3); });
   TrackResult result;
@@ -464,7 +466,7 @@ TEST(TrackScore, AHazardIsReachedWhereTheNeedlePassesTheMatsEndOrMeetsAnObstacle
   EXPECT_TRUE(reached(mats));
   mats.obstacles[0].x_m += 3e-3;
   EXPECT_FALSE(reached(mats));
-  // The path ends at 0.4005 m, before an obstacle that begins 1 mm further on.
+  // The path ends at 0.4005 m. The obstacle begins 1 mm behind its end.
   mats.obstacles = {{kSlope * 0.4 - kWanted_m, 0.4035, 4e-3, 4e-3, 5e-3}};
   EXPECT_FALSE(reached(mats));
   mats.obstacles[0].y_m -= 2e-3;

@@ -66,7 +66,7 @@ TEST(Head, ShiftsOnlyIfItMayNotRotate) {
   EXPECT_GT(head.needle.y(), 0.0);
 }
 
-// The rotation's effect that the dissertation names: 10 degrees move the line by 14 mm.
+// The effect of rotation given in the dissertation: 10 degrees move the line by 14 mm.
 TEST(Head, TenDegreesMoveALine80MmAheadBy14Mm) {
   HeadState head;
   head.heading_rad = 10.0 * base::kPi / 180.0;
@@ -92,7 +92,7 @@ TEST(Route, IsSlowWhereItBends) {
   const double slow = route.Nearest({0.0, 0.1}).speed_m_s;
   EXPECT_LT(slow, 0.9 * options.speed_m_s);
   EXPECT_GT(slow, 0.1 * options.speed_m_s);
-  // Braking into the corner costs no more than the head has.
+  // Braking before the corner stays within the head's acceleration limit.
   for (double y = 0.09; y < 0.0995; y += 0.5e-3) {
     const double v0 = route.Nearest({0.0, y}).speed_m_s;
     const double v1 = route.Nearest({0.0, y + 0.5e-3}).speed_m_s;
@@ -150,12 +150,12 @@ TEST(ControlUnit, PosesBetweenControlStepsLieOnTheLineBetweenTheirs) {
     EXPECT_NEAR(first.heading_rad, 0.1 + t * 0.2, 1e-12);
     EXPECT_NEAR(unit.PoseAt((1.0 + t) * kControlPeriod_s).needle.x(), 1e-3 + t * 4e-3, 1e-15);
   }
-  // Before the first and after the last there is nothing to go on.
+  // Before the first and after the last record the pose is held.
   EXPECT_EQ(unit.PoseAt(-1.0).needle.y(), 0.0);
   EXPECT_EQ(unit.PoseAt(1.0).needle.y(), 4e-3);
 }
 
-// The line's middle is 80 mm ahead along the heading, and the line stands across it.
+// The line's middle is 80 mm ahead along the heading, and the line is perpendicular to it.
 TEST(ControlUnit, AnEdgePointIsWhereTheLineWasWhenItWasSeen) {
   ControlUnit unit({}, kAhead_m, 62.0);
   unit.Record(At(1e-3, 0.05, 0.2));
@@ -172,7 +172,7 @@ TEST(ControlUnit, IgnoresAPacketThatMovesTheEdgeFurtherThanTheHeadCouldGo) {
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(unit.Receive(Packet(0.1 * i, 0.0)));
   EXPECT_FALSE(unit.Receive(Packet(0.4, 0.038)));
   EXPECT_FALSE(unit.Receive(Packet(0.4, -0.038)));
-  // A half circle of 20 mm begins with 10.5 mm in 3 mm along the track.
+  // A half circle of radius 20 mm begins with 10.5 mm sideways over 3 mm along the track.
   EXPECT_TRUE(unit.Receive(Packet(0.5, -0.0105)));
   EXPECT_TRUE(unit.Receive(Packet(0.6, 0.0)));
 }
@@ -197,7 +197,7 @@ TEST(ControlUnit, AnObstacleStopsTheHeadWhereItIs) {
   EXPECT_EQ(unit.end(), TrackEnd::kObstacle);
 }
 
-// At 30 mm/s along a straight edge that is sure for a second, and doubtful for another.
+// A unit that moved at 30 mm/s along a straight edge, sure for one second and doubtful for another.
 ControlUnit BehindADoubtfulStretch() {
   ControlUnit unit({}, kAhead_m, 62.0);
   for (int i = 0; i <= 200; ++i) {

@@ -58,7 +58,8 @@ TEST(Mats, ADoubleEdgeHasItsMinorStepOnTheLowSide) {
   EXPECT_DOUBLE_EQ(mats.EdgeX(0.0), 0.0);
 }
 
-// Points of the arc lie at the radius from its centre; beyond 45 degrees the tangent's slope is 1.
+// Points of the arc are one radius away from its centre. Beyond 45 degrees the surface continues
+// straight with a slope of 1.
 TEST(Mats, MouldsAreCylindersUpTo45DegreesThenStraight) {
   for (const EdgeShape shape : {EdgeShape::kConvex, EdgeShape::kConcave}) {
     MatOptions options = Smooth(shape);
@@ -79,7 +80,7 @@ TEST(Mats, MouldsAreCylindersUpTo45DegreesThenStraight) {
   }
 }
 
-// The side that faces away from a convex mould's tilt comes later to the slope where light is lost.
+// On a convex mould, the side facing away from the tilt is later too steep to return light.
 TEST(Mats, TiltAddsToTheSlopeOfAMould) {
   MatOptions options = Smooth(EdgeShape::kConvex);
   options.tilt_rad = 0.1;
@@ -104,7 +105,7 @@ TEST(Mats, EdgeXIsWhereTheHeightCrossesHalfTheStep) {
   }
 }
 
-// 10,000 stretches of fray: the estimate's own standard error is below 1.5 %.
+// With 10,000 stretches of fray, the standard error of the estimate is below 1.5 %.
 TEST(Mats, FrayWandersByItsStandardDeviation) {
   MatOptions options = Smooth(EdgeShape::kStep);
   options.texture.fray_m = 0.2e-3;
@@ -147,9 +148,8 @@ TEST(Mats, DependOnOptionsAndSeedAlone) {
   EXPECT_GT(differ, 990);
 }
 
-// The steepest things: a filament 0.8 mm high and 0.1 mm wide that leans by 0.9 (a slope of 22
-// along y), and a step of 1.1 mm within 0.05 mm on a fray. A jump of a tenth of the relief would
-// show.
+// The steepest features are a filament 0.8 mm high and 0.1 mm wide that leans by 0.9 (a slope of 22
+// along y), and a step of 1.1 mm within 0.05 mm on a fray. A jump of a tenth of the relief fails.
 TEST(Mats, AreContinuousAlongY) {
   constexpr double kStep_m = 0.05e-6;
   constexpr double kSteepest = 80.0;
@@ -163,7 +163,7 @@ TEST(Mats, AreContinuousAlongY) {
       base::Rng rng(2);
       for (int i = 0; i < 4000; ++i) {
         const double x = options.course.offset_m + rng.Uniform(-0.01, 0.01);
-        // A whole number of steps, so that the boundaries of cells are met as well.
+        // A whole number of steps, so that cell boundaries are tested as well.
         const double y = static_cast<double>(rng.Index(100)) * 1e-3 - 0.5 * kStep_m;
         ASSERT_NEAR(HeightAt(mats, x, y), HeightAt(mats, x, y + kStep_m), kSteepest * kStep_m)
             << base::Word(shape) << " at " << x << ", " << y;
@@ -172,8 +172,8 @@ TEST(Mats, AreContinuousAlongY) {
   }
 }
 
-// A tow's steep sides have a slope of 8 relief / period, two of them cross: steps of 1 um, taken
-// without a gap, must stay below that, where a tow that ends in a jump would not.
+// A tow's steep sides have a slope of 8 relief / period, and two tows cross. Gapless steps of 1 um
+// must stay below that. A tow that ends in a jump would not.
 TEST(Mats, ReliefIsContinuousAndOfMeanZero) {
   constexpr double kStep_m = 1e-6;
   for (const Weave weave : {Weave::kUniDirectional, Weave::kWoven, Weave::kPlaited}) {
@@ -185,7 +185,7 @@ TEST(Mats, ReliefIsContinuousAndOfMeanZero) {
     const Mats mats(options, 5);
     for (int i = 0; i < 20'000; ++i) {
       const double t = i * kStep_m;
-      if (weave != Weave::kUniDirectional) {  // its threads are steeper
+      if (weave != Weave::kUniDirectional) {  // unidirectional threads are steeper
         ASSERT_NEAR(HeightAt(mats, t, 0.001), HeightAt(mats, t + kStep_m, 0.001), bound) << t;
         ASSERT_NEAR(HeightAt(mats, 0.001, t), HeightAt(mats, 0.001, t + kStep_m), bound) << t;
       }
@@ -198,7 +198,7 @@ TEST(Mats, ReliefIsContinuousAndOfMeanZero) {
       const double x = rng.Uniform(-0.5, 0.5);
       sum += HeightAt(mats, x, rng.Uniform(-0.5, 0.5));
     }
-    // Its values lie within a relief of each other: 5 standard errors, and 3 % for threads.
+    // The heights lie within one relief of each other: 5 standard errors, and 3 % for threads.
     EXPECT_NEAR(sum / kPoints, 0.0, (5.0 * 0.5 / std::sqrt(kPoints) + 0.03) * relief);
   }
 }
@@ -211,14 +211,14 @@ TEST(Mats, BundlesEndSmoothly) {
   double highest = 0.0;
   for (double y = 0.0; y < 0.5; y += kStep_m) {
     const double height = HeightAt(mats, -2e-3, y);
-    // The slope of an end is 1.5 of its height over its length of 1.5 mm; wandering adds 2.
+    // The slope of an end is 1.5 times its height over its length of 1.5 mm; wandering adds 2.
     ASSERT_NEAR(height, HeightAt(mats, -2e-3, y + kStep_m), 4.0 * kStep_m) << y;
     highest = std::max(highest, height);
   }
   EXPECT_GT(highest, 0.3 * options.height_m);
 }
 
-// Where a filament stands at y, most stand close by at y + 0.3 mm: they are 1 to 8 mm long.
+// Most filaments seen at y are seen nearby at y + 0.3 mm, because they are 1 to 8 mm long.
 TEST(Mats, NeighbouringProfilesSeeTheSameFilaments) {
   MatOptions options = Smooth(EdgeShape::kStep);
   options.texture.filaments_per_m = 300.0;
@@ -242,7 +242,8 @@ TEST(Mats, NeighbouringProfilesSeeTheSameFilaments) {
   EXPECT_GT(again, 0.8 * seen);
 }
 
-// The share of the edge's length with a ridge beside it. Its smooth ends are counted in part.
+// Measures the share of the edge's length that has a ridge next to it. The smooth ends of a ridge
+// count in part.
 TEST(Mats, BundlesAreDetachedAlongTheShareOfTheEdge) {
   for (const double share : {0.05, 0.3, 0.8}) {
     MatOptions options = Smooth(EdgeShape::kStep);
@@ -263,8 +264,8 @@ TEST(Mats, BundlesAreDetachedAlongTheShareOfTheEdge) {
   }
 }
 
-// A woven mat shows as much of its warp as of its weft, at right angles: half of the gloss sends
-// the light elsewhere, whatever the mat's angle.
+// A woven mat shows equal parts of warp and weft, at right angles to each other. Half of the gloss
+// therefore reflects the light away, at any angle of the mat.
 TEST(Mats, GlossIsHowOftenTowsSendTheLightElsewhere) {
   for (const double gloss : {0.0, 0.4, 1.0}) {
     MatOptions options = Smooth(EdgeShape::kNone);
@@ -277,7 +278,7 @@ TEST(Mats, GlossIsHowOftenTowsSendTheLightElsewhere) {
       const double x = rng.Uniform(-2.0, 2.0);
       dark += mats.At(x, rng.Uniform(-2.0, 2.0)).return_strength < 0.53 ? 1 : 0;
     }
-    // Five standard errors of a share.
+    // The tolerance is five standard errors of a share.
     EXPECT_NEAR(dark / static_cast<double>(kPoints), 0.5 * gloss, 5.0 * 0.5 / std::sqrt(kPoints));
   }
 }
@@ -316,7 +317,7 @@ TEST(Mats, ObstaclesRiseAboveTheSurfaceTheyLieOn) {
   EXPECT_GT(mats.At(-0.01, 0.05).return_strength, 0.8);
 }
 
-// A quarter of a wave ahead is a cosine.
+// A sine with a phase of a quarter period is a cosine.
 TEST(EdgeCourse, IsALineWithWaves) {
   EdgeCourse course;
   course.offset_m = 0.001;
@@ -356,7 +357,7 @@ TEST(RandomMats, StayWithinWhatAProductionShows) {
   }
 }
 
-// Largest deviation from the planned track and steepest slope over half a metre.
+// The largest deviation from the planned track and the steepest slope, over half a metre.
 struct Extent {
   double deviation_m = 0.0;
   double slope = 0.0;

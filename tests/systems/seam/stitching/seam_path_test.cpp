@@ -45,8 +45,8 @@ TEST_P(SeededSeamPath, SmoothingHalvesTheNoise) {
     before += std::pow(points[i].x() - Wave(points[i].y()), 2);
     after += std::pow(smooth[i].x() - Wave(smooth[i].y()), 2);
   }
-  // A parabola through 11 points leaves 0.21 of the variance at its middle; weights that fall with
-  // the residuals and the choice between windows cost something of that.
+  // A parabola through 11 points leaves 0.21 of the variance at its middle. The residual-dependent
+  // weights and the choice between windows lose some of that.
   EXPECT_LT(after, 0.45 * before);
 }
 
@@ -88,7 +88,7 @@ TEST(SeamPath, PointsAtOnePlaceDoNotBreakSmoothing) {
   for (const Point& p : SmoothEdge(same)) EXPECT_TRUE(p.allFinite());
 }
 
-// The definition of an offset curve, against a brute force.
+// Checks the definition of an offset curve by brute force.
 TEST(SeamPath, TheOffsetCurveKeepsItsDistanceOnTheLowSide) {
   const auto bump = [](double y) {
     const double d = 0.02 * 0.02 - (y - 0.2) * (y - 0.2);

@@ -4,7 +4,7 @@
 
 namespace rangegrasp::seam {
 
-/// A bright and dull mat without any texture, so that only its shape is left.
+/// Bright, matte mats without any texture, so that only their shape remains.
 inline MatOptions Smooth(EdgeShape shape) {
   MatOptions options;
   options.shape = shape;

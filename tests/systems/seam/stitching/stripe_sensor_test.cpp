@@ -18,7 +18,7 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Nothing disturbs this sensor.
+// A sensor without disturbances.
 StripeSensorOptions Perfect() {
   StripeSensorOptions options;
   options.row_sigma_px = 0.0;
@@ -46,8 +46,8 @@ double ShareMissing(const std::vector<float>& rows) {
   return static_cast<double>(missing) / static_cast<double>(rows.size());
 }
 
-// A camera at the standoff from the origin of L, its optical axis at the angle to the laser plane
-// (y = 0), as a projection matrix K [R | t].
+// The reference is a projection matrix K [R | t]: the camera is at the standoff from the origin of
+// L, and its optical axis is at the angle to the laser plane (y = 0).
 TEST(StripeSensor, RowsAndColumnsAreAPinholeProjection) {
   const StripeSensor sensor(Perfect());
   const StripeSensorOptions& o = sensor.options();
@@ -82,7 +82,7 @@ TEST(StripeSensor, AScanOfATiltedPlaneIsExact) {
   for (int column = 0; column < o.line.columns; ++column) {
     const double k = o.line.ToMeters(column) / o.standoff_m;
     const double x = k * o.standoff_m / (1.0 + k * slope * std::cos(o.angle_rad));
-    // The place along the line is known to within 5 um, a float's row to within 6e-5.
+    // The position along the line is good to 5 um and a float row to 6e-5.
     ASSERT_NEAR(rows[static_cast<std::size_t>(column)], sensor.RowOf(slope * x),
                 5e-6 * slope * 7e3 + 1e-4)
         << column;
@@ -94,7 +94,7 @@ TEST(StripeSensor, AStepIsSeenInItsColumnAtItsHeight) {
   mat.course.offset_m = 0.01;
   const StripeSensor sensor(Perfect());
   const auto rows = RowsOf(sensor, Mats(mat, 1), 1, 1);
-  // Up to a column for the step's width and one for what lies between columns.
+  // Allows up to one column for the step's width and one for positions between columns.
   const auto edge = static_cast<std::size_t>(sensor.ColumnOf(0.01, 0.5 * mat.height_m));
   EXPECT_NEAR(rows[edge - 2], sensor.RowOf(0.0), 1e-3);
   EXPECT_NEAR(rows[edge + 3], sensor.RowOf(mat.height_m), 1e-3);
@@ -121,11 +121,11 @@ TEST(StripeSensor, HeightsCountFromTheLinesOwnFrame) {
   LinePose pose;
   pose.height_m = 0.004;
   EXPECT_NEAR(sensor.Scan(mats, pose, 0.0, nullptr, rng).row_px[500], sensor.RowOf(-0.004), 1e-3);
-  pose.height_m = 1.0;  // far below what the camera sees
+  pose.height_m = 1.0;  // far below the camera's view
   EXPECT_EQ(ShareMissing(sensor.Scan(mats, pose, 0.0, nullptr, rng).row_px), 1.0);
 }
 
-// 100,000 spots: a standard deviation is known to 0.22 %.
+// With 100,000 spots, the standard deviation is known to 0.22 %.
 TEST(StripeSensor, RowNoiseGrowsAsReturnFalls) {
   StripeSensorOptions options = Perfect();
   options.row_sigma_px = 0.4;
@@ -150,7 +150,8 @@ TEST(StripeSensor, RowsAreMultiplesOfTheQuantum) {
   for (const float row : rows) EXPECT_EQ(row * 4.0F, std::round(row * 4.0F));
 }
 
-// Strength is 1 - c + c e with e exponential: below the limit l with 1 - exp(-(l - 1 + c) / c).
+// The strength is 1 - c + c e with an exponentially distributed e. It is below the limit l with the
+// probability 1 - exp(-(l - 1 + c) / c).
 TEST(StripeSensor, SpeckleLosesTheShareOfSpotsThatItsContrastPromises) {
   const Mats mats(Smooth(EdgeShape::kNone), 1);
   struct Case {
@@ -194,7 +195,7 @@ Runs OutliersOf(const std::vector<float>& rows, double row) {
   return {columns / static_cast<double>(rows.size()), columns / runs, std::sqrt(sum / columns)};
 }
 
-// 400,000 columns, about 5,000 runs: a mean of lengths is known to 1.3 %, a share to 1.9 %.
+// With 400,000 columns and about 5,000 runs, the mean length is known to 1.3 %, a share to 1.9 %.
 TEST(StripeSensor, ReflectionsComeInRunsWithTheirShareAndLength) {
   StripeSensorOptions options = Perfect();
   options.outlier_share = 0.05;
@@ -213,7 +214,7 @@ TEST(StripeSensor, ReflectionsComeInRunsWithTheirShareAndLength) {
       0.4, 0.05 * 0.4);
 }
 
-// Every spot is lost; the previous line was seen in row 100 everywhere.
+// Every spot is lost. The previous line was in row 100 in all columns.
 TEST(StripeSensor, PhantomsShowThePreviousLineOrAnyRow) {
   StripeSensorOptions options = Perfect();
   options.lost_return = 0.5;
@@ -254,8 +255,8 @@ TEST(StripeSensor, DarkMatsAreMeasuredLessOften) {
   EXPECT_DOUBLE_EQ(sensor.Rate(texture), 30.0);
 }
 
-// Each plateau's row is a median of about 90 columns of 0.06 mm noise: 7 um, which 60 of them bring
-// down to 2 um in the fit; the function of 4th order itself is good to 3 um over this range.
+// Each plateau's row is the median of about 90 columns with 0.06 mm noise, so its error is 7 um.
+// The fit to 60 plateaus reduces this to 2 um. The 4th-order function itself is good to 3 um here.
 TEST(StripeSensor, CalibrationInvertsTheCamera) {
   for (const double columns_per_m : {12'000.0, 18'000.0}) {
     StripeSensorOptions options;

@@ -22,7 +22,7 @@ using testing_support::Shipped;
 using testing_support::Small;
 using testing_support::TempFolder;
 
-// The label is where the recorded heights rise: an independent look at a clean seam.
+// Checks the labels independently on a clean seam: a label is where the recorded heights rise.
 TEST(RecordSeam, LabelsAreWhereTheHeightsRise) {
   SeamExperiment experiment = Small("seam_base", 5);
   experiment.shapes = {EdgeShape::kStep};
@@ -67,7 +67,7 @@ TEST(MatsOf, HazardsLieWhereTheLoopHasSettled) {
     EXPECT_LE(y, 0.25);
     if (end) continue;
     EXPECT_GE(mats.obstacles[0].height_m, 3e-3);
-    // In the way of the needle, or nearly.
+    // In the needle's path, or nearly.
     const double needle = mats.course.XAt(y) - experiment.track.wanted_distance_m;
     EXPECT_LE(std::abs(mats.obstacles[0].x_m - needle), 0.01);
   }

@@ -36,18 +36,17 @@ TEST(ScoreSeam, CountsEveryProfileOnceAndNestsTolerancesAndPlaces) {
     }
   }
   EXPECT_EQ(shapes.size(), 6U);
-  // In this sensor's noise no method finds all, and each finds some.
+  // With this sensor's noise no method finds all edges, and each method finds some.
   for (const Tally& tally : whole) {
     EXPECT_GT(tally.within.front(), 0);
     EXPECT_LT(tally.within.front(), tally.profiles);
   }
 }
 
-// A track whose end is set by hand: what the score makes of it follows from where the head came to
-// rest alone.
+// Scores a track whose end is set by hand. The score depends only on where the head came to rest.
 class ScoreRunTest : public testing::Test {
  protected:
-  // Rests at y with the line `ahead` = 80 mm before it.
+  // Scores a head that rests at y, with its line `ahead` = 80 mm before it.
   RunResult At(double y_m, TrackEnd end, const MatOptions& mats) const {
     TrackedRun run{Mats(mats, 1), {}};
     run.result.path = {{0.0, -0.005, 0.0, 0.0, 0.005}, {9.0, -0.005, y_m, 0.0, 0.005}};
@@ -66,7 +65,7 @@ TEST_F(ScoreRunTest, AHeadThatRestsBeforeItsLineReachesTheHazardStoppedEarly) {
   for (const double y : {0.119, 0.15, 0.195}) {
     EXPECT_FALSE(At(y, TrackEnd::kMatEnd, mats).stopped_early) << y;
   }
-  // An obstacle begins before its middle.
+  // An obstacle's near edge counts, not its middle.
   mats.end_y_m = 1e9;
   mats.obstacles.push_back({-0.005, 0.2, 0.01, 0.01, 0.01});
   EXPECT_TRUE(At(0.107, TrackEnd::kObstacle, mats).stopped_early);

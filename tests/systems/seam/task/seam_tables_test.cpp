@@ -24,7 +24,7 @@ using testing_support::Shipped;
 using testing_support::TempFolder;
 using Cells = std::vector<std::string>;
 
-// Of runs with the default method: the title says which rules are not the dissertation's.
+// The title of runs with the default method names the rules that are not in the dissertation.
 const std::string kVotingTitle = "Voting + step fit + confirmation + refinement";
 
 Record RecordOf(const SeamParams& params, const std::string& data) {
@@ -89,10 +89,10 @@ TEST(SeamTables, FiguresAreThoseOfTheTablesWithTheSeamsAsClusters) {
   ASSERT_EQ(seams.size(), 3u);
   EXPECT_EQ(seams[1].k, 3);
   EXPECT_EQ(seams[1].n, 10);
-  EXPECT_EQ(seams[2].n, 0);  // without an edge
+  EXPECT_EQ(seams[2].n, 0);  // has no edge
   EXPECT_EQ(figures[17].row, "Model-Fitting, average");
   EXPECT_EQ(figures[17].key, "runtimes");
-  EXPECT_DOUBLE_EQ(figures[17].own.value(), 0.3);  // ms: 6 ms of 20 profiles
+  EXPECT_DOUBLE_EQ(figures[17].own.value(), 0.3);  // [ms]: 6 ms for 20 profiles
   EXPECT_DOUBLE_EQ(figures[17].published, 0.132);
   EXPECT_FALSE(figures[16].own);
 }
@@ -102,7 +102,7 @@ TEST(SeamTables, FiguresOfTable35AreOfTheMethodsThatItNames) {
   ASSERT_EQ(figures.size(), 16u + 4u);
   EXPECT_EQ(figures[18].row, "edge in the centre of the scan line");
   EXPECT_EQ(figures[18].key, "improvements");
-  EXPECT_EQ(figures[18].own, 100.0);  // +-18 px are 1 mm of this sensor
+  EXPECT_EQ(figures[18].own, 100.0);  // +-18 px are 1 mm for this sensor
   EXPECT_FALSE(figures[19].own);      // no edge lay at the boundary
 }
 
@@ -111,14 +111,14 @@ TEST(SeamTables, RatesAreCountsOfAllSeamsBesideThePublished) {
   EXPECT_THAT(report.sections[0].title, HasSubstr("20 profiles with an edge of 3 seams"));
   const auto& rows = report.sections[0].grid.rows;
   ASSERT_EQ(rows.size(), kMethods);
-  // 5 of 20, 10 of 20, 16 of 20, 20 of 20 beside table 3.2.
+  // 5, 10, 16 and 20 of 20, each next to the value of table 3.2.
   EXPECT_EQ(rows[4], (Cells{"Voting as published", "25.00", "80.4", "50.00", "97.5", "80.00",
                             "99.3", "100.00", "99.5"}));
-  EXPECT_EQ(rows[3][2], "-");  // nothing was published of our own way
+  EXPECT_EQ(rows[3][2], "-");  // our own method has no published values
   for (std::size_t m = 5; m < kMethods; ++m) EXPECT_EQ(rows[m][2], "-") << rows[m][0];
-  // 1 mm is 12 px of the base sensor; nothing was at the boundary.
+  // 1 mm is 12 px for the base sensor; no edge was at the boundary.
   EXPECT_EQ(report.sections[1].grid.rows[4], (Cells{"Voting as published", "80.00", "80.00", "-"}));
-  // Told to have no edge: 9 of the 10 profiles that have none.
+  // Of the 10 profiles without an edge, 9 were reported to have none.
   const auto& none = report.sections[2].grid.rows.back();
   EXPECT_EQ(none.front(), "none");
   EXPECT_EQ(none.back(), "90.00");
@@ -134,8 +134,9 @@ TEST(SeamTables, ImprovementsStandBelowThePlaces) {
                    "86.40", "", ""}));
 }
 
-// Seams whose profiles are all found or all lost are so many coins: the error of their mean is that
-// of a binomial rate over seams, sqrt(p (1 - p) / (n - 1)), however many profiles each has.
+// If either all or none of a seam's profiles are found, each seam is one coin toss. The standard
+// error is then that of a binomial rate over seams, sqrt(p (1 - p) / (n - 1)), for any number of
+// profiles per seam.
 TEST(SeamTables, TheStandardErrorIsOverSeams) {
   for (const int profiles : {10, 1000}) {
     std::vector<Record> records;
@@ -171,11 +172,11 @@ TEST(SeamTables, HazardsThatCameIntoViewAreFoundOrReached) {
     records.push_back(RunRecord(r));
   }
   const auto rows = ReportOn(Shipped("seam_hazards"), records).sections[0].grid.rows;
-  ASSERT_EQ(rows.size(), 2U);  // of the one way that steered
+  ASSERT_EQ(rows.size(), 2U);  // for the one method that steered
   EXPECT_EQ(rows[1], (Cells{"obstacle", kVotingTitle, "5", "1", "4", "3", "1", "75.00", "0"}));
 }
 
-// Lengths of 100 and 300 mm, of 300 mm that were wanted: the first is followed to 60 % of 100 mm.
+// Two tracks of 100 and 300 mm; 300 mm were required. The first is within 1 mm for 60 % of 100 mm.
 TEST(SeamTables, TracksAreWeightedByTheirLength) {
   std::vector<Record> records;
   for (const double length : {0.1, 0.3}) {
@@ -190,7 +191,7 @@ TEST(SeamTables, TracksAreWeightedByTheirLength) {
   const auto rows = ReportOn(Shipped("seam_track"), records).sections[0].grid.rows;
   const Cells before(rows[0].begin(), rows[0].begin() + 8);
   EXPECT_EQ(before, (Cells{kVotingTitle, "2", "2", "1", "0.100", "0.000", "3.000", "90.00"}));
-  // 60 mm + 300 mm of 600 mm; shares of 0.2 and 1 scatter by 0.4 about 0.6.
+  // 60 mm + 300 mm of 600 mm. The shares 0.2 and 1 deviate by 0.4 from 0.6.
   EXPECT_EQ(rows[0][8], "60.00");
   EXPECT_EQ(rows[0][9], "40.00");
   EXPECT_EQ(rows.size(), 1U);
@@ -208,7 +209,7 @@ TEST(SeamTables, RunsThatStoppedEarlyAreListed) {
             (std::vector<Cells>{{"7", kVotingTitle, "none", "mat_end", "213.5"}}));
 }
 
-// 300 mm less two corners of 12 mm.
+// 138 mm of 276 mm, which are 300 mm without two corners of 12 mm.
 TEST(SeamTables, CornersOfAHalfCircleAreToldApart) {
   RunResult run;
   run.good_beside_corners_m = 0.138;

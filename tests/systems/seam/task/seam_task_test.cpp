@@ -28,7 +28,7 @@ using testing::StartsWith;
 using testing_support::kSource;
 using testing_support::TempFolder;
 
-// As the engine reads a file: its own keys first.
+// Reads a file as the engine does: its own keys first.
 std::unique_ptr<Task> Shortened(const std::string& name, int seams) {
   const auto file = kSource / "experiments" / (name + ".yaml");
   auto map = base::YamlMap::FromFile(
@@ -61,7 +61,7 @@ TEST(SeamTask, EveryShippedExperimentIsReadAndItsCasesAreNamedOnce) {
   }
 }
 
-// What a case is does not depend on how many there are: a longer run goes on where a short one was.
+// A case does not depend on the number of cases, so a longer run continues a shorter one.
 TEST(SeamTask, CasesOfAShortRunAreTheFirstOfALongOne) {
   for (const char* name : {"seam_base", "seam_hazards"}) {
     const auto few = Shortened(name, 3)->Cases();
@@ -149,7 +149,7 @@ TEST(SeamTask, ReplayLeavesTheProfilesLabelsAndPictureOfASeam) {
               HasSubstr("Gradient-Accumulation"));
 }
 
-// What a view shows is what the record counts: of each method as many positions within 10 px.
+// For each method, a view shows as many positions within 10 px as the record counts.
 TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
   const auto task = Shortened("seam_base", 1);
   const Case which = task->Cases()[0];
@@ -164,7 +164,7 @@ TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
   EXPECT_EQ(series[0].label, "truth");
   constexpr double kTaskColumnsPerMm = 12.0;
   constexpr double kMarginToEnd_mm =
-      20.0 / kTaskColumnsPerMm;  // edges nearer to it are not counted
+      20.0 / kTaskColumnsPerMm;  // edges closer to the end are not counted
   const double end_mm = 0.5 * 1023 / kTaskColumnsPerMm - kMarginToEnd_mm;
   const auto seam = SeamResultFrom(ParamsFrom(which.params), result.data);
   for (std::size_t m = 0; m < kMethods; ++m) {
@@ -187,12 +187,12 @@ TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem)
     task->Replay(which, options);
     EXPECT_GE(view.pages.size(), 8U);
     EXPECT_LE(view.pages.size(), 16U);
-    const auto& errors = view.panels[1].series[1].y;  // of the decision that pages show
+    const auto& errors = view.panels[1].series[1].y;  // of the decision that the pages show
     std::size_t worst = 0;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (std::isfinite(errors[i]) && !(std::abs(errors[i]) <= std::abs(errors[worst]))) worst = i;
     }
-    bool missed = false;  // counts as more wrong than any error
+    bool missed = false;  // counts as worse than any error
     for (std::size_t i = 0; i < errors.size(); ++i) {
       missed |= std::isnan(errors[i]);
     }
@@ -215,8 +215,8 @@ TEST(SeamTask, AViewOfARunHasTheTruthAsFarAsTheSensorLooked) {
   ASSERT_EQ(view.panels.size(), 3U);
   const auto& map = view.panels[0].series;
   EXPECT_EQ(map[0].label, "edge");
-  EXPECT_NEAR(map[0].x.back(), map[1].x.back(), 1.0);  // edge and positions that were sent
-  // The head settles on the wanted distance, 5 mm: the error that the second panel shows is small.
+  EXPECT_NEAR(map[0].x.back(), map[1].x.back(), 1.0);  // edge and sent positions
+  // The head settles on the wanted distance, 5 mm, so the error in the second panel is small.
   EXPECT_LT(std::abs(view.panels[1].series[0].y.back()), 1.0);
 }
 

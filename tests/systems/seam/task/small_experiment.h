@@ -12,7 +12,7 @@ inline seam::SeamExperiment Shipped(const std::string& name) {
   return seam::ReadSeamExperiment(kSource / "experiments" / (name + ".yaml"));
 }
 
-/// A small one, of a seed that nothing is reported on.
+/// A small version of a shipped experiment, with a seed that is used for no reported result.
 inline seam::SeamExperiment Small(const std::string& name, int seams) {
   auto experiment = Shipped(name);
   experiment.seed = 4711;

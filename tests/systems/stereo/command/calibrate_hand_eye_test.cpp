@@ -19,8 +19,8 @@ using testing_support::TempFolder;
 
 constexpr char kScene[] = RANGEGRASP_SOURCE_DIR "/scenes/tabletop_wrist.xml";
 
-// The site of models/arm/lwa3_scanner.xml in the frame of the hand: 1 mm and 0.3 deg are what a
-// head that is mounted by hand is off (LookOptions), and what a calibration must better.
+// The truth is the site of models/arm/lwa3_scanner.xml in the hand frame. A head that is mounted by
+// hand is off by 1 mm and 0.3 deg (LookOptions); a calibration must do better than that.
 TEST(CalibrateHandEye, OfASimulatedArmFindsTheHeadAndItsRecordDoesAgain) {
   const TempFolder folder;
   const auto simulated =
@@ -43,10 +43,10 @@ TEST(CalibrateHandEye, OfASimulatedArmFindsTheHeadAndItsRecordDoesAgain) {
   const auto again = RunProgram(
       {"calibrate-hand-eye", (folder / "views").string(), "-o", (folder / "b.yaml").string()});
   ASSERT_EQ(again.code, 0) << again.err;
-  // Poses are written in millimetres: the last digit may differ.
+  // Poses are written in millimetres, so the last digit may differ.
   EXPECT_TRUE(sensing::ReadHandEye(folder / "b.yaml").X_HS.isApprox(said.X_HS, 1e-9));
 
-  // A picture without the board is named, one of another camera too.
+  // A picture without the board is named, and so is one from another camera.
   const image::Image grey{800, 600, std::vector<std::uint8_t>(3 * 800 * 600, 90)};
   image::WritePng(folder / "views" / "view_03.png", grey);
   const auto hidden = RunProgram(

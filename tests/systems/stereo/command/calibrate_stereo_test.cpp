@@ -61,8 +61,8 @@ TEST_F(CalibrateStereo, CornersAreTwoNumbers) {
   }
 }
 
-/// A folder of eight views of a board before a small camera, whose frame at the left picture is the
-/// arm's, too; the pair's baseline is 40 mm.
+/// A folder of eight views of a board in front of a small camera. The left camera's frame is also
+/// the arm's frame; the baseline is 40 mm.
 class RecordedBoards : public CalibrateStereo {
  protected:
   static constexpr int kViews = 8;
@@ -81,7 +81,7 @@ class RecordedBoards : public CalibrateStereo {
   static std::string Name(const char* what, int number) {
     return std::string(what) + "_0" + std::to_string(number);
   }
-  /// Each view is tilted another way by a quarter of a radian.
+  /// Each view is tilted by a quarter of a radian in a different direction.
   static Eigen::Vector3d Tilt(int number) {
     const double way = 2.0 * 3.14159 * number / kViews;
     return {0.25 * std::cos(way) + 0.1, 0.25 * std::sin(way), 0.05};
@@ -133,7 +133,7 @@ TEST_F(RecordedBoards, WithAnotherNumberOfCornersAreRefused) {
   ExpectRefused({"--corners", "8x6"}, "view 1 (left): no chessboard with 8 x 6 inner corners");
 }
 
-// Pictures alone cannot tell it; the laser measures lengths.
+// Pictures alone cannot reveal the wrong size. The laser can, because it measures lengths.
 TEST_F(RecordedBoards, WithSquaresOfAnotherSizeAreRefused) {
   ExpectRefused({"--square-mm", "26"}, "are its squares 26 mm");
 }
@@ -162,7 +162,7 @@ TEST_F(RecordedBoards, ThatTheLaserMissesAreRefused) {
   ExpectRefused({}, "view 1: the laser measured no plane of the board in 500 points");
 }
 
-// Instead of the board the laser saw what is behind it.
+// The laser saw the wall behind the board instead of the board.
 TEST_F(RecordedBoards, WhoseScanIsOfAnotherPlaneAreRefused) {
   base::Rng rng(1);
   geometry::Points wall;

@@ -1,5 +1,5 @@
-// What `stereo` makes of two recorded pictures, and says of pictures and calibrations that do not
-// fit.
+// The output of `stereo` for two recorded pictures, and its errors for pictures and calibrations
+// that do not match.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -77,7 +77,7 @@ TEST_F(StereoTest, MakesACloudOfTheBoxesAndTheTable) {
   for (const auto& p : cloud.points) {
     if (!p.allFinite()) continue;
     on_table += std::abs(p.z()) < 1e-4 ? 1 : 0;
-    // The top of the printed box, 90 mm high; half a millimetre is a sixth of a pixel.
+    // The top of the printed box is 90 mm high. Half a millimetre is a sixth of a pixel.
     on_box += std::abs(p.z() - 0.09) < 0.004 && p.y() < -0.02 ? 1 : 0;
   }
   EXPECT_GT(on_table, 1000);
@@ -118,8 +118,8 @@ TEST_F(StereoTest, RefusesTheCalibrationOfACameraOfAnotherSize) {
   ExpectRefused("the calibration of another camera");
 }
 
-// A camera that was turned since by 0.5 to 6 degrees about any of its axes is another one to the
-// calibration, but about the vertical axis: that moves nothing out of its row.
+// A camera that has been rotated by 0.5 to 6 degrees since the calibration no longer matches it. A
+// rotation about the vertical axis is not detected because it moves nothing out of its row.
 TEST_F(StereoTest, RefusesTheCalibrationOfAnotherCameraOfThatSize) {
   for (const auto& [axis, degrees] :
        std::vector<std::pair<Eigen::Vector3d, double>>{{Eigen::Vector3d::UnitX(), 0.5},
@@ -135,8 +135,8 @@ TEST_F(StereoTest, RefusesTheCalibrationOfAnotherCameraOfThatSize) {
   }
 }
 
-// Of the left picture only the lower rows, with a fifth of the print, are in the right one, too;
-// what is above is another print.
+// Only the lower rows of the left picture, with a fifth of the print, are also in the right one.
+// The rows above show a different print.
 TEST_F(StereoTest, TakesPicturesThatShowLittleInCommon) {
   image::Image left = *left_;
   const stereo::StereoCalibration calibration = SyntheticCalibration();

@@ -21,8 +21,8 @@ using testing_support::ErrorOf;
 
 const std::string kStereoCalibrationScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
 
-/// A quarter of the default's pixels, the same view; a scanner whose own place is known, so that
-/// what is found can be compared with the truth.
+/// A setup with a quarter of the default's pixels and the same view. The scanner's own pose is
+/// known, so that the result can be compared with the truth.
 CalibrationSetup SmallSetup() {
   CalibrationSetup setup;
   setup.scene = kStereoCalibrationScene;
@@ -37,7 +37,7 @@ CalibrationSetup SmallSetup() {
   return setup;
 }
 
-// Pictures and scans alone lead to the camera and its places, and to the same ones each time.
+// The camera and its poses are found from pictures and scans alone, with the same result each time.
 TEST(CalibrateApart, FindsTheSimulatedCamera) {
   const CalibrationSetup setup = SmallSetup();
   const StereoCalibration found = CalibrateApart(setup);
@@ -48,7 +48,7 @@ TEST(CalibrateApart, FindsTheSimulatedCamera) {
   EXPECT_NEAR(found.camera.k1, lens.k1, 0.02);
   const base::Pose X_WS = sim::World(kStereoCalibrationScene, {}, {}).SitePose("scanner");
   const base::Pose X_WL = X_WS * sensing::CameraInHead(setup.camera, setup.camera.left_pan_rad);
-  // The workspace lies 0.7 m ahead: what matters is where a point there comes to lie.
+  // The workspace is 0.7 m ahead. What matters is the error of a point there.
   const Eigen::Vector3d there(0.0, 0.0, 0.7);
   EXPECT_LT((found.X_WL * there - X_WL * there).norm(), 0.001);
   const StereoCalibration again = CalibrateApart(setup);
@@ -58,7 +58,7 @@ TEST(CalibrateApart, FindsTheSimulatedCamera) {
 
 TEST(CalibrateApart, HandsOverTheReason) {
   CalibrationSetup setup = SmallSetup();
-  setup.views = 2;  // of which it takes twice as many before it gives up
+  setup.views = 2;  // it takes twice as many before it gives up
   EXPECT_THAT(ErrorOf([&] { CalibrateApart(setup); }), HasSubstr("4 views of the chessboard"));
 }
 
@@ -66,8 +66,8 @@ TEST(CalibrateApart, HandsOverTheReason) {
 
 }  // namespace rangegrasp::stereo
 
-// How good a simulated calibration is, against the truth that the simulation knows: the table of
-// docs/results.md. Takes long, so only seeds that are asked for are run:
+// The errors of a simulated calibration compared with the simulation's ground truth, for the table
+// in docs/results.md. This takes long, so only the given seeds are run:
 //   RANGEGRASP_CALIBRATION_SEEDS="11 12 13" stereo_slow_test --gtest_filter=Calibration.*
 
 namespace rangegrasp::stereo {
@@ -75,18 +75,18 @@ namespace {
 
 const std::string kScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
 
-/// Where things stand on the table and on each other, in the arm's frame [m].
+/// Places of objects on the table and on top of each other, in the arm's frame [m].
 const std::vector<Eigen::Vector3d> kPlaces_W = {{-0.08, -0.12, 0.0}, {-0.08, 0.12, 0.0},
                                                 {0.08, -0.12, 0.0},  {0.08, 0.12, 0.0},
                                                 {0.0, 0.0, 0.06},    {0.0, 0.0, 0.12}};
 
 struct Errors {
-  double f_px = 0.0;          ///< the mean of both focal lengths less the true one
-  double center_px = 0.0;     ///< distance of the principal points
-  double baseline_m = 0.0;    ///< length less the true one
-  double position_m = 0.0;    ///< distance of the left camera's centres
+  double f_px = 0.0;          ///< mean of both focal lengths minus the true one
+  double center_px = 0.0;     ///< distance between the principal points
+  double baseline_m = 0.0;    ///< length minus the true one
+  double position_m = 0.0;    ///< distance between the left camera's centres
   double rotation_rad = 0.0;  ///< angle between the left camera's axes
-  double point_m = 0.0;       ///< greatest distance of a place from where the pair triangulates it
+  double point_m = 0.0;       ///< largest distance between a place and its triangulated position
 };
 
 Eigen::Vector2d RectifiedPixel(const StereoCalibration& found, const RectifiedCameras& cameras,
@@ -129,7 +129,8 @@ TEST(Calibration, IsAsNearToTheTruthAsItsBoundsPromise) {
   if (seeds == nullptr) GTEST_SKIP() << "RANGEGRASP_CALIBRATION_SEEDS names no seeds";
   CalibrationSetup setup;
   setup.scene = kScene;
-  // The laser's own place is what the stereo camera's is measured from: as if it were known.
+  // The stereo camera's pose is measured relative to the laser, so the laser's pose is assumed to
+  // be known.
   setup.scanner.calibration_sigma_m = 0.0;
   setup.scanner.calibration_sigma_rad = 0.0;
   const base::Pose X_WS = sim::World(kScene, {}, {}).SitePose("scanner");

@@ -18,7 +18,7 @@ stereo::Camera Lens() {
   return {200, 150, 250.0, 250.0, 101.3, 72.8, -0.11, 0.14, 6e-4, -4e-4, 0.0};
 }
 
-/// A picture whose red is the column and whose green is the row.
+/// A picture whose red encodes the column and whose green encodes the row.
 image::Image Ruler(int width, int height) {
   image::Image picture{width, height, {}};
   for (int y = 0; y < height; ++y) {
@@ -31,7 +31,7 @@ image::Image Ruler(int width, int height) {
   return picture;
 }
 
-// A pixel shows what lies on its ray (equations 5.10 to 5.12, undone).
+// A pixel shows what lies on its ray (inverse of equations 5.10 to 5.12).
 TEST(LensMap, ShowsWhatEachPixelsRaySees) {
   const stereo::Camera lens = Lens();
   const LensMap map(lens);
@@ -44,7 +44,7 @@ TEST(LensMap, ShowsWhatEachPixelsRaySees) {
       const Eigen::Vector2d wanted =
           lens.fx * stereo::RayOf(lens, {x, y}).head<2>() + map.drawn_center_px();
       const auto at = 3 * static_cast<std::size_t>(x);
-      // Places are kept to 1/256 px, values to 1/64 of a level.
+      // Places are stored to 1/256 px, values to 1/64 of a level.
       EXPECT_NEAR(double(row[at]) / LensMap::kOne, wanted.x(), 0.03);
       EXPECT_NEAR(double(row[at + 1]) / LensMap::kOne, wanted.y(), 0.03);
     }
@@ -70,7 +70,7 @@ TEST(Blur, SpreadsAPointByItsDeviation) {
     }
   }
   EXPECT_NEAR(sum, 255, 5);                     // nine roundings
-  EXPECT_NEAR(squares / sum, 0.6 * 0.6, 0.02);  // of levels of 255
+  EXPECT_NEAR(squares / sum, 0.6 * 0.6, 0.02);  // rounded to levels of 255
 }
 
 TEST(PixelNoise, HasItsDeviationAndNoMean) {
@@ -85,7 +85,7 @@ TEST(PixelNoise, HasItsDeviationAndNoMean) {
   }
   const auto n = static_cast<double>(values.size());
   EXPECT_NEAR(sum / n, 0.0, 5 * 192 / std::sqrt(n));
-  // Five standard errors; 4,096 quantiles lack 0.04 % of the variance.
+  // Five standard errors. The 4,096 quantiles lack 0.04 % of the variance.
   EXPECT_NEAR(std::sqrt(squares / n), 192.0, 5 * 192 / std::sqrt(2 * n) + 0.1);
 }
 
@@ -98,7 +98,7 @@ using testing_support::ErrorOf;
 
 const std::string kRoot = RANGEGRASP_SOURCE_DIR;
 
-/// A quarter of the default's pixels along an edge, the same view.
+/// A camera with a quarter of the default's pixels along each edge and the same view.
 StereoCameraOptions SmallCamera() {
   StereoCameraOptions options;
   options.width = 400;
@@ -127,8 +127,8 @@ class StereoCameraOnTheTable : public ::testing::Test {
     return StereoCamera(options).Photograph(world_, X_WS_, rng);
   }
 
-  /// Share of a picture's pixels in which blue is greatest on the table and is not on the box, when
-  /// the truth is looked up so many pixels beside.
+  /// The share of pixels that are bluest on the table and not bluest on the box, if the truth is
+  /// looked up with the offset `beside` in pixels.
   double Agreement(const StereoShot& shot, const image::Image& photo, const base::Pose& X_WC,
                    const Eigen::Vector2d& beside) const {
     std::vector<Eigen::Vector2d> pixels;
@@ -143,7 +143,7 @@ class StereoCameraOnTheTable : public ::testing::Test {
       const Eigen::Vector3d ray = stereo::RayOf(shot.truth.lens, looked_up[i]);
       const Eigen::Vector3d p_W = X_WC * Eigen::Vector3d(truth[i].depth_m * ray);
       const bool box = truth[i].label == 1;
-      // The laminate alone: not what is painted on it, nor the room.
+      // Only the laminate counts, not what is painted on it, nor the room.
       if (!box && (std::abs(p_W.z()) > 1e-4 || p_W.head<2>().norm() > 0.2)) continue;
       const std::uint8_t* rgb =
           photo.At(static_cast<int>(pixels[i].x()), static_cast<int>(pixels[i].y()));
@@ -171,8 +171,8 @@ TEST(StereoCamera, ATurnMovesItToTheSide) {
   EXPECT_GT(baseline.x(), 0.02);  // the right picture is taken from the right
 }
 
-// Pictures, labels and the lens agree, to the pixel: beside it they agree less. The print of the
-// box is nowhere bluest (its navy line is 2 mm wide).
+// Pictures, labels and the lens agree to the pixel: with an offset they agree less. The box's print
+// is nowhere bluest (its navy line is 2 mm wide).
 TEST_F(StereoCameraOnTheTable, PicturesShowWhatTheTruthSays) {
   const StereoShot shot = Shoot(SmallCamera(), 1);
   const auto check = [&](const image::Image& photo, const base::Pose& X_WC) {
@@ -187,8 +187,8 @@ TEST_F(StereoCameraOnTheTable, PicturesShowWhatTheTruthSays) {
   check(shot.photos.right, shot.truth.X_WR);
 }
 
-// The corners of a chessboard appear where the lens images them (5.10 to 5.12), to a tenth of a
-// pixel each, and without an offset of all.
+// The corners of a chessboard appear where the lens images them (5.10 to 5.12), each to a tenth of
+// a pixel and without a common offset.
 TEST(StereoCamera, ImagesAChessboardWhereItIs) {
   sim::World world(kRoot + "/scenes/tabletop.xml",
                    {{"chessboard", kRoot + "/models/calibration/chessboard/chessboard.xml"}}, {});
@@ -205,7 +205,7 @@ TEST(StereoCamera, ImagesAChessboardWhereItIs) {
   base::Rng rng(1);
   const StereoShot shot = StereoCamera(options).Photograph(world, X_WS, rng);
   stereo::BoardView view{"view", shot.photos.left, shot.photos.right, {}, X_WS.translation()};
-  for (int i = 0; i < 200; ++i) {  // what a laser without noise would say
+  for (int i = 0; i < 200; ++i) {  // what a laser without noise would measure
     const Eigen::Vector3d p(0.01 * (i % 20) - 0.1, 0.01 * (i / 20) - 0.05, 0.0025);
     view.laser_W.push_back(X_WC * X_CBoard * p);
   }
@@ -235,7 +235,7 @@ TEST_F(StereoCameraOnTheTable, TheSameSeedTakesTheSamePictures) {
   EXPECT_NE(a.photos.left.rgb, c.photos.left.rgb);
 }
 
-// Two pictures that differ in nothing but their noise differ by its square root of two.
+// Two pictures that differ only in their noise differ by sqrt(2) times its standard deviation.
 TEST_F(StereoCameraOnTheTable, NoiseHasItsDeviation) {
   StereoCameraOptions options = SmallCamera();
   options.exposure_sigma = 0.0;
@@ -245,14 +245,14 @@ TEST_F(StereoCameraOnTheTable, NoiseHasItsDeviation) {
   double squares = 0.0;
   int n = 0;
   for (std::size_t i = 0; i < a.rgb.size(); ++i) {
-    // Away from both ends of the range.
+    // Only values away from both ends of the range.
     if (a.rgb[i] < 20 || b.rgb[i] < 20 || a.rgb[i] > 235 || b.rgb[i] > 235) continue;
     const double difference = double(a.rgb[i]) - b.rgb[i];
     squares += difference * difference;
     ++n;
   }
   ASSERT_GT(n, 100000);
-  // Rounding to levels adds a twelfth; five standard errors.
+  // Rounding to levels adds a variance of 1/12. The tolerance is five standard errors.
   const double wanted = std::sqrt(2.0 * (9.0 + 1.0 / 12.0));
   EXPECT_NEAR(std::sqrt(squares / n), wanted, 5.0 * wanted / std::sqrt(2.0 * n) + 0.01);
 }
@@ -276,7 +276,7 @@ TEST_F(StereoCameraOnTheTable, FinePrintIsSeenOnTheBoxAlone) {
     (truth[i].label == 1 ? changed_on_box : changed_elsewhere) += difference > 8;
   }
   EXPECT_GT(changed_on_box, box / 20);
-  EXPECT_LT(changed_elsewhere, box / 20);  // reflections, and edges
+  EXPECT_LT(changed_elsewhere, box / 20);  // reflections and edges
 }
 
 TEST(StereoCameraOptions, AreReadInTheUnitsOfPeople) {

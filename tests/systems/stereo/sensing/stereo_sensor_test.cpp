@@ -32,7 +32,7 @@ using trial::StageStream;
 using trial::TrialSeed;
 using trial::TrialSpec;
 
-// The cell's camera by a calibration without error.
+// The cell's camera with an error-free calibration.
 StereoSetup CalibratedSetup(const Cell& cell) {
   StereoSetup setup;
   const sensing::StereoCameraOptions& camera = setup.camera;
@@ -44,8 +44,8 @@ StereoSetup CalibratedSetup(const Cell& cell) {
   return setup;
 }
 
-// A pair of a salt box that stands alone, by a calibration without error: it takes seconds to make
-// one, and is no part of what is asked here.
+// A stereo pair of a single salt box, with an error-free calibration: making a calibration takes
+// seconds and is not tested here.
 struct SaltBox {
   experiment::Experiment experiment =
       experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
@@ -81,7 +81,7 @@ TEST(StereoSensor, PutsThePrintOfABoxWhereItIs) {
   }
   ASSERT_GT(seen, 500);
   EXPECT_GT(static_cast<double>(errors_m.size()), 0.8 * seen);
-  // The pan's own error moves the whole cloud by a millimetre or two (docs/results.md).
+  // The pan error moves the whole cloud by a millimetre or two (docs/results.md).
   EXPECT_LT(base::MedianOf(errors_m), 0.005);
 }
 
@@ -107,7 +107,7 @@ TEST(StereoSensor, SeesTheSameTwice) {
 
 using ::testing::HasSubstr;
 
-// A cube that stands alone, seen by each sensor and by both, by a calibration without error.
+// A single cube, seen by each sensor and by both, with an error-free calibration.
 struct Looks {
   explicit Looks(const std::string& object)
       : spec{object, 0, TrialSeed(11, object, 0)}, arranged(*ArrangeTrial(cell, spec)) {}
@@ -131,7 +131,7 @@ struct Looks {
   Arrangement arranged;
 };
 
-// Measured samples of the cube that stand clear of the table, of a view.
+// The number of samples of the cube in a view that are clear of the table.
 int OfCube(const Sensed& sensed, std::size_t view) {
   int count = 0;
   const auto& points = sensed.observation.views[view].image.points_C;
@@ -145,11 +145,11 @@ TEST(LaserAndStereo, ABlackCubeIsSeenByStereoAlone) {
   const Looks looks("black_cube");
   EXPECT_EQ(OfCube(looks.By(*looks.Laser()), 0), 0);
   const int stereo = OfCube(looks.By(*looks.Stereo()), 0);
-  EXPECT_GT(stereo, 300);  // a face of 60 mm at 2 mm a sample is 900
+  EXPECT_GT(stereo, 300);  // a face of 60 mm at 2 mm per sample has 900
   const Sensed both = looks.ByBoth();
   ASSERT_EQ(both.observation.views.size(), 2U);
   EXPECT_EQ(OfCube(both, 0), 0);
-  EXPECT_GT(OfCube(both, 1), stereo / 2);  // a border of one gap round it is left out
+  EXPECT_GT(OfCube(both, 1), stereo / 2);  // a border of one gap around it is left out
   EXPECT_LE(OfCube(both, 1), stereo);
 }
 
@@ -198,7 +198,7 @@ namespace {
 constexpr double kStep_m = 0.004;
 constexpr int kSide = 60;
 
-/// A table of 240 mm, its samples in rows, seen from above; where blind(p) they are not measured.
+/// A view from above of a table of 240 mm, sampled in rows. Samples with blind(p) are not measured.
 template <typename Blind>
 geometry::View Seen(const Eigen::Vector3d& from, Blind blind) {
   geometry::View view;
@@ -230,7 +230,7 @@ TEST(FillsAbsorbed, WhatNoRayOfTheLaserThatCameBackPassesBy) {
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const Eigen::Vector3d& p = stereo.image.points_C[i];
     EXPECT_TRUE(!kept[i] || InPatch(p)) << p.transpose();
-    // A border of one step, in which a ray that came back passes by, may be left out.
+    // A border of one step may be left out, because returned rays pass close to it.
     const bool deep = p.x() > 0.086 && p.x() < 0.134 && p.y() > 0.086 && p.y() < 0.134;
     EXPECT_TRUE(!deep || kept[i]) << p.transpose();
     inside += kept[i] ? 1 : 0;
@@ -243,7 +243,7 @@ TEST(FillsAbsorbed, NothingBehindOrInFrontOfWhatTheLaserSees) {
     geometry::View stereo = Seen(kCameraEye, Nowhere);
     for (Eigen::Vector3d& p : stereo.image.points_C) p.z() = height;
     const auto kept = FillsAbsorbed(Seen(kLaserEye, Nowhere), stereo);
-    // Only what lies out of the laser's view, beside the table's rim, is left.
+    // Only samples outside the laser's view, next to the table's rim, are kept.
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const Eigen::Vector3d p =
           kLaserEye + (stereo.image.points_C[i] - kLaserEye) * 0.9 / (0.9 - height);

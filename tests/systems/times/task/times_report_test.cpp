@@ -47,7 +47,7 @@ TEST(StagesReport, MapsEachOwnStepToOneOfTable51) {
   EXPECT_THAT(rows[6],
               ElementsAre("grasping points and poses, collision detection", "20.0", "10.0000"));
   EXPECT_THAT(rows[7], ElementsAre("sum", "66.0", "55.0000"));
-  // The filter is no step of table 5.1.
+  // The filter is not a step of table 5.1.
   ASSERT_EQ(report.published.size(), 7u);
   EXPECT_EQ(report.published[1].row, "mesh generation and segmentation, method improved");
   EXPECT_DOUBLE_EQ(report.published[1].published, 35.7);

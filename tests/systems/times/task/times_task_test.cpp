@@ -19,7 +19,7 @@ const trial::Cell& TestCell() {
 TEST(SizedScan, HasAsManyPointsOfEachKindAsItShould) {
   const auto arranged = trial::ArrangeTrial(TestCell(), {"coffee_cup", 0, 3});
   ASSERT_TRUE(arranged);
-  // Fewer and more than the scanner has of one object by itself.
+  // Fewer points and more points than the scanner itself has of one object.
   for (const ScanSize size : {ScanSize{300, 5000}, ScanSize{4000, 9000}}) {
     const auto scan = SizedScan(TestCell(), arranged->world, size, base::Rng(1));
     const geometry::Plane table_W = TestCell().TablePlane();
