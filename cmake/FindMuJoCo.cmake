@@ -1,6 +1,6 @@
-# Finds MuJoCo and defines MuJoCo::MuJoCo. Looks in MUJOCO_DIR (variable or environment) first, then in the folder that
-# scripts/setup fills from the wheel: <cache>/mujoco with include/, licenses/ and libmujoco.so.* in it.
-# MUJOCO_LICENSES lists the license files that stand there.
+# Finds MuJoCo and defines MuJoCo::MuJoCo. Searches MUJOCO_DIR (variable or environment) first, then the folder that
+# scripts/setup fills from the wheel: <cache>/mujoco, which contains include/, licenses/ and libmujoco.so.*.
+# MUJOCO_LICENSES lists the license files found there.
 set(_mujoco_hints "")
 if(MUJOCO_DIR)
   list(APPEND _mujoco_hints "${MUJOCO_DIR}")

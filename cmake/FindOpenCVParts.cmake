@@ -1,7 +1,7 @@
-# Finds those libraries of OpenCV that are used here and defines OpenCVParts::core, OpenCVParts::imgproc and, as the component calib3d,
+# Finds the OpenCV libraries that are used here and defines OpenCVParts::core, OpenCVParts::imgproc and, as the component calib3d,
 # OpenCVParts::calib3d.
-# By name, since Debian's OpenCVConfig.cmake wants every library that OpenCV has, and libopencv-dev, which holds it, brings hundreds
-# of packages along. OpenCVParts_VERSION is what core/version.hpp says.
+# The libraries are found by name, because Debian's OpenCVConfig.cmake requires every OpenCV library, and libopencv-dev, which contains
+# it, depends on hundreds of packages. OpenCVParts_VERSION is read from core/version.hpp.
 find_path(OPENCVPARTS_INCLUDE_DIR opencv2/core/version.hpp PATH_SUFFIXES opencv4)
 set(_opencvparts_required OPENCVPARTS_INCLUDE_DIR)
 set(_opencvparts core imgproc)

@@ -1,7 +1,7 @@
-# What `cmake --install` and cpack take. Two components:
+# Installation rules for `cmake --install` and cpack. There are two components:
 #   Runtime      the program, libmujoco, data, manual page, completion, licences
 #   Development  static libraries, public headers and CMake files of every module
-# Nothing in it knows the prefix: the tree may be moved.
+# No file contains the prefix, so the installed tree can be moved.
 include(CMakePackageConfigHelpers)
 
 set(RANGEGRASP_LIBRARY_DIR "${CMAKE_INSTALL_LIBDIR}/rangegrasp")
@@ -16,7 +16,7 @@ file(REAL_PATH "${MUJOCO_LIBRARY}" mujoco_library)
 get_filename_component(RANGEGRASP_MUJOCO_FILE "${mujoco_library}" NAME)
 install(FILES "${mujoco_library}" DESTINATION "${RANGEGRASP_LIBRARY_DIR}" COMPONENT Runtime)
 
-# What add-object loads, where scripts/setup fetched it: it looks for its OpenMP in ../coacd.libs.
+# CoACD, which add-object loads, if scripts/setup fetched it. It searches for its OpenMP in ../coacd.libs.
 set(coacd "${PROJECT_SOURCE_DIR}/.cache/coacd")
 if(EXISTS "${coacd}/lib_coacd.so")
   install(FILES "${coacd}/lib_coacd.so" DESTINATION "${RANGEGRASP_LIBRARY_DIR}/coacd" COMPONENT Runtime)
@@ -24,7 +24,7 @@ if(EXISTS "${coacd}/lib_coacd.so")
   install(FILES "${coacd}/LICENSE" DESTINATION share/doc/rangegrasp/coacd COMPONENT Runtime)
 endif()
 
-# base/installation.h finds these; experiments name scenes and models relative to themselves.
+# base/installation.h finds these folders; experiments refer to scenes and models by relative paths.
 install(DIRECTORY models scenes experiments examples DESTINATION share/rangegrasp COMPONENT Runtime)
 
 set(program_folder "${PROJECT_BINARY_DIR}/src")

@@ -1,22 +1,22 @@
-# One module = one folder with all its sources = one static library rangegrasp_<name>, alias rangegrasp::<name>.
+# A module is one folder with all its sources, built as one static library rangegrasp_<name>, alias rangegrasp::<name>.
 #
 #   rangegrasp_module(NAME base [SOURCES generated.cpp] PUBLIC Eigen3::Eigen PRIVATE foo SYSTEM_INCLUDES dir...)
 #
-# Warnings are errors in our code; third-party headers come in as SYSTEM. cmake/RangegraspInstall.cmake installs every module
-# with its public headers: all but those in internal/, command/ and task/.
+# Warnings are errors in our code; third-party headers are included as SYSTEM. cmake/RangegraspInstall.cmake installs every
+# module with its public headers, which are all headers except those in internal/, command/ and task/.
 include(CMakeParseArguments)
 
 function(rangegrasp_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow $<$<BOOL:${RANGEGRASP_WARNINGS_ARE_ERRORS}>:-Werror>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # False alarms of GCC 12 on std::optional members that are moved, and on "text" + std::string.
+    # GCC 12 gives false warnings for moved std::optional members and for "text" + std::string.
     target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-restrict)
-    # In a batch, a source counts as a header: an Impl there may use what its own unnamed namespace holds.
+    # In a batch, GCC treats a source as a header; an Impl there may use types of the source's unnamed namespace.
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
   if(RANGEGRASP_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${RANGEGRASP_SANITIZE} -fno-omit-frame-pointer)
-    # With the address sanitizer Eigen would keep its own kind of aligned memory, which OMPL, built without, gives back to free().
+    # With the address sanitizer, Eigen would use its own aligned allocation. OMPL, built without the sanitizer, passes it to free().
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PUBLIC -fsanitize=${RANGEGRASP_SANITIZE})
   endif()
@@ -25,7 +25,7 @@ function(rangegrasp_compile_options target)
     if(folder MATCHES "^${PROJECT_SOURCE_DIR}/src")
       target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
     endif()
-    # Cases run in processes that end by _exit, which writes no counts.
+    # Cases run in processes that end with _exit, which does not write the coverage counts.
     target_link_options(${target} PUBLIC --coverage -Wl,--wrap=_exit)
     target_link_libraries(${target} PUBLIC $<BUILD_INTERFACE:rangegrasp_coverage>)
   endif()
@@ -38,8 +38,8 @@ if(RANGEGRASP_COVERAGE AND NOT TARGET rangegrasp_coverage)
   add_library(rangegrasp_coverage STATIC "${PROJECT_BINARY_DIR}/coverage.cpp")
 endif()
 
-# The standard library, Eigen and fmt are read once for all modules. The dev presets leave it: ccache and clang-tidy do better
-# without, and each source shows that it includes what it needs.
+# Precompiles headers of the standard library, Eigen and fmt once for all modules. The dev presets do not use this: ccache and
+# clang-tidy work better without, and the build then proves that each source includes what it needs.
 function(rangegrasp_precompile target)
   if(NOT RANGEGRASP_PRECOMPILE)
     return()
@@ -56,7 +56,7 @@ function(rangegrasp_precompile target)
   target_precompile_headers(${target} REUSE_FROM rangegrasp_precompiled)
 endfunction()
 
-# Of private libraries those that are headers alone matter to this build only: who links an installed module need not have them.
+# Private libraries that consist of headers only are needed by this build, but not by users who link an installed module.
 function(rangegrasp_needed_to_link result)
   set(libraries "")
   foreach(library ${ARGN})
@@ -72,10 +72,10 @@ function(rangegrasp_needed_to_link result)
   set(${result} ${libraries} PARENT_SCOPE)
 endfunction()
 
-# Sources are compiled ten at a time: most of a source's time is spent on templates that its neighbors instantiate, too. Names in
-# unnamed namespaces are therefore different within a module. CMake's own unity builds name files by absolute paths, which
-# ccache would not find again in another clone.
-#   rangegrasp_batches(RESULT NAME ROOT source...)  sources below ROOT, which is an include directory
+# Sources are compiled ten at a time, because most of the time is spent on templates that neighboring sources instantiate, too.
+# Names in unnamed namespaces must therefore be unique within a module. CMake's own unity builds use absolute paths, which would
+# prevent ccache hits in another clone.
+#   rangegrasp_batches(RESULT NAME ROOT source...)  sources are below ROOT, which is an include directory
 function(rangegrasp_batches result name root)
   if(NOT RANGEGRASP_BATCHES)
     set(${result} ${ARGN} PARENT_SCOPE)

@@ -1,5 +1,5 @@
-# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes rangegrasp_*.deb (the program and all it needs to run)
-# and librangegrasp-dev_*.deb (the modules to build with) in the current folder.
+# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes rangegrasp_*.deb (the program and everything it needs
+# to run) and librangegrasp-dev_*.deb (the modules, for building other programs) in the current folder.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME rangegrasp)
 set(CPACK_PACKAGE_VENDOR "the rangegrasp authors")
@@ -19,10 +19,9 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME rangegrasp)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# The sandbox of detectors that are programs of their own, what films and pictures are made with, and what the pages of `report`
-# draw with.
+# Needed by the sandbox of external detectors, for videos and pictures, and by the pages of `report`.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "bubblewrap, ffmpeg, libjs-chart.js, libjs-three, libosmesa6")
-# libmujoco comes with the package; dpkg-shlibdeps must find it, but no other package has it.
+# libmujoco is part of this package; dpkg-shlibdeps must find it here, because no other package provides it.
 get_filename_component(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${MUJOCO_LIBRARY}" DIRECTORY)
 list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_SOURCE_DIR}/.cache/coacd.libs")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
@@ -35,7 +34,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 "The modules of rangegrasp as static libraries, with their headers and the
 files by which CMake finds them: find_package(rangegrasp).")
-# What rangegraspConfig.cmake looks for; libmujoco is in the other package.
+# The dependencies of rangegraspConfig.cmake; libmujoco is in the other package.
 set(development_packages libassimp-dev libcgal-dev libeigen3-dev libembree-dev libfcl-dev libfmt-dev libompl-dev
   libopencv-calib3d-dev libopencv-core-dev libopencv-imgproc-dev libpcl-dev libpng-dev libpugixml-dev libspdlog-dev libsqlite3-dev libtbb-dev libtiff-dev libyaml-cpp-dev pkg-config)
 list(JOIN development_packages ", " development_packages)

@@ -1,6 +1,6 @@
-# Systems stand on the core: src/systems/<name>. RANGEGRASP_SYSTEMS says which of them are built: names, "all", or nothing for the
-# core alone. What a system brings (tasks, commands, keys) stands in its system.txt, so that the program can name the system where
-# it was built without it, and scripts/rangegrasp can build it when it is first needed:
+# Systems are built on top of the core, in src/systems/<name>. RANGEGRASP_SYSTEMS selects the systems to build: names, "all", or
+# "none" for the core alone. The system.txt of a system lists what it provides (tasks, commands, keys). A program that was built
+# without the system can therefore name it, and scripts/rangegrasp can build it when it is first needed:
 #
 #   about TEXT | minutes N | needs OTHER ... | library | task WORD | command WORD | option WORD | key PATH | value KEY=WORD
 set(RANGEGRASP_SYSTEMS all CACHE STRING "Systems to build: names with semicolons, all, or none")
@@ -14,7 +14,7 @@ foreach(file ${system_files})
   set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "src/systems/${file}")
 endforeach()
 
-# A system and what it needs, that first.
+# Adds a system after the systems that it needs.
 set(RANGEGRASP_BUILT_SYSTEMS "")
 function(rangegrasp_choose system)
   if(NOT system IN_LIST all_systems)
@@ -45,7 +45,7 @@ foreach(system ${chosen})
   rangegrasp_choose(${system})
 endforeach()
 
-# Registers what is built, and lists the words of what is not.
+# Writes code that registers the systems that are built and lists the words of the others.
 function(rangegrasp_write_systems file)
   set(declared "")
   set(registered "")

@@ -1,5 +1,5 @@
-# Writes version.cpp with the commit of the checkout; run at every build, touches the file only when it changes.
-# A "+" marks changes; not of the pages, into which scripts/figures writes what the program measured.
+# Writes version.cpp with the commit of the checkout. It runs at every build and touches the file only when it changes.
+# A "+" marks uncommitted changes, except for the pages, into which scripts/figures writes measured results.
 execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --short=12 HEAD
   OUTPUT_VARIABLE RANGEGRASP_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
 execute_process(COMMAND git -C "${SOURCE_DIR}" diff --quiet HEAD -- . :!docs :!README.md

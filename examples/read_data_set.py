@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Reads what `rangegrasp export RESULTS -o FOLDER --clouds` wrote, with numpy and the standard library alone.
+"""Reads the output of `rangegrasp export RESULTS -o FOLDER --clouds` with only numpy and the standard library.
 
     python3 examples/read_data_set.py FOLDER
 
-prints, for each cloud, how many samples each object has, and how the grasps that were tried ended.
+prints for each cloud the number of samples of each object and the outcomes of the grasps that were tried.
 """
 import json
 import pathlib
@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-MEASURED = 0  # of the field "state"; the others are shadows, dropouts and what lies out of view
+MEASURED = 0  # value of the field "state"; other values are shadows, dropouts and points out of view
 DTYPES = {("F", "4"): "<f4", ("F", "8"): "<f8", ("U", "4"): "<u4", ("U", "1"): "u1", ("I", "4"): "<i4"}
 
 
@@ -27,7 +27,7 @@ def read_pcd(file):
 
 
 def pose(numbers):
-    """A pose X_AB of annotations.json as a 4 x 4 array: it takes points of B to A."""
+    """A pose X_AB of annotations.json as a 4 x 4 array, which transforms points from B to A."""
     return np.array(numbers).reshape(4, 4)
 
 

@@ -1,25 +1,25 @@
 #!/usr/bin/env python3
-"""A grasp detector in Python with numpy alone, as an example (docs/bring-your-own-detector.md).
+"""An example of a grasp detector in Python with numpy alone (docs/bring-your-own-detector.md).
 
-The table is the plane of a RANSAC, objects are what hangs together in the range image above it, and
-grasps come from above with two contacts on opposite sides of the object: where a contact is seen,
-its normal has to point along the closing direction; where the far side is hidden, it is taken to
-lie where the object's points end.
+The table is a plane found by RANSAC. Objects are connected regions of the range image above it.
+Grasps come from above, with two contacts on opposite sides of the object. The normal of a visible
+contact must point along the closing direction; a hidden contact is assumed to be where the object's
+points end.
 """
 import json
 import sys
 
 import numpy as np
 
-CLEARANCE_M = 0.006  # above the table: some noises of the scanner
-LINK_M = 0.012  # neighbors in the image further apart are of two objects
+CLEARANCE_M = 0.006  # above the table: a few times the scanner's noise
+LINK_M = 0.012  # neighbors in the image that are further apart belong to two objects
 MIN_POINTS = 40
-FINGERS_M = 0.018  # half of the hand's breadth: what lies in this strip is between the fingers
-DEPTHS_M = (0.030, 0.020, 0.012)  # of the pads' middle below the top of what is gripped
-ABOVE_TABLE_M = 0.010  # the pads' middle stays this high; whether the fingertips have room is checked later
-DIRECTIONS = 48  # a strip that is turned by 4 degrees against a box looks 2 mm wider
-ROOM_M = 0.004  # between the open pads and the widest thing
-SHIFTS_M = (0.0, -0.015, 0.015)  # of the hand along the object, from its middle
+FINGERS_M = 0.018  # half of the hand's breadth: points in this strip are between the fingers
+DEPTHS_M = (0.030, 0.020, 0.012)  # depths of the pads' middle below the top of the gripped part
+ABOVE_TABLE_M = 0.010  # minimum height of the pads' middle; collisions of the fingertips are checked later
+DIRECTIONS = 48  # a box looks 2 mm wider to a strip that is rotated by 4 degrees
+ROOM_M = 0.004  # between the open pads and the widest object
+SHIFTS_M = (0.0, -0.015, 0.015)  # shifts of the hand along the object, from its middle
 
 
 def read_pcd(name):
@@ -37,7 +37,7 @@ def read_pcd(name):
 
 
 def find_table(points, up, noise_m, rng):
-    """RANSAC: the plane, square to `up` within 10 degrees, that most points lie near; its normal and offset."""
+    """Normal and offset of the plane (RANSAC) with the most nearby points, perpendicular to `up` within 10 degrees."""
     sample = points[rng.choice(len(points), min(len(points), 5000), replace=False)]
     best, best_count = None, 0
     for _ in range(200):
@@ -59,7 +59,7 @@ def find_table(points, up, noise_m, rng):
 
 
 def estimate_normals(image, origin):
-    """Cross products of neighbors two samples away in the image, towards the sensor."""
+    """Normals towards the sensor: cross products of differences to neighbors two samples away in the image."""
     normals = np.full_like(image, np.nan)
     across = image[2:-2, 4:] - image[2:-2, :-4]
     along = image[4:, 2:-2] - image[:-4, 2:-2]
@@ -72,7 +72,7 @@ def estimate_normals(image, origin):
 
 
 def connected(image, mask):
-    """Objects: lists of positions in the image (row-major) that hang together, largest first."""
+    """Objects: lists of connected positions in the image (row-major), largest first."""
     rows, columns = mask.shape
     flat, waiting = image.reshape(-1, 3), set(np.flatnonzero(mask))
     objects = []
@@ -116,7 +116,7 @@ def grasps_from_above(points, normals, up, height, opening_m):
             width = high - low
             if width > opening_m - ROOM_M:
                 continue
-            # Antipodal: at the end that is seen, normals point out along x.
+            # Antipodal: at a visible end, normals point outwards along x.
             ends = np.concatenate([-facing[along < low + 0.006], facing[along > high - 0.006]])
             agreement = np.nanmean(np.clip(ends, 0, 1)) if np.isfinite(ends).any() else 0.3
             top = height(local).max()
@@ -137,7 +137,7 @@ def detect(question):
     flat = image.reshape(-1, 3)
     off = flat - workspace["center_m"]
     off -= np.outer(off @ up, up)
-    inside = np.linalg.norm(off, axis=1) < workspace["radius_m"] + workspace["margin_m"]  # NaN: not
+    inside = np.linalg.norm(off, axis=1) < workspace["radius_m"] + workspace["margin_m"]  # false for NaN
     normal, offset = find_table(flat[inside], up, question["noise_m"], rng)
     height = lambda points: points @ normal + offset  # noqa: E731
     above = inside & (height(flat) > max(CLEARANCE_M, 4 * question["noise_m"]))

@@ -1,6 +1,6 @@
-// A grasp detector in C++ with nlohmann-json, as an example (docs/bring-your-own-detector.md).
+// An example of a grasp detector in C++ with nlohmann-json (docs/bring-your-own-detector.md).
 //
-// It names no objects: it looks for the highest thing on the table and proposes grasps from above
+// It returns no objects: it finds the highest thing on the table and proposes grasps from above
 // across its narrow side. Build it with: g++ -std=c++20 -O2 from_above.cpp -o from_above
 #include <array>
 #include <cmath>
@@ -20,11 +20,11 @@ namespace {
 using nlohmann::json;
 using Vec = std::array<double, 3>;
 
-constexpr double kClearance_m = 0.008;  // lower points are the table's
-constexpr double kCell_m = 0.006;       // wider gaps, seen from above, part two things
+constexpr double kClearance_m = 0.008;  // lower points belong to the table
+constexpr double kCell_m = 0.006;       // wider gaps, seen from above, separate things
 constexpr double kFingers_m = 0.018;    // half of the hand's breadth
 constexpr double kMinHeight_m =
-    0.010;  // of the pads' middle; whether the hand has room is checked later
+    0.010;  // of the pads' middle; collisions of the hand are checked later
 constexpr double kRoom_m = 0.004;  // between the open pads and the widest thing
 
 Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -36,7 +36,7 @@ Vec Cross(const Vec& a, const Vec& b) {
 }
 Vec Unit(const Vec& a) { return 1.0 / std::sqrt(Dot(a, a)) * a; }
 
-// The measured points of the PCD that comes: binary, x y z first, 4 bytes each.
+// The measured points of the given PCD file: binary, x y z first, 4 bytes each.
 std::vector<Vec> ReadCloud(const std::string& name) {
   std::ifstream file(name, std::ios::binary);
   std::size_t count = 0;
@@ -61,8 +61,8 @@ std::vector<Vec> ReadCloud(const std::string& name) {
   return points;
 }
 
-// The points of the highest thing: those that its highest one reaches over neighboring cells of a
-// grid on the table. Coordinates: across the table, across it, height.
+// The points of the highest thing: those connected to the highest point through neighboring cells
+// of a grid on the table. Coordinates: two on the table, and height.
 std::vector<Vec> HighestThing(const std::vector<Vec>& on_table) {
   std::map<std::pair<int, int>, std::vector<Vec>> cells;
   const Vec* top = nullptr;

@@ -1,11 +1,11 @@
-"""Objects of the built-in perception, grasps by the normals of opposite sides (docs/python.md)."""
+"""Uses objects of the built-in perception; finds grasps from the normals on opposite sides (docs/python.md)."""
 import numpy as np
 import rangegrasp as rg
 from numpy.typing import NDArray
 
 
 def normals_of(scan: rg.Scan) -> NDArray[np.float64]:
-    """Of each sample, from its neighbors in the image, towards the sensor; (rows * columns, 3)."""
+    """Normals of all samples towards the sensor, from their neighbors in the image; (rows * columns, 3)."""
     image, normals = scan.points, np.full_like(scan.points, np.nan)
     cross = np.cross(image[2:-2, 4:] - image[2:-2, :-4], image[4:, 2:-2] - image[:-4, 2:-2])
     normals[2:-2, 2:-2] = cross / np.maximum(np.linalg.norm(cross, axis=-1, keepdims=True), 1e-12)

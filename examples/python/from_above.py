@@ -1,4 +1,4 @@
-"""Grasps alone, without objects: pairs of opposite edges of what is highest (docs/python.md)."""
+"""Finds only grasps, no objects: pairs of opposite edges of the highest thing (docs/python.md)."""
 import numpy as np
 import rangegrasp as rg
 

@@ -1,6 +1,6 @@
-"""Three policies that clear a table: random proposals, the best one, and a score that is learnt from its own attempts (docs/python.md).
+"""Three policies that clear a table: random proposals, the best proposal, and a score learnt from its own attempts (docs/python.md).
 
-Arguments: the number of episodes to learn in (half as many are tested) and the number of attempts an episode."""
+Arguments: the number of training episodes (half as many are used for the test) and the maximum number of attempts per episode."""
 import sys
 from typing import Any, Callable, Iterable
 
@@ -40,7 +40,7 @@ def run(env: gymnasium.Env[Any, Any], choose: Callable[[Floats], int], seeds: It
 
 
 class Learnt:
-    """Logistic regression by stochastic gradient ascent; explores with 10 % of its choices."""
+    """Logistic regression by stochastic gradient ascent; 10 % of its choices are random."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.weights, self.rng = np.zeros(7), rng

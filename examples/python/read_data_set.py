@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 def grasps_of(folder: str | Path) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float64], float, bool]]:
-    """One (points (rows, columns, 3), X_WG (4, 4), width, delivered) after the other."""
+    """Yields (points (rows, columns, 3), X_WG (4, 4), width, delivered) of each grasp."""
     for file in sorted(Path(folder).glob("shard-*.npz")):
         with np.load(file) as shard:
             points = shard["points"]
@@ -19,7 +19,7 @@ def grasps_of(folder: str | Path) -> Iterator[tuple[NDArray[np.float32], NDArray
 def torch_data_set(folder: str | Path) -> Any:
     import torch
 
-    class Grasps:  # as torch.utils.data.DataLoader takes it
+    class Grasps:  # a data set for torch.utils.data.DataLoader
         def __init__(self) -> None:
             self.items = [(torch.from_numpy(np.nan_to_num(points)), torch.from_numpy(X), float(width), float(delivered))
                           for points, X, width, delivered in grasps_of(folder)]

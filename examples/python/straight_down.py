@@ -1,13 +1,13 @@
-"""The baseline as a function: straight down on what is highest, across its shorter side (docs/python.md)."""
+"""The baseline as a function: straight down onto the highest thing, across its shorter side (docs/python.md)."""
 import numpy as np
 import rangegrasp as rg
 
-CELL_M = 0.008  # points in neighboring cells of this size, seen from above, hang together
+CELL_M = 0.008  # points in neighboring cells of this size, seen from above, are connected
 
 
 def detect(scan: rg.Scan) -> list[rg.Grasp]:
     flat = scan.points.reshape(-1, 3)
-    near = np.linalg.norm(flat[:, :2] - scan.center[:2], axis=1) < scan.radius  # NaN: not
+    near = np.linalg.norm(flat[:, :2] - scan.center[:2], axis=1) < scan.radius  # false for NaN
     points = flat[near & (flat[:, 2] > max(0.006, 6 * scan.noise_m))]
     if len(points) < 50:
         return []
