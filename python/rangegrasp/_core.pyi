@@ -1,4 +1,4 @@
-"""The testbed in C++; the package rangegrasp is what to use."""
+"""C++ core of the testbed; use the package rangegrasp instead."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, overload

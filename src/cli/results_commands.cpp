@@ -124,7 +124,7 @@ void ReplayAll(const TrialArguments& arguments) {
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Run single cases of a run again, by their ids, and print what became of them.");
+      "trial", "Run individual cases of a run again, selected by id, and print their outcomes.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
   command

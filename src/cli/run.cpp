@@ -46,8 +46,10 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
     }
     stamp = experiment::Resume(store, e.stamp, e.cases);
     if (stamp.build.contains("resumed_with")) {
-      spdlog::warn("the run was started by commit {}, other rows are from {}: they may differ",
-                   stamp.build.at("commit"), stamp.build.at("resumed_with"));
+      spdlog::warn(
+          "the run was started with commit {} and continued with {}: the results of the two may "
+          "differ",
+          stamp.build.at("commit"), stamp.build.at("resumed_with"));
     }
   }
   store.WriteStamp(stamp);
@@ -272,7 +274,8 @@ void AddRunCommand(CLI::App& app) {
 
 void AddRunDetectorOption(CLI::App& command, bool& run_detector) {
   command.add_flag("--run-detector", run_detector,
-                   "start the program that the results name as their detector, if you trust them");
+                   "allow starting the detector program that is named in the results; only for "
+                   "results that you trust");
 }
 
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,

@@ -104,9 +104,10 @@ void RefuseDetectorCommand(YamlMap map) {
   map.Child("detector").Read("command", command, "");
   if (command.empty()) return;
   // Quoted, since untrusted words may contain control characters.
-  map.Fail("detector", fmt::format("cases run again would start the program {} that the results "
-                                   "name; --run-detector allows it, if you trust them",
-                                   command));
+  map.Fail("detector",
+           fmt::format("running cases again would start the program {}, which is named in the "
+                       "results; if you trust them, allow it with --run-detector",
+                       command));
 }
 
 Experiment Open(const std::string& text, const fs::path& file, const Changes& changes,

@@ -36,7 +36,7 @@ const T& Get(const Params& params, std::string_view name) {
     if (const T* found = std::get_if<T>(&value)) return *found;
     break;
   }
-  throw base::InputError(fmt::format("the parameters of a case have no '{}' of the right type: {}",
+  throw base::InputError(fmt::format("the parameters of a case lack '{}', or its type is wrong: {}",
                                      name, ToJson(params)));
 }
 
@@ -143,9 +143,10 @@ void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& w
     const std::string was = ValueOr(stored.identity, name, "");
     const std::string is = ValueOr(wanted.identity, name, "");
     if (was == is) continue;
-    throw base::InputError(fmt::format(
-        "{}: contains results with another {} ('{}', not '{}'); use another --out, or --overwrite",
-        where, name, was, is));
+    throw base::InputError(
+        fmt::format("{}: contains results with a different {} ('{}' instead of '{}'); choose "
+                    "another folder with --out, or use --overwrite",
+                    where, name, was, is));
   }
 }
 

@@ -171,8 +171,7 @@ JudgedTable Judge(const std::vector<PublishedFigure>& figures, bool is_whole) {
   JudgedTable table;
   int tests = 0;
   for (const PublishedFigure& figure : figures) {
-    Judged row{figure, "nothing counted", std::nullopt,
-               is_whole ? Verdict::kWorse : Verdict::kNoFigure};
+    Judged row{figure, "no data", std::nullopt, is_whole ? Verdict::kWorse : Verdict::kNoFigure};
     if (figure.own) {
       const auto [p, counts, words] =
           std::visit([&](const auto& e) { return TestOf(e, figure); }, figure.evidence);
@@ -342,8 +341,8 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
         "differences from published figures, so there are no verdicts (run it without --short)");
   } else {
     notes.emplace_back(
-        "same: no significant difference; this does not show that there is none, above all with "
-        "few trials");
+        "same: no significant difference was found; this does not prove that there is none, "
+        "especially with few trials");
     notes.emplace_back(
         "worse without p: all cases were run, but nothing could be counted, e.g. grasps of an "
         "object that was never detected");

@@ -273,8 +273,10 @@ std::string NpyHeader(const std::filesystem::path& file, std::string_view& bytes
   std::size_t length = 0;
   for (std::size_t i = std::min(start, bytes.size()); i-- > 8;) length = length << 8 | byte(i);
   if (length > kMaxNpyHeader_bytes || bytes.size() < start + length) {
-    FailNpy(file, fmt::format("byte 8: {} bytes of header; the file has {}, and {} are the most",
-                              length, bytes.size(), kMaxNpyHeader_bytes));
+    FailNpy(
+        file,
+        fmt::format("byte 8: the header has {} bytes; the file has {}, and at most {} are allowed",
+                    length, bytes.size(), kMaxNpyHeader_bytes));
   }
   std::string header(bytes.substr(start, length));
   bytes.remove_prefix(start + length);

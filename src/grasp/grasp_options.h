@@ -184,7 +184,7 @@ constexpr std::array<base::Addition<GraspAdditions>, 10> AdditionsOf(const Grasp
       {"crowded", &A::crowded,
        "more power grasps if neighbors leave few: from all directions, tilted, less deep"},
       {"reachable", &A::reachable,
-       "do not count grasps that the arm cannot reach among those that are enough"},
+       "count only grasps that the arm can reach when deciding whether enough were found"},
   }};
 }
 static_assert(base::AllAdditionsListed<GraspAdditions>());

@@ -28,8 +28,8 @@ constexpr std::size_t kMinPoints = 100;
 std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rng& rng) {
   const auto best =
       geometry::FitPlaneRansac(points, {options.plane_draws, options.plane_distance_m}, rng);
-  return fmt::format("no table (best plane: {} points of {})", best ? best->inliers.size() : 0,
-                     points.size());
+  return fmt::format("no table was found (the best plane has {} points of {})",
+                     best ? best->inliers.size() : 0, points.size());
 }
 
 /// Fills the scene's source and outliers from the points above the table.

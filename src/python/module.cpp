@@ -54,7 +54,7 @@ int Main(const std::vector<std::string>& words) {
 
 NB_MODULE(_core, m) {
   namespace nb = nanobind;
-  m.doc() = "The testbed in C++; the package rangegrasp is what to use.";
+  m.doc() = "C++ core of the testbed; use the package rangegrasp instead.";
   base::SetProgram(python::OwnFile());
   RegisterTrial();
   RegisterSystems();

@@ -62,7 +62,7 @@ std::string Ask(const external::Question& question) {
   } catch (nb::python_error& e) {
     throw grasp::DetectorFailed(e.what());  // with the traceback
   } catch (const nb::cast_error&) {
-    throw grasp::DetectorFailed("the detector's answer is no text");
+    throw grasp::DetectorFailed("the detector's answer is not a string");
   }
 }
 

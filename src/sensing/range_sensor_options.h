@@ -36,9 +36,9 @@ void ReadSharedKeys(Source& from, Options& o) {
                   "angle of incidence above which all samples are lost");
   from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
                   "angle to the mirror direction below which gloss blinds the camera");
-  from.ReadScaled(
-      "dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
-      "size of the patches that incidence and gloss lose as a whole; 0: single samples");
+  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
+                  "size of the patches of samples that are lost together because of incidence or "
+                  "gloss; 0: single samples");
   from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
                   "calibration error of the head's position, root mean square");
   from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,

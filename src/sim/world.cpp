@@ -286,7 +286,8 @@ std::optional<Container> World::container() const {
   const int site = internal::TryFind(model(), mjOBJ_SITE, "container");
   if (site < 0) return std::nullopt;
   if (model()->site_type[site] != mjGEOM_BOX) {
-    throw base::InputError("the scene's site \"container\" must be a box: the interior");
+    throw base::InputError(
+        "the scene's site \"container\" must be of type box; it describes the interior");
   }
   return Container{internal::SitePose(data(), site), Vec3(model()->site_size + 3 * site)};
 }

@@ -193,7 +193,7 @@ class ScatteredArranger : public WorldArranger {
       if (count >= static_cast<std::size_t>(clutter_.max_others)) continue;
       throw base::InputError(
           fmt::format("arrangement: scattered: clutter.max_others is {}, but clutter.others "
-                      "(default: objects) lists only {} without {} and clutter.always",
+                      "(default: objects) lists only {} objects besides {} and clutter.always",
                       clutter_.max_others, count, target));
     }
   }
@@ -633,8 +633,8 @@ class ClutterArranger : public WorldArranger {
     NeedsObjects(NeededOthers());
     if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
       throw base::InputError(options.scene.string() +
-                             ": arrangement: box needs a scene with a box (a site \"container\", "
-                             "a box that is its interior)");
+                             ": arrangement: box needs a scene with a box (marked by a box-shaped "
+                             "site \"container\" that fills its interior)");
     }
     for (const std::string& object : options.objects) {
       resting_poses_[object] =

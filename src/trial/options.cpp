@@ -75,7 +75,7 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
   map.Read("max_others", o.max_others, 1, 30,
            "scattered, touching, side_by_side: maximum number of objects next to the target");
   map.Read("draw_others", o.draw_others,
-           "box, pile: draw the number of other objects, too; off: all others");
+           "box, pile: also draw the number of other objects at random; off: use all others");
   map.Read("min_touching", o.min_touching, 0, 30,
            "touching: minimum number of objects that the target touches");
   map.ReadScaled("touch_mm", o.touch_m, kMm, 0.0, 5.0,
@@ -316,7 +316,8 @@ Options ReadOptions(YamlMap& map) {
     map.Fail("grasp", "take and approach need `detector: dissertation`");
   }
   if (o.take != grasp::kAnywhere && !any_way) {
-    map.Fail("grasp", "approach: `take: " + o.take + "` determines the approach direction");
+    map.Fail("grasp", "approach: cannot be set, since `take: " + o.take +
+                          "` determines the approach direction");
   }
   grasp::ReadPlanningOptions(map.Child("planning", "motion planning: from a grasp to motions"), o,
                              o.obstacles);

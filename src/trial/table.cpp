@@ -347,8 +347,8 @@ std::string PooledLine(const Table& table) {
 // Numbers of redrawn arrangements and of affected other objects.
 std::string OthersLine(const Table& table) {
   return fmt::format(
-      "arrangements drawn again: {}; of {} delivered, {} moved other objects by more than 5 mm, {} "
-      "pushed one off the table, {} brought one along",
+      "redrawn arrangements: {}; of {} deliveries, {} moved other objects by more than 5 mm, {} "
+      "pushed one off the table, {} also brought another one to the delivery place",
       table.redraws.empty() ? "none" : experiment::CountsText(table.redraws), DeliveredOf(table),
       table.moved_others, table.pushed_off, table.brought_others);
 }

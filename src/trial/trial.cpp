@@ -367,7 +367,7 @@ class AttemptRun {
     const bool none = result_.detected.detection.objects.empty();
     if (!none && result_.detected.has_turn && result_.target) return true;
     const std::string& why_none = result_.detected.why_none;
-    End(Outcome::kNotSegmented, !none              ? "nothing that may be taken"
+    End(Outcome::kNotSegmented, !none              ? "no object that may be grasped"
                                 : why_none.empty() ? "nothing is perceived"
                                                    : why_none);
     return false;

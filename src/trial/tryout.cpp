@@ -143,11 +143,12 @@ bool PressesLess(const sim::ExecutionLog& log) {
 Cause OfTheGrip(const Attempt& attempt) {
   const sim::ExecutionLog& log = *attempt.log;
   if (!log.stopped_by_contact.empty() && !log.held_after_carry) {
-    return {"the arm",
-            fmt::format("is stopped in {}: a joint is {:.1f} mrad behind there, 5 mrad count as "
-                        "contact",
-                        log.stopped_by_contact.front(), 1e3 * log.audit.tracking_error_rad),
-            "a lower \"joint_acceleration\", stiffer drives, or free room"};
+    return {
+        "the arm",
+        fmt::format(
+            "is stopped in {}: a joint lags {:.1f} mrad behind there, and 5 mrad count as contact",
+            log.stopped_by_contact.front(), 1e3 * log.audit.tracking_error_rad),
+        "lower \"joint_acceleration\", use stiffer drives, or clear the space around the arm"};
   }
   if (PressesLess(log)) {
     return {"the hand",
@@ -173,7 +174,7 @@ std::string FirstSeen(const Attempt& attempt) {
   const auto& objects = attempt.detected.detection.objects;
   if (objects.empty() || objects.front().surface_C.vertices.empty()) return "something else";
   const auto box = geometry::BoundsOf(objects.front().surface_C.vertices);
-  return fmt::format("what stands at x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z up to {:.0f} mm",
+  return fmt::format("the part at x {:.0f} to {:.0f}, y {:.0f} to {:.0f}, z up to {:.0f} mm",
                      box.min().x() * kMmPerM, box.max().x() * kMmPerM, box.min().y() * kMmPerM,
                      box.max().y() * kMmPerM, box.max().z() * kMmPerM);
 }
@@ -181,18 +182,18 @@ std::string FirstSeen(const Attempt& attempt) {
 Cause CauseOf(const Attempt& attempt) {
   switch (attempt.outcome) {
     case Outcome::kWrongTarget:
-      return {"the scene", "is taken for an object: " + FirstSeen(attempt),
-              "a collision geom (group=\"3\") of its shape, so that it is known; or move it; or a "
-              "smaller `workspace_margin_mm` in the experiment"};
+      return {"the scene", "is mistaken for an object: " + FirstSeen(attempt),
+              "add a collision geom (group=\"3\") of its shape, so that it is known; or move it; "
+              "or lower `workspace_margin_mm` in the experiment"};
     case Outcome::kNotSegmented:
-      return {"the sensor", "does not show the object as one thing: " + attempt.detail,
-              "a sensor nearer to the workspace, or free sight"};
+      return {"the sensor", "does not show the object as a single object: " + attempt.detail,
+              "move the sensor nearer to the workspace, or clear its line of sight"};
     case Outcome::kNoGrasp:
       return {"the hand", "finds no grasp that is free of collisions: " + attempt.detail,
               "a hand that opens wider (\"hand_open\"), a site \"tcp\" between the pads"};
     case Outcome::kNoPath:
       return {"the arm", "finds no motion: " + attempt.detail,
-              "another mount or flange of hand and arm, or free room there"};
+              "mount the hand or the arm differently, or clear the space there"};
     case Outcome::kInvalidPhysics:
       return {"the physics", "is not valid: " + attempt.detail, CureOf(attempt.detail)};
     case Outcome::kNotLifted:
@@ -299,8 +300,8 @@ class Trying {
     }
     Finding behind{
         true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
-        fmt::format("fall up to {:.1f} mrad behind in the motions of a trial; more than 5 mrad is "
-                    "taken for contact, more than 8 mrad ends the grasp",
+        fmt::format("lag up to {:.1f} mrad behind in the motions of a trial; a lag of more than 5 "
+                    "mrad counts as contact, more than 8 mrad ends the grasp",
                     1e3 * lags_rad_.maxCoeff()),
         ""};
     SlowEnough(behind);

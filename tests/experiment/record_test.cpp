@@ -33,8 +33,9 @@ TEST(Params, AreTakenByNameAndType) {
   EXPECT_EQ(params.Text("shape"), "wave");
   EXPECT_TRUE(params.Has("seam"));
   EXPECT_FALSE(params.Has("run"));
-  EXPECT_THAT(MessageOf([&] { params.Int("run"); }), HasSubstr("no 'run' of the right type"));
-  EXPECT_THAT(MessageOf([&] { params.Int("shape"); }), HasSubstr("no 'shape' of the right type"));
+  EXPECT_THAT(MessageOf([&] { params.Int("run"); }), HasSubstr("lack 'run', or its type is wrong"));
+  EXPECT_THAT(MessageOf([&] { params.Int("shape"); }),
+              HasSubstr("lack 'shape', or its type is wrong"));
 }
 
 TEST(Params, ADamagedTextIsRefused) {
@@ -46,8 +47,9 @@ TEST(Params, ADamagedTextIsRefused) {
 TEST(CheckSameRun, NamesWhatDiffers) {
   Stamp other = kStamp;
   other.identity["seed"] = "2";
-  EXPECT_THAT(StampErrorOf(other),
-              HasSubstr("results/demo: contains results with another seed ('2', not '1')"));
+  EXPECT_THAT(
+      StampErrorOf(other),
+      HasSubstr("results/demo: contains results with a different seed ('2' instead of '1')"));
 }
 
 TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {

@@ -97,7 +97,7 @@ TEST_F(Broken, WeakServosOfTheArm) {
 // If slower motions do not help, stiffer drives are tried.
 TEST_F(Broken, DrivesThatFallBehindInTrialsAreCuredByTheEdits) {
   Scale(texts_.arm, "kp=\"([^\"]*)\"", 0.18);
-  ASSERT_THAT(Check(), HasSubstr("fall up to"));
+  ASSERT_THAT(Check(), HasSubstr("lag up to"));
   check::Fixer fixer(folder_ / "scene.xml", /*in_place=*/false);
   for (int round = 0; round < 3 && fixer.Apply(tryout_.findings); ++round) {
     tryout_ = TryCell(OptionsOf(fixer.file()));
@@ -133,7 +133,7 @@ TEST_F(Broken, AWallThatIsSeenButHasNoKnownShape) {
   Replace(texts_.scene, "<worldbody>",
           "<worldbody><geom group=\"2\" contype=\"0\" conaffinity=\"0\" type=\"box\" pos=\"0 -0.19 "
           "0.1\" size=\"0.3 0.01 0.1\"/>");
-  EXPECT_THAT(Check(), HasSubstr("is taken for an object"));
+  EXPECT_THAT(Check(), HasSubstr("is mistaken for an object"));
 }
 TEST_F(Broken, AWallOfKnownShapeIsNoObject) {
   Replace(texts_.scene, "<worldbody>",

@@ -33,7 +33,7 @@ OpenGl Load() {
     function = library ? reinterpret_cast<Function*>(dlsym(library, name)) : nullptr;
     if (!function) {
       throw base::NotInstalled("libosmesa6",
-                               fmt::format("pictures are drawn with it: {}", dlerror()));
+                               fmt::format("it is needed to draw pictures: {}", dlerror()));
     }
   };
   OpenGl gl{};

@@ -337,7 +337,7 @@ class Conversation {
     const std::size_t end = out_.find('\n', before);
     if (std::min(end, out_.size()) > program_.max_answer_bytes) {
       reply_.failure =
-          fmt::format("an answer line of more than {} bytes", program_.max_answer_bytes);
+          fmt::format("sent an answer line of more than {} bytes", program_.max_answer_bytes);
     } else if (end != std::string::npos) {
       reply_.line = out_.substr(0, end);
     }
@@ -453,7 +453,7 @@ struct Feed::Impl {
   // Waits until a pipe is ready, at most for the time limit.
   void Wait(const base::Stopwatch& watch, const char* too_long) {
     const double left_s = program.limit_s - watch.Seconds();
-    if (left_s <= 0.0) Fail(fmt::format("{} for {:g} s", too_long, program.limit_s));
+    if (left_s <= 0.0) Fail(fmt::format("{} within {:g} s", too_long, program.limit_s));
     const auto waits = WaitFor(guard, left_s);
     // Its output is not used, but is read so that it does not block the program.
     std::string dropped;
@@ -466,10 +466,10 @@ struct Feed::Impl {
     const base::Stopwatch watch;
     while (guard.ExitCode() < 0) {
       if (guard.out < 0 && guard.err < 0) {
-        if (watch.Seconds() > program.limit_s) Fail("does not end");
+        if (watch.Seconds() > program.limit_s) Fail("did not exit");
         usleep(1000);
       } else {
-        Wait(watch, "does not end");
+        Wait(watch, "did not exit");
       }
     }
     ReadErr(guard, err);
@@ -492,7 +492,7 @@ void Feed::Write(std::span<const std::uint8_t> bytes) {
       sent += static_cast<std::size_t>(n);
       watch.Restart();
     } else if (errno == EAGAIN || errno == EINTR) {
-      impl_->Wait(watch, "accepts no more input");
+      impl_->Wait(watch, "accepted no more input");
     } else {
       impl_->guard.in.Close();
       const int code = impl_->ExitCode();

@@ -293,7 +293,7 @@ int Mjcf::Require(mjtObj type, std::string_view name) const {
     }
     found = id;
   }
-  if (found < 0) Fail(fmt::format("no {} (with any prefix)", what));
+  if (found < 0) Fail(fmt::format("there is no {} (with any prefix)", what));
   return found;
 }
 

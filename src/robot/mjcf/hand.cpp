@@ -340,7 +340,7 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
     });
   }
   if (files.size() == 1) return fmt::format("{}:{}: {}", files.front().string(), *line, text);
-  return fmt::format("{}: {} of it, or of a file that it includes or attaches", file.string(),
+  return fmt::format("{}: {} (in this file, or in one that it includes or attaches)", file.string(),
                      text);
 }
 

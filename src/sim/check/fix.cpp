@@ -195,7 +195,7 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
   }
   for (const auto& [original, file] : made) {
     if (!fs::exists(file)) continue;
-    throw base::InputError(fmt::format("{}: is there already; move it away, or {}", file.string(),
+    throw base::InputError(fmt::format("{}: already exists; move it away, or {}", file.string(),
                                        in_place_ ? "let --fix write copies" : "check it instead"));
   }
   for (const auto& [original, file] : made) {

@@ -123,8 +123,8 @@ void SetBoxWalls(mjSpec* spec, const std::filesystem::path& file, double height_
   mjsElement* element = FindSo(spec, mjOBJ_SITE, "container");
   if (!element) {
     throw Wrong(file,
-                "has no box with adjustable walls; it needs a site \"container\", a box that is "
-                "its interior");
+                "has no box with adjustable walls; it needs a box-shaped site \"container\" that "
+                "fills its interior");
   }
   mjsSite* interior = mjs_asSite(element);
   const double rim_m = interior->pos[2] + interior->size[2];

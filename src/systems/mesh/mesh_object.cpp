@@ -132,8 +132,8 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
   const auto guess = GuessUnit(longest);
   if (!guess) {
     throw base::InputError(
-        fmt::format("{}: its longest edge is {:.4g}: in none of mm, cm and m is that between {} "
-                    "and {}. Give its --unit, or its size with --height-mm or --size-mm",
+        fmt::format("{}: its longest edge is {:.4g}, which is not between {} and {} in mm, cm or "
+                    "m. Give the unit with --unit, or the size with --height-mm or --size-mm",
                     file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
   }
   said.push_back(
@@ -159,11 +159,11 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
   if (size_m < kMinSize_m || size_m > kMaxSize_m) {
     std::string cure = "--unit, --scale, --height-mm or --size-mm change it";
     if (const auto likely = GuessUnit(longest)) {
-      cure = fmt::format("is its --unit {}? {}", base::Word(*likely), cure);
+      cure = fmt::format("is its unit {}? {}", base::Word(*likely), cure);
     }
-    throw base::InputError(fmt::format("{}: would be {} long; objects to grasp have {} to {}: {}",
-                                       file.string(), Length(size_m), Length(kMinSize_m),
-                                       Length(kMaxSize_m), cure));
+    throw base::InputError(
+        fmt::format("{}: the object would be {} long; objects to grasp must be {} to {} long: {}",
+                    file.string(), Length(size_m), Length(kMinSize_m), Length(kMaxSize_m), cure));
   }
   return scale;
 }

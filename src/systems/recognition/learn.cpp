@@ -108,9 +108,10 @@ LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
   const base::Pose X_CT = TableFrame(scene.table.plane);
   const PointCloud thing = MeanOfEachCell(ThingOf(scene, X_CT), options.spacing_m);
   if (thing.size() < kMinPoints) {
-    throw base::InputError(fmt::format(
-        "{} points of an object on the table (in cells of {:g} mm); at least {} are needed",
-        thing.size(), options.spacing_m * 1e3, kMinPoints));
+    throw base::InputError(
+        fmt::format("only {} points belong to an object on the table (one per cell of {:g} mm); at "
+                    "least {} are needed",
+                    thing.size(), options.spacing_m * 1e3, kMinPoints));
   }
   const double size_m = geometry::BoundsOf(thing.points).sizes().maxCoeff();
   if (size_m > kMaxSize * options.spacing_m) {

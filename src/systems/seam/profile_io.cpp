@@ -316,7 +316,7 @@ class ProfileRows {
       return fmt::format("has time {:.9g} s, the previous row {:.9g} s; time must not go back",
                          stamp.time_s, last_->time_s);
     }
-    return row.x_m.empty() || grid_ ? "" : "has no two points with a height";
+    return row.x_m.empty() || grid_ ? "" : "has fewer than two points with a height";
   }
 
   std::optional<double> GapBefore(const Stamp& stamp) {

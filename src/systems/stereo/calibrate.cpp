@@ -273,10 +273,11 @@ void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions&
 void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& options) {
   const double worst_px = std::max(result.camera_px, result.stereo_px);
   if (!(worst_px <= options.max_reprojection_px)) {
-    throw base::InputError(fmt::format(
-        "the chessboard's corners are {:.2f} px off the calibrated cameras' (rms; maximum {:.2f}): "
-        "is the board flat, and is this one camera that turned by the same angles each time?",
-        worst_px, options.max_reprojection_px));
+    throw base::InputError(
+        fmt::format("the chessboard's corners have a reprojection error of {:.2f} px rms (at most "
+                    "{:.2f} is allowed): is the board flat, and did one camera take all pictures, "
+                    "turning by the same angles each time?",
+                    worst_px, options.max_reprojection_px));
   }
   constexpr double kSurely = 3.0;  // standard errors
   if (std::abs(result.scale - 1.0) >

@@ -50,7 +50,8 @@ void CheckCalibration(const StereoCalibration& calibration, const std::string& n
     refuse(fmt::format("a camera of {} x {} pixels", c.width, c.height));
   }
   if (!(c.fx > 0.0 && c.fy > 0.0) || !std::isfinite(c.fx) || !std::isfinite(c.fy)) {
-    refuse(fmt::format("focal lengths of {} and {} px", c.fx, c.fy));
+    refuse(fmt::format("the focal lengths are {} and {} px; they must be finite and above 0", c.fx,
+                       c.fy));
   }
   if (!(c.cx >= 0.0 && c.cx < c.width && c.cy >= 0.0 && c.cy < c.height)) {
     refuse(

@@ -381,14 +381,14 @@ void AddScan(CLI::App& app) {
   command->add_flag("--target-only", arguments->target_only,
                     "experiments only: write only the target's points, e.g. for rangegrasp parts");
   command->footer(
-      "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o mug.pcd\n"
-      "Fields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open box), "
-      "state (0 measured, 1 camera shadow, 2 dropout, 3 out of view), and rgb with `color: "
-      "true`.\n--picture draws the shadows that the objects throw on the table: laser red, "
-      "camera yellow, both dark.\nOf a stereo camera, a folder next to the cloud holds "
-      "left.png, right.png, rectified.png, disparity.png, disparity16.png and "
-      "calibration.yaml, as rangegrasp stereo takes them. Of a depth camera, NAME_depth.png (16 "
-      "bits, 0.1 mm a level) and NAME_color.png.");
+      "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o "
+      "mug.pcd\nFields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open "
+      "box), state (0 measured, 1 camera shadow, 2 dropout, 3 out of view), and rgb with `color: "
+      "true`.\n--picture draws the shadows that the objects cast on the table: laser red, camera "
+      "yellow, both dark.\nFor a stereo camera, a folder next to the cloud contains left.png, "
+      "right.png, rectified.png, disparity.png, disparity16.png and calibration.yaml, in the "
+      "format that rangegrasp stereo reads. For a depth camera, the images are NAME_depth.png (16 "
+      "bits, 0.1 mm per level) and NAME_color.png.");
   command->callback([arguments] {
     CheckEnding(arguments->out, {".pcd", ".ply"});
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
@@ -440,13 +440,13 @@ void AddCheckCommand(CLI::App& app) {
                       "\"python3 my_detector.py\"");
   command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
   command->add_flag("--fix{copy}", a->fix,
-                    "make the definite edits in NAME.fixed.xml next to the file, also of what it "
-                    "includes or attaches, and check that; --fix=in-place changes the files and "
-                    "keeps them as FILE.bak");
+                    "apply the unambiguous fixes to a copy, NAME.fixed.xml next to the file (also "
+                    "to copies of files that it includes or attaches), and check the copy; "
+                    "--fix=in-place changes the files and keeps the originals as FILE.bak");
   command->add_flag("--json", a->json, "print the findings as JSON");
   command->add_flag("--quick", a->quick,
-                    "without trials: a scene or experiment without errors is else tried on "
-                    "generated boxes, cylinders and balls, which takes about 10 s");
+                    "skip the trials: by default, a scene or experiment without errors is also "
+                    "tried on generated boxes, cylinders and balls, which takes about 10 s");
   command->footer(
       "Examples:\n  rangegrasp check scenes/tabletop.xml\n  rangegrasp check --fix my_hand.xml\n"
       "Exit codes: 0 no errors, 2 errors. `run` does the same check, without trials, before its "

@@ -400,9 +400,10 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
     any = any || inside;
   }
   if (!any) {
-    throw base::InputError(fmt::format(
-        "--crop: the crop left 0 points of {}; its numbers are metres in the cloud's frame",
-        file.points.size()));
+    throw base::InputError(
+        fmt::format("--crop: the box contains none of the {} points; its corners are in metres in "
+                    "the cloud's frame",
+                    file.points.size()));
   }
   return file;
 }
@@ -415,8 +416,8 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin) {
   // PCL also writes the viewpoint 0 0 0 for a cloud without one.
   if (!arguments.origin.empty() || !origin.isZero()) return "";
-  return "; the sensor is taken to be at 0,0,0: if it was not, give its place by --sensor-origin "
-         "x,y,z";
+  return "; the sensor is assumed to be at 0,0,0: if it was not, give its position with "
+         "--sensor-origin x,y,z";
 }
 
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {

@@ -131,10 +131,10 @@ Resting::Resting(const Options& options, const robot::Robot& robot,
     auto poses = sim::StableRestingPoses(model, options.min_tipping_rad);
     if (options.as_drawn) std::erase_if(poses, [](const auto& pose) { return !AsDrawn(pose); });
     if (poses.empty()) {
-      throw base::InputError(fmt::format(
-          "{}: no resting pose tips over later than at {:g} deg; lower min_tipping_deg or change "
-          "the collision geometry",
-          model.mjcf.string(), base::ToDeg(options.min_tipping_rad)));
+      throw base::InputError(
+          fmt::format("{}: every resting pose tips over at less than {:g} deg; lower "
+                      "min_tipping_deg or change the collision geometry",
+                      model.mjcf.string(), base::ToDeg(options.min_tipping_rad)));
     }
     poses_[object] = std::move(poses);
   }

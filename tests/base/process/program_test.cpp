@@ -77,7 +77,7 @@ TEST_F(AskShell, WaitsNoLongerThanItsLimit) {
 TEST_F(AskShell, RefusesAnEndlessLine) {
   Program program = Shell("yes | tr -d '\\n'");
   program.max_answer_bytes = 1000;
-  EXPECT_EQ(Ask(program, "").failure, "an answer line of more than 1000 bytes");
+  EXPECT_EQ(Ask(program, "").failure, "sent an answer line of more than 1000 bytes");
   EXPECT_EQ(AskFor("yes").line, "y") << "endless lines after the answer";
 }
 
@@ -192,7 +192,7 @@ TEST_F(FeedShell, NothingHangsWhereAProgramTakesNothingOrDoesNotEnd) {
   const base::Stopwatch watch;
   Feed asleep(Shell("sleep 60", 0.3), "film");
   EXPECT_THAT(ErrorOf<base::RunError>([&] { WriteMuch(asleep); }),
-              HasSubstr("accepts no more input for 0.3 s"));
+              HasSubstr("accepted no more input within 0.3 s"));
   Feed endless(Shell("cat >/dev/null; sleep 60", 0.3), "film");
   endless.Write(std::vector<std::uint8_t>{1});
   EXPECT_THAT(ErrorOf<base::RunError>([&] { endless.Finish(); }), HasSubstr("does not end"));

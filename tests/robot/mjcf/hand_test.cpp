@@ -45,7 +45,7 @@ TEST(EngineMessage, NamesTheFileAndLineThatTheEngineMeans) {
   // If two files are possible, neither is named; if only one is possible, no element is needed.
   folder.Write("main.xml", "<mujoco>\n<include file=\"arm.xml\"/>\n<joint/>\n</mujoco>\n");
   EXPECT_THAT(EngineMessage(main, message),
-              HasSubstr("line 3 of it, or of a file that it includes"));
+              HasSubstr("line 3 (in this file, or in one that it includes"));
   EXPECT_EQ(EngineMessage(arm, "tags differ, line 9"), arm.string() + ":9: tags differ, line 9");
 }
 

@@ -203,8 +203,8 @@ TEST_F(OwnCell, SaysThatADriveIsTooWeak) {
 TEST_F(OwnCell, SaysThatADriveFallsBehind) {
   arm_ = Replaced(arm_, "<position name=\"drive1\" joint=\"joint1\"",
                   "<position name=\"drive1\" joint=\"joint1\" kp=\"400\"");
-  ExpectOne({"actuators arm/drive1: fall", "mrad behind",
-             "in <numeric name=\"joint_acceleration\">", "kp "});
+  ExpectOne({"actuators arm/drive1: lag", "mrad behind", "in <numeric name=\"joint_acceleration\">",
+             "kp "});
 }
 TEST_F(OwnCell, SaysThatTheHomePoseIsNotHeld) {
   // Gravity is compensated on the last link alone: by a spring that pulls, here, it is not.

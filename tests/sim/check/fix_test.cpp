@@ -194,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(
                           "<site name=\"tcp\" xyaxes=\"-1 0 0 0 -1 0\"", "from the thumb's pads"},
                     Fault{"SoftPads", "hand.xml",
                           "(condim=\"4\" friction=\"0.5 0.005 0.0001\" solref=\")0.005", "$010.02",
-                          "soft contacts"},
+                          "contacts are soft"},
                     Fault{"PadsWithoutContact", "hand.xml", "<geom name=\"thumb_pad\"",
                           "<geom name=\"thumb_pad\" contype=\"0\" conaffinity=\"0\"",
                           "is a fingertip, but not a collision geom"}),

@@ -128,8 +128,8 @@ TEST_F(OwnHand, ClosesAgainstTheDampingOfItsJoints) {
 TEST_F(OwnHand, SaysThatADriveStopsShort) {
   Replace("name=\"hand_open\" data=\"0.05\"", "name=\"hand_open\" data=\"0.045\"");
   Replace("name=\"hand_closed\" data=\"0\"", "name=\"hand_closed\" data=\"-0.02\"");
-  ExpectOne(
-      {"actuator \"jaw_drive\"", "short of \"hand_closed\": at the end of its range is joint "});
+  ExpectOne({"actuator \"jaw_drive\"",
+             "short of \"hand_closed\": stopped by the end of the range of joint "});
 }
 // Both slides move in the same direction: the soft coupling works against the drive of the other
 // jaw.

@@ -88,7 +88,7 @@ TEST(Learn, AnOutlierFarAwayIsNamed) {
 TEST(Learn, OfAnEmptyTableIsRefused) {
   perception::Scene scene;
   EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),
-              testing::HasSubstr("0 points of an object on the table"));
+              testing::HasSubstr("only 0 points belong to an object on the table"));
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ TEST(StereoCalibrator, RefusesBoardsThatDoNotCalibrate) {
   auto alike = Sightings(8, 0.1);
   for (BoardSighting& board : alike) board.plane_W.normal = alike.front().plane_W.normal;
   EXPECT_THAT(Refusal(alike), HasSubstr("tilted too little"));
-  EXPECT_THAT(Refusal(Sightings(8, 0.5)), HasSubstr("px off the calibrated"));
+  EXPECT_THAT(Refusal(Sightings(8, 0.5)), HasSubstr("a reprojection error of"));
   ChessboardOptions larger;
   larger.square_m = 0.03;
   EXPECT_THAT(Refusal(Sightings(8, 0.05), larger), HasSubstr("are its squares 30 mm"));

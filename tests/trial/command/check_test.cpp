@@ -76,7 +76,7 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
                                           "--quick", "--json"};
   const auto again = RunProgram(words);  // edits in a copy are not lost
   EXPECT_EQ(again.code, 2);
-  EXPECT_THAT(again.err, HasSubstr("arm.fixed.xml: is there already"));
+  EXPECT_THAT(again.err, HasSubstr("arm.fixed.xml: already exists"));
   std::filesystem::remove(folder_ / "arm.fixed.xml");
   std::filesystem::remove(folder_ / "scene.fixed.xml");
   const auto json = RunProgram(words);
@@ -95,7 +95,7 @@ TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
   Write();
   const auto again = RunProgram(words);
   EXPECT_EQ(again.code, 2);
-  EXPECT_THAT(again.err, HasSubstr("arm.xml.bak: is there already"));
+  EXPECT_THAT(again.err, HasSubstr("arm.xml.bak: already exists"));
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
 }
 

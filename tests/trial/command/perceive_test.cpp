@@ -85,7 +85,7 @@ TEST_F(PerceiveTest, AnErrorNamesTheSensorsPlaceWhereNothingSaysIt) {
       Write({{0.0, 0.0, 1.0}, {0.0, 0.1, 1.0}, {0.1, 0.0, 1.1}, {0.1, 0.2, 1.0}});
   const Ran ran = RunProgram({"perceive", cloud});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("give its place by --sensor-origin x,y,z"));
+  EXPECT_THAT(ran.err, HasSubstr("give its position with --sensor-origin x,y,z"));
   EXPECT_THAT(Perceive(cloud).err, testing::Not(HasSubstr("sensor-origin")));
 }
 
@@ -130,7 +130,7 @@ TEST_F(PerceiveTest, SaysThatUpPointsDown) {
 TEST_F(PerceiveTest, SaysThatTheCropLeftNothing) {
   const Ran ran = Perceive(Write(Table()), {"--crop", "5,5,5,6,6,6"});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("the crop left 0 points of 10201"));
+  EXPECT_THAT(ran.err, HasSubstr("the box contains none of the 10201 points"));
 }
 
 TEST_F(PerceiveTest, WarnsOfAnObjectThatHasAThirdOfAllPoints) {

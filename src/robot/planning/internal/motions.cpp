@@ -296,7 +296,7 @@ bool BranchBuilder::Approach(Branch& branch, std::string& why) const {
   const base::Pose X_WStart = Shifted(task_.X_WH, -task_.approach_m * task_.approach_W);
   auto up = robot::StraightLine(robot_, branch.q_grasp, X_WStart, options_.step_m);
   if (!up) {
-    why = "no straight way within the joints' limits";
+    why = "no straight path within the joints' limits";
     return false;
   }
   Stage stage = ReachStage();

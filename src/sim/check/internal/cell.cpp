@@ -84,9 +84,9 @@ void CheckView(Model& model) {
   const std::string what =
       seen.in_the_way
           ? fmt::format(
-                "is then within {:.0f} mm of the workspace, where it is perceived as an object",
+                "at home is within {:.0f} mm of the workspace, where it is perceived as an object",
                 1e3 * kPerceived_m)
-          : fmt::format("then hides {:.0f} % of the workspace from the scanner",
+          : fmt::format("at home hides {:.0f} % of the workspace from the scanner",
                         100.0 * seen.hidden);
   const Cure home = SuggestHome(model);
   model.Error(mjOBJ_NUMERIC, "home", fmt::format("body \"{}\" {}", model.BodyName(seen.body), what),
@@ -146,7 +146,7 @@ bool CheckSizes(Model& model, const std::vector<int>& bodies) {
                       {{"scale", fmt::format("{:g} {:g} {:g}", scale[0], scale[1], scale[2])}}) +
                 " (or in <default> <mesh .../> for all)");
       } else {
-        model.Error(mjOBJ_GEOM, geom, what, "sizes in metres");
+        model.Error(mjOBJ_GEOM, geom, what, "give the sizes in metres");
       }
     }
   }
@@ -174,7 +174,8 @@ void CheckMasses(Model& model, const std::vector<int>& bodies) {
                              m.body_mass[body] * 0.16 * reach_m * reach_m));
   }
   if (!model.HasArm() || (total_kg >= kMinArm_kg && total_kg <= kMaxArm_kg)) return;
-  model.Error(model.ArmFile(), "the arm", fmt::format("weighs {:.3g} kg with its hand", total_kg),
+  model.Error(model.ArmFile(), "the arm",
+              fmt::format("has an implausible mass of {:.3g} kg, including its hand", total_kg),
               "<inertial mass= pos= diaginertia=/> in each body, in kg and kg m^2, or density= of "
               "its geoms in kg/m^3");
 }

@@ -125,8 +125,8 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
     }
     if (firmer.empty()) continue;
     model.Warn(mjOBJ_GEOM, geom,
-               "is a fingertip with soft contacts, without torsional friction, or with the "
-               "contact parameters of the touched object",
+               "is a fingertip whose contacts are soft, lack torsional friction, or use the "
+               "touched object's parameters",
                model.Set(mjOBJ_GEOM, geom, firmer));
   }
 }
@@ -152,13 +152,13 @@ void CheckGap(Model& model, const mjcf::HandClosing& closing,
     model.Warn(mjOBJ_NUMERIC, "hand_closed",
                fmt::format("the pads never meet: they open {:.1f} mm and stay {:.1f} mm apart",
                            1e3 * open_m, 1e3 * least_m),
-               "values further closed, or a wider range of the joints; without a change, thinner "
-               "objects cannot be grasped");
+               "set values that close the hand further, or widen the range of the joints; "
+               "otherwise thinner objects cannot be grasped");
   } else if (open_m < kOpens_m) {
     model.Error(model.Where(mjOBJ_NUMERIC, model.Find(mjOBJ_NUMERIC, "hand_closed")),
                 "numeric \"hand_open\"",
                 fmt::format("the pads are {:.1f} mm apart in the open hand", 1e3 * open_m),
-                "values nearer to the open end");
+                "set values nearer to the open end");
   }
 }
 
@@ -208,11 +208,11 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing,
     }
     model.Error(
         mjOBJ_ACTUATOR, closing.behind_actuator,
-        fmt::format("stops {:.0f} % of its way short of \"hand_closed\": {}",
-                    100.0 * closing.behind,
-                    joint ? "at the end of its range is joint " + model.NamesOf(mjOBJ_JOINT, ended)
-                          : "no joint is at the end of its range, so an equality or a "
-                            "spring holds it back"),
+        fmt::format(
+            "stops {:.0f} % of its way short of \"hand_closed\": {}", 100.0 * closing.behind,
+            joint ? "stopped by the end of the range of joint " + model.NamesOf(mjOBJ_JOINT, ended)
+                  : "no joint is at the end of its range, so an equality or a "
+                    "spring holds it back"),
         model.SetNumeric("hand_closed", Values(motors, false), "") +
             (joint ? ", which is within the joints' ranges"
                    : ", which it reaches; or a softer spring, or another equality"));
@@ -424,9 +424,10 @@ void CheckOwnContacts(Model& model, const mjcf::HandClosing& closing) {
   }
   for (const auto& [pair, in] : poses) {
     if (in.size() < kStands) continue;
-    model.Error(model.Where(mjOBJ_BODY, pair.second), model.BothNames(pair.first, pair.second),
-                "overlap wherever the hand stands, so that contacts hold the fingers",
-                model.Exclude(pair.first, pair.second));
+    model.Error(
+        model.Where(mjOBJ_BODY, pair.second), model.BothNames(pair.first, pair.second),
+        "overlap in all positions of the hand, so that contacts between them block the fingers",
+        model.Exclude(pair.first, pair.second));
   }
 }
 
@@ -519,8 +520,8 @@ void CheckClosing(Model& model) {
     model.Error(model.HandFile(), "the hand", error.what(), "");
   }
   if (!model.Numeric("gear_backlash").empty()) {
-    model.Warn(mjOBJ_NUMERIC, "gear_backlash", "names no drive of \"hand_motors\": none locks",
-               "remove it");
+    model.Warn(mjOBJ_NUMERIC, "gear_backlash",
+               "has no effect: drives of \"hand_motors\" are not self-locking", "remove it");
   }
 }
 
@@ -575,8 +576,8 @@ HandGuess GuessHand(Model& model) {
 
 Cure SuggestTool(Model& model) {
   const std::string in_words =
-      "a <site name=\"tcp\"> in the body \"hand\", between the pads of the open hand: with the "
-      "hand's tuples and numerics, this check prints one";
+      "add a <site name=\"tcp\"> to the body \"hand\", between the pads of the open hand; once the "
+      "hand has its tuples and numerics, this check prints one";
   try {
     if (model.Tuple("fingertips", mjOBJ_GEOM).empty()) return in_words;
     const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m());

@@ -299,8 +299,8 @@ void CheckFollowing(Model& model, sim::World& world, const robot::Robot& robot) 
   if (slow.empty()) return;
   model.Error(
       model.Where(mjOBJ_ACTUATOR, slow.front()), "actuators " + model.NamesOf(mjOBJ_ACTUATOR, slow),
-      fmt::format("fall up to {:.1f} mrad behind in a motion at the joints' own limits; more than "
-                  "5 mrad is taken for an obstacle",
+      fmt::format("lag up to {:.1f} mrad behind in a motion at the joints' own limits; a lag of "
+                  "more than 5 mrad counts as contact with an obstacle",
                   1e3 * lag.maxCoeff()),
       model.SetNumeric("joint_acceleration", SlowEnough(world, robot, lag), model.ArmFile()) +
           fmt::format(", or stiffer drives: kp {}, with their damping", base::Join(stiffer)));

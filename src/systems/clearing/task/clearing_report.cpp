@@ -191,7 +191,8 @@ Grid ObjectGrid(const Stamp& stamp, const Category& category) {
 }
 
 std::string TimesLine(const Category& category) {
-  std::string line = category.name + ": computing time in seconds, median of the runs' means, per";
+  std::string line =
+      category.name + ": computing time per stage in seconds (median of the mean of each run):";
   for (const char* stage :
        {"scan", "perceive", "grasp", "obstacles", "plan", "execute", "arrange", "clearing"}) {
     const auto found = category.stage_s.find(stage);

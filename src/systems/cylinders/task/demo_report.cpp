@@ -188,7 +188,7 @@ std::vector<PublishedFigure> FiguresOf(const Tally& tally) {
     const Count published_influence{*row.published_influence, kPublishedRuns};
     add(fmt::format("{}, events", row.name), events, published_events,
         experiment::EventsEvidence{events, published_events});
-    add(fmt::format("{}, runs that failed for it", row.name), influence, published_influence,
+    add(fmt::format("{}, runs that failed because of it", row.name), influence, published_influence,
         experiment::TrialsEvidence{influence, published_influence});
   }
   return figures;
@@ -294,7 +294,7 @@ experiment::Report DemoReport(const experiment::Stamp&,
   };
   experiment::Report report;
   report.csv = ProblemGrid(tally);
-  report.sections = {{"", report.csv}, {"how far the runs came", PlaceGrid(runs)}};
+  report.sections = {{"", report.csv}, {"Progress of the runs", PlaceGrid(runs)}};
   report.notes = {
       fmt::format("published: 50 runs, one try each; with one try {} of {} runs were successful "
                   "{}, with all tries {} {}",
@@ -302,7 +302,8 @@ experiment::Report DemoReport(const experiment::Stamp&,
                   share(tally.good, tally.runs)),
       "failures: " + (failures.empty() ? "none" : experiment::CountsText(failures)),
       "hand prosthesis: the object was not held, or another one was pushed by more than 5 mm",
-      "a problem has influence if the run failed because of it; another try solved the others"};
+      "influence: share of runs that failed because of the problem; in the other runs, another try "
+      "solved it"};
   if (tally.carried > 0) {
     report.notes.push_back(
         fmt::format("the pull was detected in {} of {} runs that carried the object {}", tally.felt,

@@ -454,7 +454,7 @@ experiment::Report RecallReport(const experiment::Stamp& stamp,
                   "ones {} are other cylinders of a given size",
                   scenes, experiment::PercentText(hits, hits + wrong, 2),
                   experiment::IntervalText(hits, hits + wrong), hits, hits + wrong, wrong, twins),
-      "seen: a quarter of the rays to it, and more than 200, end on it"};
+      "seen: at least a quarter of the rays towards the cylinder, and more than 200, hit it"};
   return report;
 }
 

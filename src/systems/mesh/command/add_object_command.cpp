@@ -148,9 +148,10 @@ void RefuseKilograms(const Arguments& a, const objects::MeshObject& object) {
   constexpr double kFoam_kg_m3 = 20.0, kLead_kg_m3 = 12000.0;
   const double density = object.mass_kg / object.volume_m3;
   if (!a.mass_g || density >= kFoam_kg_m3 || density / kGram > kLead_kg_m3) return;
-  throw base::InputError(fmt::format(
-      "--mass {0:g}: {1:.2g} kg/m3 is lighter than foam; the unit is grams: {2:g} for {0:g} kg",
-      *a.mass_g, density, *a.mass_g / kGram));
+  throw base::InputError(
+      fmt::format("--mass {0:g}: a density of {1:.2g} kg/m3 is lower than that of foam; the unit "
+                  "is grams: use {2:g} for {0:g} kg",
+                  *a.mass_g, density, *a.mass_g / kGram));
 }
 
 Found Add(const Arguments& a) {

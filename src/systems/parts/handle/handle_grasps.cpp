@@ -49,7 +49,7 @@ std::vector<grasp::Proposal> ProposalsFor(const Shape& cloud, const Eigen::Vecto
   const auto handle =
       std::ranges::find(described, PartFunction::kHandle, &PartDescription::function);
   if (handle == described.end()) {
-    why_none = found.parts == 1 ? "no handle: what is seen of the object is one part"
+    why_none = found.parts == 1 ? "no handle: the visible surface of the object is a single part"
                                 : fmt::format(
                                       "no handle: none of the object's {} parts is thin and stands "
                                       "out of its body",

@@ -363,10 +363,11 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   result.has_core = result.parts > 1;
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
   if (options.parts && result.parts != *options.parts) {
-    result.note = fmt::format("{} parts, not {}: {}", result.parts, *options.parts,
-                              result.parts < *options.parts
-                                  ? "there are no more cuts along concave bends"
-                                  : "a cut gives more than two, or pieces lie apart");
+    result.note =
+        fmt::format("{} parts, not {}: {}", result.parts, *options.parts,
+                    result.parts < *options.parts
+                        ? "there are no more cuts along concave bends"
+                        : "a cut gives more than two parts, or there are separate pieces");
   }
   return result;
 }

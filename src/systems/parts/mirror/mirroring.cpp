@@ -254,8 +254,8 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   const auto core = ExtractCore(shape, options);
   if (!core) {
     throw base::InputError(
-        "neither the centre of the smallest enclosing sphere nor the centre of gravity is inside; "
-        "go_on_outside segments nevertheless");
+        "neither the centre of the smallest enclosing sphere nor the centre of gravity is inside "
+        "the shape; use go_on_outside to segment it nevertheless");
   }
   const auto in_core = CoreElements(shape, *core);
   Segmentation result;

@@ -202,9 +202,11 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   experiment::Report report;
   report.csv = TableOf(rows);
   report.sections.push_back({"Known objects: the scene's target", report.csv});
-  report.notes.push_back(fmt::format(
-      "of {} objects recognized in all scenes, {} were another object ({} %, 95 %: {})", all.finds,
-      all.wrong, PercentText(all.wrong, all.finds, 1), IntervalText(all.wrong, all.finds)));
+  report.notes.push_back(
+      fmt::format("of {} objects recognized in all scenes, {} were identified as the wrong object "
+                  "({} %, 95 %: {})",
+                  all.finds, all.wrong, PercentText(all.wrong, all.finds, 1),
+                  IntervalText(all.wrong, all.finds)));
   if (all.others > 0) {
     report.notes.push_back(
         fmt::format("of {} other objects recognized correctly, {} had the correct pose ({} %)",

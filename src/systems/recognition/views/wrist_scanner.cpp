@@ -56,10 +56,9 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
            "align each view with the earlier ones; off: use the arm's pose");
   map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
                  "radius of the space around the highest object for which views are chosen");
-  map.Read(
-      "until_probability", options.until_probability, 0.0, 1.0,
-      "grasping: no further view is taken from this predicted probability of delivery of the best "
-      "grasp on, and the most promising detection is used; 1: all views are taken");
+  map.Read("until_probability", options.until_probability, 0.0, 1.0,
+           "grasping: take no further view once the best grasp's predicted probability of delivery "
+           "reaches this value, and use the most promising detection; 1: take all views");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
                  "minimum new space that a view must see there");
   map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
@@ -85,7 +84,7 @@ void ReadWristViewOptions(base::YamlMap& map, WristViewOptions& options) {
   ReadLook(map.Child("look", "views by the wrist scanner, if `views` is above 1"), options);
   if (options.views > 1 && options.sensor.empty()) {
     map.Fail("views",
-             "more than one needs look: {sensor: FILE}, the scanner on the wrist "
+             "more than one view needs look: {sensor: FILE}, the scanner on the wrist "
              "(models/sensors/wrist_scanner.yaml)");
   }
 }

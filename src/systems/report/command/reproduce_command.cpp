@@ -44,8 +44,8 @@ class ReproduceProgress {
     run_ = run;
     done_ = 0;
     if (isatty(STDERR_FILENO)) return;
-    spdlog::info("{}: {} cases, {} of them done; {} of {} cases done before, about {} left", name_,
-                 run_.all, run_.stored, before_, all_.all, LeftText());
+    spdlog::info("{}: {} cases, {} of them done; all tables: {} of {} cases done, about {} left",
+                 name_, run_.all, run_.stored, before_, all_.all, LeftText());
   }
   void OneDone() {
     ++done_;

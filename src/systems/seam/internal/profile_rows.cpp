@@ -343,8 +343,9 @@ class TextRows {
     if (column < 0) return std::nullopt;
     const double number = NumberAt(fields, column);
     if (!std::isnan(number)) return number * unit;
-    throw InputError(
-        fmt::format("column {}: the number is missing; time and encoder need one", column + 1));
+    throw InputError(fmt::format(
+        "column {}: the number is missing; time and encoder columns need one in every row",
+        column + 1));
   }
 
   void ReadStamps(const Fields& fields, RawRow& row) const {
@@ -358,7 +359,7 @@ class TextRows {
     }
     row.x_m = columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
     if (row.x_m.empty() || row.x_m.size() == row.width) return;
-    throw InputError(fmt::format("has {} heights and {} x", row.width, row.x_m.size()));
+    throw InputError(fmt::format("has {} heights, but {} x values", row.width, row.x_m.size()));
   }
 
   void ReadPairs(const Fields& fields, RawRow& row) const {

@@ -154,8 +154,9 @@ Section RatesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
     header.push_back("published");
   }
   Section section = NumberSection(
-      fmt::format("Detection rate in % within a tolerance, {} profiles with an edge of {} seams",
-                  sum[0].profiles, seams.size()),
+      fmt::format(
+          "Detection rate in % within a tolerance, for {} profiles with an edge, from {} seams",
+          sum[0].profiles, seams.size()),
       std::move(header));
   for (std::size_t m = 0; m < kMethods; ++m) {
     Cells row = {MethodTitle(m)};
@@ -179,7 +180,7 @@ std::size_t MillimeterTolerance(const Facts& facts) {
 
 Section PlacesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
   const std::size_t t = MillimeterTolerance(facts);
-  Section section = NumberSection("Within 1 mm, in %: where on the line the edge lies",
+  Section section = NumberSection("Within 1 mm, in %, by position of the edge on the line",
                                   {"method", "all", "centre", "boundary"});
   for (std::size_t m = 0; m < kMethods; ++m) {
     Cells& row = section.grid.rows.emplace_back(Cells{MethodTitle(m)});
@@ -198,8 +199,9 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
   Cells header = {"shape", "seams", "profiles"};
   for (std::size_t m = 0; m < kMethods; ++m) header.push_back(MethodTitle(m));
   for (const auto decision : kDecisions) header.push_back("no edge: " + TitleOf(decision));
-  Section section = NumberSection(
-      "Every shape of edge: within 1 mm, in %; reported to have no edge, in %", std::move(header));
+  Section section =
+      NumberSection("By shape of the edge: within 1 mm, in %; reported as having no edge, in %",
+                    std::move(header));
   for (const EdgeShape shape : facts.shapes) {
     std::vector<SeamResult> alike = seams;
     std::erase_if(alike, [shape](const SeamResult& seam) { return seam.shape != shape; });
@@ -346,7 +348,8 @@ experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& re
   report.files.emplace_back("rows.csv", SeamRows(seams));
   report.notes.emplace_back(
       "'as published' uses only the dissertation's rules. The sensor's noise was fitted to the "
-      "published rates of the three single methods: their agreement is no evidence");
+      "published rates of the three single methods, so their agreement is not independent "
+      "evidence");
   report.published = FiguresOf(facts, seams);
   std::ranges::move(TimesOf(facts, records, seams), std::back_inserter(report.published));
   return report;
@@ -428,9 +431,10 @@ Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
 
 // A half circle without its corners, where the edge turns by 90 degrees.
 Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
-  Section section = NumberSection(
-      fmt::format("Half circle: not within {:.0f} mm of its corners", kCorner_m * base::kMmPerM),
-      {"method", "runs", "within 1 mm, % of the wanted length", "+-"});
+  Section section =
+      NumberSection(fmt::format("Half circle, without the {:.0f} mm around its corners",
+                                kCorner_m * base::kMmPerM),
+                    {"method", "runs", "within 1 mm, % of the wanted length", "+-"});
   for (const auto method : DecisionsOf(runs)) {
     std::vector<Part> parts;
     double good = 0.0;
@@ -476,7 +480,7 @@ Cells HazardsRow(std::vector<RunResult> runs, Hazard hazard, DecisionMethod meth
 
 Section HazardsSection(const std::vector<RunResult>& runs) {
   Section section =
-      NumberSection("Hazards: found, and the head at rest, before the needle is there",
+      NumberSection("Hazards: detected, with the head stopped before the needle reached them",
                     {"hazard", "method", "runs", "at rest before it was in view", "came into view",
                      "found in time", "reached", "in time %", "found as the other"});
   for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {

@@ -129,8 +129,8 @@ Reported ReportedOf(const SeamExperiment& experiment, const Calibration& calibra
 }
 
 Panel PathPanel(const LineGeometry& line, const Reported& reported) {
-  Panel panel = PanelOf("The edge along the seam: the truth and what was found",
-                        "along the seam [mm]", "across, on the line [mm]");
+  Panel panel = PanelOf("Edge along the seam: true and detected positions", "along the seam [mm]",
+                        "across, on the line [mm]");
   const auto add = [&](const std::string& name, const std::vector<double>& columns,
                        const char* color, bool dots) {
     Series& series = panel.series.emplace_back(Series{name, reported.along_mm, {}, color, dots});
@@ -144,7 +144,7 @@ Panel PathPanel(const LineGeometry& line, const Reported& reported) {
 }
 
 Panel ErrorPanel(const LineGeometry& line, const Reported& reported) {
-  Panel panel = PanelOf("How far each decision is off the truth", "along the seam [mm]", "[mm]");
+  Panel panel = PanelOf("Error of each decision", "along the seam [mm]", "[mm]");
   for (std::size_t d = 0; d < kDecisions.size(); ++d) {
     Series series{TitleOf(kDecisions[d]), reported.along_mm, {}, kDecisionColors[d]};
     for (std::size_t i = 0; i < reported.truth.size(); ++i) {
@@ -176,7 +176,7 @@ View::Page PageOf(const LineGeometry& line, const Reported& reported, std::size_
       (reading.column.value_or(kNoColumn) - truth) / line.columns_per_m * kMmPerM;
   page.name = fmt::format("profile {} of {}, {:.1f} mm along the seam: {}", i + 1,
                           reported.truth.size(), reported.along_mm[i], base::Word(reading.status));
-  if (std::isfinite(error_mm)) page.name += fmt::format(", {:.2f} mm off the truth", error_mm);
+  if (std::isfinite(error_mm)) page.name += fmt::format(", error {:.2f} mm", error_mm);
   page.panels = ProfilePanels(tracker, reading, line);
   if (!std::isfinite(truth)) return page;
   for (Panel& panel : page.panels) {
@@ -206,7 +206,7 @@ View SeamView(const SeamExperiment& experiment, const Calibration& calibration,
 View TrackView(const SeamExperiment& experiment, const TrackedRun& tracked) {
   View view;
   view.panels = TrackPanels(tracked, experiment.track.wanted_distance_m);
-  Panel reported = PanelOf("What each detector reported, on the sensor's line", "time [s]",
+  Panel reported = PanelOf("Positions reported by each detector, on the sensor's line", "time [s]",
                            "across, on the line [mm]");
   const auto add = [&](Series series, const auto& column_of) {
     for (const Reading& reading : tracked.result.readings) {

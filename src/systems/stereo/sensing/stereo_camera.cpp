@@ -123,7 +123,9 @@ LensMap::LensMap(const stereo::Camera& camera) : width_(camera.width) {
     for (int x = 0; x < camera.width; ++x, ++i) {
       const Eigen::Vector2d place = camera.fx * stereo::RayOf(camera, {x, y}).head<2>();
       if (!place.allFinite()) {
-        throw std::invalid_argument("stereo camera: k1, k2, p1, p2 fold the picture over itself");
+        throw std::invalid_argument(
+            "stereo camera: the distortion k1, k2, p1, p2 is so strong that the picture folds over "
+            "itself");
       }
       seen[i] = place.cast<float>();
       low = low.cwiseMin(place);

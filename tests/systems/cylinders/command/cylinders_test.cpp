@@ -114,7 +114,8 @@ TEST_F(CylindersTest, BadInputIsRefused) {
   }
   ExpectRefused((folder_ / "missing.pcd").string(), {"--cylinder", "25,100"}, "missing.pcd");
   ExpectRefused(cloud, {"--cylinder", "25,100", "--up", "0,0,0"}, "--up");
-  ExpectRefused(cloud, {"--cylinder", "25,100", "--crop", "5,5,5,6,6,6"}, "left 0 points");
+  ExpectRefused(cloud, {"--cylinder", "25,100", "--crop", "5,5,5,6,6,6"},
+                "the box contains none of the");
 }
 
 TEST_F(CylindersTest, EmptyCloudsAndCloudsWithoutATableAreNamed) {

@@ -62,7 +62,7 @@ TEST(DemoReport, FiguresOfTable41AreOfFiftyRunsAndOfTheirCounts) {
                                        RecordOf("handed_over", Carried(true, false))})
                            .published;
   ASSERT_EQ(figures.size(), 8u + 7u);  // events and runs of three problems and the sum; table 4.2
-  EXPECT_EQ(figures[1].row, "path planning, runs that failed for it");
+  EXPECT_EQ(figures[1].row, "path planning, runs that failed because of it");
   EXPECT_EQ(figures[1].published, 11.0);
   EXPECT_EQ(figures[1].own, 25.0);
   EXPECT_TRUE(figures[1].lower_is_better);

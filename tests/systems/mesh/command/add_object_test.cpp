@@ -150,9 +150,9 @@ TEST_F(AddObjectTest, RefusesWhatIsNoSolid) {
 TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   folder_.Write("box.off", Off(box_));
   ExpectRefused("box.off", "would be 100 m long", {"--unit", "m"});
-  ExpectRefused("box.off", "is its --unit mm?", {"--unit", "m"});
+  ExpectRefused("box.off", "is its unit mm?", {"--unit", "m"});
   folder_.Write("odd.off", Off(BoxMesh({0.4, 0.5, 0.8})));
-  ExpectRefused("odd.off", "Give its --unit");
+  ExpectRefused("odd.off", "Give the unit with --unit");
   ExpectRefused("box.off", "--height-mm", {"--height-mm", "-3"});
   ExpectRefused("box.off", "furlong", {"--unit", "furlong"});
   ExpectRefused("box.off", "--mass", {"--mass", "0"});

@@ -54,7 +54,7 @@ TEST(TakeByHandle, ACupIsTakenByIt) {
 TEST(TakeByHandle, IsRefusedWithAReasonWhereItIsOutOfSight) {
   const Attempt attempt = TryByHandle(1);
   EXPECT_EQ(attempt.outcome, Outcome::kNoGrasp);
-  EXPECT_EQ(attempt.detail, "no handle: what is seen of the object is one part");
+  EXPECT_EQ(attempt.detail, "no handle: the visible surface of the object is a single part");
 }
 
 }  // namespace

@@ -163,7 +163,7 @@ TEST_F(LearnTest, AnEmptyTableIsRefused) {
   const auto ran = RunProgram(
       {"learn", view, "-o", Mesh(), "--crop", "-0.14", "-0.14", "-0.1", "-0.05", "0.14", "0.3"});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr(view + ": 0 points of an object on the table"));
+  EXPECT_THAT(ran.err, HasSubstr(view + ": only 0 points belong to an object on the table"));
   EXPECT_FALSE(std::filesystem::exists(Mesh()));
 }
 
