@@ -119,7 +119,7 @@ std::string CureOf(const std::string& failed) {
        "fingertips, or a lower \"grip_force\""},
       {"creep",
        "condim=\"4\" priority=\"1\" on the fingertips, impratio=\"10\" cone=\"elliptic\" "
-       "noslip_iterations=\"10\" in <option>"},
+       "noslip_iterations=\"30\" in <option>"},
       {"unrest", "a higher first \"grip_force\""},
       {"drive_limit", "a wider forcerange of the arm's drives, or a lower \"joint_acceleration\""},
       {"tracking", "a lower \"joint_acceleration\", or stiffer drives"},
