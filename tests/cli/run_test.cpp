@@ -120,7 +120,7 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
   EXPECT_THAT(ran.err, HasSubstr("--resume"));
   const Ran other_seed = RunInto("single", {"--resume", "--seed", "2"});
   EXPECT_EQ(other_seed.code, 2);
-  EXPECT_THAT(other_seed.err, HasSubstr("another seed"));
+  EXPECT_THAT(other_seed.err, HasSubstr("different seed"));
   EXPECT_EQ(Rows("single"), before);
 }
 

@@ -35,7 +35,7 @@ void CheckOptions(Model& model) {
   check(option.impratio >= kMinImpratio, fmt::format("impratio {:g}", option.impratio), "impratio",
         "10");
   check(option.noslip_iterations >= kMinNoslip,
-        fmt::format("noslip_iterations {}", option.noslip_iterations), "noslip_iterations", "30");
+        fmt::format("noslip_iterations {}", option.noslip_iterations), "noslip_iterations", "10");
   if (weak.empty()) return;
   const std::string file = model.file().string();
   model.Error(file, "<option>",

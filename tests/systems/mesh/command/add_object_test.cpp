@@ -156,7 +156,7 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "--height-mm", {"--height-mm", "-3"});
   ExpectRefused("box.off", "furlong", {"--unit", "furlong"});
   ExpectRefused("box.off", "--mass", {"--mass", "0"});
-  ExpectRefused("box.off", "the unit is grams: 200 for 0.2 kg", {"--mass", "0.2"});
+  ExpectRefused("box.off", "the unit is grams: use 200 for 0.2 kg", {"--mass", "0.2"});
   ExpectRefused("box.off", "implausible", {"--mass", "90000"});
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
