@@ -55,10 +55,10 @@ TEST(CheckSameRun, NamesWhatDiffers) {
 TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
   Stamp other = kStamp;
   other.identity["scene_hash"] = "x";
-  EXPECT_THAT(StampErrorOf(other), HasSubstr("another scene_hash"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("different scene_hash"));
   other = kStamp;
   other.identity.erase("seed");
-  EXPECT_THAT(StampErrorOf(other), HasSubstr("another seed"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("different seed"));
 }
 
 TEST(CheckSameRun, BuildAndDataMayDiffer) {

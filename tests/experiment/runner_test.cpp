@@ -471,7 +471,7 @@ TEST_F(ResumeTest, AnotherSeedIsRefused) {
   Stamp other = ResumeStampOf(4);
   other.identity["seed"] = "2";
   EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, other, CasesOf(2)); }),
-              HasSubstr("another seed"));
+              HasSubstr("different seed"));
 }
 
 TEST_F(ResumeTest, TheCommitThatBeganTheRunStays) {

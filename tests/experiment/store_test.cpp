@@ -465,7 +465,7 @@ TEST_F(MergeTest, WhatAKilledMergeLeftDoesNotMatter) {
 TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
   const auto out = folder_ / "out";
   const auto first = Shard(0, 3);
-  EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out), HasSubstr("another seed"));
+  EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out), HasSubstr("different seed"));
   std::filesystem::copy(first, folder_ / "copy");
   EXPECT_THAT(Error({first, folder_ / "copy"}, out),
               HasSubstr("is also in another of the folders"));

@@ -345,7 +345,7 @@ TEST_F(Io, BrokenArraysAreNamedWithTheirCause) {
                                12)),
               HasSubstr("byte 6: no format version"));
   EXPECT_THAT(told(std::string("\x93NUMPY\x01\x00\xff\x7f{}", 12)),
-              HasSubstr("byte 8: 32767 bytes"));
+              HasSubstr("byte 8: the header has 32767 bytes"));
   EXPECT_THAT(told(Npy("2, 3", "<i4", six)), HasSubstr("'descr' is \"<i4\"; the numbers must be"));
   EXPECT_THAT(told(Npy("2, 3", "<f4", six, "True")), HasSubstr("numpy.ascontiguousarray"));
   EXPECT_THAT(told(Npy("2, 3", "<f4", six, "0")), HasSubstr("no valid 'fortran_order'"));

@@ -195,7 +195,7 @@ TEST_F(FeedShell, NothingHangsWhereAProgramTakesNothingOrDoesNotEnd) {
               HasSubstr("accepted no more input within 0.3 s"));
   Feed endless(Shell("cat >/dev/null; sleep 60", 0.3), "film");
   endless.Write(std::vector<std::uint8_t>{1});
-  EXPECT_THAT(ErrorOf<base::RunError>([&] { endless.Finish(); }), HasSubstr("does not end"));
+  EXPECT_THAT(ErrorOf<base::RunError>([&] { endless.Finish(); }), HasSubstr("did not exit"));
   EXPECT_LT(watch.Seconds(), 20.0);
 }
 

@@ -217,7 +217,7 @@ TEST_F(OwnCell, SaysThatTheHomePoseIsNotHeld) {
 
 TEST_F(OwnCell, SaysThatAMassIsOutOfAllProportion) {
   arm_ = Replaced(arm_, "density=\"1500\"", "density=\"1500000\"");
-  EXPECT_THAT(All(Check()), HasSubstr("the arm: weighs"));
+  EXPECT_THAT(All(Check()), HasSubstr("the arm: has an implausible mass of"));
 }
 TEST_F(OwnCell, SaysThatAnInertiaIsOutOfAllProportion) {
   arm_ =
