@@ -108,7 +108,7 @@ TEST(SeamTables, FiguresOfTable35AreOfTheMethodsThatItNames) {
 
 TEST(SeamTables, RatesAreCountsOfAllSeamsBesideThePublished) {
   const Report report = ReportOn(Shipped("seam_base"), Rates());
-  EXPECT_THAT(report.sections[0].title, HasSubstr("20 profiles with an edge of 3 seams"));
+  EXPECT_THAT(report.sections[0].title, HasSubstr("20 profiles with an edge, from 3 seams"));
   const auto& rows = report.sections[0].grid.rows;
   ASSERT_EQ(rows.size(), kMethods);
   // 5, 10, 16 and 20 of 20, each next to the value of table 3.2.
@@ -225,7 +225,7 @@ TEST(SeamTables, ACrashedCaseCountsAsFailed) {
   SeamExperiment base = Shipped("seam_base");
   base.record.profiles = 10;
   const Report rates = ReportOn(base, seams);
-  EXPECT_THAT(rates.sections[0].title, HasSubstr("30 profiles with an edge of 4 seams"));
+  EXPECT_THAT(rates.sections[0].title, HasSubstr("30 profiles with an edge, from 4 seams"));
   EXPECT_EQ(rates.sections[0].grid.rows[0][1], "16.67");  // 5 of 30
   ASSERT_EQ(rates.notes.size(), 2U);
   EXPECT_THAT(rates.notes[1], HasSubstr("1 of 4 cases crashed"));
