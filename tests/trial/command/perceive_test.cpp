@@ -105,7 +105,8 @@ TEST_F(PerceiveTest, SaysHowManyPointsTheBestPlaneHasWhereThereIsNoTable) {
   }
   const Ran ran = Perceive(Write(points), {"--noise-mm", "0.5"});
   EXPECT_NE(ran.code, 0);
-  EXPECT_THAT(ran.err, testing::ContainsRegex("no table was found \\(the best plane has [0-9]+ points of 3000\\)"));
+  EXPECT_THAT(ran.err, testing::ContainsRegex(
+                           "no table was found \\(the best plane has [0-9]+ points of 3000\\)"));
   EXPECT_THAT(ran.err, Not(HasSubstr("try --unit mm")));
 }
 
