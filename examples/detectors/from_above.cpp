@@ -23,9 +23,8 @@ using Vec = std::array<double, 3>;
 constexpr double kClearance_m = 0.008;  // lower points belong to the table
 constexpr double kCell_m = 0.006;       // wider gaps, seen from above, separate things
 constexpr double kFingers_m = 0.018;    // half of the hand's breadth
-constexpr double kMinHeight_m =
-    0.010;                         // of the pads' middle; collisions of the hand are checked later
-constexpr double kRoom_m = 0.004;  // between the open pads and the widest thing
+constexpr double kMinHeight_m = 0.010;  // of the pads; collisions of the hand are checked later
+constexpr double kRoom_m = 0.004;       // between the open pads and the widest thing
 
 Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
