@@ -83,9 +83,10 @@ void ReadPlace(base::YamlMap& map, DepthCameraOptions& options) {
     read(to_keys[static_cast<std::size_t>(axis)], to[axis], "point in the middle of the image");
   }
   place.Finish();
-  if (from == to)
+  if (from == to) {
     map.Fail("place",
              "the camera's position and the point that it looks at are the same; change look_z_mm");
+  }
   options.X_WS = Looking(from, to);
 }
 

@@ -44,7 +44,7 @@ class ReproduceProgress {
     run_ = run;
     done_ = 0;
     if (isatty(STDERR_FILENO)) return;
-    spdlog::info("{}: {} cases, {} of them done; all tables: {} of {} cases done, about {} left",
+    spdlog::info("{}: {} cases, {} of them done; {} of {} are in earlier tables, about {} left",
                  name_, run_.all, run_.stored, before_, all_.all, LeftText());
   }
   void OneDone() {
