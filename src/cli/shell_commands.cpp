@@ -22,17 +22,13 @@ struct Command {
 // Commands and options without a group are hidden.
 constexpr auto kIsShown = [](const auto* part) { return !part->get_group().empty(); };
 
-// Adds a command and those below it: parents first, in the order of --help.
-void AddTo(std::vector<Command>& commands, const CLI::App& app, const std::string& path) {
-  commands.push_back({path, &app});
+// A command and those below it: parents first, in the order of --help.
+std::vector<Command> CommandsOf(const CLI::App& app, const std::string& path = "") {
+  std::vector<Command> commands = {{path, &app}};
   for (const CLI::App* below : app.get_subcommands(kIsShown)) {
-    AddTo(commands, *below, path.empty() ? below->get_name() : path + " " + below->get_name());
+    const std::string name = path.empty() ? below->get_name() : path + " " + below->get_name();
+    std::ranges::move(CommandsOf(*below, name), std::back_inserter(commands));
   }
-}
-
-std::vector<Command> CommandsOf(const CLI::App& program) {
-  std::vector<Command> commands;
-  AddTo(commands, program, "");
   return commands;
 }
 

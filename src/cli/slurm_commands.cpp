@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 

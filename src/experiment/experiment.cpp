@@ -281,13 +281,13 @@ std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> KeysByTask() {
 }
 
 std::string KeysAsMarkdown() {
-  const auto by_task = KeysByTask();
-  std::string text = "## Every experiment\n\n" + KeyTable(by_task.front().second);
-  for (const TaskKind& kind : Kinds()) {
-    const auto keys =
-        std::ranges::find(by_task, kind.name, [](const auto& one) { return one.first; });
-    text += fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n{}", kind.name,
-                        kind.description, kind.trials_key, KeyTable(keys->second));
+  std::string text;
+  for (const auto& [task, keys] : KeysByTask()) {
+    const TaskKind* kind = FindKind(task);
+    text += !kind ? "## Every experiment\n\n"
+                  : fmt::format("\n## `task: {}`\n\n{} `--trials` sets `{}`.\n\n", kind->name,
+                                kind->description, kind->trials_key);
+    text += KeyTable(keys);
   }
   return text;
 }

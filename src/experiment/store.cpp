@@ -199,7 +199,6 @@ class RecordWriter {
 };
 
 fs::path FileIn(const fs::path& folder) { return folder / kFile; }
-fs::path LogOf(const fs::path& folder) { return folder / (std::string(kFile) + "-wal"); }
 
 constexpr std::string_view kSeedPrefix = "seed-";
 
@@ -355,7 +354,7 @@ Store Store::Open(const fs::path& folder) {
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
   std::error_code error;
-  const bool has_log = fs::file_size(LogOf(folder), error) > 0 && !error;
+  const bool has_log = fs::file_size(folder / (std::string(kFile) + "-wal"), error) > 0 && !error;
   if (!impl->Reads(/*as_it_is=*/false) && (has_log || !impl->Reads(/*as_it_is=*/true))) {
     if (impl->IsNoStore()) impl->Fail();
     throw base::InputError(

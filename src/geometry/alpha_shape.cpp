@@ -74,23 +74,29 @@ double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& fac
   return SquaredCircumradius<3>({a, b, c});
 }
 
-Delaunay3 Triangulate(PointSpan points, const std::vector<std::uint32_t>& order,
-                      const std::vector<std::uint32_t>& twin) {
-  std::vector<std::pair<AlphaKernel::Point_3, std::uint32_t>> input;
+auto ToCgal(const Vector2d& p) { return AlphaKernel::Point_2(p.x(), p.y()); }
+auto ToCgal(const Vector3d& p) { return AlphaKernel::Point_3(p.x(), p.y(), p.z()); }
+
+/// The triangulation of the points, each position once.
+template <class Delaunay, class PointsOf>
+Delaunay Triangulate(const PointsOf& points) {
+  const Indices order = CanonicalOrder(points);
+  const Indices twin = FirstTwin(points, order);
+  std::vector<std::pair<decltype(ToCgal(points[0])), std::uint32_t>> input;
   input.reserve(points.size());
   for (const std::uint32_t i : order) {
-    if (twin[i] != i) continue;
-    input.emplace_back(AlphaKernel::Point_3(points[i].x(), points[i].y(), points[i].z()), i);
+    if (twin[i] == i) input.emplace_back(ToCgal(points[i]), i);
   }
-  return Delaunay3(input.begin(), input.end());
+  return Delaunay(input.begin(), input.end());
 }
 
-void AddTriangle(Triangle corners, AlphaComplex& complex) {
+void AddTriangle(Triangle corners, std::vector<Triangle>& triangles) {
   std::ranges::sort(corners);
-  complex.triangles.push_back(corners);
+  triangles.push_back(corners);
 }
 
-void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
+void CollectTriangles3(Delaunay3& delaunay, double squared_alpha,
+                       std::vector<Triangle>& triangles) {
   for (const auto& cell : delaunay.all_cell_handles()) {
     cell->info() =
         delaunay.is_infinite(cell)
@@ -109,16 +115,17 @@ void CollectTriangles3(Delaunay3& delaunay, double squared_alpha, AlphaComplex& 
                                      CGAL::squared_distance(c->point(), a->point())});
     if (longest > 4.0 * squared_alpha) continue;
     if (SquaredEmptyRadius(delaunay, facet) > squared_alpha) continue;
-    AddTriangle({a->info(), b->info(), c->info()}, complex);
+    AddTriangle({a->info(), b->info(), c->info()}, triangles);
   }
 }
 
 /// For coplanar points: the triangles of the 2-D triangulation, each with its own circumcircle.
-void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha, AlphaComplex& complex) {
+void CollectTriangles2(const Delaunay3& delaunay, double squared_alpha,
+                       std::vector<Triangle>& triangles) {
   for (const auto& [cell, far] : delaunay.finite_facets()) {
     const auto& [a, b, c] = std::array{cell->vertex(0), cell->vertex(1), cell->vertex(2)};
     if (SquaredCircumradius<3>({a->point(), b->point(), c->point()}) > squared_alpha) continue;
-    AddTriangle({a->info(), b->info(), c->info()}, complex);
+    AddTriangle({a->info(), b->info(), c->info()}, triangles);
   }
 }
 
@@ -191,17 +198,6 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Vector2d> poi
   return loops;
 }
 
-Delaunay2 Triangulate(std::span<const Vector2d> points) {
-  const auto order = CanonicalOrder(points);
-  const auto twin = FirstTwin(points, order);
-  std::vector<std::pair<AlphaKernel::Point_2, std::uint32_t>> input;
-  input.reserve(points.size());
-  for (const std::uint32_t i : order) {
-    if (twin[i] == i) input.emplace_back(AlphaKernel::Point_2(points[i].x(), points[i].y()), i);
-  }
-  return Delaunay2(input.begin(), input.end());
-}
-
 AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Vector2d> points, double alpha_m) {
   AlphaShape2 shape;
   const double squared_alpha = alpha_m * alpha_m;
@@ -225,32 +221,15 @@ AlphaShape2 ShapeOf(const Delaunay2& delaunay, std::span<const Vector2d> points,
 
 }  // namespace
 
-AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m) {
-  AlphaComplex complex;
-  complex.component.assign(points.size(), -1);
-  if (points.size() < 3) return complex;
-  const auto order = CanonicalOrder(points);
-  const auto twin = FirstTwin(points, order);
-  Delaunay3 delaunay = Triangulate(points, order, twin);
+std::vector<Triangle> AlphaTriangles(PointSpan points, double alpha_m) {
+  std::vector<Triangle> triangles;
+  if (points.size() < 3) return triangles;
+  auto delaunay = Triangulate<Delaunay3>(points);
   const double squared_alpha = alpha_m * alpha_m;
-  if (delaunay.dimension() == 3) CollectTriangles3(delaunay, squared_alpha, complex);
-  if (delaunay.dimension() == 2) CollectTriangles2(delaunay, squared_alpha, complex);
-  std::ranges::sort(complex.triangles);
-
-  UnionFind sets(points.size());
-  std::vector<bool> used(points.size(), false);
-  for (const auto& [a, b, c] : complex.triangles) {
-    sets.Unite(a, b);
-    sets.Unite(a, c);
-    used[a] = used[b] = used[c] = true;
-  }
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!used[twin[i]]) continue;
-    used[i] = true;
-    sets.Unite(static_cast<std::uint32_t>(i), twin[i]);
-  }
-  complex.components = LabelBySize(sets, used, complex.component);
-  return complex;
+  if (delaunay.dimension() == 3) CollectTriangles3(delaunay, squared_alpha, triangles);
+  if (delaunay.dimension() == 2) CollectTriangles2(delaunay, squared_alpha, triangles);
+  std::ranges::sort(triangles);
+  return triangles;
 }
 
 AlphaShape2 BuildAlphaShape2(std::span<const Vector2d> points, double alpha_m) {
@@ -261,7 +240,7 @@ std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Vector2d> points,
                                            std::span<const double> alphas_m) {
   std::vector<AlphaShape2> shapes(alphas_m.size());
   if (points.size() < 3) return shapes;
-  const Delaunay2 delaunay = Triangulate(points);
+  const auto delaunay = Triangulate<Delaunay2>(points);
   if (delaunay.dimension() < 2) return shapes;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     shapes[i] = ShapeOf(delaunay, points, alphas_m[i]);
@@ -433,7 +412,7 @@ class Finder {
       for (const KdTree::Neighbor& n : list_) needed[n.index] = true;
     }
     const Indices subset = PositionsOf(needed);
-    for (const auto& [a, b, c] : BuildAlphaComplex(Select(points_, subset), alpha_).triangles) {
+    for (const auto& [a, b, c] : AlphaTriangles(Select(points_, subset), alpha_)) {
       if (may_join[subset[a]] && may_join[subset[b]] && may_join[subset[c]]) {
         Use(subset[a], subset[b], subset[c]);
       }

@@ -12,17 +12,9 @@
 namespace rangegrasp::geometry {
 
 /// The triangles of the 3-D Delaunay triangulation whose smallest empty circumsphere has a radius
-/// <= alpha (Edelsbrunner and Muecke 1994; section 2.6.1), and the components of the points that
-/// they connect (the triangle connectivity filter).
-struct AlphaComplex {
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into the points
-  std::vector<std::int32_t> component;  ///< one per point: 0, 1, ... by descending size, ties by
-                                        ///< first point; -1 if in no triangle
-  std::int32_t components = 0;
-};
-/// O(n log n) for scanned surfaces. The result does not depend on the order of the points, except
-/// for the numbers of components of the same size.
-AlphaComplex BuildAlphaComplex(PointSpan points, double alpha_m);
+/// <= alpha (Edelsbrunner and Muecke 1994; section 2.6.1), as ascending indices into the points,
+/// sorted. O(n log n) for scanned surfaces. The result does not depend on the order of the points.
+std::vector<std::array<std::uint32_t, 3>> AlphaTriangles(PointSpan points, double alpha_m);
 
 /// The 2-D alpha shape of points in the plane: triangles of the Delaunay triangulation with
 /// circumradius <= alpha, and its boundary as closed loops of point indices (outer loops
@@ -37,11 +29,13 @@ AlphaShape2 BuildAlphaShape2(std::span<const Eigen::Vector2d> points, double alp
 std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> points,
                                            std::span<const double> alphas_m);
 
-/// The components of BuildAlphaComplex, several times faster on scans: most points are joined by
-/// triangles that are proven by nearest neighbors to be in the complex. The triangulation is built
-/// only where sets are closer than 2 alpha to each other (the source explains why this is exact).
+/// The components of the points that AlphaTriangles connect (the triangle connectivity filter).
+/// Most points are joined by triangles that are proven by nearest neighbors to be among them. The
+/// triangulation is built only where sets are closer than 2 alpha to each other, which is several
+/// times faster on scans (the source explains why this is exact).
 struct AlphaComponents {
-  std::vector<std::int32_t> component;  ///< as in AlphaComplex
+  std::vector<std::int32_t> component;  ///< one per point: 0, 1, ... by descending size, ties by
+                                        ///< first point; -1 if in no triangle
   std::int32_t components = 0;
 };
 /// @param tree  over these points.

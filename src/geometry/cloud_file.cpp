@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -257,8 +258,11 @@ CloudFile ReadPcd(const std::filesystem::path& file, std::string_view bytes) {
 constexpr std::string_view kNpyMagic = "\x93NUMPY";
 constexpr std::size_t kMaxNpyHeader_bytes = 4096;  ///< NumPy writes 118
 
-[[noreturn]] void FailNpy(const std::filesystem::path& file, const std::string& message) {
-  throw base::InputError(file.string() + ": NPY header: " + message);
+template <class... Args>
+[[noreturn]] void FailNpy(const std::filesystem::path& file, fmt::format_string<Args...> message,
+                          Args&&... args) {
+  throw base::InputError(file.string() +
+                         ": NPY header: " + fmt::format(message, std::forward<Args>(args)...));
 }
 
 /// The dict, which follows magic, version and its length; moves `bytes` past it.
@@ -273,10 +277,8 @@ std::string NpyHeader(const std::filesystem::path& file, std::string_view& bytes
   std::size_t length = 0;
   for (std::size_t i = std::min(start, bytes.size()); i-- > 8;) length = length << 8 | byte(i);
   if (length > kMaxNpyHeader_bytes || bytes.size() < start + length) {
-    FailNpy(
-        file,
-        fmt::format("byte 8: the header has {} bytes; the file has {}, and at most {} are allowed",
-                    length, bytes.size(), kMaxNpyHeader_bytes));
+    FailNpy(file, "byte 8: the header has {} bytes; the file has {}, and at most {} are allowed",
+            length, bytes.size(), kMaxNpyHeader_bytes);
   }
   std::string header(bytes.substr(start, length));
   bytes.remove_prefix(start + length);
@@ -287,7 +289,7 @@ std::string NpyValue(const std::filesystem::path& file, const std::string& heade
                      const char* pattern) {
   const auto match = base::FindMatch(header, fmt::format(R"('{}' *: *{})", key, pattern));
   if (match) return match->groups[1];
-  FailNpy(file, fmt::format("no valid '{}' in {}", key, Quoted(header)));
+  FailNpy(file, "no valid '{}' in {}", key, Quoted(header));
 }
 
 /// Reads points from an array of N x 3 or H x W x 3 real numbers. @throws base::InputError.
@@ -296,8 +298,7 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   const std::string type = NpyValue(file, header, "descr", "'([^']{1,20})'");
   const auto real = base::FindMatch(type, "^([<>])f([48])$");
   if (!real) {
-    FailNpy(file, fmt::format("'descr' is {}; the numbers must be float32 or float64 (<f4, <f8)",
-                              Quoted(type)));
+    FailNpy(file, "'descr' is {}; the numbers must be float32 or float64 (<f4, <f8)", Quoted(type));
   }
   if (NpyValue(file, header, "fortran_order", "(True|False)") == "True") {
     FailNpy(file, "'fortran_order' is True; save numpy.ascontiguousarray(points)");
@@ -312,15 +313,15 @@ CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   const auto is_count = [](std::size_t count) { return count > 0 && count < kEndOfCounts; };
   if ((counts.size() != 2 && counts.size() != 3) || counts.back() != 3 ||
       !std::ranges::all_of(counts, is_count)) {
-    FailNpy(file, fmt::format("'shape' is ({}); N x 3 or H x W x 3 are needed", shape));
+    FailNpy(file, "'shape' is ({}); N x 3 or H x W x 3 are needed", shape);
   }
   const std::size_t size = real->groups[2] == "4" ? 4 : 8;
   Layout layout{.points = counts.size() == 2 ? counts[0] : counts[0] * counts[1],
                 .row_bytes = 3 * size};
   for (std::size_t axis = 0; axis < 3; ++axis) layout.xyz[axis] = {{size, 'f'}, 0, axis * size};
   if (layout.points >= kEndOfCounts || bytes.size() != layout.points * layout.row_bytes) {
-    FailNpy(file, fmt::format("'shape' ({}) needs {} bytes of data; there are {}", shape,
-                              layout.points * layout.row_bytes, bytes.size()));
+    FailNpy(file, "'shape' ({}) needs {} bytes of data; there are {}", shape,
+            layout.points * layout.row_bytes, bytes.size());
   }
   CloudFile cloud;
   cloud.height = static_cast<int>(counts.size() == 2 ? 1 : counts[0]);

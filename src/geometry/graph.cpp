@@ -107,15 +107,12 @@ Adjacency Unique(Adjacency adjacency) {
 }
 
 void ShortestPaths::Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
-                          std::span<double> distance, double max_distance) {
-  Lower(
-      sources, distance,
-      [&links](std::uint32_t v, double d, const auto& reach) {
-        for (std::uint32_t k = links.begin[v]; k < links.begin[v + 1]; ++k) {
-          reach(links.neighbor[k], d + links.length[k]);
-        }
-      },
-      max_distance);
+                          std::span<double> distance) {
+  Lower(sources, distance, [&links](std::uint32_t v, double d, const auto& reach) {
+    for (std::uint32_t k = links.begin[v]; k < links.begin[v + 1]; ++k) {
+      reach(links.neighbor[k], d + links.length[k]);
+    }
+  });
 }
 
 std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links) {

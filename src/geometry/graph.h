@@ -135,7 +135,7 @@ class ShortestPaths {
 
   /// The same for links in compressed rows.
   void Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
-             std::span<double> distance, double max_distance = kFar);
+             std::span<double> distance);
 
   /// The same from one node at any distance, also below 0. Here `through` may be below d: if it is
   /// always the same for the same node, nodes are visited best first, each once.

@@ -176,9 +176,7 @@ NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree)
     distances.each_m.push_back(std::sqrt(nearest.back().squared_distance));
     sum_m += distances.each_m.back();
   }
-  const auto [min_m, max_m] = std::ranges::minmax(distances.each_m);
-  distances.min_m = min_m;
-  distances.max_m = max_m;
+  distances.max_m = std::ranges::max(distances.each_m);
   distances.mean_m = sum_m / static_cast<double>(points.size());
   return distances;
 }

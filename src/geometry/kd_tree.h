@@ -39,10 +39,9 @@ class KdTree {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Distances of points to their nearest other one (section 5.1.2: d_min, d_max, d_a; eq. 4.5-4.6).
+/// Distances of points to their nearest other one (section 5.1.2: d_max, d_a; eq. 4.5-4.6).
 struct NeighborDistances {
   std::vector<double> each_m;
-  double min_m = 0.0;
   double max_m = 0.0;
   double mean_m = 0.0;  ///< d_k, eq. 4.6
 };

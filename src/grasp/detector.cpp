@@ -20,13 +20,6 @@ using geometry::Points;
 using perception::PerceivedObject;
 using perception::Scene;
 
-DetectedObject ObjectFrom(const Scene& scene, const PerceivedObject& object) {
-  return {.samples = scene.SamplesOf(object),
-          .surface_C = object.surface_C,
-          .rotational = object.kind == perception::ObjectKind::kRotational,
-          .open = object.open};
-}
-
 DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
   return {object,
           grasp.X_CH,
@@ -230,7 +223,11 @@ Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::
   Detection detection;
   detection.table_C = scene.table.plane;
   for (const PerceivedObject& perceived : scene.objects) {
-    detection.objects.push_back(ObjectFrom(scene, perceived));
+    detection.objects.push_back(
+        {.samples = scene.SamplesOf(perceived),
+         .surface_C = perceived.surface_C,
+         .rotational = perceived.kind == perception::ObjectKind::kRotational,
+         .open = perceived.open});
   }
   for (const Grasp& grasp : grasps) detection.grasps.push_back(GraspFrom(grasp, object));
   return detection;

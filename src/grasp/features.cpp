@@ -189,9 +189,8 @@ struct FeatureMaker::Impl {
 
   static Eigen::AlignedBox3d BoxOf(const perception::Scene& scene,
                                    const perception::PerceivedObject& object) {
-    Eigen::AlignedBox3d box;
+    Eigen::AlignedBox3d box = geometry::BoundsOf(object.completed_C);
     for (const auto i : object.points) box.extend(scene.cloud.points[i]);
-    for (const Vector3d& p : object.completed_C) box.extend(p);
     const Vector3d around = Vector3d::Constant(kAround_m + kFarthest_m / 2.0);
     return {Vector3d(box.min() - around), Vector3d(box.max() + around)};
   }
@@ -207,10 +206,7 @@ struct FeatureMaker::Impl {
     for (const auto& view : observation.views) seen.Add(view);
     std::vector<char> is_own(scene.cloud.size(), 0);
     for (const auto i : object.points) is_own[i] = 1;
-    const Eigen::Vector3i size = seen.Size();
-    things.assign(static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) *
-                      static_cast<std::size_t>(size.z()),
-                  0);
+    things.assign(static_cast<std::size_t>(seen.Size().prod()), 0);
     for (std::size_t i = 0; i < scene.cloud.size(); ++i) {
       const Vector3d& p = scene.cloud.points[i];
       (is_own[i] ? own : others).push_back(p);
@@ -389,7 +385,6 @@ FeatureMaker::FeatureMaker(const geometry::Observation& observation, const perce
                            std::size_t object, const HandModel& hand)
     : impl_(std::make_unique<Impl>(observation, scene, object, hand)) {}
 FeatureMaker::~FeatureMaker() = default;
-FeatureMaker::FeatureMaker(FeatureMaker&&) noexcept = default;
 
 std::vector<double> FeatureMaker::Of(const Grasp& grasp) const {
   const Looked looked = impl_->LookAt(grasp);

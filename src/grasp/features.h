@@ -25,7 +25,6 @@ class FeatureMaker {
   FeatureMaker(const geometry::Observation& observation, const perception::Scene& scene,
                std::size_t object, const robot::HandModel& hand);
   ~FeatureMaker();
-  FeatureMaker(FeatureMaker&&) noexcept;
 
   /// One value per name.
   std::vector<double> Of(const Grasp& grasp) const;

@@ -63,12 +63,6 @@ bool HasNormals(const Scene& scene, const PerceivedObject& object) {
   return !object.surface_C.triangles.empty() || !scene.cloud.normals.empty();
 }
 
-/// A level hand is not pitched.
-GraspOptions FittedTo(const HandModel& hand, GraspOptions options) {
-  options.pitches = options.pitches && !hand.level;
-  return options;
-}
-
 void CollectRotational(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
@@ -125,7 +119,8 @@ Arm::Arm(const robot::Robot& robot)
 std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const HandModel& hand,
                               const Arm& arm, const GraspOptions& given,
                               std::span<const geometry::TriangleMesh> obstacles_C) {
-  const GraspOptions options = FittedTo(hand, given);
+  GraspOptions options = given;
+  options.pitches = options.pitches && !hand.level;  // a level hand is not pitched
   if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
   if (options.max_candidates < 1) {
     throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");

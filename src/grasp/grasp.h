@@ -63,6 +63,14 @@ struct Grasp {
   std::optional<double> probability = {};  ///< predicted probability of delivery (ScoreModel::Rank)
 };
 
+/// Frame G at p: the unit directions are normal to each other.
+inline base::Pose GraspFrame(const Eigen::Vector3d& p, const Eigen::Vector3d& approach,
+                             const Eigen::Vector3d& closing) {
+  Eigen::Matrix3d R_CG;
+  R_CG << closing, approach.cross(closing), approach;
+  return base::MakePose(R_CG, p);
+}
+
 /// The arm that carries the hand.
 struct Arm {
   /// An arm that reaches every pose.

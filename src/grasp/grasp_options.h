@@ -80,7 +80,6 @@ struct CylindricalOptions {
   double pitch_rad = 0.2182;                 ///< 12.5 deg: holds cylinders best, as measured
   double second_pitch_rad = base::Deg(5.0);  ///< the second pitch tried is this much smaller
   int yaw_steps = 24;                        ///< directions around axis or rim, 15 deg apart
-  double opening_m = 0.020;                  ///< extra opening over the diameter before closing
   double max_tilt_rad = base::Deg(45.0);     ///< largest tilt of an axis for an approach along it
 };
 

@@ -21,27 +21,20 @@ constexpr double kUpright_rad = base::Deg(30.0);
 /// Largest number of steps of the turns in a file.
 constexpr int kMaxAngles = 360;
 
-template <std::size_t n>
-std::array<double, n> Numbers(YamlMap& map, const std::string& key, std::array<double, n> numbers,
-                              const std::string& doc) {
+Vector3d Vector(YamlMap& map, const std::string& key, Vector3d numbers, const std::string& doc) {
   std::vector<std::string> texts;
   map.Read(key, texts, doc);
   if (!map.Has(key)) return numbers;
-  if (texts.size() != n) map.Fail(key, fmt::format("has {} numbers, not {}", texts.size(), n));
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto number = base::NumberFrom<double>(texts[i]);
+  if (texts.size() != 3) map.Fail(key, fmt::format("has {} numbers, not 3", texts.size()));
+  for (int i = 0; i < 3; ++i) {
+    const std::string& text = texts[static_cast<std::size_t>(i)];
+    const auto number = base::NumberFrom<double>(text);
     if (!number || !std::isfinite(*number)) {
-      map.Fail(key, fmt::format("'{}' is not a number", texts[i]));
+      map.Fail(key, fmt::format("'{}' is not a number", text));
     }
     numbers[i] = *number;
   }
   return numbers;
-}
-
-Vector3d Vector(YamlMap& map, const std::string& key, const Vector3d& otherwise,
-                const std::string& doc) {
-  const auto v = Numbers<3>(map, key, {otherwise.x(), otherwise.y(), otherwise.z()}, doc);
-  return {v[0], v[1], v[2]};
 }
 
 Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwise,
@@ -49,14 +42,6 @@ Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwi
   const Vector3d v = Vector(map, key, otherwise, doc);
   if (v.norm() < 1e-9) map.Fail(key, "must not be zero; a direction is e.g. [0, 0, -1]");
   return v.normalized();
-}
-
-/// Frame G from the approach and the closing direction; the latter is made normal to the approach.
-Pose GraspFrame(const Vector3d& at, const Vector3d& approach, const Vector3d& closing) {
-  const Vector3d x = (closing - closing.dot(approach) * approach).normalized();
-  Eigen::Matrix3d R;
-  R << x, approach.cross(x), approach;
-  return base::MakePose(R, at);
 }
 
 /// The ways in which one grasp can be taken.
@@ -85,7 +70,8 @@ std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given
 }
 
 std::vector<double> Angles(YamlMap& map, const std::string& key, const std::string& doc) {
-  const auto [from, to, step] = Numbers<3>(map, key, {0.0, 0.0, 1.0}, doc);
+  const Vector3d numbers = Vector(map, key, {0.0, 0.0, 1.0}, doc);
+  const double from = numbers[0], to = numbers[1], step = numbers[2];
   if (step <= 0.0 || to < from || (to - from) / step > kMaxAngles) {
     map.Fail(key, fmt::format("must be FROM, TO, STEP with FROM <= TO, STEP > 0 and at most {} "
                               "steps, e.g. [0, 345, 15]",
@@ -124,7 +110,8 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
       Angles(map, "leans_deg", "also with the approach turned about `closing`: from, to, step");
   map.Read("either_way", ways.either_way, "also with thumb and fingers exchanged");
   map.Finish();
-  grasp.ways_O = Expand(GraspFrame(at, approach, closing), width_m, ways);
+  const Vector3d square = (closing - closing.dot(approach) * approach).normalized();
+  grasp.ways_O = Expand(GraspFrame(at, approach, square), width_m, ways);
   return grasp;
 }
 

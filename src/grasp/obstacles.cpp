@@ -115,10 +115,9 @@ void AddIfSolid(TriangleMesh mesh, std::vector<TriangleMesh>& meshes) {
 
 class Convex {
  public:
-  explicit Convex(const TriangleMesh& mesh) {
+  explicit Convex(const TriangleMesh& mesh) : bounds_(geometry::BoundsOf(mesh.vertices)) {
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& vertex : mesh.vertices) {
-      bounds_.extend(vertex);
       middle += vertex / static_cast<double>(mesh.vertices.size());
     }
     for (const auto& [a, b, c] : mesh.triangles) {

@@ -12,7 +12,6 @@ namespace rangegrasp::grasp {
 namespace {
 
 using base::Pose;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geometry::Indices;
 using geometry::PointSpan;
@@ -53,8 +52,7 @@ struct Extent {
   double Middle() const { return 0.5 * (low_m + high_m); }
 };
 Extent ExtentAlong(PointSpan points, const Vector3d& direction) {
-  const auto along = Along(points, direction);
-  const auto [low, high] = std::ranges::minmax(along);
+  const auto [low, high] = std::ranges::minmax(Along(points, direction));
   return {low, high};
 }
 
@@ -72,24 +70,28 @@ struct Bar {
   double width_m;
 };
 
+/// The gripped part lies within this of the handle's outermost point: a bar and its bends.
+constexpr double kBar_m = 0.012;
+/// Smallest width: points of one side measure too little, and no handle for people is thinner.
+constexpr double kMinHandle_m = 0.008;
+constexpr double kHandleStep_rad = 0.2618;  ///< angle between approaches: 15 deg
+constexpr double kMaxRise_rad = 0.1745;  ///< upwards: the hand comes from above or level, to 10 deg
+
 /// The outermost part of the handle; single outlying samples do not count.
-Bar OuterBar(const Handle& handle, const Vector3d& out, const Vector3d& across,
-             const HandleOptions& options) {
-  const double end = base::QuantileOf(Along(handle.points_C, out), 0.98);
-  geometry::Points bar(handle.points_C.begin(), handle.points_C.end());
-  std::erase_if(bar, [&](const Vector3d& p) { return out.dot(p) < end - options.bar_m; });
+Bar OuterBar(PointSpan handle, const Vector3d& out, const Vector3d& across) {
+  const double end = base::QuantileOf(Along(handle, out), 0.98);
+  geometry::Points bar(handle.begin(), handle.end());
+  std::erase_if(bar, [&](const Vector3d& p) { return out.dot(p) < end - kBar_m; });
   const Vector3d mean = geometry::Centroid(bar);
   const auto along = Along(bar, across);
   const double low = base::QuantileOf(along, 0.05);
   const double high = base::QuantileOf(along, 0.95);
   return {mean + (0.5 * (low + high) - across.dot(mean)) * across,
-          std::max(options.min_width_m, high - low)};
+          std::max(kMinHandle_m, high - low)};
 }
 
 Proposal Way(const Bar& bar, const Vector3d& approach, const Vector3d& closing, double score) {
-  Matrix3d R_CG;
-  R_CG << closing, approach.cross(closing), approach;
-  return {base::MakePose(R_CG, bar.middle_C), bar.width_m, approach, score};
+  return {GraspFrame(bar.middle_C, approach, closing), bar.width_m, approach, score};
 }
 
 }  // namespace
@@ -152,22 +154,21 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
   }
 }
 
-std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Vector3d& up_C,
-                                          const HandleOptions& options) {
-  if (handle.points_C.size() < 3) return {};
-  const Vector3d mean = geometry::Centroid(handle.points_C);
-  const Vector3d across =
-      base::SymmetricEigen(geometry::Scatter(handle.points_C, mean)).vectors.col(0);
-  const Vector3d from_body = mean - handle.body_C;
+std::vector<Proposal> ProposeHandleGrasps(PointSpan handle_C, const Vector3d& body_C,
+                                          const Vector3d& up_C) {
+  if (handle_C.size() < 3) return {};
+  const Vector3d mean = geometry::Centroid(handle_C);
+  const Vector3d across = base::SymmetricEigen(geometry::Scatter(handle_C, mean)).vectors.col(0);
+  const Vector3d from_body = mean - body_C;
   const Vector3d out = (from_body - across.dot(from_body) * across).normalized();
-  const Bar bar = OuterBar(handle, out, across, options);
+  const Bar bar = OuterBar(handle_C, out, across);
   std::vector<Proposal> ways;
-  const int steps = static_cast<int>(std::lround(base::kPi / options.step_rad));
+  const int steps = static_cast<int>(std::lround(base::kPi / kHandleStep_rad));
   for (int k = -steps; k < steps; ++k) {
-    const Vector3d approach = Eigen::AngleAxisd(k * options.step_rad, across) * -out;
+    const Vector3d approach = Eigen::AngleAxisd(k * kHandleStep_rad, across) * -out;
     const double down = -approach.dot(up_C);
     // The hand cannot come through the body or through the table.
-    if (approach.dot(out) > 0.1 || down < -std::sin(options.max_rise_rad)) continue;
+    if (approach.dot(out) > 0.1 || down < -std::sin(kMaxRise_rad)) continue;
     for (const double sign : {1.0, -1.0}) ways.push_back(Way(bar, approach, sign * across, down));
   }
   std::ranges::stable_sort(ways, std::ranges::greater(), &Proposal::score);

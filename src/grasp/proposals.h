@@ -43,27 +43,15 @@ void CheckProposals(const perception::Scene& scene, std::size_t object,
                     std::span<const geometry::TriangleMesh> obstacles_C,
                     std::vector<Grasp>& grasps);
 
-/// A part that stands out from an object, such as a mug's handle, given by its measured points.
-struct Handle {
-  geometry::PointSpan points_C;
-  Eigen::Vector3d body_C;  ///< middle of the body that it is joined to
-};
-
-struct HandleOptions {
-  /// The gripped part lies within this of the handle's outermost point: a bar and its bends.
-  double bar_m = 0.012;
-  /// Smallest width: points of one side measure too little, and no handle for people is thinner.
-  double min_width_m = 0.008;
-  double step_rad = 0.2618;      ///< angle between approaches: 15 deg
-  double max_rise_rad = 0.1745;  ///< upwards: the hand comes from above or level, to 10 deg
-};
-
-/// Grasps of a handle: the fingers close across the plane of the handle (along its least principal
-/// axis), around the part farthest from the body. They approach in that plane, the steepest way
-/// first, with the thumb on either side.
+/// Grasps of a handle, a part that stands out from an object: the fingers close across the plane of
+/// the handle (along its least principal axis), around the part farthest from the body. They
+/// approach in that plane, the steepest way first, with the thumb on either side.
+/// @param handle_C  its measured points
+/// @param body_C  middle of the body that it is joined to
 /// @param up_C  the table's normal
 /// @return none for fewer than three points.
-std::vector<Proposal> ProposeHandleGrasps(const Handle& handle, const Eigen::Vector3d& up_C,
-                                          const HandleOptions& options = {});
+std::vector<Proposal> ProposeHandleGrasps(geometry::PointSpan handle_C,
+                                          const Eigen::Vector3d& body_C,
+                                          const Eigen::Vector3d& up_C);
 
 }  // namespace rangegrasp::grasp

@@ -34,7 +34,7 @@ std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rn
 
 /// Fills the scene's source and outliers from the points above the table.
 void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene& scene) {
-  if (!options.filter || above.size() < 2) {
+  if (!options.filter) {
     scene.source = above;
     return;
   }
@@ -73,8 +73,8 @@ Points NormalsOf(PointSpan points, const PerceptionOptions& options, PointSpan p
     return geometry::EstimateNormals(points, tree, radius_m, places_C, place_of, max_m);
   }
   const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
-  const auto mesh = geometry::BuildAlphaComplex(points, MeshAlpha(d_max_m, options.segment));
-  return geometry::FaceNormals(points, mesh.triangles, places_C, place_of);
+  const auto triangles = geometry::AlphaTriangles(points, MeshAlpha(d_max_m, options.segment));
+  return geometry::FaceNormals(points, triangles, places_C, place_of);
 }
 
 /// Fills the scene's segments and the box that they lie in, whose walls would join touching things.

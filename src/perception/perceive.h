@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -24,10 +25,9 @@ class Workspace {
   /// Whether p is within the radius, at any height, and on no fixture.
   bool Contains(const Eigen::Vector3d& p_C) const {
     if ((X_WorkspaceC_ * p_C).head<2>().norm() > radius_m_) return false;
-    for (const geometry::Shape& fixture_C : fixtures_C_) {
-      if (geometry::Inside(fixture_C, p_C)) return false;
-    }
-    return true;
+    return std::ranges::none_of(fixtures_C_, [&](const geometry::Shape& fixture_C) {
+      return geometry::Inside(fixture_C, p_C);
+    });
   }
 
  private:

@@ -1,7 +1,6 @@
 #include "perception/preprocess.h"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 namespace rangegrasp::perception {
@@ -113,38 +112,24 @@ std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const Preproc
   return geometry::TurnedLike(plane, refit.value_or(fit->plane));
 }
 
-struct Support {
-  std::size_t on = 0;     ///< within plane_distance_m
-  std::size_t below = 0;  ///< deeper than preselection_m under the plane
-};
-
-Support CountSupport(PointSpan points, const Plane& plane, const PreprocessOptions& options) {
-  Support support;
-  for (const Vector3d& p : points) {
-    const double distance_m = plane.Distance(p);
-    support.on += static_cast<std::size_t>(std::abs(distance_m) <= options.plane_distance_m);
-    support.below += static_cast<std::size_t>(distance_m < -options.preselection_m);
-  }
-  return support;
+bool IsTable(PointSpan points, const Plane& plane, const PreprocessOptions& options) {
+  const std::size_t on = CountNear(points, plane, options.plane_distance_m, 1);
+  const auto below = std::ranges::count_if(
+      points, [&](const Vector3d& p) { return plane.Distance(p) < -options.preselection_m; });
+  const auto n = static_cast<double>(points.size());
+  return static_cast<double>(on) >= options.table.min_support * n &&
+         static_cast<double>(below) <= options.table.max_below * n;
 }
 
-bool IsTable(const Support& support, std::size_t n, const TableSearchOptions& options) {
-  return static_cast<double>(support.on) >= options.min_support * static_cast<double>(n) &&
-         static_cast<double>(support.below) <= options.max_below * static_cast<double>(n);
-}
-
-Points Peel(const Points& points, const TriangleMesh& hull) {
+Points Peel(Points points, const TriangleMesh& hull) {
   const auto before = [](const Vector3d& a, const Vector3d& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   };
   Points vertices = hull.vertices;
   std::ranges::sort(vertices, before);
-  Points rest;
-  rest.reserve(points.size());
-  for (const Vector3d& p : points) {
-    if (!std::ranges::binary_search(vertices, p, before)) rest.push_back(p);
-  }
-  return rest;
+  std::erase_if(points,
+                [&](const Vector3d& p) { return std::ranges::binary_search(vertices, p, before); });
+  return points;
 }
 
 /// Section 5.1.1: the deepest plane of the hull.
@@ -158,11 +143,10 @@ std::optional<Plane> PlaneUnderAll(PointSpan points, const Vector3d& sensor_orig
     const auto deepest = DeepestPlane(points, HullPlanes(hull, sensor_origin, options), options);
     const auto plane = deepest ? FitNear(points, *deepest, options, rng) : std::nullopt;
     if (plane && plane->Distance(sensor_origin) > 0.0 &&
-        (!options.robust_table ||
-         IsTable(CountSupport(points, *plane, options), points.size(), options.table))) {
+        (!options.robust_table || IsTable(points, *plane, options))) {
       return plane;
     }
-    rest = Peel(rest, hull);
+    rest = Peel(std::move(rest), hull);
   }
   return std::nullopt;
 }
@@ -199,13 +183,14 @@ void Check(const PreprocessOptions& options) {
 /// A flat cloud has no hull: all of it is the table.
 std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
                                const PreprocessOptions& options) {
+  const double distance_m = options.plane_distance_m;
   const Points some = Thinned(points, options.table.ranking_points);
   const auto few = geometry::FitPlane(some);
-  if (!few || CountSupport(some, *few, options).on < some.size()) return std::nullopt;
+  if (!few || CountNear(some, *few, distance_m, 1) < some.size()) return std::nullopt;
   const auto plane = geometry::FitPlane(points);
   if (!plane) return std::nullopt;
   const Plane up = TowardsSensor(*plane, sensor_origin);
-  const bool flat = IsUp(up, options) && CountSupport(points, up, options).on == points.size();
+  const bool flat = IsUp(up, options) && CountNear(points, up, distance_m, 1) == points.size();
   return flat ? std::optional(up) : std::nullopt;
 }
 

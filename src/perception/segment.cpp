@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <queue>
 #include <set>
 #include <stdexcept>
@@ -88,9 +87,7 @@ Indices FindSeeds(const PointCloud& cloud, const ConvexityOptions& options) {
   Indices seeds;
   for (const auto& [cell, points] : cells) {
     if (points.size() < static_cast<std::size_t>(options.min_seed_points)) continue;
-    Vector3d middle = Vector3d::Zero();
-    for (const auto i : points) middle += cloud.points[i];
-    middle /= static_cast<double>(points.size());
+    const Vector3d middle = geometry::Centroid(geometry::Select(cloud.points, points));
     seeds.push_back(*std::ranges::min_element(
         points, {}, [&](std::uint32_t i) { return (cloud.points[i] - middle).squaredNorm(); }));
   }

@@ -41,10 +41,9 @@ std::filesystem::path OwnFile() {
   return std::filesystem::absolute(info.dli_fname);
 }
 
-int Main(const std::vector<std::string>& words) {
-  std::vector<std::string> copy = words;
+int Main(std::vector<std::string> words) {
   std::vector<char*> arguments;
-  for (std::string& word : copy) arguments.push_back(word.data());
+  for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   return cli::RunProgram(static_cast<int>(words.size()), arguments.data());
 }

@@ -14,7 +14,7 @@
 #include "experiment/experiment.h"
 #include "experiment/store.h"
 #include "external/outside_detector.h"
-#include "python/grasps.h"
+#include "python/values.h"
 #include "trial/registry.h"
 
 namespace rangegrasp::python {
@@ -23,28 +23,20 @@ namespace {
 /// The word of a detector that is a Python function.
 constexpr const char* kPython = "python";
 
-// The function of the current run or report, and its name in stamps.
-struct Function {
-  nb::object ask;
-  std::string name;
-};
-const Function*& Present() {
-  static const Function* function = nullptr;
-  return function;
-}
-
-// Makes the function the detector `python` during its lifetime.
-class Asked {
- public:
-  Asked(const nb::object& ask, const std::string& name) : function_{ask, name} {
-    Present() = &function_;
+// The function of the current run or report, and its name in stamps. It is the detector `python`
+// during its lifetime.
+struct Asked {
+  Asked(const nb::object& function, const std::string& function_name)
+      : ask(function), name(function_name) {
+    present = this;
   }
-  ~Asked() { Present() = nullptr; }
+  ~Asked() { present = nullptr; }
   Asked(const Asked&) = delete;
   Asked& operator=(const Asked&) = delete;
 
- private:
-  Function function_;
+  nb::object ask;
+  std::string name;
+  static inline const Asked* present = nullptr;
 };
 
 nb::dict DictOf(const external::Question& question) {
@@ -58,7 +50,7 @@ nb::dict DictOf(const external::Question& question) {
 std::string Ask(const external::Question& question) {
   const nb::gil_scoped_acquire gil;
   try {
-    return nb::cast<std::string>(Present()->ask(DictOf(question)));
+    return nb::cast<std::string>(Asked::present->ask(DictOf(question)));
   } catch (nb::python_error& e) {
     throw grasp::DetectorFailed(e.what());  // with the traceback
   } catch (const nb::cast_error&) {
@@ -69,7 +61,7 @@ std::string Ask(const external::Question& question) {
 std::unique_ptr<grasp::Detector> MakeDetector(const trial::Options& options,
                                               const robot::Robot& robot,
                                               grasp::SceneObserver observer) {
-  if (!Present() || Present()->ask.is_none()) {
+  if (!Asked::present || Asked::present->ask.is_none()) {
     throw base::InputError(
         "detector: python: is a function of a Python program; rangegrasp.evaluate runs it");
   }
@@ -167,7 +159,7 @@ void AddRun(nb::module_& m) {
   trial::AddDetector({.word = kPython,
                       .make = MakeDetector,
                       .add_to = [](const trial::Options&, experiment::Stamp& stamp) {
-                        stamp.identity["detector_function"] = Present()->name;
+                        stamp.identity["detector_function"] = Asked::present->name;
                       }});
   m.def("run", &Run, nb::arg("experiment"), nb::arg("set"), nb::arg("trials").none(),
         nb::arg("objects"), nb::arg("seeds"), nb::arg("out"), nb::arg("jobs"), nb::arg("resume"),

@@ -10,7 +10,7 @@
 #include "experiment/experiment.h"
 #include "external/outside_detector.h"
 #include "grasp/features.h"
-#include "python/grasps.h"
+#include "python/values.h"
 #include "sim/render.h"
 #include "trial/cell.h"
 #include "trial/grasping_task.h"
@@ -50,22 +50,6 @@ std::string AnswerOf(const Asked& asked) {
   return answer.dump();
 }
 
-// A detector that returns one grasp of an earlier detection.
-class Chosen : public grasp::Detector {
- public:
-  Chosen(const grasp::Detected& found, std::size_t grasp) : found_(found) {
-    found_.detection.grasps = {found.detection.grasps[grasp]};
-    found_.seconds.clear();
-  }
-  grasp::Detected Detect(const geometry::Observation&, base::Rng&,
-                         const grasp::Turn&) const override {
-    return found_;
-  }
-
- private:
-  grasp::Detected found_;
-};
-
 /// A settled world with its work cell, between two scans or attempts.
 class Scene {
  public:
@@ -78,9 +62,8 @@ class Scene {
       const auto& names = cell_.options.objects;
       if (std::ranges::find(names, target) == names.end()) {
         throw base::InputError(
-            fmt::format("target '{}' is not among the experiment's objects; "
-                        "nearest: '{}'",
-                        target, base::NearestWord(target, names)));
+            fmt::format("target '{}' is not among the experiment's objects; nearest: '{}'", target,
+                        base::NearestWord(target, names)));
       }
       spec.object = target;
     }
@@ -145,15 +128,16 @@ class Scene {
       const auto describe = [&](const perception::Scene& scene,
                                 const std::vector<grasp::Grasp>& grasps,
                                 const geometry::Observation& observation) {
-        if (!with_features || scene.objects.empty()) return;
+        if (scene.objects.empty()) return;
         const grasp::FeatureMaker maker(observation, scene, 0, cell_.robot.hand());
         for (const auto& one : grasps) {
           std::ranges::copy(maker.Of(one), std::back_inserter(features));
         }
       };
-      found_ = std::make_shared<const grasp::Detected>(
-          trial::MakeDetector(cell_.options, cell_.robot, describe)
-              ->Detect(sensed_->observation, rng));
+      const auto describing =
+          with_features ? trial::MakeDetector(cell_.options, cell_.robot, describe) : nullptr;
+      const grasp::Detector& detector = describing ? *describing : *cell_.detector;
+      found_ = std::make_shared<const grasp::Detected>(detector.Detect(sensed_->observation, rng));
     }
     const grasp::Detected& detected = *found_;
     nb::list objects, grasps;
@@ -162,8 +146,7 @@ class Scene {
       for (const auto& id : object.samples) {
         points.push_back(sensed_->observation.views[id.view].image.points_C[id.sample]);
       }
-      Eigen::AlignedBox3d box;
-      for (const auto& p : points) box.extend(p);
+      const Eigen::AlignedBox3d box = geometry::BoundsOf(points);
       nb::dict dict;
       dict["points"] = ArrayOf(points);
       dict["samples"] = SamplesOf(object.samples);
@@ -291,11 +274,18 @@ class Scene {
   // A perceived grasp keeps all its data. Any other grasp is checked like that of an external
   // detector.
   std::unique_ptr<grasp::Detector> DetectorOf(const Asked& asked) const {
-    for (std::size_t i = 0; found_ && i < found_->detection.grasps.size(); ++i) {
-      const grasp::DetectedGrasp& grasp = found_->detection.grasps[i];
-      if (grasp.width_m == asked.width_m &&
-          ProposedPose(grasp, cell_.robot.hand()).isApprox(asked.X_WG, 1e-9)) {
-        return std::make_unique<Chosen>(*found_, i);
+    const auto is_asked = [&](const grasp::DetectedGrasp& grasp) {
+      return grasp.width_m == asked.width_m &&
+             ProposedPose(grasp, cell_.robot.hand()).isApprox(asked.X_WG, 1e-9);
+    };
+    if (found_) {
+      const auto& grasps = found_->detection.grasps;
+      const auto chosen = std::ranges::find_if(grasps, is_asked);
+      if (chosen != grasps.end()) {
+        grasp::Detected only = *found_;
+        only.detection.grasps = {*chosen};
+        only.seconds.clear();
+        return std::make_unique<trial::FixedDetector>(std::move(only));
       }
     }
     return external::MakeFunctionDetector(

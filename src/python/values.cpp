@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "base/words.h"
+#include "grasp/proposals.h"
+
 namespace rangegrasp::python {
 namespace {
 
@@ -129,6 +132,38 @@ geometry::Observation ObservationFrom(const nb::dict& scan) {
     observation.views.push_back(ViewFrom(nb::cast<nb::dict>(view)));
   }
   return observation;
+}
+
+base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand) {
+  const grasp::Proposal proposal{.width_m = grasp.width_m};
+  return grasp.X_CH * grasp::PlaceHand(proposal, hand, {}).X_CH.inverse();
+}
+
+nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand) {
+  nb::dict dict;
+  dict["X_WG"] = ArrayOf(ProposedPose(grasp, hand));
+  dict["width"] = grasp.width_m;
+  dict["approach"] = ArrayOf(grasp.approach_C);
+  dict["score"] = grasp.score;
+  dict["opening"] = grasp.opening_m;
+  dict["object"] = grasp.object;
+  dict["type"] = nb::str(std::string(base::Word(grasp.type)).c_str());
+  dict["collides"] = grasp.collides;
+  dict["contact_angle"] = grasp.contact_angle_rad;
+  return dict;
+}
+
+nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
+    const std::vector<geometry::SampleId>& samples) {
+  std::vector<std::int64_t> positions;
+  for (const auto& id : samples) positions.push_back(id.sample);
+  return Copied(positions.data(), {positions.size()});
+}
+
+void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan) {
+  scan["center"] = ArrayOf(Eigen::Vector3d(robot.X_WWorkspace.translation()));
+  scan["radius"] = robot.workspace_radius_m + margin_m;
+  scan["max_opening"] = robot.hand().MaxGap();
 }
 
 }  // namespace rangegrasp::python

@@ -10,6 +10,7 @@
 #include "base/frames.h"
 #include "geometry/observation.h"
 #include "geometry/point_cloud.h"
+#include "grasp/detector.h"
 
 namespace rangegrasp::python {
 
@@ -48,6 +49,19 @@ nb::dict DictOf(const geometry::Observation& observation,
 /// The observation in such a dictionary. Copies the points.
 /// @throws std::invalid_argument naming the error in an array
 geometry::Observation ObservationFrom(const nb::dict& scan);
+
+/// A grasp as a dictionary for the package's class Grasp.
+nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
+
+/// Frame G of the proposal that gives the grasp's hand pose, including pitch and centering.
+base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
+
+/// Positions of the samples in the image of their view.
+nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
+    const std::vector<geometry::SampleId>& samples);
+
+/// Adds the work cell's data to a scan: "center", "radius", "max_opening".
+void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan);
 
 // Each adds the definitions of one source file to the module.
 void AddScene(nb::module_& m);

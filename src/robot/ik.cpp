@@ -54,23 +54,17 @@ VectorXd Step(MatrixXd& J, const Vector6& error, double damping, const VectorXd&
   return dq;
 }
 
-struct IkTolerance {
-  double position_m;
-  double rotation_rad;
-  int iterations;
-};
-
 /// Levenberg-Marquardt from q towards X_WH inside [lower, upper]; q holds the result. Damping is
 /// half the squared error (Sugihara 2011); joints that would leave their limits are held.
 /// @return false if the tolerance was not met or the error stalled.
 bool RefineIk(const Robot& robot, const base::Pose& X_WH, const VectorXd& lower,
-              const VectorXd& upper, const IkTolerance& tolerance, VectorXd& q) {
+              const VectorXd& upper, const IkOptions& options, VectorXd& q) {
   MatrixXd J;
   double checkpoint = std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= tolerance.iterations; ++i) {
+  for (int i = 0; i <= options.iterations; ++i) {
     Vector6 error = PoseError(X_WH, robot.HandPoseAndJacobian(q, J));
-    if (error.head<3>().norm() <= tolerance.position_m &&
-        error.tail<3>().norm() <= tolerance.rotation_rad) {
+    if (error.head<3>().norm() <= options.position_tolerance_m &&
+        error.tail<3>().norm() <= options.rotation_tolerance_rad) {
       return true;
     }
     error.tail<3>() *= kRotationRadius_m;
@@ -102,17 +96,18 @@ constexpr double kMaxJump_rad = 0.2;
 /// Null space step at a joint limit. If larger, the limit is left sooner but the elbow turns more.
 constexpr double kNullSpaceStep_rad = 0.02;
 /// Few iterations: near the solution, each one about doubles the number of digits.
-constexpr IkTolerance kFollowTolerance{1e-6, 1e-5, 20};
+constexpr IkOptions kFollow{
+    .iterations = 20, .position_tolerance_m = 1e-6, .rotation_tolerance_rad = 1e-5};
 /// [m^2] keeps J J^T invertible at singular poses; 1e-9 of its entries' order of 0.1 to 1.
 constexpr double kRegularisation_m2 = 1e-9;
 
 /// A step away from the limits that leaves the hand where it is (to first order): the descent of
 /// sum ((q - middle) / half range)^6 within the null space of the Jacobian. It hardly acts in the
 /// middle of the range, so that paths stay short.
-VectorXd NullSpaceStep(const Robot& robot, const VectorXd& q, double step_rad) {
+VectorXd NullSpaceStep(const Robot& robot, const VectorXd& q) {
   const Eigen::ArrayXd half = 0.5 * (robot.upper - robot.lower).array();
   const Eigen::ArrayXd share = (q - 0.5 * (robot.upper + robot.lower)).array() / half;
-  const VectorXd descent = -step_rad * share.pow(5);
+  const VectorXd descent = -kNullSpaceStep_rad * share.pow(5);
   MatrixXd J;
   robot.HandPoseAndJacobian(q, J);
   Matrix6 A = kRegularisation_m2 * Matrix6::Identity();
@@ -126,14 +121,12 @@ std::vector<VectorXd> SolveIk(const Robot& robot, const base::Pose& X_WH, const 
                               const IkOptions& options, base::Rng& rng) {
   const VectorXd lower = robot.lower.array() + options.limit_margin_rad;
   const VectorXd upper = robot.upper.array() - options.limit_margin_rad;
-  const IkTolerance tolerance{options.position_tolerance_m, options.rotation_tolerance_rad,
-                              options.iterations};
   std::vector<VectorXd> solutions;
   for (int start = 0; start <= options.starts && solutions.size() < options.max_solutions;
        ++start) {
     VectorXd q = seed.cwiseMax(lower).cwiseMin(upper);
     for (Eigen::Index i = 0; start > 0 && i < q.size(); ++i) q[i] = rng.Uniform(lower[i], upper[i]);
-    if (!RefineIk(robot, X_WH, lower, upper, tolerance, q)) continue;
+    if (!RefineIk(robot, X_WH, lower, upper, options, q)) continue;
     Unwind(seed, lower, upper, q);
     const bool known = std::ranges::any_of(solutions, [&](const auto& other) {
       return (other - q).cwiseAbs().maxCoeff() < options.distinct_rad;
@@ -152,10 +145,8 @@ std::optional<std::vector<VectorXd>> FollowPoses(const Robot& robot, const Vecto
   path.reserve(poses_WH.size());
   VectorXd q = q_start;
   for (const base::Pose& X_WH : poses_WH) {
-    VectorXd next = (q + NullSpaceStep(robot, q, kNullSpaceStep_rad))
-                        .cwiseMax(robot.lower)
-                        .cwiseMin(robot.upper);
-    if (!RefineIk(robot, X_WH, robot.lower, robot.upper, kFollowTolerance, next)) return {};
+    VectorXd next = (q + NullSpaceStep(robot, q)).cwiseMax(robot.lower).cwiseMin(robot.upper);
+    if (!RefineIk(robot, X_WH, robot.lower, robot.upper, kFollow, next)) return {};
     if ((next - q).cwiseAbs().maxCoeff() > kMaxJump_rad) return {};
     path.push_back(next);
     q = next;

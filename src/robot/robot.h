@@ -17,8 +17,7 @@ namespace rangegrasp::robot {
 struct HandModel {
   /// One state of the hand, in its root body's frame H.
   struct State {
-    double closing = 0.0;  ///< 0 open .. 1 closed (pads touch, or the drives' travel ends)
-    double gap_m = 0.0;    ///< shortest distance from the thumb's to the fingers' last segments
+    double gap_m = 0.0;  ///< shortest distance from the thumb's to the fingers' last segments
     std::vector<geometry::Shape> shapes;  ///< all collision shapes of the hand (X_BS is X_HS here)
     std::vector<char> is_finger;   ///< per shape: pads and segments that may touch the object
     std::vector<char> is_thumb;    ///< per shape
@@ -28,10 +27,10 @@ struct HandModel {
     /// grasps), and between the thumb and the middle of index and little finger (power grasps).
     Eigen::Vector3d tip_center_H, power_center_H;
   };
-  std::vector<State> states;  ///< 24 states with ascending closing
+  /// 24 states, evenly spaced from open to closed (pads touch, or the drives' travel ends).
+  std::vector<State> states;
   /// Tool centre of the cylindrical and the rim grasp, for the open hand at pitch 0.
   base::Pose X_HG_tip = base::Pose::Identity();
-  base::Pose X_HG_power = base::Pose::Identity();  ///< the same for the power grasp
   /// The hand is held level and approaches straight: its best pitch was not measured.
   bool level = false;
   double depth_m = 0.0;  ///< from the palm's front to the line of the tips

@@ -1,7 +1,6 @@
 #include "sensing/depth_camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -39,7 +38,7 @@ std::int32_t SumOfUniforms(std::uint64_t bits) {
 
 /// out[i] = sum of the `window` values starting at in[i].
 void RunningSum(std::span<const std::int32_t> in, std::span<std::int32_t> out, int window) {
-  const auto last = static_cast<std::size_t>(window - 1);
+  const std::size_t last = window - 1;
   std::int32_t sum = 0;
   for (std::size_t i = 0; i < last; ++i) sum += in[i];
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -85,13 +84,13 @@ class Look {
         X_WS_(X_WS),
         options_(options),
         caster_(meshes),
-        width_(static_cast<std::size_t>(options.width)),
-        size_(width_ * static_cast<std::size_t>(options.height)),
+        width_(options.width),
+        size_(width_ * options.height),
         focal_px_(FocalLength(options)),
         stereo_(options.principle == DepthPrinciple::kActiveStereo),
         fb_(stereo_ ? focal_px_ * options.baseline_m : 0.0),
         seed_(rng.Next()),
-        X_WS_known_(X_WS * CalibrationError()),
+        X_WS_known_(KnownPose(X_WS, options, seed_)),
         patches_(options.dropout_patch_m, seed_),
         disparity_sigma_px_(options.disparity_sigma_px * Averaged(options)),
         sigma_at_1m_(stereo_ ? StereoSigma(options, 1.0) : FlightSigma(options, 1.0, 1.0)),
@@ -99,7 +98,7 @@ class Look {
                   std::cos(0.5 * options.saturation_angle_rad)} {}
 
   Scan Run() {
-    Scan scan = EmptyScan();
+    Scan scan = EmptyScan(options_.height, options_.width, X_WS_known_);
     MeetSurfaces(scan);
     if (stereo_) HideFromRight(scan);
     FindEdges();
@@ -116,26 +115,7 @@ class Look {
   double Down(std::size_t row) const {
     return (static_cast<double>(row) + 0.5 - 0.5 * options_.height) / focal_px_;
   }
-  std::size_t Rows() const { return static_cast<std::size_t>(options_.height); }
-
-  Pose CalibrationError() const {
-    base::Rng rng(base::DeriveSeed(seed_, "calibration"));
-    return base::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
-  }
-
-  Scan EmptyScan() const {
-    Scan scan;
-    scan.view.image = {.profiles = options_.height,
-                       .samples = options_.width,
-                       .points_C = geometry::Points(size_, Vector3d::Constant(kNaN)),
-                       .origins_C = {X_WS_known_.translation()}};
-    scan.view.X_CV = X_WS_known_;
-    scan.view.noise_m.assign(size_, kNaN);
-    scan.truth.state.assign(size_, SampleState::kOutOfView);
-    scan.truth.label.assign(size_, 0);
-    scan.truth.true_range_m.assign(size_, kNaN);
-    return scan;
-  }
+  std::size_t Rows() const { return options_.height; }
 
   /// A part of the image that shows all distances. The median of all pixels would take longer.
   geometry::RangeImage MiddleColumns(const geometry::RangeImage& image) const {
@@ -144,9 +124,8 @@ class Look {
     const std::size_t columns = std::max<std::size_t>(width_ / kShare, 2);
     geometry::RangeImage middle{image.profiles, static_cast<int>(columns), {}, image.origins_C};
     for (std::size_t row = 0; row < Rows(); ++row) {
-      const auto begin = image.points_C.begin() + static_cast<std::ptrdiff_t>(row * width_ + first);
-      middle.points_C.insert(middle.points_C.end(), begin,
-                             begin + static_cast<std::ptrdiff_t>(columns));
+      const auto begin = image.points_C.begin() + (row * width_ + first);
+      middle.points_C.insert(middle.points_C.end(), begin, begin + columns);
     }
     return middle;
   }
@@ -196,7 +175,7 @@ class Look {
               const sim::OpticalSurface& surface) const {
     if (facing < harmless_.low || facing > harmless_.high) {
       const double incidence_rad = std::acos(std::min(1.0, facing));
-      const double loss = PatchLoss(options_, surface.gloss, {incidence_rad, 2.0 * incidence_rad});
+      const double loss = PatchLoss(options_, surface.gloss, incidence_rad, 2.0 * incidence_rad);
       if (patches_.IsLost(point_W, loss)) return true;
     }
     const double sample_loss = SampleLoss(albedo, surface.clarity);
@@ -223,8 +202,7 @@ class Look {
   }
 
   bool IsEdge(std::size_t i, std::size_t j) const {
-    const bool nothing = pixels_[i].mesh == kNone || pixels_[j].mesh == kNone;
-    if (nothing) return false;
+    if (pixels_[i].mesh == kNone || pixels_[j].mesh == kNone) return false;
     const float step = std::abs(pixels_[i].depth_m - pixels_[j].depth_m);
     const float both = pixels_[i].depth_m * pixels_[j].depth_m;
     if (stereo_) return static_cast<float>(fb_) * step > kDisparityEdge_px * both;
@@ -236,7 +214,7 @@ class Look {
     for (std::ptrdiff_t k = 0; k < room; ++k) {
       const auto distance_px = static_cast<float>(k + 1);
       if (distance_px > options_.edge_reach_px) return;
-      Edge& edge = edges_[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(near) + k * step)];
+      Edge& edge = edges_[near + k * step];
       if (edge.other != kNone && edge.distance_px <= distance_px) continue;
       edge = {static_cast<std::uint32_t>(across), distance_px};
     }
@@ -244,11 +222,11 @@ class Look {
 
   void FindEdges() {
     edges_.assign(size_, {});
-    const auto columns = static_cast<std::ptrdiff_t>(width_);
-    const auto rows = static_cast<std::ptrdiff_t>(Rows());
+    const std::ptrdiff_t columns = options_.width;
+    const std::ptrdiff_t rows = options_.height;
     for (std::ptrdiff_t row = 0; row < rows; ++row) {
       for (std::ptrdiff_t column = 0; column < columns; ++column) {
-        const auto i = static_cast<std::size_t>(row * columns + column);
+        const std::size_t i = row * columns + column;
         if (column + 1 < columns && IsEdge(i, i + 1)) {
           Tell(i, i + 1, -1, column + 1);
           Tell(i + 1, i, 1, columns - column - 1);
@@ -348,13 +326,12 @@ class Look {
     const auto right = std::lround(shift_px * rng.Normal());
     const auto down = std::lround(shift_px * rng.Normal());
     view.colors.resize(size_);
-    for (std::size_t i = 0; i < size_; ++i) {
-      const auto row = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(i / width_) + down, 0,
-                                                  options_.height - 1);
-      const auto column = std::clamp<std::ptrdiff_t>(
-          static_cast<std::ptrdiff_t>(i % width_) + right, 0, options_.width - 1);
-      const Vector3f& light =
-          light_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)];
+    for (std::ptrdiff_t i = 0; i < std::ssize(light_); ++i) {
+      const auto row =
+          std::clamp<std::ptrdiff_t>(i / options_.width + down, 0, options_.height - 1);
+      const auto column =
+          std::clamp<std::ptrdiff_t>(i % options_.width + right, 0, options_.width - 1);
+      const Vector3f& light = light_[row * options_.width + column];
       view.colors[i] = geometry::ColorOf(gain.cwiseProduct(light).cast<double>());
       for (std::uint8_t& level : view.colors[i]) {
         const double noise = options_.color_noise_levels / kSumSigma * SumOfUniforms(rng.Next());
@@ -400,57 +377,52 @@ double FlightSigma(const DepthCameraOptions& options, double range_m, double ref
 }
 
 std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {
-  const auto width = static_cast<std::ptrdiff_t>(disparity_px.size());
-  const auto place = [&](std::ptrdiff_t column) {
-    return static_cast<std::ptrdiff_t>(
-        std::lrint(static_cast<float>(column) - disparity_px[static_cast<std::size_t>(column)]));
+  const std::ptrdiff_t width = std::ssize(disparity_px);
+  const auto place = [&](std::ptrdiff_t column) -> std::ptrdiff_t {
+    return std::lrint(static_cast<float>(column) - disparity_px[column]);
   };
   std::vector<float> nearest(disparity_px.size(), 0.0F);  // largest disparity in the right image
   for (std::ptrdiff_t column = 0; column < width; ++column) {
-    const float d = disparity_px[static_cast<std::size_t>(column)];
+    const float d = disparity_px[column];
     std::ptrdiff_t end = place(column);
     // Closes the gaps in a surface that appears wider in the right image.
-    if (column + 1 < width &&
-        std::abs(disparity_px[static_cast<std::size_t>(column + 1)] - d) <= kDisparityEdge_px) {
+    if (column + 1 < width && std::abs(disparity_px[column + 1] - d) <= kDisparityEdge_px) {
       end = std::max(end, place(column + 1) - 1);
     }
-    for (std::ptrdiff_t at = std::max<std::ptrdiff_t>(place(column), 0); at <= end && at < width;
-         ++at) {
-      nearest[static_cast<std::size_t>(at)] = std::max(nearest[static_cast<std::size_t>(at)], d);
+    for (auto at = std::max<std::ptrdiff_t>(place(column), 0); at <= end && at < width; ++at) {
+      nearest[at] = std::max(nearest[at], d);
     }
   }
   std::vector<std::uint8_t> hidden(disparity_px.size(), 0);
   for (std::ptrdiff_t column = 0; column < width; ++column) {
     const std::ptrdiff_t at = place(column);
-    const bool seen =
-        at >= 0 && nearest[static_cast<std::size_t>(at)] <=
-                       disparity_px[static_cast<std::size_t>(column)] + kDisparityEdge_px;
-    hidden[static_cast<std::size_t>(column)] = seen ? 0 : 1;
+    const bool seen = at >= 0 && nearest[at] <= disparity_px[column] + kDisparityEdge_px;
+    hidden[column] = seen ? 0 : 1;
   }
   return hidden;
 }
 
 std::vector<float> WindowNoise(int width, int height, int window, int rows, std::uint64_t seed) {
-  const auto w = static_cast<std::size_t>(width);
+  const std::size_t w = width;
   const int all_columns = width + window - 1;
   const int all_rows = height + rows - 1;
   const std::uint64_t noise_seed = base::DeriveSeed(seed, "noise");
   std::uint64_t drawn = 0;
-  std::vector<std::int32_t> white(static_cast<std::size_t>(all_columns));
-  std::vector<std::int32_t> summed(w * static_cast<std::size_t>(all_rows));
-  for (std::size_t row = 0; row < static_cast<std::size_t>(all_rows); ++row) {
+  std::vector<std::int32_t> white(all_columns);
+  std::vector<std::int32_t> summed(w * all_rows);
+  for (int row = 0; row < all_rows; ++row) {
     for (std::int32_t& value : white) value = SumOfUniforms(base::DeriveSeed(noise_seed, drawn++));
     RunningSum(white, std::span(summed).subspan(row * w, w), window);
   }
   std::vector<std::int32_t> sum(w, 0);
-  const auto add = [&](std::size_t row, int sign) {
+  const auto add = [&](int row, int sign) {
     for (std::size_t c = 0; c < w; ++c) sum[c] += sign * summed[row * w + c];
   };
-  for (std::size_t row = 0; row + 1 < static_cast<std::size_t>(rows); ++row) add(row, 1);
+  for (int row = 0; row + 1 < rows; ++row) add(row, 1);
   const auto scale = static_cast<float>(1.0 / (kSumSigma * std::sqrt(1.0 * window * rows)));
-  std::vector<float> noise(w * static_cast<std::size_t>(height));
-  for (std::size_t row = 0; row < static_cast<std::size_t>(height); ++row) {
-    add(row + static_cast<std::size_t>(rows) - 1, 1);
+  std::vector<float> noise(w * height);
+  for (int row = 0; row < height; ++row) {
+    add(row + rows - 1, 1);
     for (std::size_t c = 0; c < w; ++c) noise[row * w + c] = scale * static_cast<float>(sum[c]);
     add(row, -1);
   }

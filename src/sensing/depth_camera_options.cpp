@@ -79,8 +79,8 @@ void ReadPlace(base::YamlMap& map, DepthCameraOptions& options) {
       place.Require(key);
       place.ReadScaled(key, value, kMm, -kFarthest_mm, kFarthest_mm, doc);
     };
-    read(from_keys[static_cast<std::size_t>(axis)], from[axis], "position of the lens");
-    read(to_keys[static_cast<std::size_t>(axis)], to[axis], "point in the middle of the image");
+    read(from_keys[axis], from[axis], "position of the lens");
+    read(to_keys[axis], to[axis], "point in the middle of the image");
   }
   place.Finish();
   if (from == to) {

@@ -163,7 +163,7 @@ class Sweep {
         camera_(options),
         illumination_(meshes, options),
         noise_seed_(rng.Next()),
-        X_WS_known_(X_WS * CalibrationError()),
+        X_WS_known_(KnownPose(X_WS, options, noise_seed_)),
         patches_(options.dropout_patch_m, noise_seed_),
         first_slope_(sensing::Slope(options, 0.0)),
         slope_step_(sensing::Slope(options, 1.0) - first_slope_) {}
@@ -172,7 +172,7 @@ class Sweep {
     const std::vector<ProfilePose> poses = JitteredPoses();
     CastMainRays(poses);
     MarkEdges();
-    Scan scan = EmptyScan();
+    Scan scan = EmptyScan(options_.profiles, options_.samples, X_WS_known_);
     for (std::size_t profile = 0; profile < Profiles(); ++profile) {
       Refine(poses[profile], profile);
       Measure(profile, scan);
@@ -190,28 +190,6 @@ class Sweep {
     std::vector<LaserRay> rays;
     for (int i = 0; i < options_.samples; ++i) rays.push_back({across_m, Slope(i) + along});
     return rays;
-  }
-
-  Pose CalibrationError() const {
-    base::Rng rng(base::DeriveSeed(noise_seed_, "calibration"));
-    return base::DrawRigidError(options_.calibration_sigma_m, options_.calibration_sigma_rad, rng);
-  }
-
-  Scan EmptyScan() const {
-    Scan scan;
-    geometry::RangeImage& image = scan.view.image;
-    image.profiles = options_.profiles;
-    image.samples = options_.samples;
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    const std::size_t size = Profiles() * Samples();
-    image.points_C.assign(size, Vector3d::Constant(nan));
-    image.origins_C = {X_WS_known_.translation()};
-    scan.view.X_CV = X_WS_known_;
-    scan.view.noise_m.assign(size, std::numeric_limits<float>::quiet_NaN());
-    scan.truth.state.assign(size, SampleState::kOutOfView);
-    scan.truth.label.assign(size, 0);
-    scan.truth.true_range_m.assign(size, nan);
-    return scan;
   }
 
   std::vector<ProfilePose> JitteredPoses() const {
@@ -349,11 +327,12 @@ class Sweep {
     const auto angle = [](const Vector3f& a, const Vector3f& b) {
       return static_cast<double>(std::acos(std::clamp(a.dot(b), -1.0f, 1.0f)));
     };
-    const Encounter encounter{angle(spot.hit.normal_W, spot.to_laser_W),
-                              angle(mirrored_W, spot.to_camera_W)};
     const sim::OpticalSurface& surface = meshes_[spot.hit.mesh].surface;
+    const double patch_loss =
+        PatchLoss(options_, surface.gloss, angle(spot.hit.normal_W, spot.to_laser_W),
+                  angle(mirrored_W, spot.to_camera_W));
     if (dropout_draw < SampleLoss(spot.albedo, surface.clarity) ||
-        patches_.IsLost(spot.point_W, PatchLoss(options_, surface.gloss, encounter))) {
+        patches_.IsLost(spot.point_W, patch_loss)) {
       return SampleState::kDropout;
     }
     double column_px = spot.column_px + noise_px;
@@ -421,6 +400,22 @@ SurfaceState StateOf(bool lit, bool open_to_camera) {
 
 double DepthSigma(const LineScannerOptions& options, double depth_m) {
   return CameraModel(options).DepthPerPixel(depth_m) * CentroidSigma(options);
+}
+
+Scan EmptyScan(int profiles, int samples, const Pose& X_WS) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t size = std::size_t(profiles) * samples;
+  Scan scan;
+  scan.view.image = {.profiles = profiles,
+                     .samples = samples,
+                     .points_C = geometry::Points(size, Vector3d::Constant(nan)),
+                     .origins_C = {X_WS.translation()}};
+  scan.view.X_CV = X_WS;
+  scan.view.noise_m.assign(size, std::numeric_limits<float>::quiet_NaN());
+  scan.truth.state.assign(size, SampleState::kOutOfView);
+  scan.truth.label.assign(size, 0);
+  scan.truth.true_range_m.assign(size, nan);
+  return scan;
 }
 
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const Pose& X_WS,

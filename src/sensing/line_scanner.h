@@ -42,6 +42,9 @@ struct Scan {
   ScanTruth truth;
 };
 
+/// A scan of this size, from the pose that the robot knows, in which nothing is measured yet.
+Scan EmptyScan(int profiles, int samples, const base::Pose& X_WS);
+
 /// Simulates one sweep over the meshes. Each sample has a ray from the laser to the first surface
 /// and a second one to the camera, which decides whether the spot is seen. Near edges (of depth,
 /// orientation, visibility or reflectance) it has additional rays over the line's width and the

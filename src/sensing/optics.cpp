@@ -105,6 +105,13 @@ double CentroidSigma(const LineScannerOptions& options) {
   return std::sqrt(variance_px2);
 }
 
+base::Pose KnownPose(const base::Pose& X_WS, const RangeSensorOptions& options,
+                     std::uint64_t seed) {
+  base::Rng rng(base::DeriveSeed(seed, "calibration"));
+  return X_WS *
+         base::DrawRigidError(options.calibration_sigma_m, options.calibration_sigma_rad, rng);
+}
+
 double IncidenceLoss(const RangeSensorOptions& options, double incidence_rad) {
   const double span_rad = options.dropout_end_rad - options.dropout_begin_rad;
   return std::clamp((incidence_rad - options.dropout_begin_rad) / span_rad, 0.0, 1.0);
@@ -126,9 +133,10 @@ double SampleLoss(double albedo, double clarity) {
   return 1.0 - (1.0 - AlbedoLoss(albedo)) * (1.0 - clarity);
 }
 
-double PatchLoss(const RangeSensorOptions& options, double gloss, const Encounter& encounter) {
-  return 1.0 - (1.0 - IncidenceLoss(options, encounter.incidence_rad)) *
-                   (1.0 - GlossLoss(options, gloss, encounter.mirror_offset_rad));
+double PatchLoss(const RangeSensorOptions& options, double gloss, double incidence_rad,
+                 double mirror_offset_rad) {
+  return 1.0 - (1.0 - IncidenceLoss(options, incidence_rad)) *
+                   (1.0 - GlossLoss(options, gloss, mirror_offset_rad));
 }
 
 double PrintAlbedo(std::uint8_t red) {

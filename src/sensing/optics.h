@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "base/frames.h"
 #include "geometry/ray_caster.h"
 #include "sensing/line_scanner_options.h"
 #include "sim/visual_mesh.h"
@@ -78,11 +79,9 @@ class RayCaster : public geometry::RayCaster {
   }
 };
 
-/// Angles [rad] of light at a surface point.
-struct Encounter {
-  double incidence_rad = 0.0;       ///< between the laser's ray and the normal
-  double mirror_offset_rad = 3.14;  ///< between the mirrored ray and the direction to the camera
-};
+/// The pose of a sensor's head that the robot knows: the true one with a calibration error.
+/// @param seed  of the scan
+base::Pose KnownPose(const base::Pose& X_WS, const RangeSensorOptions& options, std::uint64_t seed);
 
 /// Probability of losing a sample that the camera could see, by the angle of incidence: 0 up to
 /// dropout_begin, linear to 1 at dropout_end.
@@ -96,7 +95,10 @@ double GlossLoss(const RangeSensorOptions& options, double gloss, double mirror_
 /// the light passes through or is reflected away inside.
 double SampleLoss(double albedo, double clarity);
 /// Probability of losing a whole patch of a surface, by grazing light and, independently, by gloss.
-double PatchLoss(const RangeSensorOptions& options, double gloss, const Encounter& encounter);
+/// @param incidence_rad      angle between the laser's ray and the normal
+/// @param mirror_offset_rad  angle between the mirrored ray and the direction to the camera
+double PatchLoss(const RangeSensorOptions& options, double gloss, double incidence_rad,
+                 double mirror_offset_rad);
 
 /// Diffuse albedo at 635 nm of a printed color with this red channel (sRGB): linear from 4 % for
 /// the darkest inks and coatings to 85 % for white board. Estimates.

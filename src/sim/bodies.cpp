@@ -1,7 +1,7 @@
 #include "sim/bodies.h"
 
 #include <algorithm>
-#include <map>
+#include <set>
 #include <utility>
 
 #include "sim/internal/engine.h"
@@ -24,33 +24,20 @@ bool HasEnd(const mjModel* model, int geom) {
   return model->geom_type[geom] != mjGEOM_PLANE || (size[0] > 0 && size[1] > 0);
 }
 
-// Kind of each body: an object of the world, a parked object, or neither.
-enum class Part { kScene, kObject, kParked };
-std::vector<Part> PartsOf(const World& world) {
-  const mjModel* model = world.model();
-  std::map<int, Part> of_root;
-  for (int object = 0; object < world.objects(); ++object) {
-    of_root[world.object_body(object)] = world.parked(object) ? Part::kParked : Part::kObject;
-  }
-  std::vector<Part> parts;
-  for (int body = 0; body < model->nbody; ++body) {
-    const auto found = of_root.find(model->body_rootid[body]);
-    parts.push_back(found == of_root.end() ? Part::kScene : found->second);
-  }
-  return parts;
-}
-
 }  // namespace
 
 std::vector<VisualBody> VisualBodies(const World& world) {
   const mjModel* model = world.model();
-  const auto parts = PartsOf(world);
+  std::set<int> objects, parked;  // root bodies
+  for (int object = 0; object < world.objects(); ++object) {
+    (world.parked(object) ? parked : objects).insert(world.object_body(object));
+  }
   internal::ColorsOfGeoms colors(model);
   std::vector<VisualBody> bodies;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int body = model->geom_bodyid[geom];
-    const Part part = parts[body];
-    if (part == Part::kParked || !internal::Visible(model, geom) || !HasEnd(model, geom)) continue;
+    const int root = model->body_rootid[body];
+    if (parked.contains(root) || !internal::Visible(model, geom) || !HasEnd(model, geom)) continue;
     const Eigen::Vector4f color = colors.Of(geom);
     auto drawn = std::ranges::find_if(
         bodies, [&](const VisualBody& one) { return one.body == body && one.color == color; });
@@ -59,7 +46,7 @@ std::vector<VisualBody> VisualBodies(const World& world) {
                                     std::string(mjcf::NameOf(model, mjOBJ_BODY, body)),
                                     {},
                                     color,
-                                    part == Part::kObject});
+                                    objects.contains(root)});
     }
     geometry::Append(geometry::Transformed(internal::GeomSurface(model, geom, kCapsuleSegments),
                                            InBody(model, geom)),

@@ -76,16 +76,6 @@ mjvGLCamera PinholeCamera(const PinholeView& view, const mjvGLCamera& clipping, 
   return camera;
 }
 
-internal::TextureSet PrintedTextures(const World& world) {
-  std::vector<int> bodies;
-  std::vector<std::string> surfaces;
-  for (int object = 0; object < world.objects(); ++object) {
-    bodies.push_back(world.object_body(object));
-    surfaces.push_back(world.object_surface(object));
-  }
-  return {world.model(), bodies, surfaces};
-}
-
 // One context serves all renderers of a thread (and of forked processes). The code that draws a
 // kind of surface is compiled once per context, which takes as long as a picture. The context's own
 // frame buffer is small: the engine draws into one of the requested size.
@@ -145,7 +135,7 @@ struct Renderer::Impl {
     drawn.vis.quality.offsamples = quality.samples.value_or(drawn.vis.quality.offsamples);
     drawn.vis.quality.shadowsize = quality.shadow_px.value_or(drawn.vis.quality.shadowsize);
     std::optional<internal::TextureSet> printed;
-    if (quality.fine_print) printed.emplace(PrintedTextures(world)).PutInto(drawn);
+    if (quality.fine_print) printed.emplace(world).PutInto(drawn);
     internal::CallEngine(nullptr, [&] {
       mjv_makeScene(model, &scene, kMaxGeoms);
       mjr_makeContext(&drawn, &context, mjFONTSCALE_100);

@@ -74,6 +74,11 @@ class Hull {
   Hull(const geometry::TriangleMesh& mesh_B, const Vector3d& center_B) : mesh_(mesh_B) {
     for (Vector3d& v : mesh_.vertices) v -= center_B;
     BuildFacets();
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        twins_[{mesh_.triangles[t][k], mesh_.triangles[t][(k + 1) % 3]}] = t;
+      }
+    }
     for (Facet& facet : facets_) Measure(facet);
   }
 
@@ -111,7 +116,7 @@ class Hull {
   }
 
  private:
-  const Vector3d& Vertex(std::size_t triangle, int corner) const {
+  const Vector3d& Vertex(std::size_t triangle, std::size_t corner) const {
     return mesh_.vertices[mesh_.triangles[triangle][corner % 3]];
   }
   Vector3d Cross(std::size_t t) const {
@@ -138,7 +143,7 @@ class Hull {
   }
 
   bool Lies(std::size_t t, const Facet& facet) const {
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       if (std::abs(facet.normal.dot(Vertex(t, k)) - facet.offset) > kCoplanar_m) return false;
     }
     return Cross(t).normalized().dot(facet.normal) > std::cos(kCoplanarAngle_rad) ||
@@ -146,22 +151,14 @@ class Hull {
   }
 
   void Measure(Facet& facet) {
-    if (twins_.empty()) {
-      for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          twins_[{mesh_.triangles[t][k], mesh_.triangles[t][(k + 1) % 3]}] = t;
-        }
-      }
-    }
     facet.min_inside = std::numeric_limits<double>::infinity();
     for (const std::size_t t : facet.triangles) {
       facet.solid_angle += SolidAngle(Vertex(t, 0), Vertex(t, 1), Vertex(t, 2));
       for (std::size_t k = 0; k < 3; ++k) {
         const auto twin = twins_.find({mesh_.triangles[t][(k + 1) % 3], mesh_.triangles[t][k]});
         if (twin == twins_.end() || facet_of_[twin->second] == facet_of_[t]) continue;
-        const Vector3d& a = Vertex(t, static_cast<int>(k));
-        const Vector3d outward =
-            (Vertex(t, static_cast<int>(k) + 1) - a).cross(facet.normal).normalized();
+        const Vector3d& a = Vertex(t, k);
+        const Vector3d outward = (Vertex(t, k + 1) - a).cross(facet.normal).normalized();
         facet.edge_normals.push_back(outward);
         const double inside = outward.dot(a - facet.offset * facet.normal);
         if (inside >= facet.min_inside) continue;
@@ -194,16 +191,15 @@ class Hull {
 
 // Convex hull of the collision geometry in the root body's frame; the object is at its zero pose.
 geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, int root) {
+  const base::Pose X_BW = internal::BodyPose(data, root).inverse();
   geometry::Points points;
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!internal::Collides(model, geom)) continue;
     const base::Pose X_WG = internal::GeomPose(data, geom);
     for (const Vector3d& v : internal::GeomSurface(model, geom, kHullSegments).vertices) {
-      points.push_back(X_WG * v);
+      points.push_back(X_BW * (X_WG * v));
     }
   }
-  const base::Pose X_BW = internal::BodyPose(data, root).inverse();
-  for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
 }
 

@@ -20,9 +20,6 @@ FrictionPair PairOf(const GloveRange& range, double static_mu) {
 
 constexpr const char* kFileName = "surfaces.yaml";
 constexpr double kMaxFriction = 3.0;  // rubber on rubber
-// Foam, and a density that only the heaviest metals exceed.
-constexpr double kMinDensity_kg_m3 = 20.0;
-constexpr double kMaxDensity_kg_m3 = 12000.0;
 
 void ReadGlove(base::YamlMap map, GloveRange& glove) {
   for (const char* key : {"static", "from", "to", "kinetic"}) map.Require(key);

@@ -56,6 +56,9 @@ struct Surface {
   double density_kg_m3 = 900.0;            ///< of such an object if no mass is given
 };
 
+/// Bounds of an object's density: foam, and what only the heaviest metals exceed.
+inline constexpr double kMinDensity_kg_m3 = 20.0, kMaxDensity_kg_m3 = 12000.0;
+
 std::filesystem::path ShippedSurfaces();  ///< models/surfaces.yaml of the data folder
 
 /// The files in which an object's surface is looked up, in this order: surfaces.yaml in its folder,

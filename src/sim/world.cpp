@@ -379,15 +379,14 @@ void World::Refresh() {
 void World::Step() {
   internal::CallEngine(&impl_->warnings, [this] {
     impl_->KeepState();
-    mj_step(impl_->model.get(), impl_->data.get());
+    mj_step(model(), data());
   });
   if (impl_->Solved()) return;
   if (model()->opt.jacobian != mjJAC_DENSE) {
     ++impl_->solver_counts.repeated;
     impl_->GoBack();
     const int jacobian = std::exchange(model()->opt.jacobian, mjJAC_DENSE);
-    internal::CallEngine(&impl_->warnings,
-                         [this] { mj_step(impl_->model.get(), impl_->data.get()); });
+    internal::CallEngine(&impl_->warnings, [this] { mj_step(model(), data()); });
     model()->opt.jacobian = jacobian;
     if (impl_->Solved()) return;
   }

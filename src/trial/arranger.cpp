@@ -30,12 +30,9 @@ auto Numbers(const sim::World& world) { return std::views::iota(0, world.objects
 
 // How many other objects the target (object 0) touches.
 int Touching(const sim::World& world, double touch_m) {
-  int touching = 0;
-  for (int other = 1; other < world.objects(); ++other) {
-    // Strictly less: objects further apart are reported at the limit.
-    if (world.ObjectDistance(0, other, touch_m) < touch_m) ++touching;
-  }
-  return touching;
+  // Strictly less: objects further apart are reported at the limit.
+  const auto touches = [&](int other) { return world.ObjectDistance(0, other, touch_m) < touch_m; };
+  return static_cast<int>(std::ranges::count_if(std::views::iota(1, world.objects()), touches));
 }
 
 bool AnyTouchesArm(const sim::World& world, double touch_m) {
@@ -115,11 +112,11 @@ class WorldArranger : public Arranger {
                     others > 1 ? ", or lower clutter.max_others" : ""));
   }
 
-  // The target first, then a random number of others.
-  sim::World WorldWithSome(const std::string& target, base::Rng& rng) const {
+  // The target first, then the other objects: all, or a random number of them.
+  sim::World WorldWithOthers(const std::string& target, bool all, base::Rng& rng) const {
     std::vector<std::string> names = options_.objects;
     std::erase(names, target);
-    DrawSome(names, rng);
+    if (!all) DrawSome(names, rng);
     names.insert(names.begin(), target);
     return WorldOf(names);
   }
@@ -151,12 +148,11 @@ class SingleArranger : public WorldArranger {
     for (int draw = 0; draw < kMaxDraws; ++draw) {
       const auto rest = resting_.Drop(trial.world, trial.target, rng);
       const auto wrong = rest ? PutDown(*rest->face, rng, trial) : Redraw::kOtherPose;
-      if (wrong) {
-        ++redraws[*wrong];
-        continue;
+      if (!wrong) {
+        trial.pose_class = rest->pose->label;
+        return trial;
       }
-      trial.pose_class = rest->pose->label;
-      return trial;
+      ++redraws[*wrong];
     }
     return std::nullopt;
   }
@@ -203,11 +199,9 @@ class ScatteredArranger : public WorldArranger {
     Arrangement trial{WorldWith(target, rng)};
     trial.world.SetArm(robot_.home);
     for (int draw = 0; draw < clutter_.max_draws; ++draw) {
-      if (const auto wrong = PutDownAll(rng, trial)) {
-        ++redraws[*wrong];
-        continue;
-      }
-      return trial;
+      const auto wrong = PutDownAll(rng, trial);
+      if (!wrong) return trial;
+      ++redraws[*wrong];
     }
     return std::nullopt;
   }
@@ -335,7 +329,7 @@ class SideBySideArranger : public WorldArranger {
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
-      Arrangement trial{WorldWithSome(target, rng)};
+      Arrangement trial{WorldWithOthers(target, /*all=*/false, rng)};
       trial.world.SetArm(robot_.home);
       const auto wrong = PutTogether(rng, trial);
       if (!wrong) return trial;
@@ -630,7 +624,7 @@ class ClutterArranger : public WorldArranger {
   ClutterArranger(const Options& options, const robot::Robot& robot,
                   const sensing::LineScannerOptions& scanner)
       : WorldArranger(options, robot, scanner) {
-    NeedsObjects(NeededOthers());
+    NeedsObjects(DrawsOthers() ? options.clutter.max_others : 1);
     if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
       throw base::InputError(options.scene.string() +
                              ": arrangement: box needs a scene with a box (marked by a box-shaped "
@@ -644,11 +638,11 @@ class ClutterArranger : public WorldArranger {
 
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
-    Arrangement trial{WorldWith(target, rng)};
+    Arrangement trial{WorldWithOthers(target, !DrawsOthers(), rng)};
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
       // Draws other objects, too: among some objects the target can hardly be the highest.
-      if (draw > 0 && DrawsOthers()) trial.world = WorldWith(target, rng);
+      if (draw > 0 && DrawsOthers()) trial.world = WorldWithOthers(target, /*all=*/false, rng);
       if (const auto wrong = heap.DropOthers(rng)) {
         ++redraws[*wrong];
         continue;
@@ -673,16 +667,6 @@ class ClutterArranger : public WorldArranger {
  private:
   bool DrawsOthers() const {
     return options_.arranger == kTouching || options_.clutter.draw_others;
-  }
-
-  int NeededOthers() const { return DrawsOthers() ? options_.clutter.max_others : 1; }
-
-  sim::World WorldWith(const std::string& target, base::Rng& rng) const {
-    if (DrawsOthers()) return WorldWithSome(target, rng);
-    std::vector<std::string> names = options_.objects;
-    std::erase(names, target);
-    names.insert(names.begin(), target);
-    return WorldOf(names);
   }
 
   std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;

@@ -31,16 +31,15 @@ Sensed SensedOf(sensing::Scan scan) {
 
 class LineScanner : public Sensor {
  public:
-  LineScanner(const sensing::LineScannerOptions& options, const base::Pose& X_WScanner)
-      : options_(options), X_WScanner_(X_WScanner) {}
+  explicit LineScanner(const Cell& cell) : cell_(cell) {}
 
   Sensed Sense(const sim::World& world, base::Rng& rng) const override {
-    return SensedOf(sensing::ScanScene(world.VisualMeshes(), X_WScanner_, options_, rng));
+    return SensedOf(
+        sensing::ScanScene(world.VisualMeshes(), cell_.robot.X_WScanner, cell_.scanner, rng));
   }
 
  private:
-  const sensing::LineScannerOptions& options_;
-  base::Pose X_WScanner_;
+  const Cell& cell_;
 };
 
 class DepthCamera : public Sensor {
@@ -96,12 +95,13 @@ geometry::Plane Cell::TablePlane() const {
   return {up_W, -up_W.dot(robot.X_WWorkspace.translation())};
 }
 
-std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
-                                        const base::Pose& X_WScanner) {
-  return std::make_unique<LineScanner>(options, X_WScanner);
+std::unique_ptr<Sensor> MakeLineScanner(const Cell& cell) {
+  return std::make_unique<LineScanner>(cell);
 }
 
-std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options) {
+std::unique_ptr<Sensor> MakeDepthCamera(const Cell& cell) {
+  auto options = sensing::ReadDepthCamera(cell.options.sensor);
+  options.color = options.color || cell.options.color;
   return std::make_unique<DepthCamera>(options);
 }
 

@@ -18,10 +18,6 @@
 #include "trial/arranger.h"
 #include "trial/options.h"
 
-namespace rangegrasp::sensing {
-struct DepthCameraOptions;
-}
-
 namespace rangegrasp::trial {
 
 /// An observation, with the ground truth that only the judge may read.
@@ -48,13 +44,6 @@ class Sensor {
   virtual bool Rehearses() const { return false; }  ///< whether Rehearse has an effect
 };
 
-/// The line scanner at its pose. The options must outlive it.
-std::unique_ptr<Sensor> MakeLineScanner(const sensing::LineScannerOptions& options,
-                                        const base::Pose& X_WScanner);
-
-/// A depth camera at its site or pose.
-std::unique_ptr<Sensor> MakeDepthCamera(const sensing::DepthCameraOptions& options);
-
 /// Everything that the trials of an experiment share: the options, the robot, and the arranger,
 /// sensor, detector and mover. Made once, before processes are forked. It cannot be copied or
 /// moved, since its parts refer to it.
@@ -77,6 +66,12 @@ struct Cell {
   std::unique_ptr<Detector> detector;
   std::unique_ptr<Mover> mover;
 };
+
+/// The cell's line scanner at its pose. The cell must outlive it.
+std::unique_ptr<Sensor> MakeLineScanner(const Cell& cell);
+
+/// The depth camera of the cell's sensor file, at its site or pose.
+std::unique_ptr<Sensor> MakeDepthCamera(const Cell& cell);
 
 /// Fields of a written cloud's points: "label", "state", and colors if the sensor measures them.
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,

@@ -189,10 +189,6 @@ fs::path ShippedObjects(const fs::path& next_to) {
   }
 }
 
-std::set<fs::path> AsSet(const std::vector<fs::path>& files) {
-  return {files.begin(), files.end()};
-}
-
 // Names of the objects in all folders, sorted.
 std::vector<std::string> KnownObjects(const Options& options) {
   std::set<std::string> known;
@@ -375,16 +371,19 @@ bool ModelsPass(const base::YamlMap& map, const Options& options,
 
 std::string SceneHash(const Options& options) {
   std::set<fs::path> files;
+  const auto add = [&](const std::vector<fs::path>& more) {
+    files.insert(more.begin(), more.end());
+  };
   CollectModelFiles(options.scene, files);
   for (const std::string& object : AllObjects(options)) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     CollectModelFiles(mjcf, files);
-    files.merge(AsSet(sim::SurfaceFiles(mjcf)));
+    add(sim::SurfaceFiles(mjcf));
   }
   files.insert(options.sensor);
-  files.merge(AsSet(FindSensor(options.sensor_type)->files(options.sensor)));
+  add(FindSensor(options.sensor_type)->files(options.sensor));
   if (const auto model = grasp::ScoreModelOf(options); !model.empty()) files.insert(model);
-  for (const auto& files_of : FileLists()) files.merge(AsSet(files_of(options)));
+  for (const auto& files_of : FileLists()) add(files_of(options));
   // Sorted by name, not by path, so that the same files in another folder have the same hash. Each
   // file counts once, whatever path leads to it.
   std::set<std::pair<std::string, fs::path>> sorted;

@@ -12,16 +12,6 @@ namespace {
 
 using experiment::View;
 
-// For a trial that is repeated only for its record.
-class NoRecorder : public Recorder {
- public:
-  explicit NoRecorder(const Cell& cell) : cell_(cell) {}
-  const Detector& detector() const override { return *cell_.detector; }
-
- private:
-  const Cell& cell_;
-};
-
 constexpr double kFramePeriod_s = 0.1;  // motions are smooth; the page interpolates between frames
 constexpr double kMinForce_N = 0.05;
 constexpr double kApproach_m = 0.06;  // drawn length of the approach to a grasp
@@ -124,7 +114,7 @@ RecorderMaker& PictureMaker() {
 
 std::unique_ptr<Recorder> MakeRecorder(const Cell& cell, const std::string& prefix,
                                        const experiment::ReplayOptions& options) {
-  if (!options.snapshots && options.video.empty()) return std::make_unique<NoRecorder>(cell);
+  if (!options.snapshots && options.video.empty()) return std::make_unique<Recorder>(cell);
   if (PictureMaker()) return PictureMaker()(cell, prefix, options);
   base::CheckBuilt("option", options.snapshots ? "snapshots" : "video");
   throw base::InputError("this program was built without pictures and videos of trials");

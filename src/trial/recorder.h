@@ -14,11 +14,14 @@ namespace rangegrasp::trial {
 /// Records attempts while they run, on request: a picture of the perceived scene and of each moment
 /// of an execution (`<prefix>_perceived.png`, `<prefix>_lifted.png`, ...), a sheet of all pictures,
 /// and a video. Without a named camera, each picture shows the hand, its object, and the object's
-/// path since the previous picture.
+/// path since the previous picture. The base class records nothing.
 class Recorder {
  public:
+  /// The cell must outlive the recorder.
+  explicit Recorder(const Cell& cell) : cell_(cell) {}
   virtual ~Recorder() = default;
-  virtual const Detector& detector() const = 0;  ///< the cell's, observed by the recorder
+  /// The cell's, observed by the recorder.
+  virtual const Detector& detector() const { return *cell_.detector; }
   virtual sim::ExecutionObserver Observer() { return {}; }
   virtual void SetPrefix(const std::string& /*prefix*/) {}  ///< of the following pictures
   /// Takes a picture at a moment that is not part of an execution.
@@ -33,6 +36,9 @@ class Recorder {
   /// video shows the start.
   /// @throws base::RunError if ffmpeg failed.
   virtual void Finish() {}
+
+ protected:
+  const Cell& cell_;
 };
 
 /// Makes a recorder. Without pictures and video it only provides the cell's detector. The cell must

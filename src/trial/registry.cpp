@@ -6,7 +6,6 @@
 #include <deque>
 #include <optional>
 
-#include "base/error.h"
 #include "cli/commands.h"
 #include "experiment/experiment.h"
 #include "libraries.h"
@@ -91,23 +90,10 @@ void AddListings() {
 }
 
 void AddParts() {
-  AddSensor(
-      {.word = kLineScanner,
-       .laser = [](const std::filesystem::path& file) { return file; },
-       .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
-       .make =
-           [](const Cell& cell) { return MakeLineScanner(cell.scanner, cell.robot.X_WScanner); }});
-  AddSensor(
-      {.word = sensing::kDepthCamera,
-       .states_noise = true,
-       .laser = [](const std::filesystem::path&) { return std::filesystem::path(); },
-       .files = [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); },
-       .make =
-           [](const Cell& cell) {
-             auto options = sensing::ReadDepthCamera(cell.options.sensor);
-             options.color = options.color || cell.options.color;
-             return MakeDepthCamera(options);
-           }});
+  AddSensor({.word = kLineScanner,
+             .laser = [](const std::filesystem::path& file) { return file; },
+             .make = MakeLineScanner});
+  AddSensor({.word = sensing::kDepthCamera, .states_noise = true, .make = MakeDepthCamera});
   AddDetector({.word = kDissertation,
                .make = [](const Options& options, const robot::Robot& robot,
                           grasp::SceneObserver observer) {

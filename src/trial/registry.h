@@ -25,9 +25,11 @@ struct SensorKind {
   /// The errors of its samples are correlated, so that the noise is stated instead of measured.
   bool states_noise = false;
   /// The line scanner's file if the sensor has one; otherwise empty.
-  std::filesystem::path (*laser)(const std::filesystem::path& sensor_file) = nullptr;
+  std::filesystem::path (*laser)(const std::filesystem::path& sensor_file) =
+      [](const std::filesystem::path&) { return std::filesystem::path(); };
   /// The files that the sensor's file refers to.
-  std::vector<std::filesystem::path> (*files)(const std::filesystem::path& sensor_file) = nullptr;
+  std::vector<std::filesystem::path> (*files)(const std::filesystem::path& sensor_file) =
+      [](const std::filesystem::path&) { return std::vector<std::filesystem::path>(); };
   std::unique_ptr<Sensor> (*make)(const Cell& cell) = nullptr;
 };
 void AddSensor(const SensorKind& kind);

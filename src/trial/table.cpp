@@ -127,8 +127,7 @@ void CountRecord(const Record& record, const Data& data, Row& row) {
   ++row.outcomes[outcome];
   const std::string reason = ReasonWithoutFigures(record.result.detail);
   if (!reason.empty()) ++row.reasons[outcome][reason];
-  CountTrial(data.value("detected", false), record.result.outcome == kDelivered, row.detection,
-             row.grasping);
+  CountTrial(data.value("detected", false), outcome == kDelivered, row.detection, row.grasping);
   // A record of an older version has no "text"; a trial that crashed has no data at all.
   const auto text = data.find("text");
   if (text == data.end() && !data.empty()) return;
@@ -188,15 +187,12 @@ bool HasAllRows(const std::map<std::string, Published>& published, const std::ve
   });
 }
 
-void Compare(RowRate& rate) {
-  rate.p_below = experiment::FisherExactLower(rate.count.k, rate.count.n, rate.published_count.k,
-                                              rate.published_count.n);
-}
-
 void Compare(Row& row) {
-  if (!row.published_trials) return;
-  Compare(row.text_detection);
-  Compare(row.text_grasping);
+  for (RowRate* rate : {&row.text_detection, &row.text_grasping}) {
+    const Count& own = rate->count;
+    const Count& published = rate->published_count;
+    rate->p_below = experiment::FisherExactLower(own.k, own.n, published.k, published.n);
+  }
 }
 
 // Compares the rows, and the pooled counts of the overall row if all rows have published counts.
@@ -206,8 +202,8 @@ void ComparePooled(Table& table) {
   RowRate& grasping = table.overall.text_grasping;
   int trials = 0;
   for (Row& row : table.rows) {
-    Compare(row);
     if (!row.published_trials) continue;
+    Compare(row);
     ++compared;
     trials += *row.published_trials;
     detection.published_count.k += row.text_detection.published_count.k;
@@ -392,36 +388,36 @@ Grid CsvGridOf(const Table& table) {
   return experiment::GridOf(columns, AllRows(table), "");
 }
 
-ordered_json Json(const Rate& rate) { return rate ? ordered_json(*rate) : ordered_json(nullptr); }
+template <typename T>
+ordered_json Json(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
+}
 
-ordered_json Json(const Interval& interval) {
-  return interval ? ordered_json{interval->first, interval->second} : ordered_json(nullptr);
+void AddRate(std::string_view name, const Rate& rate, const Interval& interval,
+             ordered_json& json) {
+  json[fmt::format("{}_rate", name)] = Json(rate);
+  json[fmt::format("{}_interval", name)] = Json(interval);
 }
 
 ordered_json RowJson(const Table& table, const Row& row) {
-  const RowRate& detection = row.detection;
-  const RowRate& grasping = row.grasping;
   const RowRate& by_text = row.text_detection;
   const RowRate& text_grasping = row.text_grasping;
   ordered_json json = {{"object", row.object},
                        {"title", row.title},
-                       {"trials", detection.count.n},
-                       {"detected", detection.count.k},
-                       {"delivered", grasping.count.k},
-                       {"detection_rate", Json(detection.rate)},
-                       {"detection_interval", Json(detection.interval)},
-                       {"grasp_rate", Json(grasping.rate)},
-                       {"grasp_interval", Json(grasping.interval)},
-                       {"text_detected", by_text.count.k},
-                       {"text_delivered", text_grasping.count.k},
-                       {"text_detection_rate", Json(by_text.rate)},
-                       {"text_detection_interval", Json(by_text.interval)},
-                       {"text_grasp_rate", Json(text_grasping.rate)},
-                       {"text_grasp_interval", Json(text_grasping.interval)},
-                       {"published_detection_rate", Json(by_text.published)},
-                       {"published_grasp_rate", Json(text_grasping.published)},
-                       {"outcomes", row.outcomes},
-                       {"reasons", row.reasons}};
+                       {"trials", row.detection.count.n},
+                       {"detected", row.detection.count.k},
+                       {"delivered", row.grasping.count.k}};
+  for (const auto& [name, of] : kRates) {
+    if (of == &Row::text_detection) {
+      json["text_detected"] = by_text.count.k;
+      json["text_delivered"] = text_grasping.count.k;
+    }
+    AddRate(name, (row.*of).rate, (row.*of).interval, json);
+  }
+  json["published_detection_rate"] = Json(by_text.published);
+  json["published_grasp_rate"] = Json(text_grasping.published);
+  json["outcomes"] = row.outcomes;
+  json["reasons"] = row.reasons;
   if (!row.published_trials) return json;
   json["published_trials"] = *row.published_trials;
   json["published_detected"] = by_text.published_count.k;
@@ -438,8 +434,7 @@ ordered_json JsonOf(const Table& table) {
   json["overall"] = RowJson(table, table.overall);
   for (const auto& [name, of] : kRates) {
     const Count& pooled = (table.overall.*of).count;
-    json["overall"][fmt::format("pooled_{}_rate", name)] = Json(RateOf(pooled));
-    json["overall"][fmt::format("pooled_{}_interval", name)] = Json(IntervalOf(pooled));
+    AddRate(fmt::format("pooled_{}", name), RateOf(pooled), IntervalOf(pooled), json["overall"]);
   }
   json["redraws"] = table.redraws;
   json["others"] = {{"delivered", DeliveredOf(table)},

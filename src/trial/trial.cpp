@@ -24,31 +24,6 @@ using experiment::Result;
 using experiment::Stamp;
 using nlohmann::ordered_json;
 
-// Runs stages 1 to 6 until the attempt ends. `data` receives the arrangement's data.
-Attempt ArrangeAndTry(const Cell& cell, const TrialSpec& spec, const Detector* detector,
-                      const sim::ExecutionObserver& observer, double& arrange_s,
-                      ordered_json& data) {
-  base::Stopwatch watch;
-  Redraws redraws;
-  auto arranged = ArrangeTrial(cell, spec, redraws);
-  arrange_s = watch.Seconds();
-  data["redraws"] = Total(redraws);
-  for (const auto& [reason, count] : redraws) data["redraw_reasons"][base::Word(reason)] = count;
-  if (!arranged) {
-    return {.stage = "arrange", .detail = "no arrangement: " + Text(redraws)};
-  }
-  data["scene_objects"] = arranged->world.objects();
-  data["touching"] = arranged->touching;
-  data["pose_class"] = arranged->pose_class;
-  data["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
-  return RunAttempt(cell, arranged->world,
-                    {.seed = spec.seed,
-                     .target = arranged->target,
-                     .by_text = true,
-                     .detector = detector,
-                     .observer = observer});
-}
-
 /// Size of the obstacle at a contact of a fingertip: the width of a finger.
 constexpr double kMet_m = 0.016;
 
@@ -166,10 +141,13 @@ std::string NoFreeGrasp(const Detected& detected) {
   return candidates == 0 ? "no candidates" : fmt::format("all candidates collide; {}", candidates);
 }
 
+// Why an attempt has no object.
+std::string NoObject(const Detected& detected) {
+  return detected.why_none.empty() ? "nothing is perceived" : detected.why_none;
+}
+
 std::string NotTheTarget(const Detected& detected, const DetectionVerdict& verdict) {
-  if (detected.detection.objects.empty()) {
-    return detected.why_none.empty() ? "nothing is perceived" : detected.why_none;
-  }
+  if (detected.detection.objects.empty()) return NoObject(detected);
   return fmt::format("{}; share of the object {:f}, of the target {:f}",
                      verdict.right_target             ? "a part of the target"
                      : verdict.share_of_object == 0.0 ? "another object"
@@ -366,10 +344,8 @@ class AttemptRun {
   bool IsAnything() {
     const bool none = result_.detected.detection.objects.empty();
     if (!none && result_.detected.has_turn && result_.target) return true;
-    const std::string& why_none = result_.detected.why_none;
-    End(Outcome::kNotSegmented, !none              ? "no object that may be grasped"
-                                : why_none.empty() ? "nothing is perceived"
-                                                   : why_none);
+    End(Outcome::kNotSegmented,
+        none ? NoObject(result_.detected) : "no object that may be grasped");
     return false;
   }
 
@@ -465,11 +441,28 @@ Result RunTrial(const Cell& cell, const TrialSpec& spec, const Detector* detecto
                        {"redraws", 0},       {"redraw_reasons", ordered_json::object()},
                        {"scene_objects", 0}, {"touching", 0}};
   double arrange_s = 0.0;
-  Attempt attempt;
+  Attempt attempt{.stage = "arrange"};
   try {
-    attempt = ArrangeAndTry(cell, spec, detector, observer, arrange_s, data);
+    Redraws redraws;
+    auto arranged = ArrangeTrial(cell, spec, redraws);
+    arrange_s = whole.Seconds();
+    data["redraws"] = Total(redraws);
+    for (const auto& [reason, count] : redraws) data["redraw_reasons"][base::Word(reason)] = count;
+    if (arranged) {
+      data["scene_objects"] = arranged->world.objects();
+      data["touching"] = arranged->touching;
+      data["pose_class"] = arranged->pose_class;
+      data["friction"] = arranged->world.glove_friction(arranged->target).static_mu;
+      attempt = RunAttempt(cell, arranged->world,
+                           {.seed = spec.seed,
+                            .target = arranged->target,
+                            .by_text = true,
+                            .detector = detector,
+                            .observer = observer});
+    } else {
+      attempt.detail = "no arrangement: " + Text(redraws);
+    }
   } catch (const std::exception& e) {
-    attempt.stage = "arrange";
     attempt.detail = e.what();
   }
   data.update(JsonOf(attempt));

@@ -43,6 +43,18 @@ struct LookedAround {
   std::vector<LookRecord> looks;  ///< scans from the wrist
 };
 
+/// A detector that returns a detection made beforehand.
+class FixedDetector : public Detector {
+ public:
+  explicit FixedDetector(Detected detected) : detected_(std::move(detected)) {}
+  Detected Detect(const geometry::Observation&, base::Rng&, const Turn&) const override {
+    return detected_;
+  }
+
+ private:
+  Detected detected_;
+};
+
 /// Options and observers of an attempt. Functions and pointers may be empty.
 struct AttemptOptions {
   std::uint64_t seed = 0;  ///< each stage draws from its own stream of this seed

@@ -12,7 +12,9 @@
 #include "base/installation.h"
 #include "base/process/program.h"
 #include "base/words.h"
+#include "experiment/runner.h"
 #include "sim/check/fix.h"
+#include "trial/grasping_task.h"
 #include "trial/registry.h"
 #include "trial/trial.h"
 
@@ -46,7 +48,8 @@ constexpr std::uint64_t kSeed = 101;
 double Computed_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Thing {
-  std::string name, geom;
+  std::string name;
+  std::vector<std::string> geoms;
 };
 
 std::vector<Thing> Things(double opening_m) {
@@ -55,29 +58,29 @@ std::vector<Thing> Things(double opening_m) {
     const double w = share * std::min(opening_m, kWidest_m);
     const int mm = static_cast<int>(std::lround(w * kMmPerM));
     const double r = 0.5 * w;
+    const double half_m = 0.5 * kHeight_m;
     things.push_back(
         {fmt::format("box_{}_mm", mm),
-         fmt::format("type=\"box\" size=\"{:.5f} {:.5f} {:.5f}\"", r, 0.6 * w, 0.5 * kHeight_m)});
+         {fmt::format("type=\"box\" size=\"{:.5f} {:.5f} {:.5f}\"", r, 0.6 * w, half_m)}});
     things.push_back({fmt::format("cylinder_{}_mm", mm),
-                      fmt::format("type=\"cylinder\" size=\"{:.5f} {:.5f}\"", r, 0.5 * kHeight_m)});
-    things.push_back(
-        {fmt::format("ball_{}_mm", mm), fmt::format("type=\"sphere\" size=\"{:.5f}\"", r)});
-    things.back().geom += fmt::format("|type=\"cylinder\" size=\"{:.5f} 0.001\" pos=\"0 0 {:.5f}\"",
-                                      kFoot * r, 0.001 - r);
+                      {fmt::format("type=\"cylinder\" size=\"{:.5f} {:.5f}\"", r, half_m)}});
+    things.push_back({fmt::format("ball_{}_mm", mm),
+                      {fmt::format("type=\"sphere\" size=\"{:.5f}\"", r),
+                       fmt::format("type=\"cylinder\" size=\"{:.5f} 0.001\" pos=\"0 0 {:.5f}\"",
+                                   kFoot * r, 0.001 - r)}});
   }
   return things;
 }
 
 void Write(const std::filesystem::path& folder, const Thing& thing) {
   std::string geoms;
-  for (const std::string& geom : base::Split(thing.geom, '|')) {
+  for (const std::string& geom : thing.geoms) {
     geoms += fmt::format(
         "<geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" {0}/>"
         "<geom group=\"3\" condim=\"6\" friction=\"0.25 0.003 0.0005\" solref=\"0.005 1\" "
         "solimp=\"0.95 0.99 0.001 0.5 2\" density=\"{1:g}\" {0}/>",
         geom, kDensity_kg_m3);
   }
-  std::filesystem::create_directories(folder / thing.name);
   base::WriteFile(folder / thing.name / (thing.name + ".xml"),
                   fmt::format("<mujoco model=\"{0}\"><custom><text name=\"surface\" "
                               "data=\"cardboard\"/></custom><worldbody><body name=\"{0}\">"
@@ -212,7 +215,7 @@ class Trying {
   Trying(Cell& cell, const std::function<void(const std::string&)>& say) : cell_(cell), say_(say) {}
 
   Tryout Run() {
-    const std::vector<experiment::Case> cases = Cases();
+    const auto cases = experiment::InTurn(TrialsOf(cell_.options, kSeed));
     if (say_) {
       say_(fmt::format("tries {} trials: reach, grasp, lift, carry and release of {}", cases.size(),
                        base::Join(cell_.options.objects)));
@@ -236,16 +239,6 @@ class Trying {
     std::vector<std::string> objects;
     int count = 0;
   };
-
-  std::vector<experiment::Case> Cases() const {
-    std::vector<experiment::Case> cases;
-    for (int i = 0; i < cell_.options.trials_per_object; ++i) {
-      for (const std::string& object : cell_.options.objects) {
-        cases.push_back(CaseOf({object, i, TrialSeed(kSeed, object, i)}));
-      }
-    }
-    return cases;
-  }
 
   void Try(const TrialSpec& spec) {
     Attempt attempt;
@@ -293,23 +286,26 @@ class Trying {
   // A joint that lags behind can stop the arm as if it had hit something. This is an error even if
   // all trials succeeded.
   void CheckLag() {
-    if (lags_rad_.size() == 0 || lags_rad_.maxCoeff() <= kLag_rad) return;
-    std::vector<std::string> slow;
-    for (Eigen::Index i = 0; i < lags_rad_.size(); ++i) {
-      if (lags_rad_[i] > kLag_rad) slow.push_back(fmt::format("{}", i + 1));
+    std::vector<int> slow;
+    std::vector<std::string> names;
+    for (int i = 0; i < lags_rad_.size(); ++i) {
+      if (lags_rad_[i] <= kLag_rad) continue;
+      slow.push_back(i);
+      names.push_back(std::to_string(i + 1));
     }
+    if (slow.empty()) return;
     Finding behind{
-        true, cell_.options.scene.string(), "joints " + base::Join(slow) + " of the arm",
+        true, cell_.options.scene.string(), "joints " + base::Join(names) + " of the arm",
         fmt::format("lag up to {:.1f} mrad behind in the motions of a trial; a lag of more than 5 "
                     "mrad counts as contact, more than 8 mrad ends the grasp",
                     1e3 * lags_rad_.maxCoeff()),
         ""};
-    SlowEnough(behind);
+    SlowEnough(slow, behind);
     tried_.findings.push_back(behind);
   }
 
-  // Adds a fix: limits with which the drives can follow in the worst trial.
-  void SlowEnough(Finding& behind) {
+  // Adds a fix for the slow joints: limits with which the drives can follow in the worst trial.
+  void SlowEnough(const std::vector<int>& slow, Finding& behind) {
     robot::Robot& robot = cell_.robot;
     const VectorXd velocity = robot.velocity, acceleration = robot.acceleration;
     VectorXd lags_rad = lags_rad_;
@@ -340,10 +336,6 @@ class Trying {
       if (robot.velocity != velocity) limit("joint_velocity", robot.velocity);
       behind.cure = fmt::format(" (tried)\nor kp of their drives {:.0f} times as high", stiffer);
     } else {
-      std::vector<int> slow;
-      for (int i = 0; i < lags_rad_.size(); ++i) {
-        if (lags_rad_[i] > kLag_rad) slow.push_back(i);
-      }
       edits = check::StifferDrives(cell_.options.scene, slow, stiffer);
     }
     behind.cure += edits.empty() ? "a higher kp of their drives" : "";

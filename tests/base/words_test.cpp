@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "base/error.h"
+#include "error_of.h"
 
 namespace rangegrasp::base {
 namespace {
@@ -23,12 +23,8 @@ TEST(Words, EveryValueHasItsWordAndComesBack) {
 }
 
 TEST(Words, AnUnknownWordIsToldWithTheNearest) {
-  try {
-    FromWord<Colour>("grean", "--colour");
-    FAIL();
-  } catch (const InputError& e) {
-    EXPECT_STREQ(e.what(), "--colour: 'grean' must be one of red, green, blue; nearest: green");
-  }
+  EXPECT_EQ(testing_support::ErrorOf([] { FromWord<Colour>("grean", "--colour"); }),
+            "--colour: 'grean' must be one of red, green, blue; nearest: green");
 }
 
 TEST(Split, JoinBringsTheTextBack) {

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -94,6 +97,26 @@ inline Ran RunProgram(const std::vector<std::string>& arguments,
   Command command(arguments, stdout_file, stdin_file);
   const int code = command.Wait();
   return {code, command.Out(), command.Err()};
+}
+
+/// Passes on what a run gave. Throws, so that the test fails and ends, if its exit code is not 0.
+inline Ran Succeeded(Ran ran) {
+  if (ran.code != 0) {
+    throw std::runtime_error("ended with code " + std::to_string(ran.code) + ":\n" + ran.out +
+                             ran.err);
+  }
+  return ran;
+}
+
+/// Expects bad usage or input: code 2, nothing on stdout, a message on stderr that contains `says`.
+inline void ExpectRefusal(const Ran& ran, const std::string& says) {
+  EXPECT_EQ(ran.code, 2) << ran.err;
+  EXPECT_EQ(ran.out, "") << ran.err;
+  EXPECT_THAT(ran.err, ::testing::HasSubstr(says));
+}
+inline void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
+  SCOPED_TRACE(::testing::PrintToString(arguments));
+  ExpectRefusal(RunProgram(arguments), says);
 }
 
 }  // namespace rangegrasp::testing_support

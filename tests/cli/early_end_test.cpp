@@ -24,24 +24,22 @@ TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
   EXPECT_THAT(ran.out, HasSubstr("2 of 6 cases are missing"));
   auto again = slippery;
   again.push_back("--resume");
-  const auto resumed = Run(again);
-  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  const auto resumed = Succeeded(Run(again));
   EXPECT_THAT(resumed.out, Not(HasSubstr("missing")));
 }
 
 TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
-  const auto ran = Run({"--set", "stop_after=0", "--set", "physics.glove_friction=0.01"});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const auto ran =
+      Succeeded(Run({"--set", "stop_after=0", "--set", "physics.glove_friction=0.01"}));
   EXPECT_THAT(ran.out, Not(HasSubstr("missing")));
 }
 
 TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {
   testing_support::TempFolder folder;
   // A single draw hardly ever gives a pile of touching objects.
-  const auto ran =
-      RunProgram({"run", testing_support::kSource + "/experiments/laser_touching.yaml", "--objects",
-                  "salt_cuboid", "--trials", "2", "--set", "clutter.max_draws=1", "--jobs", "1",
-                  "--out", (folder / "out").string()});
+  const auto ran = RunProgram({"run", testing_support::kSource + "/experiments/laser_touching.yaml",
+                               "--objects", "salt_cuboid", "--trials", "2", "--set",
+                               "clutter.max_draws=1", "--jobs", "1", "--out", folder / "out"});
   EXPECT_EQ(ran.code, 1) << ran.out << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("cases crashed:"));
   EXPECT_THAT(ran.err, HasSubstr("x arrange: no arrangement"));

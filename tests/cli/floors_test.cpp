@@ -14,7 +14,6 @@
 namespace rangegrasp {
 namespace {
 
-using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
@@ -35,12 +34,10 @@ nlohmann::json Overall(const std::string& experiment, const std::vector<std::str
   std::vector<std::string> arguments = {
       "run",    RANGEGRASP_SOURCE_DIR "/experiments/" + experiment + ".yaml",
       "--seed", kSeed,
-      "--out",  (folder / "out").string(),
+      "--out",  folder / "out",
       "--json"};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  const Ran ran = RunProgram(arguments);
-  EXPECT_EQ(ran.code, 0) << ran.err;
-  return nlohmann::json::parse(ran.out)["overall"];
+  return nlohmann::json::parse(Succeeded(RunProgram(arguments)).out)["overall"];
 }
 
 void ExpectReached(const Rates& rates) {
@@ -67,10 +64,9 @@ TEST(FloorsAreHigh, WithoutTheAdditionsTouchingObjectsStayBelow) {
 
 std::vector<experiment::Record> Records(const std::string& experiment, const std::string& trials) {
   const TempFolder folder;
-  const std::string out = (folder / "out").string();
-  const Ran ran = RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/" + experiment + ".yaml",
-                              "--seed", kSeed, "--trials", trials, "--out", out});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const std::string out = folder / "out";
+  Succeeded(RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/" + experiment + ".yaml",
+                        "--seed", kSeed, "--trials", trials, "--out", out}));
   return experiment::Store::Open(out).ReadAll();
 }
 

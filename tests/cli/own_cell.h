@@ -31,11 +31,10 @@ class OwnCell : public testing::Test {
   std::string Write() {
     folder_.Write("arm.xml", arm_);
     folder_.Write("scene.xml", scene_);
-    return folder_.Write("own.yaml", experiment_).string();
+    return folder_.Write("own.yaml", experiment_);
   }
   Ran Run(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments = {"run", Write(), "--jobs",
-                                          "1",   "--out", (folder_ / "out").string()};
+    std::vector<std::string> arguments = {"run", Write(), "--jobs", "1", "--out", folder_ / "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram(arguments);
   }

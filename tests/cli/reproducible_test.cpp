@@ -16,7 +16,6 @@ namespace {
 
 using experiment::Store;
 using testing_support::Command;
-using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
@@ -106,9 +105,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
       GTEST_SKIP() << "python3 has no numpy here (Debian package python3-numpy)";
     }
     if (CalibratedBefore()) {
-      const Ran ran =
-          RunProgram({"calibrate-stereo", Experiment(), "--out", Folder("stereo.yaml")});
-      ASSERT_EQ(ran.code, 0) << ran.err;
+      Succeeded(RunProgram({"calibrate-stereo", Experiment(), "--out", Folder("stereo.yaml")}));
     }
   }
   // One experiment calibrates the camera in each run, which takes seconds; the others do it once.
@@ -116,10 +113,8 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     return GetParam().find("stereo") != std::string::npos &&
            GetParam() != "laser_and_stereo_single";
   }
-  static std::string Experiment() {
-    return (kSource / "experiments" / (GetParam() + ".yaml")).string();
-  }
-  std::string Folder(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string Experiment() { return kSource / "experiments" / (GetParam() + ".yaml"); }
+  std::string Folder(const std::string& name) const { return folder_ / name; }
   std::vector<std::string> Arguments(const std::string& name,
                                      const std::vector<std::string>& more) const {
     std::vector<std::string> arguments = {"run", Experiment(), "--out", Folder(name)};
@@ -132,8 +127,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     return arguments;
   }
   void RunInto(const std::string& name, const std::vector<std::string>& more) const {
-    const Ran ran = RunProgram(Arguments(name, more));
-    ASSERT_EQ(ran.code, 0) << ran.err;
+    Succeeded(RunProgram(Arguments(name, more)));
   }
   // Every row without its times.
   std::vector<std::string> Rows(const std::string& name) const {
@@ -145,9 +139,7 @@ class ReproducibleTest : public testing::TestWithParam<std::string> {
     return rows;
   }
   nlohmann::json TableOf(const std::string& name) const {
-    const Ran ran = RunProgram({"table", Folder(name), "--json"});
-    EXPECT_EQ(ran.code, 0) << ran.err;
-    auto json = nlohmann::json::parse(ran.out);
+    auto json = nlohmann::json::parse(Succeeded(RunProgram({"table", Folder(name), "--json"})).out);
     json.erase("stage_seconds");
     if (json.contains("tables")) {  // computation times have their own table
       std::erase_if(json["tables"].get_ref<nlohmann::json::array_t&>(), [](const auto& table) {
@@ -185,9 +177,8 @@ TEST_P(ReproducibleTest, JobsShardsAKillAndAnotherHeapGiveTheSameRowsAndTables) 
   for (const char* shard : {"1", "2", "3"}) {
     RunStirred(std::string("shard") + shard, {"--jobs", "1", "--shard", std::string(shard) + "/3"});
   }
-  const Ran merged = RunProgram(
-      {"merge", Folder("shard2"), Folder("shard3"), Folder("shard1"), "-o", Folder("merged")});
-  ASSERT_EQ(merged.code, 0) << merged.err;
+  Succeeded(RunProgram(
+      {"merge", Folder("shard2"), Folder("shard3"), Folder("shard1"), "-o", Folder("merged")}));
   const auto rows = Rows("merged");
   ASSERT_GE(rows.size(), 3u);
   for (const auto& row : rows) {
@@ -206,8 +197,8 @@ TEST_P(ReproducibleTest, JobsShardsAKillAndAnotherHeapGiveTheSameRowsAndTables) 
 // Also with another heap, which reveals results that depend on addresses or uninitialized memory.
 TEST(Files, EveryCommandWritesTheSameBytesTwice) {
   const TempFolder folder;
-  const std::string experiment = (kSource / "experiments/laser_single.yaml").string();
-  const std::string cloud = (folder / "first.pcd").string();
+  const std::string experiment = kSource / "experiments/laser_single.yaml";
+  const std::string cloud = folder / "first.pcd";
   const std::vector<std::pair<std::vector<std::string>, std::string>> commands = {
       {{"scan", experiment, "--picture", "PICTURE.png"}, ".pcd"},
       {{"scan", experiment}, ".ply"},

@@ -15,7 +15,6 @@ namespace {
 
 using experiment::Store;
 using testing::HasSubstr;
-using testing_support::Command;
 using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
@@ -35,7 +34,7 @@ class RunTest : public testing::Test {
   }
   void SetUp() override { ASSERT_EQ(reference_run_->code, 0) << reference_run_->err; }
 
-  static std::string Folder(const std::string& name) { return (*shared_ / name).string(); }
+  static std::string Folder(const std::string& name) { return *shared_ / name; }
   static std::vector<std::string> Arguments(const std::string& name,
                                             const std::vector<std::string>& more,
                                             const std::string& trials = "1") {
@@ -57,9 +56,7 @@ class RunTest : public testing::Test {
     return rows;
   }
   static nlohmann::json TableOf(const std::string& name) {
-    const Ran ran = RunProgram({"table", Folder(name), "--json"});
-    EXPECT_EQ(ran.code, 0) << ran.err;
-    auto json = nlohmann::json::parse(ran.out);
+    auto json = nlohmann::json::parse(Succeeded(RunProgram({"table", Folder(name), "--json"})).out);
     json.erase("stage_seconds");
     return json;
   }
@@ -90,16 +87,14 @@ TEST_F(RunTest, NoTrialCrashesOrTimesOut) {
 TEST_F(RunTest, ARowDoesNotDependOnTheOtherObjectsOfItsRun) {
   auto arguments = Arguments("others", {});
   arguments[3] = "salt_cylinder,sweets_cylinder,spread";
-  const Ran ran = RunProgram(arguments);
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  Succeeded(RunProgram(arguments));
   const auto rows = Rows("others");
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[2], Rows("single")[0]);  // spread: the last of the three, the first of the two
 }
 
 TEST_F(RunTest, ShardsThatOverlapOrExistAreNotMerged) {
-  const Ran ran = RunInto("shard1", {"--shard", "1/2"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(RunInto("shard1", {"--shard", "1/2"}));
   EXPECT_THAT(ran.out, HasSubstr("1 of 2 cases are missing"));
   const Ran twice =
       RunProgram({"merge", Folder("shard1"), Folder("shard1"), "-o", Folder("twice")});
@@ -126,8 +121,7 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
 
 // The rows of seed 1 are those of the run with only seed 1; the table counts all rows.
 TEST_F(RunTest, SeveralSeedsStandInOneTable) {
-  const Ran ran = RunInto("seeds", {"--seeds", "1,2"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  Succeeded(RunInto("seeds", {"--seeds", "1,2"}));
   EXPECT_EQ(Rows("seeds/seed-1"), Rows("single"));
   EXPECT_NE(Rows("seeds/seed-2"), Rows("single"));
   const auto json = TableOf("seeds");
@@ -148,8 +142,7 @@ TEST_F(RunTest, WrongSeedsAreTold) {
 }
 
 TEST_F(RunTest, ResumingAFinishedRunPrintsItsTable) {
-  const Ran ran = RunInto("single", {"--resume"});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(RunInto("single", {"--resume"}));
   EXPECT_EQ(ran.out, reference_run_->out);
 }
 
@@ -159,11 +152,9 @@ TEST_F(RunTest, MoreTrialsAreAddedToARun) {
   const auto with_two = [](const std::string& name, const std::string& flag) {
     return RunProgram(Arguments(name, {flag}, "2"));
   };
-  const Ran more = with_two("more", "--resume");
-  ASSERT_EQ(more.code, 0) << more.err;
+  const Ran more = Succeeded(with_two("more", "--resume"));
   EXPECT_THAT(more.err, HasSubstr("2 cases in"));
-  const Ran at_once = with_two("at_once", "--overwrite");
-  ASSERT_EQ(at_once.code, 0) << at_once.err;
+  const Ran at_once = Succeeded(with_two("at_once", "--overwrite"));
   EXPECT_EQ(Rows("more"), Rows("at_once"));
   EXPECT_EQ(Store::Open(Folder("more")).ReadStamp(), Store::Open(Folder("at_once")).ReadStamp());
   const Ran shard = RunProgram(Arguments("more", {"--resume", "--shard", "1/2"}, "3"));
@@ -213,8 +204,7 @@ TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
 }
 
 TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
-  const Ran ran = RunProgram({"trial", Folder("single"), "spread-0000", "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(RunProgram({"trial", Folder("single"), "spread-0000", "--json"}));
   EXPECT_EQ(ran.err, "");  // no warning about a difference
   auto replayed = nlohmann::ordered_json::parse(ran.out);
   replayed["seconds"] = nlohmann::ordered_json::object();
@@ -229,8 +219,7 @@ TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
 }
 
 TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
-  const Ran ran = RunProgram({"compare", Folder("single"), Folder("single")});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("single")}));
   EXPECT_THAT(ran.out, HasSubstr("pairs 2"));
   EXPECT_THAT(ran.out, HasSubstr("same outcome 2"));
   EXPECT_THAT(ran.out, HasSubstr("McNemar exact p 1"));
@@ -238,14 +227,13 @@ TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
 
 TEST_F(RunTest, AScanIsPerceivedAsAFileToo) {
   const std::string cloud = Folder("spread.pcd");
-  const Ran scan = RunProgram({"scan", kExperiment, "--trial", "spread-0000", "-o", cloud});
-  ASSERT_EQ(scan.code, 0) << scan.err;
-  const std::string bytes = base::ReadFile(cloud);
-  const Ran again = RunProgram({"scan", kExperiment, "--trial", "spread-0000", "-o", cloud});
-  EXPECT_EQ(base::ReadFile(cloud), bytes);
-  const Ran ran = RunProgram(
-      {"perceive", cloud, "--sensor-origin", "0.8,0,0.62", "--json", "-o", Folder("seen")});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto scanned = [&] {
+    Succeeded(RunProgram({"scan", kExperiment, "--trial", "spread-0000", "-o", cloud}));
+    return base::ReadFile(cloud);
+  };
+  EXPECT_EQ(scanned(), scanned());
+  const Ran ran = Succeeded(RunProgram(
+      {"perceive", cloud, "--sensor-origin", "0.8,0,0.62", "--json", "-o", Folder("seen")}));
   const auto json = nlohmann::json::parse(ran.out);
   ASSERT_GE(json["objects"].size(), 1u);
   EXPECT_GT(json["table"]["normal"][2].get<double>(), 0.999);

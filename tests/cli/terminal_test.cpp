@@ -83,7 +83,7 @@ TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
                            "/models/sensors/stripe_base.yaml\nseams: 2\n"
                            "profiles_per_seam: 40\n")
           .string();
-  const std::string out = (folder / "r").string();
+  const std::string out = folder / "r";
   ASSERT_EQ(RunProgram({"run", file, "--out", out}).code, 0);
   const std::string plain = RunProgram({"table", out}).out;
   const std::string shown = OnTerminal({"table", out});
@@ -117,12 +117,12 @@ std::string Rod() {
 
 TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
   const TempFolder folder;
-  const std::string file = folder.Write("rod.off", Rod()).string();
+  const std::string file = folder.Write("rod.off", Rod());
   const std::vector<std::string> arguments = {"parts", file, "--method",
-                                              "sdf",   "-o", (folder / "out").string()};
+                                              "sdf",   "-o", folder / "out"};
   EXPECT_THAT(RunProgram(arguments).err, testing::Not(HasSubstr("apart")));
   // util-linux's `script` gives it a terminal for stderr, too.
-  const std::string seen = (folder / "seen").string();
+  const std::string seen = folder / "seen";
   std::string command = RANGEGRASP_BINARY;
   for (const std::string& argument : arguments) command += " " + argument;
   ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);

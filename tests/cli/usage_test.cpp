@@ -16,11 +16,14 @@ namespace {
 
 using testing::HasSubstr;
 using testing_support::Command;
+using testing_support::ExpectRefused;
 using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
 const std::filesystem::path kUsageSource = RANGEGRASP_SOURCE_DIR;
+const std::string kTabletop = kUsageSource / "scenes/tabletop.xml";
+const std::string kLaserSingle = kUsageSource / "experiments/laser_single.yaml";
 
 const std::vector<std::string> kCommands = {
     "run",       "table",  "trial",  "compare",  "merge",      "export",
@@ -28,15 +31,6 @@ const std::vector<std::string> kCommands = {
     "cylinders", "parts",  "seam",   "list",     "completion", "version"};
 // Commands that need no arguments.
 const std::set<std::string> kNeedNothing = {"version", "list"};
-
-// Expects bad usage or input: code 2, a message on stderr that contains `says`, nothing on stdout.
-void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
-  const Ran ran = RunProgram(arguments);
-  const std::string what = testing::PrintToString(arguments) + "\n" + ran.err;
-  EXPECT_EQ(ran.code, 2) << what;
-  EXPECT_EQ(ran.out, "") << what;
-  EXPECT_THAT(ran.err, HasSubstr(says)) << what;
-}
 
 TEST(Help, EveryCommandHasAnExampleOfItself) {
   for (const std::string& command : kCommands) {
@@ -89,11 +83,10 @@ TEST(Usage, UnknownOptionsAndMissingArgumentsAreRefused) {
 }
 
 TEST(Usage, OptionValuesOutOfRangeAreRefused) {
-  const std::string experiment = (kUsageSource / "experiments/laser_single.yaml").string();
   const TempFolder folder;
-  const std::string out = (folder / "out").string();
+  const std::string out = folder / "out";
   const auto with = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"run", experiment, "--out", out});
+    more.insert(more.begin(), {"run", kLaserSingle, "--out", out});
     return more;
   };
   ExpectRefused(with({"--trials", "0"}), "--trials");
@@ -105,19 +98,16 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
     ExpectRefused(with({std::string("--shard=") + shard}), "--shard");
   }
   ExpectRefused(with({"--objects", "coffee_cap"}), "nearest: 'coffee_cup'");
-  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  EXPECT_FALSE(std::filesystem::exists(out));
   for (const char* size : {"0x0", "100", "100x", "x100", "1x1", "99999x99999", "100x100x"}) {
-    ExpectRefused({"snapshot", (kUsageSource / "scenes/tabletop.xml").string(), "-o",
-                   (folder / "a.png").string(), "--size", size},
-                  size);
+    ExpectRefused({"snapshot", kTabletop, "-o", folder / "a.png", "--size", size}, size);
   }
 }
 
 TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
-  const std::string scene = (kUsageSource / "scenes/tabletop.xml").string();
-  ExpectRefused({"scan", scene, "-o", "s.xyz"},
+  ExpectRefused({"scan", kTabletop, "-o", "s.xyz"},
                 "s.xyz: unsupported file type; the name must end with .pcd or .ply");
-  ExpectRefused({"snapshot", scene, "-o", "s.jpg"},
+  ExpectRefused({"snapshot", kTabletop, "-o", "s.jpg"},
                 "s.jpg: unsupported file type; the name must end with .png");
 }
 
@@ -125,9 +115,7 @@ TEST(Usage, WhatPicturesNeedIsNamedOrInstalled) {
   const std::string no_mesa = RANGEGRASP_NO_MESA;
   if (no_mesa.empty()) GTEST_SKIP() << "the sanitizer must be loaded first";
   const TempFolder folder;
-  const std::vector<std::string> arguments = {"snapshot",
-                                              (kUsageSource / "scenes/tabletop.xml").string(), "-o",
-                                              (folder / "a.png").string()};
+  const std::vector<std::string> arguments = {"snapshot", kTabletop, "-o", folder / "a.png"};
   Command refused(arguments, "", "/dev/null", no_mesa);
   EXPECT_EQ(refused.Wait(), 2);
   EXPECT_THAT(refused.Err(), HasSubstr("'libosmesa6' is missing"));
@@ -160,12 +148,10 @@ TEST(Version, IsAnOptionToo) {
 }
 
 TEST(Version, IsJsonThatNamesTheProgramAndItsLibraries) {
-  const Ran ran = RunProgram({"version", "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto json = nlohmann::json::parse(ran.out);
+  const auto json = nlohmann::json::parse(Succeeded(RunProgram({"version", "--json"})).out);
   for (const char* name : {"rangegrasp", "commit", "mujoco", "eigen", "cgal", "ompl", "fcl",
                            "embree", "opencv", "sqlite", "yaml-cpp"}) {
-    EXPECT_NE(json.value(name, ""), "") << name << "\n" << ran.out;
+    EXPECT_NE(json.value(name, ""), "") << name << "\n" << json;
   }
 }
 
@@ -177,28 +163,27 @@ class BadInputTest : public testing::Test {
                   "name: demo\nscene: " + scene +
                       "\nsensor: " + (kUsageSource / "models/sensors/line_scanner.yaml").string() +
                       "\nobjects: " + objects + "\n");
-    return (folder_ / "experiments/e.yaml").string();
+    return folder_ / "experiments/e.yaml";
   }
-  std::string Tabletop() const { return (kUsageSource / "scenes/tabletop.xml").string(); }
   void Thing(const std::string& mjcf) { folder_.Write("models/objects/thing/thing.xml", mjcf); }
-  std::string Out() const { return (folder_ / "out").string(); }
+  std::string Out() const { return folder_ / "out"; }
 
   TempFolder folder_;
 };
 
 TEST_F(BadInputTest, ABadExperimentIsNamedWithFileAndLine) {
-  ExpectRefused({"run", (folder_ / "none.yaml").string()}, (folder_ / "none.yaml").string());
-  const std::string file = folder_.Write("e.yaml", "name: demo\nsceen: x\n").string();
+  ExpectRefused({"run", folder_ / "none.yaml"}, folder_ / "none.yaml");
+  const std::string file = folder_.Write("e.yaml", "name: demo\nsceen: x\n");
   ExpectRefused({"run", file, "--out", Out()}, file + ":1: key 'scene'");
   folder_.Write("e.yaml", "name: [\n");
   ExpectRefused({"run", file, "--out", Out()}, file + ":");
   Thing("<mujoco/>");
-  const std::string typo = Experiment(Tabletop());
+  const std::string typo = Experiment(kTabletop);
   folder_.Write("experiments/e.yaml",
                 base::ReadFile(folder_ / "experiments/e.yaml") + "trails_per_object: 3\n");
   for (const auto& [command, out] :
        {std::pair{"run", "out"}, {"scan", "out.pcd"}, {"snapshot", "out.png"}}) {
-    ExpectRefused({command, typo, "-o", (folder_ / out).string()},
+    ExpectRefused({command, typo, "-o", folder_ / out},
                   typo + ":5: unknown key 'trails_per_object'");
     EXPECT_FALSE(std::filesystem::exists(folder_ / out));
   }
@@ -210,37 +195,37 @@ TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
       "</mujoco>");
   ExpectRefused({"run", Experiment("missing.xml"), "--out", Out()}, "missing.xml");
   for (const char* text : {"", "no xml", "<mujoco>", "<mujoco><worldbody><geom/></worldbody>"}) {
-    const std::string scene = folder_.Write("experiments/broken.xml", text).string();
+    const std::string scene = folder_.Write("experiments/broken.xml", text);
     ExpectRefused({"run", Experiment("broken.xml"), "--out", Out()}, scene);
-    ExpectRefused({"snapshot", scene, "-o", (folder_ / "a.png").string()}, scene);
-    ExpectRefused({"scan", scene, "-o", (folder_ / "a.pcd").string()}, scene);
+    ExpectRefused({"snapshot", scene, "-o", folder_ / "a.png"}, scene);
+    ExpectRefused({"scan", scene, "-o", folder_ / "a.pcd"}, scene);
   }
-  ExpectRefused({"snapshot", (folder_ / "none.xml").string(), "-o", "a.png"}, "none.xml");
+  ExpectRefused({"snapshot", folder_ / "none.xml", "-o", "a.png"}, "none.xml");
 }
 
 TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {
-  const std::string model = (folder_ / "models/objects/thing/thing.xml").string();
+  const std::string model = folder_ / "models/objects/thing/thing.xml";
   for (const char* text : {"", "<mujoco>", "<mujoco/>",
                            // no freejoint
                            "<mujoco><worldbody><body name=\"thing\"><geom "
                            "size=\".1\"/></body></worldbody></mujoco>"}) {
     Thing(text);
-    ExpectRefused({"run", Experiment(Tabletop()), "--out", Out()}, model);
+    ExpectRefused({"run", Experiment(kTabletop), "--out", Out()}, model);
   }
-  ExpectRefused({"run", Experiment(Tabletop(), "[none]"), "--out", Out()}, "nearest: 'thing'");
+  ExpectRefused({"run", Experiment(kTabletop, "[none]"), "--out", Out()}, "nearest: 'thing'");
 }
 
 TEST_F(BadInputTest, AnObjectThatIsNoPlaceOfThisWorldIsNamedAtOnce) {
-  const std::string model = (folder_ / "models/objects/thing/thing.xml").string();
+  const std::string model = folder_ / "models/objects/thing/thing.xml";
   for (const char* geom : {"size=\".1\" pos=\"0 0 1e300\"", "size=\"1e300\""}) {
     Thing("<mujoco><worldbody><body name=\"thing\"><freejoint/><geom name=\"g\" " +
           std::string(geom) + " mass=\"1\"/></body></worldbody></mujoco>");
-    ExpectRefused({"snapshot", model, "-o", (folder_ / "a.png").string()}, model + ": ");
+    ExpectRefused({"snapshot", model, "-o", folder_ / "a.png"}, model + ": ");
   }
 }
 
 TEST_F(BadInputTest, TextThatIsNotUtf8IsNamed) {
-  const std::string file = folder_.Write("e.yaml", "name: demo\n# caf\xe9\n").string();
+  const std::string file = folder_.Write("e.yaml", "name: demo\n# caf\xe9\n");
   ExpectRefused({"run", file, "--out", Out()}, file + ":2: is not UTF-8");
   ExpectRefused({"perceive", "a\xff.pcd", "--json"}, "argument 2 is not UTF-8");
 }
@@ -266,15 +251,15 @@ TEST_F(BadInputTest, ACloudThatIsNoneIsNamed) {
       {"text.ply", "ply\nformat ascii 1.0\n"},
   };
   for (const auto& [name, text] : files) {
-    const std::string file = folder_.Write(name, text).string();
+    const std::string file = folder_.Write(name, text);
     ExpectRefused({"perceive", file}, file);
   }
-  ExpectRefused({"perceive", (folder_ / "missing.pcd").string()}, "missing.pcd");
-  ExpectRefused({"perceive", folder_.path().string()}, folder_.path().string());
+  ExpectRefused({"perceive", folder_ / "missing.pcd"}, "missing.pcd");
+  ExpectRefused({"perceive", folder_.path()}, folder_.path());
 }
 
 TEST_F(BadInputTest, AFolderWithoutResultsIsNamed) {
-  const std::string folder = folder_.path().string();
+  const std::string folder = folder_.path();
   ExpectRefused({"table", folder}, folder);
   ExpectRefused({"trial", folder, "mug-0000"}, folder);
   ExpectRefused({"compare", folder, folder}, folder);
@@ -285,11 +270,10 @@ TEST_F(BadInputTest, AFolderWithoutResultsIsNamed) {
 }
 
 TEST_F(BadInputTest, AnOutputThatCannotBeMadeIsNamed) {
-  const std::string below = (folder_.Write("file", "") / "below").string();
-  const std::string experiment = (kUsageSource / "experiments/laser_single.yaml").string();
-  ExpectRefused({"run", experiment, "--out", below}, below);
-  ExpectRefused({"run", experiment, "--out", "/proc/self"}, "/proc/self");
-  ExpectRefused({"snapshot", Tabletop(), "-o", below + "/a.png", "--size", "16x16"}, below);
+  const std::string below = folder_.Write("file", "") / "below";
+  ExpectRefused({"run", kLaserSingle, "--out", below}, below);
+  ExpectRefused({"run", kLaserSingle, "--out", "/proc/self"}, "/proc/self");
+  ExpectRefused({"snapshot", kTabletop, "-o", below + "/a.png", "--size", "16x16"}, below);
 }
 
 // Limits memory as `ulimit -v` does, to values at which libraries would crash.
@@ -298,12 +282,11 @@ TEST(LittleMemory, IsSaidAndEndsWithCodeOne) {
   GTEST_SKIP() << "the sanitizer needs more address space than any limit leaves";
 #endif
   const TempFolder folder;
-  const std::string scene = (kUsageSource / "scenes/tabletop.xml").string();
   for (const rlim_t megabytes : {420, 520, 1000}) {
     const int code = testing_support::InChild([&] {
       const rlimit limit{megabytes << 20U, megabytes << 20U};
       setrlimit(RLIMIT_AS, &limit);
-      const Ran ran = RunProgram({"snapshot", scene, "-o", (folder / "a.png").string()});
+      const Ran ran = RunProgram({"snapshot", kTabletop, "-o", folder / "a.png"});
       return ran.code == 1 && ran.err.find("of memory are needed") != std::string::npos ? 0 : 1;
     });
     EXPECT_EQ(code, 0) << megabytes;
@@ -318,8 +301,7 @@ TEST(FullDisk, IsSaidAndEndsWithCodeOne) {
   }
   const TempFolder folder;
   std::filesystem::create_symlink("/dev/full", folder / "full.png");
-  const Ran ran = RunProgram({"snapshot", (kUsageSource / "scenes/tabletop.xml").string(), "-o",
-                              (folder / "full.png").string(), "--size", "64x64"});
+  const Ran ran = RunProgram({"snapshot", kTabletop, "-o", folder / "full.png", "--size", "64x64"});
   EXPECT_EQ(ran.code, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("full.png"));
 }

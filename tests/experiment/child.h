@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <exception>
 #include <functional>
 
 namespace rangegrasp::testing_support {

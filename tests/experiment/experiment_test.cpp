@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -113,12 +112,8 @@ TEST_F(ExperimentTest, NameAndSeedHaveDefaults) {
 }
 
 TEST_F(ExperimentTest, TheCommandLineChangesTheFile) {
-  Changes changes;
-  changes.trials = 2;
-  changes.seed = 7;
-  changes.set = {"groups=[x, y, z]"};
-  changes.groups = {"z", "x"};
-  const auto e = Open("task: squares\nseed: 3\ncases_each: 9\n", changes);
+  const auto e = Open("task: squares\nseed: 3\ncases_each: 9\n",
+                      {.set = {"groups=[x, y, z]"}, .trials = 2, .seed = 7, .groups = {"z", "x"}});
   EXPECT_EQ(Ids(e), (std::vector<std::string>{"x-0", "x-1", "z-0", "z-1"}));  // in the file's order
   EXPECT_EQ(e.cases[2].position, 4);  // a row's position does not depend on the others
   EXPECT_EQ(e.common.seed, 7u);
@@ -130,9 +125,7 @@ TEST_F(ExperimentTest, ItsHashLeavesOutSeedAndNumberOfTrialsAlone) {
   };
   const std::string plain = hash("task: squares\n");
   EXPECT_EQ(hash("task: squares\nseed: 5\ncases_each: 2\n"), hash("task: squares\n"));
-  Changes changes;
-  changes.seed = 9;
-  changes.trials = 1;
+  Changes changes{.trials = 1, .seed = 9};
   EXPECT_EQ(hash("task: squares\n", changes), plain);
   changes.set = {"groups=[a]"};
   EXPECT_NE(hash("task: squares\n", changes), plain);
@@ -156,10 +149,7 @@ TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
 }
 
 TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
-  Changes changes;
-  changes.trials = 2;
-  changes.groups = {"b"};
-  const auto e = Open("task: squares\nname: first\n", changes);
+  const auto e = Open("task: squares\nname: first\n", {.trials = 2, .groups = {"b"}});
   folder_.Write("demo.yaml", "task: squares\nname: second\n");
   const auto again = OpenAgain(e.stamp, false);
   EXPECT_EQ(Ids(again), Ids(e));

@@ -105,18 +105,11 @@ using testing::Not;
 // A complete table with one better and one worse figure, one that was begun, one without results,
 // and one that cannot be run.
 Reproduction Some(bool is_short) {
-  const auto figure = [](const char* row, Count own, Count published) {
-    return PublishedFigure{.row = row,
-                           .unit = "%",
-                           .published = 100.0 * published.k / published.n,
-                           .own = 100.0 * own.k / own.n,
-                           .evidence = TrialsEvidence{own, published}};
-  };
   Reproduction all{is_short, {}, {}};
   all.tables.push_back({.number = "5.2", .title = "alone", .experiment = "single"});
   all.tables[0].done = all.tables[0].cases = 20;
-  const std::vector<PublishedFigure> figures = {figure("cup", {10, 10}, {0, 10}),
-                                                figure("box", {0, 10}, {10, 10})};
+  std::vector<PublishedFigure> figures = {RateOf({10, 10}, {0, 10}), RateOf({0, 10}, {10, 10})};
+  figures[1].row = "box";
   all.tables[0].judged = is_short ? NotJudged(figures) : Judge(figures, true);
   all.tables.push_back({.number = "5.3", .title = "touching", .experiment = "touching"});
   all.tables[1].done = 3;

@@ -15,7 +15,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
-#include <set>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -48,8 +47,6 @@ using testing_support::TempFolder;
 
 constexpr std::uint64_t kSeed = 42;
 
-using RunCase = std::function<Result(const Case&)>;
-
 Result Good(const Case& which) { return SampleResult(which); }
 
 std::vector<Case> Cases(int count) {
@@ -64,7 +61,8 @@ std::vector<std::string> Rows(const Store& store) {
   return rows;
 }
 
-std::vector<std::string> RowsOfRun(const std::vector<Case>& cases, const RunCase& run, int jobs) {
+std::vector<std::string> RowsOfRun(const std::vector<Case>& cases, const CaseRunner& run,
+                                   int jobs) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
   RunCases(cases, run, store, {.jobs = jobs}, {});
@@ -74,7 +72,7 @@ std::vector<std::string> RowsOfRun(const std::vector<Case>& cases, const RunCase
 bool NoChildIsLeft() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD; }
 
 // Runs three cases, two at a time; the second one is `bad`.
-Record RunBad(const RunCase& bad, double limit_s = 30.0) {
+Record RunBad(const CaseRunner& bad, double limit_s = 30.0) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
   const auto run = [&](const Case& which) {
@@ -138,15 +136,19 @@ TEST(ShardOf, TakesEveryCaseOfItsTurn) {
   }
 }
 
+std::vector<int> PositionsOf(const std::vector<Case>& cases) {
+  std::vector<int> positions;
+  for (const Case& c : cases) positions.push_back(c.position);
+  return positions;
+}
+
 TEST(Missing, IsWhatTheStoreDoesNotHoldFailedOnesIncluded) {
   const TempFolder folder;
   Store store = Store::Create(folder.path());
   const auto cases = Cases(8);
   for (const std::size_t done : {0u, 3u, 4u})
     store.Write({cases[done], {kCrashed, "case", "", "{}", {}}});
-  std::vector<int> missing;
-  for (const Case& c : Missing(cases, store)) missing.push_back(c.position);
-  EXPECT_EQ(missing, (std::vector<int>{1, 2, 5, 6, 7}));
+  EXPECT_EQ(PositionsOf(Missing(cases, store)), (std::vector<int>{1, 2, 5, 6, 7}));
   EXPECT_EQ(store.ReadAll().front().result.outcome, kCrashed);
 }
 
@@ -156,9 +158,8 @@ TEST(Missing, MayHoldWhatCrashedAgain) {
   const auto cases = Cases(4);
   store.Write({cases[1], {kCrashed, "case", "killed by Killed", "{}", {}}});
   store.Write({cases[2], {"delivered", "", "", "{}", {}}});
-  std::vector<int> missing;
-  for (const Case& c : Missing(cases, store, /*again_crashed=*/true)) missing.push_back(c.position);
-  EXPECT_EQ(missing, (std::vector<int>{0, 1, 3}));
+  EXPECT_EQ(PositionsOf(Missing(cases, store, /*again_crashed=*/true)),
+            (std::vector<int>{0, 1, 3}));
 }
 
 // Changes that the case makes stay in its own process, and its result comes back.

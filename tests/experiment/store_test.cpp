@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
-#include <set>
 
 #include "base/error.h"
 #include "error_of.h"
@@ -33,6 +32,14 @@ void ExpectSame(const std::vector<Record>& a, const std::vector<Record>& b) {
     EXPECT_EQ(Row(a[i]), Row(b[i]));
     EXPECT_EQ(a[i].result.seconds, b[i].result.seconds);
   }
+}
+
+void RunSql(const std::filesystem::path& folder, const std::string& sql) {
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(db);
+  sqlite3_close(db);
 }
 
 TEST(FolderLock, RefusesASecondWriterWithTheHoldersNameUntilTheFirstEnds) {
@@ -234,10 +241,7 @@ TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
 
 TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
   const TempFolder folder;
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
-  sqlite3_exec(db, "CREATE TABLE other(x)", nullptr, nullptr, nullptr);
-  sqlite3_close(db);
+  RunSql(folder.path(), "CREATE TABLE other(x)");
   EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder.path()); }),
               HasSubstr("no such table"));
 }
@@ -245,20 +249,15 @@ TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
 // The code in the schema of untrusted results is not run.
 TEST(Store, ViewsAndTriggersOfADatabaseDoNotRun) {
   const TempFolder folder;
-  const auto run_sql = [&](const char* name, const char* sql) {
-    sqlite3* db = nullptr;
-    EXPECT_EQ(sqlite3_open((folder / name / "results.sqlite").c_str(), &db), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
-    sqlite3_close(db);
-  };
   for (const char* name : {"view", "trigger"}) {
     Store::Create(folder / name).Write(SampleRecord("mug", 0));
   }
-  run_sql("view", "DROP TABLE cases; CREATE VIEW cases AS SELECT 'mug-0' AS id, '' AS outcome");
+  RunSql(folder / "view",
+         "DROP TABLE cases; CREATE VIEW cases AS SELECT 'mug-0' AS id, '' AS outcome");
   EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder / "view").Ids(); }),
               HasSubstr("view \"cases\" prohibited"));
-  run_sql("trigger",
-          "CREATE TRIGGER t AFTER INSERT ON cases BEGIN DELETE FROM cases WHERE id = 'mug-0'; END");
+  RunSql(folder / "trigger",
+         "CREATE TRIGGER t AFTER INSERT ON cases BEGIN DELETE FROM cases WHERE id = 'mug-0'; END");
   Store store = Store::Create(folder / "trigger");
   store.Write(SampleRecord("mug", 1));
   EXPECT_EQ(store.Count(), 2);
@@ -286,11 +285,7 @@ TEST(Store, ADamagedRecordIsNamed) {
   for (const auto& [change, what] : changes) {
     const TempFolder folder;
     Store::Create(folder.path()).Write(SampleRecord("mug", 0));
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open((folder / "results.sqlite").c_str(), &db), SQLITE_OK);
-    const auto sql = std::string("UPDATE cases SET ") + change;
-    ASSERT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    sqlite3_close(db);
+    RunSql(folder.path(), std::string("UPDATE cases SET ") + change);
     EXPECT_THAT(ErrorOf([&] { Store::Open(folder.path()).ReadAll(); }),
                 testing::AllOf(HasSubstr("results.sqlite: case mug-0"), HasSubstr(what)));
   }
@@ -312,12 +307,8 @@ TEST(Store, IsReadWhereNothingCanBeWritten) {
   std::filesystem::permissions(there, std::filesystem::perms(0555));
   EXPECT_EQ(rows_of_another_user(), 1);
   // As left by programs that did not reset the WAL journal mode.
-  sqlite3* db = nullptr;
   std::filesystem::permissions(there, std::filesystem::perms(0755));
-  ASSERT_EQ(sqlite3_open((there / "results.sqlite").c_str(), &db), SQLITE_OK);
-  sqlite3_exec(db, "PRAGMA journal_mode=WAL; UPDATE cases SET outcome = 'x'", nullptr, nullptr,
-               nullptr);
-  sqlite3_close(db);
+  RunSql(there, "PRAGMA journal_mode=WAL; UPDATE cases SET outcome = 'x'");
   std::filesystem::permissions(there, std::filesystem::perms(0555));
   EXPECT_EQ(rows_of_another_user(), 1);
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
@@ -432,12 +423,7 @@ TEST_F(MergeTest, TheShardsOfARunAreTheRun) {
   std::filesystem::rename(folder_ / "shard0", folder_ / "whole");
   const auto merged = Merge({Shard(2, 3), Shard(0, 3), Shard(1, 3)}, folder_ / "out");
   EXPECT_EQ(merged.cases, 40u);
-  const auto joined = Store::Open(folder_ / "out").ReadAll();
-  ASSERT_EQ(joined.size(), whole.size());
-  for (std::size_t i = 0; i < whole.size(); ++i) {
-    EXPECT_EQ(Row(joined[i]), Row(whole[i]));
-    EXPECT_EQ(joined[i].result.seconds, whole[i].result.seconds);
-  }
+  ExpectSame(Store::Open(folder_ / "out").ReadAll(), whole);
   EXPECT_EQ(Store::Open(folder_ / "out").ReadStamp(), Store::Open(folder_ / "whole").ReadStamp());
 }
 
@@ -480,14 +466,10 @@ TEST(Cursor, GivesAllRecordsInTheOrderOfTheirIds) {
   Store store = Store::Create(folder.path());
   for (const int i : {5, 3, 9, 0}) store.Write(SampleRecord("mug", i));
   Store::Cursor cursor(store);
-  std::vector<Record> seen;
+  std::vector<Record> seen, expected;
   while (auto record = cursor.Next()) seen.push_back(std::move(*record));
-  ASSERT_EQ(seen.size(), 4u);
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    const Record expected = SampleRecord("mug", (std::array{0, 3, 5, 9})[k]);
-    EXPECT_EQ(Row(seen[k]), Row(expected));
-    EXPECT_EQ(seen[k].result.seconds, expected.result.seconds);
-  }
+  for (const int i : {0, 3, 5, 9}) expected.push_back(SampleRecord("mug", i));
+  ExpectSame(seen, expected);
   EXPECT_EQ(store.Ids(),
             (std::unordered_set<std::string>{"mug-0000", "mug-0003", "mug-0005", "mug-0009"}));
 }

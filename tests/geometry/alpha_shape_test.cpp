@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "base/units.h"
@@ -70,52 +71,65 @@ TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
   base::Rng rng(GetParam());
   const Points points = samples::RandomPoints(4 + rng.Index(200), 1.0, rng);
   const double alpha = rng.Uniform(0.1, 0.8);
-  const AlphaComplex complex = BuildAlphaComplex(points, alpha);
-  const TriangleSet triangles(complex.triangles.begin(), complex.triangles.end());
-  EXPECT_EQ(triangles.size(), complex.triangles.size());
+  const auto found = AlphaTriangles(points, alpha);
+  const TriangleSet triangles(found.begin(), found.end());
+  EXPECT_EQ(triangles.size(), found.size());
   EXPECT_EQ(triangles, ReferenceTriangles(points, alpha));
 }
 
-/// Connected components over the triangles, found by repeated relabelling without a union-find.
-std::vector<std::uint32_t> SlowComponents(std::size_t n, const AlphaComplex& complex) {
-  std::vector<std::uint32_t> label(n);
-  for (std::uint32_t i = 0; i < n; ++i) label[i] = i;
+/// The components of the triangles, found by repeated relabelling without a union-find. Points at
+/// one position are in one component.
+AlphaComponents SlowComponents(const Points& points, double alpha) {
+  std::vector<Indices> joined;  // lists of points that are in one component
+  std::vector<bool> used(points.size(), false);
+  const auto join = [&](const auto& list) {
+    joined.emplace_back(list.begin(), list.end());
+    for (const std::uint32_t i : list) used[i] = true;
+  };
+  for (const auto& triangle : AlphaTriangles(points, alpha)) join(triangle);
+  std::map<Eigen::Vector3d, Indices, Less<Eigen::Vector3d>> twins;
+  for (std::uint32_t i = 0; i < points.size(); ++i) twins[points[i]].push_back(i);
+  for (const auto& [position, same] : twins) {
+    if (used[same.front()]) join(same);
+  }
+  Indices first(points.size());  // of the component
+  std::iota(first.begin(), first.end(), 0u);
   for (bool changed = true; changed;) {
     changed = false;
-    for (const auto& t : complex.triangles) {
-      const std::uint32_t low = std::min({label[t[0]], label[t[1]], label[t[2]]});
-      for (const std::uint32_t i : t) {
-        changed = changed || label[i] != low;
-        label[i] = low;
+    for (const Indices& list : joined) {
+      std::uint32_t low = first[list.front()];
+      for (const std::uint32_t i : list) low = std::min(low, first[i]);
+      for (const std::uint32_t i : list) {
+        changed = changed || first[i] != low;
+        first[i] = low;
       }
     }
   }
-  return label;
+  std::map<std::uint32_t, int> size;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (used[i]) ++size[first[i]];
+  }
+  std::set<std::pair<int, std::uint32_t>> order;  // largest first, ties by first point
+  for (const auto& [low, n] : size) order.emplace(-n, low);
+  AlphaComponents result{std::vector<std::int32_t>(points.size(), -1),
+                         static_cast<std::int32_t>(order.size())};
+  std::map<std::uint32_t, std::int32_t> number;
+  for (const auto& [n, low] : order) number.emplace(low, static_cast<std::int32_t>(number.size()));
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (used[i]) result.component[i] = number.at(first[i]);
+  }
+  return result;
 }
 
-TEST_P(SeededAlpha, ComponentsAreThoseOfTheTrianglesLargestFirst) {
-  base::Rng rng(GetParam());
-  const Points points = samples::RandomPoints(300, 1.0, rng);
-  const AlphaComplex complex = BuildAlphaComplex(points, 0.13);
-  const auto expected = SlowComponents(points.size(), complex);
-  std::set<std::uint32_t> used;
-  for (const auto& t : complex.triangles) used.insert(t.begin(), t.end());
-  std::map<std::int32_t, std::set<std::uint32_t>> parts;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    EXPECT_EQ(complex.component[i] < 0, !used.contains(i));
-    if (complex.component[i] >= 0) parts[complex.component[i]].insert(expected[i]);
+/// The triangles of points i as those of points order[i].
+std::vector<std::array<std::uint32_t, 3>> Renumbered(
+    std::vector<std::array<std::uint32_t, 3>> triangles, const Indices& order) {
+  for (auto& t : triangles) {
+    for (std::uint32_t& i : t) i = order[i];
+    std::sort(t.begin(), t.end());
   }
-  EXPECT_EQ(static_cast<std::int32_t>(parts.size()), complex.components);
-  std::set<std::uint32_t> seen;
-  std::size_t before = points.size();
-  for (const auto& [label, slow] : parts) {
-    EXPECT_EQ(slow.size(), 1u);
-    EXPECT_TRUE(seen.insert(*slow.begin()).second);
-    const auto size = static_cast<std::size_t>(
-        std::count(complex.component.begin(), complex.component.end(), label));
-    EXPECT_LE(size, before);
-    before = size;
-  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
 }
 
 TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
@@ -128,15 +142,7 @@ TEST_P(SeededAlpha, TheComplexDoesNotDependOnTheOrderOfThePointsEvenOnAGrid) {
   }
   const Indices order = samples::Permutation(points.size(), rng);
   const Points shuffled = Select(points, order);
-  const AlphaComplex a = BuildAlphaComplex(points, 0.8);
-  AlphaComplex b = BuildAlphaComplex(shuffled, 0.8);
-  EXPECT_EQ(a.components, b.components);
-  for (auto& t : b.triangles) {
-    for (std::uint32_t& i : t) i = order[i];
-    std::sort(t.begin(), t.end());
-  }
-  EXPECT_EQ(TriangleSet(a.triangles.begin(), a.triangles.end()),
-            TriangleSet(b.triangles.begin(), b.triangles.end()));
+  EXPECT_EQ(AlphaTriangles(points, 0.8), Renumbered(AlphaTriangles(shuffled, 0.8), order));
 }
 
 TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
@@ -150,14 +156,8 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
   const Indices order = samples::Permutation(points.size(), rng);
   const Points shuffled = Select(points, order);
   for (const double alpha : {0.01, 0.02, 0.03, 0.05}) {
-    const AlphaComplex a = BuildAlphaComplex(points, alpha);
-    AlphaComplex b = BuildAlphaComplex(shuffled, alpha);
-    for (auto& t : b.triangles) {
-      for (std::uint32_t& i : t) i = order[i];
-      std::sort(t.begin(), t.end());
-    }
-    std::sort(b.triangles.begin(), b.triangles.end());
-    EXPECT_EQ(a.triangles, b.triangles) << alpha;
+    EXPECT_EQ(AlphaTriangles(points, alpha), Renumbered(AlphaTriangles(shuffled, alpha), order))
+        << alpha;
   }
 }
 
@@ -176,10 +176,10 @@ TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
     if (rng.Uniform() < keep) points.push_back(p);
   }
   const double alpha = rng.Uniform(0.002, 0.012);
-  const AlphaComplex complex = BuildAlphaComplex(points, alpha);
+  const AlphaComponents slow = SlowComponents(points, alpha);
   const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
-  EXPECT_EQ(fast.components, complex.components);
-  EXPECT_EQ(fast.component, complex.component);
+  EXPECT_EQ(fast.components, slow.components);
+  EXPECT_EQ(fast.component, slow.component);
 }
 
 TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
@@ -192,26 +192,26 @@ TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComple
     for (Eigen::Vector3d& p : points) p = (8.0 * p).array().round() / 8.0;
   }
   for (const double alpha : {0.02, 0.06, 0.1, 0.13, 0.2, 0.5, 3.0}) {
-    const AlphaComplex complex = BuildAlphaComplex(points, alpha);
+    const AlphaComponents slow = SlowComponents(points, alpha);
     const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
-    EXPECT_EQ(fast.components, complex.components) << alpha;
-    EXPECT_EQ(fast.component, complex.component) << alpha;
+    EXPECT_EQ(fast.components, slow.components) << alpha;
+    EXPECT_EQ(fast.component, slow.component) << alpha;
   }
 }
 
 TEST(Alpha, TwinsShareAComponent) {
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0},
                          {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {9.0, 9.0, 9.0}};
-  const AlphaComplex complex = BuildAlphaComplex(points, 1.0);
-  EXPECT_EQ(complex.component, (std::vector<std::int32_t>{0, 0, 0, 0, 0, -1}));
+  EXPECT_EQ(FindAlphaComponents(points, KdTree(points), 1.0).component,
+            (std::vector<std::int32_t>{0, 0, 0, 0, 0, -1}));
 }
 
 TEST(Alpha, FlatAndTinyCloudsHaveTheirComplexToo) {
   const Points square = {{0.0, 0.0, 1.0}, {1.0, 0.0, 1.0}, {1.0, 1.0, 1.0}, {0.0, 1.0, 1.0}};
-  EXPECT_EQ(BuildAlphaComplex(square, 0.71).triangles.size(), 2u);
-  EXPECT_TRUE(BuildAlphaComplex(square, 0.70).triangles.empty());
-  EXPECT_TRUE(BuildAlphaComplex(Points{}, 1.0).triangles.empty());
-  EXPECT_TRUE(BuildAlphaComplex(Points(4, {0.0, 0.0, 0.0}), 1.0).triangles.empty());
+  EXPECT_EQ(AlphaTriangles(square, 0.71).size(), 2u);
+  EXPECT_TRUE(AlphaTriangles(square, 0.70).empty());
+  EXPECT_TRUE(AlphaTriangles(Points{}, 1.0).empty());
+  EXPECT_TRUE(AlphaTriangles(Points(4, {0.0, 0.0, 0.0}), 1.0).empty());
 }
 
 double SignedArea(const std::vector<Eigen::Vector2d>& p, const std::vector<std::uint32_t>& loop) {

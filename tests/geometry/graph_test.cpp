@@ -293,10 +293,6 @@ TEST_P(SeededShortestPath, WithinTheMaximumAllIsAsWithoutItAndBeyondNothingIsExp
     }
     EXPECT_EQ(distance[v] <= most, all[v] <= most);
   }
-  // The overload with rows gives the same.
-  std::vector<double> by_rows(graph.Size(), kFar);
-  ShortestPaths().Lower(sources, graph.Rows(), by_rows, most);
-  EXPECT_EQ(by_rows, distance);
 }
 
 // Each node has its own value, and the reached nodes come best first. The expected order comes

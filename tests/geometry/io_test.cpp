@@ -16,7 +16,7 @@
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
 #include "geometry/random_points.h"
-#include "geometry/shape.h"
+#include "geometry/sample_meshes.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::geometry {
@@ -32,6 +32,13 @@ class Io : public ::testing::Test {
   std::filesystem::path Path(const std::string& name) const { return folder_ / name; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const {
     return folder_.Write(name, text);
+  }
+  /// The errors that reading a cloud or mesh with this text gives.
+  std::string CloudError(const std::string& name, const std::string& text) const {
+    return ErrorOf([&] { ReadCloud(Write(name, text)); });
+  }
+  std::string MeshError(const std::string& name, const std::string& text) const {
+    return ErrorOf([&] { ReadMesh(Write(name, text)); });
   }
 
   testing_support::TempFolder folder_;
@@ -211,15 +218,11 @@ TEST_F(Io, UnitsAreFiniteAndEndingsOfEitherCase) {
        {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(ReadCloud(file, unit), std::invalid_argument) << unit;
   }
-  Write("BROKEN.PLY", "plx\n");
-  EXPECT_THAT(ErrorOf([&] { ReadCloud(Path("BROKEN.PLY")); }), HasSubstr("starts with the line"));
+  EXPECT_THAT(CloudError("BROKEN.PLY", "plx\n"), HasSubstr("starts with the line"));
 }
 
 TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
-  const auto message = [this](const std::string& text) {
-    const auto file = Write("broken.pcd", text);
-    return ErrorOf([&] { ReadCloud(file); });
-  };
+  const auto message = [this](const std::string& text) { return CloudError("broken.pcd", text); };
   EXPECT_THAT(ErrorOf([&] { ReadCloud(Path("none.pcd")); }),
               AllOf(HasSubstr("none.pcd"), HasSubstr("no such file")));
   EXPECT_THAT(ErrorOf([&] { ReadCloud(folder_.path()); }), HasSubstr("is a folder"));
@@ -334,10 +337,7 @@ TEST_F(Io, ReadsArraysOfNumPy) {
 }
 
 TEST_F(Io, BrokenArraysAreNamedWithTheirCause) {
-  const auto told = [&](const std::string& bytes) {
-    const auto file = Write("bad.npy", bytes);
-    return ErrorOf([&] { ReadCloud(file); });
-  };
+  const auto told = [this](const std::string& bytes) { return CloudError("bad.npy", bytes); };
   const std::string six = BytesOf({1.f, 2.f, 3.f, 4.f, 5.f, 6.f});
   EXPECT_THAT(told("PK"), HasSubstr("bad.npy: byte 0: an NPY file starts with"));
   EXPECT_THAT(told(std::string("\x93NUMPY\x04\x00"
@@ -369,10 +369,7 @@ TEST_F(Io, ReadsRowsOfText) {
   EXPECT_EQ(cloud.points[0], Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(cloud.points[1].array().isFinite().any());
   EXPECT_EQ(ReadCloud(Write("a.TXT", "1 2 3")).points, (Points{{1, 2, 3}}));
-  const auto told = [&](const std::string& text) {
-    const auto file = Write("bad.xyz", text);
-    return ErrorOf([&] { ReadCloud(file); });
-  };
+  const auto told = [this](const std::string& text) { return CloudError("bad.xyz", text); };
   EXPECT_THAT(told("1 2 3\n1,2,3\n"), HasSubstr("bad.xyz:2: \"1,2,3\" has 1 value(s)"));
   EXPECT_THAT(told("1 2 3\n1 2 3 4\n"),
               HasSubstr("bad.xyz:2: has 4 values; the lines before have 3"));
@@ -381,10 +378,7 @@ TEST_F(Io, ReadsRowsOfText) {
 }
 
 TEST_F(Io, BrokenPlyFilesAreNamedWithLineAndCause) {
-  const auto message = [this](const std::string& text) {
-    const auto file = Write("broken.ply", text);
-    return ErrorOf([&] { ReadCloud(file); });
-  };
+  const auto message = [this](const std::string& text) { return CloudError("broken.ply", text); };
   const std::string head = "ply\nformat ascii 1.0\nelement vertex ";
   const std::string xyz = "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
   EXPECT_THAT(message("plx\n"), HasSubstr("starts with the line"));
@@ -459,15 +453,22 @@ TEST_F(Io, AnyMutatedFileIsReadOrRefusedWithoutACrashAndWithoutAWord) {
   EXPECT_LT(refused, 2000);
 }
 
+// The vertices of an OBJ file.
+std::string ObjVertices(const std::string& rows) {
+  std::string obj;
+  std::istringstream lines(rows);
+  for (std::string row; std::getline(lines, row);) obj += "v " + row + "\n";
+  return obj;
+}
+
 // A box in every text format, with polygons where the format allows them.
 std::vector<std::pair<std::string, std::string>> BoxFiles() {
   const std::string corners = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n";
   const std::string faces =
       "4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n3 1 2 6\n3 1 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
-  std::string obj;
-  std::istringstream rows(corners);
-  for (std::string row; std::getline(rows, row);) obj += "v " + row + "\n";
-  obj += "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  const std::string obj =
+      ObjVertices(corners) +
+      "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
   std::string stl = "solid box\n";
   for (int k = 0; k < 4; ++k) {
     stl += "facet normal 0 0 1\nouter loop\nvertex 0 0 " + std::to_string(k) +
@@ -486,11 +487,9 @@ std::vector<std::pair<std::string, std::string>> BoxFiles() {
 // The box in binary formats, too.
 std::vector<std::pair<std::string, std::string>> MeshFiles(const testing_support::TempFolder& at) {
   auto files = BoxFiles();
-  Shape box;
-  box.kind = Shape::Kind::kBox;
-  box.size = {0.1, 0.2, 0.3};
-  WriteStl(at / "binary.stl", Tessellate(box));
-  WriteColoredPly(at / "binary.ply", Tessellate(box), {8, {255, 0, 10}});
+  const TriangleMesh box = samples::BoxMesh({0.1, 0.2, 0.3});
+  WriteStl(at / "binary.stl", box);
+  WriteColoredPly(at / "binary.ply", box, {8, {255, 0, 10}});
   for (const char* name : {"binary.stl", "binary.ply"}) {
     files.emplace_back(name, base::ReadFile(at / name));
   }
@@ -535,8 +534,7 @@ TEST_F(Io, AMeshOfAnotherFormatIsRefused) {
       "mat 0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\nkids 0\n";
   const std::string open_gex = "g\xbelT\"geometrynode\"3.0  {";  // its reader reads beyond the end
   for (const std::string& text : {ac3d, open_gex}) {
-    const auto file = Write("other.glb", text);
-    EXPECT_THAT(ErrorOf<InputError>([&] { ReadMesh(file); }),
+    EXPECT_THAT(MeshError("other.glb", text),
                 AllOf(HasSubstr("other.glb"), HasSubstr("cannot be read as OFF, OBJ")));
   }
 }
@@ -557,19 +555,12 @@ TEST_F(Io, AMissingFolderIsMadeAndAFullDiskIsARunError) {
   EXPECT_TRUE(std::filesystem::is_regular_file(Path("no/such/folder.pcd")));
   EXPECT_THROW(WriteCloud(Path("no/such/folder.pcd/cloud.pcd"), image), base::InputError);
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-  try {
-    WriteCloud("/dev/full", image);
-    FAIL() << "expected a RunError";
-  } catch (const base::RunError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/dev/full"));
-  }
+  EXPECT_THAT(ErrorOf<base::RunError>([&] { WriteCloud("/dev/full", image); }),
+              HasSubstr("/dev/full"));
 }
 
 TEST_F(Io, AColoredMeshIsReadBack) {
-  Shape box;
-  box.kind = Shape::Kind::kBox;
-  box.size = {0.1, 0.2, 0.3};
-  const TriangleMesh mesh = Tessellate(box);
+  const TriangleMesh mesh = samples::BoxMesh({0.1, 0.2, 0.3});
   WriteColoredPly(Path("box.ply"), mesh, {8, {255, 0, 10}});
   const TriangleMesh read = ReadMesh(Path("box.ply"));
   EXPECT_EQ(read.vertices.size(), 8u);
@@ -614,10 +605,7 @@ TEST_F(Io, ACubeAtSurveyCoordinatesKeepsItsMillimetres) {
   const std::string faces = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
   Write("t.off", "OFF\n4 4 0\n" + places + faces);
   Write("t.ply", "ply\nformat ascii 1.0\n" + ply_header + places + faces);
-  std::string obj;
-  std::istringstream rows(places);
-  for (std::string row; std::getline(rows, row);) obj += "v " + row + "\n";
-  Write("t.obj", obj + "f 1 3 2\nf 1 2 4\nf -3 -2 -1\nf 1/7 4//3 3/1/1\n");
+  Write("t.obj", ObjVertices(places) + "f 1 3 2\nf 1 2 4\nf -3 -2 -1\nf 1/7 4//3 3/1/1\n");
   for (const char* name : {"t.off", "t.ply", "t.obj"}) {
     TriangleMesh mesh = ReadMesh(Path(name));
     ASSERT_EQ(mesh.vertices.size(), 4U) << name;
@@ -694,31 +682,27 @@ TEST_F(Io, WhatAMeshDeclaresAndCannotHoldIsToldAtOnce) {
   const std::string ply =
       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float "
       "y\nproperty float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n";
-  const auto message = [this](const std::string& name, const std::string& text) {
-    const auto file = Write(name, text);
-    return ErrorOf([&] { ReadMesh(file); });
-  };
   const std::string vertex(12, '\0');
-  EXPECT_THAT(message("a.ply", ply + vertex + "\xff\xff\xff\xff" + "0123"),
+  EXPECT_THAT(MeshError("a.ply", ply + vertex + "\xff\xff\xff\xff" + "0123"),
               AllOf(HasSubstr("4294967295 values"), HasSubstr("too short")));
-  EXPECT_THAT(message("a.ply", ply + vertex + std::string("\1\0\0\0\1\0\0\0", 8)),
+  EXPECT_THAT(MeshError("a.ply", ply + vertex + std::string("\1\0\0\0\1\0\0\0", 8)),
               HasSubstr("face 0 uses vertex 1; there are 1"));
-  EXPECT_THAT(message("a.ply", ply + vertex + "\1"), HasSubstr("the data end"));
-  EXPECT_THAT(message("a.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), HasSubstr("too short"));
-  EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
+  EXPECT_THAT(MeshError("a.ply", ply + vertex + "\1"), HasSubstr("the data end"));
+  EXPECT_THAT(MeshError("a.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), HasSubstr("too short"));
+  EXPECT_THAT(MeshError("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
               AllOf(HasSubstr("a.off:6:"), HasSubstr("uses vertex '3'; there are 3")));
-  EXPECT_THAT(message("a.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(MeshError("a.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
               HasSubstr("face 1 of 2"));
-  EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(MeshError("a.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
               HasSubstr("vertex 1 is not finite"));
-  EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 1e30 0\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(MeshError("a.off", "OFF\n3 1 0\n0 0 0\n1 1e30 0\n0 1 0\n3 0 1 2\n"),
               HasSubstr("vertex 1 is at 1 1e+30 0, beyond 1e+10"));
-  EXPECT_THAT(message("a.off", "OFF\n3 1 0\n0 0 0\n1 x 0\n0 1 0\n3 0 1 2\n"),
+  EXPECT_THAT(MeshError("a.off", "OFF\n3 1 0\n0 0 0\n1 x 0\n0 1 0\n3 0 1 2\n"),
               AllOf(HasSubstr("a.off:4:"), HasSubstr("\"x\" is not a number")));
-  EXPECT_THAT(message("a.off", "OFF BINARY\n"), HasSubstr("binary OFF is not supported"));
-  EXPECT_THAT(message("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
+  EXPECT_THAT(MeshError("a.off", "OFF BINARY\n"), HasSubstr("binary OFF is not supported"));
+  EXPECT_THAT(MeshError("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
               AllOf(HasSubstr("a.obj:4:"), HasSubstr("\"4\"; there are 3")));
-  EXPECT_THAT(message("a.obj", "v 0 0 0\nf 0 1 1\n"), HasSubstr("\"0\""));
+  EXPECT_THAT(MeshError("a.obj", "v 0 0 0\nf 0 1 1\n"), HasSubstr("\"0\""));
 }
 
 // tests/data/meshes: written with Python's struct, not by assimp.
@@ -728,7 +712,7 @@ TEST_F(Io, ReadsGltf) {
   EXPECT_EQ(read.polygons, 4U);
   EXPECT_EQ(read.mesh.vertices.size(), 4U);
   EXPECT_NEAR(Volume(read.mesh), 1.0 / 6.0, 1e-6);
-  EXPECT_THAT(ErrorOf([&] { ReadMesh(Write("a.3mf", "PK")); }), HasSubstr("3MF is not supported"));
+  EXPECT_THAT(MeshError("a.3mf", "PK"), HasSubstr("3MF is not supported"));
 }
 
 TEST_F(Io, WhatAMeshNamesLiesInItsFolder) {
@@ -766,16 +750,13 @@ TEST_F(Io, BytesBehindABinaryStlDoNotCount) {
     EXPECT_EQ(read.triangles.size(), 4U);
     EXPECT_NEAR(Volume(read), 1.0 / 6.0, 1e-9);
   }
-  EXPECT_THAT(ErrorOf([&] { ReadMesh(Write("less.stl", bytes.substr(0, bytes.size() - 1))); }),
-              HasSubstr("less.stl"));
+  EXPECT_THAT(MeshError("less.stl", bytes.substr(0, bytes.size() - 1)), HasSubstr("less.stl"));
 }
 
 TEST_F(Io, BrokenMeshesAreNamed) {
   EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("none.off")); }), HasSubstr("no such file"));
-  Write("junk.off", "this is no mesh");
-  EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("junk.off")); }), HasSubstr("junk.off"));
-  Write("points.obj", "v 0 0 0\nv 1 0 0\n");
-  EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("points.obj")); }), HasSubstr("points.obj"));
+  EXPECT_THAT(MeshError("junk.off", "this is no mesh"), HasSubstr("junk.off"));
+  EXPECT_THAT(MeshError("points.obj", "v 0 0 0\nv 1 0 0\n"), HasSubstr("points.obj"));
 }
 
 }  // namespace

@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <limits>
 
-#include "geometry/observation.h"
 #include "geometry/ray_caster.h"
 
 namespace rangegrasp::geometry {
@@ -20,19 +19,6 @@ TEST(PointCloud, CentroidIsTheMean) {
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 2.0, -4.0}};
   EXPECT_EQ(Centroid(points), Eigen::Vector3d(0.5, 1.0, -2.0));
   EXPECT_THROW(Centroid(Points{}), std::invalid_argument);
-}
-
-TEST(RangeImage, ToCloudKeepsTheMeasuredPointsAndTheirPlaces) {
-  const double nan = std::nan("");
-  RangeImage image;
-  image.profiles = 2;
-  image.samples = 2;
-  image.points_C = {{nan, nan, nan}, {1.0, 0.0, 0.0}, {0.0, 0.0, nan}, {3.0, 0.0, 0.0}};
-  Indices source = {9};
-  const PointCloud cloud = ToCloud(image, &source);
-  EXPECT_EQ(cloud.points, (Points{{1.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}));
-  EXPECT_EQ(source, (Indices{1, 3}));
-  EXPECT_EQ(image.Index(1, 1), 3u);
 }
 
 // IEC 61966-2-1: level 188 is half the linear intensity; level 10 is in the linear part.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "base/rng.h"
@@ -25,6 +24,14 @@ inline Eigen::Vector3d RandomVector(base::Rng& rng) {
 }
 
 inline Eigen::Vector3d RandomDirection(base::Rng& rng) { return RandomVector(rng).normalized(); }
+
+/// Uniform in the cube from 0 to 1.
+inline Eigen::Vector3d RandomInUnitCube(base::Rng& rng) {
+  const double x = rng.Uniform();
+  const double y = rng.Uniform();
+  const double z = rng.Uniform();
+  return {x, y, z};
+}
 
 inline Points RandomPoints(std::size_t n, double half, base::Rng& rng) {
   Points points;

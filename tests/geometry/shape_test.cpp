@@ -72,9 +72,7 @@ constexpr std::array kRound{Kind::kSphere, Kind::kCapsule, Kind::kCylinder, Kind
                             Kind::kEllipsoid};
 
 Shape Turned(Kind kind) {
-  Shape shape;
-  shape.kind = kind;
-  shape.size = Vector3d(0.02, 0.03, 0.05);
+  Shape shape = Make(kind, {0.02, 0.03, 0.05});
   shape.X_BS = base::MakePose(Eigen::AngleAxisd(0.4, Vector3d::UnitX()).toRotationMatrix(),
                               Vector3d(0.01, 0.02, 0.03));
   return shape;
@@ -137,10 +135,7 @@ TEST(Grown, ReachesFurtherByTheMargin) {
 // Checks points whose distances from the shapes are known.
 TEST(Inside, IsRightOnBothSidesOfASurface) {
   const auto inside = [](Kind kind, const Vector3d& p) {
-    Shape shape;
-    shape.kind = kind;
-    shape.size = Vector3d(0.02, 0.03, 0.05);
-    return Inside(shape, p);
+    return Inside(Make(kind, {0.02, 0.03, 0.05}), p);
   };
   EXPECT_TRUE(inside(Kind::kCapsule, {0.0, 0.0, 0.0499}));  // half length plus radius
   EXPECT_FALSE(inside(Kind::kCapsule, {0.0, 0.0, 0.0501}));
@@ -155,8 +150,7 @@ TEST(Inside, IsRightOnBothSidesOfASurface) {
 }
 
 TEST(Support, OfAMeshIsItsFarthestVertex) {
-  Shape mesh;
-  mesh.kind = Kind::kMesh;
+  Shape mesh = Make(Kind::kMesh, Vector3d::Zero());
   mesh.mesh.vertices = {{0.1, 0.0, 0.0}, {-0.3, 0.2, 0.0}, {0.0, 0.0, 0.4}};
   EXPECT_EQ(Support(mesh, Vector3d::UnitX()), 0.1);
   EXPECT_EQ(Support(mesh, -Vector3d::UnitX()), 0.3);
@@ -165,8 +159,7 @@ TEST(Support, OfAMeshIsItsFarthestVertex) {
 
 // It grows about its centroid, not about the origin of its frame.
 TEST(Grown, MovesAConvexPieceAwayFromItsMiddle) {
-  Shape piece;
-  piece.kind = Kind::kConvex;
+  Shape piece = Make(Kind::kConvex, Vector3d::Zero());
   piece.mesh = Tessellate(Turned(Kind::kBox));
   for (Vector3d& p : piece.mesh.vertices) p += Vector3d(1.0, 0.0, 0.0);
   const Shape grown = Grown(piece, 0.01);
@@ -174,10 +167,8 @@ TEST(Grown, MovesAConvexPieceAwayFromItsMiddle) {
 }
 
 TEST(Grown, MovesVerticesOfConvexPiecesAndLeavesSurfaces) {
-  Shape box = Turned(Kind::kBox);
-  Shape piece;
-  piece.kind = Kind::kConvex;
-  piece.mesh = Tessellate(box);
+  Shape piece = Make(Kind::kConvex, Vector3d::Zero());
+  piece.mesh = Tessellate(Turned(Kind::kBox));
   const Shape grown = Grown(piece, 0.01);
   for (std::size_t i = 0; i < grown.mesh.vertices.size(); ++i) {
     EXPECT_NEAR((grown.mesh.vertices[i] - piece.mesh.vertices[i]).norm(), 0.01, 1e-12);

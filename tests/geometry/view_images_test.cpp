@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/units.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::geometry {

@@ -11,7 +11,7 @@
 namespace rangegrasp::grasp::internal {
 namespace {
 
-using namespace grasp::test;
+using namespace test;
 
 /// The first object of a scene, with everything needed for its candidates.
 class Workbench {
@@ -34,6 +34,12 @@ class Workbench {
   GraspOptions options;
   Task task;
 };
+
+GraspOptions AsPublished() {
+  GraspOptions options;
+  base::SwitchAll<GraspAdditions>(false, options);
+  return options;
+}
 
 SceneBuilder Box(double x_m, double y_m, double z_m, double yaw_rad = 0.0) {
   SceneBuilder builder;
@@ -173,9 +179,7 @@ TEST(PlaceAtDepths, BacksOffWhereTheHandHadToStop) {
 TEST(CylindricalCandidates, StandRoundTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
-  GraspOptions options;
-  base::SwitchAll<GraspAdditions>(false, options);
-  Workbench bench(builder, options);
+  Workbench bench(builder, AsPublished());
   const auto candidates = CylindricalCandidates(bench.task);
   ASSERT_EQ(candidates.size(), 24u);
   const Vector3d to_arm = (ArmBase() - Vector3d(0.1, 0.05, ArmBase().z())).normalized();
@@ -287,12 +291,6 @@ TEST(PowerCandidates, ComeAlongTheNormalOfATiltedTop) {
 }
 
 // ---- The method as published.
-
-GraspOptions AsPublished() {
-  GraspOptions options;
-  base::SwitchAll<GraspAdditions>(false, options);
-  return options;
-}
 
 // The tool centre is that of the fingertips and moves with the opening. For any width, it is above
 // the center of the top, with the box between thumb and fingers, from the left and from the right,
@@ -489,8 +487,6 @@ TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
   }
 }
 
-using namespace test;
-
 template <typename Height>
 geometry::Points Patch(double half_m, Height height) {
   geometry::Points points;
@@ -590,5 +586,4 @@ TEST(DescribeRim, FindsTheStrongestCurvature) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::grasp::internal

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/rng.h"
+#include "geometry/random_points.h"
 #include "grasp/fixtures.h"
 #include "grasp/internal/placing.h"
 #include "grasp/surface.h"
@@ -19,7 +20,7 @@ SurfaceSamples BoxBetweenThePads(double width_m, double x_m) {
 }
 
 TEST(IndexAtGap, IsTheNearestOneAbove) {
-  const auto hand = SensorHand();
+  const auto& hand = Hand();
   for (double gap = 0.005; gap < 0.1; gap += 0.007) {
     const std::size_t s = hand.IndexAtGap(gap);
     EXPECT_GE(hand.states[s].gap_m, gap);
@@ -31,11 +32,9 @@ TEST(IndexAtGap, IsTheNearestOneAbove) {
 }
 
 TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
-  const auto hand = SensorHand();
-  HandProfiles profiles(hand);
-  const auto& open = hand.states[0];
+  const auto& open = Hand().states[0];
   for (const double pitch : {0.0, 0.1, 0.25}) {
-    const base::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+    const base::Pose X_TH = HandProfiles::X_TH(Hand(), pitch);
     const Vector3d line = X_TH * open.thumb_pad_H - X_TH * open.finger_pad_H;
     // At pitch 0, the tips are level within 1 mm.
     EXPECT_NEAR(line.z(), std::sin(pitch) * line.norm(), 0.0015);
@@ -44,11 +43,11 @@ TEST(HandProfiles, APositivePitchTakesTheThumbDown) {
 }
 
 TEST(HandProfiles, FieldsAgreeWithTheShapes) {
-  const auto hand = SensorHand();
-  HandProfiles profiles(hand);
+  HandProfiles profiles(Hand());
   const double pitch = 0.15;
   const auto& inner = profiles.InnerSide(pitch, 5);
-  const base::Pose X_TH = HandProfiles::X_TH(hand, pitch);
+  const auto& state = Hand().states[5];
+  const base::Pose X_TH = HandProfiles::X_TH(Hand(), pitch);
   int covered = 0;
   for (int j = 0; j < inner.grid.nv; ++j) {
     for (int i = 0; i < inner.grid.nu; ++i) {
@@ -59,9 +58,9 @@ TEST(HandProfiles, FieldsAgreeWithTheShapes) {
       ++covered;
       // Distance of the field's point to the nearest thumb capsule's surface.
       double nearest = 1.0;
-      for (std::size_t k = 0; k < hand.states[5].shapes.size(); ++k) {
-        const auto& shape = hand.states[5].shapes[k];
-        if (!hand.states[5].is_thumb[k]) continue;
+      for (std::size_t k = 0; k < state.shapes.size(); ++k) {
+        const auto& shape = state.shapes[k];
+        if (!state.is_thumb[k]) continue;
         const Vector3d q = (X_TH * shape.X_BS).inverse() * Vector3d(x, y, z);
         const double along = std::clamp(q.z(), -shape.size.y(), shape.size.y());
         nearest = std::min(nearest, (q - Vector3d(0, 0, along)).norm() - shape.size.x());
@@ -75,8 +74,7 @@ TEST(HandProfiles, FieldsAgreeWithTheShapes) {
 }
 
 TEST(CloseOn, FindsTheWidthAndTheFacesOfABox) {
-  const auto hand = SensorHand();
-  HandProfiles profiles(hand);
+  HandProfiles profiles(Hand());
   for (const double width : {0.03, 0.045, 0.06, 0.075}) {
     const auto box = BoxBetweenThePads(width, 0.0);
     const auto closing =
@@ -92,8 +90,7 @@ TEST(CloseOn, FindsTheWidthAndTheFacesOfABox) {
 }
 
 TEST(CloseOn, DragsWhatIsNotMidway) {
-  const auto hand = SensorHand();
-  HandProfiles profiles(hand);
+  HandProfiles profiles(Hand());
   const auto at = [&](double x) {
     const auto box = BoxBetweenThePads(0.05, x);
     return CloseOn(profiles, 0.14, 0, box.points, box.normals, box.area_m2, Vector3d::Zero())
@@ -106,8 +103,7 @@ TEST(CloseOn, DragsWhatIsNotMidway) {
 }
 
 TEST(CloseOn, NeedsBothSides) {
-  const auto hand = SensorHand();
-  HandProfiles profiles(hand);
+  HandProfiles profiles(Hand());
   // A sheet far below the tips.
   const auto box = BoxBetweenThePads(0.05, 0.0);
   EXPECT_FALSE(
@@ -128,17 +124,11 @@ TEST(Antipodal, MatchesTheAngleOfACylindersChord) {
 
 TEST(Antipodal, MatchesTheDirectFormula) {
   base::Rng rng(3);
-  const auto vector = [&] {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Vector3d(x, y, z);
-  };
   for (int i = 0; i < 1000; ++i) {
-    const Vector3d f = vector();
-    const Vector3d t = vector();
-    const Vector3d nf = vector().normalized();
-    const Vector3d nt = vector().normalized();
+    const Vector3d f = geometry::samples::RandomVector(rng);
+    const Vector3d t = geometry::samples::RandomVector(rng);
+    const Vector3d nf = geometry::samples::RandomDirection(rng);
+    const Vector3d nt = geometry::samples::RandomDirection(rng);
     const auto angles = Antipodal(f, nf, t, nt);
     EXPECT_NEAR(std::cos(angles.finger_rad), -nf.dot(t - f) / (t - f).norm(), 1e-12);
     EXPECT_NEAR(std::cos(angles.thumb_rad), nt.dot(t - f) / (t - f).norm(), 1e-12);

@@ -39,8 +39,7 @@ TEST(DetectionFrom, TakesEveryGraspAlongInItsOrder) {
   builder.AddBox({0.115, 0.06, 0.115}, At(0.03, -0.05, 0.4));
   builder.scene.source.resize(builder.scene.cloud.size());
   builder.scene.samples.resize(builder.scene.cloud.size());
-  const robot::HandModel hand = SensorHand();
-  const auto grasps = PlanGrasps(builder.scene, 0, hand, ArmBase(), {});
+  const auto grasps = PlanGrasps(builder.scene, 0, Hand(), ArmBase(), {});
   const Detection detection = DetectionFrom(builder.scene, grasps);
   ASSERT_EQ(detection.grasps.size(), grasps.size());
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -60,5 +59,4 @@ TEST(DetectionFrom, TakesEveryGraspAlongInItsOrder) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::grasp

@@ -85,11 +85,6 @@ Eigen::AlignedBox3d BoxAt(double x, double y, const Vector3d& size) {
           Vector3d(x + size.x() / 2, y + size.y() / 2, size.z())};
 }
 
-const robot::HandModel& Hand() {
-  static const robot::HandModel hand = SensorHand();
-  return hand;
-}
-
 // A grasp from above that closes along a level direction, with the pads 25 mm below the top.
 Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double width_m) {
   Eigen::Matrix3d R;

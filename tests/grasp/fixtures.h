@@ -84,8 +84,9 @@ inline geometry::TriangleMesh Cup(double radius_m, double wall_m, double height_
   }
   const auto floor = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.emplace_back(0.0, 0.0, 0.008);
-  for (std::uint32_t i = 0; i < n; ++i)
+  for (std::uint32_t i = 0; i < n; ++i) {
     mesh.triangles.push_back({floor, 3 * n + i, 3 * n + (i + 1) % n});
+  }
   return mesh;
 }
 
@@ -166,5 +167,11 @@ class SceneBuilder {
 };
 
 inline Vector3d ArmBase() { return {-0.50, 0.0, 0.20}; }
+
+/// The hand, built once.
+inline const robot::HandModel& Hand() {
+  static const robot::HandModel hand = SensorHand();
+  return hand;
+}
 
 }  // namespace rangegrasp::grasp::test

@@ -17,11 +17,14 @@ using namespace test;
 using internal::CloseOn;
 using internal::HandProfiles;
 
+std::vector<Grasp> Plan(const SceneBuilder& builder, const GraspOptions& options) {
+  return PlanGrasps(builder.scene, 0, Hand(), ArmBase(), options);
+}
+
 std::vector<Grasp> Plan(const SceneBuilder& builder, bool improved = true) {
   GraspOptions options;
   base::SwitchAll<GraspAdditions>(improved, options);
-  static const robot::HandModel hand = SensorHand();
-  return PlanGrasps(builder.scene, 0, hand, ArmBase(), options);
+  return Plan(builder, options);
 }
 
 std::size_t Free(const std::vector<Grasp>& grasps) {
@@ -31,7 +34,7 @@ std::size_t Free(const std::vector<Grasp>& grasps) {
 
 /// Checks properties that every list of grasps must have.
 void ExpectSound(const SceneBuilder& builder, const std::vector<Grasp>& grasps) {
-  const robot::HandModel hand = SensorHand();
+  const robot::HandModel& hand = Hand();
   const geometry::Points dots = Dots(builder.scene.objects[0].surface_C, 0.004);
   ASSERT_FALSE(grasps.empty());
   ASSERT_LE(grasps.size(), 24u);
@@ -116,17 +119,16 @@ TEST(PlanGrasps, StandsMidwayBetweenTheContacts) {
                    At(0, 0));
   const auto grasps = Plan(builder);
   ExpectSound(builder, grasps);
-  const robot::HandModel hand = SensorHand();
-  HandProfiles profiles(hand);
+  HandProfiles profiles(Hand());
   auto surface = SampleSurface(builder.scene.objects[0].surface_C, 10000);
   for (std::size_t i = 0; i < 3; ++i) {
     const Grasp& g = grasps[i];
-    const base::Pose X_TC = HandProfiles::X_TH(hand, g.pitch_rad) * g.X_CH.inverse();
+    const base::Pose X_TC = HandProfiles::X_TH(Hand(), g.pitch_rad) * g.X_CH.inverse();
     geometry::Points points, normals;
     for (const Vector3d& p : surface.points) points.push_back(X_TC * p);
     for (const Vector3d& n : surface.normals) normals.push_back(X_TC.linear() * n);
-    const auto closing = CloseOn(profiles, g.pitch_rad, hand.IndexAtGap(g.opening_m - 1e-6), points,
-                                 normals, surface.area_m2, Vector3d::Zero());
+    const auto closing = CloseOn(profiles, g.pitch_rad, Hand().IndexAtGap(g.opening_m - 1e-6),
+                                 points, normals, surface.area_m2, Vector3d::Zero());
     ASSERT_TRUE(closing);
     EXPECT_LT(std::abs(closing->drag_m), 0.002);
   }
@@ -139,13 +141,12 @@ TEST(PlanGrasps, AsPublishedPutsTheToolCentreOverTheTopsCentre) {
   const auto grasps = Plan(builder, false);
   ExpectSound(builder, grasps);
   ASSERT_EQ(grasps.size(), 2u);
-  const robot::HandModel hand = SensorHand();
   for (const Grasp& g : grasps) {
     EXPECT_EQ(g.pitch_rad, 0.0);
     EXPECT_GE(g.opening_m, 0.06);
     EXPECT_LT(g.opening_m, 0.06 + 0.02 + 0.005);  // two states 4 to 5 mm apart
     EXPECT_LT((g.X_CG.translation() - X_WO.translation()).head<2>().norm(), 1e-9);
-    EXPECT_LT((g.X_CH * hand.AtGap(0.06).power_center_H - g.X_CG.translation()).norm(), 1e-9);
+    EXPECT_LT((g.X_CH * Hand().AtGap(0.06).power_center_H - g.X_CG.translation()).norm(), 1e-9);
     EXPECT_LT(g.X_CG.translation().z(), 0.115);
   }
   EXPECT_LT((grasps[0].X_CG.linear().col(0) + grasps[1].X_CG.linear().col(0)).norm(), 1e-9);
@@ -215,7 +216,6 @@ TEST(PlanGrasps, HoldsACupByItsWallToo) {
     const auto grasps = Plan(builder, improved);
     ExpectSound(builder, grasps);
     EXPECT_EQ(grasps.front().type, GraspType::kCylindrical);
-    const robot::HandModel hand = SensorHand();
     int rims = 0;
     bool cylindrical_before = true;
     for (const Grasp& g : grasps) {
@@ -229,7 +229,7 @@ TEST(PlanGrasps, HoldsACupByItsWallToo) {
       const auto radius = [&](const Vector3d& p_H) {
         return (g.X_CH * p_H - X_WO.translation()).head<2>().norm();
       };
-      const auto& open = hand.states[hand.IndexAtGap(g.opening_m - 1e-6)];
+      const auto& open = Hand().states[Hand().IndexAtGap(g.opening_m - 1e-6)];
       const double thumb = radius(open.thumb_pad_H);
       const double finger = radius(open.finger_pad_H);
       EXPECT_LT(std::min(thumb, finger), 0.037);
@@ -289,10 +289,8 @@ TEST(PlanGrasps, FindsNoRoomBetweenNearWallsAndEnoughBetweenFarOnes) {
 
 // The smallest wall distance [mm] with a free grasp of the box between the walls; 80 if none.
 int LeastFreeGap(const GraspOptions& options) {
-  const robot::HandModel hand = SensorHand();
   for (int mm = 10; mm < 80; mm += 2) {
-    const SceneBuilder builder = BoxBetweenWalls(mm * base::kMm);
-    if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) return mm;
+    if (Free(Plan(BoxBetweenWalls(mm * base::kMm), options)) > 0) return mm;
   }
   return 80;
 }
@@ -308,35 +306,28 @@ TEST(PlanGrasps, ShapesTheHandBeforeWhereTheOpenOneDoesNotFit) {
 
 // Nearby walls are lower than the box, so there is room only around its upper part.
 TEST(PlanGrasps, GraspsLessDeepWhereNeighborsLeaveNoOther) {
-  const robot::HandModel hand = SensorHand();
-  const auto highest_wall = [&](bool crowded) {
+  const auto highest_wall = [](bool crowded) {
     GraspOptions options;
     options.crowded = crowded;
     int highest = 0;
     for (int mm = 30; mm < 100; mm += 5) {
-      const SceneBuilder builder = BoxBetweenWalls(0.005, mm * base::kMm);
-      if (Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)) > 0) highest = mm;
+      if (Free(Plan(BoxBetweenWalls(0.005, mm * base::kMm), options)) > 0) highest = mm;
     }
     return highest;
   };
   EXPECT_GE(highest_wall(true), highest_wall(false) + 5);
 }
 
-/// Expects a free grasp with the whole method, and none without its handling of crowded scenes.
-void ExpectCrowdedAlone(const SceneBuilder& builder) {
-  const robot::HandModel hand = SensorHand();
-  GraspOptions options;
-  EXPECT_GE(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 1u);
-  options.crowded = false;
-  EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
-}
-
-// There is a slab above a box; the hand passes below it from the free side.
+// There is a slab above a box; the hand passes below it from the free side. Only the handling of
+// crowded scenes finds this.
 TEST(PlanGrasps, LeansWhereItCannotComeStraightDown) {
   SceneBuilder builder;
   builder.AddBox({0.06, 0.06, 0.12}, At(0, 0));
-  builder.AddBox({0.3, 0.3, 0.02}, Eigen::Translation3d(0.0, 0.13, 0.15) * base::Pose::Identity());
-  ExpectCrowdedAlone(builder);
+  builder.AddBox({0.3, 0.3, 0.02}, Move(0.0, 0.13, 0.15));
+  GraspOptions options;
+  EXPECT_GE(Free(Plan(builder, options)), 1u);
+  options.crowded = false;
+  EXPECT_EQ(Free(Plan(builder, options)), 0u);
 }
 
 GraspOptions FromTheSides() {
@@ -346,7 +337,6 @@ GraspOptions FromTheSides() {
 }
 
 TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
-  const robot::HandModel hand = SensorHand();
   for (const bool round : {true, false}) {
     SceneBuilder builder;
     if (round) {
@@ -354,7 +344,7 @@ TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
     } else {
       builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
     }
-    const auto grasps = PlanGrasps(builder.scene, 0, hand, ArmBase(), FromTheSides());
+    const auto grasps = Plan(builder, FromTheSides());
     EXPECT_GE(Free(grasps), 4u);
     for (const Grasp& g : grasps) {
       if (g.collides) continue;
@@ -364,7 +354,7 @@ TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
       EXPECT_GT(approach.dot(-ArmBase()), 0.0) << "from the arm's side";
       EXPECT_NEAR(g.X_CG.linear()(2, 0), 0.0, 1e-9) << "closing";
       EXPECT_LT(g.X_CG.translation().z(), 0.19);
-      for (const geometry::Shape& shape : hand.states[hand.IndexAtGap(g.opening_m)].shapes) {
+      for (const geometry::Shape& shape : Hand().states[Hand().IndexAtGap(g.opening_m)].shapes) {
         EXPECT_LT(geometry::Support(shape, g.X_CH, -Vector3d::UnitZ()), 0.0) << "in the table";
       }
     }
@@ -374,14 +364,13 @@ TEST(PlanGrasps, HoldsATallObjectFromTheArmsSideClearOfTheTable) {
 TEST(PlanGrasps, HasNoGraspFromTheSideOfAFlatObject) {
   SceneBuilder builder;
   builder.AddBox({0.05, 0.07, 0.012}, At(0, 0));
-  const auto grasps = PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), FromTheSides());
-  EXPECT_EQ(Free(grasps), 0u);
+  EXPECT_EQ(Free(Plan(builder, FromTheSides())), 0u);
 }
 
 TEST(PlanGrasps, HoldsFromTheSideNothingFarBesideItsMiddle) {
   SceneBuilder builder;
   builder.AddBox({0.25, 0.06, 0.08}, At(0, 0));
-  for (const Grasp& g : PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), FromTheSides())) {
+  for (const Grasp& g : Plan(builder, FromTheSides())) {
     EXPECT_LT(g.X_CG.translation().head<2>().norm(), 0.031);
   }
 }
@@ -390,19 +379,18 @@ TEST(PlanGrasps, HoldsFromTheSideNothingFarBesideItsMiddle) {
 TEST(PlanGrasps, ComesFromTheSidesTooWhereAboveIsNoRoom) {
   SceneBuilder builder;
   builder.AddBox({0.05, 0.07, 0.2}, At(0, 0));
-  builder.AddBox({0.6, 0.6, 0.02}, Eigen::Translation3d(0, 0, 0.25) * base::Pose::Identity());
-  const robot::HandModel hand = SensorHand();
+  builder.AddBox({0.6, 0.6, 0.02}, Move(0, 0, 0.25));
   GraspOptions options;
-  EXPECT_EQ(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 0u);
+  EXPECT_EQ(Free(Plan(builder, options)), 0u);
   options.approach = ApproachKind::kSidesToo;
-  EXPECT_GE(Free(PlanGrasps(builder.scene, 0, hand, ArmBase(), options)), 4u);
+  EXPECT_GE(Free(Plan(builder, options)), 4u);
 }
 
 // A box stands on a wide one, and both are perceived as one object.
 TEST(PlanGrasps, GripsTheUpperPartOfWhatIsTooWideFurtherDown) {
   SceneBuilder boxes;
   boxes.AddBox({0.2, 0.2, 0.06}, At(0, 0));
-  boxes.AddBox({0.06, 0.08, 0.08}, Eigen::Translation3d(0, 0, 0.06) * base::Pose::Identity());
+  boxes.AddBox({0.06, 0.08, 0.08}, Move(0, 0, 0.06));
   geometry::TriangleMesh both = boxes.scene.objects[0].surface_C;
   geometry::Append(boxes.scene.objects[1].surface_C, both);
   SceneBuilder builder;
@@ -433,19 +421,18 @@ TEST(PlanGrasps, PlansPowerGraspsAloneWhereItIsTold) {
   builder.AddUprightCylinder(0.03, 0.1, At(0, 0));
   GraspOptions options;
   options.power_only = true;
-  const auto grasps = PlanGrasps(builder.scene, 0, SensorHand(), ArmBase(), options);
+  const auto grasps = Plan(builder, options);
   EXPECT_GE(Free(grasps), 1u);
   for (const Grasp& g : grasps) EXPECT_EQ(g.type, GraspType::kPower);
 }
 
 TEST(PlanGrasps, TurnsWithTheScene) {
-  const auto hand = SensorHand();
   for (const double turn : {0.7, 2.0, -1.1}) {
     SceneBuilder here, there;
     here.AddBox({0.115, 0.06, 0.115}, At(0.05, 0.02, 0.3));
     there.AddBox({0.115, 0.06, 0.115}, Yaw(turn) * At(0.05, 0.02, 0.3));
-    const auto a = PlanGrasps(here.scene, 0, hand, ArmBase(), {});
-    const auto b = PlanGrasps(there.scene, 0, hand, Yaw(turn) * ArmBase(), {});
+    const auto a = Plan(here, GraspOptions{});
+    const auto b = PlanGrasps(there.scene, 0, Hand(), Yaw(turn) * ArmBase(), {});
     ASSERT_EQ(a.size(), b.size());
     EXPECT_LT(((Yaw(turn) * a.front().X_CH).matrix() - b.front().X_CH.matrix()).norm(), 1e-6);
     EXPECT_NEAR(a.front().score, b.front().score, 1e-6);
@@ -495,5 +482,4 @@ TEST(GraspType, HasWords) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::grasp

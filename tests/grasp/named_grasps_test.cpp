@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "base/error.h"
 #include "base/units.h"
 #include "error_of.h"
 #include "grasp/fixtures.h"
@@ -60,10 +59,6 @@ perception::Scene BarAt(const base::Pose& X_CO) {
   return SceneOf({geometry::Transformed(Extrude(Rectangle(0.012, 0.012), 0.08), X_CO)});
 }
 
-base::Pose TurnedAt(double x, double y, double turn_rad) {
-  return base::MakePose(Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ()).matrix(), {x, y, 0.0});
-}
-
 TEST(NamedGrasps, AreReadWithAllTheirWays) {
   const NamedGrasps known = Read(kBar);
   ASSERT_EQ(known.grasps.size(), 2u);
@@ -84,28 +79,25 @@ TEST(NamedGrasps, WithoutAFileThereAreNone) {
 }
 
 TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
-  const std::string start = "grasps:\n  body:\n    at_mm: [0, 0, 60]\n    approach: [0, 0, -1]\n";
-  EXPECT_THAT(ErrorOf(start + "    closing: [0, 0, 1]\n    width_mm: 12\n"),
-              HasSubstr("perpendicular"));
-  EXPECT_THAT(ErrorOf(start + "    closing: [1, 0]\n    width_mm: 12\n"), HasSubstr("not 3"));
-  EXPECT_THAT(ErrorOf(start + "    closing: [1, x, 0]\n    width_mm: 12\n"), HasSubstr("'x'"));
-  EXPECT_THAT(ErrorOf(start + "    closing: [1, 0, 0]\n"), HasSubstr("width_mm"));
-  EXPECT_THAT(
-      ErrorOf(start + "    closing: [1, 0, 0]\n    width_mm: 12\n    turn_deg: [0, 1, 1]\n"),
-      HasSubstr("turns_deg"));
-  EXPECT_THAT(
-      ErrorOf(start + "    closing: [1, 0, 0]\n    width_mm: 12\n    turns_deg: [0, 90, 0]\n"),
-      HasSubstr("STEP"));
+  const auto error = [](const std::string& more) {
+    return ErrorOf("grasps:\n  body:\n    at_mm: [0, 0, 60]\n    approach: [0, 0, -1]\n" + more);
+  };
+  EXPECT_THAT(error("    closing: [0, 0, 1]\n    width_mm: 12\n"), HasSubstr("perpendicular"));
+  EXPECT_THAT(error("    closing: [1, 0]\n    width_mm: 12\n"), HasSubstr("not 3"));
+  EXPECT_THAT(error("    closing: [1, x, 0]\n    width_mm: 12\n"), HasSubstr("'x'"));
+  EXPECT_THAT(error("    closing: [1, 0, 0]\n"), HasSubstr("width_mm"));
+  const std::string good = "    closing: [1, 0, 0]\n    width_mm: 12\n";
+  EXPECT_THAT(error(good + "    turn_deg: [0, 1, 1]\n"), HasSubstr("turns_deg"));
+  EXPECT_THAT(error(good + "    turns_deg: [0, 90, 0]\n"), HasSubstr("STEP"));
   EXPECT_THAT(ErrorOf("keep_free:\n  foot:\n    from_mm: [0, 0, 0]\n    to_mm: [0, 1, 1]\n"),
               HasSubstr("grasps.yaml"));
 }
 
 TEST(NamedGrasps, StandWhereTheObjectStands) {
   const NamedGrasps known = Read(kBar);
-  const robot::HandModel& hand = SensorHand();
-  const base::Pose X_CO = TurnedAt(0.05, -0.02, base::Deg(30.0));
+  const base::Pose X_CO = At(0.05, -0.02, base::Deg(30.0));
   const auto placed =
-      PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {});
+      PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, Hand(), GraspOptions{}, {});
   ASSERT_EQ(placed.size(), 8u);
   for (const PlacedGrasp& one : placed) {
     EXPECT_EQ(one.grasp.type, GraspType::kNamed);
@@ -116,24 +108,23 @@ TEST(NamedGrasps, StandWhereTheObjectStands) {
 
 TEST(NamedGrasps, UprightOnesAreForWhatStands) {
   const NamedGrasps known = Read(kBar);
-  const robot::HandModel& hand = SensorHand();
   const auto count = [&](const base::Pose& X_CO) {
-    return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, hand, GraspOptions{}, {}).size();
+    return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, Hand(), GraspOptions{}, {}).size();
   };
-  EXPECT_EQ(count(TurnedAt(0.0, 0.0, 0.0)), 1u);
+  EXPECT_EQ(count(At(0.0, 0.0)), 1u);
   const Eigen::AngleAxisd lying(base::Deg(90.0), Vector3d::UnitX());
   EXPECT_EQ(count(base::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
 }
 
 TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
   const NamedGrasps known = Read(kBar);
-  const base::Pose X_CO = TurnedAt(0.0, 0.0, 0.0);
+  const base::Pose X_CO = At(0.0, 0.0);
   auto scene = SceneOf(
       {Extrude(Rectangle(0.012, 0.012), 0.08),
        geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
                              base::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
   const auto placed =
-      PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, SensorHand(), GraspOptions{}, {});
+      PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, Hand(), GraspOptions{}, {});
   // Closing along x hits the wall; closing across it is free.
   int free = 0;
   for (const PlacedGrasp& one : placed) {
@@ -146,15 +137,15 @@ TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
 
 TEST(KeptFree, IsTouchedByAHandThatReachesIntoIt) {
   const NamedGrasps known = Read(kBar);
-  const base::Pose X_CO = TurnedAt(0.02, 0.01, base::Deg(70.0));
+  const base::Pose X_CO = At(0.02, 0.01, base::Deg(70.0));
   const auto hand_at = [&](double z_m) {
     Proposal proposal;
     proposal.X_CG = X_CO * base::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0, 0, z_m});
     proposal.width_m = 0.012;
-    return PlaceHand(proposal, SensorHand(), {});
+    return PlaceHand(proposal, Hand(), {});
   };
-  EXPECT_FALSE(TouchesKeptFree(hand_at(0.07), known, X_CO, SensorHand()));
-  EXPECT_TRUE(TouchesKeptFree(hand_at(0.015), known, X_CO, SensorHand()));
+  EXPECT_FALSE(TouchesKeptFree(hand_at(0.07), known, X_CO, Hand()));
+  EXPECT_TRUE(TouchesKeptFree(hand_at(0.015), known, X_CO, Hand()));
 }
 
 }  // namespace

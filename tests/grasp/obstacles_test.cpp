@@ -4,6 +4,7 @@
 
 #include "geometry/box_scan.h"
 #include "geometry/mesh.h"
+#include "geometry/sample_meshes.h"
 
 namespace rangegrasp::grasp {
 namespace {
@@ -13,12 +14,7 @@ using Eigen::Vector3d;
 constexpr double kGap_m = 0.004;
 
 geometry::TriangleMesh Box(const Vector3d& low, const Vector3d& high) {
-  geometry::Points corners;
-  for (int k = 0; k < 8; ++k) {
-    corners.emplace_back(k & 1 ? high.x() : low.x(), k & 2 ? high.y() : low.y(),
-                         k & 4 ? high.z() : low.z());
-  }
-  return geometry::ConvexHull(corners);
+  return geometry::samples::BoxMesh(0.5 * (high - low), 0.5 * (low + high));
 }
 
 // The table z = 0 and the target, a box of 40 mm at the origin, seen from above.
@@ -137,60 +133,45 @@ TEST_F(ObstaclesTest, BehindAnotherObjectNothingIsKnown) {
   EXPECT_TRUE(Found(without).empty());
 }
 
-}  // namespace
-
-}  // namespace rangegrasp::grasp
-
-namespace rangegrasp::views {
-namespace {
-
+using Eigen::AlignedBox3d;
 using geometry::samples::LookFrom;
 using geometry::samples::ScanBox;
-using grasp::UnseenByAll;
-
-using Eigen::AlignedBox3d;
-using Eigen::Vector3d;
 
 constexpr double kCell_m = 0.01;
-const AlignedBox3d kBox(Vector3d(-0.03, -0.03, 0.0), Vector3d(0.03, 0.03, 0.12));
+const AlignedBox3d kScannedBox(Vector3d(-0.03, -0.03, 0.0), Vector3d(0.03, 0.03, 0.12));
 
 geometry::Observation SeenFrom(const std::vector<Vector3d>& places_C) {
   base::Rng rng(1);
   geometry::Observation observation;
   for (const Vector3d& place_C : places_C) {
-    observation.views.push_back(ScanBox(LookFrom(place_C, {0.0, 0.0, 0.0}), kBox, 0.0, rng));
+    observation.views.push_back(ScanBox(LookFrom(place_C, {0.0, 0.0, 0.0}), kScannedBox, 0.0, rng));
   }
   return observation;
-}
-
-double VolumeOf(const geometry::TriangleMesh& mesh) {
-  double six = 0.0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    six += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c]));
-  }
-  return six / 6.0;
 }
 
 // The space behind the box, seen from the sensor at +x.
 const AlignedBox3d kBehind(Vector3d(-0.09, -0.03, 0.0), Vector3d(-0.04, 0.03, 0.06));
 
+geometry::TriangleMesh UnseenBehindFrom(const std::vector<Vector3d>& places_C) {
+  const std::vector<geometry::TriangleMesh> shadows = {Box(kBehind.min(), kBehind.max())};
+  return UnseenByAll(SeenFrom(places_C), shadows, kCell_m);
+}
+
 TEST(UnseenByAll, OneViewsShadowStays) {
-  const std::vector<geometry::TriangleMesh> shadows = {grasp::Box(kBehind.min(), kBehind.max())};
-  const auto unseen = UnseenByAll(SeenFrom({{0.5, 0.0, 0.5}}), shadows, kCell_m);
+  const auto unseen = UnseenBehindFrom({{0.5, 0.0, 0.5}});
   // At 45 deg the shadow is as long as the box is high. All of kBehind is unseen, except at most
   // one cell on each side that its bounds cut.
-  EXPECT_GT(VolumeOf(unseen), 0.03 * 0.04 * 0.05);
-  EXPECT_LE(VolumeOf(unseen), kBehind.volume() + 1e-9);
+  EXPECT_GT(geometry::Volume(unseen), 0.03 * 0.04 * 0.05);
+  EXPECT_LE(geometry::Volume(unseen), kBehind.volume() + 1e-9);
   const Vector3d rounding = Vector3d::Constant(1e-9);
   EXPECT_TRUE(AlignedBox3d(kBehind.min() - rounding, kBehind.max() + rounding)
                   .contains(geometry::BoundsOf(unseen.vertices)));
 }
 
 TEST(UnseenByAll, WhatAnotherViewLooksIntoIsSeen) {
-  const std::vector<geometry::TriangleMesh> shadows = {grasp::Box(kBehind.min(), kBehind.max())};
-  const auto unseen = UnseenByAll(SeenFrom({{0.5, 0.0, 0.5}, {-0.5, 0.0, 0.5}}), shadows, kCell_m);
+  const auto unseen = UnseenBehindFrom({{0.5, 0.0, 0.5}, {-0.5, 0.0, 0.5}});
   // Only the table's own cells are left; they are a surface.
-  EXPECT_LT(VolumeOf(unseen), 0.02 * kBehind.volume());
+  EXPECT_LT(geometry::Volume(unseen), 0.02 * kBehind.volume());
 }
 
 TEST(UnseenByAll, WhatNoShadowHoldsDoesNotCount) {
@@ -198,5 +179,4 @@ TEST(UnseenByAll, WhatNoShadowHoldsDoesNotCount) {
 }
 
 }  // namespace
-
-}  // namespace rangegrasp::views
+}  // namespace rangegrasp::grasp

@@ -15,54 +15,53 @@ using namespace rangegrasp::grasp::test;
 // A proposal from above, 60 mm above the table; the x axis of G is that of C.
 Proposal FromAbove(double width_m) {
   Proposal proposal;
-  proposal.X_CG = base::MakePose(Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.1, -0.2, 0.06});
+  proposal.X_CG = base::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.1, -0.2, 0.06});
   proposal.width_m = width_m;
   return proposal;
 }
 
 TEST(PlaceHand, BringsThePadsTogetherAboutThePosition) {
-  const robot::HandModel& hand = SensorHand();
   for (const double width_m : {0.02, 0.05, 0.08}) {
-    const Grasp grasp = PlaceHand(FromAbove(width_m), hand, {});
-    const auto& held = hand.AtGap(width_m);
-    const Eigen::Vector3d thumb = grasp.X_CH * held.thumb_pad_H;
-    const Eigen::Vector3d fingers = grasp.X_CH * held.finger_pad_H;
-    EXPECT_NEAR((0.5 * (thumb + fingers) - Eigen::Vector3d(0.1, -0.2, 0.06)).norm(), 0.0, 1e-12);
+    const Grasp grasp = PlaceHand(FromAbove(width_m), Hand(), {});
+    const auto& held = Hand().AtGap(width_m);
+    const Vector3d thumb = grasp.X_CH * held.thumb_pad_H;
+    const Vector3d fingers = grasp.X_CH * held.finger_pad_H;
+    EXPECT_NEAR((0.5 * (thumb + fingers) - Vector3d(0.1, -0.2, 0.06)).norm(), 0.0, 1e-12);
     EXPECT_GT(thumb.x(), fingers.x()) << "x points from the fingers to the thumb";
     EXPECT_GT(grasp.opening_m, width_m + 0.015) << "20 mm wider, to the state at or above it";
     EXPECT_FALSE(grasp.collides);
   }
-  EXPECT_TRUE(PlaceHand(FromAbove(hand.MaxGap() + 0.001), hand, {}).collides);
+  EXPECT_TRUE(PlaceHand(FromAbove(Hand().MaxGap() + 0.001), Hand(), {}).collides);
 }
 
 // A symmetric box filled with points, on a table 20 mm below the origin, rotated by 0.4 rad about
 // the vertical.
-geometry::Points BoxOnTable(const Eigen::Vector3d& size_m) {
+geometry::Points BoxOnTable(const Vector3d& size_m) {
   const base::Pose X = At(0.1, -0.2, 0.4);
   constexpr int kSteps = 8;
   geometry::Points points;
   for (int i = 0; i < 729; ++i) {
-    const Eigen::Vector3d share = Eigen::Vector3d(i % 9, i / 9 % 9, i / 81) / kSteps;
-    points.push_back(X * (size_m.cwiseProduct(share - Eigen::Vector3d(0.5, 0.5, 0.0)) -
-                          0.02 * Eigen::Vector3d::UnitZ()));
+    const Vector3d share = Vector3d(i % 9, i / 9 % 9, i / 81) / kSteps;
+    points.push_back(
+        X * (size_m.cwiseProduct(share - Vector3d(0.5, 0.5, 0.0)) - 0.02 * Vector3d::UnitZ()));
   }
   return points;
 }
-const geometry::Plane kTable{Eigen::Vector3d::UnitZ(), 0.02};
+const geometry::Plane kTable{Vector3d::UnitZ(), 0.02};
 
 TEST(ProposeStraightDown, ClosesAcrossTheShorterSideOverTheMiddleEitherWay) {
   const auto ways = ProposeStraightDown(BoxOnTable({0.06, 0.03, 0.1}), kTable);
   ASSERT_EQ(ways.size(), 2u);
-  const Eigen::Vector3d short_side(-std::sin(0.4), std::cos(0.4), 0.0);
+  const Vector3d short_side(-std::sin(0.4), std::cos(0.4), 0.0);
   for (const Proposal& way : ways) {
     const Eigen::Matrix3d R = way.X_CG.linear();
     EXPECT_NEAR(std::abs(R.col(0).dot(short_side)), 1.0, 1e-12);
-    EXPECT_NEAR((R.col(2) + Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((R.col(2) + Vector3d::UnitZ()).norm(), 0.0, 1e-12);
     EXPECT_NEAR((way.approach_C - R.col(2)).norm(), 0.0, 1e-12);
     EXPECT_NEAR(R.determinant(), 1.0, 1e-12);
     EXPECT_NEAR(way.width_m, 0.03, 1e-12);
     // The grasp is 30 mm below the top, which is 80 mm above the origin.
-    EXPECT_NEAR((way.X_CG.translation() - Eigen::Vector3d(0.1, -0.2, 0.05)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((way.X_CG.translation() - Vector3d(0.1, -0.2, 0.05)).norm(), 0.0, 1e-12);
   }
   EXPECT_NEAR(ways[0].X_CG.linear().col(0).dot(ways[1].X_CG.linear().col(0)), -1.0, 1e-12);
 }
@@ -77,21 +76,18 @@ TEST(ProposeStraightDown, StaysAboveTheTableOnWhatIsLow) {
 }
 
 TEST(BetweenFingers, AreThePointsThatTheHandReachesRound) {
-  const robot::HandModel& hand = SensorHand();
-  const Grasp grasp = PlaceHand(FromAbove(0.05), hand, {});
-  const Eigen::Vector3d at(0.1, -0.2, 0.06);
+  const Grasp grasp = PlaceHand(FromAbove(0.05), Hand(), {});
+  const Vector3d at(0.1, -0.2, 0.06);
   const geometry::Points points = {at,
-                                   at + Eigen::Vector3d(0.02, 0.0, 0.0),
-                                   at + Eigen::Vector3d(-0.02, 0.01, 0.01),
-                                   at + Eigen::Vector3d(0.2, 0.0, 0.0),   // beyond the thumb
-                                   at + Eigen::Vector3d(0.0, 0.1, 0.0),   // next to the fingers
-                                   at + Eigen::Vector3d(0.0, 0.0, -0.1),  // below their tips
-                                   at + Eigen::Vector3d(0.0, 0.0, 0.3)};  // above the palm
-  EXPECT_EQ(BetweenFingers(grasp, hand, points), (geometry::Indices{0, 1, 2}));
-  EXPECT_TRUE(BetweenFingers(grasp, hand, {}).empty());
+                                   at + Vector3d(0.02, 0.0, 0.0),
+                                   at + Vector3d(-0.02, 0.01, 0.01),
+                                   at + Vector3d(0.2, 0.0, 0.0),   // beyond the thumb
+                                   at + Vector3d(0.0, 0.1, 0.0),   // next to the fingers
+                                   at + Vector3d(0.0, 0.0, -0.1),  // below their tips
+                                   at + Vector3d(0.0, 0.0, 0.3)};  // above the palm
+  EXPECT_EQ(BetweenFingers(grasp, Hand(), points), (geometry::Indices{0, 1, 2}));
+  EXPECT_TRUE(BetweenFingers(grasp, Hand(), {}).empty());
 }
-
-using Eigen::Vector3d;
 
 /// Half a ring with radius 28 mm about (38, 0, 0) mm in the plane y = 0 and a bar 9 mm thick,
 /// rotated about the vertical. Only the side seen from -y.
@@ -114,7 +110,7 @@ TEST(HandleGrasps, CloseAcrossTheBarWhereItIsFarthestOut) {
     const double turn = 0.8 * k;
     const Eigen::AngleAxisd X(turn, Vector3d::UnitZ());
     const geometry::Points points = HalfRing(turn);
-    const auto ways = ProposeHandleGrasps({points, Vector3d(0.0, 0.0, 0.01)}, Vector3d::UnitZ());
+    const auto ways = ProposeHandleGrasps(points, Vector3d(0.0, 0.0, 0.01), Vector3d::UnitZ());
     ASSERT_GE(ways.size(), 8u);
     for (const Proposal& way : ways) {
       const Vector3d closing = X.inverse() * way.X_CG.linear().col(0);
@@ -134,7 +130,7 @@ TEST(HandleGrasps, CloseAcrossTheBarWhereItIsFarthestOut) {
 
 TEST(HandleGrasps, ComeFromAboveOrLevelAndNotThroughTheBody) {
   const geometry::Points points = HalfRing(0.0);
-  const auto ways = ProposeHandleGrasps({points, Vector3d::Zero()}, Vector3d::UnitZ());
+  const auto ways = ProposeHandleGrasps(points, Vector3d::Zero(), Vector3d::UnitZ());
   ASSERT_FALSE(ways.empty());
   EXPECT_LT(ways.front().approach_C.z(), -0.95);  // steepest first
   for (std::size_t i = 0; i < ways.size(); ++i) {
@@ -150,9 +146,8 @@ TEST(HandleGrasps, ComeFromAboveOrLevelAndNotThroughTheBody) {
 
 TEST(HandleGrasps, OfTwoPointsThereAreNone) {
   const geometry::Points two(2, Vector3d::UnitX());
-  EXPECT_TRUE(ProposeHandleGrasps({two, Vector3d::Zero()}, Vector3d::UnitZ()).empty());
+  EXPECT_TRUE(ProposeHandleGrasps(two, Vector3d::Zero(), Vector3d::UnitZ()).empty());
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::grasp

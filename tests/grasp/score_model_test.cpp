@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
 #include "error_of.h"
 #include "grasp/features.h"
 #include "temp_folder.h"
@@ -32,7 +31,7 @@ class Model : public ::testing::Test {
  protected:
   ScoreModel Read(const std::string& text) { return ScoreModel(files_.Write("model.json", text)); }
   std::string ErrorOf(const std::string& text) {
-    return testing_support::ErrorOf<base::InputError>([&] { Read(text); });
+    return testing_support::ErrorOf([&] { Read(text); });
   }
   testing_support::TempFolder files_;
 };

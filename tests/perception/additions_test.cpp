@@ -15,7 +15,6 @@ using Eigen::Vector3d;
 using geometry::Indices;
 using samples::All;
 using samples::Analytic;
-using samples::Given;
 using samples::LevelAt;
 
 FeatureOptions AsPublished() {
@@ -127,8 +126,7 @@ TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
   Analytic cup;
   const Indices rim = cup.AddDisc({0.0, 0.0, 0.1}, 0.04, 0.030);
   Indices all = rim;
-  all.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
-  cup.Add({0.0, 0.001, 0.1}, Vector3d::UnitZ());
+  all.push_back(cup.Add({0.0, 0.001, 0.1}, Vector3d::UnitZ()));
   TopSurface top;
   top.plane = LevelAt(0.1);
   top.center_C = {0.0, 0.0, 0.1};

@@ -19,9 +19,15 @@ class Analytic {
  public:
   geometry::PointCloud cloud;
 
-  void Add(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
+  std::uint32_t Add(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
     cloud.points.push_back(p);
     cloud.normals.push_back(normal.normalized());
+    return static_cast<std::uint32_t>(cloud.size() - 1);
+  }
+  /// Turns the whole cloud about the origin.
+  void Turn(const Eigen::AngleAxisd& turn) {
+    for (Eigen::Vector3d& p : cloud.points) p = turn * p;
+    for (Eigen::Vector3d& n : cloud.normals) n = turn * n;
   }
 
   /// The rectangle with center c and half sides u and v, corners included; it faces u x v.

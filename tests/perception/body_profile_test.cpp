@@ -23,13 +23,12 @@ TEST(ProfileBody, GivesTheRadiiOfACone) {
   Analytic cone;
   base::Rng rng(1);
   Indices points;
-  for (std::uint32_t i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 4000; ++i) {
     const double depth = rng.Uniform(0.004, 0.08);
     const double angle = rng.Uniform(0.0, 2.0 * base::kPi);
     const double r = 0.05 - 0.1 * depth;
-    cone.Add({r * std::cos(angle), r * std::sin(angle), kHeight_m - depth},
-             {std::cos(angle), std::sin(angle), -0.1});
-    points.push_back(i);
+    points.push_back(cone.Add({r * std::cos(angle), r * std::sin(angle), kHeight_m - depth},
+                              {std::cos(angle), std::sin(angle), -0.1}));
   }
   const BodyProfile profile = Profile(cone, points);
   EXPECT_EQ(profile.fraction, 1.0);
@@ -86,8 +85,9 @@ TEST(ProfileBody, LeavesOutTheLipThatIsOfTheTop) {
   Analytic can;
   const Indices wall = can.AddWall({0.0, 0.0}, 0.04, 0.02, 0.09);
   const Indices lip = can.AddWall({0.0, 0.0}, 0.05, 0.098, 0.102);  // within 2 mm of the top
-  EXPECT_EQ(Profile(can, samples::Joined(wall, lip)).agreeing, wall);
-  EXPECT_TRUE(Profile(can, samples::Joined(wall, lip)).differing.empty());
+  const BodyProfile profile = Profile(can, samples::Joined(wall, lip));
+  EXPECT_EQ(profile.agreeing, wall);
+  EXPECT_TRUE(profile.differing.empty());
 }
 
 TEST(ProfileBody, LeavesTheTopAndLevelSurfacesOut) {

@@ -117,25 +117,19 @@ TEST(CompleteOther, LeavesPointsOutThatHangOffItsEndsSingly) {
   Analytic shape;
   Indices points = AddBox(shape);
   for (int k = 0; k < 3; ++k) {  // mixed points behind the box
-    points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-    shape.Add({-0.04 - 0.008 * k, 0.001 * k, 0.09 - 0.01 * k}, Vector3d::UnitX());
+    points.push_back(shape.Add({-0.04 - 0.008 * k, 0.001 * k, 0.09 - 0.01 * k}, Vector3d::UnitX()));
   }
   const Given given(shape.cloud);
-  Part part = given.Describe(points);
-  const Completion box = CompleteOther(given.Context(), part, 0.0);
+  const Completion box = CompleteOther(given.Context(), given.Describe(points), 0.0);
   EXPECT_NEAR(geometry::Volume(box.surface_C), 0.06 * 0.08 * 0.1, 1e-9);
 }
 
 /// The same box, rotated about its lower far edge, which stays on the table.
 struct LeaningBox {
   explicit LeaningBox(double lean_rad) {
-    const Eigen::AngleAxisd turn(lean_rad, -Vector3d::UnitY());
-    Analytic upright;
-    points = AddBox(upright);
-    for (std::size_t i = 0; i < upright.cloud.size(); ++i) {
-      const Vector3d p = upright.cloud.points[i] + Vector3d(0.03, 0.0, 0.0);
-      shape.Add(turn * p, turn * upright.cloud.normals[i]);
-    }
+    points = AddBox(shape);
+    for (Vector3d& p : shape.cloud.points) p += Vector3d(0.03, 0.0, 0.0);
+    shape.Turn(Eigen::AngleAxisd(lean_rad, -Vector3d::UnitY()));
   }
   Analytic shape;
   Indices points;
@@ -161,8 +155,7 @@ TEST(CompleteOther, ALeaningBoxEndsAtWhatItStandsOn) {
   const LeaningBox box(base::Deg(25.0));
   const Given given(box.shape.cloud);
   const Completion closed = CompleteOther(given.Context(), given.Describe(box.points), 0.03);
-  const std::size_t seen = box.points.size();
-  for (std::size_t k = seen; k < closed.points_C.size(); ++k) {
+  for (std::size_t k = box.points.size(); k < closed.points_C.size(); ++k) {
     EXPECT_GE(closed.points_C[k].z(), 0.03 - 1e-9);
   }
 }
@@ -294,9 +287,9 @@ TEST(CompleteRotational, FollowsTheRadiiOfACone) {
     const double depth = rng.Uniform(0.004, 0.08);
     const double angle = rng.Uniform(0.0, 2.0 * base::kPi);
     const double r = 0.05 - 0.1 * depth;
-    points.push_back(static_cast<std::uint32_t>(cone.cloud.size()));
-    cone.Add({r * std::cos(angle), r * std::sin(angle), kRevolutionHeight_m - depth},
-             {std::cos(angle), std::sin(angle), -0.1});
+    points.push_back(
+        cone.Add({r * std::cos(angle), r * std::sin(angle), kRevolutionHeight_m - depth},
+                 {std::cos(angle), std::sin(angle), -0.1}));
   }
   const Completion whole =
       CompleteRotational(Given(cone.cloud).Context(), About(cone, points, lid, 0.05), 0.0);
@@ -312,8 +305,7 @@ TEST(CompleteRotational, ALeaningBodyReachesItsBaseAlongItsAxis) {
   Can can;
   Part part = About(can.shape, Joined(can.lid, can.wall), can.lid);
   const Eigen::AngleAxisd lean(base::Deg(20.0), Vector3d::UnitY());
-  for (Vector3d& p : can.shape.cloud.points) p = lean * p;
-  for (Vector3d& n : can.shape.cloud.normals) n = lean * n;
+  can.shape.Turn(lean);
   const Vector3d direction = lean * Vector3d::UnitZ();
   part.axis->center_C = part.top->center_C = kRevolutionHeight_m * direction;
   part.axis->direction_C = direction;
@@ -338,9 +330,8 @@ TEST(CompleteRotational, FewPointsOfASectionSayNothingOfItsRadius) {
   Can can;
   Indices strays;
   for (const double angle : {0.0, 0.3}) {
-    strays.push_back(static_cast<std::uint32_t>(can.shape.cloud.size()));
     const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
-    can.shape.Add(0.06 * out + Vector3d(0.0, 0.0, 0.03), out);
+    strays.push_back(can.shape.Add(0.06 * out + Vector3d(0.0, 0.0, 0.03), out));
   }
   EXPECT_NEAR(geometry::Volume(can.Complete(strays, 0.0).surface_C),
               Area(kRevolutionRadius_m) * kRevolutionHeight_m, 1e-12);
@@ -357,10 +348,8 @@ struct RevolutionCup {
   void AddInside(double low_m) {
     points = Joined(points, shape.AddWall({0.0, 0.0}, kInner_m, low_m, 0.096, 1.9, 4.4, true));
   }
-  Indices AddFloor(double z_m, double radius_m) {
-    const Indices floor = shape.AddDisc({0.0, 0.0, z_m}, radius_m);
-    points = Joined(points, floor);
-    return floor;
+  void AddFloor(double z_m, double radius_m) {
+    points = Joined(points, shape.AddDisc({0.0, 0.0, z_m}, radius_m));
   }
   Completion Complete() const {
     Given given(shape.cloud);
@@ -458,14 +447,12 @@ TEST(CompleteRotational, LeavesStrayPointsOut) {
   Can can(0.02);
   Indices strays = AddHandle(can.shape, 1.0);
   for (int k = 0; k < 14; ++k) {  // one fewer than an attachment needs
-    strays.push_back(static_cast<std::uint32_t>(can.shape.cloud.size()));
-    can.shape.Add({-0.08 + 0.002 * (k % 2), 0.002 * (k % 3), 0.05 + 0.002 * (k % 5)},
-                  Vector3d::UnitX());
+    strays.push_back(can.shape.Add(
+        {-0.08 + 0.002 * (k % 2), 0.002 * (k % 3), 0.05 + 0.002 * (k % 5)}, Vector3d::UnitX()));
   }
   EXPECT_NEAR(geometry::Volume(can.Complete(strays, 0.0).surface_C),
               Area(kRevolutionRadius_m) * kRevolutionHeight_m + 0.5 * 0.014 * 0.04 * 0.02, 1e-12);
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception::internal

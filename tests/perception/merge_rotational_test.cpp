@@ -23,13 +23,16 @@ void AddCan(Analytic& shape, const Vector2d& center, double radius_m, double mid
   }
 }
 
-std::vector<Part> Merged(const Given& given, const std::vector<Indices>& segments,
-                         std::uint64_t seed) {
-  std::vector<Part> parts;
-  for (const Indices& points : segments) parts.push_back(given.Describe(points, seed));
-  base::Rng rng(seed);
+std::vector<Part> MergedParts(const Given& given, std::vector<Part> parts) {
+  base::Rng rng(1);
   MergeRotational(given.Context(), parts, rng);
   return parts;
+}
+
+std::vector<Part> Merged(const Given& given, const std::vector<Indices>& segments) {
+  std::vector<Part> parts;
+  for (const Indices& points : segments) parts.push_back(given.Describe(points));
+  return MergedParts(given, std::move(parts));
 }
 
 TEST(MergeRotational, JoinsTheHalvesOfACanWhereverItIsCut) {
@@ -38,7 +41,7 @@ TEST(MergeRotational, JoinsTheHalvesOfACanWhereverItIsCut) {
     Indices left, right;
     AddCan(shape, {0.01, 0.02}, 0.04, 0.02 + 0.006 * step, left, right);
     const Given given(shape.cloud);
-    const auto parts = Merged(given, {left, right}, 1);
+    const auto parts = Merged(given, {left, right});
     ASSERT_EQ(parts.size(), 1u) << step;
     ASSERT_TRUE(parts[0].axis);
     EXPECT_EQ(parts[0].points.size(), left.size() + right.size());
@@ -52,7 +55,7 @@ TEST(MergeRotational, LeavesTwoCansApart) {
   std::vector<Indices> cans(2);
   AddCan(shape, {0.0, -0.045}, 0.04, 1.0, cans[0], cans[0]);
   AddCan(shape, {0.0, 0.045}, 0.04, 1.0, cans[1], cans[1]);
-  EXPECT_EQ(Merged(Given(shape.cloud), cans, 1).size(), 2u);
+  EXPECT_EQ(Merged(Given(shape.cloud), cans).size(), 2u);
 }
 
 TEST(MergeRotational, LeavesHalvesOfDifferentCansApart) {
@@ -61,7 +64,7 @@ TEST(MergeRotational, LeavesHalvesOfDifferentCansApart) {
   Indices left, right, other_left, other_right;
   AddCan(shape, {0.0, 0.0}, 0.040, 0.0, left, right);
   AddCan(shape, {0.015, 0.0}, 0.030, 0.0, other_left, other_right);
-  EXPECT_EQ(Merged(Given(shape.cloud), {left, other_right}, 1).size(), 2u);
+  EXPECT_EQ(Merged(Given(shape.cloud), {left, other_right}).size(), 2u);
 }
 
 TEST(MergeRotational, LeavesABoxBesideACan) {
@@ -71,7 +74,7 @@ TEST(MergeRotational, LeavesABoxBesideACan) {
   const Indices box =
       samples::Joined(shape.AddRectangle({0.0, 0.075, 0.1}, {0.03, 0.0, 0.0}, {0.0, 0.03, 0.0}),
                       shape.AddRectangle({0.03, 0.075, 0.05}, {0.0, 0.03, 0.0}, {0.0, 0.0, 0.045}));
-  const auto parts = Merged(Given(shape.cloud), {can, box}, 1);
+  const auto parts = Merged(Given(shape.cloud), {can, box});
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_TRUE(parts[0].axis);
   EXPECT_FALSE(parts[1].axis);
@@ -102,8 +105,7 @@ struct CutCan {
   }
   /// Adds a point to a sector.
   void Add(std::size_t sector, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
-    sectors[sector].push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-    shape.Add(p, normal);
+    sectors[sector].push_back(shape.Add(p, normal));
   }
   /// The sectors without known axes.
   std::vector<Part> Parts(const Given& given) const {
@@ -116,10 +118,8 @@ struct CutCan {
   }
 };
 
-std::size_t CountMerged(const Given& given, std::vector<Part> parts) {
-  base::Rng rng(1);
-  MergeRotational(given.Context(), parts, rng);
-  return parts.size();
+std::size_t CountMerged(const Given& given, const std::vector<Part>& parts) {
+  return MergedParts(given, parts).size();
 }
 
 TEST(MergeRotational, AsksForTopsOfOneHeight) {
@@ -268,8 +268,7 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   }
   for (const double r : {0.031, 0.033}) {
     for (double a = 0.02; a < base::Deg(50.0); a += 0.06) {
-      points.push_back(static_cast<std::uint32_t>(cup.cloud.size()));
-      cup.Add({r * std::cos(a), r * std::sin(a), 0.1}, Eigen::Vector3d::UnitZ());
+      points.push_back(cup.Add({r * std::cos(a), r * std::sin(a), 0.1}, Eigen::Vector3d::UnitZ()));
     }
   }
   const Given given(cup.cloud);
@@ -278,7 +277,7 @@ TEST(MergeRotational, AsksNoRimOfACupWhoseAxisIsItsBodys) {
   ASSERT_EQ(whole.axis->rim_fraction, 0.0);
   std::vector<Indices> halves(2);
   for (const auto i : points) halves[cup.cloud.points[i].y() < 0.0].push_back(i);
-  EXPECT_EQ(Merged(given, halves, 1).size(), 1u);
+  EXPECT_EQ(Merged(given, halves).size(), 1u);
 }
 
 /// A piece of a cylinder of 70 mm that lies along x, up to an angle from the top.
@@ -288,8 +287,7 @@ Indices AddLying(Analytic& shape, double from_m, double to_m, double to_rad = 1.
   for (double x = from_m; x < to_m; x += samples::kStep_m) {
     for (double a = -0.6; a < to_rad; a += samples::kStep_m / kLying_m) {
       const Eigen::Vector3d out(0.0, std::sin(a), std::cos(a));
-      added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-      shape.Add(Eigen::Vector3d(x, 0.0, kLying_m) + kLying_m * out, out);
+      added.push_back(shape.Add(Eigen::Vector3d(x, 0.0, kLying_m) + kLying_m * out, out));
     }
   }
   return added;
@@ -303,7 +301,7 @@ TEST(MergeRotational, APieceThatIsNotOnTheBodyIsOfAnotherThing) {
     const Indices cylinder = AddLying(shape, -0.06, 0.06);
     const Indices plate = shape.AddRectangle({0.06 + beyond_m, 0.01, 0.064}, {0.0, 0.008, 0.0},
                                              {-0.0068, 0.0, 0.0068});
-    EXPECT_EQ(Merged(Given(shape.cloud), {cylinder, plate}, 1).size(), 2u) << beyond_m;
+    EXPECT_EQ(Merged(Given(shape.cloud), {cylinder, plate}).size(), 2u) << beyond_m;
   }
 }
 
@@ -313,7 +311,7 @@ TEST(MergeRotational, APieceOfALyingBodyIsNoFurtherFromItThanItIsThick) {
     const Indices body = AddLying(shape, -0.06, 0.04);
     // The arc is too short for its own axis.
     const Indices piece = AddLying(shape, 0.04 + gap_m, 0.07 + gap_m, 0.4);
-    EXPECT_EQ(Merged(Given(shape.cloud), {body, piece}, 1).size(), gap_m < 0.07 ? 1u : 2u) << gap_m;
+    EXPECT_EQ(Merged(Given(shape.cloud), {body, piece}).size(), gap_m < 0.07 ? 1u : 2u) << gap_m;
   }
 }
 

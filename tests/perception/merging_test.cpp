@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 
 #include "base/rng.h"
+#include "geometry/random_points.h"
 #include "perception/analytic.h"
 
 namespace rangegrasp::perception::internal {
@@ -12,6 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Indices;
+using geometry::samples::RandomInUnitCube;
 using samples::Analytic;
 using samples::Given;
 using samples::Joined;
@@ -36,6 +39,20 @@ Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& ho
   return FindKinship(given.Context(), given.Describe(fragment), given.Describe(host));
 }
 
+/// A description that only states whether the part is rotational.
+Part Described(const Given& given, const Indices& points, bool rotational) {
+  Part part = given.Describe(points);
+  part.axis.reset();
+  if (rotational) part.axis.emplace();
+  return part;
+}
+
+Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& host,
+                  bool rotational) {
+  return FindKinship(given.Context(), Described(given, fragment, false),
+                     Described(given, host, rotational));
+}
+
 TEST(FindKinship, AFrontFaceUnderItsTopGoesOnFromIt) {
   for (const auto& [gap, kinship] :
        {std::pair(0.002, Kinship::kSurface), std::pair(0.010, Kinship::kSurface),
@@ -57,8 +74,7 @@ TEST(FindKinship, TheFarInsideOfALyingCupIsWithinIt) {
     for (double x = from_m; x < to_m; x += samples::kStep_m) {
       for (double a = from_rad; a < to_rad; a += samples::kStep_m / radius_m) {
         const Vector3d out(0.0, std::sin(a), std::cos(a));
-        added.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-        shape.Add(Vector3d(x, 0.0, 0.035) + radius_m * out, side * out);
+        added.push_back(shape.Add(Vector3d(x, 0.0, 0.035) + radius_m * out, side * out));
       }
     }
     return added;
@@ -92,8 +108,7 @@ Indices AddCap(Analytic& shape, const Vector3d& end, const Vector3d& axis, const
   for (int row = 0; row * samples::kStep_m <= cap.length_m; ++row) {
     for (double a = -1.5; a < 1.5; a += samples::kStep_m / cap.radius_m) {
       const Vector3d out = std::cos(a) * face + std::sin(a) * side;
-      points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-      shape.Add(start + row * samples::kStep_m * axis + cap.radius_m * out, out);
+      points.push_back(shape.Add(start + row * samples::kStep_m * axis + cap.radius_m * out, out));
     }
   }
   return points;
@@ -109,14 +124,15 @@ Indices AddFlatBottle(Analytic& shape, const Vector3d& end, const Vector3d& axis
 }
 
 /// Kinship for a lying bottle, seen from beyond its end, where the segmentation cuts.
-Kinship KinshipOf(const Cap& cap) {
+/// @param rotational  whether the bottle is round; by default as it is described
+Kinship KinshipOf(const Cap& cap, std::optional<bool> rotational = {}) {
   Analytic shape;
   const Vector3d end(0.0, 0.05, 0.02);
   const Indices body = AddFlatBottle(shape, end, Vector3d::UnitY(), Vector3d::UnitZ());
   const Indices points = AddCap(shape, end, Vector3d::UnitY(), Vector3d::UnitZ(), cap);
   Given given(shape.cloud, {}, {0.0, 0.8, 0.62});
   given.options.merge.cut_m = 0.004;
-  return KinshipOf(given, points, body);
+  return rotational ? KinshipOf(given, points, body, *rotational) : KinshipOf(given, points, body);
 }
 
 TEST(FindKinship, ACapIsOfItsBottleWhetherThatStandsLiesOrLeans) {
@@ -168,27 +184,11 @@ TEST(FindKinship, WhatLiesOnABottleOrBesideItIsNoCap) {
   EXPECT_EQ(KinshipOf(given, beside, bottle), Kinship::kNone);
 }
 
-/// Kinship with the cap behind a shoulder that was not seen.
-Kinship KinshipOfHidden(double gap_m, bool rotational) {
-  Analytic shape;
-  const Vector3d end(0.0, 0.05, 0.02);
-  const Indices body = AddFlatBottle(shape, end, Vector3d::UnitY(), Vector3d::UnitZ());
-  const Indices cap =
-      AddCap(shape, end, Vector3d::UnitY(), Vector3d::UnitZ(), {.gap_m = gap_m, .length_m = 0.02});
-  Given given(shape.cloud, {}, {0.0, 0.8, 0.62});
-  given.options.merge.cut_m = 0.004;
-  Part host = given.Describe(body);
-  host.axis.reset();
-  if (rotational) host.axis.emplace();
-  Part fragment = given.Describe(cap);
-  fragment.axis.reset();
-  return FindKinship(given.Context(), fragment, host);
-}
-
+// The cap is behind a shoulder that was not seen.
 TEST(FindKinship, ARoundBottlesShoulderMayBeHidden) {
-  EXPECT_EQ(KinshipOfHidden(0.028, true), Kinship::kCap);
-  EXPECT_EQ(KinshipOfHidden(0.032, true), Kinship::kNone);
-  EXPECT_EQ(KinshipOfHidden(0.028, false), Kinship::kNone);
+  EXPECT_EQ(KinshipOf({.gap_m = 0.028, .length_m = 0.02}, true), Kinship::kCap);
+  EXPECT_EQ(KinshipOf({.gap_m = 0.032, .length_m = 0.02}, true), Kinship::kNone);
+  EXPECT_EQ(KinshipOf({.gap_m = 0.028, .length_m = 0.02}, false), Kinship::kNone);
 }
 
 TEST(FindKinship, ASlopeGoesOnAcrossAGapUpwardsAndNotSideways) {
@@ -247,20 +247,6 @@ TEST(MergeFragments, JoinsWhatIsKinAndLeavesTheRest) {
     EXPECT_EQ(part.points, expected);
     EXPECT_TRUE(part.top);
   }
-}
-
-/// A description that only states whether the part is rotational.
-Part Described(const Given& given, const Indices& points, bool rotational) {
-  Part part = given.Describe(points);
-  part.axis.reset();
-  if (rotational) part.axis.emplace();
-  return part;
-}
-
-Kinship KinshipOf(const Given& given, const Indices& fragment, const Indices& host,
-                  bool rotational) {
-  return FindKinship(given.Context(), Described(given, fragment, false),
-                     Described(given, host, rotational));
 }
 
 TEST(FindKinship, ACrumbUnderTheTopIsWithinAndMoreIsNot) {
@@ -328,10 +314,8 @@ struct Edges {
   Edges(int points, double gap_m) {
     for (int k = 0; k < points; ++k) {
       const Vector3d p(0.0, 0.002 * (k - 0.5 * points), 0.05);
-      for (int row = 0; row < 5; ++row) {
-        low.push_back(Add(p - 0.002 * row * up));
-      }
-      high.push_back(Add(p + gap_m * up));
+      for (int row = 0; row < 5; ++row) low.push_back(shape.Add(p - 0.002 * row * up, normal));
+      high.push_back(shape.Add(p + gap_m * up, normal));
     }
   }
   /// Turns the normals of this many points of an edge towards the gap (positive sines) or away.
@@ -344,12 +328,6 @@ struct Edges {
     }
   }
   Kinship Find() const { return KinshipOf(Given(shape.cloud), high, low, false); }
-
- private:
-  std::uint32_t Add(const Vector3d& p) {
-    shape.Add(p, normal);
-    return static_cast<std::uint32_t>(shape.cloud.size() - 1);
-  }
 };
 
 TEST(FindKinship, ASurfaceGoesOnFromEightPointsAcrossTheGap) {
@@ -485,25 +463,20 @@ TEST(MergeLone, JoinsWhatStandsAloneAndFitsAHand) {
   EXPECT_EQ(Valley{.neighbor = true}.Parts(), 3U);
 }
 
-Eigen::Vector3d Draw(base::Rng& rng) {
-  const double x = rng.Uniform();
-  const double y = rng.Uniform();
-  const double z = rng.Uniform();
-  return {x, y, z};
-}
-
 // Compares with all distances. Only one half of the cube of side 1 has points of the part, so
 // queries lie within and beyond the gap, and inside and outside the box.
 TEST(PartSurface, GivesTheNearestPointWithinTheGapAndNoOther) {
   base::Rng rng(7);
   geometry::Points part;
-  for (int i = 0; i < 200; ++i) part.push_back(Draw(rng).cwiseProduct(Eigen::Vector3d(0.5, 1, 1)));
+  for (int i = 0; i < 200; ++i) {
+    part.push_back(RandomInUnitCube(rng).cwiseProduct(Vector3d(0.5, 1, 1)));
+  }
   PartSurface surface(part);
   constexpr double kGap_m = 0.1;
   int within = 0;
   constexpr int kQueries = 500;
   for (int k = 0; k < kQueries; ++k) {
-    const Eigen::Vector3d p = Draw(rng);
+    const Vector3d p = RandomInUnitCube(rng);
     std::size_t nearest = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
       if ((part[i] - p).norm() < (part[nearest] - p).norm()) nearest = i;
@@ -522,10 +495,8 @@ TEST(PartSurface, GivesTheNearestPointWithinTheGapAndNoOther) {
 
 TEST(PartSurface, APartWithoutPointsIsNearNothing) {
   PartSurface surface({});
-  EXPECT_FALSE(
-      surface.NearestWithin(Eigen::Vector3d::Zero(), std::numeric_limits<double>::infinity()));
+  EXPECT_FALSE(surface.NearestWithin(Vector3d::Zero(), std::numeric_limits<double>::infinity()));
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception::internal

@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 
-#include "geometry/plane.h"
 #include "perception/perceive.h"
 #include "perception/raster_scan.h"
 

@@ -350,7 +350,6 @@ TEST(BuildObjects, SurvivesDegenerateSegments) {
       cloud.normals.push_back(Vector3d::UnitZ());
     }
   };
-  add({});
   add({{0, 0, 0.05}});
   add({{0.1, 0, 0.05}, {0.1, 0.01, 0.05}});
   add(geometry::Points(50, Vector3d(-0.1, 0, 0.03)));

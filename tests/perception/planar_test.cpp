@@ -12,9 +12,13 @@
 namespace rangegrasp::perception::internal {
 namespace {
 
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using geometry::samples::RandomPoint;
+
 TEST(HullPositions, OfASquareWithPointsInItAreItsCornersCounterClockwise) {
-  const std::vector<Eigen::Vector2d> points = {{0.0, 0.0}, {0.5, 0.5}, {1.0, 1.0}, {0.0, 1.0},
-                                               {1.0, 0.0}, {0.5, 0.0}, {0.3, 0.8}, {1.0, 1.0}};
+  const std::vector<Vector2d> points = {{0.0, 0.0}, {0.5, 0.5}, {1.0, 1.0}, {0.0, 1.0},
+                                        {1.0, 0.0}, {0.5, 0.0}, {0.3, 0.8}, {1.0, 1.0}};
   const auto hull = HullPositions(points);
   ASSERT_EQ(hull.size(), 4u);
   double area = 0.0;
@@ -29,9 +33,9 @@ TEST(MinAreaRectangle, RecoversATurnedRectangle) {
   base::Rng rng(4);
   for (int i = 0; i < 100; ++i) {
     const double angle = rng.Uniform(0.0, base::kPi);
-    const Eigen::Vector2d x(std::cos(angle), std::sin(angle));
-    const Eigen::Vector2d y(-x.y(), x.x());
-    std::vector<Eigen::Vector2d> points;
+    const Vector2d x(std::cos(angle), std::sin(angle));
+    const Vector2d y(-x.y(), x.x());
+    std::vector<Vector2d> points;
     for (const double s : {-0.05, 0.05}) {
       for (const double t : {-0.02, 0.02}) points.push_back(s * x + t * y);
     }
@@ -47,7 +51,7 @@ TEST(MinAreaRectangle, RecoversATurnedRectangle) {
 }
 
 TEST(ConvexPolygon, DistanceIsZeroInsideAndEuclideanOutside) {
-  const std::vector<Eigen::Vector2d> square{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.5}};
+  const std::vector<Vector2d> square{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.5}};
   const auto polygon = ConvexPolygon::Around(square);
   EXPECT_EQ(polygon.corners.size(), 4u);
   EXPECT_DOUBLE_EQ(polygon.Area(), 1.0);
@@ -57,7 +61,7 @@ TEST(ConvexPolygon, DistanceIsZeroInsideAndEuclideanOutside) {
 }
 
 TEST(FilledArea, OfAnEvenlySampledRectangleIsItsAreaWithinOneRowOfCells) {
-  std::vector<Eigen::Vector2d> points;
+  std::vector<Vector2d> points;
   for (int x = 0; x <= 60; ++x) {
     for (int y = 0; y <= 30; ++y) points.emplace_back(0.001 * x, 0.001 * y);
   }
@@ -76,13 +80,10 @@ TEST(HighestLine, IsWhereAFoldIsWhateverItsDensity) {
       if (k % 3 == 0) roof.emplace_back(x, 0.004 + 0.001 * k, 0.05 - 0.0005 * k);
     }
   }
-  const geometry::Plane table{Eigen::Vector3d::UnitZ(), 0.0};
-  const PlanarFrame frame =
-      MakePlanarFrame(table, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
+  const geometry::Plane table{Vector3d::UnitZ(), 0.0};
+  const PlanarFrame frame = MakePlanarFrame(table, Vector3d::Zero(), Vector3d::UnitX());
   EXPECT_NEAR(HighestLine(frame, table, roof), 0.004, 1e-12);
 }
-
-using Eigen::Vector3d;
 
 /// Eq. 4.18 to 4.21 as printed (with d_ac = d_ca).
 Circle Transcribed(const Vector3d& A, const Vector3d& B, const Vector3d& C) {
@@ -100,9 +101,9 @@ Circle Transcribed(const Vector3d& A, const Vector3d& B, const Vector3d& C) {
 TEST(CircleThrough, IsEquidistantFromItsPointsAndAgreesWithTheTranscription) {
   base::Rng rng(1);
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d a = geometry::samples::RandomPoint(0.1, rng);
-    const Vector3d b = geometry::samples::RandomPoint(0.1, rng);
-    const Vector3d c = geometry::samples::RandomPoint(0.1, rng);
+    const Vector3d a = RandomPoint(0.1, rng);
+    const Vector3d b = RandomPoint(0.1, rng);
+    const Vector3d c = RandomPoint(0.1, rng);
     const auto circle = CircleThrough(a, b, c);
     ASSERT_TRUE(circle);
     const double tolerance = 1e-9 * std::max(0.1, circle->radius_m * circle->radius_m / 0.01);
@@ -127,8 +128,8 @@ TEST(CircleThrough, RefusesCollinearAndCoincidentPoints) {
 TEST(AxisDistance, IsTheLengthSquareToTheAxis) {
   base::Rng rng(2);
   for (int i = 0; i < 200; ++i) {
-    const Vector3d n = geometry::samples::RandomPoint(0.1, rng).normalized();
-    const Vector3d c = geometry::samples::RandomPoint(0.1, rng);
+    const Vector3d n = RandomPoint(0.1, rng).normalized();
+    const Vector3d c = RandomPoint(0.1, rng);
     const double s = rng.Uniform(-1.0, 1.0);
     const double d = rng.Uniform(0.0, 0.2);
     EXPECT_NEAR(AxisDistance(c + s * n + d * n.unitOrthogonal(), c, n), d, 1e-12);
@@ -140,7 +141,7 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
   const double radius = 0.0375;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     base::Rng rng(seed);
-    const Vector3d center = geometry::samples::RandomPoint(0.1, rng);
+    const Vector3d center = RandomPoint(0.1, rng);
     const Vector3d n = Vector3d(0.1, -0.05, 1.0).normalized();
     const Vector3d u = n.unitOrthogonal();
     const Vector3d v = n.cross(u);
@@ -151,7 +152,7 @@ TEST(FitCircle, FindsANoisyRimAmongOutliers) {
       const double dn = sigma * rng.Normal();
       rim.push_back(center + (radius + dr) * (std::cos(a) * u + std::sin(a) * v) + dn * n);
     }
-    for (int i = 0; i < 20; ++i) rim.push_back(center + geometry::samples::RandomPoint(0.1, rng));
+    for (int i = 0; i < 20; ++i) rim.push_back(center + RandomPoint(0.1, rng));
     const auto fit = FitCircle(rim, {}, rng);
     ASSERT_TRUE(fit) << seed;
     EXPECT_GE(fit->inliers.size(), 118u);  // 2 mm are 5 sigma.
@@ -167,21 +168,20 @@ TEST(FitCircle2, IsExactForPointsOnAnArc) {
   base::Rng rng(4);
   for (int i = 0; i < 200; ++i) {
     const double x = rng.Uniform(-0.1, 0.1);
-    const Eigen::Vector2d center(x, rng.Uniform(-0.1, 0.1));
+    const Vector2d center(x, rng.Uniform(-0.1, 0.1));
     const double radius = rng.Uniform(0.01, 0.1);
-    std::vector<Eigen::Vector2d> points;
+    std::vector<Vector2d> points;
     for (int k = 0; k < 20; ++k) {
       const double a = rng.Uniform(0.0, 2.0);
-      points.push_back(center + radius * Eigen::Vector2d(std::cos(a), std::sin(a)));
+      points.push_back(center + radius * Vector2d(std::cos(a), std::sin(a)));
     }
     const auto fit = FitCircle2(points);
     ASSERT_TRUE(fit);
     EXPECT_NEAR((fit->center - center).norm(), 0.0, 1e-9);
     EXPECT_NEAR(fit->radius_m, radius, 1e-9);
   }
-  EXPECT_FALSE(FitCircle2(std::vector<Eigen::Vector2d>{{0.0, 0.0}, {1.0, 0.0}}));
-  EXPECT_FALSE(
-      FitCircle2(std::vector<Eigen::Vector2d>{{0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0}, {5.0, 5.0}}));
+  EXPECT_FALSE(FitCircle2(std::vector<Vector2d>{{0.0, 0.0}, {1.0, 0.0}}));
+  EXPECT_FALSE(FitCircle2(std::vector<Vector2d>{{0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0}, {5.0, 5.0}}));
 }
 
 TEST(FitCircle, RefusesACircleThatIsTooWide) {
@@ -205,5 +205,4 @@ TEST(FitCircle, FindsNothingInALine) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception::internal

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
-#include "base/units.h"
 #include "geometry/kd_tree.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
@@ -19,6 +17,15 @@ using geometry::KdTree;
 using geometry::Points;
 
 const Eigen::Vector3d kSensor(0.8, 0.0, 0.62);
+
+/// 30 x 30 points of the plane z = 0.
+Points Grid(double step_m) {
+  Points points;
+  for (int x = 0; x < 30; ++x) {
+    for (int y = 0; y < 30; ++y) points.emplace_back(step_m * x, step_m * y, 0.0);
+  }
+  return points;
+}
 
 /// The scene's table is z = 0 with noise of 0.3 mm along the line of sight (0.18 mm across).
 void ExpectTable(const std::optional<Table>& table, const Eigen::Vector3d& up) {
@@ -129,22 +136,15 @@ TEST(Table, IsNotFoundWhereThereIsNone) {
 }
 
 TEST(Table, ThatIsEmptyAndFlatIsAllTable) {
-  Points points;
-  for (int x = 0; x < 30; ++x) {
-    for (int y = 0; y < 30; ++y) points.emplace_back(0.004 * x, 0.004 * y, 0.0);
-  }
   base::Rng rng(1);
-  const auto table = FindTable(points, kSensor, {}, rng);
+  const auto table = FindTable(Grid(0.004), kSensor, {}, rng);
   ASSERT_TRUE(table);
   EXPECT_NEAR(table->plane.normal.z(), 1.0, 1e-9);
   EXPECT_EQ(table->points.size(), 900u);
 }
 
 TEST(Table, ThatIsFlatIsNoneWhereUpIsElsewhere) {
-  Points points;
-  for (int x = 0; x < 30; ++x) {
-    for (int y = 0; y < 30; ++y) points.emplace_back(0.004 * x, 0.004 * y, 0.0);
-  }
+  const Points points = Grid(0.004);
   base::Rng rng(1);
   PreprocessOptions options;
   options.up_C = Eigen::Vector3d(0.0, 1.0, 0.0);
@@ -228,7 +228,7 @@ Indices SlowFilter(const Points& all) {
     const Points points = geometry::Select(all, kept);
     const KdTree tree(points);
     const auto d = geometry::NearestNeighborDistances(points, tree);
-    const auto rate = ComputeCompressionRate(d.min_m, d.max_m, d.mean_m);
+    const auto rate = ComputeCompressionRate(std::ranges::min(d.each_m), d.max_m, d.mean_m);
     Indices next;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::size_t n_a = tree.CountWithin(points[i], rate.d_a_m);
@@ -246,8 +246,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededFilter, ::testing::Range<std::uint64_t>(0,
 
 TEST_P(SeededFilter, KeepsWhatTheEquationsKeep) {
   base::Rng rng(GetParam());
-  const auto scan = synthetic::MixedScan(GetParam(), 20);
-  Points points = scan.points_W;
+  Points points = synthetic::MixedScan(GetParam(), 20).points_W;
   for (int i = 0; i < 10; ++i) {  // pairs and far stray points, too
     const Eigen::Vector3d p = geometry::samples::RandomPoint(0.5, rng);
     points.push_back(p);
@@ -263,7 +262,7 @@ TEST_P(SeededFilter, RemovesTheOutliersOfAScanAndHardlyASurfacePoint) {
   synthetic::ScanOptions options;
   options.seed = GetParam();
   options.outliers = 20;
-  auto scan = synthetic::MakeScan(synthetic::MixedObjects(), options);
+  const auto scan = synthetic::MakeScan(synthetic::MixedObjects(), options);
   Points points;
   std::vector<int> label;
   for (std::size_t i = 0; i < scan.label.size(); ++i) {
@@ -286,11 +285,7 @@ TEST(Filter, LeavesTinyAndEvenCloudsAlone) {
   EXPECT_TRUE(CompressionRateFilter(Points{}).empty());
   EXPECT_EQ(CompressionRateFilter(Points{{0.0, 0.0, 0.0}}), Indices{0});
   EXPECT_EQ(CompressionRateFilter(Points(5, {0.0, 0.0, 0.0})).size(), 5u);
-  Points grid;
-  for (int x = 0; x < 30; ++x) {
-    for (int y = 0; y < 30; ++y) grid.emplace_back(0.002 * x, 0.002 * y, 0.0);
-  }
-  EXPECT_EQ(CompressionRateFilter(grid).size(), 900u);
+  EXPECT_EQ(CompressionRateFilter(Grid(0.002)).size(), 900u);
 }
 
 TEST(Smooth, IsTheMeanOfTheNeighbours) {
@@ -322,5 +317,4 @@ TEST(Smooth, TakesTheNoiseOfAPlaneDownByTheRootOfTheCount) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception

@@ -8,23 +8,24 @@
 #include <stdexcept>
 #include <vector>
 
-#include "base/units.h"
 #include "geometry/plane.h"
 #include "geometry/random_points.h"
 #include "geometry/synthetic.h"
 #include "perception/analytic.h"
 #include "perception/perceive.h"
-#include "raster_scan.h"
+#include "perception/raster_scan.h"
 
 namespace rangegrasp::perception {
 namespace {
 
+using Eigen::Vector3d;
 using geometry::Indices;
 using geometry::KdTree;
 using geometry::PointCloud;
 using geometry::Points;
+using geometry::TriangleMesh;
 
-const Eigen::Vector3d kSegmentSensor(0.8, 0.0, 0.62);
+const Vector3d kSegmentSensor(0.8, 0.0, 0.62);
 
 /// The objects of a scan, without the table, with normals and a label for each point.
 struct SegmentObjects {
@@ -48,9 +49,10 @@ SegmentObjects ScanObjects(const std::vector<synthetic::Solid>& solids, std::uin
   return objects;
 }
 
-std::vector<synthetic::Solid> TwoBoxes(double gap_m) {
-  return {synthetic::Box{{0.0, -0.02 - gap_m / 2.0, 0.04}, {0.04, 0.04, 0.08}, 0.0},
-          synthetic::Box{{0.0, 0.02 + gap_m / 2.0, 0.04}, {0.04, 0.04, 0.08}, 0.0}};
+SegmentObjects TwoBoxes(double gap_m, std::uint64_t seed) {
+  return ScanObjects({synthetic::Box{{0.0, -0.02 - gap_m / 2.0, 0.04}, {0.04, 0.04, 0.08}, 0.0},
+                      synthetic::Box{{0.0, 0.02 + gap_m / 2.0, 0.04}, {0.04, 0.04, 0.08}, 0.0}},
+                     seed);
 }
 
 class BothMethods : public ::testing::TestWithParam<SegmentMethod> {
@@ -65,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, BothMethods,
                          ::testing::Values(SegmentMethod::kMesh, SegmentMethod::kRegionGrowing));
 
 TEST_P(BothMethods, BoxesTwentyMillimetresApartAreTwoSegments) {
-  const SegmentObjects objects = ScanObjects(TwoBoxes(0.020), 1);
+  const SegmentObjects objects = TwoBoxes(0.020, 1);
   const auto segments = Segment(objects.cloud, Options());
   ASSERT_EQ(segments.size(), 2u);
   EXPECT_EQ(segments[0].size() + segments[1].size(), objects.cloud.size());
@@ -77,8 +79,7 @@ TEST_P(BothMethods, BoxesTwentyMillimetresApartAreTwoSegments) {
 }
 
 TEST_P(BothMethods, TouchingBoxesAreOneSegment) {
-  const SegmentObjects objects = ScanObjects(TwoBoxes(0.0005), 2);
-  EXPECT_EQ(Segment(objects.cloud, Options()).size(), 1u);
+  EXPECT_EQ(Segment(TwoBoxes(0.0005, 2).cloud, Options()).size(), 1u);
 }
 
 TEST_P(BothMethods, SegmentsDoNotDependOnTheOrderOfThePoints) {
@@ -121,8 +122,8 @@ TEST_P(BothMethods, TinyCloudsHaveNoSegment) {
 TEST(NormalWeight, FollowsItsEquations) {
   base::Rng rng(1);
   for (int i = 0; i < 100; ++i) {
-    const Eigen::Vector3d a = geometry::samples::RandomPoint(1.0, rng);
-    const Eigen::Vector3d b = geometry::samples::RandomPoint(1.0, rng);
+    const Vector3d a = geometry::samples::RandomPoint(1.0, rng);
+    const Vector3d b = geometry::samples::RandomPoint(1.0, rng);
     const double cosine = (a.x() * b.x() + a.y() * b.y() + a.z() * b.z()) /
                           (std::sqrt(a.dot(a)) * std::sqrt(b.dot(b)));  // eq. 5.3
     EXPECT_NEAR(NormalWeight(a, b), 1.0 - std::abs(cosine), 1e-14);     // eq. 5.4
@@ -195,7 +196,7 @@ TEST(MeshAlpha, IsTheLargestNeighbourDistanceWithinBounds) {
 
 // The gap of 20 mm is wider than any alpha derived from the scan, and narrower than 30 mm.
 TEST(MeshSegmentation, TakesTheAlphaThatTheOptionsName) {
-  const SegmentObjects objects = ScanObjects(TwoBoxes(0.020), 6);
+  const SegmentObjects objects = TwoBoxes(0.020, 6);
   SegmentOptions options;
   EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 2u);
   options.alpha_m = 0.030;
@@ -215,22 +216,12 @@ TEST(Segment, RefusesAlphasOutOfRange) {
 }
 
 TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
-  SegmentObjects objects = ScanObjects(TwoBoxes(0.030), 5);
+  SegmentObjects objects = TwoBoxes(0.030, 5);
   objects.cloud.points.emplace_back(0.0, 0.0, 0.3);  // d_max = 0.2 m
   EXPECT_EQ(SegmentByMesh(objects.cloud.points, {}).size(), 2u);
 }
 
-}  // namespace
-
-}  // namespace rangegrasp::perception
-
 // Objects that touch, lean on or lie on each other are separated; objects of one piece are not.
-
-namespace rangegrasp::perception {
-namespace {
-
-using Eigen::Vector3d;
-using geometry::TriangleMesh;
 
 /// A sensor: its ray spacing [rad] and noise [m]; every `every_row`-th row of rays is kept.
 struct SensorCase {
@@ -260,6 +251,12 @@ synthetic::RasterScan Scan(const std::vector<TriangleMesh>& meshes, const Sensor
   return kept;
 }
 
+/// What perception makes of a scan from the default place.
+Scene SceneOf(const synthetic::RasterScan& scan, const PerceptionOptions& options = {}) {
+  base::Rng rng(1);
+  return Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, options, rng);
+}
+
 /// The object that has most of a mesh's points, and the share of the points it has.
 struct Owner {
   std::size_t object = 0;
@@ -270,10 +267,8 @@ class TouchingThings : public ::testing::TestWithParam<SensorCase> {
  protected:
   std::vector<Owner> See(const std::vector<TriangleMesh>& meshes) {
     const auto scan = Scan(meshes, GetParam());
-    base::Rng rng(1);
-    scene_ = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+    scene_ = SceneOf(scan);
     std::vector<std::map<std::size_t, int>> in(meshes.size());
-    std::vector<int> total(meshes.size(), 0);
     for (std::size_t o = 0; o < scene_.objects.size(); ++o) {
       for (const auto i : scene_.objects[o].points) {
         const int mesh = scan.label[scene_.source[i]];
@@ -368,10 +363,8 @@ TEST(SegmentByConvexity, FlatThingsThatMeetAtARightAngleAreTwo) {
 }
 
 TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
-  const auto scan = synthetic::MakeRasterScan(
-      {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(3.2, {0, 0, 0}))});
-  base::Rng rng(1);
-  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  const Scene scene =
+      SceneOf(synthetic::MakeRasterScan({At(synthetic::MugMesh(), 3.2, Vector3d::Zero())}));
   ASSERT_GE(scene.objects.size(), 1u);
   std::size_t all = 0;
   for (const auto& object : scene.objects) all += object.points.size();
@@ -381,12 +374,16 @@ TEST(TouchingThingsOfOnePiece, ACupWithItsHandleIsOneObject) {
 TEST(TouchingThingsOfOnePiece, AHandleThatHangsBesideItsCupIsOfIt) {
   // The handle points sideways, so the sensor sees all of it and the table below it.
   for (const double yaw : {1.3, 1.6, -1.6}) {
-    const auto scan = synthetic::MakeRasterScan(
-        {geometry::Transformed(synthetic::MugMesh(), synthetic::Standing(yaw, {0, 0, 0}))});
-    base::Rng rng(1);
-    const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+    const Scene scene =
+        SceneOf(synthetic::MakeRasterScan({At(synthetic::MugMesh(), yaw, Vector3d::Zero())}));
     EXPECT_EQ(scene.objects.size(), 1u) << yaw;
   }
+}
+
+synthetic::RasterScan ScanOnTable(const std::vector<TriangleMesh>& meshes, double table_half_m) {
+  synthetic::RasterOptions raster;
+  raster.table_half_m = table_half_m;
+  return synthetic::MakeRasterScan(meshes, raster);
 }
 
 /// Four walls, 6 mm thick and 100 mm high, around 300 x 300 mm.
@@ -401,14 +398,11 @@ TEST(OpenBoxes, WallsAreNoObjectsAndWhatLiesInTheBoxIs) {
   auto meshes = OpenBox();
   meshes.push_back(At(synthetic::BoxMesh(0.08, 0.06, 0.09), 0.3, {-0.05, -0.07, 0.045}));
   meshes.push_back(At(synthetic::CylinderMesh(0.035, 0.08), 0.0, {-0.03, 0.06, 0.04}));
-  synthetic::RasterOptions raster;
-  raster.table_half_m = 0.22;
-  const auto scan = synthetic::MakeRasterScan(meshes, raster);
+  const auto scan = ScanOnTable(meshes, 0.22);
   for (const bool on : {true, false}) {
     PerceptionOptions options;
     options.features.containers = on;
-    base::Rng rng(1);
-    const Scene scene = Perceive(scan.points_W, raster.sensor_W, options, rng);
+    const Scene scene = SceneOf(scan, options);
     EXPECT_EQ(scene.container.empty(), !on);
     std::size_t of_walls = 0;
     for (const auto& object : scene.objects) {
@@ -432,11 +426,8 @@ TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
     auto meshes = OpenBox();
     meshes.push_back(At(synthetic::CylinderMesh(0.035, 0.08), 0.0, {-0.03, 0.06, 0.04}));
     for (auto& mesh : meshes) mesh = At(mesh, yaw, Vector3d::Zero());
-    synthetic::RasterOptions raster;
-    raster.table_half_m = 0.26;
-    const auto scan = synthetic::MakeRasterScan(meshes, raster);
-    base::Rng rng(1);
-    const Scene scene = Perceive(scan.points_W, raster.sensor_W, {}, rng);
+    const auto scan = ScanOnTable(meshes, 0.26);
+    const Scene scene = SceneOf(scan);
     const auto walls = std::ranges::count_if(scan.label, [](int l) { return l >= 0 && l < 4; });
     // Excludes points within the table's clearance and mixed points off the walls.
     EXPECT_GT(static_cast<double>(scene.container.size()), 0.85 * static_cast<double>(walls))
@@ -448,11 +439,7 @@ TEST(OpenBoxes, AreFoundWhicheverWayTheyStand) {
 TEST(OpenBoxes, AreFoundWhereAThingLiesOnOneOfTheRims) {
   auto meshes = OpenBox();
   meshes.push_back(At(synthetic::BoxMesh(0.03, 0.30, 0.03), 0.0, {-0.153, 0.0, 0.115}));
-  synthetic::RasterOptions raster;
-  raster.table_half_m = 0.22;
-  const auto scan = synthetic::MakeRasterScan(meshes, raster);
-  base::Rng rng(1);
-  EXPECT_FALSE(Perceive(scan.points_W, raster.sensor_W, {}, rng).container.empty());
+  EXPECT_FALSE(SceneOf(ScanOnTable(meshes, 0.22)).container.empty());
 }
 
 TEST(OpenBoxes, AClosedOneIsAnObject) {
@@ -475,12 +462,10 @@ TEST(OpenBoxes, AClosedOneIsAnObject) {
 }
 
 TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
-  const auto scan = synthetic::MakeRasterScan(
-      {At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, -0.08, 0.075}),
-       At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {-0.08, 0.08, 0.075}),
-       At(synthetic::BoxMesh(0.06, 0.09, 0.15), 0.0, {0.08, 0.0, 0.075})});
-  base::Rng rng(1);
-  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+  const auto box = synthetic::BoxMesh(0.06, 0.09, 0.15);
+  const Scene scene = SceneOf(synthetic::MakeRasterScan({At(box, 0.0, {-0.08, -0.08, 0.075}),
+                                                         At(box, 0.0, {-0.08, 0.08, 0.075}),
+                                                         At(box, 0.0, {0.08, 0.0, 0.075})}));
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 3u);
 }
@@ -488,11 +473,9 @@ TEST(OpenBoxes, ThingsThatStandAboutAreNone) {
 TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
   const auto along = [](double height) { return synthetic::BoxMesh(0.312, 0.02, height); };
   const auto across = [](double height) { return synthetic::BoxMesh(0.02, 0.26, height); };
-  const auto scan = synthetic::MakeRasterScan(
+  const Scene scene = SceneOf(synthetic::MakeRasterScan(
       {At(along(0.08), 0, {0, -0.146, 0.04}), At(along(0.11), 0, {0, 0.146, 0.055}),
-       At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})});
-  base::Rng rng(1);
-  const Scene scene = Perceive(scan.points_W, synthetic::RasterOptions{}.sensor_W, {}, rng);
+       At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})}));
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 4u);
 }
@@ -519,5 +502,4 @@ TEST(ConvexityOptions, OutOfRangeIsRefused) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <set>
 
+#include "geometry/random_points.h"
 #include "perception/analytic.h"
 
 namespace rangegrasp::perception::internal {
@@ -86,8 +86,7 @@ TEST(TopHeight, PassesOverFourStrayPoints) {
   Indices points = shape.AddRectangle({0.0, 0.0, 0.05}, {0.02, 0.0, 0.0}, {0.0, 0.02, 0.0});
   for (int stray = 0; stray < 5; ++stray) {
     EXPECT_NEAR(TopHeight(shape.cloud, points, samples::LevelAt(0.0)), 0.05, 1e-12) << stray;
-    points.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-    shape.Add({0.0, 0.0, 0.06 + 0.001 * stray}, Vector3d::UnitZ());
+    points.push_back(shape.Add({0.0, 0.0, 0.06 + 0.001 * stray}, Vector3d::UnitZ()));
   }
   EXPECT_NEAR(TopHeight(shape.cloud, points, samples::LevelAt(0.0)), 0.06, 1e-12);
   EXPECT_NEAR(BaseHeight(shape.cloud, points, samples::LevelAt(0.0)), 0.05, 1e-12);
@@ -150,8 +149,7 @@ struct Cup {
   Cup() {
     for (int k = 0; k < 300; ++k) {
       const double a = 2.0 * base::kPi * k / 300;
-      shape.Add({0.04 * std::cos(a), 0.03 * std::sin(a), 0.1}, Vector3d::UnitZ());
-      points.push_back(static_cast<std::uint32_t>(k));
+      points.push_back(shape.Add({0.04 * std::cos(a), 0.03 * std::sin(a), 0.1}, Vector3d::UnitZ()));
     }
     top.points = points;
     top.rim = points;
@@ -159,10 +157,7 @@ struct Cup {
   }
   bool IsOpenWith(const Vector3d& p, int times, const FeatureOptions& options) {
     Indices all = points;
-    for (int i = 0; i < times; ++i) {
-      all.push_back(static_cast<std::uint32_t>(shape.cloud.size()));
-      shape.Add(p, Vector3d::UnitZ());
-    }
+    for (int i = 0; i < times; ++i) all.push_back(shape.Add(p, Vector3d::UnitZ()));
     return IsOpen(shape.cloud, all, top, options);
   }
 };
@@ -179,9 +174,7 @@ TEST(IsOpen, AsPublishedOnePointInTheSphereCloses) {
   published.open_stray_share = 0.0;
   base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const Vector3d direction = Vector3d(x, y, rng.Normal()).normalized();
+    const Vector3d direction = geometry::samples::RandomDirection(rng);
     const Vector3d center(0.0, 0.0, 0.1);
     EXPECT_TRUE(Cup().IsOpenWith(center + 0.0201 * direction, 1, published));
     EXPECT_FALSE(Cup().IsOpenWith(center + 0.0199 * direction, 1, published));
@@ -271,9 +264,8 @@ TEST(FindRidge, RefusesPlanesSpheresAndFlatArcs) {
   Analytic sphere;
   base::Rng rng(2);
   for (int i = 0; i < 3000; ++i) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const Vector3d n = Vector3d(x, y, std::abs(rng.Normal())).normalized();
+    Vector3d n = geometry::samples::RandomDirection(rng);
+    n.z() = std::abs(n.z());
     sphere.Add(Vector3d(0.0, 0.0, 0.05) + 0.04 * n, n);
   }
   EXPECT_FALSE(RidgeOf(sphere));
@@ -412,9 +404,7 @@ TEST(FindRidge, NeedsNormalsThatAreSquareToItsAxisInTheMean) {
 TEST(FindRidge, LeansLessThan30Deg) {
   for (const double lean : {29.0, -29.0, 31.0, -31.0}) {
     Analytic shape = Tilted(0.9, 0, 0.0);
-    const Eigen::AngleAxisd turn(base::Deg(lean), Vector3d::UnitY());
-    for (auto& p : shape.cloud.points) p = turn * p;
-    for (auto& n : shape.cloud.normals) n = turn * n;
+    shape.Turn(Eigen::AngleAxisd(base::Deg(lean), Vector3d::UnitY()));
     EXPECT_EQ(RidgeOf(shape).has_value(), std::abs(lean) < 30.0) << lean;
   }
 }
@@ -553,5 +543,4 @@ TEST(FindRidge, IsInTheMiddleOfAStripWithoutCurvature) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::perception::internal

@@ -224,11 +224,8 @@ class Hand : public ::testing::TestWithParam<std::filesystem::path> {
 
 TEST_P(Hand, ClosesFromOpenUntilThePadsTouchOrTheJointsEnd) {
   ASSERT_GE(hand_.states.size(), 23u);
-  EXPECT_EQ(hand_.states.front().closing, 0.0);
-  EXPECT_EQ(hand_.states.back().closing, 1.0);
   for (std::size_t i = 1; i < hand_.states.size(); ++i) {
     EXPECT_LT(hand_.states[i].gap_m, hand_.states[i - 1].gap_m);
-    EXPECT_GT(hand_.states[i].closing, hand_.states[i - 1].closing);
   }
   EXPECT_LT(hand_.states.back().gap_m, 1e-6);
 }
@@ -304,30 +301,37 @@ TEST_P(Hand, ThumbShapesAreFingersAndEveryShapeIsFlagged) {
 INSTANTIATE_TEST_SUITE_P(Cells, Hand, ::testing::ValuesIn(Cells()),
                          [](const auto& cell) { return CellName(cell.param); });
 
+/// How far the hand is closed in a state, from 0 to 1.
+double ClosingOf(const HandModel& hand, std::size_t state) {
+  return static_cast<double>(state) / static_cast<double>(hand.states.size() - 1);
+}
+
 // Finger and thumb are mirror images, hinged at x = -+0.055 and turned outward by 5 deg. Their axes
 // are 0.095 m long with radius 0.008; the finger's last segment is the outer 0.045 m. When turned
 // inward by a, the tips' ends are nearest. When turned outward, the start of the finger's last
 // segment is nearest, and the nearest point of the thumb's axis is the foot of the perpendicular.
 TEST(SmallHand, GapFollowsFromTheHinges) {
   const Robot robot = Robot::Load(SmallCell());
-  for (const auto& state : robot.hand().states) {
+  const HandModel& hand = robot.hand();
+  for (std::size_t i = 0; i < hand.states.size(); ++i) {
     const double touch = std::asin((0.055 - 0.008) / 0.095);  // tips' axes 0.016 apart
-    const double angle = state.closing * (touch + base::Deg(5)) - base::Deg(5);
+    const double angle = ClosingOf(hand, i) * (touch + base::Deg(5)) - base::Deg(5);
     const double axes = angle > 0.0
                             ? 2.0 * (0.055 - 0.095 * std::sin(angle))
                             : 0.11 * std::cos(angle) - 0.1 * std::sin(angle) * std::cos(angle);
     const double expected = axes - 0.016;
-    EXPECT_NEAR(state.gap_m, expected, 2e-6) << state.closing;
+    EXPECT_NEAR(hand.states[i].gap_m, expected, 2e-6) << i;
   }
 }
 
 TEST(SmallHand, PassiveFingerFollowsItsSpringUpToItsLimit) {
   const Robot robot = Robot::Load(SmallCell());
+  const HandModel& hand = robot.hand();
   const double closed = std::asin((0.055 - 0.008) / 0.095) + base::Deg(5);
-  for (const auto& state : robot.hand().states) {
-    const double turn = std::min(state.closing * closed, base::Deg(30)) - base::Deg(5);
+  for (std::size_t i = 0; i < hand.states.size(); ++i) {
+    const double turn = std::min(ClosingOf(hand, i) * closed, base::Deg(30)) - base::Deg(5);
     const Eigen::Vector3d along(std::sin(turn), 0.0, std::cos(turn));
-    for (const auto& shape : state.shapes) {
+    for (const auto& shape : hand.states[i].shapes) {
       if (shape.name != "passive") continue;
       EXPECT_NEAR(std::abs(shape.X_BS.linear().col(2).dot(along)), 1.0, 1e-9);
     }

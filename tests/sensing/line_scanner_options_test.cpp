@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
 #include "base/error.h"
 #include "base/units.h"
+#include "error_of.h"
 #include "sensing/line_scanner.h"
 #include "temp_folder.h"
 
@@ -19,24 +21,18 @@ using ::testing::HasSubstr;
 class SensorFile : public ::testing::Test {
  protected:
   LineScannerOptions Read(const std::string& text) {
-    folder_.Write("sensor.yaml", text);
-    return ReadLineScanner(file_);
+    return ReadLineScanner(folder_.Write("sensor.yaml", text));
   }
   /// The error's text after the file's name.
   std::string Error(const std::string& text) {
-    try {
-      Read(text);
-    } catch (const base::InputError& error) {
-      const std::string what = error.what();
-      EXPECT_EQ(what.find(file_.string()), 0u) << what;
-      return what.substr(file_.string().size());
-    }
-    return "no error";
+    const std::string what = testing_support::ErrorOf([&] { Read(text); });
+    const std::string file = (folder_ / "sensor.yaml").string();
+    EXPECT_TRUE(what.starts_with(file)) << what;
+    return what.substr(std::min(file.size(), what.size()));
   }
 
   // A separate folder, since tests of several builds may run at once.
   const testing_support::TempFolder folder_;
-  const std::filesystem::path file_ = folder_ / "sensor.yaml";
 };
 
 void ExpectSame(const LineScannerOptions& a, const LineScannerOptions& b) {
@@ -122,7 +118,7 @@ TEST_F(SensorFile, ASyntaxErrorIsNamedWithItsLine) {
 }
 
 TEST_F(SensorFile, AMissingFileIsAnError) {
-  EXPECT_THROW(ReadLineScanner(file_ / "missing.yaml"), base::InputError);
+  EXPECT_THROW(ReadLineScanner(folder_ / "missing.yaml"), base::InputError);
 }
 
 TEST(LineScannerKeys, EachHasASentence) {
@@ -139,13 +135,8 @@ TEST(LineScannerOptionsCheck, NamesTheKeyInItsUnit) {
   LineScannerOptions options;
   EXPECT_NO_THROW(CheckOptions(options));
   options.fan_rad = base::Deg(200.0);
-  try {
-    CheckOptions(options);
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(),
-                 "line scanner: fan_deg: 200 is out of range, must be from 0.1 to 120");
-  }
+  EXPECT_EQ(testing_support::ErrorOf<std::invalid_argument>([&] { CheckOptions(options); }),
+            "line scanner: fan_deg: 200 is out of range, must be from 0.1 to 120");
 }
 
 TEST(LineScannerOptionsCheck, AScanWithOptionsOutOfRangeIsRefused) {

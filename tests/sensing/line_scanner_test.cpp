@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/units.h"
+#include "error_of.h"
 #include "sensing/optics.h"
 #include "sensing/shapes.h"
 
@@ -440,15 +441,9 @@ TEST(LineScanner, PatchesAreLostAsAWhole) {
   EXPECT_GT(static_cast<double>(same) / static_cast<double>(pairs), 0.9);
 }
 
-// The left half is black and the right half is white. Only the dark half loses samples.
-TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
+/// A wall with a print whose right half is white.
+LineScannerMeshes PrintedWall(const geometry::Rgb& left) {
   LineScannerMeshes meshes = Wall(1.0);
-  meshes[0].surface.albedo = 0.7;
-  auto print = std::make_shared<geometry::Print>();
-  print->width = 2;
-  print->height = 1;
-  print->texels = {{0, 0, 0}, {255, 255, 255}};
-  meshes[0].colors.print = print;
   const auto& vertices = meshes[0].mesh_W.vertices;
   for (const auto& triangle : meshes[0].mesh_W.triangles) {
     auto& corners = meshes[0].colors.uv.emplace_back();
@@ -457,6 +452,15 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
       corners[k] = {(x + 3.0f) / 6.0f, 0.5f};
     }
   }
+  meshes[0].colors.print = std::make_shared<geometry::Print>(
+      geometry::Print{.width = 2, .height = 1, .texels = {left, {255, 255, 255}}});
+  return meshes;
+}
+
+// The left half is black. Only this half loses samples.
+TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
+  LineScannerMeshes meshes = PrintedWall({0, 0, 0});
+  meshes[0].surface.albedo = 0.7;
   const Scan scan = LineScannerScanOf(meshes, Known());
   std::size_t dark = 0, dark_lost = 0, white_lost = 0;
   ForEach(scan, [&](std::size_t i, int p, int) {
@@ -472,28 +476,12 @@ TEST(LineScanner, APrintsAlbedoGoesBeforeTheSurfaces) {
   EXPECT_NEAR(static_cast<double>(dark_lost) / static_cast<double>(dark), expected, 0.01);
 }
 
-/// A wall with a red left half and a white right half.
-LineScannerMeshes PrintedWall() {
-  LineScannerMeshes meshes = Wall(1.0);
-  for (const auto& triangle : meshes[0].mesh_W.triangles) {
-    meshes[0].colors.uv.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto x = static_cast<float>(meshes[0].mesh_W.vertices[triangle[k]].x());
-      meshes[0].colors.uv.back()[k] = {(x + 3.0f) / 6.0f, 0.5f};
-    }
-  }
-  auto print = std::make_shared<geometry::Print>();
-  print->width = 2;
-  print->height = 1;
-  print->texels = {{200, 30, 30}, {255, 255, 255}};
-  meshes[0].colors.print = print;
-  return meshes;
-}
+constexpr geometry::Rgb kRed = {200, 30, 30};
 
 // The second exposure does not change any measured range.
 TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   LineScannerOptions options = Known();
-  const LineScannerMeshes meshes = PrintedWall();
+  const LineScannerMeshes meshes = PrintedWall(kRed);
   const Scan without = LineScannerScanOf(meshes, options);
   EXPECT_TRUE(without.view.colors.empty());
   options.color = true;
@@ -508,7 +496,7 @@ TEST(LineScanner, ColorsAreSeenBesideTheRange) {
   ForEach(scan, [&](std::size_t i, int p, int) {
     const double x = std::tan(PanAngle(options, p));
     if (std::abs(x) < 0.005) return;
-    EXPECT_EQ(scan.view.colors[i], x < 0.0 ? lit({200, 30, 30}) : lit({255, 255, 255}));
+    EXPECT_EQ(scan.view.colors[i], x < 0.0 ? lit(kRed) : lit({255, 255, 255}));
   });
 }
 
@@ -519,7 +507,7 @@ TEST(LineScanner, ColorsAreOffByWhatIsStated) {
   options.samples = 2;
   options.profiles = 1000;
   options.pan_jitter_rad = 0.0;
-  const LineScannerMeshes meshes = PrintedWall();
+  const LineScannerMeshes meshes = PrintedWall(kRed);
   constexpr int kScans = 300;
   double levels = 0.0, gains = 0.0, shifts_m = 0.0;
   for (std::uint64_t seed = 1; seed <= kScans; ++seed) {
@@ -663,21 +651,14 @@ TEST(LineScanner, TheHeadsOwnHousingHidesNothing) {
 
 TEST(LineScanner, ABrokenMeshIsNamed) {
   LineScannerMeshes meshes = PlateBeforeWall(0.8);
+  const auto error = [&] {
+    return testing_support::ErrorOf<std::invalid_argument>([&] { LineScannerScanOf(meshes, {}); });
+  };
   meshes[1].mesh_W.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
-  try {
-    LineScannerScanOf(meshes, {});
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: vertex 2 is not finite"));
-  }
+  EXPECT_THAT(error(), ::testing::HasSubstr("mesh 1: vertex 2 is not finite"));
   meshes = PlateBeforeWall(0.8);
   meshes[1].mesh_W.triangles[1][0] = 99;
-  try {
-    LineScannerScanOf(meshes, {});
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("mesh 1: triangle 1 uses vertex 99 of 4"));
-  }
+  EXPECT_THAT(error(), ::testing::HasSubstr("mesh 1: triangle 1 uses vertex 99 of 4"));
 }
 
 }  // namespace

@@ -147,8 +147,8 @@ TEST(SampleLoss, DarknessAndClarityAreIndependent) {
 
 TEST(PatchLoss, IncidenceAndGlossAreIndependent) {
   const LineScannerOptions options;
-  EXPECT_NEAR(PatchLoss(options, 0.4, {Deg(70.0), Deg(1.0)}), 1.0 - 0.5 * 0.6, 1e-12);
-  EXPECT_EQ(PatchLoss(options, 0.4, {}), 0.0);
+  EXPECT_NEAR(PatchLoss(options, 0.4, Deg(70.0), Deg(1.0)), 1.0 - 0.5 * 0.6, 1e-12);
+  EXPECT_EQ(PatchLoss(options, 0.4, 0.0, Deg(180.0)), 0.0);
 }
 
 // In sRGB, half of the light is level 188 of 255.

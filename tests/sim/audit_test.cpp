@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include <functional>
-
 #include "base/units.h"
 #include "sim/scene_files.h"
 
@@ -86,8 +84,13 @@ class AuditBound : public ::testing::Test {
     command.position = command.velocity = Eigen::VectorXd::Constant(1, commanded_m_);
     audit_.Step(holding, &command);
   }
-  /// Puts the cube below the thumb's tip, penetrating by 0.1 mm.
-  void UnderTheThumb() { Place(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4); }
+  /// The cube rests for 0.4 s below the thumb's tip, which it penetrates by 0.1 mm.
+  void RestUnderTheThumb() {
+    Place(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4);
+    Forward();
+    audit_.BeginRest();
+    world_.data()->time += 0.4;
+  }
 
   double commanded_m_ = 0.0;  // slide position
 
@@ -118,13 +121,8 @@ TEST_F(AuditBound, Penetration) {
 
 // The object moves by 0.1 mm in 0.4 s and turns by 0.002 rad about the contact.
 TEST_F(AuditBound, Creep) {
-  UnderTheThumb();
-  Forward();
-  audit_.BeginRest();
-  world_.data()->time += 0.4;
-  world_.PlaceObject(
-      0, base::MakePose(Eigen::AngleAxisd(0.002, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
-                        {-0.2, 1e-4, 2.0 - 0.01 - 0.02 + 1e-4}));
+  RestUnderTheThumb();
+  Place(-0.2, 1e-4, 2.0 - 0.01 - 0.02 + 1e-4, 0.002);
   audit_.EndRest(0.0);
   ExpectFailsBeyond("creep_m_s", 1e-4 / 0.4, &AuditBounds::creep_m_s);
   ExpectFailsBeyond("creep_rad_s", 0.005, &AuditBounds::creep_rad_s);
@@ -134,10 +132,7 @@ TEST_F(AuditBound, Creep) {
 // The position of the object's origin does not matter: a turn about a contact moves a far origin,
 // but no contact.
 TEST_F(AuditBound, CreepIsThatOfTheContacts) {
-  UnderTheThumb();
-  Forward();
-  audit_.BeginRest();
-  world_.data()->time += 0.4;
+  RestUnderTheThumb();
   const double turn_rad = 1e-4;
   const Eigen::Vector3d contact(-0.2, 0.0, 1.99);
   const Eigen::AngleAxisd turn(turn_rad, Eigen::Vector3d::UnitX());
@@ -151,10 +146,7 @@ TEST_F(AuditBound, CreepIsThatOfTheContacts) {
 
 // Sliding before the restart does not count; creep after it and the time of sliding do.
 TEST_F(AuditBound, TheRestBeginsAnewWhereTheObjectSlides) {
-  UnderTheThumb();
-  Forward();
-  audit_.BeginRest();
-  world_.data()->time += 0.4;
+  RestUnderTheThumb();
   Place(-0.2, 0.01, 1.97 + 1e-4);
   Forward();
   EXPECT_EQ(audit_.RestStep(/*disturbed=*/true), 0.0);
@@ -168,10 +160,7 @@ TEST_F(AuditBound, TheRestBeginsAnewWhereTheObjectSlides) {
 
 // The hand moves with the arm and the object moves with the hand, so there is no creep.
 TEST_F(AuditBound, CreepIsMeasuredInTheHand) {
-  UnderTheThumb();
-  Forward();
-  audit_.BeginRest();
-  world_.data()->time += 0.4;
+  RestUnderTheThumb();
   world_.SetArm(Eigen::VectorXd::Constant(1, 0.1));
   Place(-0.2, 0.0, 2.0 - 0.01 - 0.02 + 1e-4 + 0.1);
   audit_.EndRest(0.0);
@@ -271,6 +260,30 @@ TEST_F(AuditBound, ADriveThatGivesWayIsNotAtItsLimit) {
   }
 }
 
+// Most models of arms limit the actuator, not the joint; the lower limit counts.
+TEST(DriveLimit, IsThatOfTheActuatorOrOfTheJoint) {
+  const std::string at_joint = R"(actuatorfrcrange="-5 5")", kp = R"(kp="1000")";
+  for (const auto& [joint, actuator] :
+       {std::pair("", R"(forcerange="-5 5")"), std::pair(R"(actuatorfrcrange="-5 5")", ""),
+        std::pair(R"(actuatorfrcrange="-9 9")", R"(forcerange="-5 5")"),
+        std::pair(R"(actuatorfrcrange="-5 5")", R"(forcerange="-9 9")")}) {
+    std::string scene = kHandScene;
+    scene.replace(scene.find(at_joint), at_joint.size(), joint);
+    scene.replace(scene.find(kp), kp.size(), kp + " " + actuator);
+    World world(samples::WriteFile("limited_hand.xml", scene), {}, {});
+    const ArmServo servo(world.model());
+    EXPECT_EQ(DriveLimit(world.model(), servo.joints()[0], servo.actuators()[0]), 5.0) << scene;
+    world.data()->ctrl[0] = 0.5;
+    mj_forward(world.model(), world.data());
+    EXPECT_TRUE(servo.AtLimit(world.model(), world.data(), 0)) << scene;
+    Eigen::VectorXd position = Eigen::VectorXd::Constant(1, 0.006);
+    world.data()->ctrl[0] = position[0];
+    mj_forward(world.model(), world.data());
+    servo.GiveWay(world.model(), world.data(), 0.9, position);
+    EXPECT_LT(position[0], 0.006) << scene;
+  }
+}
+
 TEST_F(AuditBound, AJointAtItsRangesEndIsNamed) {
   world_.SetArm(Eigen::VectorXd::Constant(1, 0.99));
   world_.data()->ctrl[0] = 0.99;
@@ -331,10 +344,7 @@ TEST_F(AuditBound, EngineWarnings) {
 }
 
 TEST_F(AuditBound, AFigureThatIsNoNumberIsOutOfBounds) {
-  UnderTheThumb();
-  Forward();
-  audit_.BeginRest();
-  world_.data()->time += 0.4;
+  RestUnderTheThumb();
   Place(0.0, std::numeric_limits<double>::quiet_NaN(), 1.0);
   audit_.EndRest(0.0);
   EXPECT_THAT(audit_.Finish({}, true, true).failed, StartsWith("creep_m_s nan"));

@@ -116,12 +116,11 @@ ExecutionLog ExecuteWith(const Fault& fault) {
   grasp.yaw_rad = base::kPi / 2;
   grasp.pitch_rad = base::Deg(10.0);
   auto program = samples::MakeProgram(world, grasp);
-  if (!program) return {};
   HandControlOptions hand;
-  if (fault.breaks && !fault.once_closed) fault.breaks({world, *program, hand});
+  if (fault.breaks && !fault.once_closed) fault.breaks({world, program, hand});
   ExecutionObserver observer;
   observer.on_moment = [&](const std::string& moment, World&) {
-    if (fault.once_closed && moment == "closed") fault.breaks({world, *program, hand});
+    if (fault.once_closed && moment == "closed") fault.breaks({world, program, hand});
   };
   AuditBounds bounds;
   for (double AuditBounds::*bound :
@@ -132,7 +131,7 @@ ExecutionLog ExecuteWith(const Fault& fault) {
         &AuditBounds::drive_limit_s, &AuditBounds::tracking_error_rad}) {
     if (fault.breaks && bound != fault.bound) bounds.*bound = kNever;
   }
-  return Execute(world, 0, *program, hand, bounds, base::Rng(1), observer);
+  return Execute(world, 0, program, hand, bounds, base::Rng(1), observer);
 }
 
 // The other bounds are far away, so that this bound, at its default, determines the verdict.

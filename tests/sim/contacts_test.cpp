@@ -124,5 +124,4 @@ TEST(SlipSensor, NoiseIsOfEachReading) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::sim::internal

@@ -44,16 +44,28 @@ World Arrange(const Case& setup, const PhysicsOptions& physics = {}) {
                                 physics);
 }
 
+// A case's world, and the program of its grasp, or of one with an offset.
+struct Prepared {
+  explicit Prepared(const Case& setup, const PhysicsOptions& physics = {},
+                    const Eigen::Vector3d& aside_W = Eigen::Vector3d::Zero())
+      : world(Arrange(setup, physics)),
+        program(samples::MakeProgram(world, samples::Beside(setup.grasp, aside_W))) {}
+
+  ExecutionLog Run(const HandControlOptions& hand = {}, const ExecutionObserver& observer = {}) {
+    return Execute(world, 0, program, hand, {}, base::Rng(1), observer);
+  }
+
+  World world;
+  GraspProgram program;
+};
+
 ExecutionLog Try(const Case& setup, const PhysicsOptions& physics = {},
                  const HandControlOptions& hand = {}) {
-  World world = Arrange(setup, physics);
-  const auto program = samples::MakeProgram(world, setup.grasp);
-  if (!program) {
-    ADD_FAILURE() << "the arm does not reach the grasp of " << setup.object;
-    return {};
-  }
-  return Execute(world, 0, *program, hand, {}, base::Rng(1));
+  return Prepared(setup, physics).Run(hand);
 }
+
+// 20 mm of air between the hand and the object's side.
+const Eigen::Vector3d kToTheSide_W(-(0.045 + 0.020 + 0.02), 0, 0);
 
 class GoodGrasp : public ::testing::TestWithParam<const Case*> {};
 
@@ -78,10 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder
 // Self-test of the scoring: grasps that must fail do fail.
 TEST(BadGrasp, BesideTheObjectLiftsNothing) {
   for (const Case* good : {&kBox, &kCylinder}) {
-    Case beside = *good;
-    // 20 mm of air between the hand and the object's side.
-    beside.grasp = samples::Beside(good->grasp, {-(0.045 + 0.020 + 0.02), 0, 0});
-    const ExecutionLog log = Try(beside);
+    const ExecutionLog log = Prepared(*good, {}, kToTheSide_W).Run();
     EXPECT_FALSE(log.held_after_lift) << good->object;
     EXPECT_FALSE(Delivered(log)) << good->object;
     EXPECT_LT(log.lift_height_m, 0.01) << good->object;
@@ -121,39 +130,28 @@ TEST(ShippedHand, TheStrongestGripShutsNoFasterThanTheMotorTurns) {
 }
 
 TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
-  World world = Arrange(kBox);
-  // One side of the hand lands on the box's top.
-  auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.05, 0}));
-  ASSERT_TRUE(program);
-  program->withdraw_m = 0.006;
-  const Eigen::Vector3d before_W = world.ObjectPose(0).translation();
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
+  Prepared box(kBox, {}, {0, 0.05, 0});  // one side of the hand lands on the box's top
+  box.program.withdraw_m = 0.006;
+  const Eigen::Vector3d before_W = box.world.ObjectPose(0).translation();
+  const ExecutionLog log = box.Run();
   ASSERT_FALSE(log.met_W.empty());
   EXPECT_FALSE(log.held_after_lift);
-  EXPECT_LT((world.ObjectPose(0).translation() - before_W).norm(), 0.002);
-  const Eigen::VectorXd back = world.ArmPositions() - program->approach.positions.front();
+  EXPECT_LT((box.world.ObjectPose(0).translation() - before_W).norm(), 0.002);
+  const Eigen::VectorXd back = box.world.ArmPositions() - box.program.approach.positions.front();
   EXPECT_LT(back.cwiseAbs().maxCoeff(), 0.01);
   EXPECT_EQ(log.stopped_by_contact, std::vector<std::string>{"approach"});
 }
 
 TEST(Approach, ThatMeetsNothingEarlyEndsInAGrasp) {
-  World world = Arrange(kBox);
-  auto program = samples::MakeProgram(world, kBox.grasp);
-  ASSERT_TRUE(program);
-  program->withdraw_m = 0.006;
-  EXPECT_TRUE(Delivered(Execute(world, 0, *program, {}, {}, base::Rng(1))));
+  Prepared box(kBox);
+  box.program.withdraw_m = 0.006;
+  EXPECT_TRUE(Delivered(box.Run()));
 }
 
-ExecutionLog HandOver(const UserOptions& user, const char* object = "demo_tube") {
-  const Case tube{object, Grasp({0, 0, 0.120}, 10)};
-  World world = Arrange(tube);
-  auto program = samples::MakeProgram(world, tube.grasp);
-  if (!program) {
-    ADD_FAILURE() << "the arm does not reach the tube";
-    return {};
-  }
-  program->user = user;
-  return Execute(world, 0, *program, {}, {}, base::Rng(1));
+ExecutionLog HandOver(const UserOptions& user) {
+  Prepared tube(Case{"demo_tube", Grasp({0, 0, 0.120}, 10)});
+  tube.program.user = user;
+  return tube.Run();
 }
 
 TEST(HandOver, APullIsFeltAndThePersonHasTheObject) {
@@ -194,13 +192,13 @@ TEST(HandOver, WithoutAPullTheHandHolds) {
   EXPECT_TRUE(log.touched_by_hand);
 }
 
+const PhysicsOptions kSlippery{.glove_friction = 0.02};
+
 // With a friction of 0.02, even 100 N cannot carry these: 2 * 0.02 * 100 N = 4 N, but the box
 // weighs 4.1 N and the tube 5.2 N.
 TEST(BadGrasp, ASlipperyGloveHoldsNothing) {
-  PhysicsOptions slippery;
-  slippery.glove_friction = 0.02;
   for (const Case* setup : {&kBox, &kCylinder}) {
-    const ExecutionLog log = Try(*setup, slippery);
+    const ExecutionLog log = Try(*setup, kSlippery);
     EXPECT_FALSE(Delivered(log)) << setup->object;
     EXPECT_FALSE(log.held_after_carry) << setup->object;
   }
@@ -208,9 +206,7 @@ TEST(BadGrasp, ASlipperyGloveHoldsNothing) {
 
 // The log of an object that was never lifted has the data needed to understand the failure.
 TEST(BadGrasp, ALostObjectLeavesForceAndSlip) {
-  PhysicsOptions slippery;
-  slippery.glove_friction = 0.02;
-  const ExecutionLog log = Try(kCylinder, slippery);
+  const ExecutionLog log = Try(kCylinder, kSlippery);
   ASSERT_FALSE(log.held_after_lift);
   EXPECT_GT(log.grip_force_N, 20.0);
   EXPECT_GT(log.slips_heard, 0);
@@ -221,9 +217,7 @@ TEST(BadGrasp, ALostObjectLeavesForceAndSlip) {
 TEST(SlipControl, WhatIsNotHeardRaisesNoForce) {
   HandControlOptions deaf;
   deaf.slip_threshold_m_s = 1e9;
-  PhysicsOptions slippery;
-  slippery.glove_friction = 0.02;
-  const ExecutionLog log = Try(kCylinder, slippery, deaf);
+  const ExecutionLog log = Try(kCylinder, kSlippery, deaf);
   EXPECT_EQ(log.slips_heard, 0);
   EXPECT_DOUBLE_EQ(log.grip_force_N, 20.0);
 }
@@ -255,15 +249,10 @@ ExecutionObserver WatchForce(std::map<std::string, std::vector<double>>& forces_
 }
 
 TEST(SlipControl, NeverCommandsMoreThanTheStrongestGrip) {
-  PhysicsOptions slippery;
-  slippery.glove_friction = 0.02;
-  World world = Arrange(kCylinder, slippery);
-  const auto program = samples::MakeProgram(world, kCylinder.grasp);
-  ASSERT_TRUE(program);
   HandControlOptions hand;
   hand.max_force_N = 65.0;  // not a whole number of force steps away
   std::map<std::string, std::vector<double>> forces_N;
-  Execute(world, 0, *program, hand, {}, base::Rng(1), WatchForce(forces_N));
+  Prepared(kCylinder, kSlippery).Run(hand, WatchForce(forces_N));
   ASSERT_FALSE(forces_N["lift"].empty());
   EXPECT_DOUBLE_EQ(std::ranges::max(forces_N["lift"]), 65.0);
 }
@@ -277,21 +266,19 @@ TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
   HandControlOptions gentle;
   gentle.initial_force_N = 12.0;
   const double slip_m = Try(bottle, smooth, gentle).slip_in_hand_m;
-  World world = Arrange(bottle, smooth);
-  auto program = samples::MakeProgram(world, bottle.grasp);
-  ASSERT_TRUE(program);
-  program->carry = {};
-  auto& way = program->lower.positions;
-  way.assign(program->lift.positions.rbegin(), program->lift.positions.rend());
-  samples::TestArm arm(world);
+  Prepared prepared(bottle, smooth);
+  GraspProgram& program = prepared.program;
+  program.carry = {};
+  auto& way = program.lower.positions;
+  way.assign(program.lift.positions.rbegin(), program.lift.positions.rend());
+  samples::TestArm arm(prepared.world);
   const auto height_m = [&](const Eigen::VectorXd& q) { return arm.HandPose(q).translation().z(); };
   // The bottle then stands on the table, pressed down by 0.5 mm.
   const double end_m = height_m(way.back()) + slip_m - 0.0005;
   while (height_m(way.back()) < end_m) way.pop_back();
-  way.insert(way.end(), static_cast<std::size_t>(0.5 / program->lower.period_s), way.back());
+  way.insert(way.end(), static_cast<std::size_t>(0.5 / program.lower.period_s), way.back());
   std::map<std::string, std::vector<double>> forces_N;
-  const ExecutionLog log =
-      Execute(world, 0, *program, gentle, {}, base::Rng(1), WatchForce(forces_N));
+  const ExecutionLog log = prepared.Run(gentle, WatchForce(forces_N));
   EXPECT_TRUE(log.held_after_carry);
   EXPECT_GT(log.grip_force_N, 12.0);
   const std::vector<double>& put_down_N = forces_N["deliver"];
@@ -305,14 +292,12 @@ TEST(SlipControl, ReturnsToTheFirstGripWhenTheObjectIsPutDown) {
 
 // qpos, qvel and the log after a complete trial, as bytes.
 std::string Bytes() {
-  World world = Arrange(kBox);
-  const auto program = samples::MakeProgram(world, kBox.grasp);
-  if (!program) return "no program";
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
-  std::string bytes(reinterpret_cast<const char*>(world.data()->qpos),
-                    sizeof(mjtNum) * static_cast<std::size_t>(world.model()->nq));
-  bytes.append(reinterpret_cast<const char*>(world.data()->qvel),
-               sizeof(mjtNum) * static_cast<std::size_t>(world.model()->nv));
+  Prepared box(kBox);
+  const ExecutionLog log = box.Run();
+  const mjModel* model = box.world.model();
+  const mjData* data = box.world.data();
+  std::string bytes(reinterpret_cast<const char*>(data->qpos), sizeof(mjtNum) * model->nq);
+  bytes.append(reinterpret_cast<const char*>(data->qvel), sizeof(mjtNum) * model->nv);
   for (const double value :
        {log.lift_height_m, log.final_distance_m, log.slip_in_hand_m, log.audit.penetration_max_m,
         log.audit.creep_m_s, log.audit.energy_gain_J, log.simulated_s}) {
@@ -353,39 +338,31 @@ TEST(Execute, RepeatsItselfToTheByteInOneProcessAndAcross) {
 // earlier than those of an empty hand.
 TEST(Aperture, TellsAHeldObjectFromNothing) {
   for (const Case* setup : {&kBox, &kCylinder, &kMugRim}) {
-    World world = Arrange(*setup);
-    auto program = samples::MakeProgram(world, setup->grasp);
-    ASSERT_TRUE(program);
-    program->ends_by = EndsBy::kAperture;
-    const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
+    Prepared good(*setup);
+    good.program.ends_by = EndsBy::kAperture;
+    const ExecutionLog log = good.Run();
     EXPECT_TRUE(log.aperture.holds_after_lift) << setup->object;
     EXPECT_TRUE(log.aperture.holds_after_carry) << setup->object;
     EXPECT_TRUE(Delivered(log)) << setup->object;
   }
-  World world = Arrange(kBox);
-  // 20 mm of air between the hand and the box.
-  auto program =
-      samples::MakeProgram(world, samples::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
-  ASSERT_TRUE(program);
-  program->ends_by = EndsBy::kAperture;
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
+  Prepared beside(kBox, {}, kToTheSide_W);
+  beside.program.ends_by = EndsBy::kAperture;
+  const ExecutionLog log = beside.Run();
   EXPECT_FALSE(log.aperture.holds_after_lift);
   EXPECT_FALSE(log.aperture.holds_after_carry);
   EXPECT_LT(log.lift_height_m, 0.01);
 }
 
 TEST(Aperture, AnEmptyHandIsLeftOpenForTheNextGrasp) {
-  World world = Arrange(kBox);
-  const base::Pose before = world.ObjectPose(0);
-  auto empty =
-      samples::MakeProgram(world, samples::Beside(kBox.grasp, {-(0.045 + 0.020 + 0.02), 0, 0}));
-  const auto full = samples::MakeProgram(world, kBox.grasp);
-  ASSERT_TRUE(empty && full);
-  empty->ends_by = EndsBy::kAperture;
-  Execute(world, 0, *empty, {}, {}, base::Rng(1));
-  world.SetArm(full->reach.positions.front());
-  ASSERT_LT((world.ObjectPose(0).translation() - before.translation()).norm(), 0.001);
-  EXPECT_TRUE(Delivered(Execute(world, 0, *full, {}, {}, base::Rng(1))));
+  Prepared box(kBox, {}, kToTheSide_W);
+  const base::Pose before = box.world.ObjectPose(0);
+  const GraspProgram full = samples::MakeProgram(box.world, kBox.grasp);
+  box.program.ends_by = EndsBy::kAperture;
+  box.Run();
+  box.world.SetArm(full.reach.positions.front());
+  ASSERT_LT((box.world.ObjectPose(0).translation() - before.translation()).norm(), 0.001);
+  box.program = full;
+  EXPECT_TRUE(Delivered(box.Run()));
 }
 
 // The hand carries another object than the intended one, and the log describes the held object.
@@ -401,10 +378,9 @@ TEST(Aperture, TheLogIsOfWhatTheHandHolds) {
                                      {0, object == 0 ? 0.0 : 0.15, face.height_m + 0.0002}));
   }
   ASSERT_TRUE(world.Settle());
-  auto program = samples::MakeProgram(world, kBox.grasp);
-  ASSERT_TRUE(program);
-  program->ends_by = EndsBy::kAperture;
-  const ExecutionLog log = Execute(world, /*target=*/1, *program, {}, {}, base::Rng(1));
+  GraspProgram program = samples::MakeProgram(world, kBox.grasp);
+  program.ends_by = EndsBy::kAperture;
+  const ExecutionLog log = Execute(world, /*target=*/1, program, {}, {}, base::Rng(1));
   EXPECT_TRUE(log.aperture.holds_after_carry);
   EXPECT_EQ(log.target, 0);
   EXPECT_TRUE(Delivered(log));
@@ -429,21 +405,18 @@ base::JointTrajectory AndDown(base::JointTrajectory motion) {
 TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
   for (const char* motion : {"reach", "lift"}) {
     for (const EndsBy ends_by : {EndsBy::kTruth, EndsBy::kAperture}) {
-      World world = Arrange(kBox);
-      auto program = samples::MakeProgram(world, kBox.grasp);
-      ASSERT_TRUE(program);
-      program->ends_by = ends_by;
+      Prepared box(kBox);
+      box.program.ends_by = ends_by;
+      base::JointTrajectory& blocked =
+          motion == std::string("reach") ? box.program.reach : box.program.lift;
       if (motion == std::string("reach")) {
-        base::JointTrajectory to_grasp = program->reach;
-        to_grasp.positions.insert(to_grasp.positions.end(), program->approach.positions.begin(),
-                                  program->approach.positions.end());
-        program->reach = AndDown(to_grasp);
+        const auto& approach = box.program.approach.positions;
+        blocked.positions.insert(blocked.positions.end(), approach.begin(), approach.end());
       } else {
-        base::JointTrajectory down = program->lift;
-        down.positions.resize(1);
-        program->lift = AndDown(down);
+        blocked.positions.resize(1);
       }
-      const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1));
+      blocked = AndDown(blocked);
+      const ExecutionLog log = box.Run();
       EXPECT_EQ(log.stopped_by_contact, std::vector<std::string>{motion});
       EXPECT_FALSE(log.held_after_lift) << motion;
       EXPECT_FALSE(Delivered(log)) << motion;
@@ -456,11 +429,9 @@ TEST(Blocked, AMotionThatMeetsSomethingEndsTheGrasp) {
 // A strongly damped box, 20 mm off the hand's center, does not move to the hand. The arm gives way
 // instead and has only a small position error when the hand has closed.
 TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
-  World world = Arrange(kBox);
-  const auto program = samples::MakeProgram(world, samples::Beside(kBox.grasp, {0, 0.02, 0}));
-  ASSERT_TRUE(program);
-  const int dof = world.model()->body_dofadr[world.object_body(0)];
-  std::fill_n(world.model()->dof_damping + dof, 6, 1e5);
+  Prepared box(kBox, {}, {0, 0.02, 0});
+  const int dof = box.world.model()->body_dofadr[box.world.object_body(0)];
+  std::fill_n(box.world.model()->dof_damping + dof, 6, 1e5);
   double lag_rad = -1.0;
   ExecutionObserver observer;
   observer.on_moment = [&](const std::string& moment, World& now) {
@@ -469,21 +440,18 @@ TEST(Blocked, TheArmGivesWayToAHandThatCloses) {
         Eigen::Map<const Eigen::VectorXd>(now.data()->ctrl, now.ArmPositions().size());
     lag_rad = (sent - now.ArmPositions()).cwiseAbs().maxCoeff();
   };
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
+  const ExecutionLog log = box.Run({}, observer);
   EXPECT_GE(lag_rad, 0.0);
   EXPECT_LT(lag_rad, 0.0045);  // 4 mrad plus the motion of one step
   EXPECT_LT(log.audit.drive_limit_s, AuditBounds().drive_limit_s);
 }
 
 TEST(Execute, TellsOfItsMoments) {
-  World world = Arrange(kBox);
-  const auto program = samples::MakeProgram(world, kBox.grasp);
-  ASSERT_TRUE(program);
   std::map<std::string, int> seen;
   ExecutionObserver observer;
   observer.frame_period_s = 0.1;
   observer.on_moment = [&](const std::string& moment, World&) { ++seen[moment]; };
-  const ExecutionLog log = Execute(world, 0, *program, {}, {}, base::Rng(1), observer);
+  const ExecutionLog log = Prepared(kBox).Run({}, observer);
   for (const char* moment : {"pregrasp", "closed", "lifted", "delivered", "end"})
     EXPECT_EQ(seen[moment], 1) << moment;
   EXPECT_NEAR(seen["frame"], log.simulated_s / 0.1, 2.0);

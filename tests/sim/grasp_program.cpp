@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "base/linear_algebra.h"
 #include "base/rng.h"
-#include "base/units.h"
 #include "sim/resting_poses.h"
 
 namespace rangegrasp::sim::samples {
@@ -17,25 +17,6 @@ constexpr double kApproach_m = 0.15;
 constexpr double kLift_m = 0.2;
 constexpr double kClearance_m = 0.004;
 constexpr double kPeriod_s = 0.01;
-
-bool EndsWith(const char* name, const std::string& suffix) {
-  if (!name) return false;
-  const std::string text(name);
-  const auto slash = text.rfind('/');
-  return (slash == std::string::npos ? text : text.substr(slash + 1)) == suffix;
-}
-
-int FindBySuffix(const mjModel* model, mjtObj type, int count, const std::string& suffix) {
-  for (int i = 0; i < count; ++i) {
-    if (EndsWith(mj_id2name(model, type, i), suffix)) return i;
-  }
-  return -1;
-}
-
-base::Pose PoseOf(const mjtNum* position, const mjtNum* rotation) {
-  return base::MakePose(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation),
-                        Eigen::Map<const Eigen::Vector3d>(position));
-}
 
 // Quintic motion from rest to rest along a path of joint positions; the fastest joint stays within
 // 0.35 rad/s and 1.2 rad/s^2.
@@ -79,31 +60,27 @@ base::Pose Raised(base::Pose X, double dz) {
 
 }  // namespace
 
-TestArm::TestArm(const World& world) : model_(world.model()), data_(mj_makeData(world.model())) {
+TestArm::TestArm(const World& world)
+    : model_(world.model()),
+      data_(mj_makeData(model_)),
+      hand_(mjcf::Find(model_, mjOBJ_BODY, "hand")),
+      joints_(mjcf::TupleOf(model_, mjOBJ_JOINT, "arm_joints")) {
   mju_copy(data_->qpos, world.data()->qpos, static_cast<int>(model_->nq));
-  hand_ = FindBySuffix(model_, mjOBJ_BODY, static_cast<int>(model_->nbody), "hand");
-  const int tuple =
-      FindBySuffix(model_, mjOBJ_TUPLE, static_cast<int>(model_->ntuple), "arm_joints");
-  for (int i = 0; i < model_->tuple_size[tuple]; ++i)
-    joints_.push_back(model_->tuple_objid[model_->tuple_adr[tuple] + i]);
 }
-
-TestArm::~TestArm() { mj_deleteData(data_); }
 
 base::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     data_->qpos[model_->jnt_qposadr[joints_[i]]] = q[i];
   }
-  mj_kinematics(model_, data_);
-  mj_comPos(model_, data_);
-  return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_);
+  mj_kinematics(model_, data_.get());
+  mj_comPos(model_, data_.get());
+  return mjcf::BodyPose(data_.get(), hand_);
 }
 
 base::Pose TestArm::ToolInHand(const std::string& tool) {
-  mj_kinematics(model_, data_);
-  const int site = FindBySuffix(model_, mjOBJ_SITE, static_cast<int>(model_->nsite), tool);
-  return PoseOf(data_->xpos + 3 * hand_, data_->xmat + 9 * hand_).inverse() *
-         PoseOf(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
+  mj_kinematics(model_, data_.get());
+  return mjcf::BodyPose(data_.get(), hand_).inverse() *
+         mjcf::SitePose(data_.get(), mjcf::Find(model_, mjOBJ_SITE, tool));
 }
 
 std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::VectorXd q) {
@@ -116,7 +93,7 @@ std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::Vec
     const Eigen::AngleAxisd turn(X_WH.linear() * X.linear().transpose());
     error.tail<3>() = turn.angle() * turn.axis();
     if (error.head<3>().norm() < 1e-5 && error.tail<3>().norm() < 1e-4) return q;
-    mj_jacBody(model_, data_, jp.data(), jr.data(), hand_);
+    mj_jacBody(model_, data_.get(), jp.data(), jr.data(), hand_);
     Eigen::MatrixXd J(6, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const int dof = model_->jnt_dofadr[joints_[i]];
@@ -153,7 +130,7 @@ bool Delivered(const ExecutionLog& log) {
          log.on_support && !log.touched_by_hand && log.final_distance_m < 0.15;
 }
 
-std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp) {
+GraspProgram MakeProgram(const World& world, const HandMadeGrasp& grasp) {
   TestArm arm(world);
   const base::Pose X_GH = arm.ToolInHand(grasp.tool).inverse();
   const base::Pose X_WG = GraspFrame(grasp);
@@ -209,7 +186,7 @@ std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp&
     program.retreat = Timed(retreat);
     return program;
   }
-  return std::nullopt;
+  throw std::runtime_error("the arm does not reach the grasp");
 }
 
 }  // namespace rangegrasp::sim::samples

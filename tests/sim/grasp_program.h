@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "robot/mjcf/hand.h"
 #include "sim/execute.h"
 #include "sim/world.h"
 
@@ -27,9 +28,6 @@ struct HandMadeGrasp {
 class TestArm {
  public:
   explicit TestArm(const World& world);
-  ~TestArm();
-  TestArm(const TestArm&) = delete;
-  TestArm& operator=(const TestArm&) = delete;
 
   base::Pose HandPose(const Eigen::VectorXd& q);
   base::Pose ToolInHand(const std::string& tool);
@@ -38,14 +36,15 @@ class TestArm {
 
  private:
   const mjModel* model_;
-  mjData* data_;
+  mjcf::DataPtr data_;
   int hand_;
   std::vector<int> joints_;
 };
 
 /// Reach from above, move straight down, close, lift by 0.2 m, move above the delivery place, move
 /// down, release, move up.
-std::optional<GraspProgram> MakeProgram(const World& world, const HandMadeGrasp& grasp);
+/// @throws std::runtime_error if the arm does not reach the grasp
+GraspProgram MakeProgram(const World& world, const HandMadeGrasp& grasp);
 
 /// A world with only this object, upright and at rest.
 World StandingAlone(const std::filesystem::path& scene, const ObjectModel& object,

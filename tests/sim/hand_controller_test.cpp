@@ -67,9 +67,7 @@ TEST(GripControl, TheMovingMotorStallsAtALimitedCurrent) {
 }
 
 TEST(GripControl, AMotorWithoutDampingMovesAtThatCurrent) {
-  HandDrive drive;
-  drive.damping_Nm_s = 0.0;
-  Script hand({}, drive);
+  Script hand({}, {.damping_Nm_s = 0.0});
   hand.control.Close();
   hand.For(0.1, kTurning);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 10.0 * 0.135);
@@ -104,9 +102,7 @@ TEST(GripControl, AStallBeforeAnOpeningDoesNotCountForTheNextClosing) {
 TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
   HandControlOptions options;
   options.min_force_N = 8.0;
-  HandDrive drive;
-  drive.first_force_N = 5.0;
-  Script hand(options, drive);
+  Script hand(options, {.first_force_N = 5.0});
   hand.Grip();
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 8.0);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
@@ -189,9 +185,7 @@ TEST(GripControl, WithoutSlipControlTheForceStays) {
 }
 
 TEST(GripControl, NoSlipRaisesTheForceAboveTheMaximum) {
-  HandDrive drive;
-  drive.max_force_N = 75.0;
-  Script hand({}, drive);
+  Script hand({}, {.max_force_N = 75.0});
   hand.Grip();
   hand.For(5.0, kSliding);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 75.0);
@@ -253,5 +247,4 @@ TEST(Ratchet, FollowsTheAngleUpAndNeverFalls) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::sim::internal

@@ -4,10 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <set>
 
-#include "base/error.h"
+#include "error_of.h"
 #include "sim/scene_files.h"
 #include "temp_folder.h"
 
@@ -70,13 +69,9 @@ TEST(Renderer, FreeViewLooksWhereItIsTold) {
 TEST(Renderer, NamesTheCamerasThatExist) {
   World world(samples::Tabletop(), {}, {});
   Renderer renderer(world, 32, 32);
-  try {
-    renderer.Render(world, "backyard");
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("backyard"));
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("overview"));
-  }
+  const std::string error = testing_support::ErrorOf([&] { renderer.Render(world, "backyard"); });
+  EXPECT_THAT(error, ::testing::HasSubstr("backyard"));
+  EXPECT_THAT(error, ::testing::HasSubstr("overview"));
 }
 
 }  // namespace

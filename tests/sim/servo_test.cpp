@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 namespace rangegrasp::sim::internal {
 namespace {
 

@@ -5,20 +5,17 @@
 #include <set>
 #include <utility>
 
-#include "base/error.h"
 #include "base/words.h"
+#include "error_of.h"
 #include "temp_folder.h"
+
 namespace rangegrasp::sim {
 namespace {
 
-constexpr FrictionChoice kChoices[] = {FrictionChoice::kDrawn, FrictionChoice::kMiddle,
-                                       FrictionChoice::kLow, FrictionChoice::kHigh,
-                                       FrictionChoice::kKinetic};
+constexpr auto kChoices = base::ValuesOf<FrictionChoice>();
 
 PhysicsOptions Choosing(FrictionChoice choice) {
-  PhysicsOptions options;
-  options.friction = choice;
-  return options;
+  return {.friction = choice, .glove_friction = {}};
 }
 
 const std::vector<Surface>& Shipped() {
@@ -85,13 +82,9 @@ TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
 }
 
 TEST(Friction, AnUnknownSurfaceIsNamedWithTheKnownOnes) {
-  try {
-    FindSurface(Shipped(), "velvet");
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("velvet"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("cardboard"), std::string::npos);
-  }
+  const std::string error = testing_support::ErrorOf([] { FindSurface(Shipped(), "velvet"); });
+  EXPECT_NE(error.find("velvet"), std::string::npos);
+  EXPECT_NE(error.find("cardboard"), std::string::npos);
 }
 
 TEST(SlipState, SlidesAboveOneMillimetreASecondUntilItSticks) {
@@ -124,5 +117,4 @@ TEST(Surfaces, AreFoundBesideTheObjectFirst) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::sim

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "base/error.h"
-#include "base/units.h"
+#include "error_of.h"
 #include "sim/scene_files.h"
 #include "sim/visual_mesh.h"
 
@@ -31,12 +30,7 @@ base::Pose At(double x, double y, double z) {
 
 // The text of the InputError when building a world from these files.
 std::string Complaint(const std::filesystem::path& scene, const std::vector<ObjectModel>& objects) {
-  try {
-    World(scene, objects, {});
-  } catch (const base::InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
+  return testing_support::ErrorOf([&] { World(scene, objects, {}); });
 }
 
 TEST(World, HoldsNothingByWeldOrAdhesion) {
@@ -165,13 +159,9 @@ TEST(World, VisualMeshesCarryLabelsSurfacesAndPoses) {
   EXPECT_EQ(meshes[1].label, 1u);
   EXPECT_NEAR(meshes[0].surface.albedo, 0.35, 1e-12);
   EXPECT_NEAR(meshes[1].surface.albedo, 0.65, 1e-12);
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(9), high = -low;
-  for (const auto& v : meshes[1].mesh_W.vertices) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
-  EXPECT_LT((0.5 * (low + high) - Eigen::Vector3d(0.05, 0.02, 0.0675)).norm(), 2e-3);
-  EXPECT_GT((high - low).z(), 0.12);
+  const Eigen::AlignedBox3d box = geometry::BoundsOf(meshes[1].mesh_W.vertices);
+  EXPECT_LT((box.center() - Eigen::Vector3d(0.05, 0.02, 0.0675)).norm(), 2e-3);
+  EXPECT_GT(box.sizes().z(), 0.12);
   // The scanner's own stand is not included, or it would block the scanner's view.
   const Eigen::Vector3d scanner = world.SitePose("scanner").translation();
   for (const auto& v : meshes[0].mesh_W.vertices) EXPECT_GT((v - scanner).norm(), 0.2);
@@ -191,13 +181,9 @@ TEST(World, TheArmStandsWhereItIsPut) {
 
 TEST(World, UnknownNamesAreNamedWithTheKnownOnes) {
   const World world(Tabletop(), {}, {});
-  try {
-    world.SitePose("moon");
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("moon"));
-    EXPECT_THAT(error.what(), HasSubstr("delivery"));
-  }
+  const std::string error = testing_support::ErrorOf([&] { world.SitePose("moon"); });
+  EXPECT_THAT(error, HasSubstr("moon"));
+  EXPECT_THAT(error, HasSubstr("delivery"));
 }
 
 std::string Body(const std::string& inside) {
@@ -273,9 +259,7 @@ TEST(World, SeesAnOpenBoxUnderALabelOfItsOwn) {
                     {RepositoryObject("dextrose")}, {});
   ASSERT_TRUE(world.container());
   EXPECT_NEAR(world.container()->half_m.y(), 0.21, 1e-12);
-  int boxes = 0;
-  for (const auto& mesh : world.VisualMeshes()) boxes += mesh.label == kContainerLabel ? 1 : 0;
-  EXPECT_EQ(boxes, 1);
+  EXPECT_EQ(std::ranges::count(world.VisualMeshes(), kContainerLabel, &VisualMesh::label), 1);
   EXPECT_FALSE(World(Tabletop(), {}, {}).container());
 }
 

@@ -3,21 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "experiment/experiment.h"
-#include "geometry/mesh.h"
+#include "geometry/sample_meshes.h"
 #include "trial/grasping_task.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::trial {
 namespace {
-
-geometry::TriangleMesh BoxAbout(const Eigen::Vector3d& center, double half_m) {
-  geometry::Points corners;
-  for (int k = 0; k < 8; ++k) {
-    corners.push_back(center + half_m * Eigen::Vector3d(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0,
-                                                        k & 4 ? 1.0 : -1.0));
-  }
-  return geometry::ConvexHull(corners);
-}
 
 // A single can and its detection.
 class MoverTest : public testing::Test {
@@ -32,7 +23,8 @@ class MoverTest : public testing::Test {
     detection_ =
         cell_.detector->Detect(Look(cell_, arranged->world, spec.seed).observation, rng).detection;
     // An obstacle above the can, where the hand must pass.
-    in_the_way_ = BoxAbout(detection_.grasps.front().X_CH.translation(), 0.05);
+    in_the_way_ = geometry::samples::BoxMesh(Eigen::Vector3d::Constant(0.05),
+                                             detection_.grasps.front().X_CH.translation());
   }
   grasp::Move Plan() const {
     base::Rng rng(1);

@@ -86,11 +86,11 @@ class OptionsTest : public testing::Test {
   }
 
   TempFolder folder_;
-  const std::string good_ =
+  const std::string no_objects_ =
       "name: demo\n"
       "scene: ../scenes/table.xml\n"
-      "sensor: ../models/sensor.yaml\n"
-      "objects: [mug, box]\n";
+      "sensor: ../models/sensor.yaml\n";
+  const std::string good_ = no_objects_ + "objects: [mug, box]\n";
 };
 
 TEST_F(OptionsTest, WhatIsNotGivenKeepsTheDefaultOfItsStruct) {
@@ -167,19 +167,14 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {"name: demo\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 1, "'scene': is missing"},
       {"name: demo\nscene: ../scenes/tabel.xml\nsensor: ../models/sensor.yaml\nobjects: [mug]\n", 2,
        "'../scenes/tabel.xml'"},
-      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: mug\n", 4,
-       "must be a list"},
-      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: []\n", 4,
-       "is an empty list"},
+      {no_objects_ + "objects: mug\n", 4, "must be a list"},
+      {no_objects_ + "objects: []\n", 4, "is an empty list"},
       {good_ + "object_folders: []\n", 5, "is an empty list"},
       {good_ + "object_folders: [../mine]\n", 5, "no folder '../mine'"},
       {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
        "cannot be used with object_folder"},
-      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\nobjects: [mog]\n", 4,
-       "nearest: 'mug'"},
-      {"name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-       "objects: [mug, box, mug]\n",
-       4, "'mug' twice"},
+      {no_objects_ + "objects: [mog]\n", 4, "nearest: 'mug'"},
+      {no_objects_ + "objects: [mug, box, mug]\n", 4, "'mug' twice"},
   };
   for (const Case& c : cases) {
     EXPECT_THAT(ErrorOf(c.text), AllOf(StartsWith((folder_ / "experiments/e.yaml").string() + ":" +
@@ -193,23 +188,19 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
   folder_.Write("mine/mug/mug.xml", "my mug");
   folder_.Write("yours/duck/duck.xml", "duck");
   folder_.Write("yours/mug/mug.xml", "your mug");
-  const Options o =
-      OptionsRead(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-                        "object_folders: [../mine, ../yours]\nobjects: [mug, duck, box]\n"));
+  const std::string both = no_objects_ + "object_folders: [../mine, ../yours]\n";
+  const Options o = OptionsRead(Write(both + "objects: [mug, duck, box]\n"));
   EXPECT_EQ(ObjectModelOf(o, "mug").mjcf, folder_ / "mine/mug/mug.xml");
   EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
   EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
-  EXPECT_THAT(ErrorOf("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-                      "object_folders: [../mine, ../yours]\nobjects: [duk]\n"),
-              HasSubstr("nearest: 'duck'"));
+  EXPECT_THAT(ErrorOf(both + "objects: [duk]\n"), HasSubstr("nearest: 'duck'"));
 }
 
 // Without a models/objects folder next to it, the experiment finds the program's objects.
 TEST_F(OptionsTest, ShippedObjectsAreFoundFromElsewhere) {
   std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
   const Options o =
-      OptionsRead(Write("name: demo\nscene: ../scenes/table.xml\nsensor: ../models/sensor.yaml\n"
-                        "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
+      OptionsRead(Write(no_objects_ + "object_folders: [../mine]\nobjects: [mug, salt_cuboid]\n"));
   EXPECT_EQ(ObjectModelOf(o, "salt_cuboid").mjcf,
             kOptionsSource / "models/objects/salt_cuboid/salt_cuboid.xml");
 }
@@ -370,5 +361,4 @@ static_assert(!base::AllAdditionsListed<Twice>());
 static_assert(!base::AllAdditionsListed<Number>());
 
 }  // namespace
-
 }  // namespace rangegrasp::trial

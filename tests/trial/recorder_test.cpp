@@ -6,7 +6,6 @@
 #include <set>
 
 #include "experiment/experiment.h"
-#include "trial/grasping_task.h"
 
 namespace rangegrasp::trial {
 namespace {
@@ -16,9 +15,7 @@ using experiment::View;
 class ViewTest : public testing::Test {
  protected:
   experiment::Result Replayed(const std::string& id, View& view) const {
-    experiment::ReplayOptions options;
-    options.view = &view;
-    return experiment_.task->Replay(CaseOf(experiment_, id), options);
+    return experiment_.task->Replay(CaseOf(experiment_, id), {.view = &view});
   }
 
   const experiment::Experiment experiment_ = experiment::OpenExperiment(
@@ -65,17 +62,15 @@ TEST_F(ViewTest, HoldsWhatWasPerceivedAndWhatMoved) {
   double of_rest = 0.0;
   for (const View::Body& body : view.bodies) {
     ASSERT_EQ(body.X_WB.size(), view.frames.size()) << body.name;
-    (body.layer == "things" ? of_object : of_rest) =
-        std::max(body.layer == "things" ? of_object : of_rest, Travel(body));
+    double& furthest = body.layer == "things" ? of_object : of_rest;
+    furthest = std::max(furthest, Travel(body));
   }
   // The object is lifted by at least 100 mm and carried to another place.
   EXPECT_GT(of_object, 0.1);
   EXPECT_GT(of_rest, 0.1);
-  const auto held = std::find_if(view.frames.begin(), view.frames.end(),
-                                 [](const View::Frame& f) { return f.moment == "lifted"; });
+  const auto held = std::ranges::find(view.frames, std::string("lifted"), &View::Frame::moment);
   EXPECT_GE(held->forces.size(), 2u) << "a hand that holds presses from two sides";
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::trial

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
+#include "error_of.h"
 #include "experiment/report.h"
 #include "experiment/statistics.h"
 
@@ -284,23 +285,23 @@ TEST_F(TableTest, PublishedTrialsMustBeACount) {
 TEST_F(TableTest, AReferenceThatIsNoneIsToldWithItsLine) {
   auto stamp = stamp_;
   stamp.data["reference"] = "object,name,detection_rate,grasping_rate\n1,Box,190,20\n";
-  try {
-    BuildTable(stamp, {});
-    FAIL();
-  } catch (const base::InputError& e) {
-    EXPECT_STREQ(e.what(),
-                 "reference table:2: column 'detection_rate': '190' must be a rate from 0 to 100 "
-                 "per cent");
-  }
+  EXPECT_EQ(testing_support::ErrorOf([&] { BuildTable(stamp, {}); }),
+            "reference table:2: column 'detection_rate': '190' must be a rate from 0 to 100 "
+            "per cent");
+}
+
+Record RecordOf(const std::string& object, const std::string& outcome, const std::string& data) {
+  Record record;
+  record.which.group = object;
+  record.result.outcome = outcome;
+  record.result.data = data;
+  return record;
 }
 
 Record Trial(const std::string& object, double friction, bool detected,
              const std::string& outcome) {
-  Record record;
-  record.which.group = object;
-  record.result.outcome = outcome;
-  record.result.data = fmt::format(R"({{"friction":{},"detected":{}}})", friction, detected);
-  return record;
+  return RecordOf(object, outcome,
+                  fmt::format(R"({{"friction":{},"detected":{}}})", friction, detected));
 }
 
 const std::vector<std::string> kObjects = {"prism", "box"};
@@ -353,17 +354,8 @@ experiment::Stamp StampOf() {
   return stamp;
 }
 
-Record RecordOf(const std::string& object, const std::string& outcome, const std::string& data) {
-  Record record;
-  record.which.group = object;
-  record.result.outcome = outcome;
-  record.result.data = data;
-  return record;
-}
-
 const Chart* Find(const std::vector<Chart>& charts, const std::string& title) {
-  const auto found = std::find_if(charts.begin(), charts.end(),
-                                  [&](const Chart& chart) { return chart.title == title; });
+  const auto found = std::ranges::find(charts, title, &Chart::title);
   return found == charts.end() ? nullptr : &*found;
 }
 
@@ -430,5 +422,4 @@ TEST(ChartsOf, LeavesOutWhatNoRecordTells) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::trial

@@ -172,5 +172,4 @@ TEST(HandOverUser, PullsWithinTheSpreadOfStraightOutAndNotAlwaysAlike) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::trial

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <regex>
 
 #include "base/file.h"
 #include "hand_cell.h"
 #include "sim/check/check.h"
+#include "sim/check/findings.h"
 #include "sim/check/fix.h"
 #include "temp_folder.h"
 
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 
-// The shipped arm with the shipped hand or the parallel jaw, as texts to break in one place.
+// The shipped arm with the shipped hand, as texts to break in one place.
 struct Texts {
   std::string arm, hand, scene;
 };
@@ -52,13 +52,6 @@ class Broken : public testing::Test {
                base::ReadFile(kSource / "models/hand/sensorhand.xml"),
                base::ReadFile(kSource / "scenes/tabletop.xml")} {}
 
-  void TakeTheParallelJaw() {
-    texts_.hand = base::ReadFile(kSource / "models/hand/parallel_jaw.xml");
-    Replace(texts_.arm,
-            R"(<frame xyaxes="0 1 0 0 0 1">\s*<frame pos="[^"]*">\s*(<attach[^>]*>)\s*</frame>)",
-            "<frame>$1");
-  }
-
   std::filesystem::path Write() {
     Replace(texts_.arm, "\\.\\./hand/sensorhand\\.xml", "hand.xml");
     Replace(texts_.scene, "\\.\\./models/arm/lwa3\\.xml", "arm.xml");
@@ -75,9 +68,7 @@ class Broken : public testing::Test {
       tryout_ = TryCell(OptionsOf(scene));
       findings.insert(findings.end(), tryout_.findings.begin(), tryout_.findings.end());
     }
-    std::string text;
-    for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
-    return text;
+    return testing_support::TextOfAll(findings);
   }
 
   testing_support::TempFolder folder_;

@@ -76,7 +76,7 @@ std::vector<Polar> WallPoints(PointSpan points, const Cylindrical& polar, double
 /// Inner and outer radius of the wall near an angle.
 void MeasureWall(const std::vector<Polar>& wall, double rim_radius_m, const RimOptions& options,
                  RimSector& sector) {
-  double inner = std::numeric_limits<double>::infinity();
+  double inner = kInfinity;
   double outer = 0.0;
   for (const Polar& p : wall) {
     const double apart = std::abs(p.angle_rad - sector.angle_rad);
@@ -112,7 +112,8 @@ Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSect
   return candidate;
 }
 
-std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d& zero) {
+std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d& zero,
+                               const std::vector<RimSector>& rim) {
   // The points themselves are used, because the surface may close the cavity.
   SurfaceSamples samples;
   const TriangleMesh specks = SpeckMesh(task.object.completed_C, task.options.rim.speck_cell_m);
@@ -121,8 +122,6 @@ std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d&
     samples.normals.push_back(axis);
   }
   std::vector<Candidate> candidates;
-  const auto rim = DescribeRim(task.scene, task.object, axis, zero,
-                               task.options.cylindrical.yaw_steps, task.options.rim);
   for (std::size_t k = 0; k < rim.size(); ++k) {
     const Vector3d radial = Eigen::AngleAxisd(rim[k].angle_rad, axis) * zero;
     for (const double out : {-1.0, 1.0}) {
@@ -134,10 +133,9 @@ std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d&
 }
 
 /// A closed top has no wall to hold: the tips close on two opposite points of the rim instead.
-std::vector<Candidate> ClosedRim(Task& task, const Vector3d& axis, const Vector3d& zero) {
+std::vector<Candidate> ClosedRim(Task& task, const Vector3d& axis, const Vector3d& zero,
+                                 const std::vector<RimSector>& rim) {
   std::vector<Candidate> candidates;
-  const auto rim = DescribeRim(task.scene, task.object, axis, zero,
-                               task.options.cylindrical.yaw_steps, task.options.rim);
   for (std::size_t k = 0; k < rim.size(); ++k) {
     const View view = MakeView(task, task.coarse, task.object.axis->center_C, -axis,
                                Eigen::AngleAxisd(rim[k].angle_rad, axis) * zero);
@@ -153,7 +151,6 @@ std::vector<Candidate> ClosedRim(Task& task, const Vector3d& axis, const Vector3
   return candidates;
 }
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// Cosine above which two approaches count as one: 2.6 deg.
 constexpr double kSameApproach = 0.999;
 
@@ -196,7 +193,7 @@ std::vector<Candidate> OverTheTop(Task& task) {
 Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& first) {
   const PowerOptions& options = task.options.power;
   Vector3d best = first;
-  double min_width = kUnbounded;
+  double min_width = kInfinity;
   for (int k = 0; k < options.narrow_steps; ++k) {
     const double turn = base::Deg(180.0 * k / options.narrow_steps);
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
@@ -366,7 +363,7 @@ std::vector<Candidate> SearchedCandidates(Task& task) {
     PlaceAtDepths(task, view, MakeBand(task, view, MiddleOf(task, view)),
                   {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
                   static_cast<int>(k), candidates);
-    double best = -kUnbounded;
+    double best = -kInfinity;
     for (const Candidate& c : std::span(candidates).subspan(before)) {
       best = std::max(best, c.grasp.score);
     }
@@ -515,7 +512,9 @@ std::vector<Candidate> RimCandidates(Task& task) {
   const auto axis = UprightAxis(task);
   if (!axis) return {};
   const Vector3d zero = NormalPart(task.arm.base_C - task.object.axis->center_C, *axis);
-  return task.object.open ? OpenRim(task, *axis, zero) : ClosedRim(task, *axis, zero);
+  const auto rim = DescribeRim(task.scene, task.object, *axis, zero,
+                               task.options.cylindrical.yaw_steps, task.options.rim);
+  return task.object.open ? OpenRim(task, *axis, zero, rim) : ClosedRim(task, *axis, zero, rim);
 }
 
 std::vector<Candidate> PowerCandidates(Task& task) {

@@ -11,7 +11,6 @@ using Eigen::Vector2d;
 using geometry::Points;
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int kSides = 12;  ///< of a tessellated capsule: at most 0.3 mm below the true surface
 /// Finer than the samples that the hand closes on, which are 2 mm apart. The grid of the underside,
 /// which only stops the hand above the samples, has their spacing.
@@ -86,8 +85,8 @@ struct Sample {
 };
 
 struct Limits {
-  double a = -kFar;
-  double b = kFar;
+  double a = -kInfinity;
+  double b = kInfinity;
   bool Overlap() const { return a > b; }
 };
 
@@ -170,8 +169,8 @@ Points HandProfiles::Vertices_T(double pitch_rad, std::size_t state, std::size_t
 
 Grid HandProfiles::InnerGrid(double pitch_rad) const {
   const Pose X = X_TH(hand_, pitch_rad);
-  Vector2d lower(kFar, kFar);
-  Vector2d upper(-kFar, -kFar);
+  Vector2d lower(kInfinity, kInfinity);
+  Vector2d upper(-kInfinity, -kInfinity);
   for (const HandModel::State& s : hand_.states) {
     for (std::size_t i = 0; i < s.shapes.size(); ++i) {
       if (!s.is_finger[i]) continue;
@@ -244,7 +243,7 @@ Vector3d HandProfiles::ToolCenter_T(double pitch_rad, std::size_t state, bool po
 double HandProfiles::Extent(double pitch_rad, std::size_t state,
                             const Vector3d& direction_T) const {
   const Pose X = X_TH(hand_, pitch_rad);
-  double extent = -kFar;
+  double extent = -kInfinity;
   for (const geometry::Shape& shape : hand_.states[state].shapes) {
     extent = std::max(extent, geometry::Support(shape, X, direction_T));
   }

@@ -20,6 +20,7 @@ using base::Pose;
 using Eigen::Vector3d;
 using geometry::TriangleMesh;
 using robot::HandModel;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A regular grid over two coordinates [m].
 struct Grid {
@@ -48,10 +49,10 @@ class HandProfiles {
   /// The inner side of fingers and thumb over (y_T, z_T). All states of one pitch share one grid.
   struct Inner {
     Grid grid;
-    std::vector<float> finger;  ///< max x_T of the fingers [m]; -infinity if there is none
-    std::vector<float> thumb;   ///< min x_T of the thumb [m]; +infinity if there is none
-    double finger_min_m = std::numeric_limits<double>::infinity();  ///< minimum of `finger`
-    double thumb_max_m = -std::numeric_limits<double>::infinity();  ///< maximum of `thumb`
+    std::vector<float> finger;        ///< max x_T of the fingers [m]; -infinity if there is none
+    std::vector<float> thumb;         ///< min x_T of the thumb [m]; +infinity if there is none
+    double finger_min_m = kInfinity;  ///< minimum of `finger`
+    double thumb_max_m = -kInfinity;  ///< maximum of `thumb`
   };
   /// How far down the hand reaches over (x_T, y_T).
   struct Lower {

@@ -3,7 +3,6 @@
 namespace rangegrasp::grasp::internal {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A vector's part normal to an axis below this share is rounding; any normal is used then.
 constexpr double kMinPart = 1e-6;
 /// The limit [m] if the hand meets nothing on its way down.
@@ -184,10 +183,8 @@ View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& or
               const Vector3d& approach_C, const Vector3d& closing_C) {
   const Vector3d z = approach_C.normalized();
   const Vector3d x = NormalPart(closing_C, z);
-  Eigen::Matrix3d R_CA;
-  R_CA << x, z.cross(x), z;
   View view;
-  view.X_CA = base::MakePose(R_CA, origin_C);
+  view.X_CA = GraspFrame(origin_C, z, x);
   const Pose X_AC = view.X_CA.inverse();
   Eigen::AlignedBox3d box;
   view.coarse.reserve(coarse.points.size());

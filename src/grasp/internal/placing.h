@@ -1,7 +1,5 @@
 #pragma once
 
-#include <limits>
-
 #include "grasp/grasp.h"
 #include "grasp/internal/closing.h"
 #include "grasp/surface.h"
@@ -134,7 +132,7 @@ struct Aim {
 };
 
 /// The depth of a hand that comes down until it meets the object or the table.
-constexpr double kToContact_m = std::numeric_limits<double>::infinity();
+constexpr double kToContact_m = kInfinity;
 
 /// Places the hand so that its pads close on the object in the band at the aim, midway between the
 /// contacts; nullopt if it does not fit or if one side meets nothing. Without centering, the tool

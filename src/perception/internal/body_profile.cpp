@@ -83,19 +83,14 @@ struct OuterPoint {
   Vector2d radial;
 };
 
-struct Basis {
-  Vector3d u;
-  Vector3d v;
-};
-
 std::vector<OuterPoint> OuterPoints(const PointCloud& cloud, const BodyProfile& body,
-                                    const RotationAxis& axis, const Basis& basis,
+                                    const RotationAxis& axis, const Vector3d& u, const Vector3d& v,
                                     const FeatureOptions& options) {
   std::vector<OuterPoint> outer;
   for (const auto i : body.agreeing) {
     const Vector3d d = cloud.points[i] - axis.center_C;
-    const Vector2d radial(d.dot(basis.u), d.dot(basis.v));
-    if (cloud.normals[i].dot(radial.x() * basis.u + radial.y() * basis.v) < 0.0) continue;
+    const Vector2d radial(d.dot(u), d.dot(v));
+    if (cloud.normals[i].dot(radial.x() * u + radial.y() * v) < 0.0) continue;
     outer.push_back({SectionOf(-d.dot(axis.direction_C), options), radial});
   }
   return outer;
@@ -185,7 +180,7 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Pl
 void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface& top,
                 const FeatureOptions& options, RotationAxis& axis) {
   const Vector3d u = axis.direction_C.unitOrthogonal();
-  const Basis basis{u, axis.direction_C.cross(u)};
+  const Vector3d v = axis.direction_C.cross(u);
   const double min_fraction = std::min(axis.body_fraction, options.axis.body_share);
   const Plane end = EndPlane(axis, top);
   RotationAxis refined = axis;
@@ -196,10 +191,10 @@ void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface
     const BodyProfile body = profile();
     const auto min_points = static_cast<std::size_t>(options.axis.min_body_points);
     if (body.fraction < min_fraction || body.agreeing.size() < min_points) return;
-    const auto outer = OuterPoints(cloud, body, refined, basis, options);
+    const auto outer = OuterPoints(cloud, body, refined, u, v, options);
     const auto shift = CenterShift(outer, body, options);
     if (!shift) return;
-    refined.center_C += shift->x() * basis.u + shift->y() * basis.v;
+    refined.center_C += shift->x() * u + shift->y() * v;
     if ((refined.center_C - axis.center_C).norm() > options.axis.max_shift_m) return;
   }
   const BodyProfile body = profile();

@@ -285,8 +285,8 @@ TriangleMesh HullDownTo(const PlanarFrame& frame, const Points& points, double b
   Points solid = points;
   const auto flat = Flatten(frame, points);
   for (const auto corner : HullPositions(flat)) {
-    const double height_m = (points[corner] - frame.origin).dot(frame.n);
-    solid.push_back(points[corner] - std::max(0.0, height_m - base_m) * frame.n);
+    const double above_m = frame.Height(points[corner]) - base_m;
+    solid.push_back(points[corner] - std::max(0.0, above_m) * frame.n);
   }
   return geometry::ConvexHull(solid);
 }

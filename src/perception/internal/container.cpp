@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "base/statistics.h"
 
@@ -9,10 +10,6 @@ namespace rangegrasp::perception::internal {
 namespace {
 
 using Flat = std::vector<Vector2d>;
-
-double HeightOver(const PlanarFrame& frame, const Vector3d& p) {
-  return (p - frame.origin).dot(frame.n);
-}
 
 /// A cloud's points seen from above, their heights, and which belong to upright surfaces.
 struct Seen {
@@ -28,7 +25,7 @@ Seen SeeFromAbove(const PointCloud& cloud, const PlanarFrame& frame,
   seen.all = Flatten(frame, cloud.points);
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     const Vector3d& n = cloud.normals[i];
-    seen.height_m.push_back(HeightOver(frame, cloud.points[i]));
+    seen.height_m.push_back(frame.Height(cloud.points[i]));
     if (std::abs(n.dot(frame.n)) > options.max_upward) continue;
     seen.upright.push_back(seen.all[i]);
     seen.facing.emplace_back(n.dot(frame.u), n.dot(frame.v));
@@ -127,12 +124,8 @@ class Axis {
   void FindSheets(std::vector<double>& at, std::vector<double>& ends) const {
     if (upright_.empty()) return;
     const double half_m = 0.5 * options_.wall_m;
-    double low = upright_.front()[at_];
-    double high = low;
-    for (const auto& q : upright_) {
-      low = std::min(low, q[at_]);
-      high = std::max(high, q[at_]);
-    }
+    const auto [low, high] = std::ranges::minmax(
+        upright_ | std::views::transform([this](const Vector2d& q) { return q[at_]; }));
     const auto bins = static_cast<std::size_t>((high - low) / half_m) + 2;
     std::vector<std::vector<std::uint32_t>> in(bins);
     for (std::uint32_t i = 0; i < upright_.size(); ++i) {
@@ -350,7 +343,7 @@ bool HasLid(const PointCloud& cloud, const Container& container, const Container
   Flat lid;
   for (const auto& p : cloud.points) {
     const Vector2d q = container.frame.Flat(p);
-    const double below = container.rim_m - HeightOver(container.frame, p);
+    const double below = container.rim_m - container.frame.Height(p);
     if (std::abs(below - options.rim_margin_m) <= 2.0 * options.rim_margin_m &&
         Depth(container.walls, q) > options.wall_m) {
       lid.push_back(q);
@@ -363,7 +356,7 @@ bool HasLid(const PointCloud& cloud, const Container& container, const Container
 /// Whether a point lies within a distance of the border, below the rim.
 bool IsAtWall(const Container& container, const Vector3d& p, double within_m) {
   return std::abs(Depth(container.walls, container.frame.Flat(p))) <= within_m &&
-         HeightOver(container.frame, p) <= container.rim_m;
+         container.frame.Height(p) <= container.rim_m;
 }
 
 }  // namespace

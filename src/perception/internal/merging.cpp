@@ -176,15 +176,12 @@ bool IsWithin(const ObjectContext& context, const Part& fragment, const Footprin
                            : IsUnderTop(context, fragment, f, h);
 }
 
-/// Whether the fragment is close, or the unseen part between them may be a round host's shoulder or
-/// the root of its handle.
-bool IsWithinReach(const ObjectContext& context, const Part& fragment, const Part& host,
-                   PartSurface& surface, bool close) {
-  return close || (host.axis && std::ranges::any_of(fragment.points, [&](auto i) {
-                     return surface
-                         .NearestWithin(context.cloud.points[i], context.options.merge.hidden_gap_m)
-                         .has_value();
-                   }));
+/// Whether a point of the part is within the gap from the surface of another one.
+bool ComesWithin(const ObjectContext& context, const Part& part, PartSurface& surface,
+                 double gap_m) {
+  return std::ranges::any_of(part.points, [&](auto i) {
+    return surface.NearestWithin(context.cloud.points[i], gap_m).has_value();
+  });
 }
 
 Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Footprint& f,
@@ -194,7 +191,8 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   const auto pairs = Across(context, fragment, host, *h.surface, options.fragment_gap_m);
   const bool cuts = options.cut_m > 0.0;
   const bool close = pairs.size() >= static_cast<std::size_t>(options.min_pairs);
-  if (IsWithinReach(context, fragment, host, *h.surface, close)) {
+  // The unseen part between them may be a round host's shoulder or the root of its handle.
+  if (close || (host.axis && ComesWithin(context, fragment, *h.surface, options.hidden_gap_m))) {
     if (IsCap(context, fragment, host)) return Kinship::kCap;
     const double free = close ? options.min_free_below : options.min_free_below_apart;
     if (cuts && Hangs(context, fragment, f, host, free)) return Kinship::kHanging;
@@ -309,7 +307,7 @@ double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vec
 }
 
 bool FitsAHand(const Footprint& footprint, const MergeOptions& options) {
-  const Rectangle around = MinAreaRectangle(footprint.hull.corners).LongerSideFirst();
+  const Rectangle around = MinAreaRectangle(footprint.hull.corners);
   return footprint.top_m <= options.max_lone_height_m &&
          around.width_m <= options.max_lone_width_m && around.length_m <= options.max_lone_length_m;
 }
@@ -367,17 +365,11 @@ bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& b
                        [&](auto i) { return std::ranges::binary_search(body.agreeing, i); });
 }
 
-bool AreNear(const ObjectContext& context, const Part& a, const Part& b, double gap_m) {
-  PartSurface surface(Select(context.cloud.points, a.points));
-  return std::ranges::any_of(b.points, [&](auto i) {
-    return surface.NearestWithin(context.cloud.points[i], gap_m).has_value();
-  });
-}
-
 /// The union of both, if it is rotational and both parts agree with it.
 std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a, const Part& b,
                                     base::Rng& rng) {
   const auto& [cloud, table, views, options] = context;
+  if (!MayBeOne(context, a, b)) return std::nullopt;
   Part both = DescribeUnion(context, a, b, rng);
   if (!both.axis) return std::nullopt;
   const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
@@ -386,8 +378,9 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
   // An axis from the body alone has no rim to test the parts with. Where things lie about, a few
   // points of one agree with the body of another.
   if (both.axis->rim_fraction == 0.0) {
+    PartSurface surface(Select(cloud.points, a.points));
     const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
-                     AreNear(context, a, b, 2.0 * both.axis->radius_m);
+                     ComesWithin(context, b, surface, 2.0 * both.axis->radius_m);
     return one ? std::optional(std::move(both)) : std::nullopt;
   }
   const bool on_rim = OnRim(context, a, b, both, rng);
@@ -399,9 +392,8 @@ std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a,
 
 }  // namespace
 
-PartSurface::PartSurface(Points points_C) : points_C_(std::move(points_C)) {
-  for (const auto& p : points_C_) box_.extend(p);
-}
+PartSurface::PartSurface(Points points_C)
+    : points_C_(std::move(points_C)), box_(geometry::BoundsOf(points_C_)) {}
 
 std::optional<std::uint32_t> PartSurface::NearestWithin(const Vector3d& p_C, double gap_m) {
   if (points_C_.empty() || box_.squaredExteriorDistance(p_C) > gap_m * gap_m) return std::nullopt;
@@ -469,10 +461,7 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
 void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
   for (std::size_t a = 0; a < parts.size(); ++a) {
     for (std::size_t b = a + 1; b < parts.size();) {
-      std::optional<Part> both;
-      if (MayBeOne(context, parts[a], parts[b])) {
-        both = RotationalUnion(context, parts[a], parts[b], rng);
-      }
+      auto both = RotationalUnion(context, parts[a], parts[b], rng);
       if (!both) {
         ++b;
         continue;

@@ -32,9 +32,6 @@ enum class Kinship {
   kSurface,  ///< the host's surface continues across a gap in the sensor's direction
   kHanging,  ///< it touches the host and nothing else, in the air: a handle
 };
-constexpr std::array<std::string_view, 5> WordsOf(Kinship) {
-  return {"none", "within", "cap", "surface", "hanging"};
-}
 
 /// Whether `fragment` is a part of the same object as `host`, by these rules (the shares and
 /// lengths are MergeOptions):

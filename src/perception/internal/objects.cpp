@@ -19,16 +19,14 @@ double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std:
   const PlanarFrame frame = MakePlanarFrame(context.table, context.FirstOrigin());
   const auto footprint =
       ConvexPolygon::Around(Flatten(frame, Select(context.cloud.points, parts[which].points)));
-  int under = 0;
+  std::ptrdiff_t under = 0;
   for (std::size_t other = 0; other < parts.size(); ++other) {
     if (other == which) continue;
-    for (const auto i : parts[other].points) {
+    under += std::ranges::count_if(parts[other].points, [&](auto i) {
       const auto& p = context.cloud.points[i];
-      if (context.table.Distance(p) <= lowest + options.on_table_m &&
-          footprint.Distance(frame.Flat(p)) == 0.0) {
-        ++under;
-      }
-    }
+      return context.table.Distance(p) <= lowest + options.on_table_m &&
+             footprint.Distance(frame.Flat(p)) == 0.0;
+    });
   }
   return under >= options.min_support_points ? lowest : 0.0;
 }
@@ -61,13 +59,6 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
   return object;
 }
 
-void SortTopmostFirst(std::vector<PerceivedObject>& objects) {
-  // Objects with the same height to the millimetre are equally high: noise must not order them.
-  std::ranges::stable_sort(objects, std::ranges::greater(), [](const PerceivedObject& object) {
-    return std::pair(std::lround(object.height_m * base::kMmPerM), object.points.size());
-  });
-}
-
 }  // namespace
 
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng) {
@@ -98,13 +89,7 @@ std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
   base::Stopwatch watch;
   const ObjectContext context{cloud, table, views, options};
   std::vector<Part> parts;
-  parts.reserve(segments.size());
-  for (const Indices& segment : segments) {
-    if (segment.empty()) continue;
-    Indices sorted = segment;
-    std::ranges::sort(sorted);
-    parts.push_back(DescribePart(context, std::move(sorted), rng));
-  }
+  for (const Indices& segment : segments) parts.push_back(DescribePart(context, segment, rng));
   seconds.emplace_back("top surfaces", watch.Restart());
 
   MergeRotational(context, parts, rng);
@@ -113,13 +98,15 @@ std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
   seconds.emplace_back("merging", watch.Restart());
 
   std::vector<PerceivedObject> objects;
-  objects.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     auto object = MakeObject(context, parts[i], BaseOf(context, parts, i));
     const bool needle = options.drop_needles && object.size_m.x() < options.min_footprint_m;
     if (!needle) objects.push_back(std::move(object));
   }
-  SortTopmostFirst(objects);
+  // Objects with the same height to the millimetre are equally high: noise must not order them.
+  std::ranges::stable_sort(objects, std::ranges::greater(), [](const PerceivedObject& object) {
+    return std::pair(std::lround(object.height_m * base::kMmPerM), object.points.size());
+  });
   seconds.emplace_back("completion", watch.Restart());
   return objects;
 }

@@ -32,6 +32,7 @@ Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, b
 /// Sections 5.1.3 and 5.1.4 over all segments: top surfaces, circles, merging of clipped rotational
 /// parts and of fragments, completion, and order: topmost first, to the millimetre, then larger
 /// first. Appends the seconds of its steps.
+/// @param segments  none is empty; positions in the cloud, each ascending
 std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
                                           const std::vector<Indices>& segments, const Plane& table,
                                           const SensorViews& views, const FeatureOptions& options,

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -29,6 +28,7 @@ struct PlanarFrame {
   Vector3d n;
 
   Vector2d Flat(const Vector3d& p) const { return {(p - origin).dot(u), (p - origin).dot(v)}; }
+  double Height(const Vector3d& p) const { return (p - origin).dot(n); }
   Vector3d Lift(const Vector2d& q, double height_m = 0.0) const {
     return origin + q.x() * u + q.y() * v + height_m * n;
   }

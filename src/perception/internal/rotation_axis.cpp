@@ -5,7 +5,6 @@
 #include <map>
 
 #include "base/linear_algebra.h"
-#include "base/statistics.h"
 #include "geometry/alpha_shape.h"
 #include "perception/internal/body_profile.h"
 #include "perception/internal/top_surface.h"
@@ -208,7 +207,7 @@ Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body
     const Vector2d e = q.normalized();
     const Vector3d out = e.x() * frame.u + e.y() * frame.v;
     if (cloud.normals[i].dot(out) < options.axis.max_along_axis) continue;
-    const double s = (cloud.points[i] - frame.origin).dot(frame.n);
+    const double s = frame.Height(cloud.points[i]);
     const Eigen::Vector4d g(e.x(), s * e.x(), s * e.y(), 1.0 + e.y());
     left += g * g.transpose();
     right += off * g;

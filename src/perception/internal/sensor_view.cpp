@@ -71,19 +71,13 @@ bool SensorView::IsFree(const Vector3d& p, double margin_m) const {
 MeasuredPoints Gather(const geometry::Observation& observation,
                       const std::optional<Workspace>& workspace) {
   MeasuredPoints measured;
-  std::size_t samples = 0;
-  for (const geometry::View& view : observation.views) samples += view.image.points_C.size();
-  measured.points_C.reserve(samples);
-  measured.samples.reserve(samples);
-  measured.place_of.reserve(samples);
   for (std::uint32_t view = 0; view < observation.views.size(); ++view) {
     const geometry::RangeImage& image = observation.views[view].image;
     const Vector3d* origin_C = nullptr;
     std::uint32_t place = 0;
     for (std::uint32_t sample = 0; sample < image.points_C.size(); ++sample) {
       const Vector3d& p_C = image.points_C[sample];
-      if (!p_C.allFinite()) continue;
-      if (workspace && !workspace->Contains(p_C)) continue;
+      if (!p_C.allFinite() || (workspace && !workspace->Contains(p_C))) continue;
       const Vector3d* own = &image.OriginOf(sample);
       if (own != origin_C) place = PlaceOf(*own, measured.places_C);
       origin_C = own;

@@ -74,6 +74,11 @@ constexpr double kRounding_m = 1e-6;
 
 const base::Pose kWorld = base::Pose::Identity();
 
+/// For a solid that need not be at its own X_BS.
+PlacedSolid PlaceAt(const Solid& solid, const base::Pose& X_WS) {
+  return {&solid, X_WS, solid.BoxAt(X_WS)};
+}
+
 bool HitsAny(const PlacedSolid& part, const std::vector<PlacedSolid>& others) {
   return std::ranges::any_of(others, [&](const PlacedSolid& other) { return Hit(part, other); });
 }
@@ -122,10 +127,6 @@ bool Solid::Touches(const base::Pose& X_WS, const Solid& other, const base::Pose
 
 PlacedSolid Place(const Solid& solid, const base::Pose& X_WB) {
   return PlaceAt(solid, X_WB * solid.X_BS());
-}
-
-PlacedSolid PlaceAt(const Solid& solid, const base::Pose& X_WS) {
-  return {&solid, X_WS, solid.BoxAt(X_WS)};
 }
 
 bool Hit(const PlacedSolid& a, const PlacedSolid& b) {

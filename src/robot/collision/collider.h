@@ -62,8 +62,6 @@ struct PlacedSolid {
 };
 /// @param X_WB  pose of the body that carries the solid
 PlacedSolid Place(const Solid& solid, const base::Pose& X_WB);
-/// The same for a solid that is not at its own X_BS.
-PlacedSolid PlaceAt(const Solid& solid, const base::Pose& X_WS);
 
 /// Whether two solids touch; tests their boxes first.
 bool Hit(const PlacedSolid& a, const PlacedSolid& b);

@@ -119,15 +119,14 @@ void SetClosing(const Mjcf& mjcf, const Parts& parts, double fraction) {
   mjData& d = mjcf.data();
   if (parts.closing) {
     parts.closing->Pose(&m, &d, fraction);
-    mj_kinematics(&m, &d);
-    return;
+  } else {
+    for (int j : parts.driven) {
+      d.qpos[m.jnt_qposadr[j]] =
+          m.jnt_range[2 * j] + fraction * (m.jnt_range[2 * j + 1] - m.jnt_range[2 * j]);
+    }
+    ApplyEqualities(m, d);
+    for (int j : parts.passive) RelaxPassive(m, d, j, fraction);
   }
-  for (int j : parts.driven) {
-    d.qpos[m.jnt_qposadr[j]] =
-        m.jnt_range[2 * j] + fraction * (m.jnt_range[2 * j + 1] - m.jnt_range[2 * j]);
-  }
-  ApplyEqualities(m, d);
-  for (int j : parts.passive) RelaxPassive(m, d, j, fraction);
   mj_kinematics(&m, &d);
 }
 
@@ -207,11 +206,10 @@ Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
   return 0.5 * (at(sites.front()) + fingers / static_cast<double>(sites.size() - 1));
 }
 
-HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads, double closing) {
+HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads) {
   const mjModel& m = mjcf.model();
   const base::Pose X_HW = mjcf.BodyPose(parts.body).inverse();
   HandModel::State state;
-  state.closing = closing;
   for (int g : parts.geoms) {
     state.shapes.push_back(mjcf.ShapeOf(g, X_HW * mjcf.GeomPose(g)));
     state.is_finger.push_back(Holds(parts.fingertips, g));
@@ -338,21 +336,19 @@ geometry::Shape Mjcf::ShapeOf(int geom, const base::Pose& X_BS) const {
 HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
   const Parts parts = FindParts(mjcf, hand_body);
   const int tip_site = RequireTool(mjcf, "tcp_tip");
-  const int power_site = RequireTool(mjcf, "tcp_power");
+  RequireTool(mjcf, "tcp_power");
   const double closed = TouchingFraction(mjcf, parts);
   SetClosing(mjcf, parts, closed);
   const Pads pads = FacingPoints(mjcf, parts, mjcf.SitePose(tip_site).linear().col(0));
   HandModel hand;
   for (int i = 0; i < kStates; ++i) {
-    const double closing = static_cast<double>(i) / (kStates - 1);
-    SetClosing(mjcf, parts, closing * closed);
-    hand.states.push_back(StateNow(mjcf, parts, pads, closing));
+    SetClosing(mjcf, parts, static_cast<double>(i) / (kStates - 1) * closed);
+    hand.states.push_back(StateNow(mjcf, parts, pads));
   }
   SetClosing(mjcf, parts, 0.0);
   const base::Pose X_HW = mjcf.BodyPose(hand_body).inverse();
   const base::Pose X_WG = mjcf.SitePose(tip_site);
   hand.X_HG_tip = X_HW * X_WG;
-  hand.X_HG_power = X_HW * mjcf.SitePose(power_site);
   hand.level = parts.closing.has_value();
   hand.depth_m = PalmDepth(mjcf, parts, X_WG);
   return hand;

@@ -74,13 +74,12 @@ struct Planner::Impl {
   /// Timed motion along a path; corners are tighter if the rounded path touches something.
   std::optional<base::JointTrajectory> Timed(const JointPath& path,
                                              const robot::TimingOptions& timing,
-                                             const Stage* stage) {
+                                             const Stage& stage) {
     for (const double share : kCornerShares) {
       robot::TimingOptions tighter = timing;
       tighter.corner_rad *= share;
       base::JointTrajectory trajectory = TimeParameterise(robot, path, tighter);
-      if (stage == nullptr ||
-          check.PathFree(Thinned(trajectory.positions), *stage, options.resolution_rad)) {
+      if (check.PathFree(Thinned(trajectory.positions), stage, options.resolution_rad)) {
         return trajectory;
       }
     }
@@ -112,7 +111,7 @@ struct Planner::Impl {
       query.project = [&](VectorXd& q) { ProjectUpright(robot, stage.up_H, q); };
     }
     const auto path = internal::PlanJointPath(robot, query, rng);
-    return path ? Timed(*path, timing, &stage) : std::nullopt;
+    return path ? Timed(*path, timing, stage) : std::nullopt;
   }
 
   std::vector<Branch> Branches(const PickRequest& request, base::Rng& rng) {
@@ -183,7 +182,7 @@ struct Planner::Impl {
     PickPlan plan;
     std::optional<base::JointTrajectory> carry =
         branch.carry.empty() ? FreeCarry(builder, task, branch, rng)
-                             : Timed(branch.carry, options.held_motion, nullptr);
+                             : TimeParameterise(robot, branch.carry, options.held_motion);
     if (!carry) return {};
     plan.reach = std::move(reach);
     plan.carry = std::move(*carry);

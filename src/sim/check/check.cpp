@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +15,7 @@
 #include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/resting_poses.h"
+#include "sim/surfaces.h"
 
 namespace rangegrasp::check {
 namespace {
@@ -236,9 +236,6 @@ constexpr int kSegments = 32;  // for round primitives
 // Bounds of the collision geometry's longest edge; a larger mesh is in millimetres.
 constexpr double kMinSize_m = 0.005;
 constexpr double kMaxSize_m = 1.0;
-// Density in the collision geometry's convex hull: foam, and the heaviest common metals.
-constexpr double kMinDensity_kg_m3 = 20.0;
-constexpr double kMaxDensity_kg_m3 = 12000.0;
 // Principal moments relative to those of its homogeneous hull of the same mass: a hammer has 0.3 to
 // 2.5, a shell up to 1.7.
 constexpr double kMinInertia = 0.1;
@@ -335,11 +332,11 @@ class Checked {
     }
     const double mass = model()->body_subtreemass[root()];
     const double density = mass / filled.volume_m3;
-    if (density < kMinDensity_kg_m3 || density > kMaxDensity_kg_m3) {
+    if (density < sim::kMinDensity_kg_m3 || density > sim::kMaxDensity_kg_m3) {
       Say(true, Body(),
           fmt::format("its mass of {:.4g} kg is implausible: {:.3g} kg/m3 in its hull, {:g} to "
                       "{:g} are possible",
-                      mass, density, kMinDensity_kg_m3, kMaxDensity_kg_m3),
+                      mass, density, sim::kMinDensity_kg_m3, sim::kMaxDensity_kg_m3),
           "state the mass in kg in <inertial> or in a geom's mass=\"...\"");
       return;
     }

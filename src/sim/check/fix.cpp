@@ -10,11 +10,13 @@
 #include "base/pattern.h"
 #include "base/words.h"
 #include "sim/check/internal/model.h"
+#include "sim/internal/scene_builder.h"
 
 namespace rangegrasp::check {
 namespace {
 
 namespace fs = std::filesystem;
+using sim::internal::LineAt;
 
 // Rounds of fixes: names first, then how the hand closes, motions, trials.
 constexpr int kRounds = 8;
@@ -47,11 +49,6 @@ std::string WithAttribute(const std::string& tag, const std::string& name,
 
 std::string Indented(const std::string& block, const std::string& indent) {
   return indent + base::Join(base::Split(block, '\n'), "\n" + indent);
-}
-
-int LineAt(const std::string& text, std::size_t at) {
-  const auto end = text.begin() + static_cast<std::ptrdiff_t>(at);
-  return 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
 }
 
 Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string& text) {
@@ -90,9 +87,7 @@ std::vector<base::Edit> StifferDrives(const fs::path& scene, const std::vector<i
                                       double times) {
   const internal::Model model(scene, Kind::kScene);
   internal::Cure cure;
-  for (const int joint : joints) {
-    cure += model.Stiffer(model.arm_actuators.at(static_cast<std::size_t>(joint)), times);
-  }
+  for (const int joint : joints) cure += model.Stiffer(model.arm_actuators.at(joint), times);
   return cure.edits;
 }
 
@@ -188,22 +183,18 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     }
   }
   if (!in_place_) Refer(mjcf_, 0);
-  std::map<fs::path, fs::path> made;  // backups or copies of files that are edited first
+  const auto backup = [](const fs::path& original) { return fs::path(original.string() + ".bak"); };
   for (const auto& [original, target] : targets_) {
-    if (edited.contains(original)) continue;
-    made[original] = in_place_ ? fs::path(original.string() + ".bak") : target;
-  }
-  for (const auto& [original, file] : made) {
-    if (!fs::exists(file)) continue;
-    throw base::InputError(fmt::format("{}: already exists; move it away, or {}", file.string(),
+    const fs::path made = in_place_ ? backup(original) : target;
+    if (edited.contains(original) || !fs::exists(made)) continue;
+    throw base::InputError(fmt::format("{}: already exists; move it away, or {}", made.string(),
                                        in_place_ ? "let --fix write copies" : "check it instead"));
-  }
-  for (const auto& [original, file] : made) {
-    if (in_place_) base::WriteFile(file, base::ReadFile(original));
   }
   bool changed = false;
   for (const auto& [original, target] : targets_) {
-    if (edited.contains(original) && before.at(original) == texts_.at(original)) continue;
+    const bool first = !edited.contains(original);
+    if (!first && before.at(original) == texts_.at(original)) continue;
+    if (first && in_place_) base::WriteFile(backup(original), base::ReadFile(original));
     base::WriteFile(target, texts_.at(original));
     changed = true;
   }

@@ -153,14 +153,13 @@ void AuditRecorder::RecordGrip(double felt_N, double strongest_N) {
 Audit AuditRecorder::Finish(const AuditBounds& bounds, bool held_after_lift,
                             bool held_after_carry) const {
   Audit audit = audit_;
-  if (!penetration_.empty()) {
-    audit.penetration_p95_m = base::QuantileOf(penetration_, kPercentile);
-    audit.penetration_max_m = *std::ranges::max_element(penetration_);
-  }
-  if (!elsewhere_.empty()) {
-    audit.elsewhere_p95_m = base::QuantileOf(elsewhere_, kPercentile);
-    audit.elsewhere_max_m = *std::ranges::max_element(elsewhere_);
-  }
+  const auto summarize = [](const std::vector<double>& depths_m, double& p95_m, double& max_m) {
+    if (depths_m.empty()) return;
+    p95_m = base::QuantileOf(depths_m, kPercentile);
+    max_m = std::ranges::max(depths_m);
+  };
+  summarize(penetration_, audit.penetration_p95_m, audit.penetration_max_m);
+  summarize(elsewhere_, audit.elsewhere_p95_m, audit.elsewhere_max_m);
   if (thickness_m_ > 0.0) audit.penetration_share = audit.penetration_max_m / thickness_m_;
   audit.warnings = world_->WarningCount() - warnings_before_;
   audit.repeated_steps = world_->solver_counts().repeated - solver_before_.repeated;

@@ -36,6 +36,22 @@ void ForContactsOf(const World& world, int object, const Function& of) {
   }
 }
 
+// Normal force of contact number i [N].
+double NormalForce(const mjModel* model, const mjData* data, int i) {
+  mjtNum force[6] = {0};
+  mj_contactForce(model, data, i, force);
+  return force[0];
+}
+
+// Force of contact i on its second geom, in W [N]; the first geom receives the opposite force.
+Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i) {
+  mjtNum force[6] = {0};
+  mj_contactForce(model, data, i, force);
+  mjtNum force_W[3];
+  mju_mulMatTVec3(force_W, data->contact[i].frame, force);
+  return Vec3(force_W);
+}
+
 }  // namespace
 
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact) {
@@ -45,20 +61,6 @@ double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& cont
   // Rows of a pyramidal cone: normal +- friction * tangent.
   return std::hypot((v[0] - v[1]) / (2 * contact.friction[0]),
                     (v[2] - v[3]) / (2 * contact.friction[1]));
-}
-
-double NormalForce(const mjModel* model, const mjData* data, int i) {
-  mjtNum force[6] = {0};
-  mj_contactForce(model, data, i, force);
-  return force[0];
-}
-
-Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i) {
-  mjtNum force[6] = {0};
-  mj_contactForce(model, data, i, force);
-  mjtNum force_W[3];
-  mju_mulMatTVec3(force_W, data->contact[i].frame, force);
-  return Vec3(force_W);
 }
 
 HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand")) {

@@ -14,10 +14,6 @@ namespace rangegrasp::sim::internal {
 
 /// Tangential speed of a contact [m/s]; negative if the contact cannot bear load.
 double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& contact);
-/// Normal force of contact number i [N].
-double NormalForce(const mjModel* model, const mjData* data, int i);
-/// Force of contact i on its second geom, in W [N]; the first geom receives the opposite force.
-Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i);
 
 /// The hand's collision geoms and their roles.
 class HandGeoms {

@@ -93,15 +93,6 @@ void AppendGeom(const mjModel* model, const mjData* data, int geom, ColorsOfGeom
   visual.colors.plain.resize(visual.mesh_W.triangles.size(), RgbOf(colors.Of(geom)));
 }
 
-// The 2-D texture of a geom that is a mesh with texture coordinates; -1 for none.
-int TextureOf(const mjModel* model, int geom) {
-  const int material = model->geom_matid[geom];
-  if (material < 0 || model->geom_type[geom] != mjGEOM_MESH) return -1;
-  if (model->mesh_texcoordadr[model->geom_dataid[geom]] < 0) return -1;
-  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
-  return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
-}
-
 std::shared_ptr<const geometry::Print> PrintOf(const mjModel* model, int texture) {
   auto print = std::make_shared<geometry::Print>();
   print->width = model->tex_width[texture];
@@ -129,6 +120,12 @@ void AppendUv(const mjModel* model, int geom, std::vector<std::array<Eigen::Vect
       corner = {at[0] * repeat[0], at[1] * repeat[1]};
     }
   }
+}
+
+// The body that holds the site "container"; -1 if there is none.
+int ContainerBody(const mjModel* model) {
+  const int site = TryFind(model, mjOBJ_SITE, "container");
+  return site >= 0 ? model->site_bodyid[site] : -1;
 }
 
 bool IsObject(const mjModel* model, int body) {
@@ -241,6 +238,14 @@ bool Visible(const mjModel* model, int geom) {
   return model->geom_group[geom] <= kMaxVisibleGroup && alpha > 0.0f;
 }
 
+int TextureOf(const mjModel* model, int geom) {
+  const int material = model->geom_matid[geom];
+  if (material < 0 || model->geom_type[geom] != mjGEOM_MESH) return -1;
+  if (model->mesh_texcoordadr[model->geom_dataid[geom]] < 0) return -1;
+  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+  return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
+}
+
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments) {
   const int type = model->geom_type[geom];
   const mjtNum* size = model->geom_size + 3 * geom;
@@ -298,11 +303,6 @@ VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, Colo
   }
   if (!visual.colors.print) visual.colors.uv.clear();
   return visual;
-}
-
-int ContainerBody(const mjModel* model) {
-  const int site = TryFind(model, mjOBJ_SITE, "container");
-  return site >= 0 ? model->site_bodyid[site] : -1;
 }
 
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors) {

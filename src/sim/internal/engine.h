@@ -63,6 +63,8 @@ class ColorsOfGeoms {
 
 /// Whether the engine's viewers show a geom: groups 0 to 2, not transparent.
 bool Visible(const mjModel* model, int geom);
+/// The 2-D texture of a geom that is a mesh with texture coordinates; -1 for none.
+int TextureOf(const mjModel* model, int geom);
 /// The surface of a geom in its frame; a plane is cut at its size, or at 10 m if infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
 /// Reach of a geom along a unit direction [m].
@@ -75,10 +77,8 @@ double GeomDistance(const mjModel* model, mjData* data, int a, int b, double lim
 
 /// Visible geoms of a root body's subtree in W, with the first texture among them.
 VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, ColorsOfGeoms& colors);
-/// The body that holds the site "container"; -1 if there is none.
-int ContainerBody(const mjModel* model);
-/// Visible geoms of that body. Its surface comes from the custom numerics "container_albedo" and
-/// "container_gloss", else it is that of the table's blue laminate.
+/// Visible geoms of the body that holds the site "container". Its surface comes from the custom
+/// numerics "container_albedo" and "container_gloss", else it is that of the table's blue laminate.
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors);
 /// Visible geoms of everything except objects (trees with a free joint), the container and the body
 /// that holds the site "scanner". Surface: "scene_albedo" and "scene_gloss", else as above.

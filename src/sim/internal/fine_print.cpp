@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <string_view>
 #include <tuple>
 
 #include "base/rng.h"
@@ -243,14 +244,10 @@ class Printer {
 // The texture of an object's label and the size of its texels on the object; -1 for none.
 int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
   for (int geom = 0; geom < model->ngeom; ++geom) {
-    const int material = model->geom_matid[geom];
-    if (model->body_rootid[model->geom_bodyid[geom]] != root || material < 0) continue;
-    const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
+    const int texture = TextureOf(model, geom);
+    if (model->body_rootid[model->geom_bodyid[geom]] != root || texture < 0) continue;
+    if (model->tex_nchannel[texture] != kChannels) continue;
     const int mesh = model->geom_dataid[geom];
-    if (texture < 0 || model->geom_type[geom] != mjGEOM_MESH || model->tex_nchannel[texture] != 3 ||
-        model->tex_type[texture] != mjTEXTURE_2D || model->mesh_texcoordadr[mesh] < 0) {
-      continue;
-    }
     const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
     const float* places = model->mesh_texcoord + 2 * model->mesh_texcoordadr[mesh];
     const int* corners = model->mesh_face + 3 * model->mesh_faceadr[mesh];
@@ -299,8 +296,8 @@ const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrin
   return printed.emplace(key, WithFinePrint(label, mm_per_texel, print, seed)).first->second;
 }
 
-}  // namespace
-
+// Cardboard is printed all over, metal and tubs less. Bottles have a small label at the back,
+// ceramics have no print.
 FinePrint FinePrintOf(std::string_view surface) {
   if (surface == "cardboard") return {0.30, 2, 2.5};
   if (surface == "painted_metal") return {0.15, 1, 1.0};
@@ -308,6 +305,8 @@ FinePrint FinePrintOf(std::string_view surface) {
   if (surface == "hdpe" || surface == "pet") return {0.04, 0, 0.5};
   return {};
 }
+
+}  // namespace
 
 Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint& print,
                       std::uint64_t seed) {
@@ -318,15 +317,15 @@ Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint
   return printer.Take();
 }
 
-TextureSet::TextureSet(const mjModel* model, const std::vector<int>& objects,
-                       const std::vector<std::string>& surfaces)
-    : width_(model->tex_width, model->tex_width + model->ntex),
-      height_(model->tex_height, model->tex_height + model->ntex) {
+TextureSet::TextureSet(const World& world) {
+  const mjModel* model = world.model();
+  width_.assign(model->tex_width, model->tex_width + model->ntex);
+  height_.assign(model->tex_height, model->tex_height + model->ntex);
   std::vector<const Texture*> replaced(model->ntex, nullptr);
-  for (std::size_t i = 0; i < objects.size(); ++i) {
+  for (int object = 0; object < world.objects(); ++object) {
     double mm_per_texel = 0.0;
-    const int texture = LabelOf(model, objects[i], mm_per_texel);
-    const FinePrint print = FinePrintOf(surfaces[i]);
+    const int texture = LabelOf(model, world.object_body(object), mm_per_texel);
+    const FinePrint print = FinePrintOf(world.object_surface(object));
     if (texture < 0 || (print.coverage == 0.0 && print.grain_levels == 0.0)) continue;
     const Texture& printed = Printed(TextureIn(model, texture), mm_per_texel, print);
     width_[texture] = printed.width;

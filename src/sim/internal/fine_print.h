@@ -3,9 +3,9 @@
 #include <mujoco/mujoco.h>
 
 #include <cstdint>
-#include <string>
-#include <string_view>
 #include <vector>
+
+#include "sim/world.h"
 
 namespace rangegrasp::sim::internal {
 
@@ -25,10 +25,6 @@ struct FinePrint {
   double grain_levels = 0.0;  ///< of 255: unevenness of paper and ink, in patches of half a mm
 };
 
-/// Fine print by the surface's name: cardboard is printed all over, metal and tubs less. Bottles
-/// have a small label at the back, ceramics have no print.
-FinePrint FinePrintOf(std::string_view surface);
-
 /// Adds fine print to a label, at a resolution that shows letters of 1.2 mm; the label's own marks
 /// stay. O(texels); the result depends only on the arguments.
 /// @param mm_per_texel  of the label.
@@ -36,14 +32,10 @@ FinePrint FinePrintOf(std::string_view surface);
 Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint& print,
                       std::uint64_t seed);
 
-/// Textures of a model, some of them replaced, for the engine's renderer.
+/// Textures of a world's model, with fine print on the objects' labels, for the engine's renderer.
 class TextureSet {
  public:
-  /// The textures of a model, with fine print on the objects' labels.
-  /// @param objects   root bodies of the objects.
-  /// @param surfaces  names of their surfaces, one each.
-  TextureSet(const mjModel* model, const std::vector<int>& objects,
-             const std::vector<std::string>& surfaces);
+  explicit TextureSet(const World& world);
   /// Makes `model` point to these textures, for reading while this object lives.
   void PutInto(mjModel& model);
 

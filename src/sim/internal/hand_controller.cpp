@@ -210,7 +210,7 @@ HandMotors::HandMotors(mjModel* model, double strongest_N)
     closing_.Pose(model, scratch.get(), share);
     CallEngine(nullptr, [&] { mj_forward(model, scratch.get()); });
     const auto forces = mjcf::GripForces(model, scratch.get(), motors_, closing_, share,
-                                         internal::SitePose(scratch.get(), tool_).linear().col(0));
+                                         SitePose(scratch.get(), tool_).linear().col(0));
     for (std::size_t k = 0; k < drives_.size(); ++k) {
       drives_[k].per_newton = std::max(drives_[k].per_newton, std::abs(forces[k]));
     }
@@ -298,7 +298,7 @@ void HandMotors::BeginGrip(const mjData* data) {
 void HandMotors::Grip(mjData* data, double force_N) const {
   const double share = Share(data);
   const auto forces = mjcf::GripForces(model_, data, motors_, closing_, share,
-                                       internal::SitePose(data, tool_).linear().col(0));
+                                       SitePose(data, tool_).linear().col(0));
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const Drive& drive = drives_[k];
     const double shape = drive.held + (share - held_share_) * drive.motor.Travel();
@@ -356,7 +356,7 @@ double HandController::AngleOfGap(double gap_m, int halvings) const {
   if (motors_) return motors_->closing().ShareAtGap(gap_m);
   const mjModel* model = world_->model();
   double best = open_limit_[0];
-  const double upper = model->jnt_range[2 * joints_[0] + 1];
+  const double upper = ClosedEnd();
   const DataPtr scratch = MakeData(model);
   const auto is_open = [&](double angle) {
     for (const int joint : joints_) scratch->qpos[model->jnt_qposadr[joint]] = angle;
@@ -424,7 +424,7 @@ void HandController::RatchetJoints() {
 }
 
 void HandController::Tick(bool slips, const Eigen::Vector3d& load_W) {
-  const base::Pose X_WH = internal::BodyPose(world_->data(), hand_->body());
+  const base::Pose X_WH = BodyPose(world_->data(), hand_->body());
   HandReading reading{Angle(), Speed(), 0.0, 0.0, slips, X_WH.linear().transpose() * load_W};
   FeelPressure(reading);
   const bool gripped = control_.mode() == GripControl::Mode::kGripping;

@@ -29,10 +29,8 @@ void RefuseNan(const std::filesystem::path& file) {
       "\\b(mass|density|inertia|diaginertia|fullinertia|size|pos)\\s*=\\s*[\"'][^\"']*"
       "\\b[nN][aA][nN]\\b");
   if (!match) return;
-  const auto before = text.begin() + static_cast<std::ptrdiff_t>(match->begin);
-  const auto line = 1 + std::count(text.begin(), before, '\n');
-  throw base::InputError(
-      fmt::format("{}:{}: {} is nan; a number is expected", file.string(), line, match->groups[1]));
+  throw base::InputError(fmt::format("{}:{}: {} is nan; a number is expected", file.string(),
+                                     LineAt(text, match->begin), match->groups[1]));
 }
 
 SpecPtr Parse(const std::filesystem::path& file) {
@@ -240,6 +238,10 @@ mjsElement* Attach(mjSpec* scene, mjsBody* root, const std::filesystem::path& fi
 }
 
 }  // namespace
+
+int LineAt(std::string_view text, std::size_t at) {
+  return 1 + static_cast<int>(std::ranges::count(text.substr(0, at), '\n'));
+}
 
 void NeedMjcf(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {

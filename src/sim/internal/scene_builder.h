@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/internal/engine.h"
@@ -26,6 +27,9 @@ struct BuiltScene {
   ModelPtr model;
   std::vector<ObjectEntry> objects;
 };
+
+/// The line, from 1, of a position in a text.
+int LineAt(std::string_view text, std::size_t at);
 
 /// @throws base::InputError if a file does not exist or is a folder.
 void NeedMjcf(const std::filesystem::path& file);

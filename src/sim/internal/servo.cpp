@@ -36,6 +36,19 @@ JointCommand StayAt(const VectorXd& position) {
   return {position, VectorXd::Zero(position.size())};
 }
 
+double DriveLimit(const mjModel* model, int joint, int actuator) {
+  double limit = mjMAXVAL;
+  if (model->jnt_actfrclimited[joint]) {
+    const mjtNum* range = model->jnt_actfrcrange + 2 * joint;
+    limit = std::min(range[1], -range[0]);
+  }
+  if (model->actuator_forcelimited[actuator]) {
+    const mjtNum* range = model->actuator_forcerange + 2 * actuator;
+    limit = std::min({limit, range[1], -range[0]});
+  }
+  return limit;
+}
+
 ArmServo::ArmServo(const mjModel* model)
     : joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
       actuators_(TupleOf(model, mjOBJ_ACTUATOR, "arm_actuators")) {
@@ -57,21 +70,18 @@ void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& c
 }
 
 bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) const {
-  const int joint = joints_[i];
   // The engine clamps the torque at this limit, so that it never exceeds it.
-  const double limit = (1.0 - kRounding) * model->jnt_actfrcrange[2 * joint + 1];
-  return limit > 0.0 && std::abs(data->qfrc_actuator[model->jnt_dofadr[joint]]) >= limit;
+  const double limit = (1.0 - kRounding) * DriveLimit(model, joints_[i], actuators_[i]);
+  return std::abs(data->qfrc_actuator[model->jnt_dofadr[joints_[i]]]) >= limit;
 }
 
 void ArmServo::GiveWay(const mjModel* model, const mjData* data, double share,
                        VectorXd& position) const {
   const VectorXd torques = Torques(model, data);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const double most = share * model->jnt_actfrcrange[2 * joints_[i] + 1];
+    const double most = share * DriveLimit(model, joints_[i], actuators_[i]);
     const double kp = model->actuator_gainprm[actuators_[i] * mjNGAIN];
-    if (most > 0.0 && kp > 0.0) {
-      position[i] -= (torques[i] - std::clamp(torques[i], -most, most)) / kp;
-    }
+    if (kp > 0.0) position[i] -= (torques[i] - std::clamp(torques[i], -most, most)) / kp;
   }
 }
 

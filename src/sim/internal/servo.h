@@ -17,6 +17,10 @@ struct JointCommand {
 JointCommand CommandAt(const base::JointTrajectory& trajectory, double time_s);
 JointCommand StayAt(const Eigen::VectorXd& position);
 
+/// Torque or force limit of a drive [Nm, N]: the lower one of the joint's and the actuator's limit,
+/// mjMAXVAL if the model gives neither.
+double DriveLimit(const mjModel* model, int joint, int actuator);
+
 /// The arm's position servos. The reference velocity is fed forward against the servo's own
 /// damping: control = reference + (kv + damping) / kp * reference velocity.
 class ArmServo {

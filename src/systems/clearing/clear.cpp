@@ -1,6 +1,5 @@
 #include "clearing/clear.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 #include <limits>
@@ -72,20 +71,16 @@ void TriedObjects::SceneChanged() {
   for (Entry& entry : entries_) entry.passed = Passed::kNotYet;
 }
 
-bool TriedObjects::LikeFailed(const Entry& entry, const base::Pose& X_CH) const {
-  return std::ranges::any_of(entry.failed_X_CH, [&](const base::Pose& failed) {
-    const base::Pose X_moved = failed.inverse() * X_CH;
-    return X_moved.translation().norm() <= options_->other_grasp_m &&
-           base::TurnOf(X_moved.linear()).angle() <= options_->other_grasp_rad;
-  });
-}
-
 void TriedObjects::PutFailedLast(grasp::Detection& detection) const {
   if (detection.objects.empty()) return;
   const Entry* entry = Find(detection.objects.front().samples);
   if (!entry) return;
   std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
-    return !LikeFailed(*entry, grasp.X_CH);
+    return std::ranges::none_of(entry->failed_X_CH, [&](const base::Pose& failed) {
+      const base::Pose X_moved = failed.inverse() * grasp.X_CH;
+      return X_moved.translation().norm() <= options_->other_grasp_m &&
+             base::TurnOf(X_moved.linear()).angle() <= options_->other_grasp_rad;
+    });
   });
 }
 

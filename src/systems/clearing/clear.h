@@ -95,7 +95,6 @@ class TriedObjects {
   };
   const Entry* Find(const Samples& object) const;
   Entry& FindOrAdd(const Samples& object);
-  bool LikeFailed(const Entry& entry, const base::Pose& X_CH) const;
 
   const ClearingOptions* options_;
   std::vector<Entry> entries_;

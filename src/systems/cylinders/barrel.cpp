@@ -118,7 +118,7 @@ bool Improve(const PointCloud& cloud, const Indices& points, double radius_m, do
   return true;
 }
 
-/// Fits the radius together with the axis; computes its standard deviation and the RMS residual.
+/// Fits the radius together with the axis; computes its standard deviation.
 void MeasureRadius(const PointCloud& cloud, const Line& fixed_axis, double radius_m,
                    double distance_m, RefinedAxis& refined) {
   Line axis = fixed_axis;
@@ -126,7 +126,6 @@ void MeasureRadius(const PointCloud& cloud, const Line& fixed_axis, double radiu
   for (int round = 0; round < 3; ++round) {
     const Across across(axis.direction);
     const Step step = StepOf(cloud, refined.points, axis, across, radius, distance_m);
-    if (round == 0) refined.rms_m = std::sqrt(step.weighted_squares / std::max(step.weights, 1.0));
     const Eigen::LDLT<Eigen::Matrix<double, 5, 5>> solver(step.information);
     const Eigen::Matrix<double, 5, 1> change = -solver.solve(step.gradient);
     if (solver.info() != Eigen::Success || !change.allFinite()) break;
@@ -268,12 +267,6 @@ struct Support {
            (offset - along * line.direction).squaredNorm() <= scatter_m * scatter_m &&
            std::abs(votes.normals[i].dot(line.direction)) <= max_sine;
   }
-
-  std::vector<std::size_t> Of(const std::vector<std::size_t>& left, const Line& line) const {
-    std::vector<std::size_t> supporters = left;
-    std::erase_if(supporters, [&](std::size_t i) { return !Has(i, line); });
-    return supporters;
-  }
 };
 
 /// The horizontal axis that a single vote determines: it is perpendicular to its normal.
@@ -285,10 +278,10 @@ std::optional<Line> LyingThrough(const PointCloud& votes, std::size_t i, const E
   return Line{votes.points[i], across / sine};
 }
 
-/// Fits the line to the votes that support it; returns these votes.
-std::vector<std::size_t> FitToSupport(const Support& support, const std::vector<std::size_t>& of,
+/// Fits the line to those of the votes that support it; returns these votes.
+std::vector<std::size_t> FitToSupport(const Support& support, std::vector<std::size_t> supporters,
                                       Line& line) {
-  auto supporters = support.Of(of, line);
+  std::erase_if(supporters, [&](std::size_t i) { return !support.Has(i, line); });
   Points places;
   for (const std::size_t i : supporters) places.push_back(support.votes.points[i]);
   if (const auto fit = FitTrimmedLine(places)) line = *fit;
@@ -388,13 +381,11 @@ std::vector<Line> Leaning(const PointCloud& votes, const Eigen::Vector3d& up, do
 
 Indices BarrelPoints(geometry::PointSpan points, const Line& axis, double radius_m, double low_m,
                      double high_m, double distance_m) {
-  Indices barrel;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const About about = axis.PlaceOf(points[i]);
-    if (about.along_m < low_m || about.along_m > high_m) continue;
-    if (std::abs(about.radial_m - radius_m) <= distance_m) barrel.push_back(i);
-  }
-  return barrel;
+  return geometry::PositionsWhere(points, [&](const Eigen::Vector3d& p) {
+    const About about = axis.PlaceOf(p);
+    return about.along_m >= low_m && about.along_m <= high_m &&
+           std::abs(about.radial_m - radius_m) <= distance_m;
+  });
 }
 
 std::optional<RefinedAxis> RefineAxis(const PointCloud& cloud, std::span<const std::uint32_t> near,

@@ -45,7 +45,6 @@ struct RefinedAxis {
   Line axis;                 ///< fitted with the given radius
   double radius_m = 0.0;     ///< fitted together with the axis
   double radius_sd_m = 0.0;  ///< its standard deviation from the residuals: large for short arcs
-  double rms_m = 0.0;        ///< RMS of the residuals for the given radius
   double arc_rad = 0.0;      ///< angle around the axis that the points cover without a gap
   /// Median angle between normals and radial direction: noise on a barrel, more on two box faces.
   double normal_angle_rad = 0.0;

@@ -6,9 +6,11 @@
 #include <limits>
 #include <stdexcept>
 #include <tuple>
+#include <vector>
 
 #include "base/linear_algebra.h"
 #include "base/statistics.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -59,12 +61,7 @@ std::optional<Line> FitLine(geometry::PointSpan points) {
   if (points.size() < 2) return std::nullopt;
   Line line;
   line.point = geometry::Centroid(points);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& p : points) {
-    const Eigen::Vector3d offset = p - line.point;
-    covariance += offset * offset.transpose();
-  }
-  const auto axes = base::SymmetricEigen(covariance);
+  const auto axes = base::SymmetricEigen(geometry::Scatter(points, line.point));
   if (!(axes.values.z() > 0.0)) return std::nullopt;
   line.direction = axes.vectors.col(2).normalized();
   return line;
@@ -136,12 +133,10 @@ bool IsWithin(const Cylinder& cylinder, double grown_m, const Eigen::Vector3d& p
 geometry::Indices PointsOn(geometry::PointSpan points, const Cylinder& cylinder,
                            double tolerance_m) {
   const double bound_m = BoundOf(cylinder, tolerance_m);
-  geometry::Indices on;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if ((points[i] - cylinder.center).squaredNorm() > bound_m * bound_m) continue;
-    if (SurfaceDistance(cylinder, points[i]) <= tolerance_m) on.push_back(i);
-  }
-  return on;
+  return geometry::PositionsWhere(points, [&](const Eigen::Vector3d& p) {
+    return (p - cylinder.center).squaredNorm() <= bound_m * bound_m &&
+           SurfaceDistance(cylinder, p) <= tolerance_m;
+  });
 }
 
 ViewCounts CompareWithView(const Rays& rays, const Cylinder& cylinder, double tolerance_m,

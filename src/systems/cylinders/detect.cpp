@@ -37,15 +37,12 @@ struct Candidate {
 
 /// Points near the axis that could belong to the barrel or its ends.
 Indices NearAxis(const Points& points, const Line& axis, double radius_m, double reach_m) {
-  Indices near;
-  const double square = radius_m * radius_m;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d offset = points[i] - axis.point;
+  return geometry::PositionsWhere(points, [&](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d offset = p - axis.point;
     const double along = offset.dot(axis.direction);
-    if (std::abs(along) > reach_m) continue;
-    if (offset.squaredNorm() - along * along <= square) near.push_back(i);
-  }
-  return near;
+    return std::abs(along) <= reach_m &&
+           offset.squaredNorm() - along * along <= radius_m * radius_m;
+  });
 }
 
 /// Median height of a rim's points above the table [m].
@@ -352,14 +349,11 @@ std::optional<perception::Table> DominantPlane(PointSpan points, const Eigen::Ve
   const double enough = options.min_table_share * static_cast<double>(points.size());
   if (!fit || static_cast<double>(fit->inliers.size()) < enough) return std::nullopt;
   perception::Table table{fit->plane, {}};
-  if (table.plane.Distance(origin) < 0.0) {
-    table.plane = {-fit->plane.normal, -fit->plane.offset_m};
-  }
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const bool near =
-        std::abs(table.plane.Distance(points[i])) <= options.preprocess.plane_distance_m;
-    if (near || !IsOnSensorSide(table.plane, origin, points[i])) table.points.push_back(i);
-  }
+  if (table.plane.Distance(origin) < 0.0) table.plane = table.plane.Flipped();
+  table.points = geometry::PositionsWhere(points, [&](const Eigen::Vector3d& p) {
+    return std::abs(table.plane.Distance(p)) <= options.preprocess.plane_distance_m ||
+           !IsOnSensorSide(table.plane, origin, p);
+  });
   return table;
 }
 

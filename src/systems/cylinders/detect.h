@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -161,6 +162,12 @@ struct CylinderScene {
   std::vector<FoundCylinder> cylinders;  ///< in the order of the given cylinders
   bool scan_order = false;  ///< the cloud is in scan order; otherwise there are no line edges
   perception::StageSeconds seconds;
+
+  /// The first find of a given cylinder; null if it was not found.
+  const FoundCylinder* Find(std::size_t which) const {
+    const auto found = std::ranges::find(cylinders, which, &FoundCylinder::given);
+    return found == cylinders.end() ? nullptr : &*found;
+  }
 };
 
 /// F_p F_c > 0: p is on the sensor's side of the plane (eq. 4.1 to 4.4).

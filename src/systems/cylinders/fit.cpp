@@ -14,6 +14,7 @@
 #include "geometry/plane.h"
 
 namespace rangegrasp::cylinders {
+
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   // The cosine alone would lose angles below 1e-8.
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
@@ -253,7 +254,20 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
 
 namespace {
 
+/// Each round computes weights, then a Gauss-Newton step. They end when no point of the barrel
+/// moves by more than kRest_m.
+constexpr int kRefinedRounds = 60;
+constexpr double kRest_m = 1e-9;
 constexpr std::size_t kMinRefinedPoints = 7;
+/// Tukey's biweight: distances beyond this many standard deviations do not count. It keeps 95 % of
+/// the efficiency of least squares for normally distributed noise (Huber 1981).
+constexpr double kCutSigmas = 4.685;
+/// Points closer to a visible end than this many sigmas of the noise along the ray are left out.
+constexpr double kEndMarginSigmas = 4.0;
+/// An end is visible if this share of the points lies inside the barrel by more than kInnerShare of
+/// its radius.
+constexpr double kEndShare = 0.01;
+constexpr double kInnerShare = 0.25;
 /// Factor from the median of absolute values to the standard deviation, for a normal distribution.
 constexpr double kSigmaOfMedian = 1.4826;
 /// Minimum share of each noise in the total; else a few points at the outline would dominate.
@@ -273,8 +287,8 @@ Barrel Moved(const Barrel& barrel, const LevenbergStep& step) {
           barrel.radius_m + step[4]};
 }
 
-double Tukey(double sigmas, double cut) {
-  const double t = sigmas / cut;
+double Tukey(double sigmas) {
+  const double t = sigmas / kCutSigmas;
   return std::abs(t) >= 1.0 ? 0.0 : (1.0 - t * t) * (1.0 - t * t);
 }
 
@@ -282,8 +296,8 @@ double Square(double x) { return x * x; }
 
 // Variance of standard normal values that remains after weighting by Tukey's biweight. (The formula
 // neglects values beyond the cut, which are one in 3e5 at 4.685.)
-double KeptVariance(double cut) {
-  const double c2 = cut * cut;
+double KeptVariance() {
+  const double c2 = kCutSigmas * kCutSigmas;
   return (1.0 - 6.0 / c2 + 15.0 / (c2 * c2)) / (1.0 - 2.0 / c2 + 3.0 / (c2 * c2));
 }
 
@@ -298,8 +312,7 @@ struct Term {
 
 class Refinement {
  public:
-  Refinement(const FitInput& input, const Barrel& start, const RefineOptions& options)
-      : input_(input), options_(options), barrel_(start) {
+  Refinement(const FitInput& input, const Barrel& start) : input_(input), barrel_(start) {
     // The axis' point is at the middle of the points, so that tilts hardly move them.
     const Eigen::Vector3d middle = geometry::Centroid(input.points);
     barrel_.axis.point += start.axis.PlaceOf(middle).along_m * start.axis.direction;
@@ -315,11 +328,7 @@ class Refinement {
     const double sigma_m = Sigma();
     if (!noise_) noise_ = RayNoise{sigma_m, sigma_m};
     Weigh();
-    if (options_.weigh_incidence) {
-      EstimateNoise(sigma_m);
-    } else {
-      noise_ = RayNoise{sigma_m, sigma_m};
-    }
+    EstimateNoise(sigma_m);
     const auto step = FindStep();
     if (!step) return false;
     barrel_ = Moved(barrel_, *step);
@@ -327,7 +336,7 @@ class Refinement {
         step->head<2>().norm() + step->segment<2>(2).norm() * reach_m_ + std::abs((*step)[4]);
     return barrel_.radius_m > 0.0;
   }
-  bool AtRest() const { return moved_m_ <= options_.rest_m; }
+  bool AtRest() const { return moved_m_ <= kRest_m; }
 
  private:
   // A visible end shows as many points far inside the barrel, near one plane.
@@ -337,18 +346,18 @@ class Refinement {
     std::vector<double> inside;
     std::vector<double> on;
     for (const auto& p : input_.points) {
-      const bool is_inside = barrel_.Distance(p) < -options_.inner_share * barrel_.radius_m;
+      const bool is_inside = barrel_.Distance(p) < -kInnerShare * barrel_.radius_m;
       (is_inside ? inside : on).push_back(barrel_.axis.PlaceOf(p).along_m);
     }
-    const double enough = options_.end_share * static_cast<double>(input_.points.size());
+    const double enough = kEndShare * static_cast<double>(input_.points.size());
     if (static_cast<double>(inside.size()) < std::max(enough, 3.0) || on.empty()) return;
     // Mixed points behind the wall are also inside, but spread along its whole length.
     const double spread_m = base::QuantileOf(inside, 0.75) - base::QuantileOf(inside, 0.25);
-    if (spread_m > options_.inner_share * barrel_.radius_m) return;
+    if (spread_m > kInnerShare * barrel_.radius_m) return;
     const double end_m = base::MedianOf(inside);
     // The end is seen at an angle; the noise along the axis is at most that along the ray.
     const double noise_m = noise_ ? std::hypot(noise_->along_m, noise_->across_m) : 0.0;
-    const double margin_m = options_.end_margin_sigmas * noise_m;
+    const double margin_m = kEndMarginSigmas * noise_m;
     if (end_m > base::MedianOf(on)) {
       high_m_ = end_m - margin_m;
     } else {
@@ -388,17 +397,15 @@ class Refinement {
     for (Term& term : terms_) {
       const DistanceNoise expected = DistanceNoiseOf(*noise_, term.incidence, barrel_.radius_m);
       term.distance_m -= expected.mean_m;
-      const double variance_m2 =
-          options_.weigh_incidence ? expected.variance_m2 : Square(noise_->along_m);
-      term.variance_m2 = std::max(variance_m2, Square(kRounding_m));
-      term.weight = Tukey(term.distance_m / std::sqrt(term.variance_m2), options_.cut_sigmas);
+      term.variance_m2 = std::max(expected.variance_m2, Square(kRounding_m));
+      term.weight = Tukey(term.distance_m / std::sqrt(term.variance_m2));
     }
   }
 
   // Fits the squared distances by a sum of both noise variances, each times its part of the normal:
   // linear least squares with the robust weights; else outliers would increase the noise.
   void EstimateNoise(double sigma_m) {
-    const double kept = KeptVariance(options_.cut_sigmas);
+    const double kept = KeptVariance();
     double aa = 0.0, ab = 0.0, bb = 0.0, ay = 0.0, by = 0.0;
     for (const Term& term : terms_) {
       if (term.weight == 0.0) continue;
@@ -440,7 +447,6 @@ class Refinement {
   }
 
   const FitInput& input_;
-  const RefineOptions& options_;
   Barrel barrel_;
   double reach_m_ = 0.0;
   double moved_m_ = kInfinity;
@@ -450,22 +456,12 @@ class Refinement {
   std::vector<Term> terms_;
 };
 
-void Check(const RefineOptions& options) {
-  if (options.rounds < 1 || options.cut_sigmas <= 0.0 || options.rest_m < 0.0 ||
-      options.end_margin_sigmas < 0.0) {
-    throw std::invalid_argument(
-        "FitRefined: rounds must be >= 1, cut_sigmas > 0, rest_m and end_margin_sigmas >= 0");
-  }
-}
-
 }  // namespace
 
-std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start,
-                                 const RefineOptions& options) {
-  Check(options);
+std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start) {
   if (input.points.size() < kMinRefinedPoints || !(start.radius_m > 0.0)) return std::nullopt;
-  Refinement refinement(input, start, options);
-  for (int round = 0; round < options.rounds && !refinement.AtRest(); ++round) {
+  Refinement refinement(input, start);
+  for (int round = 0; round < kRefinedRounds && !refinement.AtRest(); ++round) {
     if (!refinement.Advance()) return std::nullopt;
   }
   return refinement.barrel();

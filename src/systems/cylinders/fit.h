@@ -139,30 +139,13 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
 // Refinement of a barrel by orthogonal distances, each weighted by the variance that a range
 // sensor's noise gives it. An addition to the dissertation.
 
-struct RefineOptions {
-  /// If true, distances are weighted by their variance at their incidence. The outline, where noise
-  /// runs along the surface, then contributes most to the radius. If false, all weights are equal.
-  bool weigh_incidence = true;
-  /// Tukey's biweight: distances beyond this many standard deviations do not count. It keeps 95 %
-  /// of the efficiency of least squares at 4.685 for normally distributed noise (Huber 1981).
-  double cut_sigmas = 4.685;
-  /// Points closer to a visible end than this many sigmas of the noise along the ray are left out.
-  double end_margin_sigmas = 4.0;
-  /// An end is visible if this share of the points lies inside the barrel by more than inner_share
-  /// of its radius.
-  double end_share = 0.01;
-  double inner_share = 0.25;
-  int rounds = 60;       ///< >= 1; each computes weights, then a Gauss-Newton step
-  double rest_m = 1e-9;  ///< stops when no point of the barrel moves by more
-};
-
-/// The barrel near `start` with the least robust, weighted sum of squared distances. The noise is
-/// estimated from the distances in each round; DistanceNoise's mean is subtracted. The visible end
-/// and its rim are left out: the loss cannot distinguish them from the wall. O(rounds n).
+/// The barrel near `start` with the least robust sum of squared distances, each weighted by its
+/// variance at its incidence: the outline, where noise runs along the surface, contributes most to
+/// the radius. The noise is estimated from the distances in each round; DistanceNoise's mean is
+/// subtracted. The visible end and its rim are left out: the loss cannot distinguish them from the
+/// wall. O(rounds n).
 /// @param start  its error must be less than about a quarter of the radius
 /// @return nullopt for fewer than seven points within the cut, or if the result is no cylinder.
-/// @throws std::invalid_argument if an option is out of range.
-std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start,
-                                 const RefineOptions& options = {});
+std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start);
 
 }  // namespace rangegrasp::cylinders

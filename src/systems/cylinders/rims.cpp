@@ -124,14 +124,10 @@ std::vector<geometry::Indices> Fragments(geometry::PointSpan points,
 
 TriangleProducts ProductsOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c) {
-  TriangleProducts products;
-  products.d_ca = (c - a).dot(b - a);
-  products.d_ba = (c - b).dot(a - b);
-  products.d_cb = (a - c).dot(b - c);
-  products.n_1 = products.d_ba * products.d_cb;
-  products.n_2 = products.d_cb * products.d_ca;
-  products.n_3 = products.d_ca * products.d_ba;
-  return products;
+  const double d_ca = (c - a).dot(b - a);
+  const double d_ba = (c - b).dot(a - b);
+  const double d_cb = (a - c).dot(b - c);
+  return {d_ca, d_ba, d_cb, d_ba * d_cb, d_cb * d_ca, d_ca * d_ba};
 }
 
 double CircumradiusOf(const TriangleProducts& p) {
@@ -144,11 +140,8 @@ std::optional<Circle> CircleThrough(const Eigen::Vector3d& a, const Eigen::Vecto
   const double sum = p.Sum();
   const double sides = p.d_ca + p.d_ba + p.d_cb;  // half the sum of the squared sides
   if (!(sum > kCollinear * sides * sides)) return std::nullopt;
-  Circle circle;
-  circle.center = ((p.n_2 + p.n_3) * a + (p.n_3 + p.n_1) * b + (p.n_1 + p.n_2) * c) / (2.0 * sum);
-  circle.normal = (b - a).cross(c - a).normalized();
-  circle.radius_m = CircumradiusOf(p);
-  return circle;
+  return Circle{((p.n_2 + p.n_3) * a + (p.n_3 + p.n_1) * b + (p.n_1 + p.n_2) * c) / (2.0 * sum),
+                (b - a).cross(c - a).normalized(), CircumradiusOf(p)};
 }
 
 double DistanceTo(const Circle& circle, const Eigen::Vector3d& p, CircleDistance distance) {

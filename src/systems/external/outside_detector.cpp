@@ -117,31 +117,31 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   return mesh;
 }
 
-// Position of each sample of the observation in the scene's cloud; -1: not above the table.
-class CloudPositions {
- public:
-  CloudPositions(const Scene& scene, const geometry::Observation& observation) {
-    for (const auto& view : observation.views) {
-      positions_.emplace_back(view.image.points_C.size(), -1);
-    }
-    for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-      const auto& id = scene.SampleOf(i);
-      positions_[id.view][id.sample] = static_cast<std::int64_t>(i);
-    }
-  }
-  geometry::Indices Of(const std::vector<geometry::SampleId>& samples) const {
-    geometry::Indices found;
-    for (const auto& id : samples) {
-      const std::int64_t i = positions_[id.view][id.sample];
-      if (i >= 0) found.push_back(static_cast<std::uint32_t>(i));
-    }
-    std::ranges::sort(found);
-    return found;
-  }
+// By view: the position of each of its samples in the scene's cloud; -1: not above the table.
+using CloudPositions = std::vector<std::vector<std::int64_t>>;
 
- private:
-  std::vector<std::vector<std::int64_t>> positions_;
-};
+CloudPositions CloudPositionsOf(const Scene& scene, const geometry::Observation& observation) {
+  CloudPositions positions;
+  for (const auto& view : observation.views) {
+    positions.emplace_back(view.image.points_C.size(), -1);
+  }
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+    const auto& id = scene.SampleOf(i);
+    positions[id.view][id.sample] = static_cast<std::int64_t>(i);
+  }
+  return positions;
+}
+
+geometry::Indices InCloud(const std::vector<geometry::SampleId>& samples,
+                          const CloudPositions& positions) {
+  geometry::Indices found;
+  for (const auto& id : samples) {
+    const std::int64_t i = positions[id.view][id.sample];
+    if (i >= 0) found.push_back(static_cast<std::uint32_t>(i));
+  }
+  std::ranges::sort(found);
+  return found;
+}
 
 // Region growing: the positions of all points of a cloud that are connected with the seeds.
 geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan points_C,
@@ -207,9 +207,10 @@ struct Answered {
 // A detector that answers in JSON: a program or a function.
 class AnsweringDetector : public Detector {
  public:
-  AnsweringDetector(const grasp::DetectorOptions& options, const robot::Robot& robot,
+  AnsweringDetector(std::function<Answered(const Question&)> ask,
+                    const grasp::DetectorOptions& options, const robot::Robot& robot,
                     SceneObserver observer)
-      : options_(options), robot_(robot), observer_(std::move(observer)) {}
+      : ask_(std::move(ask)), options_(options), robot_(robot), observer_(std::move(observer)) {}
 
   Detected Detect(const geometry::Observation& observation, base::Rng& rng,
                   const Turn& turn) const override {
@@ -220,7 +221,7 @@ class AnsweringDetector : public Detector {
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
     const Answered answered =
-        Ask({observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
+        ask_({observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
     detected.seconds.emplace_back("detector", watch.Restart());
     try {
       if (!answered.text) throw DetectorFailed(answered.failure);
@@ -232,9 +233,6 @@ class AnsweringDetector : public Detector {
     detected.seconds.emplace_back("grasp", watch.Restart());
     return detected;
   }
-
- protected:
-  virtual Answered Ask(const Question& question) const = 0;
 
  private:
   void Understand(const Answer& answer, const fs::path& folder,
@@ -329,7 +327,7 @@ class AnsweringDetector : public Detector {
                                             const geometry::Observation& observation,
                                             const Turn& turn, Scene& scene,
                                             Detected& detected) const {
-    const CloudPositions positions(scene, observation);
+    const CloudPositions positions = CloudPositionsOf(scene, observation);
     std::optional<std::size_t> first;
     std::optional<int> first_turn;
     for (std::size_t i = 0; i < answer.objects->size(); ++i) {
@@ -340,7 +338,7 @@ class AnsweringDetector : public Detector {
         first = i;
         first_turn = its;
       }
-      auto object = grasp::ObjectOfPoints(scene, positions.Of(answered.samples));
+      auto object = grasp::ObjectOfPoints(scene, InCloud(answered.samples, positions));
       if (!answered.surface.empty()) object.surface_C = ReadSurface(answered.surface, folder);
       Add(std::move(object), answered.samples, true, leads, scene, detected);
     }
@@ -378,48 +376,29 @@ class AnsweringDetector : public Detector {
     return samples;
   }
 
+  std::function<Answered(const Question&)> ask_;
   const grasp::DetectorOptions& options_;
   const robot::Robot& robot_;
   SceneObserver observer_;
 };
 
-class OutsideDetector : public AnsweringDetector {
- public:
-  OutsideDetector(OutsideOptions outside, const grasp::DetectorOptions& options,
-                  const robot::Robot& robot, SceneObserver observer)
-      : AnsweringDetector(options, robot, std::move(observer)), outside_(std::move(outside)) {}
+Answered AskProgram(const OutsideOptions& outside, const Question& question) {
+  auto folder = std::make_unique<process::OwnFolder>();
+  const std::string line = internal::WriteFiles(question, folder->path());
+  process::Reply reply = process::Ask(ProgramOf(outside, folder->path()), line);
+  return {std::move(folder), std::move(reply.line), std::move(reply.failure),
+          reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
+}
 
- private:
-  Answered Ask(const Question& question) const override {
-    auto folder = std::make_unique<process::OwnFolder>();
-    const std::string line = internal::WriteFiles(question, folder->path());
-    process::Reply reply = process::Ask(ProgramOf(outside_, folder->path()), line);
-    return {std::move(folder), std::move(reply.line), std::move(reply.failure),
-            reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
+Answered AskFunction(const AnswerFunction& answer, const Question& question) {
+  Answered answered{std::make_unique<process::OwnFolder>(), {}, {}, {}};
+  try {
+    answered.text = answer(question);
+  } catch (const DetectorFailed& e) {
+    answered.failure = e.what();
   }
-
-  OutsideOptions outside_;
-};
-
-class FunctionDetector : public AnsweringDetector {
- public:
-  FunctionDetector(AnswerFunction answer, const grasp::DetectorOptions& options,
-                   const robot::Robot& robot, SceneObserver observer)
-      : AnsweringDetector(options, robot, std::move(observer)), answer_(std::move(answer)) {}
-
- private:
-  Answered Ask(const Question& question) const override {
-    Answered answered{std::make_unique<process::OwnFolder>(), {}, {}, {}};
-    try {
-      answered.text = answer_(question);
-    } catch (const DetectorFailed& e) {
-      answered.failure = e.what();
-    }
-    return answered;
-  }
-
-  AnswerFunction answer_;
-};
+  return answered;
+}
 
 }  // namespace
 
@@ -444,13 +423,19 @@ void ReadOutside(YamlMap map, OutsideOptions& options) {
 std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                               const grasp::DetectorOptions& options,
                                               const robot::Robot& robot, SceneObserver observer) {
-  return std::make_unique<OutsideDetector>(outside, options, robot, std::move(observer));
+  return std::make_unique<AnsweringDetector>(
+      [outside](const Question& question) { return AskProgram(outside, question); }, options, robot,
+      std::move(observer));
 }
 
 std::unique_ptr<Detector> MakeFunctionDetector(AnswerFunction answer,
                                                const grasp::DetectorOptions& options,
                                                const robot::Robot& robot, SceneObserver observer) {
-  return std::make_unique<FunctionDetector>(std::move(answer), options, robot, std::move(observer));
+  return std::make_unique<AnsweringDetector>(
+      [answer = std::move(answer)](const Question& question) {
+        return AskFunction(answer, question);
+      },
+      options, robot, std::move(observer));
 }
 
 }  // namespace rangegrasp::external

@@ -232,8 +232,7 @@ struct Convex {
   std::vector<Eigen::Vector4d> planes;  // n . x <= d as (n, d)
   Eigen::AlignedBox3d box;
 
-  explicit Convex(const TriangleMesh& mesh) {
-    for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  explicit Convex(const TriangleMesh& mesh) : box(BoundsOf(mesh.vertices)) {
     for (const auto& [a, b, c] : mesh.triangles) {
       const Eigen::Vector3d normal = (mesh.vertices[b] - mesh.vertices[a])
                                          .cross(mesh.vertices[c] - mesh.vertices[a])

@@ -176,7 +176,7 @@ void CheckRansac(const Options& options) {
 geometry::Plane ToPlane(const Eigen::VectorXd& values, const Eigen::Vector3d& origin) {
   const double length = values.head<3>().norm();
   geometry::Plane plane{values.head<3>() / length, values(3) / length};
-  if (plane.offset_m < 0.0) plane = {-plane.normal, -plane.offset_m};
+  if (plane.offset_m < 0.0) plane = plane.Flipped();
   plane.offset_m -= plane.normal.dot(origin);
   return plane;
 }

@@ -8,7 +8,6 @@
 #include <functional>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 #include <unordered_set>
 
 #include "base/linear_algebra.h"
@@ -241,18 +240,17 @@ Motion LeastLeaving(const geometry::Points& points, const geometry::Points& norm
 
 }  // namespace
 
-geometry::Indices Thinned(geometry::PointSpan points, double edge_m) {
+geometry::PointCloud Thinned(const geometry::PointCloud& cloud, double edge_m) {
   constexpr std::int64_t kHalf = 1 << 20;  // cells on each side of the origin: 21 bits per axis
   std::unordered_set<std::int64_t> taken;
-  geometry::Indices kept;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
+  const auto kept = geometry::PositionsWhere(cloud.points, [&](const Vector3d& p) {
     std::int64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      key = key << 21 | (static_cast<std::int64_t>(std::floor(points[i][axis] / edge_m)) + kHalf);
+      key = key << 21 | (static_cast<std::int64_t>(std::floor(p[axis] / edge_m)) + kHalf);
     }
-    if (taken.insert(key).second) kept.push_back(i);
-  }
-  return kept;
+    return taken.insert(key).second;
+  });
+  return {geometry::Select(cloud.points, kept), geometry::Select(cloud.normals, kept)};
 }
 
 geometry::PointCloud SampledSurface(const geometry::TriangleMesh& mesh, double spacing_m) {
@@ -270,14 +268,10 @@ geometry::PointCloud SampledSurface(const geometry::TriangleMesh& mesh, double s
       drawn.normals.push_back(cross.normalized());
     }
   }
-  const auto kept = Thinned(drawn.points, spacing_m);
-  return {geometry::Select(drawn.points, kept), geometry::Select(drawn.normals, kept)};
+  return Thinned(drawn, spacing_m);
 }
 
 Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B) {
-  if (surface_B.size() < 4 || surface_B.normals.size() != surface_B.size()) {
-    throw std::invalid_argument("SymmetryOf: needs 4 points or more, and a normal for each");
-  }
   Symmetry symmetry;
   const Moments moments = MomentsOf(mesh_B);
   symmetry.center_B = moments.center_B;

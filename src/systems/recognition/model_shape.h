@@ -10,8 +10,8 @@
 
 namespace rangegrasp::recognition {
 
-/// Ascending positions of the first point in each cell of a grid with this edge length [m].
-geometry::Indices Thinned(geometry::PointSpan points, double edge_m);
+/// The first point in each cell of a grid with this edge length [m], with its normal.
+geometry::PointCloud Thinned(const geometry::PointCloud& cloud, double edge_m);
 
 /// Points drawn evenly over the triangles, then thinned to one per grid cell; the normals are those
 /// of the triangles. The same mesh gives bit-identical results.
@@ -29,7 +29,6 @@ struct Symmetry {
 /// its hull's larger faces and the axes between two of these.
 /// @param surface_B  evenly sampled, with normals; distances are measured to the planes of the
 /// nearest samples, so that its spacing may exceed the tolerance of a rotation (1.5 mm)
-/// @throws std::invalid_argument if there are fewer than 4 points, or not one normal per point
 Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B);
 
 /// Difference between two poses, modulo symmetry.

@@ -80,13 +80,13 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
 }
 
 /// All known objects that are not hopeless at a segment, best first.
-std::vector<Candidate> CandidatesAt(const Segment& segment, const pcl_bridge::Cloud& source,
-                                    const Query& query, std::uint64_t seed) {
+std::vector<Candidate> CandidatesAt(const Segment& segment, const Query& query,
+                                    std::uint64_t seed) {
   const RecognitionOptions& options = query.options;
   std::vector<Candidate> candidates;
   for (const auto& object : query.library.prepared().ready) {
     base::Rng rng(base::DeriveSeed(seed, object->object.name));
-    const Match match(*object, segment, source, options);
+    const Match match(*object, segment, options);
     candidates.push_back({match, match.Guesses(rng)});
   }
   Prune(candidates, options.hopeless);
@@ -138,8 +138,7 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
   const RecognitionOptions& options = query.options;
   const std::uint64_t seed = rng.Next();
   const Segment segment = internal::SegmentOf(query.observation, query.scene, own, options);
-  const pcl_bridge::Cloud source(segment.source_C);
-  const auto candidates = CandidatesAt(segment, source, query, seed);
+  const auto candidates = CandidatesAt(segment, query, seed);
   if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
   if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;

@@ -88,11 +88,10 @@ RANGEGRASP_VECTORISED void SortBlocks(float* heights, std::size_t columns, std::
   }
 }
 
-// Median height of each block; `sorted` is a work buffer.
-std::vector<float> MiddlesOf(std::span<const float> line, std::size_t columns,
-                             std::vector<float>& sorted) {
+// Median height of each block.
+std::vector<float> MiddlesOf(std::span<const float> line, std::size_t columns) {
   const std::size_t blocks = line.size() / columns;
-  sorted.resize(line.size());
+  std::vector<float> sorted(line.size());
   for (std::size_t b = 0; b < blocks; ++b) {
     for (std::size_t k = 0; k < columns; ++k) sorted[k * blocks + b] = line[b * columns + k];
   }
@@ -143,7 +142,6 @@ TimedLine FitLine(std::span<const TimedColumn> positions) {
 std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, double time_s,
                                             const LinePredictionOptions& options) {
   if (found.empty()) return std::nullopt;
-  if (found.size() == 1) return LinePrediction{found[0].column, 1};
   TimedLine best{found.back().time_s, found.back().column, 0.0};
   Support best_support;
   const std::vector<TimedColumn> tried = SpreadOver(found, kTried);
@@ -255,7 +253,7 @@ void StepTest::Take(const PreparedProfile& profile) {
   if (count > 0) {
     const auto begin = profile.height_m.begin() + blocks.first * columns_;
     blocks.height_m =
-        MiddlesOf({begin, begin + count * columns_}, static_cast<std::size_t>(columns_), heights_);
+        MiddlesOf({begin, begin + count * columns_}, static_cast<std::size_t>(columns_));
   }
   recent_.push_back(std::move(blocks));
   Average();

@@ -140,7 +140,6 @@ class StepTest {
 
   int columns_;  // columns per block
   double period_s_;
-  std::vector<float> heights_;  // buffer for sorting the blocks
   std::deque<Blocks> recent_;
   Blocks mean_{};
   std::map<std::array<int, 3>, Kernel> kernels_;

@@ -1,11 +1,10 @@
 #include "seam/detectors.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
+#include <utility>
 
 #include "seam/internal/vectorised.h"
 
@@ -127,45 +126,11 @@ double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
   const auto window =
       f.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
   const double average = SumOf(window) / (end - begin);
-  // f < average in double is f < above in float, and the same holds for below.
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const auto nearest = static_cast<float>(average);
-  const bool under = static_cast<double>(nearest) < average;
-  const bool over = static_cast<double>(nearest) > average;
-  const float above = under ? std::nextafter(nearest, kInfinity) : nearest;
-  const float below = over ? std::nextafter(nearest, -kInfinity) : nearest;
   const float* z = f.data();
   int votes = 0;
-  for (int i = begin; i < j; ++i) votes += z[i] < above ? j - i : 0;
-  for (int i = j + 1; i < end; ++i) votes += z[i] > below ? i - j : 0;
+  for (int i = begin; i < j; ++i) votes += static_cast<double>(z[i]) < average ? j - i : 0;
+  for (int i = j + 1; i < end; ++i) votes += static_cast<double>(z[i]) > average ? i - j : 0;
   return CandidateWeight(f, j, step_columns) * votes;
-}
-
-// Packs |f(j+1) - f(j)| and j+1 into a number that orders by the difference. For equal differences,
-// a smaller column gives a greater number. The bits of a nonnegative float order like its value.
-std::uint64_t CandidateKey(float difference, std::size_t column) {
-  return (static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(difference)) << 32U) |
-         (0xffffffffU - static_cast<std::uint32_t>(column));
-}
-int ColumnOfKey(std::uint64_t key) {
-  return static_cast<int>(0xffffffffU - static_cast<std::uint32_t>(key));
-}
-
-// A threshold that at least `count` values reach, mostly few more: the count-th greatest of the
-// maxima of about 2 count blocks.
-float ReachedBy(std::span<const float> values, std::size_t count) {
-  const std::size_t block = values.size() / (2 * count);
-  if (block < 2) return 0.0F;
-  std::vector<float> maxima;
-  for (std::size_t begin = 0; begin < values.size(); begin += block) {
-    const auto part = values.subspan(begin, std::min(block, values.size() - begin));
-    float max = part[0];
-    for (const float value : part) max = std::max(max, value);
-    maxima.push_back(max);
-  }
-  const auto at = maxima.begin() + static_cast<std::ptrdiff_t>(count - 1);
-  std::nth_element(maxima.begin(), at, maxima.end(), std::greater<>());
-  return *at;
 }
 
 // Number of columns whose sums stay in registers in the loop over k.
@@ -188,11 +153,11 @@ RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size
 
 }  // namespace
 
-DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options) {
+DetectorResult FitEdgeModel(std::span<const float> f, ModelLevels levels) {
   const std::size_t m = f.size();
   const auto is_first = [&](float z) { return z == f[0]; };
   if (m < kMinEdgeColumns || std::ranges::all_of(f, is_first)) return Nothing(m);  // flat
-  const std::vector<double> S = SquaredDistances(f, options.levels);
+  const std::vector<double> S = SquaredDistances(f, levels);
   const auto best = std::min_element(S.begin() + 1, S.end());
   const double max = *std::max_element(S.begin() + 1, S.end());
   DetectorResult result{static_cast<int>(best - S.begin()), std::vector<float>(m, 0.0F)};
@@ -203,21 +168,14 @@ DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions&
 }
 
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
-  if (f.size() < 2) return {};
-  std::vector<float> difference(f.size() - 1);
-  for (std::size_t j = 0; j < difference.size(); ++j) difference[j] = std::abs(f[j + 1] - f[j]);
-  const auto count = std::min(difference.size(), static_cast<std::size_t>(candidates));
-  const float reached = ReachedBy(difference, count);
-  std::vector<std::uint64_t> keys;
-  for (std::size_t j = 0; j < difference.size(); ++j) {
-    if (difference[j] >= reached && difference[j] > 0.0F) {
-      keys.push_back(CandidateKey(difference[j], j + 1));
-    }
+  std::vector<std::pair<float, int>> steps;  // -|f(j+1) - f(j)| and j+1: the first are the best
+  for (std::size_t j = 1; j < f.size(); ++j) {
+    if (f[j] != f[j - 1]) steps.emplace_back(-std::abs(f[j] - f[j - 1]), static_cast<int>(j));
   }
-  std::ranges::sort(keys, std::greater());
-  if (keys.size() > count) keys.resize(count);
-  std::vector<int> columns(keys.size());
-  std::ranges::transform(keys, columns.begin(), ColumnOfKey);
+  const auto end = steps.begin() + std::min<std::ptrdiff_t>(candidates, std::ssize(steps));
+  std::partial_sort(steps.begin(), end, steps.end());
+  std::vector<int> columns;
+  for (auto step = steps.begin(); step != end; ++step) columns.push_back(step->second);
   return columns;
 }
 
@@ -235,17 +193,15 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
       result.column = j;
     }
   }
-  if (!(best > 0.0)) return Nothing(m);
   DivideByMaximum(result.weight);
   return result;
 }
 
-DetectorResult AccumulateGradients(std::span<const float> f,
-                                   const GradientAccumulationOptions& options) {
+DetectorResult AccumulateGradients(std::span<const float> f, double kernel) {
   const std::size_t m = f.size();
   if (m < kMinEdgeColumns) return Nothing(m);
   const auto n =
-      std::max<std::size_t>(1, static_cast<std::size_t>(options.kernel * static_cast<double>(m)));
+      std::max<std::size_t>(1, static_cast<std::size_t>(kernel * static_cast<double>(m)));
   const std::size_t tiles = (m + kProfileTile - 1) / kProfileTile;
   std::vector<float> padded(tiles * kProfileTile + 2 * n, f[m - 1]);
   std::fill_n(padded.begin(), n, f[0]);
@@ -261,8 +217,8 @@ DetectorResult AccumulateGradients(std::span<const float> f,
 
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
                                                    const DetectorOptions& options) {
-  return {FitEdgeModel(f, options.model_fitting), VoteLocally(f, options.local_weighted_voting),
-          AccumulateGradients(f, options.gradient_accumulation)};
+  return {FitEdgeModel(f, options.model_levels), VoteLocally(f, options.local_weighted_voting),
+          AccumulateGradients(f, options.kernel)};
 }
 
 }  // namespace rangegrasp::seam

@@ -32,11 +32,8 @@ enum class ModelLevels {
 constexpr std::array<std::string_view, 3> WordsOf(ModelLevels) {
   return {"extremes", "running_extremes", "means"};
 }
-struct ModelFittingOptions {
-  ModelLevels levels = ModelLevels::kExtremes;
-};
 /// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums and extremes.
-DetectorResult FitEdgeModel(std::span<const float> f, const ModelFittingOptions& options = {});
+DetectorResult FitEdgeModel(std::span<const float> f, ModelLevels levels = ModelLevels::kExtremes);
 
 struct LocalWeightedVotingOptions {
   int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns] (section 3.3.2)
@@ -51,18 +48,15 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
 DetectorResult VoteLocally(std::span<const float> f,
                            const LocalWeightedVotingOptions& options = {});
 
-struct GradientAccumulationOptions {
-  double kernel = 0.1;  ///< longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
-};
 /// Sum of gradient magnitudes over growing kernels (eq. 3.12). The end values are repeated beyond
 /// the ends. O(m * kernel); written so that the compiler vectorises it over i.
-DetectorResult AccumulateGradients(std::span<const float> f,
-                                   const GradientAccumulationOptions& options = {});
+/// @param kernel  longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
+DetectorResult AccumulateGradients(std::span<const float> f, double kernel = 0.1);
 
 struct DetectorOptions {
-  ModelFittingOptions model_fitting;
+  ModelLevels model_levels = ModelLevels::kExtremes;
   LocalWeightedVotingOptions local_weighted_voting;
-  GradientAccumulationOptions gradient_accumulation;
+  double kernel = 0.1;  ///< of gradient accumulation
 };
 /// Runs all three detectors.
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,

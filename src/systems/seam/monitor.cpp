@@ -60,18 +60,12 @@ struct SurfacePoints {
   }
 };
 
-RANGEGRASP_VECTORISED std::int64_t CountSupport(const double* u, const double* z,
-                                                std::size_t points, double c0, double c1,
-                                                double c2) {
+RANGEGRASP_VECTORISED std::int64_t SupportOf(const SurfacePoints& points, const Curve& curve) {
   std::int64_t support = 0;
-  for (std::size_t i = 0; i < points; ++i) {
-    support += std::abs(z[i] - (c0 + u[i] * (c1 + u[i] * c2))) <= kWithin_m ? 1 : 0;
+  for (std::size_t i = 0; i < points.u.size(); ++i) {
+    support += std::abs(points.z[i] - At(curve, points.u[i])) <= kWithin_m ? 1 : 0;
   }
   return support;
-}
-
-std::int64_t SupportOf(const SurfacePoints& points, const Curve& c) {
-  return CountSupport(points.u.data(), points.z.data(), points.u.size(), c[0], c[1], c[2]);
 }
 
 // Least squares over the points that support `curve`.
@@ -142,21 +136,18 @@ bool IsBorneOut(std::span<const float> height, const Curve& curve) {
          kSurfaceShare * static_cast<double>(height.size());
 }
 
-RANGEGRASP_VECTORISED void Subtract(double c0, double c1, double c2, std::int32_t columns,
-                                    float* height) {
-  const double last = static_cast<double>(columns - 1);
-  for (std::int32_t i = 0; i < columns; ++i) {
-    const double u = 2.0 * static_cast<double>(i) / last - 1.0;
-    height[i] -= static_cast<float>(c0 + u * (c1 + u * c2));
-  }
-}
-
 // Height of each column above a curve that was `shift` columns further to the right.
-std::vector<float> Above(std::span<const float> height, const Curve& curve, double shift) {
+RANGEGRASP_VECTORISED std::vector<float> Above(std::span<const float> height, const Curve& curve,
+                                               double shift) {
   std::vector<float> above(height.begin(), height.end());
-  const double by = 2.0 * shift / static_cast<double>(above.size() - 1);
-  Subtract(At(curve, by), curve[1] + 2.0 * by * curve[2], curve[2],
-           static_cast<std::int32_t>(above.size()), above.data());
+  const auto columns = static_cast<std::int32_t>(above.size());
+  const double last = static_cast<double>(columns - 1);
+  const double by = 2.0 * shift / last;
+  const Curve moved(At(curve, by), curve[1] + 2.0 * by * curve[2], curve[2]);
+  float* const z = above.data();
+  for (std::int32_t i = 0; i < columns; ++i) {
+    z[i] -= static_cast<float>(At(moved, 2.0 * static_cast<double>(i) / last - 1.0));
+  }
   return above;
 }
 
@@ -224,9 +215,8 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
       columns_per_m_(line.columns_per_m),
       options_(options) {
-  MonitorOptions copy = options;
   const base::RangeCheck check("surface monitor");
-  ReadMonitorNumbers(check, copy);
+  ReadMonitorNumbers(check, options_);
   if (WindowSuffices(options)) return;
   throw std::invalid_argument("surface monitor: the window must not be shorter than either count");
 }

@@ -171,16 +171,13 @@ PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options
   prepared.original_m = profile.height_m;
   std::vector<float> height =
       FilterGeometric(profile.height_m, ForDensity(options.filter, profile.height_m));
-  prepared.points = static_cast<int>(std::count_if(height.begin(), height.end(), IsFinite));
-  if (prepared.points > 0) {
+  const auto points = std::ranges::count_if(height, IsFinite);
+  if (points > 0) {
     prepared.first_column = static_cast<int>(FirstFinite(height));
     prepared.last_column = static_cast<int>(LastFinite(height));
   }
-  if (prepared.points < options.min_columns) return prepared;
-  if (options.normalise) {
-    prepared.curve = FitQuadratic(height);
-    Subtract(prepared.curve, height);
-  }
+  if (points < options.min_columns) return prepared;
+  if (options.normalise) Subtract(FitQuadratic(height), height);
   FillHoles(height);
   prepared.height_m = std::move(height);
   return prepared;

@@ -69,9 +69,7 @@ void FillHoles(std::span<float> height_m);
 struct PreparedProfile {
   std::vector<float> original_m;  ///< as measured, NaN where there was none
   std::vector<float> height_m;    ///< filtered, normalised, filled; empty if unusable
-  std::array<double, 3> curve{};  ///< parabola that was subtracted
-  int points = 0;                 ///< number of points that passed the filter
-  int first_column = 0;           ///< first and last column with such a point
+  int first_column = 0;           ///< first and last column with a point that passed the filter
   int last_column = 0;
   double time_s = 0.0;
   double moved_m = 0.0;  ///< Profile::moved_m

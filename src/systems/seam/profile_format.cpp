@@ -1,6 +1,5 @@
 #include "seam/profile_format.h"
 
-#include "base/error.h"
 #include "base/units.h"
 #include "base/words.h"
 

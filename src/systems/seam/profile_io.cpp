@@ -160,11 +160,9 @@ struct GridPoint {
 std::vector<GridPoint> PointsOf(const RawRow& row) {
   std::vector<GridPoint> points;
   for (std::size_t i = 0; i < row.x_m.size(); ++i) {
+    if (!std::isfinite(row.x_m[i]) || !std::isfinite(row.height_m[i])) continue;
     points.push_back({row.x_m[i], row.height_m[i]});
   }
-  std::erase_if(points, [](const GridPoint& point) {
-    return !std::isfinite(point.x_m) || !std::isfinite(point.height_m);
-  });
   std::ranges::stable_sort(points, {}, &GridPoint::x_m);
   return points;
 }
@@ -265,13 +263,8 @@ class ProfileRows {
 
   std::optional<ProfileRow> Next() {
     if (!begun_ && held_.empty()) Hold(kRowsOfGrid, kMaxHeld);
-    if (held_.empty()) {
-      auto row = source_();
-      return row ? std::optional(Finish(std::move(*row))) : std::nullopt;
-    }
-    RawRow row = std::move(held_.front());
-    held_.pop_front();
-    return Finish(std::move(row));
+    auto row = held_.empty() ? source_() : TakeFirst(held_);
+    return row ? std::optional(Finish(std::move(*row))) : std::nullopt;
   }
 
   std::optional<ProfileGrid> grid() const {

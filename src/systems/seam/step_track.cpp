@@ -528,7 +528,6 @@ StepTrack::Estimate StepTrack::Update(std::span<const float> height_m, double ti
   }
   const Way& way = *std::ranges::max_element(ways_, {}, &Way::evidence);
   edge_ = Suffices(way, edge_ ? options_.continued : 1.0);
-  estimate.evidence = way.evidence / weight_;
   estimate.step_m = way.Height();
   const double peak = Peak(static_cast<std::size_t>(&way - ways_.data()));
   const double position = OnLine(peak, time_s);

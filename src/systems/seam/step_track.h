@@ -79,7 +79,6 @@ class StepTrack {
     std::optional<double> at_once;
     std::optional<int> strongest;  ///< column with the greatest evidence in this profile
     double step_m = 0.0;           ///< mean along the best way
-    double evidence = 0.0;         ///< mean along the best way
     /// True if there was an edge and the last profiles have a step of its height at its place. The
     /// evidence of many profiles outlives a mat's end, and noise elsewhere may take it over.
     bool goes_on = false;

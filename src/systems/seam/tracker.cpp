@@ -59,15 +59,14 @@ void ReadFilter(Map map, FilterOptions& options) {
 
 template <typename Map>
 void ReadDetectors(Map map, DetectorOptions& options) {
-  map.Read("model_levels", options.model_fitting.levels,
-           "the two heights of the step in model fitting");
+  map.Read("model_levels", options.model_levels, "the two heights of the step in model fitting");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
            "number of columns on each side that vote for a candidate (n of eq. 3.6)");
   map.Read("step_columns", options.local_weighted_voting.step_columns, 1, 4096,
            "number of columns on each side that give a candidate's height (k of eq. 3.5)");
   map.Read("candidates", options.local_weighted_voting.candidates, 1, 4096,
            "number of candidate columns of local weighted voting");
-  map.Read("kernel", options.gradient_accumulation.kernel, 0.001, 0.5,
+  map.Read("kernel", options.kernel, 0.001, 0.5,
            "half length of the largest gradient of gradient accumulation, relative to the profile");
   map.Finish();
 }
@@ -136,6 +135,34 @@ void ReadOtherKeys(Map& map, TrackerOptions& options) {
            "whether the edge rises with the column number; false: it falls");
 }
 
+bool IsAsPublished(DecisionMethod method) {
+  return method == DecisionMethod::kVotingAsPublished ||
+         method == DecisionMethod::kWeightsAsPublished;
+}
+
+void CheckOptions(TrackerOptions options) {
+  if (options.line.columns < kMinColumns || !(options.line.columns_per_m > 0.0)) {
+    throw std::invalid_argument(
+        "edge tracker: line.columns must be at least 32, line.columns_per_m above 0");
+  }
+  OptionCheck check("edge tracker");
+  ReadOtherKeys(check, options);
+  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
+}
+
+// For a method as published, disables our own rules: a step needs no confirmation by a second
+// profile and counts anywhere if its range of heights (section 3.5.3) is high enough; packets are
+// not refined, and the line's ends are not excluded.
+TrackerOptions WithRulesOfMethod(TrackerOptions options) {
+  if (!IsAsPublished(options.method)) return options;
+  options.step.rule = StepRule::kRange;
+  options.step.continued = 1.0;
+  options.confirm = false;
+  options.refine_m = 0.0;
+  options.border_columns = 0;
+  return options;
+}
+
 // ---- tracking ----
 
 // Number of last steps that may confirm the next one: as many as profiles in a period at 30 Hz
@@ -193,17 +220,6 @@ double HeightAround(std::span<const float> height_m, double column) {
 
 }  // namespace
 
-void CheckOptions(const TrackerOptions& options) {
-  if (options.line.columns < kMinColumns || !(options.line.columns_per_m > 0.0)) {
-    throw std::invalid_argument(
-        "edge tracker: line.columns must be at least 32, line.columns_per_m above 0");
-  }
-  TrackerOptions copy = options;
-  OptionCheck check("edge tracker");
-  ReadOtherKeys(check, copy);
-  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
-}
-
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
   TrackerOptions scaled = options;
   StepTrackOptions& track = scaled.step_track;
@@ -229,15 +245,6 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
     *columns *= scale;
   }
   return scaled;
-}
-
-TrackerOptions AsPublished(TrackerOptions options) {
-  options.step.rule = StepRule::kRange;
-  options.step.continued = 1.0;
-  options.confirm = false;
-  options.refine_m = 0.0;
-  options.border_columns = 0;
-  return options;
 }
 
 void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
@@ -352,7 +359,7 @@ struct EdgeTracker::Impl {
   }
 
   // Section 3.4: two of three, then a line through a period's votes and the last position sent.
-  float DecideByVoting(Reading& reading) {
+  void DecideByVoting(Reading& reading) {
     const double tolerance = ToColumns(options.vote_tolerance_m);
     const auto vote = VoteTwoOfThree(reading.detected, tolerance);
     reading.step_m = vote ? StepAt(*vote, prepared.height_m) : HighestStep(reading);
@@ -372,7 +379,6 @@ struct EdgeTracker::Impl {
       const bool several = vote && step && votes.size() >= 2;
       reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
     }
-    return 0.0F;
   }
 
   std::vector<float> Accumulate() {
@@ -397,7 +403,7 @@ struct EdgeTracker::Impl {
   }
 
   // Section 3.5: the maximum of the summed weights, which are higher near earlier edges.
-  float DecideByWeights(Reading& reading) {
+  void DecideByWeights(Reading& reading) {
     const bool averaged = options.method == DecisionMethod::kAccumulated;
     weight = averaged ? Accumulate() : SumOfWeights(results);
     WeightByHistory(weight, history, options.history.sigma_columns);
@@ -412,23 +418,22 @@ struct EdgeTracker::Impl {
     if (recent.size() > kRecent) recent.erase(recent.begin());
     if (!step || (options.confirm && !goes_on)) {
       reading.status = ProfileStatus::kNoEdge;
-      return 0.0F;
+      return;
     }
     reading.status = ProfileStatus::kEdge;
     reading.column = column;
     history.push_back(column);
     if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
-    return weight[static_cast<std::size_t>(column)];
   }
 
   // The fourth detector uses the measured heights, of which it needs only a few.
-  float DecideBySteps(Reading& reading) {
+  void DecideBySteps(Reading& reading) {
     const auto points =
         std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
     const StepTrack::Estimate found =
         step_track.Update(prepared.original_m, reading.time_s, moved_columns);
     at_once.reset();
-    if (points < kMinColumns) return 0.0F;
+    if (points < kMinColumns) return;
     at_once = found.at_once;
     // As in the other methods: a line through several profiles is more precise, if close enough.
     if (at_once && found.column &&
@@ -442,21 +447,24 @@ struct EdgeTracker::Impl {
     reading.sure = found.sure;
     reading.followed_step_m = found.followed_step_m;
     reading.status = found.column ? ProfileStatus::kEdge : ProfileStatus::kNoEdge;
-    return 0.0F;
   }
 
-  float Decide(Reading& reading) {
+  void Decide(Reading& reading) {
     results = {};
+    weight.clear();
     if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
     step_test.Take(prepared);
-    if (!prepared.Usable()) return 0.0F;
+    if (!prepared.Usable()) return;
     results = DetectWithin(prepared, options);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
     const bool votes_decide = options.method == DecisionMethod::kVoting ||
                               options.method == DecisionMethod::kVotingAsPublished;
-    const float its_weight = votes_decide ? DecideByVoting(reading) : DecideByWeights(reading);
+    if (votes_decide) {
+      DecideByVoting(reading);
+    } else {
+      DecideByWeights(reading);
+    }
     Follow(reading);
-    return its_weight;
   }
 
   double ToColumns(double length_m) const { return length_m * options.line.columns_per_m; }
@@ -466,9 +474,11 @@ struct EdgeTracker::Impl {
   }
 
   // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
-  void Offer(const Reading& reading, float its_weight) {
+  void Offer(const Reading& reading) {
     const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
-    if (!column || (candidate && its_weight < candidate_weight)) return;
+    if (!column) return;
+    const float its_weight = weight.empty() ? 0.0F : weight[static_cast<std::size_t>(*column)];
+    if (candidate && its_weight < candidate_weight) return;
     candidate = PacketOf(reading.time_s, *column, reading.sure);
     candidate_weight = its_weight;
   }
@@ -530,8 +540,7 @@ struct EdgeTracker::Impl {
 EdgeTracker::EdgeTracker(const TrackerOptions& options,
                          const std::optional<Calibration>& calibration) {
   CheckOptions(options);
-  const TrackerOptions used = IsAsPublished(options.method) ? AsPublished(options) : options;
-  impl_ = std::make_unique<Impl>(WithWindowsOfLine(used), calibration);
+  impl_ = std::make_unique<Impl>(WithWindowsOfLine(WithRulesOfMethod(options)), calibration);
 }
 EdgeTracker::~EdgeTracker() = default;
 EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;
@@ -547,13 +556,12 @@ Reading EdgeTracker::Update(const Profile& profile) {
   }
   t.prepared = Prepare(mirrored, t.options.preprocess);
   t.moved_columns = t.prepared.moved_m * t.options.line.columns_per_m;
-  t.weight.clear();
   Reading reading;
   reading.time_s = profile.time_s;
   t.ForgetOldVotes(profile.time_s);
-  const float weight = t.Decide(reading);
+  t.Decide(reading);
   if (reading.column) reading.x_m = t.LateralAt(*reading.column);
-  t.Offer(reading, weight);
+  t.Offer(reading);
   t.EndPeriod(profile.time_s);
   if (reading.column) reading.column = t.OfLine(*reading.column);
   for (auto& column : reading.detected) {

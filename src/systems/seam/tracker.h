@@ -19,7 +19,7 @@ namespace rangegrasp::seam {
 enum class DecisionMethod {
   kVotingAsPublished,   ///< two of three, then a line through the last profiles (section 3.4)
   kWeightsAsPublished,  ///< sum of weights with historic edge positions (section 3.5)
-  kVoting,              ///< voting with our own rules (AsPublished lists them)
+  kVoting,              ///< voting with our own rules (listed at the key `method`)
   kWeights,             ///< weights with our own rules
   /// Our own: like kWeights, but the sums of earlier profiles decay instead of being forgotten, and
   /// a candidate of local weighted-voting also counts for the columns around it.
@@ -29,10 +29,6 @@ enum class DecisionMethod {
 constexpr std::array<std::string_view, 6> WordsOf(DecisionMethod) {
   return {
       "voting_as_published", "weights_as_published", "voting", "weights", "accumulated", "steps"};
-}
-constexpr bool IsAsPublished(DecisionMethod method) {
-  return method == DecisionMethod::kVotingAsPublished ||
-         method == DecisionMethod::kWeightsAsPublished;
 }
 
 /// Options of kAccumulated.
@@ -69,14 +65,6 @@ struct TrackerOptions {
 /// lengths in the line's own columns. Methods as published keep the windows of the detectors and of
 /// the step height, because the dissertation states them in px, for both sensors.
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
-
-/// Disables our own rules: a step needs no confirmation by a second profile and counts anywhere if
-/// its range of heights (section 3.5.3) is high enough; packets are not refined, and the line's
-/// ends are not excluded.
-TrackerOptions AsPublished(TrackerOptions options);
-
-/// @throws std::invalid_argument naming the option that is out of range.
-void CheckOptions(const TrackerOptions& options);
 
 /// Reads the keys of TrackerOptions; absent keys keep their defaults. The caller must call Finish.
 /// @throws base::InputError naming file, line and key.

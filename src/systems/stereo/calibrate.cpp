@@ -67,11 +67,7 @@ geometry::Plane LaserPlane(const BoardView& view, const ChessboardOptions& optio
     plane = *refined;
     band_m = 3.0 * std::sqrt(squares / static_cast<double>(near.size()));
   }
-  if (plane.Distance(view.laser_origin_W) < 0.0) {
-    plane.normal = -plane.normal;
-    plane.offset_m = -plane.offset_m;
-  }
-  return plane;
+  return plane.Distance(view.laser_origin_W) < 0.0 ? plane.Flipped() : plane;
 }
 
 std::vector<cv::Point2f> Points2(const std::vector<Eigen::Vector2d>& from) {

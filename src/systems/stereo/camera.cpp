@@ -246,7 +246,6 @@ Rectifier::Rectifier(const StereoCalibration& calibration)
 }
 
 Rectifier::~Rectifier() = default;
-Rectifier::Rectifier(Rectifier&&) noexcept = default;
 
 PicturePair Rectifier::Apply(const image::Image& left, const image::Image& right) const {
   const internal::SingleThread single;

@@ -115,10 +115,8 @@ class Rectifier {
   /// O(pixels). @throws base::InputError like Rectify.
   explicit Rectifier(const StereoCalibration& calibration);
   ~Rectifier();
-  Rectifier(Rectifier&&) noexcept;
 
   const RectifiedCameras& cameras() const { return cameras_; }
-  const Camera& camera() const { return camera_; }
 
   /// Pictures of the rectified cameras; pixels that the original pictures do not show are black.
   /// @throws base::InputError if a picture's size is not the camera's.

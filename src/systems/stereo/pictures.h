@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "base/image/image.h"
 #include "stereo/camera.h"
 #include "stereo/disparity.h"
 #include "stereo/reconstruct.h"

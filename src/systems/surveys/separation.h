@@ -1,14 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <vector>
 
 #include "geometry/kd_tree.h"
-#include "geometry/point_cloud.h"
+#include "geometry/mesh.h"
 
 /// Agreement of found objects with labelled ones. The labels are used for evaluation only.
 namespace rangegrasp::surveys {
@@ -87,8 +85,7 @@ inline std::vector<std::int32_t> AssignToObjects(geometry::PointSpan measured,
   }
   std::vector<std::int32_t> segment(measured.size(), -1);
   if (all.empty()) return segment;
-  Eigen::AlignedBox3d box;
-  for (const auto& p : all) box.extend(p);
+  const Eigen::AlignedBox3d box = geometry::BoundsOf(all);
   const geometry::KdTree tree(all);
   std::vector<geometry::KdTree::Neighbor> nearest;
   for (std::size_t i = 0; i < measured.size(); ++i) {

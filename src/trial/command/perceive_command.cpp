@@ -45,6 +45,17 @@ double UnitFrom(const std::string& name) {
   return 1.0;
 }
 
+// Parses "x,y,z" into a vector. @throws base::InputError naming the option.
+Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
+  double x = 0.0, y = 0.0, z = 0.0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) != 3 ||
+      !std::isfinite(x + y + z)) {
+    throw base::InputError(std::string(option) + " '" + text + "' must be x,y,z, e.g. 0,0,1");
+  }
+  return {x, y, z};
+}
+
 struct PerceiveArguments : CloudArguments {
   std::string out, segmentation = "convexity";
   std::string scene;
@@ -370,18 +381,6 @@ void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
   command.add_option("--up", arguments.up, "direction away from the table, if it is known");
   command.add_option("--unit", arguments.unit, "unit of the cloud's coordinates")
       ->check(CLI::IsMember({"m", "cm", "mm"}));
-}
-
-Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
-  double x = 0.0;
-  double y = 0.0;
-  double z = 0.0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) != 3 ||
-      !std::isfinite(x + y + z)) {
-    throw base::InputError(std::string(option) + " '" + text + "' must be x,y,z, e.g. 0,0,1");
-  }
-  return {x, y, z};
 }
 
 geometry::CloudFile ReadCloud(const CloudArguments& arguments) {

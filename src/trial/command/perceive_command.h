@@ -24,10 +24,6 @@ struct CloudArguments {
 /// Adds --sensor-origin, --crop, --up and --unit; `arguments` must outlive the command.
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 
-/// Parses "x,y,z" into a vector.
-/// @throws base::InputError naming the option.
-Eigen::Vector3d ParseVector(const std::string& text, const char* option);
-
 /// Reads the cloud in metres. Points outside the crop become NaN, so that the rows keep their
 /// lengths.
 /// @throws base::InputError naming the error, such as a crop without points.

@@ -94,11 +94,9 @@ std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
   std::vector<int> unseen;
   for (const auto& visual : world.VisualMeshes()) {
     if (visual.label == 0 || visual.label == sim::kContainerLabel) continue;
-    const auto& vertices_W = visual.mesh_W.vertices;
-    if (!std::all_of(vertices_W.begin(), vertices_W.end(),
-                     [&](const Eigen::Vector3d& p_W) { return Sees(scanner, X_SW * p_W); })) {
-      unseen.push_back(static_cast<int>(visual.label) - 1);
-    }
+    const auto is_seen = [&](const Eigen::Vector3d& p_W) { return Sees(scanner, X_SW * p_W); };
+    if (std::ranges::all_of(visual.mesh_W.vertices, is_seen)) continue;
+    unseen.push_back(static_cast<int>(visual.label) - 1);
   }
   return unseen;
 }

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/image/random_pictures.h"
+#include "error_of.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::image {
@@ -13,6 +14,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
 const auto& Values(const Image& picture) { return picture.rgb; }
@@ -68,24 +70,16 @@ TYPED_TEST(Png, NamesAFileThatCannotBeWritten) {
   const TempFolder folder;
   const auto picture = RandomPicture<TypeParam>(1);
   for (const std::filesystem::path& file : {folder.path(), std::filesystem::path("/dev/full")}) {
-    try {
-      WritePng(file, picture);
-      FAIL() << file;
-    } catch (const base::RunError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(file.string()));
-    }
+    EXPECT_THAT(ErrorOf<base::RunError>([&] { WritePng(file, picture); }),
+                HasSubstr(file.string()));
   }
   EXPECT_THROW(WritePng(folder.Write("file", "") / "a.png", picture), base::InputError);
 }
 
 template <typename Picture>
 void ExpectRefused(const std::filesystem::path& file, const std::string& says) {
-  try {
-    ReadPng<Picture>(file);
-    FAIL() << file;
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr(file.string()), HasSubstr(says)));
-  }
+  EXPECT_THAT(ErrorOf([&] { ReadPng<Picture>(file); }),
+              AllOf(HasSubstr(file.string()), HasSubstr(says)));
 }
 
 TEST(ReadPng, SaysWhichKindOfPixelsItWants) {
@@ -132,12 +126,8 @@ TEST(DecodePng, AHeaderThatAsksForMoreThanTheFileCanHoldAsksForNoMemory) {
   bytes.replace(kSides, 8, "\x00\x00\x75\x30\x00\x00\x75\x30"s);  // 30000 twice
   const std::uint32_t crc = Crc(bytes.substr(kKind, kEnd - kKind));
   for (std::size_t i = 0; i < 4; ++i) bytes[kEnd + i] = static_cast<char>(crc >> (24 - 8 * i));
-  try {
-    DecodePng<Grey8>(bytes);
-    FAIL();
-  } catch (const base::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("too short for 30000 x 30000 pixels"));
-  }
+  EXPECT_THAT(ErrorOf([&] { DecodePng<Grey8>(bytes); }),
+              HasSubstr("too short for 30000 x 30000 pixels"));
 }
 
 // Two rows of three pixels, as in the PNG specification: the width comes first, rows start at the

@@ -19,11 +19,11 @@ namespace {
 
 class AskShell : public ::testing::Test {
  protected:
-  Program Shell(const std::string& script) const {
+  Program Shell(const std::string& script, double limit_s = 20.0) const {
     Program program;
     program.command = {"/bin/sh", "-c", script};
     program.folder = folder_.path();
-    program.limit_s = 20.0;
+    program.limit_s = limit_s;
     return program;
   }
   Reply AskFor(const std::string& script) const { return Ask(Shell(script), "question"); }
@@ -64,10 +64,8 @@ TEST_F(AskShell, SaysHowAProgramFailed) {
 TEST_F(AskShell, WaitsNoLongerThanItsLimit) {
   for (const char* script : {"sleep 100", "exec >&-; sleep 100", "while :; do echo x >&2; done",
                              "trap '' TERM INT HUP; while :; do sleep 1; done"}) {
-    Program program = Shell(script);
-    program.limit_s = 0.5;
     const base::Stopwatch watch;
-    const Reply reply = Ask(program, "");
+    const Reply reply = Ask(Shell(script, 0.5), "");
     EXPECT_FALSE(reply.line) << script;
     EXPECT_FALSE(reply.failure.empty()) << script;
     EXPECT_LT(watch.Seconds(), 8.0) << script;  // the guard allows 5 s; machines are busy
@@ -144,21 +142,12 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing_support::ErrorOf;
 
-class FeedShell : public testing::Test {
+class FeedShell : public AskShell {
  protected:
-  Program Shell(const std::string& script, double limit_s = 20.0) const {
-    Program program;
-    program.command = {"/bin/sh", "-c", script};
-    program.folder = folder_.path();
-    program.limit_s = limit_s;
-    return program;
-  }
   static void WriteMuch(Feed& feed) {
     const std::vector<std::uint8_t> bytes(1 << 20, 'x');  // more than a pipe holds
     for (int i = 0; i < 4; ++i) feed.Write(bytes);
   }
-
-  testing_support::TempFolder folder_;
 };
 
 TEST_F(FeedShell, HandsAllBytesOver) {

@@ -98,16 +98,13 @@ inline robot::HandModel SensorHand(int states = 24) {
   robot::HandModel hand;
   const double touching = base::Deg(47.0);  // the last state's gap is about 0
   for (int i = 0; i < states; ++i) {
-    const double closing = static_cast<double>(i) / (states - 1);
-    hand.states.push_back(HandState(closing * touching));
-    hand.states.back().closing = closing;
+    hand.states.push_back(HandState(static_cast<double>(i) / (states - 1) * touching));
   }
   Eigen::Matrix3d R_HG;
   R_HG.col(0) = Vector3d(0.0, -0.0528, 0.0858).normalized();
   R_HG.col(1) = Vector3d::UnitX();
   R_HG.col(2) = R_HG.col(0).cross(R_HG.col(1));
   hand.X_HG_tip = base::MakePose(R_HG, Vector3d(0.0209, 0.0852, 0.0806));
-  hand.X_HG_power = base::MakePose(R_HG, Vector3d(0.0133, 0.0908, 0.0631));
   hand.depth_m = 0.053;
   return hand;
 }

@@ -4,12 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <regex>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "labelled_cloud.h"
+#include "sim/check/findings.h"
 #include "temp_folder.h"
 
 // For every finding, one edit of a good scene causes this finding and no other, so undoing the edit
@@ -19,7 +20,9 @@ namespace rangegrasp::check {
 namespace {
 
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing_support::TempFolder;
+using testing_support::TextOfAll;
 
 const std::filesystem::path kSource = RANGEGRASP_SOURCE_DIR;
 const std::filesystem::path kArms = kSource / "tests/data/arms";
@@ -51,22 +54,12 @@ class OwnCell : public testing::Test {
     return folder_ / "scene.xml";
   }
   std::vector<base::Finding> Check() { return CheckModel(Write(), Kind::kScene); }
-  static std::string All(const std::vector<base::Finding>& findings) {
-    std::string text;
-    for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
-    return text;
-  }
   void SetHome(const std::string& values) {
     scene_ = std::regex_replace(scene_, std::regex("name=\"home\" data=\"[^\"]*\""),
                                 "name=\"home\" data=\"" + values + "\"");
   }
-  // Expects one finding that contains all these words.
   void ExpectOne(const std::vector<std::string>& words, bool error = true) {
-    const auto findings = Check();
-    ASSERT_EQ(findings.size(), 1u) << All(findings);
-    EXPECT_EQ(findings[0].error, error);
-    EXPECT_NE(base::CureOf(findings[0]), "");
-    for (const std::string& word : words) EXPECT_THAT(base::TextOf(findings[0]), HasSubstr(word));
+    testing_support::ExpectOneFinding(Check(), words, error);
   }
 
   TempFolder folder_;
@@ -79,12 +72,10 @@ class OwnCellOfSix : public OwnCell {
 };
 
 TEST_F(OwnCell, WithoutFaultHasNoFinding) {
-  const auto findings = Check();
-  EXPECT_TRUE(findings.empty()) << All(findings);
+  EXPECT_EQ(TextOfAll(Check()), "");
 }
 TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) {
-  const auto findings = Check();
-  EXPECT_TRUE(findings.empty()) << All(findings);
+  EXPECT_EQ(TextOfAll(Check()), "");
 }
 TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOfOtherArms) {
   for (const char* scene :
@@ -110,7 +101,7 @@ TEST(KindOf, IsWhatTheFileHolds) {
 TEST_F(OwnCell, AnArmAndAHandAreCheckedAlone) {
   Write();
   const auto of_arm = CheckModel(folder_ / "arm.xml", Kind::kArm);
-  ASSERT_EQ(of_arm.size(), 1u) << All(of_arm);
+  ASSERT_EQ(of_arm.size(), 1u) << TextOfAll(of_arm);
   EXPECT_FALSE(of_arm[0].error);
   EXPECT_THAT(base::TextOf(of_arm[0]), HasSubstr("numeric \"home\": is missing"));
   EXPECT_TRUE(CheckModel(folder_ / "hand.xml", Kind::kHand).empty());
@@ -158,15 +149,15 @@ TEST_F(OwnCell, SaysThatAJointIsNotListed) {
   arm_ = Replaced(arm_, "2 2 2 2 2.5 2.5 2.5", "2 2 2 2.5 2.5 2.5");
   arm_ = Replaced(arm_, "3 3 3 3 5 5 5", "3 3 3 5 5 5");
   SetHome("0 0 -1.67 0 0.5 0");
-  EXPECT_THAT(All(Check()), HasSubstr("is between the world and the hand, but not in"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("is between the world and the hand, but not in"));
 }
 TEST_F(OwnCell, SaysThatTheActuatorsAreInAnotherOrder) {
   arm_ = Replaced(arm_, "objname=\"drive2\"", "objname=\"drive_x\"");
   arm_ = Replaced(arm_, "objname=\"drive3\"", "objname=\"drive2\"");
   arm_ = Replaced(arm_, "objname=\"drive_x\"", "objname=\"drive3\"");
   const auto findings = Check();
-  EXPECT_EQ(findings.size(), 2u) << All(findings);
-  EXPECT_THAT(All(findings),
+  EXPECT_EQ(findings.size(), 2u) << TextOfAll(findings);
+  EXPECT_THAT(TextOfAll(findings),
               HasSubstr("actuator \"arm/drive3\": does not drive joint \"arm/joint2\""));
 }
 TEST_F(OwnCell, SaysThatADriveIsNoPositionServo) {
@@ -181,9 +172,7 @@ TEST_F(OwnCell, SaysThatACommandIsCut) {
 }
 TEST_F(OwnCell, SaysThatHomeIsOutOfRange) {
   SetHome("-0.32 0.14 -0.45 0 -0.1 0.51 0.09");
-  const auto findings = Check();
-  ASSERT_FALSE(findings.empty());
-  EXPECT_THAT(All(findings), HasSubstr("outside the joints' ranges [rad]: arm/joint4 is 0"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("outside the joints' ranges [rad]: arm/joint4 is 0"));
 }
 TEST_F(OwnCell, SaysThatThereIsNoArmature) {
   arm_ = Replaced(arm_, " armature=\"0.1\"", "");
@@ -217,7 +206,7 @@ TEST_F(OwnCell, SaysThatTheHomePoseIsNotHeld) {
 
 TEST_F(OwnCell, SaysThatAMassIsOutOfAllProportion) {
   arm_ = Replaced(arm_, "density=\"1500\"", "density=\"1500000\"");
-  EXPECT_THAT(All(Check()), HasSubstr("the arm: has an implausible mass of"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("the arm: has an implausible mass of"));
 }
 TEST_F(OwnCell, SaysThatAnInertiaIsOutOfAllProportion) {
   arm_ =
@@ -231,10 +220,11 @@ TEST_F(OwnCell, SaysThatAMeshIsInMillimetres) {
   arm_ = Replaced(arm_, "<asset>", "<asset> <mesh name=\"part\" file=\"part.obj\"/>");
   arm_ = Replaced(arm_, "<joint name=\"joint3\"",
                   "<geom class=\"seen\" type=\"mesh\" mesh=\"part\"/> <joint name=\"joint3\"");
-  const auto findings = Check();
-  EXPECT_THAT(All(findings), HasSubstr("mesh \"arm/part\": reaches"));
-  EXPECT_THAT(All(findings), HasSubstr("millimetres?"));
-  EXPECT_THAT(All(findings), HasSubstr("scale=\"0.001 0.001 0.001\""));
+  const std::string text = TextOfAll(Check());
+  for (const char* what :
+       {"mesh \"arm/part\": reaches", "millimetres?", "scale=\"0.001 0.001 0.001\""}) {
+    EXPECT_THAT(text, HasSubstr(what));
+  }
 }
 TEST_F(OwnCell, SaysThatALinkDoesNotCollide) {
   arm_ = Replaced(arm_, "<geom fromto=\"0 0 0.02 0 0 0.12\" size=\"0.06\"/>", "");
@@ -252,7 +242,7 @@ TEST_F(OwnCell, SaysThatNothingIsSeenAndNothingCollides) {
       Replaced(arm_, "group=\"3\" density", "group=\"3\" contype=\"0\" conaffinity=\"0\" density");
   hand_ = Replaced(hand_, "<geom group=\"3\" type=\"capsule\"",
                    "<geom group=\"3\" contype=\"0\" conaffinity=\"0\" type=\"capsule\"");
-  EXPECT_THAT(All(Check()), HasSubstr("the arm: has no collision geom"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("the arm: has no collision geom"));
 }
 
 // Contacts.
@@ -271,7 +261,7 @@ TEST_F(OwnCell, NamesWhatTouchesAtHome) {
   scene_ = Replaced(scene_, "<body name=\"mount\"",
                     "<geom name=\"post\" type=\"box\" pos=\"-0.45 0 0.55\" size=\"0.02 0.2 0.01\" "
                     "group=\"3\"/> <body name=\"mount\"");
-  EXPECT_THAT(All(Check()), HasSubstr("overlap by"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("overlap by"));
 }
 
 // The arm's first links are below the table's top, which is an infinite plane for the engine.
@@ -292,15 +282,15 @@ TEST_F(OwnCell, SaysThatTheEnginesOptionsLetThingsSlip) {
 }
 TEST_F(OwnCell, SaysThatTheTableIsElsewhere) {
   bench_ = Replaced(bench_, "pos=\"0.13 0 0\"/>", "pos=\"0.13 0 -0.05\"/>");
-  EXPECT_THAT(All(Check()), HasSubstr("no table below it has its top at z = 0"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("no table below it has its top at z = 0"));
 }
 TEST_F(OwnCell, SaysThatTheArmAtHomeStandsInTheView) {
   SetHome("0 0.3 0 -1.6 0 1.3 0");
-  EXPECT_THAT(All(Check()), HasSubstr("numeric \"home\": body \"arm/"));
+  EXPECT_THAT(TextOfAll(Check()), HasSubstr("numeric \"home\": body \"arm/"));
 }
 TEST_F(OwnCell, SaysThatTheWorkspaceIsOutOfReach) {
   scene_ = Replaced(scene_, "pos=\"-0.45 0 0\"", "pos=\"-1.6 0 0\"");
-  EXPECT_THAT(All(Check()),
+  EXPECT_THAT(TextOfAll(Check()),
               HasSubstr("does not move the hand from above to the workspace's middle"));
 }
 
@@ -335,21 +325,11 @@ TEST_F(OwnCell, NamesTheLineOfWhatIsNoXml) {
 }
 
 // A typical third-party arm, fixed by following the check's findings.
-class ForeignArm : public testing::Test {
- protected:
-  // The folder that RANGEGRASP_SHARED names, or ../shared next to the project.
-  static std::filesystem::path Shared() {
-    const char* shared = std::getenv("RANGEGRASP_SHARED");
-    return shared ? std::filesystem::path(shared) : kSource.parent_path() / "shared";
-  }
-  const std::filesystem::path file_ = Shared() / "data/robots/kuka_iiwa_14/iiwa14.xml";
-};
-
-TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
-  if (!std::filesystem::exists(file_)) GTEST_SKIP() << file_ << " is not there";
-  ASSERT_EQ(KindOf(file_), Kind::kArm);
-  std::string text;
-  for (const auto& finding : CheckModel(file_, Kind::kArm)) text += base::TextOf(finding) + "\n";
+TEST(ForeignArm, IsToldAllThatItLacksAtOnce) {
+  const auto file = labelled::SharedFolder() / "data/robots/kuka_iiwa_14/iiwa14.xml";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
+  ASSERT_EQ(KindOf(file), Kind::kArm);
+  const std::string text = TextOfAll(CheckModel(file, Kind::kArm));
   for (const char* what :
        {"tuple \"arm_joints\": is missing", "objname=\"joint7\"", "tuple \"arm_actuators\"",
         "objname=\"actuator7\"", "numeric \"joint_velocity\"", "numeric \"joint_acceleration\"",
@@ -359,16 +339,7 @@ TEST_F(ForeignArm, IsToldAllThatItLacksAtOnce) {
   }
 }
 
-}  // namespace
-
-}  // namespace rangegrasp::check
-
-// Each fault is reported with its cure.
-
-namespace rangegrasp::check {
-namespace {
-
-using testing::IsEmpty;
+// Objects: each fault is reported with its cure.
 
 const std::string kSurface = "<custom><text name='surface' data='plastic'/></custom>";
 const std::string kSeen =
@@ -390,7 +361,7 @@ class CheckObjectTest : public testing::Test {
     EXPECT_THAT(findings[0].what, HasSubstr(what));
     EXPECT_NE(findings[0].cure, "");
   }
-  testing_support::TempFolder folder_;
+  TempFolder folder_;
 };
 
 TEST_F(CheckObjectTest, ShippedObjectsAreSound) {
@@ -472,5 +443,4 @@ TEST_F(CheckObjectTest, AMeshThatIsNotConvexIsSaid) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::check

@@ -11,6 +11,7 @@
 #include "hand_cell.h"
 #include "robot/mjcf/hand.h"
 #include "sim/check/check.h"
+#include "sim/check/findings.h"
 #include "temp_folder.h"
 
 // One edit breaks a good file. The edits of the finding fix it and change nothing else in the file.
@@ -21,6 +22,7 @@ namespace {
 using testing::HasSubstr;
 using testing_support::ExampleHand;
 using testing_support::TempFolder;
+using testing_support::TextOfAll;
 
 const std::filesystem::path kProject = RANGEGRASP_SOURCE_DIR;
 
@@ -44,11 +46,6 @@ class Files : public testing::Test {
   std::filesystem::path Write(const std::string& main) {
     for (const auto& [name, text] : files_) base::WriteFile(folder_ / name, text);
     return folder_ / main;
-  }
-  static std::string All(const std::vector<base::Finding>& findings) {
-    std::string text;
-    for (const auto& finding : findings) text += base::TextOf(finding) + "\n";
-    return text;
   }
   std::vector<base::Finding> Cure(Fixer& fixer, Kind kind) {
     auto findings = CheckModel(fixer.file(), kind);
@@ -86,10 +83,10 @@ class Files : public testing::Test {
   void ExpectCured(const Fault& fault, const std::string& main, Kind kind) {
     Break(fault.file, fault.from, fault.to);
     const auto file = Write(main);
-    EXPECT_THAT(All(CheckModel(file, kind)), HasSubstr(fault.found));
+    EXPECT_THAT(TextOfAll(CheckModel(file, kind)), HasSubstr(fault.found));
     Fixer fixer(file, /*in_place=*/false);
     const auto left = Cure(fixer, kind);
-    EXPECT_TRUE(left.empty()) << All(left);
+    EXPECT_TRUE(left.empty()) << TextOfAll(left);
     EXPECT_FALSE(fixer.changes().empty());
     EXPECT_NE(fixer.file(), file);
     ExpectTheRestUnchanged(fixer);
@@ -244,7 +241,7 @@ TEST_F(FixedHand, FindsThePosesOfFingersWithSeveralDrives) {
   Break("hand.xml", "<numeric name=\"hand_closed\"[^>]*/>", "");
   Fixer fixer(Write("hand.xml"), /*in_place=*/false);
   const auto left = Cure(fixer, Kind::kHand);
-  EXPECT_TRUE(left.empty()) << All(left);
+  EXPECT_TRUE(left.empty()) << TextOfAll(left);
   const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
   const auto closing = mjcf::CloseOnNothing(model.get(), mjcf::HandMotors(model.get()));
   EXPECT_GT(closing.points.front().gap_m, 0.08);  // 0.1 between the tips' centers
@@ -256,8 +253,8 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   files_ = {{"hand.xml", base::ReadFile(kProject / "tests/data/hands/four_fingers.xml")}};
   Fixer fixer(Write("hand.xml"), /*in_place=*/false);
   const auto left = Cure(fixer, Kind::kHand);
-  ASSERT_EQ(left.size(), 1u) << All(left);
-  EXPECT_THAT(All(left), HasSubstr("grip_sensors"));
+  ASSERT_EQ(left.size(), 1u) << TextOfAll(left);
+  EXPECT_THAT(TextOfAll(left), HasSubstr("grip_sensors"));
   const mjcf::ModelPtr model(mj_loadXML(fixer.file().c_str(), nullptr, nullptr, 0));
   const mjModel* m = model.get();
   const auto motors = mjcf::HandMotors(m);

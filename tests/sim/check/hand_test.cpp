@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "hand_cell.h"
+#include "labelled_cloud.h"
 #include "sim/check/check.h"
+#include "sim/check/findings.h"
 
 namespace rangegrasp::check {
 namespace {
@@ -31,17 +31,9 @@ class OwnHand : public ::testing::Test {
     base::WriteFile(folder_ / "hand.xml", hand_);
     return CheckModel(folder_ / "hand.xml", Kind::kHand);
   }
-  std::string All() {
-    std::string text;
-    for (const auto& finding : Check()) text += base::TextOf(finding) + "\n";
-    return text;
-  }
+  std::string All() { return testing_support::TextOfAll(Check()); }
   void ExpectOne(const std::vector<std::string>& words, bool error = true) {
-    const auto findings = Check();
-    ASSERT_EQ(findings.size(), 1u) << All();
-    EXPECT_EQ(findings[0].error, error);
-    EXPECT_NE(base::CureOf(findings[0]), "");
-    for (const std::string& word : words) EXPECT_THAT(base::TextOf(findings[0]), HasSubstr(word));
+    testing_support::ExpectOneFinding(Check(), words, error);
   }
 
   TempFolder folder_;
@@ -173,15 +165,10 @@ TEST_F(OwnHand, SaysThatADriveIsOfAnotherKind) {
 class ForeignHand : public ::testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 TEST_P(ForeignHand, IsToldWhatItLacks) {
-  const char* shared = std::getenv("RANGEGRASP_SHARED");
-  const std::filesystem::path folder =
-      shared ? std::filesystem::path(shared)
-             : std::filesystem::path(RANGEGRASP_SOURCE_DIR).parent_path() / "shared";
-  const auto file = folder / "data/robots" / GetParam().first;
+  const auto file = labelled::SharedFolder() / "data/robots" / GetParam().first;
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   ASSERT_EQ(KindOf(file), Kind::kHand);
-  std::string text;
-  for (const auto& finding : CheckModel(file, Kind::kHand)) text += base::TextOf(finding) + "\n";
+  const std::string text = testing_support::TextOfAll(CheckModel(file, Kind::kHand));
   EXPECT_THAT(text, HasSubstr("body \"hand\": is missing"));
   for (const char* what : {GetParam().second, "tuple \"hand_motors\"", "tuple \"fingertips\"",
                            "numeric \"hand_open\"", "numeric \"grip_force\"", "site \"tcp\""}) {

@@ -94,7 +94,6 @@ TEST_P(SeededBarrel, IsRefinedFromAnAxisThatIsOff) {
   EXPECT_LT(refined->axis.Distance(center), 0.0002);
   EXPECT_LT(AngleBetween(refined->axis.direction, axis), base::Deg(0.2));
   EXPECT_NEAR(refined->radius_m, 0.02575, 0.0002);
-  EXPECT_NEAR(refined->rms_m, 0.0003, 0.0001);
   EXPECT_NEAR(refined->arc_rad, base::Deg(140), base::Deg(20));
   EXPECT_LT(refined->normal_angle_rad, base::Deg(6));
 }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -61,10 +60,7 @@ TEST(CylinderAxis, DirectionIsTheEigenvectorOfTheLargestEigenvalue) {
   base::Rng rng(2);
   geometry::Points points;
   for (int i = 0; i < 50; ++i) {
-    const double x = 3.0 * rng.Normal();
-    const double y = rng.Normal();
-    const double z = 0.5 * rng.Normal();
-    points.emplace_back(x, y, z);
+    points.push_back(geometry::samples::RandomVector(rng).cwiseProduct(Vector3d(3.0, 1.0, 0.5)));
   }
   Vector3d mean = Vector3d::Zero();
   for (const auto& p : points) mean += p / 50.0;
@@ -214,5 +210,4 @@ TEST(Visibility, WhatIsSeenInsideAnOpenCylinderSaysNothing) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

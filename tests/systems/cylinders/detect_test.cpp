@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/error.h"
 #include "cylinders/fit.h"
@@ -16,10 +15,8 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using Eigen::Vector3d;
-using samples::Box;
 using samples::Lying;
 using samples::Scan;
-using samples::Sensor;
 using samples::Standing;
 using samples::StandingBox;
 using samples::Tabletop;
@@ -254,12 +251,9 @@ TEST(DetectCylinders, BadInputIsToldAndWhatIsTooLargeIsNotFound) {
   EXPECT_TRUE(Detect(observation, {{0.0001, 0.0001}}).cylinders.empty());
   geometry::RangeImage cloud{1, 3000, {}, {Vector3d(0, 0, 5)}};
   for (int i = 0; i < cloud.samples; ++i) {
-    const double x = rng.Uniform();
-    const double y = rng.Uniform();
-    cloud.points_C.emplace_back(x, y, rng.Uniform());
+    cloud.points_C.push_back(geometry::samples::RandomInUnitCube(rng));
   }
-  DetectOptions published = AsPublished();
-  EXPECT_THROW(Detect(geometry::ObservationOf(cloud), kGiven, published), base::InputError);
+  EXPECT_THROW(Detect(geometry::ObservationOf(cloud), kGiven, AsPublished()), base::InputError);
   // Only a table.
   EXPECT_TRUE(Detect(Scan({}, {}, rng)).cylinders.empty());
 }

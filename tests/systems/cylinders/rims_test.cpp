@@ -432,5 +432,4 @@ TEST(CylinderCircle, NoCircleOfTooFewPointsOrOfALine) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

@@ -8,9 +8,7 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "error_of.h"
 #include "geometry/sample_meshes.h"
-#include "geometry/shape.h"
 #include "mesh/solid.h"
 #include "temp_folder.h"
 
@@ -106,10 +104,7 @@ class MeshObjectTest : public testing::Test {
   }
   // An OBJ of a box of 40 x 60 x 100 `unit`s.
   std::filesystem::path Box(const std::string& name, double unit, bool upside_in = false) {
-    geometry::Shape box;
-    box.kind = geometry::Shape::Kind::kBox;
-    box.size = Eigen::Vector3d(20, 30, 50) * unit;
-    const geometry::TriangleMesh mesh = Tessellate(box);
+    const TriangleMesh mesh = geometry::samples::BoxMesh(Eigen::Vector3d(20, 30, 50) * unit);
     std::string text;
     for (const auto& v : mesh.vertices) {
       text += fmt::format("v {:.9g} {:.9g} {:.9g}\n", v.x() + 7.0 * unit, v.y(), v.z());
@@ -205,5 +200,4 @@ TEST_F(MeshObjectTest, ATextureWithoutCoordinatesGoesRoundIt) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::objects

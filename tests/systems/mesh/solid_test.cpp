@@ -253,5 +253,4 @@ TEST(PoissonSurface, RefusesWhatIsNoOrientedCloud) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::geometry

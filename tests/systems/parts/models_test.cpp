@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/metrics/human_score.h"
-#include "parts/mirror/internal/spherical_mirror.h"
 #include "parts/mirror/mirroring.h"
 #include "parts/rewritten.h"
 #include "parts/shape/segmentation.h"

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "base/rng.h"
+#include "geometry/random_points.h"
 #include "parts/shape/shape.h"
 
 namespace rangegrasp::parts::samples {
@@ -18,14 +18,8 @@ namespace rangegrasp::parts::samples {
 /// @param face  index of each input face in the result
 inline Shape Rewritten(const Shape& shape, std::uint64_t seed, std::vector<std::uint32_t>& face) {
   base::Rng rng(seed);
-  const auto shuffled = [&rng](std::size_t n) {
-    std::vector<std::uint32_t> order(n);
-    std::iota(order.begin(), order.end(), 0u);
-    for (std::size_t k = n; k > 1; --k) std::swap(order[k - 1], order[rng.Index(k)]);
-    return order;
-  };
-  const std::vector<std::uint32_t> place = shuffled(shape.points.size());
-  face = shuffled(shape.faces.size());
+  const Indices place = geometry::samples::Permutation(shape.points.size(), rng);
+  face = geometry::samples::Permutation(shape.faces.size(), rng);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(
           rng.Uniform(0.0, 6.0),

@@ -19,20 +19,20 @@ namespace rangegrasp::parts::samples {
 /// inflated cube of 6 * 2 * cells^2 triangles.
 template <typename Radius>
 Shape Ball(std::uint32_t cells, Radius radius) {
-  geometry::TriangleMesh mesh;
+  Shape shape;
   const std::uint32_t side = cells + 1;
   std::vector<std::uint32_t> number(side * side * side, UINT32_MAX);
   const auto vertex = [&](const std::array<std::uint32_t, 3>& g) {
     std::uint32_t& index = number[(g[0] * side + g[1]) * side + g[2]];
     if (index == UINT32_MAX) {
-      index = static_cast<std::uint32_t>(mesh.vertices.size());
+      index = static_cast<std::uint32_t>(shape.points.size());
       Eigen::Vector3d p;
       for (int k = 0; k < 3; ++k) {
         p[k] = std::tan(0.25 * std::numbers::pi *
                         (2.0 * g[static_cast<std::size_t>(k)] / cells - 1.0));
       }
       p.normalize();
-      mesh.vertices.push_back(radius(p) * p);
+      shape.points.push_back(radius(p) * p);
     }
     return index;
   };
@@ -49,17 +49,11 @@ Shape Ball(std::uint32_t cells, Radius radius) {
           };
           std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
           if (!far) std::swap(b, d);
-          mesh.triangles.push_back({a, b, c});
-          mesh.triangles.push_back({a, c, d});
+          shape.faces.push_back({a, b, c});
+          shape.faces.push_back({a, c, d});
         }
       }
     }
-  }
-  Shape shape;
-  shape.points = std::move(mesh.vertices);
-  shape.faces = std::move(mesh.triangles);
-  for (std::size_t i = 0; i < shape.faces.size(); ++i) {
-    shape.element_of_input.push_back(static_cast<std::int32_t>(i));
   }
   return shape;
 }
@@ -91,9 +85,6 @@ Shape Tube(std::uint32_t rings, std::uint32_t around, Curve curve, Radius radius
     }
     tube.faces.push_back({rings * around, next, k});
     tube.faces.push_back({rings * around + 1, last + k, last + next});
-  }
-  for (std::size_t i = 0; i < tube.faces.size(); ++i) {
-    tube.element_of_input.push_back(static_cast<std::int32_t>(i));
   }
   return tube;
 }
@@ -133,7 +124,6 @@ Shape Isosurface(const Eigen::Vector3d& low, const Eigen::Vector3d& high, double
         (shape.points[b] - shape.points[a]).cross(shape.points[c] - shape.points[a]);
     if (n.dot(out) < 0.0) std::swap(b, c);
     shape.faces.push_back({a, b, c});
-    shape.element_of_input.push_back(static_cast<std::int32_t>(shape.element_of_input.size()));
   };
   const std::vector<std::array<int, 3>> orders = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                                   {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};

@@ -230,5 +230,4 @@ TEST(Outliers, CloudsOfFewPointsPass) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::pcl_bridge

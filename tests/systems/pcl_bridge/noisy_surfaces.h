@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "geometry/plane.h"
 #include "geometry/random_points.h"
 
 /// Points on known surfaces with noise along their normals.

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <filesystem>
 #include <map>
@@ -373,5 +372,4 @@ TEST(Kinect, LocalConvexityFindsTheObjectsOfATable) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::pcl_bridge

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <vector>
 
 #include "geometry/mesh.h"
 #include "perception/raster_scan.h"

@@ -1,16 +1,16 @@
 #include "seam/calibration.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/rng.h"
 #include "error_of.h"
 #include "temp_folder.h"
@@ -19,6 +19,8 @@ namespace rangegrasp::seam {
 namespace {
 
 using base::Rng;
+using testing::AllOf;
+using testing::HasSubstr;
 using testing_support::MessageOf;
 
 constexpr int kColumns = 1024;
@@ -151,21 +153,21 @@ TEST(Calibration, PoorTablesAreRefused) {
   auto few = table.heights;
   few.resize(4);
   few.insert(few.end(), 10, few[0]);
-  EXPECT_NE(refusal(few, table.laterals).find("4 distinct rows"), std::string::npos);
+  EXPECT_THAT(refusal(few, table.laterals), HasSubstr("4 distinct rows"));
   auto turning = table.heights;
   for (auto& sample : turning) sample.height_m = std::abs(sample.height_m);
-  EXPECT_NE(refusal(turning, table.laterals).find("not monotonic"), std::string::npos);
-  EXPECT_NE(refusal(table.heights, {table.laterals[0], table.laterals[2]}).find("at least 3"),
-            std::string::npos);
+  EXPECT_THAT(refusal(turning, table.laterals), HasSubstr("not monotonic"));
+  EXPECT_THAT(refusal(table.heights, {table.laterals[0], table.laterals[2]}),
+              HasSubstr("at least 3"));
   const std::vector<LateralSample> one_height{{100, 0, -0.01}, {511, 0, 0}, {900, 0, 0.01}};
-  EXPECT_NE(refusal(table.heights, one_height).find("2 heights"), std::string::npos);
+  EXPECT_THAT(refusal(table.heights, one_height), HasSubstr("2 heights"));
   auto backwards = table.laterals;
   for (auto& sample : backwards) sample.x_m = -sample.x_m;
-  EXPECT_NE(refusal(table.heights, backwards).find("do not increase"), std::string::npos);
+  EXPECT_THAT(refusal(table.heights, backwards), HasSubstr("do not increase"));
   auto broken = table.heights;
   broken[3].row_px = std::nan("");
-  EXPECT_NE(refusal(broken, table.laterals).find("finite"), std::string::npos);
-  EXPECT_NE(refusal(table.heights, table.laterals, 8).find("32"), std::string::npos);
+  EXPECT_THAT(refusal(broken, table.laterals), HasSubstr("finite"));
+  EXPECT_THAT(refusal(table.heights, table.laterals, 8), HasSubstr("32"));
 }
 
 // Each camera ray hits the highest level that the body has at that place.
@@ -261,44 +263,40 @@ TEST(CalibrationBody, IsFoundUnderNoiseAndWithMissingColumns) {
 
 TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
   const Pinhole camera;
-  const auto refusal = [&](std::vector<float> rows) {
+  const auto expect_refused = [&](std::vector<float> rows) {
     auto scans = ScanBodies(camera, {});
     scans[2].profile.row_px = std::move(rows);
-    return MessageOf([&] { CalibrateFromBody({}, scans); });
+    EXPECT_THAT(MessageOf([&] { CalibrateFromBody({}, scans); }), HasSubstr("scan 3"));
   };
   const float nothing = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NE(refusal(std::vector<float>(kColumns, nothing)).find("scan 3"), std::string::npos);
-  EXPECT_NE(refusal(std::vector<float>(kColumns, 500.0F)).find("scan 3"), std::string::npos);
-  EXPECT_NE(refusal(std::vector<float>(kColumns - 1, 500.0F)).find("scan 3"), std::string::npos);
+  expect_refused(std::vector<float>(kColumns, nothing));
+  expect_refused(std::vector<float>(kColumns, 500.0F));
+  expect_refused(std::vector<float>(kColumns - 1, 500.0F));
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Rng rng(seed);
     std::vector<float> noise(kColumns);
     for (float& row : noise) row = static_cast<float>(500.0 + 0.5 * rng.Normal());
-    EXPECT_NE(refusal(noise).find("scan 3"), std::string::npos) << seed;
+    expect_refused(noise);
   }
   auto half = ScanBodies(camera, {})[2].profile.row_px;
   std::fill(half.begin() + 512, half.end(), nothing);
-  EXPECT_NE(refusal(half).find("scan 3"), std::string::npos);
+  expect_refused(half);
   auto covered = ScanBodies(camera, {})[2].profile.row_px;  // something covers the body
   std::fill(covered.begin() + 620, covered.begin() + 700, covered[511]);
-  EXPECT_NE(refusal(covered).find("scan 3"), std::string::npos);
+  expect_refused(covered);
   auto stretched = ScanBodies(camera, {})[2].profile.row_px;  // the body moved during the scan
   stretched.insert(stretched.begin() + 600, 120, stretched[600]);
   stretched.resize(kColumns);
-  EXPECT_NE(refusal(stretched).find("scan 3"), std::string::npos);
+  expect_refused(stretched);
 }
 
 TEST(CalibrationBody, NoScansAndNoStepsAreRefused) {
-  EXPECT_NE(MessageOf([] { CalibrateFromBody({}, {}); }).find("no scans"), std::string::npos);
-  const auto scans = ScanBodies({}, {});
-  EXPECT_NE(MessageOf([&] {
-              CalibrateFromBody({{0.0, 0.0}, 0.008}, scans);
-            }).find("step"),
-            std::string::npos);
-  EXPECT_NE(MessageOf([&] {
-              CalibrateFromBody({{0.002}, 0.0}, scans);
-            }).find("width"),
-            std::string::npos);
+  const auto refusal = [](const CalibrationBody& body, const std::vector<CalibrationScan>& scans) {
+    return MessageOf([&] { CalibrateFromBody(body, scans); });
+  };
+  EXPECT_THAT(refusal({}, {}), HasSubstr("no scans"));
+  EXPECT_THAT(refusal({{0.0, 0.0}, 0.008}, ScanBodies({}, {})), HasSubstr("step"));
+  EXPECT_THAT(refusal({{0.002}, 0.0}, ScanBodies({}, {})), HasSubstr("width"));
 }
 
 TEST(Calibrate, TurnsRowsIntoHeights) {
@@ -314,9 +312,8 @@ TEST(Calibrate, TurnsRowsIntoHeights) {
   EXPECT_TRUE(std::isnan(profile.height_m[8]));
   EXPECT_NEAR(profile.height_m[9], 0.01, 6e-6);
   raw.row_px.pop_back();
-  const std::string message = MessageOf([&] { Calibrate(raw, calibration); });
-  EXPECT_NE(message.find("1023"), std::string::npos) << message;
-  EXPECT_NE(message.find("1024"), std::string::npos) << message;
+  EXPECT_THAT(MessageOf([&] { Calibrate(raw, calibration); }),
+              AllOf(HasSubstr("1023"), HasSubstr("1024")));
 }
 
 TEST(CalibrationFile, GivesBackEveryDigit) {
@@ -343,8 +340,7 @@ TEST(CalibrationFile, ErrorsNameFileAndKey) {
   const testing_support::TempFolder folder;
   const auto file = folder / "calibration.yaml";
   WriteCalibration(Fit({}), file);
-  std::ifstream in(file);
-  const std::string good{std::istreambuf_iterator<char>(in), {}};
+  const std::string good = base::ReadFile(file);
   const auto refusal = [&](const std::string& text) {
     folder.Write("changed.yaml", text);
     return MessageOf([&] { ReadCalibration(folder / "changed.yaml"); });
@@ -357,14 +353,13 @@ TEST(CalibrationFile, ErrorsNameFileAndKey) {
     const auto end = good.find('\n', begin);
     for (const std::string& line :
          {std::string(), key + ": many", key + ": .nan", key + ": 1e99"}) {
-      const std::string message = refusal(good.substr(0, begin) + line + good.substr(end));
-      EXPECT_NE(message.find("changed.yaml"), std::string::npos) << key << " / " << line;
-      EXPECT_NE(message.find(key), std::string::npos) << message;
+      EXPECT_THAT(refusal(good.substr(0, begin) + line + good.substr(end)),
+                  AllOf(HasSubstr("changed.yaml"), HasSubstr(key)))
+          << line;
     }
   }
-  EXPECT_NE(refusal(good + "height_5_m: 0\n").find("height_5_m"), std::string::npos);
-  EXPECT_NE(MessageOf([&] { ReadCalibration(folder / "none.yaml"); }).find("none.yaml"),
-            std::string::npos);
+  EXPECT_THAT(refusal(good + "height_5_m: 0\n"), HasSubstr("height_5_m"));
+  EXPECT_THAT(MessageOf([&] { ReadCalibration(folder / "none.yaml"); }), HasSubstr("none.yaml"));
   WriteCalibration(Fit({}), folder / "new/folder.yaml");
   EXPECT_THROW(WriteCalibration(Fit({}), folder / "new/folder.yaml/file.yaml"), base::InputError);
 }

@@ -318,5 +318,4 @@ TEST(StepTest, TellsNothingNearTheEndsOfWhatWasMeasured) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::seam

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "base/rng.h"
@@ -388,12 +386,6 @@ TEST(Detectors, AFlatOrTooShortProfileHasNoColumn) {
     }
   }
   for (const auto& result : DetectEdges(Step(7, 3, 0.0, 1e-3), {})) EXPECT_FALSE(result.column);
-}
-
-TEST(Detectors, AreNamedAsInTheTables) {
-  EXPECT_EQ(base::Word(Detector::kModelFitting), "Model-Fitting");
-  EXPECT_EQ(base::Word(Detector::kLocalWeightedVoting), "Local Weighted-Voting");
-  EXPECT_EQ(base::Word(Detector::kGradientAccumulation), "Gradient-Accumulation");
 }
 
 }  // namespace

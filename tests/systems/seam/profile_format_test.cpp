@@ -10,7 +10,6 @@
 #include <sstream>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "base/rng.h"
 #include "base/yaml_map.h"
 #include "error_of.h"
@@ -493,5 +492,4 @@ TEST(BadFormats, AStreamGoesOnBehindThem) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::seam

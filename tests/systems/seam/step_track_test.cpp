@@ -8,7 +8,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
 #include "base/rng.h"
@@ -22,11 +21,8 @@ using base::Rng;
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 std::size_t StrongestOf(const std::vector<LocalStep>& steps) {
-  std::size_t best = 0;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (steps[i].evidence > steps[best].evidence) best = i;
-  }
-  return best;
+  const auto best = std::ranges::max_element(steps, {}, &LocalStep::evidence);
+  return static_cast<std::size_t>(best - steps.begin());
 }
 
 // A rising cubic with a step. Medians leave it unchanged.
@@ -154,7 +150,6 @@ TEST(LocalStep, ShortProfilesHaveFewPlaces) {
   EXPECT_EQ(FitLocalSteps(std::vector<float>(5, 0.0F)).size(), 2U);
 }
 
-constexpr float kStepTrackNone = std::numeric_limits<float>::quiet_NaN();
 constexpr double kPeriod_s = 1.0 / 62.0;
 constexpr int kStepTrackColumns = 1024;
 constexpr double kColumns_1_mm = 12.0;
@@ -194,7 +189,7 @@ std::vector<float> StepTrackScan(const Surface& surface, const Seam& seam, doubl
         surface.wave *
         std::sin(2.0 * base::kPi * (x / seam.length + 30.0 * t / seam.length_ahead) + seam.phase);
     height += surface.noise * rng.Normal();
-    z.push_back(rng.Uniform() < surface.lost ? kStepTrackNone : static_cast<float>(1e-3 * height));
+    z.push_back(rng.Uniform() < surface.lost ? kNone : static_cast<float>(1e-3 * height));
   }
   return z;
 }
@@ -428,9 +423,8 @@ TEST(StepTrack, AfterALongGapNothingIsKnown) {
   for (int k = 0; k < 5; ++k)
     twice.Update(StepTrackScan(noisy, seam, k * kPeriod_s, rng), k * kPeriod_s);
   const auto z = StepTrackScan(noisy, seam, 9.0, rng);
-  EXPECT_EQ(once.Update(z, 9.0).evidence, twice.Update(z, 9.0).evidence);
+  EXPECT_EQ(once.Update(z, 9.0).step_m, twice.Update(z, 9.0).step_m);
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::seam

@@ -108,5 +108,4 @@ TEST_F(TiffTest, DamagedFilesGiveAPictureOrAnError) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::image

@@ -1,5 +1,6 @@
 #include "stereo/camera.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/rng.h"
-#include "base/units.h"
 #include "error_of.h"
 #include "synthetic_pair.h"
 #include "temp_folder.h"
@@ -17,6 +17,7 @@
 namespace rangegrasp::stereo {
 namespace {
 
+using testing::HasSubstr;
 using testing_support::ErrorOf;
 using testing_support::TempFolder;
 
@@ -131,16 +132,15 @@ std::string ErrorAfter(const std::string& from, const std::string& to) {
 }
 
 TEST(StereoCalibrationFile, WhatIsWrongInItIsNamed) {
-  const auto names = [](const std::string& message, const std::string& what) {
-    return message.find("stereo.yaml") != std::string::npos &&
-           message.find(what) != std::string::npos;
+  const auto names = [](const std::string& what) {
+    return testing::AllOf(HasSubstr("stereo.yaml"), HasSubstr(what));
   };
-  EXPECT_PRED2(names, ErrorAfter("width_px:", ""), "width_px");
-  EXPECT_PRED2(names, ErrorAfter("fx_px:", "fx_px: -3"), "fx_px");
-  EXPECT_PRED2(names, ErrorAfter("k1:", "k_1: 0.1"), "k1");
-  EXPECT_PRED2(names, ErrorAfter("cx_px:", "cx_px: 1700"), "principal point");
-  EXPECT_PRED2(names, ErrorAfter("qw:", "qw: 0.99"), "quaternion");
-  EXPECT_PRED2(names, ErrorAfter("right:", "rihgt:"), "right");
+  EXPECT_THAT(ErrorAfter("width_px:", ""), names("width_px"));
+  EXPECT_THAT(ErrorAfter("fx_px:", "fx_px: -3"), names("fx_px"));
+  EXPECT_THAT(ErrorAfter("k1:", "k_1: 0.1"), names("k1"));
+  EXPECT_THAT(ErrorAfter("cx_px:", "cx_px: 1700"), names("principal point"));
+  EXPECT_THAT(ErrorAfter("qw:", "qw: 0.99"), names("quaternion"));
+  EXPECT_THAT(ErrorAfter("right:", "rihgt:"), names("right"));
 }
 
 TEST(StereoCalibrationFile, OnePlaceForBothPicturesIsNoPair) {
@@ -148,8 +148,8 @@ TEST(StereoCalibrationFile, OnePlaceForBothPicturesIsNoPair) {
   StereoCalibration calibration = SampleCalibration();
   calibration.X_WR = calibration.X_WL;
   WriteStereoCalibration(calibration, folder / "stereo.yaml");
-  const std::string message = ErrorOf([&] { ReadStereoCalibration(folder / "stereo.yaml"); });
-  EXPECT_NE(message.find("same position"), std::string::npos) << message;
+  EXPECT_THAT(ErrorOf([&] { ReadStereoCalibration(folder / "stereo.yaml"); }),
+              HasSubstr("same position"));
 }
 
 using testing_support::SyntheticCalibration;
@@ -278,17 +278,15 @@ TEST(Rectifier, RefusesPicturesOfAnotherCamera) {
   const Rectifier rectifier(SyntheticCalibration());
   const image::Image right_size{400, 300, std::vector<std::uint8_t>(3 * 400 * 300)};
   const image::Image other{300, 400, std::vector<std::uint8_t>(3 * 400 * 300)};
-  const std::string message = ErrorOf([&] { rectifier.Apply(right_size, other); });
-  EXPECT_NE(message.find("right picture has 300 x 400"), std::string::npos) << message;
+  EXPECT_THAT(ErrorOf([&] { rectifier.Apply(right_size, other); }),
+              HasSubstr("right picture has 300 x 400"));
 }
 
 TEST(Rectify, ExchangedPicturesAreNamed) {
   StereoCalibration calibration = SyntheticCalibration();
   std::swap(calibration.X_WL, calibration.X_WR);
-  const std::string message = ErrorOf([&] { Rectify(calibration); });
-  EXPECT_NE(message.find("exchange"), std::string::npos) << message;
+  EXPECT_THAT(ErrorOf([&] { Rectify(calibration); }), HasSubstr("exchange"));
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::stereo

@@ -18,17 +18,13 @@ namespace {
 
 using Eigen::Vector3d;
 using testing_support::ErrorOf;
+using testing_support::TurnedBy;
 
 const Camera kCamera{800, 600, 900.0, 901.0, 402.0, 297.0, -0.10, 0.12, 0.0005, -0.0003, 0.0};
 constexpr double kSigma_px = 0.05;  // of a corner that cv::cornerSubPix finds
 
-base::Pose Turned(const Vector3d& turn, const Vector3d& shift) {
-  return base::MakePose(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix(),
-                        shift);
-}
-
-const base::Pose kTruth = Turned({0.02, -0.11, 3.10}, {-0.03, 0.04, 0.06});  // X_HC
-const base::Pose kBoard = Turned({0.0, 0.0, 0.3}, {-0.10, -0.06, 0.002});    // X_WBoard
+const base::Pose kTruth = TurnedBy({0.02, -0.11, 3.10}, {-0.03, 0.04, 0.06});  // X_HC
+const base::Pose kBoard = TurnedBy({0.0, 0.0, 0.3}, {-0.10, -0.06, 0.002});    // X_WBoard
 
 /// Views of the board's middle from about 0.4 m, from all sides.
 std::vector<HandEyeView> ViewsOf(int count, double sigma_px, base::Rng& rng, double spread = 0.5) {
@@ -118,9 +114,9 @@ TEST(FindBoardCorners, BeginAtTheSameEndHoweverTheCameraIsTurned) {
   const Camera camera = testing_support::BoardCamera();
   for (int eighth = 0; eighth < 8; ++eighth) {
     const double roll = eighth * base::kPi / 4.0 + 0.1;
-    const base::Pose X_CBoard = Turned({0.0, 0.0, roll}, {0.0, 0.0, 0.62}) *
-                                Turned({0.1, 0.15, 0.0}, {0.0, 0.0, 0.0}) *
-                                Turned({0, 0, 0}, {-0.1, -0.0625, 0.0});
+    const base::Pose X_CBoard = TurnedBy({0.0, 0.0, roll}, {0.0, 0.0, 0.62}) *
+                                TurnedBy({0.1, 0.15, 0.0}, {0.0, 0.0, 0.0}) *
+                                TurnedBy({0, 0, 0}, {-0.1, -0.0625, 0.0});
     const auto corners =
         FindBoardCorners(testing_support::BoardPicture(X_CBoard, board, 1), "a view", board);
     ASSERT_EQ(corners.size(), 54u);

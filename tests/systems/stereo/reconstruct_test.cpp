@@ -50,6 +50,10 @@ ReconstructOptions SmallCamera(MatchMethod method) {
   return options;
 }
 
+Reconstruction Made(const ReconstructOptions& options) {
+  return Reconstruct(ThePair().left, ThePair().right, ThePair().rectifier, options);
+}
+
 // The number of pixels that show a box, and the errors of those that have a disparity.
 struct Errors {
   int pixels = 0;
@@ -78,10 +82,7 @@ Errors ErrorsOn(int box, const Reconstruction& made) {
 class BothMethods : public ::testing::TestWithParam<MatchMethod> {};
 
 TEST_P(BothMethods, FindTheDisparityOfPrintToAFractionOfAPixel) {
-  const Pair& pair = ThePair();
-  const Reconstruction made =
-      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(GetParam()));
-  Errors errors = ErrorsOn(0, made);
+  const Errors errors = ErrorsOn(0, Made(SmallCamera(GetParam())));
   ASSERT_GT(errors.pixels, 2000);
   EXPECT_GT(static_cast<double>(errors.errors_px.size()), 0.7 * errors.pixels);
   // The matchers' resolution is a sixteenth. Noise of 2 levels in 100 adds about as much.
@@ -103,9 +104,7 @@ double GreatestMedian(std::size_t samples, const ReconstructOptions& options) {
 }
 
 TEST_P(BothMethods, PutPointsWhereTheSurfacesAre) {
-  const Pair& pair = ThePair();
-  const Reconstruction made =
-      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(GetParam()));
+  const Reconstruction made = Made(SmallCamera(GetParam()));
   const auto& view = made.view;
   ASSERT_EQ(view.image.points_C.size(), view.noise_m.size());
   ASSERT_EQ(view.image.points_C.size(), made.left_pixel.size());
@@ -115,7 +114,7 @@ TEST_P(BothMethods, PutPointsWhereTheSurfacesAre) {
     const Eigen::Vector3d& p_W = view.image.points_C[i];
     if (!p_W.allFinite() || view.noise_m[i] == 0.0F) continue;
     const Eigen::Vector3d ray_W = p_W - origin_W;
-    const auto hit = Meet(pair.scene, origin_W, ray_W);
+    const auto hit = Meet(ThePair().scene, origin_W, ray_W);
     if (hit.box != 0) continue;
     errors_in_noise.push_back(std::abs(hit.along - 1.0) * ray_W.norm() /
                               static_cast<double>(view.noise_m[i]));
@@ -129,9 +128,8 @@ INSTANTIATE_TEST_SUITE_P(Match, BothMethods,
                          ::testing::Values(MatchMethod::kSemiGlobal, MatchMethod::kBlock));
 
 TEST(Reconstruct, RemovedPixelsLieOnTheTableAndNoneOfThemIsMatched) {
-  const Pair& pair = ThePair();
   ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
-  const Reconstruction made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  const Reconstruction made = Made(options);
   for (std::size_t i = 0; i < made.kept.grey.size(); ++i) {
     if (made.kept.grey[i] == 0) {
       EXPECT_TRUE(std::isnan(made.disparity.grey[i]));
@@ -146,14 +144,11 @@ TEST(Reconstruct, RemovedPixelsLieOnTheTableAndNoneOfThemIsMatched) {
   EXPECT_GT(on_table, 5000);
 
   options.table_W.reset();
-  const Reconstruction without = Reconstruct(pair.left, pair.right, pair.rectifier, options);
-  EXPECT_EQ(std::count(without.view.noise_m.begin(), without.view.noise_m.end(), 0.0F), 0);
+  EXPECT_EQ(std::ranges::count(Made(options).view.noise_m, 0.0F), 0);
 }
 
 TEST(Reconstruct, GreyIsNotReconstructedByBlocksAsPrintIs) {
-  const Pair& pair = ThePair();
-  const Reconstruction made =
-      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(MatchMethod::kBlock));
+  const Reconstruction made = Made(SmallCamera(MatchMethod::kBlock));
   const Errors print = ErrorsOn(0, made), grey = ErrorsOn(1, made);
   EXPECT_LT(static_cast<double>(grey.errors_px.size()) / grey.pixels,
             0.8 * static_cast<double>(print.errors_px.size()) / print.pixels);
@@ -161,8 +156,7 @@ TEST(Reconstruct, GreyIsNotReconstructedByBlocksAsPrintIs) {
 
 TEST(Reconstruct, TellsWhichPixelOfTheLeftPictureASampleComesFrom) {
   const Pair& pair = ThePair();
-  const Reconstruction made =
-      Reconstruct(pair.left, pair.right, pair.rectifier, SmallCamera(MatchMethod::kSemiGlobal));
+  const Reconstruction made = Made(SmallCamera(MatchMethod::kSemiGlobal));
   const base::Pose X_LW = pair.calibration.X_WL.inverse();
   for (std::size_t i = 0; i < made.left_pixel.size(); ++i) {
     const Eigen::Vector3d& p_W = made.view.image.points_C[i];
@@ -174,10 +168,8 @@ TEST(Reconstruct, TellsWhichPixelOfTheLeftPictureASampleComesFrom) {
 }
 
 TEST(Reconstruct, SamePicturesGiveTheSameCloud) {
-  const Pair& pair = ThePair();
   const auto options = SmallCamera(MatchMethod::kSemiGlobal);
-  const Reconstruction a = Reconstruct(pair.left, pair.right, pair.rectifier, options);
-  const Reconstruction b = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+  const Reconstruction a = Made(options), b = Made(options);
   ASSERT_EQ(a.disparity.grey.size(), b.disparity.grey.size());
   for (std::size_t i = 0; i < a.disparity.grey.size(); ++i) {
     const float da = a.disparity.grey[i], db = b.disparity.grey[i];
@@ -207,10 +199,9 @@ TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
 }
 
 TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
-  const Pair& pair = ThePair();
   ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
   const auto made_points = [&] {
-    const auto made = Reconstruct(pair.left, pair.right, pair.rectifier, options);
+    const auto made = Made(options);
     std::vector<std::pair<Eigen::Vector3d, double>> points;
     for (std::size_t i = 0; i < made.view.noise_m.size(); ++i) {
       if (made.view.noise_m[i] > 0.0F) {  // not placed on the table by color

@@ -18,24 +18,21 @@ using testing_support::RunProgram;
 TEST_F(OwnCell, CheckSaysThatNothingIsWrong) {
   Write();
   for (const char* file : {"scene.xml", "own.yaml"}) {
-    const auto ran = RunProgram({"check", (folder_ / file).string(), "--quick"});
-    EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+    const auto ran = Succeeded(RunProgram({"check", folder_ / file, "--quick"}));
     EXPECT_THAT(ran.out, HasSubstr("no errors"));
   }
 }
 
 TEST_F(OwnCell, CheckOfASceneRunsTrials) {
   Write();
-  const auto ran = RunProgram({"check", (folder_ / "scene.xml").string()});
-  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  const auto ran = Succeeded(RunProgram({"check", folder_ / "scene.xml"}));
   EXPECT_THAT(ran.err, HasSubstr("tries 27 trials"));
   EXPECT_THAT(ran.out, HasSubstr("27 trials tried: 27 detected, 27 delivered"));
 }
 
 TEST_F(OwnCell, CheckRunsTrialsAndNamesTheRareFailure) {
   experiment_ += "\ngrasp:\n  score: rules\n";  // the learned score delivers every object
-  const auto ran = RunProgram({"check", Write()});
-  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  const auto ran = Succeeded(RunProgram({"check", Write()}));
   EXPECT_THAT(ran.err, HasSubstr("tries 27 trials"));
   EXPECT_THAT(ran.out, HasSubstr("27 trials tried: 27 detected, 26 delivered"));
   EXPECT_THAT(ran.out, HasSubstr("penetration_p95_m"));
@@ -52,7 +49,7 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
     EXPECT_THAT(ran.out, HasSubstr("fix: armature=\"0.1\""));
     EXPECT_THAT(ran.out, HasSubstr("1 errors, 0 warnings"));
   }
-  const auto json = RunProgram({"check", (folder_ / "scene.xml").string(), "--json"});
+  const auto json = RunProgram({"check", folder_ / "scene.xml", "--json"});
   const auto findings = nlohmann::json::parse(json.out).at("findings");
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].at("severity"), "error");
@@ -62,8 +59,7 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
 TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
   BreakArmature();
   Write();
-  const auto ran = RunProgram({"check", "--fix", (folder_ / "scene.xml").string(), "--quick"});
-  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  const auto ran = Succeeded(RunProgram({"check", "--fix", folder_ / "scene.xml", "--quick"}));
   EXPECT_THAT(ran.out,
               HasSubstr("arm.fixed.xml:21:\n    - <joint name=\"joint1\" axis=\"0 0 1\"/>\n"
                         "    + <joint name=\"joint1\" axis=\"0 0 1\" armature=\"0.1\"/>"));
@@ -72,8 +68,8 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
   EXPECT_EQ(base::ReadFile(folder_ / "scene.fixed.xml"),
             Replaced(scene_, "arm.xml", "arm.fixed.xml"));
-  const std::vector<std::string> words = {"check", "--fix", (folder_ / "scene.xml").string(),
-                                          "--quick", "--json"};
+  const std::vector<std::string> words = {"check", "--fix", folder_ / "scene.xml", "--quick",
+                                          "--json"};
   const auto again = RunProgram(words);  // edits in a copy are not lost
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, HasSubstr("arm.fixed.xml: already exists"));
@@ -86,8 +82,8 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
 TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
   BreakArmature();
   Write();
-  const std::vector<std::string> words = {"check", "--fix=in-place",
-                                          (folder_ / "scene.xml").string(), "--quick"};
+  const std::vector<std::string> words = {"check", "--fix=in-place", folder_ / "scene.xml",
+                                          "--quick"};
   EXPECT_EQ(RunProgram(words).code, 0);
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml.bak"), arm_);
   EXPECT_EQ(base::ReadFile(folder_ / "scene.xml"), scene_);
@@ -101,7 +97,7 @@ TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
 
 TEST_F(OwnCell, FixMakesNoCopyOfWhatIsRightAndTakesOnlyMjcf) {
   const std::string experiment = Write();
-  const std::string scene = (folder_ / "scene.xml").string();
+  const std::string scene = folder_ / "scene.xml";
   EXPECT_EQ(RunProgram({"check", "--fix", scene, "--quick"}).code, 0);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "scene.fixed.xml"));
   EXPECT_THAT(RunProgram({"check", "--fix", experiment}).err, HasSubstr("--fix needs an MJCF"));
@@ -110,7 +106,7 @@ TEST_F(OwnCell, FixMakesNoCopyOfWhatIsRightAndTakesOnlyMjcf) {
 
 TEST_F(OwnCell, CheckTakesAFileForWhatItIsTold) {
   Write();
-  const auto ran = RunProgram({"check", (folder_ / "arm.xml").string(), "--as", "scene"});
+  const auto ran = RunProgram({"check", folder_ / "arm.xml", "--as", "scene"});
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.out, HasSubstr("site \"workspace\": is missing"));
   EXPECT_EQ(RunProgram({"check", "no_such_file.xml"}).code, 2);
@@ -146,7 +142,7 @@ TEST_F(OwnCell, TheEngineLeavesNoLogFile) {
   Write();
   const std::filesystem::path log = "MUJOCO_LOG.TXT";
   std::filesystem::remove(log);
-  EXPECT_EQ(RunProgram({"check", (folder_ / "scene.xml").string(), "--quick"}).err, "");
+  EXPECT_EQ(RunProgram({"check", folder_ / "scene.xml", "--quick"}).err, "");
   EXPECT_FALSE(std::filesystem::exists(log));
 }
 

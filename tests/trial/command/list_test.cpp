@@ -15,8 +15,7 @@ using testing::HasSubstr;
 using testing_support::RunProgram;
 
 TEST(List, NamesEveryKindOfExperiment) {
-  const auto ran = RunProgram({"list"});
-  EXPECT_EQ(ran.code, 0);
+  const auto ran = Succeeded(RunProgram({"list"}));
   for (const char* kind : {"grasping", "seam", "parts"}) EXPECT_THAT(ran.out, HasSubstr(kind));
   EXPECT_EQ(RunProgram({"list", "nothing"}).code, 2);
 }
@@ -31,8 +30,7 @@ TEST(List, TellsWhatThereIsByItsWord) {
                                           {"scenes", "tabletop_box"},
                                           {"sensors", "stereo_camera"},
                                           {"additions", "perception.robust_table"}}) {
-    const auto ran = RunProgram({"list", word});
-    EXPECT_EQ(ran.code, 0) << ran.err;
+    const auto ran = Succeeded(RunProgram({"list", word}));
     EXPECT_THAT(ran.out, HasSubstr(one)) << word;
     EXPECT_EQ(overview.find(ran.out) != std::string::npos, word != "additions") << word;
   }
@@ -57,8 +55,7 @@ TEST(List, HasTheSameAsJson) {
 }
 
 TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {
-  const auto ran = RunProgram({"list", "keys"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto ran = Succeeded(RunProgram({"list", "keys"}));
   EXPECT_EQ(base::ReadFile(RANGEGRASP_SOURCE_DIR "/docs/experiment-file.md"), ran.out)
       << "make it anew: scripts/rangegrasp list keys > docs/experiment-file.md";
   // Every key has a description.
@@ -66,8 +63,7 @@ TEST(List, ThePageOfKeysIsTheOneInTheDocuments) {
 }
 
 TEST(List, ThePageOfFormatsIsTheOneInTheDocuments) {
-  const auto ran = RunProgram({"list", "formats"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto ran = Succeeded(RunProgram({"list", "formats"}));
   EXPECT_EQ(base::ReadFile(RANGEGRASP_SOURCE_DIR "/docs/profile-formats.md"), ran.out)
       << "make it anew: scripts/rangegrasp list formats > docs/profile-formats.md";
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("` |  |")));

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "base/rng.h"
@@ -66,8 +65,7 @@ class PerceiveTest : public testing::Test {
 
 TEST_F(PerceiveTest, TellsNoiseAndSpacingAndWarnsOfNothing) {
   const std::string cloud = Write(TableWithBox(0.08, 0.06));
-  const Ran ran = Perceive(cloud, {"--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Perceive(cloud, {"--json"}));
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json["cloud"], cloud);
   EXPECT_EQ(json["unit"], "m");
@@ -90,8 +88,7 @@ TEST_F(PerceiveTest, AnErrorNamesTheSensorsPlaceWhereNothingSaysIt) {
 }
 
 TEST_F(PerceiveTest, SaysThatThereAreNoObjects) {
-  const Ran ran = Perceive(Write(Table()));
-  EXPECT_EQ(ran.code, 0);
+  const Ran ran = Succeeded(Perceive(Write(Table())));
   EXPECT_THAT(ran.err, HasSubstr("no objects"));
 }
 
@@ -113,8 +110,7 @@ TEST_F(PerceiveTest, SaysHowManyPointsTheBestPlaneHasWhereThereIsNoTable) {
 TEST_F(PerceiveTest, SaysThatTheUnitMayBeAnother) {
   const std::string cloud = Write(TableWithBox(0.08, 0.06), 0.001);
   EXPECT_THAT(Perceive(cloud).err, HasSubstr("try --unit mm"));
-  const Ran ran = Perceive(cloud, {"--unit", "mm"});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Perceive(cloud, {"--unit", "mm"}));
   EXPECT_THAT(ran.err, Not(HasSubstr("--unit")));
   EXPECT_THAT(Perceive(Write(TableWithBox(0.08, 0.06)), {"--unit", "mm"}).err,
               HasSubstr("try --unit m\n"));
@@ -164,8 +160,8 @@ TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
   Write(TableWithBox(0.08, 0.06), 1.0, "all/b.ply");
   Write(Table(), 1.0, "all/c.ply");
   std::ofstream(folder_ / "all/a.ply") << "no cloud";
-  const std::string all = (folder_ / "all").string();
-  const std::string out = (folder_ / "out").string();
+  const std::string all = folder_ / "all";
+  const std::string out = folder_ / "out";
   for (const char* jobs : {"1", "3"}) {
     const Ran ran = Perceive(all, {"--json", "--jobs", jobs, "-o", out});
     EXPECT_EQ(ran.code, 2);
@@ -190,11 +186,11 @@ TEST_F(PerceiveTest, SeveralCloudsAreToldInTurn) {
 TEST_F(PerceiveTest, CloudsOfTheSameNameAreNotWrittenOverEachOther) {
   const std::string one = Write(Table(), 1.0, "one/cloud.ply");
   const std::string two = Write(Table(), 1.0, "two/cloud.ply");
-  const Ran ran = Perceive(one, {two, "-o", (folder_ / "out").string()});
+  const Ran ran = Perceive(one, {two, "-o", folder_ / "out"});
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("have the same name"));
   std::filesystem::create_directory(folder_ / "empty");
-  EXPECT_THAT(Perceive((folder_ / "empty").string()).err, HasSubstr("without a .pcd, .ply"));
+  EXPECT_THAT(Perceive(folder_ / "empty").err, HasSubstr("without a .pcd, .ply"));
 }
 
 }  // namespace

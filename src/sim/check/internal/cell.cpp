@@ -20,6 +20,7 @@ constexpr double kTable_m = 1e-3;  // distance of its top from z = 0
 constexpr double kLook_m = 0.5;    // height above the table from which it is looked for
 constexpr double kMinImpratio = 10.0;
 constexpr int kMinNoslip = 10;
+
 void CheckOptions(Model& model) {
   const mjOption& option = model.m().opt;
   std::vector<std::string> weak;
@@ -78,9 +79,70 @@ void CheckTable(Model& model, int workspace) {
   }
 }
 
+// Objects further outside the workspace are not perceived (workspace_margin_mm of experiments).
+constexpr double kPerceived_m = 0.15;
+constexpr double kMaxHidden = 0.05;  // share of the workspace that the arm at home may hide
+// Rays over and above the workspace: number per side, and heights.
+constexpr int kRays = 15;
+constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
+constexpr mjtByte kVisibleGroups[mjNGROUP] = {1, 1, 1, 0, 0, 0};
+
+/// What the scanner sees of the arm at its present joint positions.
+struct Seen {
+  double hidden = 0.0;      ///< share of the workspace that the arm hides
+  bool in_the_way = false;  ///< a part of the arm is where objects are looked for
+  int body = -1;            ///< the body in the way, or that hides the workspace
+
+  bool IsFree() const { return !in_the_way && hidden <= kMaxHidden; }
+};
+
+// Sees nothing without the sites "workspace" and "scanner".
+Seen LookAtWorkspace(Model& model) {
+  Seen seen;
+  const int workspace = model.Find(mjOBJ_SITE, "workspace");
+  const int scanner = model.Find(mjOBJ_SITE, "scanner");
+  if (workspace < 0 || scanner < 0) return seen;
+  const mjtNum* eye = model.d().site_xpos + 3 * scanner;
+  const mjtNum* middle = model.d().site_xpos + 3 * workspace;
+  const double radius_m = model.m().site_size[3 * workspace];
+  const double reach_m = radius_m + kPerceived_m;
+  const mjModel& m = model.m();
+  int rays = 0;
+  int hidden = 0;
+  const auto look = [&](const mjtNum* target, bool to_workspace) {
+    mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
+    const double length = mju_normalize3(ray);
+    int geom = -1;
+    const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
+    rays += to_workspace;
+    if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
+    if (to_workspace && distance < length) {
+      ++hidden;
+      if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
+    }
+    const double x = eye[0] + distance * ray[0] - middle[0];
+    const double y = eye[1] + distance * ray[1] - middle[1];
+    if (std::hypot(x, y) >= reach_m) return;
+    seen.in_the_way = true;
+    seen.body = m.geom_bodyid[geom];
+  };
+  for (const double height_m : kHeights_m) {
+    for (int i = 0; i < kRays * kRays; ++i) {
+      const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
+      const double y = reach_m * (2.0 * (i / kRays) / (kRays - 1) - 1.0);
+      if (std::hypot(x, y) > reach_m) continue;
+      const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
+      const mjtNum target[3] = {middle[0] + x, middle[1] + y, middle[2] + height_m};
+      look(target, to_workspace);
+    }
+  }
+  if (rays > 0) seen.hidden = static_cast<double>(hidden) / rays;
+  return seen;
+}
+
 void CheckView(Model& model) {
   const Seen seen = LookAtWorkspace(model);
-  if (!seen.in_the_way && seen.hidden <= kMaxHidden) return;
+  if (seen.IsFree()) return;
   const std::string what =
       seen.in_the_way
           ? fmt::format(
@@ -236,11 +298,6 @@ std::map<Pair, double> Touching(Model& model, double margin_m) {
   return pairs;
 }
 
-// Rays over and above the workspace: number per side, and heights.
-constexpr int kRays = 15;
-constexpr double kHeights_m[] = {0.0, 0.15, 0.3, 0.45, 0.6};
-constexpr mjtByte kVisibleGroups[mjNGROUP] = {1, 1, 1, 0, 0, 0};
-
 // Search for a home pose: number of random poses, and of those that are checked closely.
 constexpr int kDraws = 40000;
 constexpr int kClosely = 400;
@@ -336,9 +393,8 @@ void CheckContacts(Model& model) {
   std::ranges::copy(margins, m.geom_margin);
   for (const auto& [pair, count] : counts) {
     if (count < kAlways * kPoses) continue;
-    const int body = std::max(pair.first, pair.second);
     model.Error(
-        model.Where(mjOBJ_BODY, body), model.BothNames(pair.first, pair.second),
+        model.Where(mjOBJ_BODY, pair.second), model.BothNames(pair.first, pair.second),
         fmt::format("touch, or come nearer than the planner's {:g} mm, in {} of {} poses of "
                     "the arm",
                     1e3 * kMargin_m, count, kPoses),
@@ -359,49 +415,6 @@ void CheckContacts(Model& model) {
   }
 }
 
-Seen LookAtWorkspace(Model& model) {
-  Seen seen;
-  const int workspace = model.Find(mjOBJ_SITE, "workspace");
-  const int scanner = model.Find(mjOBJ_SITE, "scanner");
-  if (workspace < 0 || scanner < 0) return seen;
-  const mjtNum* eye = model.d().site_xpos + 3 * scanner;
-  const mjtNum* middle = model.d().site_xpos + 3 * workspace;
-  const double radius_m = model.m().site_size[3 * workspace];
-  const double reach_m = radius_m + kPerceived_m;
-  const mjModel& m = model.m();
-  int rays = 0;
-  int hidden = 0;
-  const auto look = [&](const mjtNum* target, bool to_workspace) {
-    mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
-    const double length = mju_normalize3(ray);
-    int geom = -1;
-    const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
-    rays += to_workspace;
-    if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
-    if (to_workspace && distance < length) {
-      ++hidden;
-      if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
-    }
-    const double x = eye[0] + distance * ray[0] - middle[0];
-    const double y = eye[1] + distance * ray[1] - middle[1];
-    if (std::hypot(x, y) >= reach_m) return;
-    seen.in_the_way = true;
-    seen.body = m.geom_bodyid[geom];
-  };
-  for (const double height_m : kHeights_m) {
-    for (int i = 0; i < kRays * kRays; ++i) {
-      const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
-      const double y = reach_m * (2.0 * (i / kRays) / (kRays - 1) - 1.0);
-      if (std::hypot(x, y) > reach_m) continue;
-      const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
-      const mjtNum target[3] = {middle[0] + x, middle[1] + y, middle[2] + height_m};
-      look(target, to_workspace);
-    }
-  }
-  if (rays > 0) seen.hidden = static_cast<double>(hidden) / rays;
-  return seen;
-}
-
 Cure SuggestHome(Model& model) {
   const int workspace = model.Find(mjOBJ_SITE, "workspace");
   const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
@@ -420,9 +433,7 @@ Cure SuggestHome(Model& model) {
     // Checks the rounded values that are printed.
     for (double& q : draws[i].q) q = std::round(100.0 * q) / 100.0;
     Pose(model, draws[i].q);
-    if (!Touching(model, mjMAXVAL).empty()) continue;
-    const Seen seen = LookAtWorkspace(model);
-    if (!seen.in_the_way && seen.hidden <= kMaxHidden) {
+    if (Touching(model, mjMAXVAL).empty() && LookAtWorkspace(model).IsFree()) {
       found = model.SetNumeric("home", fmt::format("{:g}", fmt::join(draws[i].q, " ")),
                                model.file().string());
     }

@@ -58,13 +58,10 @@ class Hand {
         data_(mj_makeData(&m_)),
         joints_(std::move(joints)),
         fingers_(std::move(fingers)) {
-    const auto n = static_cast<Eigen::Index>(joints_.size());
-    low_.resize(n);
-    high_.resize(n);
-    range_.resize(n);
-    natural_.resize(n);
+    const Eigen::Index n = std::ssize(joints_);
+    for (VectorXd* of : {&low_, &high_, &range_, &natural_}) of->resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const int joint = joints_[static_cast<std::size_t>(i)];
+      const int joint = joints_[i];
       std::tie(low_[i], high_[i]) = model.RangeOf(joint, mjPI);
       range_[i] = high_[i] - low_[i];
       natural_[i] =
@@ -72,7 +69,7 @@ class Hand {
     }
   }
 
-  Eigen::Index fingers() const { return static_cast<Eigen::Index>(fingers_.size()); }
+  Eigen::Index fingers() const { return std::ssize(fingers_); }
   const VectorXd& natural() const { return natural_; }
 
   /// Positions of the tips, the thumb's first, then of their knuckles, one per column.
@@ -80,8 +77,8 @@ class Hand {
     Set(q);
     MatrixXd points(3, 2 * fingers());
     for (Eigen::Index f = 0; f < fingers(); ++f) {
-      points.col(f) = TipOf(fingers_[Index(f)]);
-      points.col(fingers() + f) = KnuckleOf(fingers_[Index(f)]);
+      points.col(f) = TipOf(fingers_[f]);
+      points.col(fingers() + f) = KnuckleOf(fingers_[f]);
     }
     return points;
   }
@@ -143,8 +140,6 @@ class Hand {
   }
 
  private:
-  static std::size_t Index(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
   bool IsOutermost(int joint) const {
     return std::ranges::none_of(joints_, [&](int other) {
       return other != joint && m_.jnt_bodyid[other] != m_.jnt_bodyid[joint] &&
@@ -159,8 +154,7 @@ class Hand {
   }
 
   void Set(const VectorXd& q) {
-    for (Eigen::Index i = 0; i < q.size(); ++i)
-      data_->qpos[m_.jnt_qposadr[joints_[Index(i)]]] = q[i];
+    for (Eigen::Index i = 0; i < q.size(); ++i) data_->qpos[m_.jnt_qposadr[joints_[i]]] = q[i];
     mj_kinematics(&m_, data_.get());
     mj_comPos(&m_, data_.get());
   }
@@ -180,7 +174,7 @@ class Hand {
     Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> whole(3, m_.nv);
     mj_jac(&m_, data_.get(), whole.data(), nullptr, point.data(), body);
     for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-      columns.col(i) = whole.col(m_.jnt_dofadr[joints_[Index(i)]]);
+      columns.col(i) = whole.col(m_.jnt_dofadr[joints_[i]]);
     }
     return columns;
   }
@@ -226,7 +220,7 @@ class Hand {
         if (aim.half_way != half_way) continue;
         VectorXd row = VectorXd::Zero(q.size());
         for (Eigen::Index p = 0; p < aim.share.size(); ++p) {
-          row += aim.share[p] * jacobians[Index(p)].transpose() * aim.along;
+          row += aim.share[p] * jacobians[p].transpose() * aim.along;
         }
         if (half_way) row *= 0.5;
         const double weight = std::pow(aim.weight / kPlace_m, 2);
@@ -270,7 +264,7 @@ Posture Closed(Hand& hand, double side) {
   Axes axes = AxesOf(points);
   axes.to_thumb *= side;
   const Vector3d row = axes.row;
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(hand.fingers() - 1));
+  std::vector<Eigen::Index> order(hand.fingers() - 1);
   std::iota(order.begin(), order.end(), 1);
   std::ranges::sort(order, {}, [&](Eigen::Index f) { return row.dot(points.col(f)); });
   // The thumb is opposite the middle of the row: opposite a finger, or between two.
@@ -352,7 +346,7 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
   for (const int geom : fingertips) {
     const int root = mjcf::HandBranch(&m, m.geom_bodyid[geom], model.hand);
     const auto found = std::ranges::find(roots, root);
-    const auto at = static_cast<std::size_t>(found - roots.begin());
+    const std::size_t at = found - roots.begin();
     if (found == roots.end()) {
       roots.push_back(root);
       fingers.emplace_back();
@@ -383,8 +377,7 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
   std::vector<mjcf::HandMotor> motors;
   for (std::size_t i = 0; i < actuators.size(); ++i) {
     const double gear = m.actuator_gear[6 * actuators[i]];
-    const auto at = static_cast<Eigen::Index>(i);
-    motors.push_back({actuators[i], gear * open[at], gear * closed[at]});
+    motors.push_back({actuators[i], gear * open[i], gear * closed[i]});
   }
   return motors;
 }

@@ -11,7 +11,6 @@
 #include "base/error.h"
 #include "robot/mjcf/hand.h"
 #include "sim/check/internal/finger_poses.h"
-#include "sim/check/internal/geared_hand.h"
 #include "sim/internal/engine.h"
 
 namespace rangegrasp::check::internal {
@@ -98,6 +97,14 @@ Cure InHand(const Model& model, const std::string& block) {
   const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, model.hand));
   return edit ? Cure::Insert(edit->file, edit->element, block)
               : Cure("in the body \"hand\": " + block);
+}
+
+// @return false: reported that it does not
+bool CheckCollides(Model& model, int fingertip) {
+  if (model.Collides(fingertip)) return true;
+  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
+              model.Set(mjOBJ_GEOM, fingertip, {{"contype", "1"}, {"conaffinity", "1"}}));
+  return false;
 }
 
 void CheckTips(Model& model, const mjcf::HandClosing& closing) {
@@ -355,10 +362,10 @@ constexpr double kDampingRatio = 0.1, kGoodRatio = 0.7;
 /// The inertia that a joint feels if all others are free.
 double FeltInertia(const Model& model, mjData* data, int joint) {
   const int dof = model.m().jnt_dofadr[joint];
-  std::vector<mjtNum> unit(static_cast<std::size_t>(model.m().nv)), moved(unit);
-  unit[static_cast<std::size_t>(dof)] = 1.0;
+  std::vector<mjtNum> unit(model.m().nv), moved(unit);
+  unit[dof] = 1.0;
   mj_solveM(&model.m(), data, moved.data(), unit.data(), 1);
-  return 1.0 / moved[static_cast<std::size_t>(dof)];
+  return 1.0 / moved[dof];
 }
 
 void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
@@ -525,14 +532,63 @@ void CheckClosing(Model& model) {
   }
 }
 
-}  // namespace
-
-bool CheckCollides(Model& model, int fingertip) {
-  if (model.Collides(fingertip)) return true;
-  model.Error(mjOBJ_GEOM, fingertip, "is a fingertip, but not a collision geom",
-              model.Set(mjOBJ_GEOM, fingertip, {{"contype", "1"}, {"conaffinity", "1"}}));
-  return false;
+bool BelowAny(const Model& model, int body, const std::set<int>& roots) {
+  return std::ranges::any_of(roots, [&](int root) { return model.InSubtree(body, root); });
 }
+
+// Bodies that move with the driven joints: by a joint itself, or by an equality with a moving body.
+std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
+  const mjModel& m = model.m();
+  std::set<int> roots;
+  for (const int joint : joints) roots.insert(m.jnt_bodyid[joint]);
+  const auto driven = [&](int body) { return BelowAny(model, body, roots); };
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (int e = 0; e < m.neq; ++e) {
+      int a = m.eq_obj1id[e];
+      int b = m.eq_obj2id[e];
+      if (a < 0 || b < 0) continue;
+      if (m.eq_type[e] == mjEQ_JOINT) {
+        a = m.jnt_bodyid[a];
+        b = m.jnt_bodyid[b];
+      } else if ((m.eq_type[e] != mjEQ_CONNECT && m.eq_type[e] != mjEQ_WELD) ||
+                 m.eq_objtype[e] != mjOBJ_BODY) {
+        continue;
+      }
+      // A linkage moves all bodies from its ground on.
+      const auto top = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
+      if (driven(a) != driven(b)) grown = roots.insert(driven(a) ? top(b) : top(a)).second || grown;
+    }
+  }
+  return roots;
+}
+
+// Checks a hand with one geared motor on its hinges ("hand_joints"): ranges, and what they move.
+void CheckGearedHand(Model& model) {
+  const auto joints = model.Tuple("hand_joints", mjOBJ_JOINT);
+  const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
+  if (joints.empty() || tips.empty()) return;
+  const mjModel& m = model.m();
+  const std::set<int> roots = DrivenBodies(model, joints);
+  for (const int joint : joints) {
+    if (m.jnt_limited[joint]) continue;
+    model.Error(mjOBJ_JOINT, joint,
+                "has no range, so that the open and the closed position are unknown",
+                "range=\"OPEN CLOSED\"");
+  }
+  for (const int geom : tips) {
+    const int body = m.geom_bodyid[geom];
+    CheckCollides(model, geom);
+    if (BelowAny(model, body, roots)) continue;
+    model.Error(
+        mjOBJ_GEOM, geom,
+        fmt::format("is a fingertip on body \"{}\", which no joint of \"hand_joints\" moves",
+                    model.BodyName(body)),
+        "list the joint that moves it in \"hand_joints\", or remove the geom from \"fingertips\"");
+  }
+}
+
+}  // namespace
 
 void CheckHand(Model& model) {
   if (model.hand < 0) return;

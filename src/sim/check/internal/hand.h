@@ -18,8 +18,6 @@ HandGuess GuessHand(Model& model);
 /// Proposes a site "tcp" in the body "hand"; only in words if the pads are not known yet.
 Cure SuggestTool(Model& model);
 
-bool CheckCollides(Model& model, int fingertip);  ///< false: reported that it does not
-
-void CheckHand(Model& model);  ///< checks what the drives move
+void CheckHand(Model& model);  ///< checks what its drives or its geared motor move
 
 }  // namespace rangegrasp::check::internal

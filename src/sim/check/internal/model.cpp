@@ -301,8 +301,8 @@ std::string Model::NamesOf(mjtObj type, const std::vector<int>& ids) const {
 }
 
 bool Model::IsRobot(int body) const {
-  const bool arm = first_moving() > 0 && InSubtree(body, first_moving());
-  return arm || (hand > 0 && InSubtree(body, hand));
+  const int first = arm_joints.empty() ? -1 : m().jnt_bodyid[arm_joints.front()];
+  return (first > 0 && InSubtree(body, first)) || (hand > 0 && InSubtree(body, hand));
 }
 
 struct SourceLines::Reader {
@@ -318,8 +318,7 @@ struct SourceLines::Reader {
     std::map<std::string, std::filesystem::path> models;
 
     int LineOf(const pugi::xml_node& node) const {
-      const auto end = text.begin() + std::max<std::ptrdiff_t>(0, node.offset_debug());
-      return 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
+      return sim::internal::LineAt(text, std::max<std::ptrdiff_t>(0, node.offset_debug()));
     }
   };
 
@@ -329,10 +328,9 @@ struct SourceLines::Reader {
     pugi::xml_document document;
     const auto read = document.load_buffer(file.text.data(), file.text.size());
     if (!read && depth == 0) {
-      const auto end = file.text.cbegin() + std::max<std::ptrdiff_t>(0, read.offset);
-      throw base::InputError(fmt::format("{}:{}: not XML: {}", path.string(),
-                                         1 + std::count(file.text.cbegin(), end, '\n'),
-                                         read.description()));
+      const int line = sim::internal::LineAt(file.text, std::max<std::ptrdiff_t>(0, read.offset));
+      throw base::InputError(
+          fmt::format("{}:{}: not XML: {}", path.string(), line, read.description()));
     }
     for (const auto& found : document.select_nodes("//asset/model")) {
       const pugi::xml_node model = found.node();

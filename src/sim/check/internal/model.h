@@ -151,8 +151,6 @@ class Model {
     return m().jnt_limited[joint] ? std::pair(range[0], range[1])
                                   : std::pair(-continuous_rad, continuous_rad);
   }
-  /// First moving body of the arm; -1 without joints.
-  int first_moving() const { return arm_joints.empty() ? -1 : m().jnt_bodyid[arm_joints.front()]; }
   bool IsRobot(int body) const;
 
   /// From tuples. Guessed if the file has none: the hinges between the world and the hand, or the

@@ -154,22 +154,6 @@ VectorXd Weight(Model& model, const VectorXd& q, double load_kg) {
   return torque.cwiseAbs();
 }
 
-/// Torque limit of a drive [Nm]; infinite if the file gives none.
-double StrengthOf(const Model& model, std::size_t i) {
-  const mjModel& m = model.m();
-  double strength = mjMAXVAL;
-  const int joint = model.arm_joints[i];
-  const int actuator = model.arm_actuators[i];
-  if (m.jnt_actfrclimited[joint]) {
-    strength = std::min(m.jnt_actfrcrange[2 * joint + 1], -m.jnt_actfrcrange[2 * joint]);
-  }
-  if (m.actuator_forcelimited[actuator]) {
-    const mjtNum* range = m.actuator_forcerange + 2 * actuator;
-    strength = std::min({strength, range[1], -range[0]});
-  }
-  return strength;
-}
-
 void CheckStrength(Model& model, const std::vector<VectorXd>& positions) {
   VectorXd most = VectorXd::Zero(model.arm_joints.size());
   for (const VectorXd& q : positions) most = most.cwiseMax(Weight(model, q, kLoad_kg));
@@ -178,7 +162,8 @@ void CheckStrength(Model& model, const std::vector<VectorXd>& positions) {
   model.SetHome();
   for (std::size_t i = 0; i < model.arm_joints.size(); ++i) {
     const double needed = most[i];
-    const double strength = StrengthOf(model, i);
+    const double strength =
+        sim::internal::DriveLimit(&model.m(), model.arm_joints[i], model.arm_actuators[i]);
     if (needed < strength) continue;
     model.Error(
         mjOBJ_ACTUATOR, model.arm_actuators[i],

@@ -139,14 +139,11 @@ void Add(const Record& record, Category& category) {
 // The categories in the order of first occurrence.
 std::vector<Category> CategoriesOf(const std::vector<Record>& records) {
   std::vector<Category> categories;
-  for (const auto& record : records) {
-    const std::string& group = record.which.group;
-    auto found = std::ranges::find(categories, group, &Category::name);
-    if (found == categories.end()) {
-      categories.emplace_back().name = group;
-      found = categories.end() - 1;
+  for (const std::string& group : GroupsOf(records)) {
+    categories.emplace_back().name = group;
+    for (const Record& record : records) {
+      if (record.which.group == group) Add(record, categories.back());
     }
-    Add(record, *found);
   }
   return categories;
 }

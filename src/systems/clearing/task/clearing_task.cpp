@@ -1,9 +1,6 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "base/stopwatch.h"
-#include "base/words.h"
 #include "clearing/task/clearing_report.h"
 #include "experiment/experiment.h"
 #include "sim/world.h"
@@ -67,38 +64,6 @@ Options ReadOptions(base::YamlMap& map) {
   return options;
 }
 
-// Repeats a case with a recorder. With snapshots, attempt 3 of case pile-0001 gives
-// `pile-0001_03_perceived.png`, `_03_start.png` and `_03_lifted.png`. The run gives
-// `pile-0001_end.png` and `pile-0001_sheet.png`, which shows all pictures.
-Result ReplayClearing(const trial::Cell& cell, const std::string& id, const ReplayOptions& options,
-                      const std::function<Result(const ClearingObserver&)>& run) {
-  const auto recorder = trial::MakeRecorder(cell, id, options);
-  recorder->KeepMoments([](const std::string& moment) {
-    return moment == "start" || moment == "lifted" || moment == "end";
-  });
-  ClearingObserver observer;
-  observer.detector = &recorder->detector();
-  observer.execution = recorder->Observer();
-  if (observer.execution.on_moment) {
-    // Skips the end of a grasp: it looks like the start of the next one, except that the objects at
-    // the delivery place are removed by then.
-    observer.execution.on_moment = [then = observer.execution.on_moment](const std::string& moment,
-                                                                         sim::World& world) {
-      if (moment != "end") then(moment, world);
-    };
-  }
-  observer.on_attempt = [&](int attempt) {
-    recorder->SetPrefix(fmt::format("{}_{:02}", id, attempt));
-  };
-  observer.on_end = [&](sim::World& world) {
-    recorder->SetPrefix(id);
-    recorder->Take("end", world);
-  };
-  const auto result = run(observer);
-  recorder->Finish();
-  return result;
-}
-
 // Each case is an arrangement. Its group is the arrangement's word.
 class ClearingExperiment : public experiment::Task {
  public:
@@ -126,10 +91,34 @@ class ClearingExperiment : public experiment::Task {
 
   Result Run(const Case& which) const override { return RunCase(which, {}); }
 
+  // With snapshots, attempt 3 of case pile-0001 gives `pile-0001_03_perceived.png`,
+  // `_03_start.png` and `_03_lifted.png`. The run gives `pile-0001_end.png` and
+  // `pile-0001_sheet.png`, which shows all pictures.
   Result Replay(const Case& which, const ReplayOptions& options) const override {
-    return ReplayClearing(cell_, which.id, options, [&](const ClearingObserver& observer) {
-      return RunCase(which, observer);
+    const auto recorder = trial::MakeRecorder(cell_, which.id, options);
+    recorder->KeepMoments([](const std::string& moment) {
+      return moment == "start" || moment == "lifted" || moment == "end";
     });
+    ClearingObserver observer;
+    observer.detector = &recorder->detector();
+    observer.execution = recorder->Observer();
+    if (auto& on_moment = observer.execution.on_moment) {
+      // Skips the end of a grasp: it looks like the start of the next one, except that the objects
+      // at the delivery place are removed by then.
+      on_moment = [then = on_moment](const std::string& moment, sim::World& world) {
+        if (moment != "end") then(moment, world);
+      };
+    }
+    observer.on_attempt = [&](int attempt) {
+      recorder->SetPrefix(fmt::format("{}_{:02}", which.id, attempt));
+    };
+    observer.on_end = [&](sim::World& world) {
+      recorder->SetPrefix(which.id);
+      recorder->Take("end", world);
+    };
+    const Result result = RunCase(which, observer);
+    recorder->Finish();
+    return result;
   }
 
   void AddTo(Stamp& stamp) const override {

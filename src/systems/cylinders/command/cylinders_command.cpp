@@ -1,7 +1,6 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -43,10 +42,6 @@ std::string Name(const GivenCylinder& given, std::size_t index) {
                      given.radius_m * base::kMmPerM, given.height_m * base::kMmPerM);
 }
 
-bool IsFound(const CylinderScene& scene, std::size_t given) {
-  return std::ranges::find(scene.cylinders, given, &FoundCylinder::given) != scene.cylinders.end();
-}
-
 std::vector<std::string> Warnings(const CylinderScene& scene,
                                   const std::vector<GivenCylinder>& given) {
   std::vector<std::string> warnings;
@@ -58,7 +53,7 @@ std::vector<std::string> Warnings(const CylinderScene& scene,
     if (std::max(2.0 * given[i].radius_m, given[i].height_m) > extent_m) {
       warnings.push_back(fmt::format("{} is larger than the scene ({:.0f} mm): try --unit",
                                      Name(given[i], i), extent_m * base::kMmPerM));
-    } else if (!IsFound(scene, i)) {
+    } else if (!scene.Find(i)) {
       warnings.push_back(Name(given[i], i) + " was not found");
     }
   }
@@ -111,7 +106,7 @@ ordered_json Json(const CylindersArguments& arguments, const CylinderScene& scen
   for (std::size_t i = 0; i < given.size(); ++i) {
     json["given"].push_back({{"radius_m", given[i].radius_m},
                              {"height_m", given[i].height_m},
-                             {"found", IsFound(scene, i)}});
+                             {"found", scene.Find(i) != nullptr}});
   }
   for (const auto& found : scene.cylinders) json["cylinders"].push_back(Json(found));
   for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
@@ -134,7 +129,7 @@ std::string Text(const CylinderScene& scene, const std::vector<GivenCylinder>& g
         c.axis.y(), c.axis.z(), c.radius_m * base::kMmPerM);
   }
   for (std::size_t i = 0; i < given.size(); ++i) {
-    if (!IsFound(scene, i)) text += Name(given[i], i) + ": not found\n";
+    if (!scene.Find(i)) text += Name(given[i], i) + ": not found\n";
   }
   return text;
 }

@@ -12,15 +12,20 @@ namespace {
 
 /// Repeats the scan until it has the requested number of points: the pitch is reduced by the
 /// missing share and 1 % more. Excess points are removed evenly.
-/// @param scan  scans with rays `pitch` apart at distance 1
+/// @param scan  scans with rays `pitch` apart at distance 1, shifted by `phase` pitches; each scan
+/// draws the same noise
 /// @throws base::InputError if `scans` scans do not suffice.
 template <typename Scan>
 CylinderView ScanUntilEnough(const CylinderShape& shape, const Viewpoint& place, int points,
-                             int scans, const char* failure, Scan scan) {
+                             int scans, const char* failure, base::Rng& rng, Scan scan) {
+  const double phase_x = rng.Uniform();
+  const double phase_y = rng.Uniform();
+  const Eigen::Vector2d phase(phase_x, phase_y);
+  const base::Rng noise(rng.Next());
   // The outline's area is approximately that of its bounding box.
   double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / place.distance_m;
   for (int i = 0; i < scans; ++i) {
-    CylinderView view = scan(pitch);
+    CylinderView view = scan(pitch, phase, noise);
     if (static_cast<int>(view.points.size()) >= points) {
       KeepEvenly(points, view);
       return view;
@@ -67,14 +72,12 @@ Eigen::Vector3d Viewpoint::Eye() const {
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng) {
   if (points < 3) throw base::InputError("a synthetic cylinder needs three points or more");
-  const double phase_x = rng.Uniform();
-  const double phase_y = rng.Uniform();
-  const base::Rng noise(rng.Next());
-  return ScanUntilEnough(
-      shape, view, points, 12,
-      "no grid of rays gives this number of points of the synthetic cylinder", [&](double pitch) {
-        return GridOfRays(shape, view.Eye(), pitch, {phase_x, phase_y}, noise_m, noise);
-      });
+  return ScanUntilEnough(shape, view, points, 12,
+                         "no grid of rays gives this number of points of the synthetic cylinder",
+                         rng,
+                         [&](double pitch, const Eigen::Vector2d& phase, const base::Rng& noise) {
+                           return GridOfRays(shape, view.Eye(), pitch, phase, noise_m, noise);
+                         });
 }
 
 void KeepEvenly(int wanted, CylinderView& view) {
@@ -97,6 +100,10 @@ namespace {
 constexpr std::uint32_t kEdges = 512;
 /// The sweep is wider than the cylinder by this factor, so that it includes the outline.
 constexpr double kMargin = 1.1;
+/// Side length of the square table on which it stands.
+constexpr double kTable_m = 0.6;
+/// Points below this height above the table are removed: the clearance of the preselection.
+constexpr double kClearance_m = 0.002;
 /// The table reflects the laser like a matt, bright surface.
 constexpr std::uint32_t kTableLabel = 0;
 constexpr std::uint32_t kCylinderLabel = 1;
@@ -126,20 +133,20 @@ geometry::TriangleMesh MeshOf(const CylinderShape& shape) {
   return mesh;
 }
 
-geometry::TriangleMesh TableOf(double x, double side_m) {
-  const double half_m = 0.5 * side_m;
+geometry::TriangleMesh TableAt(double x) {
+  const double half_m = 0.5 * kTable_m;
   return {{{x, -half_m, -half_m}, {x, half_m, -half_m}, {x, half_m, half_m}, {x, -half_m, half_m}},
           {{0, 1, 2}, {0, 2, 3}}};
 }
 
 // Scanner frame S: x right, y down, z forward (base/frames.h), turned by less than a sample.
-base::Pose LookAtMiddle(const Eigen::Vector3d& eye, double turn_x_rad, double turn_y_rad) {
+base::Pose LookAtMiddle(const Eigen::Vector3d& eye, const Eigen::Vector2d& turn_rad) {
   const Eigen::Vector3d forward = -eye.normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitX()).normalized();
   Eigen::Matrix3d R_WS;
   R_WS << right, forward.cross(right), forward;
-  const Eigen::AngleAxisd turn_x(turn_x_rad, Eigen::Vector3d::UnitX());
-  const Eigen::AngleAxisd turn_y(turn_y_rad, Eigen::Vector3d::UnitY());
+  const Eigen::AngleAxisd turn_x(turn_rad.x(), Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd turn_y(turn_rad.y(), Eigen::Vector3d::UnitY());
   return base::MakePose(R_WS * (turn_x * turn_y).toRotationMatrix(), eye);
 }
 
@@ -159,35 +166,31 @@ CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::
 }  // namespace
 
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
-                          const ScannedOptions& options, base::Rng& rng) {
+                          sensing::LineScannerOptions scanner, base::Rng& rng) {
   constexpr const char* kFailure =
       "the scanner cannot measure this number of points of the cylinder";
   std::vector<sim::VisualMesh> meshes(2);
-  meshes[0].mesh_W = TableOf(-0.5 * shape.height_m, options.table_m);
+  meshes[0].mesh_W = TableAt(-0.5 * shape.height_m);
   meshes[0].label = kTableLabel;
   meshes[1].mesh_W = MeshOf(shape);
   meshes[1].label = kCylinderLabel;
 
-  const double phase_x = rng.Uniform();
-  const double phase_y = rng.Uniform();
-  const base::Rng noise(rng.Next());
   const Eigen::Vector3d eye = view.Eye();
   const double reach_m = std::hypot(shape.radius_m, 0.5 * shape.height_m);
-  sensing::LineScannerOptions scanner = options.scanner;
   scanner.calibration_sigma_m = 0.0;
   scanner.calibration_sigma_rad = 0.0;
   scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (view.distance_m - reach_m));
   scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (view.distance_m - reach_m));
-  return ScanUntilEnough(shape, view, points, 10, kFailure, [&](double pitch) {
+  const auto scan = [&](double pitch, const Eigen::Vector2d& phase, base::Rng noise) {
     scanner.samples = static_cast<int>(std::ceil(scanner.fan_rad / pitch)) + 1;
     scanner.profiles = static_cast<int>(std::ceil(scanner.pan_range_rad / pitch)) + 1;
-    base::Rng same = noise;
-    const base::Pose X_WS = LookAtMiddle(eye, phase_x * pitch, phase_y * pitch);
-    const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, scanner, same);
-    CylinderView found = AboveTable(scan, -0.5 * shape.height_m + options.table_clearance_m, eye);
+    const base::Pose X_WS = LookAtMiddle(eye, phase * pitch);
+    CylinderView found = AboveTable(sensing::ScanScene(meshes, X_WS, scanner, noise),
+                                    -0.5 * shape.height_m + kClearance_m, eye);
     if (found.points.empty()) throw base::InputError(kFailure);
     return found;
-  });
+  };
+  return ScanUntilEnough(shape, view, points, 10, kFailure, rng, scan);
 }
 
 }  // namespace rangegrasp::cylinders

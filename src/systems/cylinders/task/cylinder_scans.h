@@ -47,19 +47,12 @@ CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, in
 /// Keeps `wanted` of its points, evenly spaced in their order; all if there are no more.
 void KeepEvenly(int wanted, CylinderView& view);
 
-struct ScannedOptions {
-  sensing::LineScannerOptions scanner;
-  /// Points below this height above the table are removed: the clearance of the preselection.
-  double table_clearance_m = 0.002;
-  double table_m = 0.6;  ///< side length of the square table on which it stands
-};
-
 /// All points that the line scanner measures of a cylinder above the table on which it stands, in
 /// the cylinder's frame. The scanner has all its errors except the calibration error, which would
 /// turn every fit's axis equally. Its fan and sweep cover the cylinder, its spacing is adapted to
 /// give the requested number of points, and the few excess points are removed.
 /// @throws base::InputError if the scanner cannot measure that many points.
 CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
-                          const ScannedOptions& options, base::Rng& rng);
+                          sensing::LineScannerOptions scanner, base::Rng& rng);
 
 }  // namespace rangegrasp::cylinders

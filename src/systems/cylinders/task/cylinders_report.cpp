@@ -8,9 +8,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "base/draw/plot.h"
-#include "base/file.h"
 #include "cylinders/task/cylinders_task.h"
 
 namespace rangegrasp::cylinders {
@@ -18,7 +18,6 @@ namespace {
 
 using experiment::Column;
 using experiment::kLeft;
-using experiment::Mean;
 using experiment::MeanOf;
 using experiment::Record;
 
@@ -52,6 +51,8 @@ struct Fits {
   std::vector<double> radius_mm, radius_error_mm, axis_error_deg, seconds, preparation;
   int failed = 0;
   int good = 0;
+
+  int All() const { return failed + static_cast<int>(radius_mm.size()); }
 };
 
 struct PublishedRow {
@@ -60,11 +61,9 @@ struct PublishedRow {
 using PublishedRows = std::map<std::pair<Method, int>, PublishedRow>;  ///< by method and points
 
 /// One line of the tables: for a source, a row, a method and a number of iterations.
-struct TableLine : Key {
+struct TableLine : Key, Fits {
   double true_radius_mm, height_mm;
   int points;
-  int failed, good, all;
-  Mean radius_mm, radius_error_mm, axis_error_deg, seconds, preparation;
   std::optional<PublishedRow> published;
 };
 
@@ -80,14 +79,13 @@ struct Collected {
 
 PublishedRows ReadPublished(const experiment::Stamp& stamp) {
   PublishedRows published;
-  const auto text = stamp.data.find(kReference);
-  if (text == stamp.data.end()) return published;
-  const auto csv = base::CsvTable::Parse(text->second, "reference table");
-  for (std::size_t row = 0; row < csv.rows(); ++row) {
-    const auto number = [&](const char* name) { return csv.Number(row, csv.Column(name)); };
-    const std::size_t column = csv.Column("method");
-    const auto style = std::ranges::find(kStyles, csv.Cell(row, column), &MethodStyle::name);
-    if (style == kStyles.end()) csv.Fail(row, column, "must be LSF or RCF");
+  const auto csv = experiment::ReferenceOf(stamp);
+  if (!csv) return published;
+  for (std::size_t row = 0; row < csv->rows(); ++row) {
+    const auto number = [&](const char* name) { return csv->Number(row, csv->Column(name)); };
+    const std::size_t column = csv->Column("method");
+    const auto style = std::ranges::find(kStyles, csv->Cell(row, column), &MethodStyle::name);
+    if (style == kStyles.end()) csv->Fail(row, column, "must be LSF or RCF");
     const auto method = static_cast<Method>(style - kStyles.begin());
     published[{method, static_cast<int>(number("points"))}] = {
         number("radius_error_mm"), number("axis_error_deg"), number("time_s")};
@@ -138,26 +136,6 @@ std::map<Key, Fits> FitsOf(const std::vector<Record>& records) {
   return all;
 }
 
-TableLine LineOf(const Key& key, const Fits& fits, const nlohmann::json& row,
-                 const PublishedRows& published) {
-  TableLine line{key,
-                 row.at("radius_mm"),
-                 row.at("height_mm"),
-                 row.at("points"),
-                 fits.failed,
-                 fits.good,
-                 fits.failed + static_cast<int>(fits.radius_mm.size()),
-                 MeanOf(fits.radius_mm),
-                 MeanOf(fits.radius_error_mm),
-                 MeanOf(fits.axis_error_deg),
-                 MeanOf(fits.seconds),
-                 MeanOf(fits.preparation),
-                 {}};
-  const auto found = published.find({key.method, line.points});
-  if (found != published.end()) line.published = found->second;
-  return line;
-}
-
 Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& records) {
   Collected all;
   all.shown = base::FromWord<Shown>(experiment::Need(stamp.data, kShown), kShown);
@@ -165,7 +143,11 @@ Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& rec
   for (const auto& row : rows) all.points.push_back(row.at("points"));
   all.published = ReadPublished(stamp);
   for (const auto& [key, fits] : FitsOf(records)) {
-    all.lines.push_back(LineOf(key, fits, rows.at(key.row), all.published));
+    const auto& row = rows.at(key.row);
+    TableLine line{key, fits, row.at("radius_mm"), row.at("height_mm"), row.at("points"), {}};
+    const auto found = all.published.find({key.method, line.points});
+    if (found != all.published.end()) line.published = found->second;
+    all.lines.push_back(std::move(line));
     all.iterations = std::max(all.iterations, key.iterations);
   }
   const auto is_published = [](const Key& key) { return key.iterations == kPublishedIterations; };
@@ -173,11 +155,11 @@ Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& rec
   return all;
 }
 
-auto MeanIn(Mean TableLine::*mean) {
-  return [mean](const TableLine& line) { return (line.*mean).mean; };
+auto MeanIn(std::vector<double> Fits::*values) {
+  return [values](const TableLine& line) { return MeanOf(line.*values).mean; };
 }
-auto ErrorIn(Mean TableLine::*mean) {
-  return [mean](const TableLine& line) { return (line.*mean).standard_error; };
+auto ErrorIn(std::vector<double> Fits::*values) {
+  return [values](const TableLine& line) { return MeanOf(line.*values).standard_error; };
 }
 auto PublishedIn(double PublishedRow::*figure) {
   return [figure](const TableLine& line) {
@@ -203,8 +185,8 @@ experiment::Grid TableOf(const Collected& all, Source source) {
       {"t [s]", ".4f", MeanIn(&T::seconds)},
       {"of it ppt [s]", ".4f", MeanIn(&T::preparation)},
       {"published", ".2f", PublishedIn(&P::time_s)},
-      {"failed", "", [](const T& t) { return fmt::format("{} of {}", t.failed, t.all); }},
-      {"good [%]", "", [](const T& t) { return experiment::PercentText(t.good, t.all, 1); }}};
+      {"failed", "", [](const T& t) { return fmt::format("{} of {}", t.failed, t.All()); }},
+      {"good [%]", "", [](const T& t) { return experiment::PercentText(t.good, t.All(), 1); }}};
   std::vector<T> lines;
   std::ranges::copy_if(all.lines, std::back_inserter(lines), [&](const T& line) {
     return line.source == source && line.iterations == all.iterations;
@@ -222,7 +204,7 @@ experiment::Grid MeansOf(const std::vector<TableLine>& lines) {
       {"points", "", &T::points},
       {"method", "", [](const T& t) { return base::Word(t.method); }},
       {"iterations", "", &T::iterations},
-      {"fits", "", &T::all},
+      {"fits", "", &T::All},
       {"failed", "", &T::failed},
       {"good", "", &T::good},
       {"radius_mm", ".7g", MeanIn(&T::radius_mm)},
@@ -242,7 +224,7 @@ struct Quantity {
   const char* name;
   const char* unit;
   int digits;
-  Mean TableLine::*own;
+  std::vector<double> Fits::*own;
   double PublishedRow::*published;
 };
 constexpr std::array<Quantity, 3> kQuantities = {{
@@ -262,7 +244,7 @@ draw::Series SeriesOf(const Collected& all, const Quantity& quantity, Method met
     if (line.source != source || line.method != method) continue;
     if (row ? line.row != *row : line.iterations != all.iterations) continue;
     series.x.push_back(row ? line.iterations : line.points);
-    series.y.push_back((line.*quantity.own).mean.value_or(std::nan("")));
+    series.y.push_back(MeanOf(line.*quantity.own).mean.value_or(std::nan("")));
   }
   // Rows are in the order of the file, which may be descending.
   if (series.x.size() > 1 && series.x.front() > series.x.back()) {
@@ -311,9 +293,9 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
       continue;
     }
     std::string row = fmt::format("{}, {} points, ", StyleOf(line.method).name, line.points);
-    if (line.failed > 0) row += fmt::format("{} of {} failed, ", line.failed, line.all);
+    if (line.failed > 0) row += fmt::format("{} of {} failed, ", line.failed, line.All());
     for (const Quantity& quantity : kQuantities) {
-      const Mean& own = line.*quantity.own;
+      const experiment::Mean own = MeanOf(line.*quantity.own);
       experiment::Evidence evidence = experiment::MeanEvidence{own};
       if (quantity.own == &TableLine::seconds) {
         evidence = experiment::TimesEvidence{static_cast<int>(own.count)};

@@ -5,12 +5,10 @@
 
 namespace rangegrasp::cylinders {
 
-/// Keys of Stamp::data: what is shown (a word), the rows as JSON, the noise of source noisy [mm],
-/// the text of the published table.
+/// Keys of Stamp::data: what is shown (a word), the rows as JSON, the noise of source noisy [mm].
 inline constexpr const char* kShown = "shown";
 inline constexpr const char* kRows = "rows";
 inline constexpr const char* kNoise = "noise_mm";
-inline constexpr const char* kReference = "reference";
 /// Suffix after a fit's name in a result's seconds: the part of its time spent on preparation.
 inline constexpr const char* kPreparation = " preparation";
 

@@ -2,18 +2,45 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
+#include "cylinders/fit.h"
+#include "cylinders/task/cylinder_scans.h"
 #include "cylinders/task/cylinders_report.h"
 #include "pcl_bridge/pcl_segmentation.h"
 #include "sensing/line_scanner.h"
 
 namespace rangegrasp::cylinders {
 namespace {
+
+/// A row of the table.
+struct CylinderRow {
+  CylinderShape shape;
+  int points = 0;
+};
+
+struct ComparisonOptions {
+  Shown shown = Shown::kResolution;
+  std::vector<CylinderRow> rows;
+  std::vector<Source> sources = {Source::kPerfect, Source::kNoisy, Source::kScanned};
+  std::vector<Method> methods = {Method::kLsf, Method::kPrinted, Method::kRcf, Method::kPcl,
+                                 Method::kRefined};
+  std::vector<int> iterations = {100};
+  int repetitions = 50;
+  double neighborhood_m = 0.005;
+  double noise_m = 0.0;
+  Viewpoint view;
+  std::filesystem::path sensor;
+  sensing::LineScannerOptions scanner;
+  std::filesystem::path reference;
+};
 
 constexpr int kMaxPoints = 1'000'000;
 constexpr int kMaxIterations = 100'000;
@@ -41,7 +68,8 @@ CylinderRow RowOf(const base::YamlMap& map, const std::string& text) {
   return {{numbers[0] * base::kMm, numbers[1] * base::kMm}, static_cast<int>(numbers[2])};
 }
 
-void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
+ComparisonOptions ReadComparisonKeys(base::YamlMap& map) {
+  ComparisonOptions o;
   map.Read("shown", o.shown, "resolution: table 4.3, fig. 4.13; iterations: 4.4, figs. 4.14-4.19");
   std::vector<std::string> rows;
   map.Read("rows", rows, "cylinders: \"radius in mm, height in mm, points\" each");
@@ -73,17 +101,17 @@ void ReadComparisonKeys(base::YamlMap& map, ComparisonOptions& o) {
                  "downward pitch of the sensor");
   map.ReadPath("sensor", o.sensor, "sources noisy and scanned: file of the line scanner");
   map.ReadPath("reference", o.reference, "published table as CSV");
+  return o;
 }
 
 /// Reads all keys, to the end of the map.
 ComparisonOptions ReadComparison(base::YamlMap& map) {
-  ComparisonOptions options;
-  ReadComparisonKeys(map, options);
+  ComparisonOptions options = ReadComparisonKeys(map);
   map.Require("rows");
   map.Finish();
-  if (!options.sensor.empty()) options.scanned.scanner = sensing::ReadLineScanner(options.sensor);
+  if (!options.sensor.empty()) options.scanner = sensing::ReadLineScanner(options.sensor);
   if (options.noise_m == 0.0) {
-    options.noise_m = sensing::DepthSigma(options.scanned.scanner, options.view.distance_m);
+    options.noise_m = sensing::DepthSigma(options.scanner, options.view.distance_m);
   }
   return options;
 }
@@ -259,7 +287,9 @@ class CylindersExperiment : public experiment::Task {
     if (!options_.sensor.empty()) {
       stamp.identity["sensor"] = base::Hex(base::Fnv1a(base::ReadFile(options_.sensor)));
     }
-    if (!options_.reference.empty()) stamp.data[kReference] = base::ReadFile(options_.reference);
+    if (!options_.reference.empty()) {
+      stamp.data[experiment::kReferenceKey] = base::ReadFile(options_.reference);
+    }
   }
 
  private:
@@ -272,7 +302,7 @@ class CylindersExperiment : public experiment::Task {
     const auto source = base::FromWord<Source>(which.params.Text("source"), "source");
     base::Rng rng(base::DeriveSeed(which.seed, "view"));
     if (source == Source::kScanned) {
-      return ScanCylinder(row.shape, options_.view, row.points, options_.scanned, rng);
+      return ScanCylinder(row.shape, options_.view, row.points, options_.scanner, rng);
     }
     const double noise_m = source == Source::kNoisy ? options_.noise_m : 0.0;
     return SyntheticScan(row.shape, options_.view, row.points, noise_m, rng);
@@ -297,11 +327,7 @@ const experiment::TaskKind& CylindersTask() {
                  const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
         return std::make_unique<CylindersExperiment>(ReadComparison(map), common);
       },
-      .read_keys =
-          [](base::YamlMap& map) {
-            ComparisonOptions options;
-            ReadComparisonKeys(map, options);
-          },
+      .read_keys = [](base::YamlMap& map) { ReadComparisonKeys(map); },
       .report = ComparisonReport};
   return kind;
 }

@@ -1,14 +1,8 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
-#include <optional>
 #include <string_view>
-#include <vector>
 
-#include "base/yaml_map.h"
-#include "cylinders/fit.h"
-#include "cylinders/task/cylinder_scans.h"
 #include "experiment/task.h"
 
 namespace rangegrasp::cylinders {
@@ -40,28 +34,6 @@ enum class Shown {
   kIterations,  ///< table 4.4, figures 4.14 to 4.19
 };
 constexpr std::array<std::string_view, 2> WordsOf(Shown) { return {"resolution", "iterations"}; }
-
-/// A row of the table.
-struct CylinderRow {
-  CylinderShape shape;
-  int points = 0;
-};
-
-struct ComparisonOptions {
-  Shown shown = Shown::kResolution;
-  std::vector<CylinderRow> rows;
-  std::vector<Source> sources = {Source::kPerfect, Source::kNoisy, Source::kScanned};
-  std::vector<Method> methods = {Method::kLsf, Method::kPrinted, Method::kRcf, Method::kPcl,
-                                 Method::kRefined};
-  std::vector<int> iterations = {100};
-  int repetitions = 50;
-  double neighborhood_m = 0.005;
-  double noise_m = 0.0;
-  Viewpoint view;
-  std::filesystem::path sensor;
-  ScannedOptions scanned;
-  std::filesystem::path reference;
-};
 
 /// `task: cylinder_fits`: comparison of fits of single cylinders (tables 4.3 and 4.4). A case is
 /// one range image, which is given to all methods; the group is its source.

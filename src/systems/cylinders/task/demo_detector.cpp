@@ -76,7 +76,7 @@ DetectOptions SecondLook(const DemoOptions& options) {
   return look;
 }
 
-void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
+DemoOptions ReadDemoKeys(YamlMap& map, DemoOptions o) {
   map.Read("runs", o.runs, 1, 100000,
            "number of runs; the target is one of the given cylinders in turn");
   ReadGiven(map, o);
@@ -90,6 +90,7 @@ void ReadDemoKeys(YamlMap& map, DemoOptions& o) {
   base::ReadAdditions<DemoAdditions>(keys, o);
   ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
+  return o;
 }
 
 DemoOptions ReadDemo(YamlMap& map) {
@@ -100,7 +101,7 @@ DemoOptions ReadDemo(YamlMap& map) {
     base::SwitchAll<DemoAdditions>(false, options);
     options.max_tries = 1;
   }
-  ReadDemoKeys(map, options);
+  options = ReadDemoKeys(map, std::move(options));
   ReadTable(map, "runs", options);
   return options;
 }
@@ -220,7 +221,7 @@ class DemoDetector : public trial::Detector {
       return scene;
     };
     CylinderScene found = look(FirstLook(options_));
-    if (options_.second_look && !IsFound(found)) found = look(SecondLook(options_));
+    if (options_.second_look && !found.Find(wanted_)) found = look(SecondLook(options_));
     detected.seconds.emplace_back("cylinders", watch.Restart());
     perception::Scene scene = perception::Perceive(observation, options.perception, rng, workspace);
     detected.seconds.emplace_back("perceive", watch.Restart());
@@ -230,7 +231,7 @@ class DemoDetector : public trial::Detector {
     if (options_.purity) PurestFirst(scene, options_, found.cylinders);
     if (observer_) observer_(found, observation);
     watch.Restart();
-    if (!IsFound(found)) return detected;
+    if (!found.Find(wanted_)) return detected;
     // The wanted one is inserted last, so that it is the scene's first object.
     for (const bool wanted : {false, true}) PutFirstOf(found, wanted, scene);
 
@@ -244,10 +245,6 @@ class DemoDetector : public trial::Detector {
   }
 
  private:
-  bool IsFound(const CylinderScene& scene) const {
-    return std::ranges::any_of(scene.cylinders, [&](const auto& c) { return c.given == wanted_; });
-  }
-
   /// Grasps of the first object; those with more clearance to the others come first.
   std::vector<grasp::Grasp> Grasps(const perception::Scene& scene,
                                    std::span<const geometry::TriangleMesh> obstacles_C) const {

@@ -92,7 +92,8 @@ DetectOptions FirstLook(const DemoOptions& options);
 DetectOptions SecondLook(const DemoOptions& options);
 
 /// Reads the keys of a demo except those that it shares with grasping. @throws base::InputError
-void ReadDemoKeys(base::YamlMap& map, DemoOptions& options);
+/// @param options  the defaults
+DemoOptions ReadDemoKeys(base::YamlMap& map, DemoOptions options = {});
 /// Reads all keys, to the end of the map. @throws base::InputError
 DemoOptions ReadDemo(base::YamlMap& map);
 

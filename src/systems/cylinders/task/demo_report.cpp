@@ -10,8 +10,9 @@
 #include <optional>
 
 #include "base/statistics.h"
-#include "base/words.h"
+#include "cylinders/task/demo_detector.h"
 #include "trial/table.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -274,11 +275,6 @@ Grid PlaceGrid(const std::vector<DemoRun>& runs) {
 }
 
 }  // namespace
-
-std::string OutcomeOf(const trial::Attempt& attempt, Delivery delivery) {
-  if (delivery == Delivery::kPlace) return std::string(base::Word(attempt.outcome));
-  return trial::HandOverOutcome(attempt);
-}
 
 experiment::Report DemoReport(const experiment::Stamp&,
                               const std::vector<experiment::Record>& records) {

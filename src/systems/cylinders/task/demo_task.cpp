@@ -133,12 +133,13 @@ ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
 }
 
 /// The outcome judged by ground truth: whether another object was grasped.
-std::string Judged(const trial::Attempt& attempt, int target, Delivery delivery) {
+std::string OutcomeOf(const trial::Attempt& attempt, int target, Delivery delivery) {
   const auto object = attempt.log ? std::optional(attempt.log->target) : attempt.target;
   if (!attempt.detected.detection.objects.empty() && object && *object != target) {
     return std::string(base::Word(trial::Outcome::kWrongTarget));
   }
-  return OutcomeOf(attempt, delivery);
+  if (delivery == Delivery::kPlace) return std::string(base::Word(attempt.outcome));
+  return trial::HandOverOutcome(attempt);
 }
 
 /// Makes up to options.max_tries tries, until by its detection and the hand's joints the robot
@@ -156,8 +157,7 @@ std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, st
     Try& one = tries.emplace_back();
     const base::Pose X_WO = world.ObjectPose(target);
     const auto see = [&](const CylinderScene& scene, const geometry::Observation& observation) {
-      const auto found = std::ranges::find(scene.cylinders, wanted, &FoundCylinder::given);
-      if (found != scene.cylinders.end()) one.found = ErrorOf(*found, X_WO);
+      if (const auto* found = scene.Find(wanted)) one.found = ErrorOf(*found, X_WO);
       if (viewers.cylinders) viewers.cylinders(scene, observation);
     };
     const auto detector = MakeDemoDetector(options, cell.robot, wanted, see);
@@ -171,7 +171,7 @@ std::vector<Try> RunDemo(const DemoOptions& options, const trial::Cell& cell, st
       attempt.user = trial::UserOf(options.hand_over, cell.robot, attempt.seed);
     }
     one.attempt = trial::RunAttempt(cell, world, attempt);
-    one.outcome = Judged(one.attempt, target, options.delivery);
+    one.outcome = OutcomeOf(one.attempt, target, options.delivery);
     if (!KnowsItFailed(one.attempt, options.delivery)) break;
   }
   return tries;
@@ -317,11 +317,7 @@ const experiment::TaskKind& DemoTask() {
         trial::RequireOwnDetector(map, options.grasping);
         return std::make_unique<DemoExperiment>(options, common);
       },
-      .read_keys =
-          [](base::YamlMap& map) {
-            DemoOptions options;
-            ReadDemoKeys(map, options);
-          },
+      .read_keys = [](base::YamlMap& map) { ReadDemoKeys(map); },
       .report = DemoReport};
   return kind;
 }

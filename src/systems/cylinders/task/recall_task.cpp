@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
 #include "base/statistics.h"
 #include "base/words.h"
 #include "cylinders/detect.h"
@@ -360,7 +359,8 @@ class RecallExperiment : public experiment::Task {
   std::optional<trial::Cell> cell_;  ///< for scanned tables
 };
 
-void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
+RecallOptions ReadRecallKeys(base::YamlMap& map) {
+  RecallOptions o;
   ReadGiven(map, o);
   map.Read(kSource, o.source,
            "scanned: simulated scans of tables as in `task: cylinder_demo`; noisy, perfect: "
@@ -369,11 +369,11 @@ void ReadRecallKeys(base::YamlMap& map, RecallOptions& o) {
   map.Read("samples", o.samples, 20, 2000,
            "noisy, perfect: number of rays along each side of the image");
   map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "noisy: noise along each ray");
+  return o;
 }
 
 std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experiment::Common& common) {
-  RecallOptions options;
-  ReadRecallKeys(map, options);
+  RecallOptions options = ReadRecallKeys(map);
   ReadTable(map, "scenes", options);
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   return std::make_unique<RecallExperiment>(std::move(options), common.seed);
@@ -471,11 +471,7 @@ const experiment::TaskKind& RecallTask() {
       .uses_seed = true,
       .success = {},
       .read = ReadRecall,
-      .read_keys =
-          [](base::YamlMap& map) {
-            RecallOptions options;
-            ReadRecallKeys(map, options);
-          },
+      .read_keys = [](base::YamlMap& map) { ReadRecallKeys(map); },
       .report = RecallReport};
   return kind;
 }

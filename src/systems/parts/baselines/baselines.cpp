@@ -10,7 +10,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -140,7 +139,7 @@ Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
   result.label = Assign(graph, seeds);
   for (int i = 1; i < options.iterations; ++i) {
     const Points centers = GroupFrames(graph.frames, result.label, seeds.size()).center;
-    seeds = MiddleFaces(graph.frames, result.label, centers, std::vector<bool>(seeds.size(), true));
+    seeds = MiddleFaces(graph.frames, result.label, centers);
     Labels label = Assign(graph, seeds);
     if (label == result.label) break;
     result.label = std::move(label);
@@ -239,7 +238,9 @@ Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
       MirrorOut(form.embedded, SphereRound(geometry::Centroid(form.embedded), form.embedded));
   const geometry::TriangleMesh hull = geometry::ConvexHull(mirrored);
   const std::vector<double> height = HeightsAbove(hull, mirrored);
-  const Indices order = OrderBy(form.size(), [&](std::uint32_t i) { return -height[i]; });
+  Indices order(form.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return -height[i]; });
   double longest = -1.0, since = 0.0;
   Pieces best, first, candidate;
   for (std::size_t core = hull.vertices.size(); core < order.size(); ++core) {
@@ -322,7 +323,7 @@ CorePiece Extract(const Shape& mesh, const FaceGraph& graph, const Indices& face
   }
   const Indices kept = UseOnly(mesh.points.size(), piece.shape.faces);
   piece.shape.points = geometry::Select(mesh.points, kept);
-  for (const std::uint32_t v : kept) piece.cut.push_back(cut[v]);
+  piece.cut = ValuesAt(cut, kept);
   return piece;
 }
 

@@ -4,7 +4,6 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -147,22 +146,15 @@ Vector3d OntoSurface(const Thinned& cloud, const Neighbors& near, const Vector3d
   return at;
 }
 
-/// Side of the cubes in which one point is kept.
-double ThinnedSpacing(std::size_t points, const CloudSampling& sampling, int max_points) {
-  return sampling.spacing * std::max(1.0, std::sqrt(static_cast<double>(points) / max_points));
-}
-
-/// At most about `max_points` points, nowhere denser than that requires, with the noise removed; in
-/// grid order.
-Points SmoothSurface(const Points& points, const CloudSampling& sampling, int max_points) {
+/// One point in each cube of side `kept_spacing` or larger, with the noise removed; in grid order.
+Points SmoothSurface(const Points& points, const CloudSampling& sampling, double kept_spacing) {
   const auto& [spacing, noise] = sampling;
   // A plane through the points of a disc of radius r, one per area of spacing^2, has a slope error
   // of 2 noise spacing / (sqrt(pi) r^2).
   const double needed = std::max(kSmoothBallNoises * noise,
                                  std::sqrt(2.0 * noise * spacing / std::sqrt(base::kPi) / kSlope));
   const bool exact = needed <= kExact * spacing;
-  const double side =
-      std::max(ThinnedSpacing(points.size(), sampling, max_points), kCubeNoises * noise);
+  const double side = std::max(kept_spacing, kCubeNoises * noise);
   Thinned thinned = ThinOut(points, side, noise < kMeans * side);
   if (exact) return std::move(thinned.points);
   const double radius = std::max(needed, kSmoothBallSpacings * spacing);
@@ -193,11 +185,9 @@ Points SpreadOut(const Points& points, double distance) {
 }
 
 /// Cells are of 1000 faces' areas; three times as many points as these have corners.
-constexpr int kMaxPoints = 15'000;
+constexpr double kMaxPoints = 15'000;
 /// Minimum distance between points, in spacings: closer points make slivers.
 constexpr double kMinDistance = 0.7;
-/// Noise, in spacings, below which the nearest points lie around a point and not above it.
-constexpr double kNoisy = 0.25;
 
 Points WithoutStrays(const Points& points) {
   const KdTree tree(points);
@@ -351,13 +341,12 @@ std::vector<bool> StrayPoints(const Points& points, const KdTree& tree,
   return stray;
 }
 
-bool IsNoisy(const CloudSampling& sampling) { return sampling.noise > kNoisy * sampling.spacing; }
-
 SurfacePoints PointsOfSurface(const Points& points) {
   const Points kept = WithoutStrays(points);
   const CloudSampling sampling = MeasureSampling(kept, KdTree(kept));
-  const double spacing = ThinnedSpacing(kept.size(), sampling, kMaxPoints);
-  return {SpreadOut(SmoothSurface(kept, sampling, kMaxPoints), kMinDistance * spacing), spacing,
+  const double spacing =
+      sampling.spacing * std::max(1.0, std::sqrt(static_cast<double>(kept.size()) / kMaxPoints));
+  return {SpreadOut(SmoothSurface(kept, sampling, spacing), kMinDistance * spacing), spacing,
           sampling.noise};
 }
 

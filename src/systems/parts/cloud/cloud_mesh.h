@@ -22,10 +22,6 @@ CloudSampling MeasureSampling(const Points& points, const geometry::KdTree& tree
 std::vector<bool> StrayPoints(const Points& points, const geometry::KdTree& tree,
                               const CloudSampling& sampling);
 
-/// True if noise is more than a quarter of the point spacing. Neighborhoods of points are then
-/// slabs instead of surfaces.
-bool IsNoisy(const CloudSampling& sampling);
-
 /// Evenly spread points on the surface that a cloud samples.
 struct SurfacePoints {
   Points points;

@@ -23,6 +23,7 @@ using Eigen::Vector3d;
 // ---- water ----
 
 constexpr double kUnseen = -std::numeric_limits<double>::infinity();
+constexpr int kCells = 24;  ///< along the longer side of a height map
 
 /// Height map of an upper side, surrounded by empty cells.
 struct Heights {
@@ -33,13 +34,13 @@ struct Heights {
   int At(int i, int j) const { return j * columns + i; }
 };
 
-Heights UpperSide(geometry::PointSpan points, const Vector3d& up, int cells) {
+Heights UpperSide(geometry::PointSpan points, const Vector3d& up) {
   const Vector3d u = up.unitOrthogonal();
   const Vector3d v = up.cross(u);
   Eigen::AlignedBox2d box;
   for (const Vector3d& p : points) box.extend(Eigen::Vector2d(u.dot(p), v.dot(p)));
   Heights heights;
-  heights.cell = box.sizes().maxCoeff() / cells;
+  heights.cell = box.sizes().maxCoeff() / kCells;
   if (!(heights.cell > 0.0)) return heights;
   heights.columns = 3 + static_cast<int>(box.sizes().x() / heights.cell);
   heights.rows = 3 + static_cast<int>(box.sizes().y() / heights.cell);
@@ -79,12 +80,6 @@ std::vector<double> Levels(const Heights& heights) {
 }
 
 // ---- measures of a part ----
-
-/// An edge or link between two parts, given by the vertices or points at its ends.
-struct Seam {
-  std::int32_t from, to;
-  Edge ends;
-};
 
 /// Samples of a part's surface with their weights: all points of a cloud, or points of a mesh at
 /// most `spacing` apart.
@@ -129,46 +124,44 @@ std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segment
   return samples;
 }
 
-std::vector<Seam> Seams(const Shape& shape, const Labels& label) {
-  std::vector<Seam> seams;
-  if (shape.IsMesh()) {
-    const FaceGraph graph = BuildFaceGraph(shape);
-    ForEachLink(graph, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
-      if (label[g] != label[f]) seams.push_back({label[f], label[g], graph.edge[k]});
-    });
-  } else {
-    ForEachLink(BuildVertexGraph(shape), [&](std::uint32_t p, std::uint32_t q, std::uint32_t) {
-      if (label[q] != label[p]) seams.push_back({label[p], label[q], {p, q}});
-    });
-  }
-  return seams;
-}
-
 /// Number of joints: seams that share an end belong to one joint.
-int Joints(const std::vector<Seam>& seams) {
+int Joints(const std::vector<Edge>& seams) {
   std::map<std::uint32_t, std::uint32_t> number;
-  for (const Seam& seam : seams) {
-    for (const std::uint32_t end : seam.ends) {
+  for (const Edge& seam : seams) {
+    for (const std::uint32_t end : seam) {
       number.try_emplace(end, static_cast<std::uint32_t>(number.size()));
     }
   }
   geometry::UnionFind sets(number.size());
   auto joints = static_cast<int>(number.size());
-  for (const Seam& seam : seams) {
-    if (sets.Unite(number[seam.ends[0]], number[seam.ends[1]])) --joints;
+  for (const Edge& seam : seams) {
+    if (sets.Unite(number[seam[0]], number[seam[1]])) --joints;
   }
   return joints;
 }
 
 void DescribeNeighbors(const Shape& shape, const Labels& label,
                        std::vector<PartDescription>& parts) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Seam>> between;
-  for (const Seam& seam : Seams(shape, label)) between[{seam.from, seam.to}].push_back(seam);
+  // Seams between each two parts: edges of a mesh, links between the points of a cloud.
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Edge>> between;
+  const auto add = [&](std::uint32_t a, std::uint32_t b, const Edge& seam) {
+    if (label[a] != label[b]) between[{label[a], label[b]}].push_back(seam);
+  };
+  if (shape.IsMesh()) {
+    const FaceGraph graph = BuildFaceGraph(shape);
+    ForEachLink(graph, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
+      add(f, g, graph.edge[k]);
+    });
+  } else {
+    ForEachLink(BuildVertexGraph(shape), [&](std::uint32_t p, std::uint32_t q, std::uint32_t) {
+      add(p, q, {p, q});
+    });
+  }
   for (const auto& [pair, seams] : between) {
     PartNeighbor& neighbor =
         parts[pair.first].neighbors.emplace_back(PartNeighbor{pair.second, 0.0, Joints(seams)});
-    for (const Seam& seam : seams) {
-      if (shape.IsMesh()) neighbor.border += LengthOf(shape.points, seam.ends);
+    for (const Edge& seam : seams) {
+      if (shape.IsMesh()) neighbor.border += LengthOf(shape.points, seam);
     }
   }
 }
@@ -243,10 +236,8 @@ geometry::TriangleMesh RoughHull(const Points& points) {
 }
 
 int JointsWith(const PartDescription& part, std::int32_t other) {
-  for (const PartNeighbor& neighbor : part.neighbors) {
-    if (neighbor.label == other) return neighbor.joints;
-  }
-  return 0;
+  const auto found = std::ranges::find(part.neighbors, other, &PartNeighbor::label);
+  return found == part.neighbors.end() ? 0 : found->joints;
 }
 
 /// Minimum fraction of all elements for a container; less is an ear, whatever it would hold.
@@ -287,8 +278,8 @@ void AssignFunctions(const Shape& shape, const Segmentation& segmentation,
 
 }  // namespace
 
-double HeldWater(geometry::PointSpan points, const Vector3d& up, int cells) {
-  const Heights heights = UpperSide(points, up, cells);
+double HeldWater(geometry::PointSpan points, const Vector3d& up) {
+  const Heights heights = UpperSide(points, up);
   if (heights.z.empty()) return 0.0;
   const std::vector<double> level = Levels(heights);
   double lowest = std::numeric_limits<double>::infinity();  // lowest seen cell that holds water

@@ -11,8 +11,8 @@ namespace rangegrasp::parts {
 /// (Barnes et al. 2014). Over each cell of a grid the water is as high as the lowest rim on the way
 /// out. Unseen cells within a rim are assumed to be as deep as the deepest seen one. O(n + cells^2
 /// log cells).
-/// @param points  of the surface, at most one cell apart; a cell is the extent across / `cells`
-double HeldWater(geometry::PointSpan points, const Eigen::Vector3d& up, int cells = 24);
+/// @param points  of the surface, at most one cell apart; a cell is 1/24 of the extent across
+double HeldWater(geometry::PointSpan points, const Eigen::Vector3d& up);
 
 /// The function of a part (the purpose of chapter 6).
 enum class PartFunction { kContainer, kHandle, kOther };

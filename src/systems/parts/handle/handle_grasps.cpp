@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "geometry/kd_tree.h"
 #include "grasp/proposals.h"
@@ -59,7 +58,7 @@ std::vector<grasp::Proposal> ProposalsFor(const Shape& cloud, const Eigen::Vecto
   const geometry::Points points_C = geometry::Select(
       cloud.points, geometry::PositionsWhere(
                         found.label, [&](std::int32_t label) { return label == handle->label; }));
-  return grasp::ProposeHandleGrasps({points_C, described.front().center}, up_C);
+  return grasp::ProposeHandleGrasps(points_C, described.front().center, up_C);
 }
 
 }  // namespace

@@ -143,19 +143,12 @@ constexpr double kFlat = 1e-3;
 
 /// Numbers facets by the coordinates of their centers.
 void NumberByCenter(FaceFrames& frames, Labels& of_face) {
-  const Indices order =
-      OrderBy(frames.area.size(), [&](std::uint32_t i) { return CoordinatesOf(frames.center[i]); });
-  FaceFrames sorted{geometry::Select(frames.center, order),
-                    geometry::Select(frames.normal, order),
-                    {},
-                    frames.total_area};
+  const Indices order = geometry::CanonicalOrder(frames.center);
+  frames = {geometry::Select(frames.center, order), geometry::Select(frames.normal, order),
+            ValuesAt(frames.area, order), frames.total_area};
   Labels number(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    number[order[k]] = static_cast<std::int32_t>(k);
-    sorted.area.push_back(frames.area[order[k]]);
-  }
-  frames = std::move(sorted);
-  for (std::int32_t& facet : of_face) facet = number[facet];
+  for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = static_cast<std::int32_t>(k);
+  of_face = ValuesAt(number, of_face);
 }
 
 FaceGraph GraphOf(const FaceGraph& faces, const Labels& of_face, std::size_t count) {
@@ -204,13 +197,6 @@ Facets MakeFacets(const Shape& mesh, double side) {
   return facets;
 }
 
-/// Labels of the original faces: the label with the largest share of a face, on ties the lower one.
-Labels LabelsOfOrigin(const Facets& facets, std::size_t faces, const Labels& label_of_facet) {
-  Labels labels;
-  for (const std::int32_t facet : facets.of_face) labels.push_back(label_of_facet[facet]);
-  return LargestLabels(faces, facets.origin, labels, BuildFaceFrames(facets.mesh).area);
-}
-
 // ---- parts ----
 
 /// Also for a small part: fewer centers miss one of its sides.
@@ -227,13 +213,14 @@ void Check(const HierarchyOptions& options) {
   }
 }
 
-std::vector<double> Costs(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
-                          const HierarchyOptions& options, std::vector<double>& bends) {
+/// The more concave bend of both scales at each edge.
+std::vector<double> Bends(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
+                          const HierarchyOptions& options) {
   const double unit = std::sqrt(frames.total_area);
-  bends = EdgeBends(mesh, faces, frames, options.fine * unit);
+  std::vector<double> bends = EdgeBends(mesh, faces, frames, options.fine * unit);
   const std::vector<double> coarse = EdgeBends(mesh, faces, frames, options.coarse * unit);
   for (std::size_t k = 0; k < bends.size(); ++k) bends[k] = std::max(bends[k], coarse[k]);
-  return BendCosts(mesh, faces, bends, options.concavity);
+  return bends;
 }
 
 /// A part with its best cut.
@@ -266,11 +253,7 @@ class Hierarchy {
     const int centers =
         std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share) + kRounding));
     CutOff split =
-        BestSplit(own, MirrorCandidates(own, {.centers = centers, .levels = options_.levels}),
-                  {.min_area = MinArea(),
-                   .solidity = options_.solidity,
-                   .max_flatness = options_.max_flatness,
-                   .sight = options_.sight});
+        BestSplit(own, MirrorCandidates(own, centers, options_.levels), MinArea(), options_);
     const int level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
     const PartNode part{parent, level, -1, split.quality};
     nodes_.push_back({std::move(cells), part, std::move(split)});
@@ -295,9 +278,7 @@ class Hierarchy {
     nodes_[k].is_leaf = false;
     --leaves_;
     for (const Indices& piece : Divide(Subset(cells_, cells), nodes_[k].split.off, MinArea())) {
-      Indices of_all;
-      for (const std::uint32_t c : piece) of_all.push_back(cells[c]);
-      Add(std::move(of_all), static_cast<int>(k));
+      Add(ValuesAt(cells, piece), static_cast<int>(k));
       ++leaves_;
     }
   }
@@ -329,8 +310,8 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   const Shape& mesh = facets.mesh;
   const FaceGraph& faces = facets.graph;
   const FaceFrames& frames = facets.frames;
-  std::vector<double> bends;
-  const std::vector<double> costs = Costs(mesh, faces, frames, options, bends);
+  const std::vector<double> bends = Bends(mesh, faces, frames, options);
+  const std::vector<double> costs = BendCosts(mesh, faces, bends, options.concavity);
   Cells cells = BuildCells(mesh, faces, frames, bends, costs, options.cells, options.crease);
   if (options.sight > 0.0) cells.sight = std::make_shared<Sight>(mesh, frames, cells);
   cells.name.resize(cells.size());
@@ -343,14 +324,15 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
     if (!nodes[k].is_leaf) continue;
     for (const std::uint32_t c : nodes[k].cells) of_cell[c] = static_cast<std::int32_t>(k);
   }
-  Labels label;
-  for (const std::int32_t c : cells.of_face) label.push_back(of_cell[c]);
+  Labels label = ValuesAt(of_cell, cells.of_face);
   MoveBorders(faces, frames, costs,
               options.border_reach * std::sqrt(frames.total_area / cells.size()), label);
   JoinCrumbs(faces, label);
   Segmentation result;
   result.label.assign(shape.faces.size(), 0);
-  const Labels sorted = LabelsOfOrigin(facets, shape.faces.size(), label);
+  // A face that was cut gets the label with the largest share of it.
+  const Labels sorted = LargestLabels(shape.faces.size(), facets.origin,
+                                      ValuesAt(label, facets.of_face), BuildFaceFrames(mesh).area);
   for (std::size_t f = 0; f < sorted.size(); ++f) result.label[canonical.origin[f]] = sorted[f];
   const auto number =
       Renumber(GroupSums(result.label, BuildFaceFrames(shape).area, nodes.size()), result.label);
@@ -411,9 +393,7 @@ Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
   }
   Segmentation found =
       options.parts ? SegmentMesh(surface.mesh, options) : SegmentSeen(surface.mesh, options);
-  Labels label;
-  for (const std::uint32_t f : surface.face_of_point) label.push_back(found.label[f]);
-  found.label = std::move(label);
+  found.label = ValuesAt(found.label, surface.face_of_point);
   DropEmptyParts(found);
   return found;
 }

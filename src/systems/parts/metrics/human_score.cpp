@@ -141,7 +141,7 @@ std::vector<std::filesystem::path> HumanFiles(const std::filesystem::path& folde
 HumanModel ReadHumanModel(const std::filesystem::path& folder, int id) {
   const auto file = ModelFile(folder, id);
   geometry::PolygonMesh input = ReadPolygons(file);
-  Shape shape = MakeShape(input.mesh);
+  Shape shape = ShapeOf(input, file);
   if (!shape.IsMesh()) throw base::InputError(file.string() + ": has no faces; a mesh is needed");
   CutMeasure cuts(shape);
   HumanModel model{std::move(input), std::move(shape), std::move(cuts), {}, {}};

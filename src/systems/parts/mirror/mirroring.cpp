@@ -170,9 +170,6 @@ bool FindCenter(const Shape& shape, const MirrorOptions& options, Core& core) {
 
 // ---- section 6.2.2: what is outside of the core ----
 
-// Number of neighbors of a point in a cloud: as many as a pixel has, as in BuildVertexGraph.
-constexpr std::size_t kNeighbors = 8;
-
 std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
   if (!shape.IsMesh()) return core.inside;
   std::vector<bool> in_core(shape.faces.size());
@@ -188,7 +185,7 @@ std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
 void JoinSmallPieces(const Points& points, Labels& label) {
   std::map<std::int32_t, std::size_t> count;
   for (const std::int32_t l : label) ++count[l];
-  const auto is_crumb = [&](std::int32_t l) { return l > 0 && count[l] <= kNeighbors; };
+  const auto is_crumb = [&](std::int32_t l) { return l > 0 && count[l] <= kCloudNeighbors; };
   LabelByNearest(points, geometry::PositionsWhere(label, std::not_fn(is_crumb)),
                  geometry::PositionsWhere(label, is_crumb), label);
 }
@@ -220,7 +217,7 @@ Labels FloodFill(const Points& points) {
   std::vector<KdTree::Neighbor> found;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    tree.Nearest(points[i], kNeighbors + 1, found);
+    tree.Nearest(points[i], kCloudNeighbors + 1, found);
     for (const auto& n : found) {
       if (n.index != i) links.push_back({i, n.index, n.squared_distance});
     }
@@ -260,7 +257,7 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   const auto in_core = CoreElements(shape, *core);
   Segmentation result;
   if (shape.IsMesh()) {
-    result.label = LabelOutside(BuildFaceGraph(shape), in_core).label;  // faces that share an edge
+    result.label = LabelOutside(BuildFaceGraph(shape), in_core);  // faces that share an edge
   } else {
     result.label = FillCloud(shape, in_core);
   }
@@ -281,7 +278,9 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
 
 /// Surface points that replace a noisy cloud; nullopt if it is not noisy or they are flat.
 std::optional<Shape> Calmed(const Points& points) {
-  if (!IsNoisy(MeasureSampling(points, KdTree(points)))) return std::nullopt;
+  constexpr double kNoisy = 0.25;  // with more, in spacings, neighborhoods are slabs, not surfaces
+  const CloudSampling sampling = MeasureSampling(points, KdTree(points));
+  if (!(sampling.noise > kNoisy * sampling.spacing)) return std::nullopt;
   Shape calm{PointsOfSurface(points).points, {}, {}};
   if (geometry::IsFlat(calm.points)) return std::nullopt;
   return calm;

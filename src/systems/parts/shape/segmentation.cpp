@@ -51,10 +51,8 @@ Labels LabelsOfNearest(const Points& points, const Points& labelled, const Label
 void LabelByNearest(const Points& points, const Indices& kept, const Indices& others,
                     Labels& label) {
   if (kept.empty() || others.empty()) return;
-  Labels of_kept;
-  for (const std::uint32_t i : kept) of_kept.push_back(label[i]);
-  const Labels found =
-      LabelsOfNearest(geometry::Select(points, others), geometry::Select(points, kept), of_kept);
+  const Labels found = LabelsOfNearest(geometry::Select(points, others),
+                                       geometry::Select(points, kept), ValuesAt(label, kept));
   for (std::size_t k = 0; k < others.size(); ++k) label[others[k]] = found[k];
 }
 
@@ -106,9 +104,7 @@ Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
   if (polygons.size() != input.polygons) {
     throw std::invalid_argument("LabelsOfTriangles: not one label a polygon");
   }
-  Labels label;
-  for (const std::uint32_t i : input.polygon) label.push_back(polygons[i]);
-  return label;
+  return ValuesAt(polygons, input.polygon);
 }
 
 Labels RankLabels(Indices labels, const std::vector<double>& weight) {

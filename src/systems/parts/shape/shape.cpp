@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -23,23 +24,16 @@ using geometry::TriangleMesh;
 
 // ---- cleaning ----
 
-constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
 /// Points of a tetrahedron: fewer have no inside.
 constexpr std::size_t kMinPoints = 4;
 /// Sine of a corner angle below which a face's area is rounding: about 50 spacings of doubles.
 constexpr double kMinSine = 1e-14;
 
-// For each point the first one at the same position; kNone if it is not usable.
+// For each usable point the first one at the same position.
 Indices FirstAtPlace(const Points& points) {
   Indices order = geometry::PositionsWhere(points, IsUsable);
-  const auto key = [&points](std::uint32_t i) { return CoordinatesOf(points[i]); };
-  std::ranges::stable_sort(order, {}, key);
-  Indices first(points.size(), kNone);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool same = k > 0 && key(order[k]) == key(order[k - 1]);
-    first[order[k]] = same ? first[order[k - 1]] : order[k];
-  }
-  return first;
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return CoordinatesOf(points[i]); });
+  return geometry::FirstTwin(points, order);
 }
 
 bool HasArea(const Points& points, const Face& face) {
@@ -52,7 +46,7 @@ bool HasArea(const Points& points, const Face& face) {
 std::optional<Face> Joined(const TriangleMesh& mesh, const Face& face, const Indices& first) {
   Face joined;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (face[i] >= first.size() || first[face[i]] == kNone) return std::nullopt;
+    if (face[i] >= first.size() || !IsUsable(mesh.vertices[face[i]])) return std::nullopt;
     joined[i] = first[face[i]];
   }
   const bool differ = joined[0] != joined[1] && joined[1] != joined[2] && joined[2] != joined[0];
@@ -76,11 +70,11 @@ void KeepFaces(const TriangleMesh& mesh, const Indices& first, Shape& shape) {
 void KeepPoints(const Points& points, const Indices& first, Shape& shape) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::int32_t element = -1;
-    if (first[i] == i) {
+    if (IsUsable(points[i]) && first[i] < i) {
+      element = shape.element_of_input[first[i]];
+    } else if (IsUsable(points[i])) {
       element = static_cast<std::int32_t>(shape.points.size());
       shape.points.push_back(points[i]);
-    } else if (first[i] != kNone) {
-      element = shape.element_of_input[first[i]];
     }
     shape.element_of_input.push_back(element);
   }
@@ -96,15 +90,10 @@ Vector3d Cross(const Shape& mesh, const Face& face) {
   return (mesh.points[face[1]] - a).cross(mesh.points[face[2]] - a);
 }
 
-/// Order of points by their coordinates.
-Indices OrderOf(const Points& points) {
-  return OrderBy(points.size(), [&](std::uint32_t i) { return CoordinatesOf(points[i]); });
-}
-
 /// Sorts vertices by coordinates and faces by their vertices, each with its lowest vertex first.
 void Sort(CanonicalMesh& canonical) {
   Shape& mesh = canonical.mesh;
-  const Indices order = OrderOf(mesh.points);
+  const Indices order = geometry::CanonicalOrder(mesh.points);
   Indices place(order.size());
   for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
   mesh.points = geometry::Select(mesh.points, order);
@@ -289,9 +278,8 @@ CanonicalMesh MakeCanonical(const Shape& mesh) {
 }
 
 CanonicalCloud MakeCanonicalCloud(const Points& input) {
-  CanonicalCloud canonical{{}, OrderOf(input)};
-  Points& points = canonical.points;
-  points = geometry::Select(input, canonical.origin);
+  const Indices origin = geometry::CanonicalOrder(input);
+  Points points = geometry::Select(input, origin);
   const Vector3d middle = geometry::Centroid(points);
   Matrix3d inertia = Matrix3d::Zero();
   for (Vector3d& p : points) {
@@ -306,10 +294,8 @@ CanonicalCloud MakeCanonicalCloud(const Points& input) {
     return skews;
   });
   RoundOff(points);
-  const Indices order = OrderOf(points);
-  CanonicalCloud sorted{geometry::Select(points, order), {}};
-  for (const std::uint32_t k : order) sorted.origin.push_back(canonical.origin[k]);
-  return sorted;
+  const Indices order = geometry::CanonicalOrder(points);
+  return {geometry::Select(points, order), ValuesAt(origin, order)};
 }
 
 }  // namespace rangegrasp::parts

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <numeric>
 #include <tuple>
 #include <vector>
 
@@ -55,13 +54,12 @@ inline std::array<Edge, 3> EdgesOf(const Face& face) {
   return {edge(face[0], face[1]), edge(face[1], face[2]), edge(face[2], face[0])};
 }
 
-/// The numbers 0 .. count - 1 by increasing key(i), ties by number.
-template <typename Key>
-Indices OrderBy(std::size_t count, const Key& key) {
-  Indices order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, {}, key);
-  return order;
+/// values[where[0]], values[where[1]], ...
+template <typename Values, typename Where>
+std::vector<typename Values::value_type> ValuesAt(const Values& values, const Where& where) {
+  std::vector<typename Values::value_type> found;
+  for (const auto i : where) found.push_back(values[i]);
+  return found;
 }
 
 /// The sum of the weights in each of `count` groups.

@@ -75,14 +75,15 @@ geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file) {
   return {.mesh = {.vertices = geometry::ReadCloud(file).points, .triangles = {}}, .polygon = {}};
 }
 
-Shape ReadShape(const std::filesystem::path& file) {
-  const geometry::PolygonMesh polygons = ReadPolygons(file);
+Shape ShapeOf(const geometry::PolygonMesh& polygons, const std::filesystem::path& file) {
   try {
     return MakeShape(polygons.mesh);
   } catch (const base::InputError& error) {
     throw base::InputError(file.string() + ": " + error.what());
   }
 }
+
+Shape ReadShape(const std::filesystem::path& file) { return ShapeOf(ReadPolygons(file), file); }
 
 Labels ReadLabels(const std::filesystem::path& file) {
   const std::string text = base::ReadFile(file);

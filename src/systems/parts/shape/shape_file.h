@@ -13,7 +13,10 @@ namespace rangegrasp::parts {
 /// last three are clouds, which have no polygons.
 /// @throws base::InputError naming the file.
 geometry::PolygonMesh ReadPolygons(const std::filesystem::path& file);
-/// ReadPolygons, then MakeShape of the triangles.
+/// MakeShape of what ReadPolygons has read.
+/// @throws base::InputError naming the file.
+Shape ShapeOf(const geometry::PolygonMesh& polygons, const std::filesystem::path& file);
+/// ReadPolygons, then ShapeOf.
 /// @throws base::InputError naming the file.
 Shape ReadShape(const std::filesystem::path& file);
 

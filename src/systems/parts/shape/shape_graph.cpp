@@ -120,7 +120,7 @@ FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
   return graph;
 }
 
-VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors) {
+VertexGraph BuildVertexGraph(const Shape& shape) {
   std::vector<VertexLink> links;
   const auto link = [&](std::uint32_t a, std::uint32_t b) {
     links.push_back({a, b, LengthOf(shape.points, {a, b})});
@@ -132,7 +132,7 @@ VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors) {
     const geometry::KdTree tree(shape.points);
     std::vector<geometry::KdTree::Neighbor> found;
     for (std::uint32_t i = 0; i < shape.points.size(); ++i) {
-      tree.Nearest(shape.points[i], static_cast<std::size_t>(cloud_neighbors) + 1, found);
+      tree.Nearest(shape.points[i], kCloudNeighbors + 1, found);
       for (const auto& n : found) {
         if (n.index != i) link(i, n.index);
       }
@@ -159,12 +159,12 @@ VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links) {
   return graph;
 }
 
-Pieces LabelOutside(const FaceGraph& faces, const std::vector<bool>& core) {
+Labels LabelOutside(const FaceGraph& faces, const std::vector<bool>& core) {
   std::vector<bool> rest = core;
   rest.flip();
-  Pieces pieces = ConnectedPieces(faces, rest, AnyNeighbors);
-  for (std::int32_t& l : pieces.label) ++l;
-  return pieces;
+  Labels label = ConnectedPieces(faces, rest, AnyNeighbors).label;
+  for (std::int32_t& l : label) ++l;
+  return label;
 }
 
 void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
@@ -182,13 +182,12 @@ void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const I
   geometry::ShortestPaths().Lower(std::span(seeds).subspan(first), distance, expand);
 }
 
-Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center,
-                    const std::vector<bool>& wanted) {
+Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center) {
   std::vector<double> nearest(center.size(), geometry::ShortestPaths::kFar);
   Indices face(center.size(), kNoNode);
   for (std::uint32_t f = 0; f < group.size(); ++f) {
     const double squared = (frames.center[f] - center[group[f]]).squaredNorm();
-    if (!wanted[group[f]] || squared >= nearest[group[f]]) continue;
+    if (squared >= nearest[group[f]]) continue;
     nearest[group[f]] = squared;
     face[group[f]] = f;
   }
@@ -217,11 +216,7 @@ void JoinCrumbs(const FaceGraph& faces, Labels& label) {
   for (std::size_t f = 0; f < label.size(); ++f) label[f] = of_piece[pieces.label[f]];
 }
 
-std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
-                         std::uint32_t source, std::uint32_t sink) {
-  if (source == sink || source >= nodes || sink >= nodes) {
-    throw std::invalid_argument("MinCut: source and sink must be two of the nodes");
-  }
+std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links) {
   double largest = 0.0;
   // One link per node to the source and one to the sink: of several, Boost sees only one.
   std::vector<double> of_source(nodes, 0.0), of_sink(nodes, 0.0);
@@ -229,19 +224,19 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
   for (const CutLink& link : links) {
     if (link.a >= nodes || link.b >= nodes) throw std::invalid_argument("MinCut: no such node");
     largest = std::max(largest, link.capacity);
-    const bool from_b = link.b == source || link.b == sink;
+    const bool from_b = link.b <= kSink;
     const std::uint32_t terminal = from_b ? link.b : link.a, other = from_b ? link.a : link.b;
-    if (terminal == source) {
+    if (terminal == kSource) {
       of_source[other] += link.capacity;
-    } else if (terminal == sink) {
+    } else if (terminal == kSink) {
       of_sink[other] += link.capacity;
     } else {
       all.push_back(link);
     }
   }
   for (std::uint32_t v = 0; v < nodes; ++v) {
-    if (of_source[v] > 0.0) all.push_back({source, v, of_source[v]});
-    if (of_sink[v] > 0.0) all.push_back({v, sink, of_sink[v]});
+    if (of_source[v] > 0.0) all.push_back({kSource, v, of_source[v]});
+    if (of_sink[v] > 0.0) all.push_back({v, kSink, of_sink[v]});
   }
   // Arcs in both directions, those of a node next to each other.
   std::vector<std::size_t> end(nodes + 1, 0);
@@ -280,7 +275,7 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
   };
   boost::boykov_kolmogorov_max_flow(graph, arcs(capacity), arcs(residual), arcs(reverse),
                                     at_nodes(predecessor), at_nodes(color), at_nodes(distance),
-                                    of_node, source, sink);
+                                    of_node, kSource, kSink);
   std::vector<bool> with_source(nodes);
   for (std::uint32_t v = 0; v < nodes; ++v) with_source[v] = color[v] == boost::black_color;
   return with_source;

@@ -32,9 +32,11 @@ struct VertexGraph {
   std::uint32_t Size() const { return static_cast<std::uint32_t>(begin.size() - 1); }
   geometry::LinkRows Links() const { return {begin, neighbor, length}; }
 };
-/// Mesh: its edges. Cloud: each point with its `cloud_neighbors` nearest points, made symmetric.
+/// Number of neighbors of a point in a cloud: as many as a pixel has.
+inline constexpr std::size_t kCloudNeighbors = 8;
+/// Mesh: its edges. Cloud: each point with its kCloudNeighbors nearest points, made symmetric.
 /// Disconnected pieces stay separate.
-VertexGraph BuildVertexGraph(const Shape& shape, int cloud_neighbors = 8);
+VertexGraph BuildVertexGraph(const Shape& shape);
 
 struct VertexLink {
   std::uint32_t from, to;
@@ -78,9 +80,8 @@ Pieces ConnectedPieces(const Graph& graph, Joined joined) {
 }
 inline bool AnyNeighbors(std::uint32_t, std::uint32_t) { return true; }
 
-/// Labels the core 0, and the connected pieces of the other faces from 1 by decreasing size;
-/// `count` is the number of pieces without the core.
-Pieces LabelOutside(const FaceGraph& faces, const std::vector<bool>& core);
+/// Labels the core 0, and the connected pieces of the other faces from 1 by decreasing size.
+Labels LabelOutside(const FaceGraph& faces, const std::vector<bool>& core);
 
 /// The seed that is nearest to each face along a graph with link costs.
 struct NearestSeeds {
@@ -91,9 +92,8 @@ struct NearestSeeds {
 /// @param costs  parallel to graph.neighbor
 void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
                std::size_t first, NearestSeeds& nearest);
-/// For each wanted group the face nearest to its center; groups without faces are skipped.
-Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center,
-                    const std::vector<bool>& wanted);
+/// For each group the face nearest to its center; groups without faces are skipped.
+Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center);
 
 /// Keeps the largest connected piece of each label (on ties that with the lowest face). Other
 /// pieces take the label with which they share most edges, on ties the lower one. Pieces without
@@ -107,16 +107,16 @@ struct CutLink {
   double capacity;
 };
 
-/// Source and sink if a caller names no others; its own nodes are then numbered from 2.
+/// Source and sink; a caller's own nodes are numbered from 2.
 inline constexpr std::uint32_t kSource = 0;
 inline constexpr std::uint32_t kSink = 1;
 
-/// Minimum cut between two nodes (Boykov and Kolmogorov 2004; Boost). True for the nodes on the
-/// source's side, which are as few as possible for any order of the links. Capacities are rounded
-/// to a millionth of the largest, so that the flow is exact.
-/// @throws std::invalid_argument if source equals sink or a node does not exist.
-std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links,
-                         std::uint32_t source = kSource, std::uint32_t sink = kSink);
+/// Minimum cut between source and sink (Boykov and Kolmogorov 2004; Boost). True for the nodes on
+/// the source's side, which are as few as possible for any order of the links. Capacities are
+/// rounded to a millionth of the largest, so that the flow is exact.
+/// @param nodes  their number, >= 2
+/// @throws std::invalid_argument if a node does not exist.
+std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links);
 
 /// Relabels the faces with a node from 2 to nodes - 1 by a minimum cut. Faces with node kSource or
 /// kSink keep their labels; those with kNoNode are left out.

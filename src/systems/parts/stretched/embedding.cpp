@@ -106,12 +106,6 @@ Eigen::Vector3d PullOf(const MatrixX3d& points, const Eigen::Vector3d& x, const 
   return {(ratio * dx).sum(), (ratio * dy).sum(), (ratio * dz).sum()};
 }
 
-void CheckDistances(const MatrixXd& distances) {
-  if (distances.rows() < 1 || distances.rows() != distances.cols() || !distances.allFinite()) {
-    throw std::invalid_argument("Smacof: distances must be a square of finite numbers");
-  }
-}
-
 }  // namespace
 
 std::optional<double> UnfoldedDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -210,21 +204,19 @@ double GuttmanTransform(const MatrixXd& distances, const MatrixX3d& positions, M
 }
 
 MatrixX3d ClassicalScaling(const MatrixXd& distances) {
-  CheckDistances(distances);
+  if (distances.rows() < 1 || distances.rows() != distances.cols() || !distances.allFinite()) {
+    throw std::invalid_argument("Smacof: distances must be a square of finite numbers");
+  }
   const MatrixXd b = DoublyCentered(distances);
   if (b.rows() > kMaxDense) return LeadingCoordinates(b);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(b);
   return Coordinates(solver.eigenvalues(), solver.eigenvectors());
 }
 
-Embedding Smacof(const MatrixXd& distances, const SmacofOptions& options, const MatrixX3d* start) {
-  CheckDistances(distances);
+Embedding Smacof(const MatrixXd& distances, const SmacofOptions& options) {
   if (options.iterations < 1) throw std::invalid_argument("Smacof: iterations must be >= 1");
-  if (start && start->rows() != distances.rows()) {
-    throw std::invalid_argument("Smacof: the start must have one row a point");
-  }
   Embedding result;
-  result.positions = start ? *start : ClassicalScaling(distances);
+  result.positions = ClassicalScaling(distances);
   MatrixX3d next, after;
   double before = GuttmanTransform(distances, result.positions, next);
   for (int i = 0; i < options.iterations; ++i) {

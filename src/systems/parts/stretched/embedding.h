@@ -38,6 +38,7 @@ double GuttmanTransform(const Eigen::MatrixXd& distances, const Eigen::MatrixX3d
 /// Classical scaling (Torgerson 1952): the three leading eigenvectors of the doubly centered
 /// squared distances, each times the square root of its eigenvalue (0 if that is negative). The
 /// largest entry of each is positive.
+/// @throws std::invalid_argument if the distances are not a square of finite numbers.
 Eigen::MatrixX3d ClassicalScaling(const Eigen::MatrixXd& distances);
 
 struct SmacofOptions {
@@ -48,9 +49,8 @@ struct Embedding {
   Eigen::MatrixX3d positions;
   std::vector<double> stress;  ///< after each iteration; never increases (eq. 6.9, 2.33)
 };
-/// SMACOF (eq. 2.33-2.37) from a start, by default classical scaling of the distances.
-Embedding Smacof(const Eigen::MatrixXd& distances, const SmacofOptions& options,
-                 const Eigen::MatrixX3d* start = nullptr);
+/// SMACOF (eq. 2.33-2.37), which starts from ClassicalScaling.
+Embedding Smacof(const Eigen::MatrixXd& distances, const SmacofOptions& options);
 
 /// Places a point by its distances to embedded landmarks. It starts with linear least squares of
 /// the squared distances (de Silva and Tenenbaum 2004, landmark MDS). Then follow `steps`

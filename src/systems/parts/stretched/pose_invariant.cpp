@@ -57,10 +57,8 @@ class Tree {
 
  private:
   Indices FromTheTips() const {
-    Indices order;
-    for (std::uint32_t i = 0; i < elements_.growth.size(); ++i) {
-      if (elements_.growth[i] > 1.0) order.push_back(i);
-    }
+    Indices order =
+        geometry::PositionsWhere(elements_.growth, [](double growth) { return growth > 1.0; });
     std::ranges::stable_sort(order, std::greater<>(),
                              [&](std::uint32_t i) { return elements_.growth[i]; });
     return order;

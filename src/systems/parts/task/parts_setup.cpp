@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 
-#include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
 #include "parts/metrics/human_score.h"

@@ -5,7 +5,6 @@
 #include <pcl/point_types.h>
 
 #include <stdexcept>
-#include <vector>
 
 #include "pcl_bridge/cloud.h"
 

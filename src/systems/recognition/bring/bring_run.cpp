@@ -32,47 +32,6 @@ constexpr double kTouch_N = 0.05;
 /// needs more friction than there is: of 45 repeated grasps of prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
 
-/// One object, put first in the scene, with its grasps, as a detector returns them: its named ones
-/// for the use, if it is known, then chapter 5's, first those that leave keep-free parts free.
-/// @param object  position in understanding.scene.objects
-/// @param use  intended use; empty: any
-/// @param score  ranks chapter 5's grasps; absent: rules
-trial::Detected GraspsFor(const Understanding& understanding, std::size_t object,
-                          const std::string& use, const geometry::Observation& observation,
-                          const GraspsOf& grasps_of, const robot::Robot& robot,
-                          const trial::Options& options,
-                          const std::optional<grasp::ScoreModel>& score) {
-  perception::Scene scene = understanding.scene;
-  const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
-  std::rotate(scene.objects.begin(), at, at + 1);
-  const auto obstacles = grasp::ObstaclesOfViews(scene, 0, observation, options.obstacles);
-  auto grasps = grasp::PlanGrasps(scene, 0, robot.hand(), grasp::Arm(robot), options.grasp,
-                                  obstacles.measured_C);
-  if (score) score->Rank(observation, scene, 0, robot.hand(), grasps);
-  std::vector<std::string> names;
-  if (const auto& found = understanding.found[object]) {
-    const NamedGrasps& known = grasps_of.at(found->object);
-    if (!known.keep_free_O.empty()) {
-      std::ranges::stable_partition(grasps, [&](const Grasp& grasp) {
-        return !grasp.collides && !grasp::TouchesKeptFree(grasp, known, found->X_CB, robot.hand());
-      });
-    }
-    const auto named = grasp::PlaceNamedGrasps(known, use, found->X_CB, scene, 0, robot.hand(),
-                                               options.grasp, obstacles.measured_C);
-    for (const grasp::PlacedGrasp& placed : named) {
-      grasps.insert(grasps.begin() + static_cast<std::ptrdiff_t>(names.size()), placed.grasp);
-      names.push_back(known.grasps[placed.named].name);
-    }
-  }
-  trial::Detected detected;
-  detected.segments = static_cast<int>(scene.segments.size());
-  detected.kept = scene.cloud.size();
-  detected.detection = grasp::DetectionFrom(scene, grasps);
-  detected.detection.obstacles = obstacles;
-  for (std::size_t i = 0; i < names.size(); ++i) detected.detection.grasps[i].name = names[i];
-  return detected;
-}
-
 /// Options that accept the best of all known objects even if its identity is uncertain.
 recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
   options.margin = 0.005;
@@ -82,19 +41,6 @@ recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options)
   options.min_share_seen = 0.2;
   return options;
 }
-
-/// A detector that returns a detection made beforehand.
-class Planned : public trial::Detector {
- public:
-  explicit Planned(trial::Detected detected) : detected_(std::move(detected)) {}
-  trial::Detected Detect(const geometry::Observation&, base::Rng&,
-                         const trial::Turn&) const override {
-    return detected_;
-  }
-
- private:
-  trial::Detected detected_;
-};
 
 /// Numbers of failed tries, by the object's place.
 class TriesByPlace {
@@ -125,7 +71,7 @@ class Run {
   Run(const Setup& setup, std::string wanted, std::optional<int> target, std::uint64_t seed,
       sim::World& world, const BringObserver& observer)
       : setup_(setup),
-        options_(setup.options.bring),
+        options_(setup.options),
         wanted_(std::move(wanted)),
         target_(target),
         seed_(seed),
@@ -267,6 +213,45 @@ class Run {
     return std::nullopt;
   }
 
+  // One object, put first in the scene, with its grasps, as a detector returns them: its named ones
+  // for the use, if it is known, then chapter 5's, first those that leave keep-free parts free.
+  // @param use  intended use; empty: any
+  trial::Detected GraspsFor(std::size_t object, const std::string& use) const {
+    const trial::Options& options = setup_.cell.options;
+    const robot::Robot& robot = setup_.cell.robot;
+    perception::Scene scene = known_.scene;
+    const auto at = scene.objects.begin() + static_cast<std::ptrdiff_t>(object);
+    std::rotate(scene.objects.begin(), at, at + 1);
+    const auto obstacles =
+        grasp::ObstaclesOfViews(scene, 0, sensed_.observation, options.obstacles);
+    auto grasps = grasp::PlanGrasps(scene, 0, robot.hand(), grasp::Arm(robot), options.grasp,
+                                    obstacles.measured_C);
+    if (score_) score_->Rank(sensed_.observation, scene, 0, robot.hand(), grasps);
+    std::vector<std::string> names;
+    if (const auto& found = known_.found[object]) {
+      const NamedGrasps& known = setup_.grasps.at(found->object);
+      if (!known.keep_free_O.empty()) {
+        std::ranges::stable_partition(grasps, [&](const Grasp& grasp) {
+          return !grasp.collides &&
+                 !grasp::TouchesKeptFree(grasp, known, found->X_CB, robot.hand());
+        });
+      }
+      const auto named = grasp::PlaceNamedGrasps(known, use, found->X_CB, scene, 0, robot.hand(),
+                                                 options.grasp, obstacles.measured_C);
+      for (const grasp::PlacedGrasp& placed : named) {
+        grasps.insert(grasps.begin() + static_cast<std::ptrdiff_t>(names.size()), placed.grasp);
+        names.push_back(known.grasps[placed.named].name);
+      }
+    }
+    trial::Detected detected;
+    detected.segments = static_cast<int>(scene.segments.size());
+    detected.kept = scene.cloud.size();
+    detected.detection = grasp::DetectionFrom(scene, grasps);
+    detected.detection.obstacles = obstacles;
+    for (std::size_t i = 0; i < names.size(); ++i) detected.detection.grasps[i].name = names[i];
+    return detected;
+  }
+
   // Adds a step to the result.
   const Attempt& TryAt(std::size_t object, bool wanted) {
     const std::size_t number = result_.steps.size();
@@ -275,10 +260,9 @@ class Run {
     step.at_wanted = wanted;
     const auto& found = known_.found[object];
     if (found) step.taken_for = found->object;
-    auto detected = GraspsFor(known_, object, wanted ? options_.use : "", sensed_.observation,
-                              setup_.grasps, setup_.cell.robot, setup_.cell.options, score_);
+    auto detected = GraspsFor(object, wanted ? options_.use : "");
     if (wanted) TriedLast(detected.detection);
-    const Planned detector(std::move(detected));
+    const trial::FixedDetector detector(std::move(detected));
     trial::AttemptOptions attempt;
     attempt.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"), std::uint64_t{number});
     attempt.sensed = &sensed_;

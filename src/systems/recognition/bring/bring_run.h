@@ -9,12 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "base/units.h"
 #include "grasp/named_grasps.h"
 #include "recognition/bring/understanding.h"
 #include "recognition/library.h"
 #include "sim/world.h"
-#include "trial/options.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::bring {
@@ -33,12 +31,6 @@ struct BringOptions {
   recognition::RecognitionOptions recognition;
   recognition::LibraryOptions library;
   trial::HandOverOptions hand_over;
-};
-
-/// A bring experiment, as specified in its file.
-struct Options {
-  trial::Options grasping;
-  BringOptions bring;
 };
 
 /// Grasps of the known objects by object name; an object without a file has none of its own.
@@ -96,7 +88,7 @@ struct BringObserver {
 
 /// Data shared by all runs of an experiment.
 struct Setup {
-  const Options& options;
+  const BringOptions& options;
   const trial::Cell& cell;
   const recognition::Library& library;
   const GraspsOf& grasps;

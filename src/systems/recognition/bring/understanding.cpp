@@ -60,10 +60,7 @@ void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMes
   PerceivedObject known;
   known.axis_C = scene.table.plane.normal.unitOrthogonal();
   if (perceived) known = scene.objects[place];
-  known.points.clear();
-  for (std::uint32_t i = 0; i < own.size(); ++i) {
-    if (own[i]) known.points.push_back(i);
-  }
+  known.points = geometry::PositionsOf(own);
   Complete(geometry::Transformed(mesh_B, found.X_CB), scene, known);
   for (std::size_t i = shared.size(); i-- > 0;) {
     if (2 * shared[i] <= scene.objects[i].points.size()) {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "base/rng.h"
 #include "geometry/observation.h"
 #include "perception/scene.h"
 #include "recognition/library.h"

@@ -108,9 +108,7 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
 std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& segment,
                                    std::size_t references, base::Rng& rng) {
   constexpr std::size_t kPeaks = 2;
-  const auto kept = Thinned(segment.cloud_C.points, object.pairs.spacing_m());
-  const geometry::PointCloud thin{geometry::Select(segment.cloud_C.points, kept),
-                                  geometry::Select(segment.cloud_C.normals, kept)};
+  const geometry::PointCloud thin = Thinned(segment.cloud_C, object.pairs.spacing_m());
   std::vector<PairTable::Voted> voted;
   const std::size_t step =
       std::max<std::size_t>(1, thin.size() / std::max<std::size_t>(1, references));
@@ -183,6 +181,7 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   for (std::size_t i = 0; i < own.size(); i += step) {
     segment.source_C.push_back(segment.cloud_C.points[i]);
   }
+  segment.source = pcl_bridge::Cloud(segment.source_C);
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
@@ -226,7 +225,7 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
   const Vector3d up_C = segment_->X_TC.linear().transpose() * Vector3d::UnitZ();
   for (Posed& one : posed) {
     one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
-                        : Registered(one.X_CB, *source_);
+                        : Registered(one.X_CB, segment_->source);
     const double sunk_m = std::max(0.0, Sunk(*object_, one.X_CB, *segment_));
     one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);

@@ -22,6 +22,7 @@ struct Segment {
   bool colored = false;                      ///< some rays have tones, and colors are used
   base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
   geometry::Points eyes_C;  ///< positions of the views that saw much of it; at least one
+  pcl_bridge::Cloud source{geometry::PointSpan()};  ///< source_C
 };
 
 /// Poses of one object that differ by more are distinct. This is slightly more than the required
@@ -43,9 +44,8 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
 /// One known object matched to one segment. Holds references to all constructor arguments.
 class Match {
  public:
-  Match(const PreparedObject& object, const Segment& segment, const pcl_bridge::Cloud& source,
-        const RecognitionOptions& options)
-      : object_(&object), segment_(&segment), source_(&source), options_(&options) {}
+  Match(const PreparedObject& object, const Segment& segment, const RecognitionOptions& options)
+      : object_(&object), segment_(&segment), options_(&options) {}
 
   const PreparedObject& object() const { return *object_; }
 
@@ -82,7 +82,6 @@ class Match {
 
   const PreparedObject* object_;
   const Segment* segment_;
-  const pcl_bridge::Cloud* source_;
   const RecognitionOptions* options_;
 };
 

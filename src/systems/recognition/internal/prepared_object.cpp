@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/linear_algebra.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::recognition::internal {
 namespace {
@@ -83,10 +84,7 @@ std::vector<Matrix3d> WaysToLie(const KnownObject& object) {
 }
 
 Matrix3d PrincipalAxes(const geometry::Points& points) {
-  const Vector3d center = geometry::Centroid(points);
-  Matrix3d scatter = Matrix3d::Zero();
-  for (const Vector3d& p : points) scatter += (p - center) * (p - center).transpose();
-  return base::SymmetricEigen(scatter).vectors;
+  return base::SymmetricEigen(geometry::Scatter(points, geometry::Centroid(points))).vectors;
 }
 
 // Rays.
@@ -213,9 +211,7 @@ void PairTable::Thin(Bucket& bucket) {
 }
 
 PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
-    : spacing_m_(spacing_m) {
-  const auto kept = Thinned(surface_B.points, spacing_m);
-  points_B_ = {geometry::Select(surface_B.points, kept), geometry::Select(surface_B.normals, kept)};
+    : spacing_m_(spacing_m), points_B_(Thinned(surface_B, spacing_m)) {
   for (std::uint32_t i = 0; i < points_B_.size(); ++i) {
     const base::Pose to_axis = ToAxis(points_B_.points[i], points_B_.normals[i]);
     for (std::uint32_t j = 0; j < points_B_.size(); ++j) {

@@ -115,7 +115,8 @@ experiment::Grid TableOf(const std::vector<Row>& rows) {
 }
 
 /// Reads the keys that `task: grasping` does not have.
-void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
+BringOptions ReadBringKeys(base::YamlMap& map) {
+  BringOptions o;
   map.Read("runs_per_object", o.runs_per_object, 1, 100000,
            "number of runs for each of `objects` as target");
   map.Read("known", o.known,
@@ -140,13 +141,14 @@ void ReadBringKeys(base::YamlMap& map, BringOptions& o) {
   trial::ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
   recognition::ReadLibraryOptions(map, o.library);
+  return o;
 }
 
 /// Reads `grasps.yaml` next to each object's model.
-GraspsOf ReadGrasps(const Options& options) {
+GraspsOf ReadGrasps(const trial::Options& grasping, const std::vector<std::string>& objects) {
   GraspsOf grasps;
-  for (const std::string& object : options.bring.known) {
-    const auto mjcf = trial::ObjectModelOf(options.grasping, object).mjcf;
+  for (const std::string& object : objects) {
+    const auto mjcf = trial::ObjectModelOf(grasping, object).mjcf;
     grasps[object] = grasp::ReadNamedGrasps(mjcf.parent_path() / "grasps.yaml");
   }
   return grasps;
@@ -162,23 +164,21 @@ std::optional<int> NumberOf(const std::string& object, const sim::World& world) 
 
 class BringExperiment : public experiment::Task {
  public:
-  BringExperiment(const Options& options, const experiment::Common& common)
+  BringExperiment(const BringOptions& options, const trial::Options& grasping,
+                  const experiment::Common& common)
       : options_(options),
-        cell_(options.grasping),
-        library_(
-            recognition::LibraryOf(options.grasping, options.bring.known, options.bring.library)),
-        grasps_(ReadGrasps(options)),
+        cell_(grasping),
+        library_(recognition::LibraryOf(grasping, options.known, options.library)),
+        grasps_(ReadGrasps(grasping, options.known)),
         seed_(common.seed) {}
 
   std::vector<Case> Cases() const override {
     std::vector<Case> cases;
     for (const std::string& object : cell_.options.objects) {
       const std::uint64_t of_object = base::DeriveSeed(base::DeriveSeed(seed_, "bring"), object);
-      for (int i = 0; i < options_.bring.runs_per_object; ++i) {
-        cases.push_back({fmt::format("{}-{:04}", object, i),
-                         object,
-                         base::DeriveSeed(of_object, static_cast<std::uint64_t>(i)),
-                         {{"object", object}, {"index", i}}});
+      for (int i = 0; i < options_.runs_per_object; ++i) {
+        const std::uint64_t seed = base::DeriveSeed(of_object, static_cast<std::uint64_t>(i));
+        cases.push_back(trial::CaseOf({object, i, seed}));
       }
     }
     return cases;
@@ -211,7 +211,7 @@ class BringExperiment : public experiment::Task {
   void AddTo(experiment::Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
-    recognition::AddLibraryTo(stamp, options_.bring.library, options_.bring.known);
+    recognition::AddLibraryTo(stamp, options_.library, options_.known);
   }
 
  private:
@@ -223,7 +223,7 @@ class BringExperiment : public experiment::Task {
     if (!arranged) return trial::NoArrangement(redraws);
     sim::World& world = arranged->world;
     auto target = NumberOf(wanted, world);
-    if (target && options_.bring.absent) {
+    if (target && options_.absent) {
       world.ParkObject(*target);
       world.Settle();
       target.reset();
@@ -242,14 +242,14 @@ class BringExperiment : public experiment::Task {
     const auto& objects = cell_.options.objects;
     const auto kind = cell_.options.arranger;
     const bool heap = kind == trial::kPile || kind == trial::kBox;
-    if (!heap && !options_.bring.absent) return wanted;
+    if (!heap && !options_.absent) return wanted;
     if (objects.size() < 2) return wanted;
     const auto own = static_cast<std::size_t>(std::ranges::find(objects, wanted) - objects.begin());
     const std::size_t step = 1 + static_cast<std::size_t>(index) % (objects.size() - 1);
     return objects[(own + step) % objects.size()];
   }
 
-  Options options_;
+  BringOptions options_;
   trial::Cell cell_;
   recognition::Library library_;
   GraspsOf grasps_;
@@ -261,25 +261,24 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
     map.Fail("trials_per_object", "use `runs_per_object` in `task: bring`");
   }
   if (map.Has("views")) map.Fail("views", "use bring.max_looks in `task: bring`");
-  Options options;
-  ReadBringKeys(map, options.bring);
-  options.grasping = trial::ReadOptions(map);
-  std::vector<std::string>& known = options.bring.known;
-  if (known.empty()) known = options.grasping.objects;
-  const auto wrist = recognition::WristViewsOf(map, options.grasping);
-  const bool wrist_looks = !wrist.sensor.empty() && options.bring.max_looks > 1;
-  if (!recognition::ModelsPass(map, options.grasping, wrist_looks, common)) return nullptr;
-  options.bring.library.seed = common.seed;
-  trial::RequireOwnDetector(map, options.grasping);
-  for (const std::string& object : options.grasping.objects) {
-    if (std::ranges::find(known, object) == known.end() && !options.bring.absent) {
+  BringOptions options = ReadBringKeys(map);
+  const trial::Options grasping = trial::ReadOptions(map);
+  std::vector<std::string>& known = options.known;
+  if (known.empty()) known = grasping.objects;
+  const auto wrist = recognition::WristViewsOf(map, grasping);
+  const bool wrist_looks = !wrist.sensor.empty() && options.max_looks > 1;
+  if (!recognition::ModelsPass(map, grasping, wrist_looks, common)) return nullptr;
+  options.library.seed = common.seed;
+  trial::RequireOwnDetector(map, grasping);
+  for (const std::string& object : grasping.objects) {
+    if (std::ranges::find(known, object) == known.end() && !options.absent) {
       map.Fail(
           "known",
           fmt::format("has no '{}', which is one of `objects`: add it, or remove it from `objects`",
                       object));
     }
   }
-  return std::make_unique<BringExperiment>(options, common);
+  return std::make_unique<BringExperiment>(options, grasping, common);
 }
 
 }  // namespace
@@ -295,11 +294,7 @@ const experiment::TaskKind& BringTask() {
       .uses_seed = true,
       .success = trial::kHandedOver,
       .read = Read,
-      .read_keys =
-          [](base::YamlMap& map) {
-            BringOptions options;
-            ReadBringKeys(map, options);
-          },
+      .read_keys = [](base::YamlMap& map) { ReadBringKeys(map); },
       .report = ReportOf};
   return kind;
 }

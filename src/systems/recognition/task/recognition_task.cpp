@@ -45,7 +45,8 @@ struct TaskOptions {
 };
 
 /// Reads the keys that `task: grasping` does not have.
-void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
+TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
+  TaskOptions o;
   auto keys = map.Child("recognition",
                         "recognition: from perceived objects to known objects and their poses");
   auto& r = o.recognition;
@@ -73,6 +74,7 @@ void ReadRecognitionKeys(base::YamlMap& map, TaskOptions& o) {
             "number of poses of each object that are refined by registration");
   keys.Finish();
   ReadLibraryOptions(map, o.library);
+  return o;
 }
 
 /// Recognition result for an object that should be found.
@@ -152,14 +154,10 @@ void Add(const experiment::Record& record, const nlohmann::json& data, Row& row)
 }
 
 std::string TimesNote(const std::vector<experiment::Record>& records) {
-  std::map<std::string, std::vector<double>> each;
-  for (const auto& record : records) {
-    for (const auto& [stage, seconds] : record.result.seconds) each[stage].push_back(seconds);
-  }
+  auto times = experiment::StageTimes(records);
+  std::ranges::sort(times, {}, &experiment::StageTime::stage);
   std::string text = "median seconds of a scene:";
-  for (const auto& [stage, seconds] : each) {
-    text += fmt::format(" {} {:.2f}", stage, base::MedianOf(seconds));
-  }
+  for (const auto& one : times) text += fmt::format(" {} {:.2f}", one.stage, one.median_s);
   return text;
 }
 
@@ -419,8 +417,7 @@ class Recognition : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  TaskOptions options;
-  ReadRecognitionKeys(map, options);
+  TaskOptions options = ReadRecognitionKeys(map);
   options.grasping = trial::ReadOptions(map);
   const auto wrist = WristViewsOf(map, options.grasping);
   if (!ModelsPass(map, options.grasping, wrist.views > 1, common)) return nullptr;
@@ -521,11 +518,7 @@ const experiment::TaskKind& RecognitionTask() {
       .uses_seed = true,
       .success = "found",
       .read = Read,
-      .read_keys =
-          [](base::YamlMap& map) {
-            TaskOptions options;
-            ReadRecognitionKeys(map, options);
-          },
+      .read_keys = [](base::YamlMap& map) { ReadRecognitionKeys(map); },
       .report = ReportOf};
   return kind;
 }

@@ -115,9 +115,7 @@ class Earlier {
 
 /// A small motion from its shift and turn about a point.
 base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
-  const Eigen::Vector3d turn = twist.tail<3>();
-  base::Pose X = base::Pose::Identity();
-  X.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  base::Pose X = base::SmallMotion(twist.tail<3>(), Eigen::Vector3d::Zero());
   X.translation() = about + twist.head<3>() - X.linear() * about;
   return X;
 }

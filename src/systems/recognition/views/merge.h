@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <cstddef>
 
 #include "base/frames.h"
 #include "geometry/observation.h"

@@ -48,14 +48,13 @@ geometry::SeenSpace SpaceOf(const geometry::Observation& so_far, const Eigen::Al
 /// Plans motions of the arm to poses of the sensor.
 class Reach {
  public:
-  Reach(const robot::Robot& robot, const ViewRequest& request, const NextViewOptions& options,
-        const planning::PlanOptions& planning, base::Rng& rng)
-      : robot_(robot), request_(request), options_(options), planner_(robot, planning), rng_(rng) {}
-
-  void KeepClearOf(const geometry::SeenSpace& space) {
+  /// @param space  motions avoid what is not free in it
+  Reach(const robot::Robot& robot, const geometry::SeenSpace& space, const ViewRequest& request,
+        const NextViewOptions& options, const planning::PlanOptions& planning, base::Rng& rng)
+      : robot_(robot), request_(request), options_(options), planner_(robot, planning), rng_(rng) {
     planning::PlanningScene scene;
-    scene.table_z_m = request_.obstacles_C.min().z();
-    scene.obstacles_W.push_back(space.Ceiling(options_.clearance_m));
+    scene.table_z_m = request.obstacles_C.min().z();
+    scene.obstacles_W.push_back(space.Ceiling(options.clearance_m));
     planner_.SetScene(std::move(scene));
   }
 
@@ -128,8 +127,8 @@ std::optional<PlannedView> NextBestView(const robot::Robot& robot,
   const geometry::SeenSpace space = SpaceOf(so_far, request.region_C, options.cell_m);
   const std::vector<Candidate> candidates = ByGain(space, request, options);
   if (candidates.empty()) return std::nullopt;
-  Reach reach(robot, request, options, planning, rng);
-  reach.KeepClearOf(SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m));
+  Reach reach(robot, SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m), request,
+              options, planning, rng);
   for (const Candidate& candidate : candidates | std::views::take(options.max_places)) {
     std::optional<PlannedView> view = reach.To(candidate);
     if (!view) continue;

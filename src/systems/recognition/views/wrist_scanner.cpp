@@ -174,15 +174,6 @@ Eigen::AlignedBox3d WristScanner::AroundWorkspace(double below_m) const {
           middle_W + Eigen::Vector3d(radius_m, radius_m, kObstacles_m)};
 }
 
-std::optional<PlannedView> WristScanner::NextView(const geometry::Observation& so_far,
-                                                  const Eigen::AlignedBox3d& region_W,
-                                                  const Eigen::VectorXd& q_now) const {
-  const ViewRequest request{region_W, AroundWorkspace(0.0), sensing::FieldOf(scanner_),
-                            *robot_.X_HWristScanner, q_now};
-  base::Rng rng = Stream("next");
-  return NextBestView(robot_, so_far, request, look_.next, options_.planning, rng);
-}
-
 trial::Sensed WristScanner::Scan(const sim::World& world) {
   base::Rng rng = Stream("scan");
   ++looks_;
@@ -222,7 +213,11 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
 std::optional<trial::LookRecord> WristScanner::AddBestView(const Eigen::AlignedBox3d& region_W,
                                                            sim::World& world, Eigen::VectorXd& q,
                                                            trial::Sensed& to) {
-  const auto look = NextView(to.observation, region_W, q);
+  const ViewRequest request{region_W, AroundWorkspace(0.0), sensing::FieldOf(scanner_),
+                            *robot_.X_HWristScanner, q};
+  base::Rng rng = Stream("next");
+  const auto look =
+      NextBestView(robot_, to.observation, request, look_.next, options_.planning, rng);
   if (!look) return std::nullopt;
   const sim::MoveLog move = sim::MoveArm(world, look->way);
   q = move.arrived ? look->q : world.ArmPositions();

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
 #include "base/rng.h"
 #include "base/units.h"
@@ -77,9 +76,6 @@ class WristScanner {
   base::Rng Stream(const char* name) const;
   void BelieveCalibration(const base::Pose& X_HS);
   Eigen::AlignedBox3d AroundWorkspace(double below_m) const;
-  std::optional<PlannedView> NextView(const geometry::Observation& so_far,
-                                      const Eigen::AlignedBox3d& region_W,
-                                      const Eigen::VectorXd& q_now) const;
   Refinement Add(trial::Sensed look, trial::Sensed& to) const;
 
   const trial::Options& options_;

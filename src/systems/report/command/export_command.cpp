@@ -39,20 +39,17 @@ ordered_json JsonOf(const base::Pose& X) {
   return std::vector<double>(rows.data(), rows.data() + rows.size());
 }
 
-constexpr std::string_view kCloud = ".pcd";
-
 /// Writes clouds. Pictures have the name of their cloud; null if the sensor takes none.
 ordered_json WriteClouds(const Sensed& sensed, const std::string& id, const fs::path& folder) {
   ordered_json clouds = ordered_json::array();
   for (std::size_t i = 0; i < sensed.observation.views.size(); ++i) {
     const geometry::View& view = sensed.observation.views[i];
-    const std::string file =
-        i == 0 ? fmt::format("clouds/{}.pcd", id) : fmt::format("clouds/{}_view{}.pcd", id, i + 1);
+    const std::string stem = i == 0 ? "clouds/" + id : fmt::format("clouds/{}_view{}", id, i + 1);
+    const std::string file = stem + ".pcd";
     geometry::WriteCloud(folder / file, view.image, trial::TruthFields(view, sensed.truth[i]));
     const auto& states = sensed.truth[i].state;
     ordered_json images;
-    if (const auto written =
-            geometry::WriteImages(view, folder, file.substr(0, file.size() - kCloud.size()))) {
+    if (const auto written = geometry::WriteImages(view, folder, stem)) {
       images = written->Described<ordered_json>();
     }
     clouds.push_back({{"file_name", file},

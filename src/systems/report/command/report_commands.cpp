@@ -69,14 +69,12 @@ struct Replayed {
 
 // @return numbers of the cases that now have a view
 std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& request) {
-  const fs::path& store = of.store;
   const experiment::Experiment& e = of.experiment;
-  const std::vector<Shown>& shown = of.shown;
-  for (const auto& hidden : {store, request.out}) e.task->Hide(hidden);
+  for (const auto& hidden : {of.store, request.out}) e.task->Hide(hidden);
   e.task->Prepare();
   std::map<std::string, const Shown*> by_id;
   std::vector<Case> cases;
-  for (const Shown& one : shown) {
+  for (const Shown& one : of.shown) {
     by_id[one.record.which.id] = &one;
     cases.push_back(CaseOf(e, one.record.which.id));
   }
@@ -107,14 +105,15 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
                          if (fs::exists(file)) made.insert(stored.number);
                        });
   if (!crashed.empty()) {
-    spdlog::warn("{}: {} of {} cases could not be run again:\n  {}", store.string(), crashed.size(),
-                 cases.size(), base::Join(experiment::CrashReasons(crashed), "\n  "));
+    spdlog::warn("{}: {} of {} cases could not be run again:\n  {}", of.store.string(),
+                 crashed.size(), cases.size(),
+                 base::Join(experiment::CrashReasons(crashed), "\n  "));
   }
   if (differing > 0) {
     spdlog::warn(
         "{}: {} of {} cases differ from their records when they are run again: has the program or "
         "a model changed since?",
-        store.string(), differing, cases.size());
+        of.store.string(), differing, cases.size());
   }
   return made;
 }

@@ -262,8 +262,7 @@ std::string Script(const std::string& variable, const ordered_json& value) {
 }
 
 ordered_json PackedPoints(const geometry::Points& points) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : points) box.extend(p);
+  const Eigen::AlignedBox3d box = geometry::BoundsOf(points);
   const Eigen::Vector3d low = points.empty() ? Eigen::Vector3d(0.0, 0.0, 0.0) : box.min();
   const double edge = points.empty() ? 0.0 : box.sizes().maxCoeff();
   const double step = edge > 0.0 ? edge / kSteps : 1.0;

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "base/draw/plot.h"
 #include "base/error.h"
-#include "base/file.h"
 #include "base/units.h"
 #include "base/words.h"
 #include "cli/output.h"
@@ -118,16 +116,16 @@ struct Word {
   const char* key;
   const char* group;
   const char* help;
-  std::vector<std::string> words = {};  ///< allowed values
   bool is_flag = false;
+  std::vector<std::string> words = {};  ///< allowed values
 };
 
 std::vector<Word> Words() {
   return {
       {"--layout", "layout", kTextGroup,
        "rows of heights, rows of x,height pairs, one point x,height per line, or columns (rows)",
-       base::WordList<seam::TextLayout>()},
-      {"--separator", "separator", kTextGroup, "separator of columns (auto)",
+       false, base::WordList<seam::TextLayout>()},
+      {"--separator", "separator", kTextGroup, "separator of columns (auto)", false,
        base::WordList<seam::TextSeparator>()},
       {"--header-lines", "header_lines", kTextGroup,
        "number of header lines; the last one has the column names (0)"},
@@ -135,12 +133,7 @@ std::vector<Word> Words() {
        "number, from 1, or name of the time column; times in s"},
       {"--encoder-column", "encoder_column", kTextGroup,
        "number or name of the encoder column; see file.encoder_mm, file.feed_mm_per_s"},
-      {"--decimal-comma",
-       "decimal_comma",
-       kTextGroup,
-       "numbers have a decimal comma: 1,5",
-       {},
-       true},
+      {"--decimal-comma", "decimal_comma", kTextGroup, "numbers have a decimal comma: 1,5", true},
       {"--image-scale", "image_scale_mm", kImageGroup,
        "height of a grey level, mm (0.001; floating point: 1)"},
       {"--image-offset", "image_offset_mm", kImageGroup,
@@ -192,7 +185,7 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
       ->delimiter(',')
       ->group(kBothGroup);
   AddWord(command, arguments,
-          {"--away", "away", kBothGroup, "heights increase away from the sensor", {}, true});
+          {"--away", "away", kBothGroup, "heights increase away from the sensor", true});
   command
       .add_option(
           "--set", arguments.set,
@@ -237,7 +230,11 @@ class Detection {
     seam::Reading reading = tracker_->Update(profile);
     reading.x_m += center_x_m_;
     auto stop = monitor_->Update(tracker_->prepared(), reading);
-    if (row.gap_s && !stop) stop = OutageBefore(row);
+    if (row.gap_s && !stop) {  // the file's own times show that nothing was measured
+      spdlog::warn("row {} (line {}): {:.3f} s after the previous row: an outage", row.row,
+                   row.line, *row.gap_s);
+      stop = seam::StopReason::kOutage;
+    }
     if (arguments_.xml) {
       if (const auto packet = tracker_->TakePacket()) PrintXml(*packet, stop);
     } else if (arguments_.json) {
@@ -287,13 +284,6 @@ class Detection {
     if (columns_per_mm || has_columns_per_mm) {
       file_options_.columns_per_m = options_.line.columns_per_m;
     }
-  }
-
-  // The file's own times show that nothing was measured.
-  static seam::StopReason OutageBefore(const seam::ProfileRow& row) {
-    spdlog::warn("row {} (line {}): {:.3f} s after the previous row: an outage", row.row, row.line,
-                 *row.gap_s);
-    return seam::StopReason::kOutage;
   }
 
   void Begin(int columns, bool has_position) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -203,13 +202,6 @@ class TextRows {
   struct Columns {
     int time = -1, encoder = -1, axis = -1, profile = -1, z = -1, first = 0;
   };
-
-  static std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {
-    if (rows.empty()) return std::nullopt;
-    RawRow row = std::move(rows.front());
-    rows.pop_front();
-    return row;
-  }
 
   void FixWidth() {
     std::vector<std::size_t> widths;
@@ -539,6 +531,13 @@ float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions
   throw InputError(fmt::format("is out of range; it must be from {:.6g} to {:.6g}",
                                options.min_height_m / scale.unit_m + scale.zero,
                                options.max_height_m / scale.unit_m + scale.zero));
+}
+
+std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {
+  if (rows.empty()) return std::nullopt;
+  RawRow row = std::move(rows.front());
+  rows.pop_front();
+  return row;
 }
 
 RowSource RowsOfText(std::istream& in, const ProfileFileOptions& options) {

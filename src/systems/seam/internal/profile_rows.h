@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <functional>
 #include <istream>
 #include <optional>
@@ -32,6 +33,9 @@ std::string WidthFault(std::size_t columns, int expected);
 /// Converts a number in a file to a height [m]; NaN if it stands for a missing value.
 /// @throws base::InputError if it is out of range; the caller names the number.
 float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options);
+
+/// Removes and returns the first row, if there is one.
+std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows);
 
 /// Returns the rows of a text as they arrive, and nullopt at its end. All rows have the same width:
 /// that of the options or, if not given, of two of the first three valid rows or else of the first.

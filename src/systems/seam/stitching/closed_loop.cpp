@@ -41,12 +41,6 @@ double MovedAlong(const LinePose& before, const LinePose& now) {
 
 /// A line of the sensor with its tracker and monitor.
 struct Line {
-  Line(double ahead, const TrackerOptions& tracker_options, const Calibration& calibration,
-       const MonitorOptions& monitor_options)
-      : ahead_m(ahead),
-        tracker(tracker_options, calibration),
-        monitor(tracker_options.line, monitor_options) {}
-
   Reading Take(const Profile& profile) {
     const Reading reading = tracker.Update(profile);
     stop = monitor.Update(tracker.prepared(), reading);
@@ -54,10 +48,10 @@ struct Line {
   }
 
   double ahead_m;
-  std::optional<LinePose> pose;  // of the last profile
   EdgeTracker tracker;
   SurfaceMonitor monitor;
-  std::optional<StopReason> stop;
+  std::optional<LinePose> pose = {};  // of the last profile
+  std::optional<StopReason> stop = {};
 };
 
 /// The sensor on the head with its evaluation: profiles in, packets out. The first line measures
@@ -73,9 +67,9 @@ class SensorUnit {
         rng_(base::DeriveSeed(seed, "scan")) {
     TrackerOptions tracker = options.tracker;
     tracker.line = sensor.options().line;
-    tracker.packet_period_s = options.head.correction_period_s;
     for (const double ahead : sensor.options().lines_ahead_m) {
-      lines_.emplace_back(ahead, tracker, calibration, options.monitor);
+      lines_.push_back({ahead, EdgeTracker(tracker, calibration),
+                        SurfaceMonitor(tracker.line, options.monitor)});
     }
   }
 
@@ -148,16 +142,6 @@ class SensorUnit {
   std::deque<Place> places_;  // of the last profiles
   RawProfile previous_;
 };
-
-// Measures profiles between two control steps, with interpolated head poses.
-void MeasureUntil(double time_s, const ControlUnit& control, SensorUnit& unit,
-                  std::vector<Correction>& packets, TrackResult& result) {
-  while (unit.NextTime() < time_s) {
-    const HeadState head = control.PoseAt(unit.NextTime());
-    result.readings.push_back(unit.Measure(head));
-    if (const auto correction = unit.TakeCorrection()) packets.push_back(*correction);
-  }
-}
 
 // ---- the score ----
 
@@ -270,11 +254,13 @@ TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibratio
     const double time_s = step * kControlPeriod_s;
     control.Record(head);
     result.path.push_back({time_s, head.needle.x(), head.needle.y(), head.heading_rad, 0.0});
-    std::vector<Correction> packets;
-    MeasureUntil(time_s, control, unit, packets, result);
-    for (const Correction& packet : packets) {
-      if (const auto edge = control.Receive(packet)) result.sensed.push_back(*edge);
-      result.packets.push_back(ToXml(packet));
+    // The profiles since the last control step, with interpolated head poses.
+    while (unit.NextTime() < time_s) {
+      result.readings.push_back(unit.Measure(control.PoseAt(unit.NextTime())));
+      const auto packet = unit.TakeCorrection();
+      if (!packet) continue;
+      if (const auto edge = control.Receive(*packet)) result.sensed.push_back(*edge);
+      result.packets.push_back(ToXml(*packet));
     }
     const HeadCommand command = control.Command();
     const bool at_rest = head.velocity.isZero(0.0) && head.rotation_rad_s == 0.0;

@@ -82,10 +82,6 @@ constexpr double kMaxHeight_m = 1.1e-3;
 constexpr double kMinSoftHeight_m = 0.5e-3;
 
 // Ranges of a seam's other properties, about the defaults of MatOptions.
-struct Range {
-  double low, high;
-  double Draw(base::Rng& rng) const { return rng.Uniform(low, high); }
-};
 constexpr Range kEdgeWidth_m = {0.05e-3, 0.25e-3};
 constexpr Range kSlantWidth_m = {1.6e-3, 2.4e-3};  // about 2 mm (section 3.6.2)
 constexpr Range kDoubleGap_m = {1.5e-3, 3e-3};

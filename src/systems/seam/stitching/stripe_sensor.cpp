@@ -236,15 +236,6 @@ double LabelColumn(const Mats& mats, const StripeSensor& sensor, const LinePose&
 
 }  // namespace
 
-void CheckOptions(const StripeSensorOptions& options) {
-  Options copy = options;
-  const base::RangeCheck check("stripe sensor");
-  ReadNumbers(check, copy);
-  CheckRelations(options, [](const std::string& key, const std::string& what) {
-    throw std::invalid_argument("stripe sensor: " + key + ": " + what);
-  });
-}
-
 StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   StripeSensorOptions options;
@@ -261,7 +252,11 @@ StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
 }
 
 StripeSensor::StripeSensor(const StripeSensorOptions& options) : options_(options) {
-  CheckOptions(options);
+  const base::RangeCheck check("stripe sensor");
+  ReadNumbers(check, options_);
+  CheckRelations(options, [](const std::string& key, const std::string& what) {
+    throw std::invalid_argument("stripe sensor: " + key + ": " + what);
+  });
   focal_px_ = options.line.columns_per_m * options.standoff_m;
   cos_ = std::cos(options.angle_rad);
   sin_ = std::sin(options.angle_rad);

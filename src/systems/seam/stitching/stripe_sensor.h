@@ -39,9 +39,6 @@ struct StripeSensorOptions {
   double phantom_previous_share = 0.5;
 };
 
-/// @throws std::invalid_argument naming the key of the sensor file that is out of range.
-void CheckOptions(const StripeSensorOptions& options);
-
 /// Reads a file such as models/sensors/stripe_base.yaml.
 /// @throws base::InputError naming file, line and key.
 StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file);
@@ -56,7 +53,7 @@ struct LinePose {
 
 class StripeSensor {
  public:
-  /// @throws std::invalid_argument if an option is out of range.
+  /// @throws std::invalid_argument naming the key of the sensor file that is out of range.
   explicit StripeSensor(const StripeSensorOptions& options);
   const StripeSensorOptions& options() const { return options_; }
   /// Measuring rate of the sensor, given by the exposure that these mats need [Hz].

@@ -13,9 +13,8 @@ namespace {
 using base::kMm;
 using base::YamlMap;
 
-// Limits of counts: they reject mistakes, not large experiments.
-constexpr int kMaxSeams = 1'000'000;
-constexpr int kMaxProfiles = 1'000'000;
+// Limit of counts: it rejects mistakes, not large experiments.
+constexpr int kMaxCount = 1'000'000;
 // Number of distances at which the calibration body is scanned: nearly twice the five terms of the
 // fitted 4th-order polynomial.
 constexpr int kCalibrationDistances = 9;
@@ -89,7 +88,7 @@ void ReadTrack(YamlMap map, TrackOptions& options) {
 void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
   map.Read("shapes", experiment.shapes, "shapes of the edges, used in turn");
   map.Read(
-      "seams", experiment.seams, 1, kMaxSeams,
+      "seams", experiment.seams, 1, kMaxCount,
       "number of recorded seams; tracks and hazards: number of runs with each decision method");
   map.Read("decisions", experiment.decisions,
            "tracks and hazards: decision methods that control the head, each in separate runs");
@@ -100,7 +99,7 @@ void ReadSeams(YamlMap& map, SeamExperiment& experiment) {
   if (twice != sorted.end()) {
     map.Fail("decisions", fmt::format("has '{}' twice", base::Word(*twice)));
   }
-  map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxProfiles,
+  map.Read("profiles_per_seam", experiment.record.profiles, 1, kMaxCount,
            "number of profiles of a recorded seam");
   map.Read("edge_within", experiment.record.edge_within, 0.0, 1.0,
            "share of the line, around its middle, in which the edge of a recorded seam starts");

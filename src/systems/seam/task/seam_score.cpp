@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -20,11 +19,6 @@ constexpr double kCenterHalf = 0.25;
 // A hazard counts as seen if it begins up to this far beyond the sensor's line: fray and an
 // obstacle's border reach out by less.
 constexpr double kSeen_m = 0.002;
-
-// NaN without a position.
-double ErrorOf(const std::optional<double>& column, double label) {
-  return std::abs(column.value_or(std::numeric_limits<double>::quiet_NaN()) - label);
-}
 
 double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>& corners,
                   double wanted_m) {
@@ -168,7 +162,7 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibr
     const bool center = std::abs(label - 0.5 * (columns - 1)) < kCenterHalf * columns;
     const auto positions = PositionsOf(readings);
     for (std::size_t m = 0; m < kMethods; ++m) {
-      const double error = ErrorOf(positions[m], label);
+      const double error = std::abs(positions[m].value_or(std::nan("")) - label);
       result.all[m].Count(error);
       (center ? result.center : result.boundary)[m].Count(error);
     }
@@ -190,8 +184,9 @@ RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int 
   result.reached_hazard = track.reached_hazard;
   // Where the hazard begins along the track. A head that was still further from it than its sensor
   // sees stopped without a reason.
-  const double begin_m =
-      mats.obstacles.empty() ? mats.end_y_m : mats.obstacles[0].y_m - mats.obstacles[0].size_y_m;
+  const double begin_m = mats.obstacles.empty()
+                             ? mats.end_y_m
+                             : mats.obstacles[0].y_m - 0.5 * mats.obstacles[0].size_y_m;
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
   result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < begin_m - kSeen_m;
   result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - kSettle_m);
@@ -279,18 +274,18 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
   base::Stopwatch watch;
   const auto end_step = [&] { seconds.emplace_back(kTimedSteps[seconds.size()], watch.Restart()); };
   const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVotingAsPublished);
-  const auto& [fitting, voting, accumulation] = options.detectors;
+  const auto& [levels, voting, kernel] = options.detectors;
   std::vector<PreparedProfile> prepared;
   watch.Restart();
   for (const auto& raw : recording.raw) {
     prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
   }
   end_step();
-  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, fitting);
+  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, levels);
   end_step();
   for (const auto& profile : prepared) VoteLocally(profile.height_m, voting);
   end_step();
-  for (const auto& profile : prepared) AccumulateGradients(profile.height_m, accumulation);
+  for (const auto& profile : prepared) AccumulateGradients(profile.height_m, kernel);
   end_step();
   EdgeTracker tracker(options);
   watch.Restart();

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "base/file.h"
@@ -378,18 +379,11 @@ std::vector<RunResult> RunsOf(const std::vector<Record>& records) {
   return runs;
 }
 
-// The decision methods that controlled any of the runs.
-std::vector<DecisionMethod> DecisionsOf(const std::vector<RunResult>& runs) {
-  std::vector<DecisionMethod> decisions;
-  std::ranges::copy_if(kDecisions, std::back_inserter(decisions), [&](DecisionMethod method) {
-    return std::ranges::any_of(runs, [&](const RunResult& run) { return run.method == method; });
-  });
-  return decisions;
-}
-
-std::vector<RunResult> RunsWith(DecisionMethod method, std::vector<RunResult> runs) {
-  std::erase_if(runs, [method](const RunResult& run) { return run.method != method; });
-  return runs;
+// The runs of each decision method that controlled any.
+std::map<DecisionMethod, std::vector<RunResult>> ByMethod(const std::vector<RunResult>& runs) {
+  std::map<DecisionMethod, std::vector<RunResult>> by_method;
+  for (const RunResult& run : runs) by_method[run.method].push_back(run);
+  return by_method;
 }
 
 // Means over the length of all runs, and the maximum error of all runs.
@@ -423,8 +417,8 @@ Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
       "Closed loop after the first 100 mm: error of the seam's distance to the edge",
       {"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm", "max mm",
        "within 1 mm, % of the length", "within 1 mm, % of the wanted length", "+-"});
-  for (const auto method : DecisionsOf(runs)) {
-    section.grid.rows.push_back(TracksRow(facts, RunsWith(method, runs), method));
+  for (const auto& [method, its_runs] : ByMethod(runs)) {
+    section.grid.rows.push_back(TracksRow(facts, its_runs, method));
   }
   return section;
 }
@@ -435,10 +429,10 @@ Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
       NumberSection(fmt::format("Half circle, without the {:.0f} mm around its corners",
                                 kCorner_m * base::kMmPerM),
                     {"method", "runs", "within 1 mm, % of the wanted length", "+-"});
-  for (const auto method : DecisionsOf(runs)) {
+  for (const auto& [method, its_runs] : ByMethod(runs)) {
     std::vector<Part> parts;
     double good = 0.0;
-    for (const RunResult& run : RunsWith(method, runs)) {
+    for (const RunResult& run : its_runs) {
       good += run.good_beside_corners_m;
       parts.push_back({run.good_beside_corners_m, facts.beside_corners_m});
     }
@@ -484,8 +478,8 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
                     {"hazard", "method", "runs", "at rest before it was in view", "came into view",
                      "found in time", "reached", "in time %", "found as the other"});
   for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {
-    for (const auto method : DecisionsOf(runs)) {
-      section.grid.rows.push_back(HazardsRow(RunsWith(method, runs), hazard, method));
+    for (const auto& [method, its_runs] : ByMethod(runs)) {
+      section.grid.rows.push_back(HazardsRow(its_runs, hazard, method));
     }
   }
   return section;

@@ -421,8 +421,6 @@ void RegisterStereo() {
   namespace fs = std::filesystem;
   trial::AddSensor({.word = stereo::kStereoCamera,
                     .states_noise = true,
-                    .laser = [](const fs::path&) { return fs::path(); },
-                    .files = [](const fs::path&) { return std::vector<fs::path>(); },
                     .make = [](const trial::Cell& cell) -> std::unique_ptr<trial::Sensor> {
                       return stereo::StereoOf(cell, cell.options.sensor);
                     }});
@@ -435,7 +433,7 @@ void RegisterStereo() {
                         },
                     .make = [](const trial::Cell& cell) -> std::unique_ptr<trial::Sensor> {
                       return stereo::MakeLaserAndStereo(
-                          trial::MakeLineScanner(cell.scanner, cell.robot.X_WScanner),
+                          trial::MakeLineScanner(cell),
                           stereo::StereoOf(cell, stereo::ReadBoth(cell.options.sensor).stereo));
                     }});
   trial::KeyReaders().push_back(stereo::ReadKeys);

@@ -180,11 +180,6 @@ void StereoSensor::Rehearse(const sim::World& world) const {
   camera_.Photograph(world, X_WScanner_, rng);
 }
 
-const Rectifier& StereoSensor::rectifier() const {
-  Prepare();
-  return *rectifier_;
-}
-
 const StereoSetup& StereoSensor::setup() const {
   Prepare();
   return setup_;
@@ -195,7 +190,7 @@ StereoLook StereoSensor::Look(const sim::World& world, base::Rng& rng) const {
   StereoLook look;
   look.shot = camera_.Photograph(world, X_WScanner_, rng);
   look.made =
-      Reconstruct(look.shot.photos.left, look.shot.photos.right, rectifier(), setup_.reconstruct);
+      Reconstruct(look.shot.photos.left, look.shot.photos.right, *rectifier_, setup_.reconstruct);
   if (setup_.color) {
     look.made.view.colors = ColorsAt(look.made.left_pixel, look.shot.photos.left);
   }

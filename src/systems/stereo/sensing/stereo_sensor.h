@@ -50,7 +50,6 @@ class StereoSensor : public trial::Sensor {
   /// The same with all intermediate results.
   StereoLook Look(const sim::World& world, base::Rng& rng) const;
 
-  const Rectifier& rectifier() const;
   /// Includes the calibration.
   const StereoSetup& setup() const;
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "base/units.h"
 #include "base/words.h"
@@ -76,8 +77,6 @@ experiment::Section RotationTable(const std::vector<Measured>& scans) {
     row.rotational += data.contains("axis_error_rad") ? 1 : 0;
     row.right_axis += data.value("axis_error_rad", base::kPi) < kSameAxis_rad ? 1 : 0;
   }
-  std::vector<Row> rows;
-  for (const auto& [key, row] : counted) rows.push_back(row);
   const std::vector<Column<Row>> columns = {
       {"object", "", &Row::object, experiment::kLeft},
       {"pose of its z axis", "", &Row::pose, experiment::kLeft},
@@ -85,7 +84,7 @@ experiment::Section RotationTable(const std::vector<Measured>& scans) {
       {"rotational", "", &Row::rotational},
       {"95 %", "", [](const Row& r) { return experiment::IntervalText(r.rotational, r.scans); }},
       {"about that axis", "", &Row::right_axis}};
-  return {"Objects perceived as rotational", GridOf(columns, rows)};
+  return {"Objects perceived as rotational", GridOf(columns, std::views::values(counted))};
 }
 
 }  // namespace rangegrasp::surveys

@@ -4,19 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
 #include "cylinders/task/tabletop_scan.h"
 #include "geometry/cloud_file.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::testing_support {
 namespace {
 
 namespace scans = cylinders::samples;
 using testing::HasSubstr;
-using testing::Not;
 
 class CylindersTest : public testing::Test {
  protected:
@@ -39,10 +38,7 @@ class CylindersTest : public testing::Test {
   }
   void ExpectRefused(const std::string& cloud, const std::vector<std::string>& more,
                      const std::string& says) const {
-    const Ran ran = Cylinders(cloud, more);
-    EXPECT_EQ(ran.code, 2) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_THAT(ran.err, HasSubstr(says));
+    ExpectRefusal(Cylinders(cloud, more), says);
   }
 
   TempFolder folder_;
@@ -50,10 +46,9 @@ class CylindersTest : public testing::Test {
 
 TEST_F(CylindersTest, TellsThePosesOfThoseGiven) {
   const std::string cloud = Write("cloud.pcd", Image());
-  const std::string out = (folder_ / "out").string();
-  const Ran ran = Cylinders(cloud, {"--cylinder", "25.75,173", "--cylinder", "26.75,134",
-                                    "--cylinder", "40,90", "--json", "-o", out});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string out = folder_ / "out";
+  const Ran ran = Succeeded(Cylinders(cloud, {"--cylinder", "25.75,173", "--cylinder", "26.75,134",
+                                              "--cylinder", "40,90", "--json", "-o", out}));
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_TRUE(json["scan_order"]);
   EXPECT_GT(json["edge_points"], 0);
@@ -76,9 +71,8 @@ TEST_F(CylindersTest, TellsThePosesOfThoseGiven) {
 
 TEST_F(CylindersTest, SaysThatWithoutScanOrderLineEdgesAreLeftOut) {
   // A PLY has no rows, and the sensor's position must be given.
-  const Ran ran = Cylinders(Write("cloud.ply", Image()),
-                            {"--cylinder", "25.75,173", "--sensor-origin", "0.75,0,0.75"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Cylinders(
+      Write("cloud.ply", Image()), {"--cylinder", "25.75,173", "--sensor-origin", "0.75,0,0.75"}));
   EXPECT_THAT(ran.err, HasSubstr("no scan order: edges along scan lines are not detected"));
   EXPECT_THAT(ran.out, HasSubstr("stands"));
   EXPECT_THAT(ran.out, HasSubstr(" 0 by scan lines"));
@@ -86,22 +80,21 @@ TEST_F(CylindersTest, SaysThatWithoutScanOrderLineEdgesAreLeftOut) {
 
 TEST_F(CylindersTest, TakesOtherUnitsACropAndTheMethodAsPublished) {
   auto image = Image();
-  const Ran cropped = Cylinders(Write("cloud.pcd", image),
-                                {"--cylinder", "25.75,173", "--cylinder", "26.75,134", "--crop",
-                                 "-0.3,-0.3,-1,0.3,-0.03,1", "--up", "0,0,1", "--json"});
-  ASSERT_EQ(cropped.code, 0) << cropped.err;
+  const std::string cloud = Write("cloud.pcd", image);
+  const Ran cropped =
+      Succeeded(Cylinders(cloud, {"--cylinder", "25.75,173", "--cylinder", "26.75,134", "--crop",
+                                  "-0.3,-0.3,-1,0.3,-0.03,1", "--up", "0,0,1", "--json"}));
   const auto json = nlohmann::json::parse(cropped.out);
   EXPECT_TRUE(json["given"][0]["found"]);
   EXPECT_FALSE(json["given"][1]["found"]);
   const Ran published =
-      Cylinders(Write("cloud.pcd", image), {"--cylinder", "25.75,173", "--as-published", "--json"});
-  ASSERT_EQ(published.code, 0) << published.err;
+      Succeeded(Cylinders(cloud, {"--cylinder", "25.75,173", "--as-published", "--json"}));
   EXPECT_EQ(nlohmann::json::parse(published.out)["noise_m"], 0.0);
   for (auto& p : image.points_C) p *= 1000.0;
   for (auto& p : image.origins_C) p *= 1000.0;
-  const Ran mm = Cylinders(Write("mm.pcd", image), {"--cylinder", "25.75,173", "--unit", "mm",
-                                                    "--sensor-origin", "0.75,0,0.75"});
-  EXPECT_EQ(mm.code, 0) << mm.err;
+  const Ran mm =
+      Succeeded(Cylinders(Write("mm.pcd", image), {"--cylinder", "25.75,173", "--unit", "mm",
+                                                   "--sensor-origin", "0.75,0,0.75"}));
   EXPECT_THAT(mm.out, HasSubstr("stands"));
 }
 
@@ -112,16 +105,14 @@ TEST_F(CylindersTest, BadInputIsRefused) {
        {"0,100", "25,0", "-5,100", "25", "25,100,3", "a,b", "nan,100", ""}) {
     ExpectRefused(cloud, {"--cylinder", bad}, "RADIUS,HEIGHT in mm");
   }
-  ExpectRefused((folder_ / "missing.pcd").string(), {"--cylinder", "25,100"}, "missing.pcd");
+  ExpectRefused(folder_ / "missing.pcd", {"--cylinder", "25,100"}, "missing.pcd");
   ExpectRefused(cloud, {"--cylinder", "25,100", "--up", "0,0,0"}, "--up");
   ExpectRefused(cloud, {"--cylinder", "25,100", "--crop", "5,5,5,6,6,6"},
                 "the box contains none of the");
 }
 
 TEST_F(CylindersTest, EmptyCloudsAndCloudsWithoutATableAreNamed) {
-  const auto empty = (folder_ / "empty.pcd").string();
-  std::ofstream(empty) << "";
-  ExpectRefused(empty, {"--cylinder", "25,100"}, "empty.pcd");
+  ExpectRefused(folder_.Write("empty.pcd", ""), {"--cylinder", "25,100"}, "empty.pcd");
   geometry::RangeImage image = Image();
   image.points_C.resize(50);
   image.profiles = 1;
@@ -130,29 +121,24 @@ TEST_F(CylindersTest, EmptyCloudsAndCloudsWithoutATableAreNamed) {
   base::Rng rng(2);
   geometry::RangeImage cube{1, 3000, {}, {Eigen::Vector3d(0, 0, 3)}};
   for (int i = 0; i < cube.samples; ++i) {
-    const double x = rng.Uniform();
-    const double y = rng.Uniform();
-    cube.points_C.emplace_back(x, y, rng.Uniform());
+    cube.points_C.push_back(geometry::samples::RandomInUnitCube(rng));
   }
   ExpectRefused(Write("cube.pcd", cube), {"--cylinder", "25,100", "--as-published"}, "no table");
 }
 
 TEST_F(CylindersTest, FilesThatAreNoCloudsAreNamed) {
-  const auto text = (folder_ / "text.pcd").string();
-  std::ofstream(text) << "this is no cloud\n";
-  ExpectRefused(text, {"--cylinder", "25,100"}, "text.pcd");
-  const auto cut = (folder_ / "cut.pcd").string();
-  std::ofstream(cut)
-      << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 500\n"
-         "HEIGHT 1\nPOINTS 500\nDATA ascii\n0 0 1\n";
+  ExpectRefused(folder_.Write("text.pcd", "this is no cloud\n"), {"--cylinder", "25,100"},
+                "text.pcd");
+  const std::string cut =
+      folder_.Write("cut.pcd",
+                    "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 500\n"
+                    "HEIGHT 1\nPOINTS 500\nDATA ascii\n0 0 1\n");
   ExpectRefused(cut, {"--cylinder", "25,100"}, "cut.pcd");
-  ExpectRefused(folder_.path().string(), {"--cylinder", "25,100"},
-                folder_.path().filename().string());
+  ExpectRefused(folder_.path(), {"--cylinder", "25,100"}, folder_.path().filename());
 }
 
 TEST_F(CylindersTest, OneThatIsLargerThanTheSceneIsNotFoundAndThatIsSaid) {
-  const Ran ran = Cylinders(Write("cloud.pcd", Image()), {"--cylinder", "900,4000"});
-  EXPECT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Cylinders(Write("cloud.pcd", Image()), {"--cylinder", "900,4000"}));
   EXPECT_THAT(ran.err, HasSubstr("is larger than the scene"));
   EXPECT_THAT(ran.out, HasSubstr("not found"));
 }

@@ -85,5 +85,4 @@ TEST(KeepEvenly, KeepsTheOrderAndTheEndsShare) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

@@ -14,7 +14,7 @@ experiment::Stamp StampOf(const std::string& shown, const std::string& rows,
                           const std::string& reference) {
   experiment::Stamp stamp;
   stamp.data = {{kShown, shown}, {kRows, rows}, {kNoise, "0.366"}};
-  stamp.data[kReference] =
+  stamp.data[experiment::kReferenceKey] =
       base::ReadFile(RANGEGRASP_SOURCE_DIR "/experiments/reference/" + reference);
   return stamp;
 }

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
 #include "experiment/runner.h"
 #include "experiment/store.h"
@@ -77,12 +77,8 @@ TEST(CylindersTask, ReplayLeavesThePoints) {
 
 TEST(CylindersTask, SaysWhatIsWrongWithARow) {
   const auto error = [](const std::string& row) {
-    try {
-      Open("cylinder_resolution.yaml", {"rows=[\"" + row + "\"]"});
-    } catch (const base::InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return testing_support::ErrorOf(
+        [&] { Open("cylinder_resolution.yaml", {"rows=[\"" + row + "\"]"}); });
   };
   EXPECT_THAT(error("0, 100, 1000"), HasSubstr("'0, 100, 1000' must be radius in mm"));
   EXPECT_THAT(error("10, 100"), HasSubstr("'10, 100' must be"));

@@ -5,9 +5,8 @@
 
 #include <algorithm>
 
-#include "base/error.h"
-#include "base/units.h"
 #include "cylinders/task/tabletop_scan.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
 
 namespace rangegrasp::cylinders {
@@ -21,12 +20,7 @@ experiment::Experiment OpenDemo(const std::vector<std::string>& set) {
 }
 
 std::string ErrorOf(const std::vector<std::string>& set) {
-  try {
-    OpenDemo(set);
-  } catch (const base::InputError& e) {
-    return e.what();
-  }
-  return "";
+  return testing_support::ErrorOf([&] { OpenDemo(set); });
 }
 
 TEST(DemoOptions, TheCylindersAreWantedInTurn) {
@@ -175,5 +169,4 @@ TEST(PutFirst, TakesThePlaceOfWhatPerceptionMadeOfIt) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

@@ -147,8 +147,7 @@ trial::Attempt AttemptWith(const sim::HandOverLog& hand_over) {
 
 TEST(DemoOutcome, IsHandedOverOnlyIfThePullWasFeltInTimeAndThePersonHasIt) {
   const auto of = [](bool early, bool felt, bool taken) {
-    return OutcomeOf(AttemptWith({.early = early, .felt = felt, .taken = taken}),
-                     Delivery::kHandOver);
+    return trial::HandOverOutcome(AttemptWith({.early = early, .felt = felt, .taken = taken}));
   };
   EXPECT_EQ(of(false, true, true), trial::kHandedOver);
   EXPECT_EQ(of(true, true, true), "felt_early");
@@ -160,23 +159,20 @@ TEST(DemoOutcome, AnEmptyHandThatIsHeldOutHandsNothingOver) {
   auto attempt = AttemptWith({.felt = true, .taken = true});
   attempt.log->held_after_carry = false;
   attempt.outcome = trial::Outcome::kDropped;
-  EXPECT_EQ(OutcomeOf(attempt, Delivery::kHandOver), "dropped");
+  EXPECT_EQ(trial::HandOverOutcome(attempt), "dropped");
 }
 
 TEST(DemoOutcome, PhysicsThatIsInvalidIsNoSuccess) {
   auto attempt = AttemptWith({.felt = true, .taken = true});
   attempt.outcome = trial::Outcome::kInvalidPhysics;
-  EXPECT_EQ(OutcomeOf(attempt, Delivery::kHandOver), "invalid_physics");
+  EXPECT_EQ(trial::HandOverOutcome(attempt), "invalid_physics");
 }
 
-TEST(DemoOutcome, BeforeTheCarryAndWherePlacedItIsTheAttempts) {
+TEST(DemoOutcome, BeforeTheCarryItIsTheAttempts) {
   trial::Attempt attempt;
   attempt.outcome = trial::Outcome::kNoPath;
-  EXPECT_EQ(OutcomeOf(attempt, Delivery::kHandOver), "no_path");
-  attempt.outcome = trial::Outcome::kDelivered;
-  EXPECT_EQ(OutcomeOf(attempt, Delivery::kPlace), "delivered");
+  EXPECT_EQ(trial::HandOverOutcome(attempt), "no_path");
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

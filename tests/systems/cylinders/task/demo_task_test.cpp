@@ -91,5 +91,4 @@ TEST(DemoTask, ReplayShowsWhatWasDetectedAndEndsAsTheRun) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::cylinders

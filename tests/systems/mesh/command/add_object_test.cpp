@@ -9,12 +9,13 @@
 
 #include "cli/command.h"
 #include "geometry/mesh.h"
-#include "geometry/shape.h"
+#include "geometry/sample_meshes.h"
 
 namespace rangegrasp {
 namespace {
 
 namespace fs = std::filesystem;
+using geometry::samples::BoxMesh;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -31,12 +32,7 @@ class AddObjectTest : public testing::Test {
     if (!fs::exists(RANGEGRASP_SOURCE_DIR "/.cache/coacd/lib_coacd.so")) {
       GTEST_SKIP() << "CoACD is not there; scripts/setup fetches it";
     }
-  }
-  static geometry::TriangleMesh BoxMesh(const Eigen::Vector3d& half) {
-    geometry::Shape box;
-    box.kind = geometry::Shape::Kind::kBox;
-    box.size = half;
-    return Tessellate(box);
+    folder_.Write("box.off", Off(box_));
   }
   static std::string Off(const geometry::TriangleMesh& mesh) {
     std::string text = fmt::format("OFF\n{} {} 0\n", mesh.vertices.size(), mesh.triangles.size());
@@ -90,7 +86,6 @@ TEST_F(AddObjectTest, AMeshCanBeGraspedInOneCommandAndAnExperimentOfFiveLines) {
 }
 
 TEST_F(AddObjectTest, TheSameMeshIsTheSameBytes) {
-  folder_.Write("box.off", Off(box_));
   ASSERT_EQ(Add("box.off").code, 0);
   const auto xml = fs::path(Out()) / "box/box.xml";
   const std::string first = base::ReadFile(xml);
@@ -104,7 +99,6 @@ TEST_F(AddObjectTest, TheSameMeshIsTheSameBytes) {
 }
 
 TEST_F(AddObjectTest, ItsFileHasAPictureOfItsOwn) {
-  folder_.Write("box.off", Off(box_));
   ASSERT_EQ(Add("box.off").code, 0);
   const auto png = folder_ / "snapshot.png";
   const Ran ran =
@@ -114,7 +108,6 @@ TEST_F(AddObjectTest, ItsFileHasAPictureOfItsOwn) {
 }
 
 TEST_F(AddObjectTest, SaysAllAsJson) {
-  folder_.Write("box.off", Off(box_));
   const Ran ran = Add("box.off", {"--json", "--height-mm", "80", "--name", "small"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
@@ -148,7 +141,6 @@ TEST_F(AddObjectTest, RefusesWhatIsNoSolid) {
 }
 
 TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
-  folder_.Write("box.off", Off(box_));
   ExpectRefused("box.off", "would be 100 m long", {"--unit", "m"});
   ExpectRefused("box.off", "is its unit mm?", {"--unit", "m"});
   folder_.Write("odd.off", Off(BoxMesh({0.4, 0.5, 0.8})));
@@ -165,7 +157,6 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
 }
 
 TEST_F(AddObjectTest, SurfacesMayBeAdded) {
-  folder_.Write("box.off", Off(box_));
   folder_.Write("objects/surfaces.yaml",
                 "rubber:\n  glove: {static: 0.9, from: 0.7, to: 1.2, kinetic: 0.8}\n"
                 "  laminate: {static: 0.8, kinetic: 0.7}\n  density_kg_m3: 1100\n");

@@ -1,6 +1,5 @@
 #include "parts/baselines/baselines.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,13 +8,12 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "parts/graphs.h"
 #include "parts/metrics/human_score.h"
 #include "parts/solids.h"
 
 namespace rangegrasp::parts {
 namespace {
-
-using Labels = std::vector<std::int32_t>;
 
 // Two balls joined by a thin neck; the faces form rings along x.
 constexpr std::uint32_t kRings = 61, kAround = 24;
@@ -83,7 +81,7 @@ TEST(KMeans, HalvesADumbbellAtItsNeck) {
   EXPECT_LT(RandError(found.label, Halves(dumbbell)), 0.1);
 }
 
-// All distances along the dual graph (Floyd and Warshall).
+// All distances along the dual graph.
 Eigen::MatrixXd DualDistances(const Shape& shape) {
   const auto n = static_cast<Eigen::Index>(shape.faces.size());
   Eigen::MatrixXd distance = Eigen::MatrixXd::Constant(n, n, 1e30);
@@ -99,13 +97,7 @@ Eigen::MatrixXd DualDistances(const Shape& shape) {
       if (shared >= 2) distance(f, g) = (at(f) - at(g)).norm();
     }
   }
-  for (Eigen::Index k = 0; k < n; ++k) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j) {
-        distance(i, j) = std::min(distance(i, j), distance(i, k) + distance(k, j));
-      }
-    }
-  }
+  samples::Shorten(distance);
   return distance;
 }
 
@@ -242,9 +234,7 @@ TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
   Shape sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.2}, {1, 1, 0}};
   sheet.faces = {{0, 1, 2}, {1, 3, 2}};
-  sheet.element_of_input = {0, 1};
-  const Segmentation found = SegmentBySdf(sheet, {});
-  ExpectValid(sheet, found);
+  ExpectValid(sheet, SegmentBySdf(sheet, {}));
 }
 
 TEST(Sdf, TrianglesThatShareNoEdgeAreOnePartOrAPartEach) {

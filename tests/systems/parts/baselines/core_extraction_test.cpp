@@ -78,16 +78,12 @@ Shape FiveLimbs() {
 }
 
 std::uint32_t FaceTowards(const Shape& shape, const Vector3d& direction) {
+  const auto along = [&](std::uint32_t f) {
+    return samples::FaceCenter(shape, f).normalized().dot(direction);
+  };
   std::uint32_t best = 0;
-  double most = -2.0;
-  for (std::uint32_t f = 0; f < shape.faces.size(); ++f) {
-    const auto& [a, b, c] = shape.faces[f];
-    const double along =
-        (shape.points[a] + shape.points[b] + shape.points[c]).normalized().dot(direction);
-    if (along > most) {
-      most = along;
-      best = f;
-    }
+  for (std::uint32_t f = 1; f < shape.faces.size(); ++f) {
+    if (along(f) > along(best)) best = f;
   }
   return best;
 }
@@ -165,11 +161,11 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SeededCut, ::testing::Range<std::uint64_t>(0, 40
 // Includes several links between two nodes, and between a node and the source or the sink.
 TEST_P(SeededCut, MinCutIsTheCheapestOfAll) {
   base::Rng rng(GetParam());
-  constexpr std::uint32_t kNodes = 9, kSourceNode = 3, kSinkNode = 5;
+  constexpr std::uint32_t kNodes = 9;
   std::vector<CutLink> links;
   for (int i = 0; i < 30; ++i) {
-    const auto a = i % 2 == 0 ? static_cast<std::uint32_t>(rng.Index(kNodes))
-                              : (i % 4 == 1 ? kSourceNode : kSinkNode);
+    const auto a =
+        i % 2 == 0 ? static_cast<std::uint32_t>(rng.Index(kNodes)) : (i % 4 == 1 ? kSource : kSink);
     const auto b = static_cast<std::uint32_t>(rng.Index(kNodes));
     if (a != b) links.push_back({a, b, rng.Uniform()});
   }
@@ -178,25 +174,23 @@ TEST_P(SeededCut, MinCutIsTheCheapestOfAll) {
     for (const CutLink& l : links) sum += with_source[l.a] != with_source[l.b] ? l.capacity : 0.0;
     return sum;
   };
-  const std::vector<bool> cut = MinCut(kNodes, links, kSourceNode, kSinkNode);
-  EXPECT_TRUE(cut[kSourceNode]);
-  EXPECT_FALSE(cut[kSinkNode]);
+  const std::vector<bool> cut = MinCut(kNodes, links);
+  EXPECT_TRUE(cut[kSource]);
+  EXPECT_FALSE(cut[kSink]);
   double cheapest = 1e9;
   for (std::uint32_t mask = 0; mask < (1u << kNodes); ++mask) {
-    if (!(mask >> kSourceNode & 1u) || (mask >> kSinkNode & 1u)) continue;
+    if (!(mask >> kSource & 1u) || (mask >> kSink & 1u)) continue;
     std::vector<bool> with_source(kNodes);
     for (std::uint32_t v = 0; v < kNodes; ++v) with_source[v] = mask >> v & 1u;
     cheapest = std::min(cheapest, cost(with_source));
   }
   EXPECT_NEAR(cost(cut), cheapest, 30 * 1e-6);  // 30 links, each rounded to a millionth
   std::ranges::reverse(links);
-  EXPECT_EQ(MinCut(kNodes, links, kSourceNode, kSinkNode), cut);
+  EXPECT_EQ(MinCut(kNodes, links), cut);
 }
 
 TEST(MinCut, RefusesNodesThatAreNotThere) {
-  EXPECT_THROW(MinCut(3, {}, 1, 1), std::invalid_argument);
-  EXPECT_THROW(MinCut(3, {}, 0, 3), std::invalid_argument);
-  EXPECT_THROW(MinCut(3, {{0, 7, 1.0}}, 0, 1), std::invalid_argument);
+  EXPECT_THROW(MinCut(3, {{0, 7, 1.0}}), std::invalid_argument);
 }
 
 TEST(CutRefinement, ABoundaryMovesIntoTheGrooveWithinReach) {
@@ -207,10 +201,7 @@ TEST(CutRefinement, ABoundaryMovesIntoTheGrooveWithinReach) {
       kTubeRings, kTubeAround, [](double t) { return Vector3d(4.0 * t, 0.0, 0.0); },
       [](double t) { return 0.5 - 0.2 * std::exp(-std::pow(40.0 * (t - 0.5), 2)); });
   const FaceGraph faces = BuildFaceGraph(rod);
-  const auto x = [&](std::uint32_t f) {
-    const auto& [a, b, c] = rod.faces[f];
-    return (rod.points[a].x() + rod.points[b].x() + rod.points[c].x()) / 3.0;
-  };
+  const auto x = [&](std::uint32_t f) { return samples::FaceCenter(rod, f).x(); };
   const auto refined = [&](double width) {
     std::vector<std::int32_t> label;
     for (std::uint32_t f = 0; f < rod.faces.size(); ++f) label.push_back(x(f) > 1.5 ? 1 : 0);
@@ -262,5 +253,4 @@ TEST(CutRefinement, CrumbsJoinTheLabelTheyTouchMost) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

@@ -5,10 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <numeric>
 
+#include "geometry/random_points.h"
 #include "parts/cloud/cloud_samples.h"
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/metrics/human_score.h"
@@ -154,15 +154,13 @@ TEST_P(CloudNoises, PartsAreTheSameHoweverTheCloudLiesAndIsWrittenDown) {
   ASSERT_EQ(first.parts, 2);
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     base::Rng rng(seed);
-    std::vector<std::size_t> order(mug.part.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    for (std::size_t k = order.size(); k > 1; --k) std::swap(order[k - 1], order[rng.Index(k)]);
+    const Indices order = geometry::samples::Permutation(mug.part.size(), rng);
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(rng.Uniform(0.0, 6.0), BallPoint(rng)).toRotationMatrix();
     const double scale = std::exp(rng.Uniform(-6.0, 6.0));
     Shape cloud;
     std::vector<std::int32_t> expected;
-    for (const std::size_t i : order) {
+    for (const std::uint32_t i : order) {
       cloud.points.emplace_back(scale * (turn * mug.cloud.points[i] + Vector3d(3.0, -2.0, 1.0)));
       expected.push_back(first.label[i]);
     }

@@ -174,5 +174,4 @@ TEST(CloudMesh, PointsThatAreNoSurfaceHaveNoFaces) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

@@ -197,5 +197,4 @@ TEST(SeenSide, AClosedSurfaceHasTwoLayersAndWhatOneViewShowsOne) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -38,43 +37,22 @@ std::string PlyOf(const geometry::Points& points) {
   return out.str();
 }
 
-// The points of a binary PLY written by `scan`: x, y, z as floats and two integers.
-std::vector<std::array<double, 3>> ScannedPoints(const std::string& ply) {
-  const std::string end = "end_header\n";
-  std::vector<std::array<double, 3>> points;
-  for (std::size_t at = ply.find(end) + end.size(); at + 20 <= ply.size(); at += 20) {
-    std::array<float, 3> p{};
-    std::memcpy(p.data(), ply.data() + at, sizeof p);
-    points.push_back(
-        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
-  }
-  return points;
-}
-
-std::vector<int> LabelsOf(const std::string& seg) {
-  std::istringstream in(seg);
-  std::vector<int> labels;
-  for (int label = 0; in >> label;) labels.push_back(label);
-  return labels;
-}
-
 class PartsTest : public testing::Test {
  protected:
-  PartsTest() {
-    mesh_ = folder_.Write("lollipop.off", testing_support::OffOf(Lollipop())).string();
-  }
+  PartsTest() { mesh_ = folder_.Write("lollipop.off", testing_support::OffOf(Lollipop())); }
 
   Ran Parts(std::vector<std::string> more) {
     more.insert(more.begin(), "parts");
     more.insert(more.end(), {"-o", Out()});
     return RunProgram(more);
   }
-  std::string Out() const { return (folder_ / "out").string(); }
+  nlohmann::json ResultOf(std::vector<std::string> arguments) {
+    arguments.emplace_back("--json");
+    return nlohmann::json::parse(Succeeded(Parts(arguments)).out);
+  }
+  std::string Out() const { return folder_ / "out"; }
   void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
-    const Ran ran = Parts(arguments);
-    EXPECT_EQ(ran.code, 2) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_THAT(ran.err, HasSubstr(says));
+    ExpectRefusal(Parts(arguments), says);
   }
 
   TempFolder folder_;
@@ -82,9 +60,7 @@ class PartsTest : public testing::Test {
 };
 
 TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
-  const Ran ran = Parts({mesh_, "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto json = nlohmann::json::parse(ran.out);
+  const auto json = ResultOf({mesh_});
   EXPECT_EQ(json["faces"], Lollipop().faces.size());
   EXPECT_EQ(json["element"], "face");
   std::size_t elements = 0;
@@ -100,28 +76,23 @@ TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
 
 TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
   for (const char* method : {"mirror", "hierarchy", "kmeans", "sdf", "core"}) {
-    const Ran ran = Parts({mesh_, "--method", method});
-    EXPECT_EQ(ran.code, 0) << method << ": " << ran.err;
+    const Ran ran = Succeeded(Parts({mesh_, "--method", method}));
     EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces")) << method;
   }
 }
 
 TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
   for (const int k : {1, 2, 7}) {
-    const Ran ran = Parts({mesh_, "--method", "kmeans", "--parts", std::to_string(k), "--json"});
-    ASSERT_EQ(ran.code, 0) << ran.err;
-    EXPECT_EQ(nlohmann::json::parse(ran.out)["parts"].size(), static_cast<std::size_t>(k));
+    const auto json = ResultOf({mesh_, "--method", "kmeans", "--parts", std::to_string(k)});
+    EXPECT_EQ(json["parts"].size(), static_cast<std::size_t>(k));
   }
 }
 
 // A ball on a stick: the tree shows two parts; at level 0 it is one.
 TEST_F(PartsTest, AHierarchyHasATreeLevelsAndAsManyPartsAsAsked) {
   const auto json = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {mesh_, "--method", "hierarchy", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Ran ran = Parts(arguments);
-    EXPECT_EQ(ran.code, 0) << ran.err;
-    return nlohmann::json::parse(ran.out);
+    more.insert(more.begin(), {mesh_, "--method", "hierarchy"});
+    return ResultOf(more);
   };
   const auto two = json({"--parts", "2"});
   EXPECT_EQ(two["parts"].size(), 2U);
@@ -138,12 +109,9 @@ TEST_F(PartsTest, AHierarchyHasATreeLevelsAndAsManyPartsAsAsked) {
 }
 
 TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
-  const std::string other = (folder_ / "other.off").string();
+  const std::string other = folder_ / "other.off";
   std::filesystem::copy_file(mesh_, other);
-  const Ran ran =
-      Parts({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes", "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto json = nlohmann::json::parse(ran.out);
+  const auto json = ResultOf({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes"});
   ASSERT_EQ(json.size(), 2U);
   for (const char* name : {"lollipop", "other"}) {
     std::size_t bytes = 0;
@@ -153,57 +121,48 @@ TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
     EXPECT_EQ(bytes, 50 * Lollipop().faces.size()) << name;
   }
   std::filesystem::create_directory(folder_ / "again");
-  const std::string again = (folder_ / "again/other.off").string();
+  const std::string again = folder_ / "again/other.off";
   std::filesystem::copy_file(mesh_, again);
   ExpectRefused({other, again}, "would both write");
 }
 
 TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
-  ASSERT_EQ(Parts({mesh_}).code, 0);
-  std::vector<std::string> first;
-  for (const char* name : {".seg", ".ply", ".png"}) {
-    first.push_back(base::ReadFile(folder_ / (std::string("out/lollipop") + name)));
-  }
-  ASSERT_EQ(Parts({mesh_}).code, 0);
-  std::size_t i = 0;
-  for (const char* name : {".seg", ".ply", ".png"}) {
-    EXPECT_EQ(base::ReadFile(folder_ / (std::string("out/lollipop") + name)), first[i++]) << name;
-  }
+  const auto files = [&] {
+    Succeeded(Parts({mesh_}));
+    std::vector<std::string> texts;
+    for (const char* name : {"lollipop.seg", "lollipop.ply", "lollipop.png"}) {
+      texts.push_back(base::ReadFile(folder_ / "out" / name));
+    }
+    return texts;
+  };
+  EXPECT_EQ(files(), files());
 }
 
 TEST_F(PartsTest, ACloudHasALabelAPoint) {
-  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points)).string();
-  const Ran ran = Parts({cloud, "--go-on-outside", "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto json = nlohmann::json::parse(ran.out);
-  EXPECT_EQ(json["element"], "point");
+  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points));
+  EXPECT_EQ(ResultOf({cloud, "--go-on-outside"})["element"], "point");
   const std::string labels = base::ReadFile(folder_ / "out/cloud.seg");
   EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
             static_cast<long>(Lollipop().points.size()));
 }
 
 TEST_F(PartsTest, AMeshInItsPoseInvariantFormHasLabelsForItsOwnFaces) {
-  const Ran ran = Parts({mesh_, "--pose-invariant", "--go-on-outside"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Parts({mesh_, "--pose-invariant", "--go-on-outside"}));
   EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces"));
 }
 
 // A cloud of one view: the handle is a separate part, the container is the core.
 TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
-  const std::string cloud = (folder_ / "mug.ply").string();
+  const std::string cloud = folder_ / "mug.ply";
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
-  const Ran scan =
-      RunProgram({"scan", experiment, "--trial", "coffee_cup-0004", "--target-only", "-o", cloud});
-  ASSERT_EQ(scan.code, 0) << scan.err;
-  const Ran ran = Parts({cloud, "--json"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
-  const auto json = nlohmann::json::parse(ran.out);
+  Succeeded(
+      RunProgram({"scan", experiment, "--trial", "coffee_cup-0004", "--target-only", "-o", cloud}));
+  const auto json = ResultOf({cloud});
   ASSERT_GE(json["parts"].size(), 2U);
   EXPECT_GT(json["parts"][0]["share"], 0.8);
   // The scanned mug stands upright: its handle is what extends beyond the wall's radius of 40 mm.
-  const auto points = ScannedPoints(base::ReadFile(cloud));
-  const auto labels = LabelsOf(base::ReadFile(folder_ / "out" / "mug.seg"));
-  ASSERT_EQ(points.size(), labels.size());
+  const auto points = parts::ReadPolygons(cloud).mesh.vertices;
+  const auto labels = parts::ReadLabels(folder_ / "out/mug.seg", points.size());
   std::array<double, 2> middle{};
   std::size_t rim = 0;
   for (const auto& p : points) {
@@ -225,13 +184,12 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
 
 // The same from the whole scan: perception finds the object on the table, without the arm.
 TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
-  const std::string cloud = (folder_ / "scan.pcd").string();
+  const std::string cloud = folder_ / "scan.pcd";
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
   ASSERT_EQ(RunProgram({"scan", experiment, "--trial", "coffee_cup-0005", "-o", cloud}).code, 0);
-  const std::string out = (folder_ / "perceived").string();
+  const std::string out = folder_ / "perceived";
   const Ran ran =
-      RunProgram({"perceive", cloud, "--crop", "-0.25,-0.25,-1,0.25,0.25,1", "-o", out});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+      Succeeded(RunProgram({"perceive", cloud, "--crop", "-0.25,-0.25,-1,0.25,0.25,1", "-o", out}));
   EXPECT_THAT(ran.out, HasSubstr("object 1: "));
   EXPECT_EQ(Parts({out + "/object_1.ply", "--go-on-outside"}).code, 0);
   const Ran turned = RunProgram({"perceive", cloud, "--crop", "1,0,0,0,1,1"});
@@ -241,11 +199,11 @@ TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
 }
 
 TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
-  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points)).string();
+  const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points));
   ExpectRefused({}, "a FILE");
-  ExpectRefused({(folder_ / "none.off").string()}, "none.off");
-  ExpectRefused({folder_.Write("a.off", "OFF\nx\n").string()}, "a.off");
-  ExpectRefused({folder_.Write("a.txt", "1 2 3").string()}, "a.txt: unknown ending");
+  ExpectRefused({folder_ / "none.off"}, "none.off");
+  ExpectRefused({folder_.Write("a.off", "OFF\nx\n")}, "a.off");
+  ExpectRefused({folder_.Write("a.txt", "1 2 3")}, "a.txt: unknown ending");
   ExpectRefused({mesh_, "--method", "mirrow"}, "--method");
   ExpectRefused({mesh_, "--parts", "3"}, "kmeans and sdf");
   ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");

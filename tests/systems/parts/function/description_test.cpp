@@ -22,10 +22,7 @@ Shape DescriptionMug() {
 Segmentation CupAndHandle(const Shape& mug) {
   Segmentation found;
   for (std::size_t i = 0; i < mug.Elements(); ++i) {
-    Vector3d center = mug.IsMesh() ? Vector3d::Zero() : mug.points[i];
-    if (mug.IsMesh()) {
-      for (const std::uint32_t v : mug.faces[i]) center += mug.points[v] / 3.0;
-    }
+    const Vector3d center = mug.IsMesh() ? samples::FaceCenter(mug, i) : mug.points[i];
     found.label.push_back(center.head<2>().norm() > samples::kMugOuter + 0.05 ? 1 : 0);
   }
   found.parts = 2;

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <set>
 
-#include "base/rng.h"
 #include "base/units.h"
 #include "parts/hierarchy/internal/cells.h"
 
@@ -55,21 +53,23 @@ Sides FirstCells(std::size_t n, std::size_t count) {
   return set;
 }
 
+// Any solidity is accepted, because all normals of a row point the same way; any flatness, too.
+const HierarchyOptions kAnySide{.solidity = -1e9, .max_flatness = 1e9};
+
 TEST(BestSplit, IsTheCheapestBorderForTheGirthOfTheSmallerSide) {
   const Cells row = Row({1, 1, 1, 1, 1, 1}, {5, 2, 3, 1, 5});
   std::vector<Sides> candidates;
   for (std::size_t k = 1; k < 6; ++k) candidates.push_back(FirstCells(6, k));
-  // Any solidity is accepted, because all normals point the same way.
-  const CutOff best = BestSplit(row, candidates, {.min_area = 0.5, .solidity = -1e9});
+  const CutOff best = BestSplit(row, candidates, 0.5, kAnySide);
   // Cuts cost 5, 2, 3, 1, 5; smaller sides are 1, 2, 3, 2, 1: the fourth cut is clearly the best.
   EXPECT_NEAR(best.quality, 1.0 / std::sqrt(4.0 * base::kPi * 2.0), 1e-12);
   EXPECT_TRUE(best.off == (Indices{0, 1, 2, 3}) || best.off == (Indices{4, 5}));
   // Sides of two cells are too small here, so only the middle cut is left.
-  const CutOff middle = BestSplit(row, candidates, {.min_area = 2.5, .solidity = -1e9});
+  const CutOff middle = BestSplit(row, candidates, 2.5, kAnySide);
   EXPECT_NEAR(middle.quality, 3.0 / std::sqrt(4.0 * base::kPi * 3.0), 1e-12);
-  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 3.5, .solidity = -1e9}).quality));
+  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, 3.5, kAnySide).quality));
   // No set of cells is solid enough.
-  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, {.min_area = 0.5, .solidity = 1e9}).quality));
+  EXPECT_TRUE(std::isinf(BestSplit(row, candidates, 0.5, {.solidity = 1e9}).quality));
 }
 
 // Two rooms in a row of eight cells, with a wall between the fourth and the fifth cell: no pair
@@ -138,7 +138,7 @@ TEST(HandleLoops, CountsTheBordersThatCloseAHandle) {
 // Two borders of a ring cost as much as one handle: half of the cost in a row.
 TEST(BestSplit, AHandleIsCutAtBothEndsForThePriceOfOne) {
   const Cells ring = Row(std::vector<double>(16, 1.0), std::vector<double>(15, 1.0), true);
-  const CutOff split = BestSplit(ring, {FirstCells(16, 6)}, {.min_area = 0.5, .solidity = -1e9});
+  const CutOff split = BestSplit(ring, {FirstCells(16, 6)}, 0.5, kAnySide);
   EXPECT_NEAR(split.quality, 0.5 * 2.0 / std::sqrt(4.0 * base::kPi * 6.0), 1e-12);
 }
 
@@ -162,5 +162,4 @@ TEST(BendCosts, AGrooveIsCheapAndARidgeIsDear) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

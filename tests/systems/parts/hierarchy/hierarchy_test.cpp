@@ -4,25 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <set>
 #include <stdexcept>
-#include <string>
 
-#include "base/error.h"
-#include "base/rng.h"
-#include "geometry/mesh_file.h"
 #include "parts/hierarchy/internal/cells.h"
 #include "parts/hierarchy/internal/cuts.h"
 #include "parts/metrics/human_score.h"
 #include "parts/rewritten.h"
 #include "parts/shape/segmentation.h"
-#include "parts/shape/shape_file.h"
 #include "parts/solids.h"
 
 namespace rangegrasp::parts {
@@ -48,11 +39,10 @@ Shape Lathe(const std::vector<std::pair<double, double>>& profile, std::uint32_t
     return std::pair((1.0 - u) * profile[k].first + u * profile[k + 1].first,
                      (1.0 - u) * profile[k].second + u * profile[k + 1].second);
   };
-  Shape lathe = samples::Tube(
+  return samples::Tube(
       static_cast<std::uint32_t>(profile.size()), around,
       [&](double t) { return Vector3d(at(t).first + 1e-6 * t, 0.0, 0.0); },
       [&](double t) { return at(t).second; });
-  return lathe;
 }
 
 /// Two unit balls around x = -1.3 and 1.3, joined by a neck of about a third of their width.

@@ -4,11 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
+#include <stdexcept>
 
-#include "base/error.h"
 #include "base/rng.h"
+#include "error_of.h"
+#include "parts/graphs.h"
 #include "parts/shape/segmentation.h"
 #include "parts/shape/shape_file.h"
 #include "parts/solids.h"
@@ -17,10 +18,8 @@
 namespace rangegrasp::parts {
 namespace {
 
-using MetricsLabels = std::vector<std::int32_t>;
-
-MetricsLabels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
-  MetricsLabels labels(n);
+Labels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
+  Labels labels(n);
   for (auto& label : labels) {
     label = static_cast<std::int32_t>(rng.Index(static_cast<std::size_t>(kinds)));
   }
@@ -30,7 +29,7 @@ MetricsLabels RandomLabels(std::size_t n, int kinds, base::Rng& rng) {
 // ---- 1 - Rand index ----
 
 // By definition: the fraction of pairs of elements about which the two labelings disagree.
-double RandErrorOfPairs(const MetricsLabels& a, const MetricsLabels& b) {
+double RandErrorOfPairs(const Labels& a, const Labels& b) {
   std::size_t differ = 0;
   std::size_t pairs = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -45,38 +44,38 @@ TEST(RandError, IsTheShareOfPairsThatDoNotAgree) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     base::Rng rng(seed);
     const std::size_t n = 2 + rng.Index(40);
-    const MetricsLabels a = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
-    const MetricsLabels b = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    const Labels a = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
+    const Labels b = RandomLabels(n, 1 + static_cast<int>(rng.Index(6)), rng);
     EXPECT_NEAR(RandError(a, b), RandErrorOfPairs(a, b), 1e-12) << seed;
     EXPECT_EQ(RandError(a, b), RandError(b, a)) << seed;
   }
 }
 
 TEST(RandError, DependsOnTheSegmentsAndNotOnTheirNames) {
-  const MetricsLabels a = {0, 0, 1, 1, 2};
-  const MetricsLabels renamed = {7, 7, -3, -3, 1 << 30};
+  const Labels a = {0, 0, 1, 1, 2};
+  const Labels renamed = {7, 7, -3, -3, 1 << 30};
   EXPECT_EQ(RandError(a, renamed), 0.0);
-  EXPECT_EQ(RandError(a, MetricsLabels(5, 0)), RandError(renamed, MetricsLabels(5, 4)));
+  EXPECT_EQ(RandError(a, Labels(5, 0)), RandError(renamed, Labels(5, 4)));
 }
 
 TEST(RandError, OneSegmentAgainstOneEachIsEveryPair) {
-  MetricsLabels each(1000);
+  Labels each(1000);
   for (std::size_t i = 0; i < each.size(); ++i) each[i] = static_cast<std::int32_t>(i);
-  EXPECT_EQ(RandError(MetricsLabels(1000, 5), each), 1.0);
+  EXPECT_EQ(RandError(Labels(1000, 5), each), 1.0);
 }
 
 TEST(RandError, CountsOfLargeMeshesDoNotOverflow) {
   // Two halves compared with one whole: N^2 / 4 of N (N - 1) / 2 pairs differ.
   const std::size_t n = 200000;
-  MetricsLabels halves(n, 0);
+  Labels halves(n, 0);
   std::fill(halves.begin() + n / 2, halves.end(), 1);
   const double expected = 0.5 * static_cast<double>(n) / static_cast<double>(n - 1);
-  EXPECT_NEAR(RandError(MetricsLabels(n, 0), halves), expected, 1e-12);
+  EXPECT_NEAR(RandError(Labels(n, 0), halves), expected, 1e-12);
 }
 
 TEST(RandError, RefusesOtherLengthsAndSinglePoints) {
-  EXPECT_THROW(RandError(MetricsLabels{0, 1}, MetricsLabels{0, 1, 2}), std::invalid_argument);
-  EXPECT_THROW(RandError(MetricsLabels{0}, MetricsLabels{0}), std::invalid_argument);
+  EXPECT_THROW(RandError(Labels{0, 1}, Labels{0, 1, 2}), std::invalid_argument);
+  EXPECT_THROW(RandError(Labels{0}, Labels{0}), std::invalid_argument);
 }
 
 // ---- cut discrepancy ----
@@ -98,15 +97,12 @@ Shape Strip(double unit = 1.0) {
       shape.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
     }
   }
-  for (std::size_t f = 0; f < shape.faces.size(); ++f) {
-    shape.element_of_input.push_back(static_cast<std::int32_t>(f));
-  }
   return shape;
 }
 
 // Labels of a strip cut across at column `x`.
-MetricsLabels CutAt(std::uint32_t x) {
-  MetricsLabels labels;
+Labels CutAt(std::uint32_t x) {
+  Labels labels;
   for (std::uint32_t f = 0; f < 2 * kRows * kColumns; ++f) {
     labels.push_back((f / 2) % kColumns < x ? 0 : 1);
   }
@@ -117,8 +113,8 @@ MetricsLabels CutAt(std::uint32_t x) {
 double StripRadius() {
   double sum = 0.0;
   const Shape strip = Strip();
-  for (const auto& [a, b, c] : strip.faces) {
-    const Eigen::Vector3d center = (strip.points[a] + strip.points[b] + strip.points[c]) / 3.0;
+  for (std::size_t f = 0; f < strip.faces.size(); ++f) {
+    const Eigen::Vector3d center = samples::FaceCenter(strip, f);
     sum += (center - Eigen::Vector3d(0.5 * kColumns, 0.5 * kRows, 0.0)).norm();
   }
   return sum / static_cast<double>(strip.faces.size());
@@ -132,7 +128,7 @@ TEST(CutDiscrepancy, OfParallelCutsIsTheirDistanceOverTheRadius) {
 }
 
 TEST(CutDiscrepancy, IsZeroOfEqualCutsHoweverTheyAreNamed) {
-  MetricsLabels other = CutAt(4);
+  Labels other = CutAt(4);
   for (auto& label : other) label = 9 - label;
   EXPECT_EQ(CutMeasure(Strip()).Discrepancy(CutAt(4), other).value(), 0.0);
 }
@@ -143,7 +139,7 @@ TEST(CutDiscrepancy, DoesNotDependOnScale) {
 }
 
 TEST(CutDiscrepancy, IsUndefinedWithoutACut) {
-  const MetricsLabels whole(2 * kRows * kColumns, 0);
+  const Labels whole(2 * kRows * kColumns, 0);
   EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(whole, CutAt(4)));
   EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(CutAt(4), whole));
   EXPECT_FALSE(CutMeasure(Strip()).Discrepancy(whole, whole));
@@ -156,22 +152,20 @@ TEST(CutDiscrepancy, AcrossPiecesTheStraightDistanceCounts) {
   const Shape one = Strip();
   for (const auto& p : one.points) both.points.emplace_back(p + Eigen::Vector3d(0, 0, 5));
   for (const auto& [a, b, c] : one.faces) both.faces.push_back({a + n, b + n, c + n});
-  MetricsLabels below = CutAt(4), above(CutAt(4).size(), 0);
-  const MetricsLabels cut = CutAt(4);
+  Labels below = CutAt(4), above(CutAt(4).size(), 0);
+  const Labels cut = CutAt(4);
   below.insert(below.end(), cut.size(), 0);
   above.insert(above.end(), cut.begin(), cut.end());
   double sum = 0.0;
-  for (const auto& [a, b, c] : both.faces) {
-    sum += ((both.points[a] + both.points[b] + both.points[c]) / 3.0 - Eigen::Vector3d(6, 2, 2.5))
-               .norm();
+  for (std::size_t f = 0; f < both.faces.size(); ++f) {
+    sum += (samples::FaceCenter(both, f) - Eigen::Vector3d(6, 2, 2.5)).norm();
   }
   const double radius = sum / static_cast<double>(both.faces.size());
   EXPECT_NEAR(CutMeasure(both).Discrepancy(below, above).value(), 5.0 / radius, 1e-12);
 }
 
-// The definition, using all distances between all vertices (Floyd and Warshall).
-std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const MetricsLabels& a,
-                                            const MetricsLabels& b) {
+// The definition, using all distances between all vertices.
+std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const Labels& a, const Labels& b) {
   const std::size_t n = mesh.points.size();
   Eigen::MatrixXd distance =
       Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n), 1e30);
@@ -193,13 +187,7 @@ std::optional<double> DiscrepancyOfAllPairs(const Shape& mesh, const MetricsLabe
       }
     }
   }
-  for (Eigen::Index k = 0; k < distance.rows(); ++k) {
-    for (Eigen::Index i = 0; i < distance.rows(); ++i) {
-      for (Eigen::Index j = 0; j < distance.rows(); ++j) {
-        distance(i, j) = std::min(distance(i, j), distance(i, k) + distance(k, j));
-      }
-    }
-  }
+  samples::Shorten(distance);
   if (cut[0].empty() || cut[1].empty()) return std::nullopt;
   double sum = 0.0;
   for (const int way : {0, 1}) {
@@ -234,14 +222,14 @@ TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
     base::Rng rng(seed);
     // Few labels in stripes, so that cuts are sometimes far apart and sometimes absent.
     const auto Stripes = [&] {
-      MetricsLabels labels(ball.faces.size(), 0);
+      Labels labels(ball.faces.size(), 0);
       const std::size_t first = rng.Index(labels.size());
       const std::size_t length = rng.Index(12);
       for (std::size_t f = first; f < std::min(first + length, labels.size()); ++f) labels[f] = 1;
       return labels;
     };
-    const MetricsLabels a = Stripes();
-    const MetricsLabels b = Stripes();
+    const Labels a = Stripes();
+    const Labels b = Stripes();
     const auto fast = measure.Discrepancy(a, b);
     const auto slow = DiscrepancyOfAllPairs(ball, a, b);
     ASSERT_EQ(fast.has_value(), slow.has_value()) << seed;
@@ -252,7 +240,7 @@ TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
 
 TEST(CutDiscrepancy, RefusesOtherLengths) {
   const CutMeasure measure(Strip());
-  EXPECT_THROW(measure.Discrepancy(CutAt(3), MetricsLabels(5, 0)), std::invalid_argument);
+  EXPECT_THROW(measure.Discrepancy(CutAt(3), Labels(5, 0)), std::invalid_argument);
 }
 
 // ---- the benchmark's own numbers ----
@@ -275,12 +263,12 @@ TEST(Metrics, AreThoseOfTheBenchmarksEvaluator) {
     const Shape shape = ReadShape(folder / "off" / (name + ".off"));
     const CutMeasure measure(shape);
     const auto seg = folder / "seg" / name;
-    const MetricsLabels first = ReadLabels(seg / (name + "_0.seg"), shape.Elements());
+    const Labels first = ReadLabels(seg / (name + "_0.seg"), shape.Elements());
     double rand = 0.0;
     double cut = 0.0;
     for (int k = 1; k <= 4; ++k) {
       const auto file = seg / (name + "_" + std::to_string(k) + ".seg");
-      const MetricsLabels other = ReadLabels(file, shape.Elements());
+      const Labels other = ReadLabels(file, shape.Elements());
       rand += 0.25 * RandError(first, other);
       cut += 0.25 * measure.Discrepancy(first, other).value();
     }
@@ -336,6 +324,12 @@ TEST_F(HumanScoreTest, IsTheMeanOverTheHumansWhereItIsDefined) {
   EXPECT_FALSE(ScoreAgainstHumans(model, found).cut_discrepancy);
 }
 
+TEST_F(HumanScoreTest, AFlatModelIsRefusedWithItsFile) {
+  folder_.Write("off/8.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+  EXPECT_THAT(testing_support::ErrorOf([&] { ReadHumanModel(folder_.path(), 8); }),
+              ::testing::HasSubstr("8.off: all of its points lie in one plane"));
+}
+
 TEST_F(HumanScoreTest, TheMeanNumberOfSegmentsLeavesOutWhatCannotBeRead) {
   EXPECT_EQ(MeanHumanSegments(folder_.path(), std::vector{7}), 2);
   folder_.Write("seg/8/8_0.seg", "0\n1\n2\n3\n4\n5\n6\n");  // 2, 2 and 7 segments
@@ -345,5 +339,4 @@ TEST_F(HumanScoreTest, TheMeanNumberOfSegmentsLeavesOutWhatCannotBeRead) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

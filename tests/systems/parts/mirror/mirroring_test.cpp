@@ -258,9 +258,7 @@ TEST(SegmentByMirroring, TakesTheArmsOffABall) {
   EXPECT_TRUE(parts.has_core);
   EXPECT_EQ(parts.parts, 5);
   for (std::size_t f = 0; f < shape.faces.size(); ++f) {
-    const Eigen::Vector3d p = (shape.points[shape.faces[f][0]] + shape.points[shape.faces[f][1]] +
-                               shape.points[shape.faces[f][2]]) /
-                              3.0;
+    const Eigen::Vector3d p = samples::FaceCenter(shape, f);
     if (p.norm() > 1.5) {
       EXPECT_GT(parts.label[f], 0);
     }
@@ -399,5 +397,4 @@ TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

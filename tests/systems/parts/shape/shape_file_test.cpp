@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -12,7 +11,6 @@
 #include "base/rng.h"
 #include "error_of.h"
 #include "parts/shape/segmentation.h"
-#include "parts/shape/shape_graph.h"
 #include "parts/solids.h"
 #include "temp_folder.h"
 
@@ -22,12 +20,11 @@ namespace {
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
 using testing_support::TempFolder;
-using ShapeFileLabels = std::vector<std::int32_t>;
 
 TEST(ShapeFileLabels, AreReadBackAsTheyWereWritten) {
   const TempFolder folder;
   base::Rng rng(1);
-  ShapeFileLabels labels;
+  Labels labels;
   for (int i = 0; i < 5000; ++i) labels.push_back(static_cast<std::int32_t>(rng.Index(300)) - 5);
   WriteLabels(folder / "a.seg", labels);
   EXPECT_EQ(ReadLabels(folder / "a.seg"), labels);
@@ -36,9 +33,9 @@ TEST(ShapeFileLabels, AreReadBackAsTheyWereWritten) {
 
 TEST(ShapeFileLabels, EndsOfLinesAndBlanksRoundTheNumberDoNotCount) {
   const TempFolder folder;
-  EXPECT_EQ(ReadLabels(folder.Write("a.seg", "1\r\n 2 \n3")), (ShapeFileLabels{1, 2, 3}));
-  EXPECT_EQ(ReadLabels(folder.Write("b.seg", "1\n2\n\n\n")), (ShapeFileLabels{1, 2}));
-  EXPECT_EQ(ReadLabels(folder.Write("c.seg", "")), ShapeFileLabels{});
+  EXPECT_EQ(ReadLabels(folder.Write("a.seg", "1\r\n 2 \n3")), (Labels{1, 2, 3}));
+  EXPECT_EQ(ReadLabels(folder.Write("b.seg", "1\n2\n\n\n")), (Labels{1, 2}));
+  EXPECT_EQ(ReadLabels(folder.Write("c.seg", "")), Labels{});
 }
 
 TEST(ShapeFileLabels, WhatIsNoLabelIsToldWithItsLine) {
@@ -63,7 +60,7 @@ TEST(ShapeFileLabels, TooManyOrTooFewAreToldWithBothNumbers) {
 
 TEST(ShapeFileLabels, AFullDiskIsAFailedRun) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-  EXPECT_THROW(WriteLabels("/dev/full", ShapeFileLabels(100000, 1)), base::RunError);
+  EXPECT_THROW(WriteLabels("/dev/full", Labels(100000, 1)), base::RunError);
 }
 
 TEST(PartColor, TheCoreIsRedAndTheFirstPartsAreFarApart) {
@@ -82,7 +79,7 @@ TEST(PartColor, TheCoreIsRedAndTheFirstPartsAreFarApart) {
 
 TEST(ColoredShape, IsReadBackWithTheSameFaces) {
   const TempFolder folder;
-  WriteColoredShape(folder / "a.ply", samples::Tetrahedron(), ShapeFileLabels{0, 1, 2, 3});
+  WriteColoredShape(folder / "a.ply", samples::Tetrahedron(), Labels{0, 1, 2, 3});
   const auto mesh = ReadPolygons(folder / "a.ply").mesh;
   ASSERT_EQ(mesh.triangles.size(), 4U);
   for (std::size_t f = 0; f < 4; ++f) {
@@ -95,7 +92,7 @@ TEST(ColoredShape, IsReadBackWithTheSameFaces) {
 
 TEST(ColoredShape, EveryFaceEndsWithTheColorOfItsLabel) {
   const TempFolder folder;
-  const ShapeFileLabels labels = {0, 4, -1, 2};
+  const Labels labels = {0, 4, -1, 2};
   WriteColoredShape(folder / "a.ply", samples::Tetrahedron(), labels);
   const std::string bytes = base::ReadFile(folder / "a.ply");
   constexpr std::size_t kFaceBytes = 1 + 3 * 4 + 3;
@@ -111,7 +108,7 @@ TEST(ColoredShape, OfACloudIsReadBackAsACloud) {
   const TempFolder folder;
   geometry::TriangleMesh cloud = samples::Tetrahedron();
   cloud.triangles.clear();
-  WriteColoredShape(folder / "a.ply", cloud, ShapeFileLabels{0, 1, 2, 3});
+  WriteColoredShape(folder / "a.ply", cloud, Labels{0, 1, 2, 3});
   const auto read = ReadPolygons(folder / "a.ply").mesh;
   EXPECT_TRUE(read.triangles.empty());
   EXPECT_EQ(read.vertices, cloud.vertices);
@@ -125,20 +122,18 @@ TEST(PolygonLabels, StandOneALineOfTheFile) {
                    "OFF\n8 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n4 0 1\n4 1 1\n0 3 1\n"
                    "4 0 1 2 3\n4 4 5 6 7\n3 0 1 4\n2 0 1\n"));
   ASSERT_EQ(input.polygon, (std::vector<std::uint32_t>{0, 0, 1, 1, 2}));
-  EXPECT_EQ(LabelsOfPolygons(input, ShapeFileLabels{5, 5, 1, 2, 3}),
-            (ShapeFileLabels{5, 2, 3, -1}));
-  EXPECT_EQ(LabelsOfTriangles(input, ShapeFileLabels{5, 2, 3, -1}),
-            (ShapeFileLabels{5, 5, 2, 2, 3}));
-  EXPECT_THROW(LabelsOfTriangles(input, ShapeFileLabels{5}), std::invalid_argument);
+  EXPECT_EQ(LabelsOfPolygons(input, Labels{5, 5, 1, 2, 3}), (Labels{5, 2, 3, -1}));
+  EXPECT_EQ(LabelsOfTriangles(input, Labels{5, 2, 3, -1}), (Labels{5, 5, 2, 2, 3}));
+  EXPECT_THROW(LabelsOfTriangles(input, Labels{5}), std::invalid_argument);
 }
 
 TEST(PolygonLabels, OfACloudAreThoseOfItsPoints) {
   const geometry::PolygonMesh cloud{{samples::Tetrahedron().vertices, {}}, {}, 0};
-  EXPECT_EQ(LabelsOfPolygons(cloud, ShapeFileLabels{1, 0, 2, 0}), (ShapeFileLabels{1, 0, 2, 0}));
+  EXPECT_EQ(LabelsOfPolygons(cloud, Labels{1, 0, 2, 0}), (Labels{1, 0, 2, 0}));
 }
 
 TEST(ColoredShape, NeedsOneLabelAnElement) {
-  EXPECT_THROW(WriteColoredShape("never.ply", samples::Tetrahedron(), ShapeFileLabels{0, 1}),
+  EXPECT_THROW(WriteColoredShape("never.ply", samples::Tetrahedron(), Labels{0, 1}),
                std::invalid_argument);
 }
 
@@ -226,5 +221,4 @@ TEST(ShapePicture, RefusesLabelsThatDoNotFitAndNothingToSee) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

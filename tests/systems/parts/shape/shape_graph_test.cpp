@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <map>
 
 #include "base/rng.h"
@@ -80,11 +79,8 @@ TEST(LabelOutside, TheCoreIsNoughtAndWhatItPartsFallsBySize) {
   }
   std::vector<bool> core(7, false);
   core[2] = true;
-  const Pieces found = LabelOutside(row, core);
-  EXPECT_EQ(found.count, 2);
-  EXPECT_EQ(found.label, (std::vector<std::int32_t>{2, 2, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(LabelOutside(row, core), (Labels{2, 2, 0, 1, 1, 1, 1}));
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

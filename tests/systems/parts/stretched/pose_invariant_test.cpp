@@ -6,16 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <set>
 #include <stdexcept>
-#include <string>
 #include <tuple>
 
 #include "base/rng.h"
 #include "geometry/mesh.h"
 #include "parts/figure.h"
+#include "parts/graphs.h"
 #include "parts/solids.h"
 #include "parts/stretched/embedding.h"
 
@@ -43,11 +42,9 @@ StandingOut Rods(const std::vector<std::pair<int, int>>& parent_and_length) {
   }
   out.remoteness = out.growth;
   out.weight.assign(out.growth.size(), 1.0);
-  out.begin.push_back(0);
-  for (const auto& around : links) {
-    out.neighbor.insert(out.neighbor.end(), around.begin(), around.end());
-    out.begin.push_back(static_cast<std::uint32_t>(out.neighbor.size()));
-  }
+  VertexGraph graph = samples::GraphOf(links);
+  out.begin = std::move(graph.begin);
+  out.neighbor = std::move(graph.neighbor);
   return out;
 }
 
@@ -111,7 +108,6 @@ TEST_P(Postures, HeadArmsAndLegsComeOffInEveryPosture) {
       samples::FigureMaker(samples::kBuilds[build], samples::kPostures[posture]).Make(0.035);
   ExpectFiveLimbs(figure.shape, figure.tips);
   figure.shape.faces.clear();
-  figure.shape.element_of_input.resize(figure.shape.points.size());
   ExpectFiveLimbs(figure.shape, figure.tips);
 }
 INSTANTIATE_TEST_SUITE_P(People, Postures,
@@ -236,10 +232,9 @@ TEST(Smacof, StressNeverRisesOverManySeeds) {
 TEST_P(SeededEmbedding, StressRecordedIsThatOfTheStepsAndOfTheResult) {
   base::Rng rng(GetParam());
   const MatrixXd delta = RandomDistances(20, rng);
-  const MatrixX3d start = RandomPositions(20, rng);
-  const Embedding embedding = Smacof(delta, {.iterations = 40, .tolerance = 0.0}, &start);
+  const Embedding embedding = Smacof(delta, {.iterations = 40, .tolerance = 0.0});
   ASSERT_EQ(embedding.stress.size(), 40u);
-  MatrixX3d x = start;
+  MatrixX3d x = ClassicalScaling(delta);
   MatrixX3d next;
   for (const double stress : embedding.stress) {
     GuttmanTransform(delta, x, next);
@@ -288,8 +283,6 @@ TEST(Smacof, RefusesWhatIsNoDistanceMatrix) {
   EXPECT_THROW(Smacof(MatrixXd::Constant(4, 4, std::numeric_limits<double>::infinity()), {}),
                std::invalid_argument);
   EXPECT_THROW(Smacof(MatrixXd::Zero(4, 4), {.iterations = 0}), std::invalid_argument);
-  const MatrixX3d start = MatrixX3d::Zero(3, 3);
-  EXPECT_THROW(Smacof(MatrixXd::Zero(4, 4), {}, &start), std::invalid_argument);
 }
 
 TEST_P(SeededEmbedding, PlacementFindsAPointFromItsDistances) {
@@ -318,30 +311,20 @@ TEST_P(SeededEmbedding, PlacementStepsNeverRaiseThePointsStress) {
 }
 
 VertexGraph StretchedRandomGraph(std::uint32_t n, std::size_t links, base::Rng& rng) {
-  MatrixXd length = MatrixXd::Zero(n, n);
+  std::vector<VertexLink> all;
   for (std::uint32_t i = 1; i < n; ++i) {  // a tree first
-    const auto j = static_cast<Index>(rng.Index(i));
-    length(i, j) = length(j, i) = rng.Uniform(0.1, 1.0);
+    const auto j = static_cast<std::uint32_t>(rng.Index(i));
+    all.push_back({i, j, rng.Uniform(0.1, 1.0)});
   }
   for (std::size_t k = 0; k < links; ++k) {
-    const auto i = static_cast<Index>(rng.Index(n));
-    const auto j = static_cast<Index>(rng.Index(n));
-    if (i != j) length(i, j) = length(j, i) = rng.Uniform(0.1, 1.0);
+    const auto i = static_cast<std::uint32_t>(rng.Index(n));
+    const auto j = static_cast<std::uint32_t>(rng.Index(n));
+    if (i != j) all.push_back({i, j, rng.Uniform(0.1, 1.0)});
   }
-  VertexGraph graph;
-  graph.begin.push_back(0);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    for (std::uint32_t j = 0; j < n; ++j) {
-      if (!(length(i, j) > 0.0)) continue;
-      graph.neighbor.push_back(j);
-      graph.length.push_back(length(i, j));
-    }
-    graph.begin.push_back(static_cast<std::uint32_t>(graph.neighbor.size()));
-  }
-  return graph;
+  return GraphOfLinks(n, std::move(all));
 }
 
-MatrixXd FloydWarshall(const VertexGraph& graph) {
+MatrixXd AllDistances(const VertexGraph& graph) {
   const auto n = static_cast<Index>(graph.begin.size() - 1);
   MatrixXd d = MatrixXd::Constant(n, n, std::numeric_limits<double>::infinity());
   for (Index i = 0; i < n; ++i) {
@@ -351,18 +334,14 @@ MatrixXd FloydWarshall(const VertexGraph& graph) {
       d(i, graph.neighbor[k]) = graph.length[k];
     }
   }
-  for (Index k = 0; k < n; ++k) {
-    for (Index i = 0; i < n; ++i) {
-      for (Index j = 0; j < n; ++j) d(i, j) = std::min(d(i, j), d(i, k) + d(k, j));
-    }
-  }
+  samples::Shorten(d);
   return d;
 }
 
 TEST_P(SeededEmbedding, EachNextPointIsTheFarthestFromThoseBefore) {
   base::Rng rng(GetParam());
   const VertexGraph graph = StretchedRandomGraph(40, 60, rng);
-  const MatrixXd all = FloydWarshall(graph);
+  const MatrixXd all = AllDistances(graph);
   const LandmarkDistances spread = SpreadLandmarks(graph, 12);
   const std::vector<std::uint32_t>& points = spread.landmark;
   ASSERT_EQ(points.size(), 12u);
@@ -416,12 +395,8 @@ TEST(Geodesic, DistancesOnABallAreNearlyThoseAlongGreatCircles) {
 }
 
 TEST(Geodesic, PiecesThatAreNotJoinedGetTheirShortestLink) {
-  Shape two = samples::Ball(4, [](const Vector3d&) { return 1.0; });
-  const auto n = static_cast<std::uint32_t>(two.points.size());
-  const Shape one = two;
-  for (const Vector3d& p : one.points) two.points.emplace_back(p + Vector3d(5, 0, 0));
-  for (const auto& [a, b, c] : one.faces) two.faces.push_back({a + n, b + n, c + n});
-  two.element_of_input.clear();
+  const Shape two = samples::Twice(samples::Ball(4, [](const Vector3d&) { return 1.0; }));
+  const auto n = static_cast<std::uint32_t>(two.points.size() / 2);
   const std::vector<double> d = geometry::DistancesFrom({{0U}}, GeodesicGraph(two).Links());
   for (const double x : d) EXPECT_TRUE(std::isfinite(x));
   double gap = std::numeric_limits<double>::infinity();
@@ -443,15 +418,16 @@ Vector3d RingCenter(const Shape& tube, std::size_t ring, std::size_t around) {
   return sum / static_cast<double>(around);
 }
 
+/// Half a circle of radius 1: its ends are 2 apart; along a tube they are pi apart.
+Vector3d HalfCircle(double t) {
+  const double angle = std::numbers::pi * t;
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
+
 TEST(PoseInvariant, ABentTubeBecomesStraight) {
   constexpr std::size_t kLimbRings = 81;
   constexpr std::size_t kAround = 16;
-  // Half a circle of radius 1: its ends are 2 apart; along the tube they are pi apart.
-  const auto arc = [](double t) {
-    const double angle = std::numbers::pi * t;
-    return Vector3d(std::cos(angle), std::sin(angle), 0.0);
-  };
-  const Shape tube = samples::Tube(kLimbRings, kAround, arc, [](double) { return 0.01; });
+  const Shape tube = samples::Tube(kLimbRings, kAround, HalfCircle, [](double) { return 0.01; });
   const Shape straight = PoseInvariant(tube, {});
   EXPECT_EQ(straight.faces, tube.faces);
   const Vector3d first = RingCenter(straight, 0, kAround);
@@ -487,11 +463,7 @@ TEST(PoseInvariant, KnowsNoTurnShiftAndScale) {
 }
 
 TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
-  const auto arc = [](double t) {
-    const double angle = std::numbers::pi * t;
-    return Vector3d(std::cos(angle), std::sin(angle), 0.0);
-  };
-  Shape cloud = samples::Tube(81, 16, arc, [](double) { return 0.08; });
+  Shape cloud = samples::Tube(81, 16, HalfCircle, [](double) { return 0.08; });
   cloud.faces.clear();
   const Shape straight = PoseInvariant(cloud, {});
   EXPECT_TRUE(straight.faces.empty());
@@ -510,5 +482,4 @@ TEST(PoseInvariant, BentFingersComeOffThePalm) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::parts

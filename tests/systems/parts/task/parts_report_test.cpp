@@ -8,8 +8,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
 #include "base/file.h"
+#include "error_of.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -203,13 +203,8 @@ TEST_F(PartsReportTest, AnExperimentWithOneSplitHasItsTablesOnce) {
 
 TEST_F(PartsReportTest, ABrokenPublishedTableIsToldWithItsLine) {
   setup_.published = "method,average_s\nSDF,8.9\nK-Means,fast\n";
-  try {
-    Make();
-    FAIL();
-  } catch (const base::InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("published table 6.1:3: "));
-    EXPECT_THAT(e.what(), HasSubstr("'fast'"));
-  }
+  EXPECT_THAT(testing_support::ErrorOf([&] { Make(); }),
+              testing::AllOf(HasSubstr("published table 6.1:3: "), HasSubstr("'fast'")));
 }
 
 // Numbers in the rows are read back exactly.

@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
-#include "base/error.h"
 #include "base/file.h"
 #include "error_of.h"
 #include "parts/task/peanuts.h"

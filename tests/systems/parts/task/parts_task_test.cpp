@@ -176,7 +176,6 @@ TEST_F(PartsTaskTest, AModelThatCannotBeReadHasNoView) {
 }
 
 TEST(MatchedLabels, AreThoseOfTheOtherWithWhichMostFacesAreShared) {
-  using Labels = std::vector<std::int32_t>;
   // The same parts with other labels.
   EXPECT_EQ(MatchedLabels({5, 5, 0, 0, 0, 9}, {1, 1, 2, 2, 2, 0}), (Labels{1, 1, 2, 2, 2, 0}));
   // Two parts where the other has one: the larger takes its label, the smaller a new one.

@@ -35,7 +35,7 @@ TEST(WristHead, KeepsFiveMillimetresClearOfTheHandFromOpenToClosed) {
         const collision::Solid head(of_head, {.margin_m = 0.005});
         EXPECT_FALSE(collision::Hit(collision::Place(head, base::Pose::Identity()),
                                     collision::Place(hand, WristHeadWrist().X_FH)))
-            << "closing " << state.closing;
+            << "gap " << state.gap_m;
       }
     }
   }

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "base/file.h"
 #include "cli/command.h"
@@ -52,11 +51,9 @@ class ExportTest : public testing::Test {
     return X;
   }
 
-  static TempFolder* shared_;
-  static Ran* made_;
+  static inline TempFolder* shared_ = nullptr;
+  static inline Ran* made_ = nullptr;
 };
-TempFolder* ExportTest::shared_ = nullptr;
-Ran* ExportTest::made_ = nullptr;
 
 // The labels of a binary PCD with the fields x y z label state.
 std::vector<std::uint32_t> LabelsOf(const std::string& file) {

@@ -55,11 +55,9 @@ class ReproduceTest : public testing::Test {
     return base::ReadFile(*shared_ / name / ("reproduced" + std::string(ending)));
   }
 
-  static TempFolder* shared_;
-  static Ran* reference_;
+  static inline TempFolder* shared_ = nullptr;
+  static inline Ran* reference_ = nullptr;
 };
-TempFolder* ReproduceTest::shared_ = nullptr;
-Ran* ReproduceTest::reference_ = nullptr;
 
 // 12 objects with two figures each, plus the two overall figures.
 TEST_F(ReproduceTest, PutsEachPublishedFigureBesideTheTablesOwn) {

@@ -58,10 +58,9 @@ class VideoTest : public testing::Test {
     return ran;
   }
 
-  static TempFolder* shared_;
+  static inline TempFolder* shared_ = nullptr;
   TempFolder folder_;
 };
-TempFolder* VideoTest::shared_ = nullptr;
 using WholeFilm = VideoTest;
 
 TEST_F(WholeFilm, LastsAsLongAsTheExecution) {

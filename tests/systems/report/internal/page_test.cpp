@@ -112,5 +112,4 @@ TEST(ChooseViews, AllAndNone) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::report

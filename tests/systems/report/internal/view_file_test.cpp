@@ -140,5 +140,4 @@ TEST(PackedPoses, TurnsAreWithinAThousandthOfADegreeOrSo) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::report

@@ -14,12 +14,13 @@ namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing_support::ExpectRefused;
 using testing_support::Ran;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
 
 const std::filesystem::path kSeamSource = RANGEGRASP_SOURCE_DIR;
-const std::string kBase = (kSeamSource / "experiments/seam_base.yaml").string();
+const std::string kBase = kSeamSource / "experiments/seam_base.yaml";
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;
@@ -46,18 +47,12 @@ std::string Row(int column) {
 
 class SeamTest : public testing::Test {
  protected:
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+  std::string File(const std::string& name) const { return folder_ / name; }
   // Runs `seam detect` with the options that fit the rows of Row().
   Ran Detect(std::vector<std::string> more, const std::string& in = "/dev/null") {
     more.insert(more.begin(), {"seam", "detect"});
     more.insert(more.end(), {"--unit", "um"});
     return RunProgram(more, "", in);
-  }
-  void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
-    const Ran ran = RunProgram(arguments);
-    EXPECT_EQ(ran.code, 2) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_THAT(ran.err, HasSubstr(says));
   }
   TempFolder folder_;
 };
@@ -65,10 +60,9 @@ class SeamTest : public testing::Test {
 TEST_F(SeamTest, DetectsTheEdgeOfRecordedProfiles) {
   std::string text;
   for (int i = 0; i < 10; ++i) text += Row(120);
-  const std::string file = folder_.Write("p.csv", text).string();
+  const std::string file = folder_.Write("p.csv", text);
   for (const char* method : {"voting", "weights", "accumulated"}) {
-    const Ran ran = Detect({file, "--method", method});
-    ASSERT_EQ(ran.code, 0) << ran.err;
+    const Ran ran = Succeeded(Detect({file, "--method", method}));
     const auto lines = Lines(ran.out);
     ASSERT_EQ(lines.size(), 11U);
     EXPECT_THAT(lines[0], StartsWith("profile,time_s,status,column,"));
@@ -77,7 +71,7 @@ TEST_F(SeamTest, DetectsTheEdgeOfRecordedProfiles) {
 }
 
 TEST_F(SeamTest, TracksStepsUnlessToldOtherwise) {
-  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100));
   const std::string said = Detect({file}).out;
   EXPECT_EQ(said, Detect({file, "--method", "steps"}).out);
   EXPECT_NE(said, Detect({file, "--method", "voting"}).out);
@@ -85,7 +79,7 @@ TEST_F(SeamTest, TracksStepsUnlessToldOtherwise) {
 }
 
 TEST_F(SeamTest, OfALineWithTooFewColumnsForTrackedStepsTheCureIsNamed) {
-  const std::string file = folder_.Write("p.csv", Row(100) + Row(100)).string();
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100));
   ExpectRefused({"seam", "detect", file, "--unit", "um", "--columns-per-mm", "1"},
                 "need 1.33 columns per mm, the line has 1.00; use method voting or weights");
   EXPECT_EQ(Detect({file, "--columns-per-mm", "1.34"}).code, 0);
@@ -93,9 +87,8 @@ TEST_F(SeamTest, OfALineWithTooFewColumnsForTrackedStepsTheCureIsNamed) {
 }
 
 TEST_F(SeamTest, JsonHasOneObjectAProfile) {
-  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100)).string();
-  const Ran ran = Detect({file, "--json", "--method", "voting"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string file = folder_.Write("p.csv", Row(100) + Row(100) + Row(100));
+  const Ran ran = Succeeded(Detect({file, "--json", "--method", "voting"}));
   const auto lines = Lines(ran.out);
   ASSERT_EQ(lines.size(), 3U);
   const auto json = nlohmann::json::parse(lines[2]);
@@ -109,8 +102,7 @@ TEST_F(SeamTest, AStreamWithDamagedRowsGoesOn) {
   const std::string in =
       folder_.Write("in", Row(90) + "1,2,3\n" + Row(90) + Row(90) + "x" + Row(90) + Row(90))
           .string();
-  const Ran ran = Detect({"-"}, in);
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(Detect({"-"}, in));
   EXPECT_THAT(ran.err, HasSubstr("row 2 has 3 columns instead of 256"));
   EXPECT_THAT(ran.err, HasSubstr("row 5, column 1: 'x0' is not a number"));
   const auto lines = Lines(ran.out);
@@ -119,12 +111,12 @@ TEST_F(SeamTest, AStreamWithDamagedRowsGoesOn) {
 }
 
 TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
-  ExpectRefused({"seam", "detect", folder_.Write("r.csv", "1,2,3\n1,2\n").string()}, "row 2");
-  ExpectRefused({"seam", "detect", folder_.Write("e.csv", "").string()}, "e.csv");
+  ExpectRefused({"seam", "detect", folder_.Write("r.csv", "1,2,3\n1,2\n")}, "row 2");
+  ExpectRefused({"seam", "detect", folder_.Write("e.csv", "")}, "e.csv");
   ExpectRefused({"seam", "detect", File("none.png")}, "none.png");
-  ExpectRefused({"seam", "detect", folder_.Write("s.csv", "1,2,3\n").string()}, "32");
+  ExpectRefused({"seam", "detect", folder_.Write("s.csv", "1,2,3\n")}, "32");
   ExpectRefused({"seam", "detect", "-"}, "stdin");
-  const std::string file = folder_.Write("p.csv", Row(90)).string();
+  const std::string file = folder_.Write("p.csv", Row(90));
   ExpectRefused({"seam", "detect", file}, "row 1");  // 1,000 mm: out of range
   ExpectRefused({"seam", "detect", file, "--method", "magic"}, "--method");
   ExpectRefused({"seam", "detect", file, "--columns-per-mm", "0"}, "--columns-per-mm");
@@ -133,8 +125,8 @@ TEST_F(SeamTest, BadProfilesAreNamedWithTheirRow) {
 }
 
 TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
-  const std::string file = folder_.Write("p.csv", Row(90)).string();
-  const std::string options = folder_.Write("o.yaml", "columns_per_mm: 12\n").string();
+  const std::string file = folder_.Write("p.csv", Row(90));
+  const std::string options = folder_.Write("o.yaml", "columns_per_mm: 12\n");
   ExpectRefused({"seam", "detect", file, "--options", options, "--columns-per-mm", "18"},
                 "--options excludes --columns-per-mm");
   for (const std::vector<std::string>& other :
@@ -148,19 +140,16 @@ TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
 
 TEST_F(SeamTest, ASingleProfileIsAnswered) {
   for (const char* method : {"voting", "weights", "accumulated"}) {
-    const Ran ran = Detect({folder_.Write("p.csv", Row(90)).string(), "--method", method});
-    ASSERT_EQ(ran.code, 0) << ran.err;
+    const Ran ran = Succeeded(Detect({folder_.Write("p.csv", Row(90)), "--method", method}));
     EXPECT_THAT(Lines(ran.out).back(), StartsWith("1,0.0000,edge,90.00,")) << method;
-    const Ran flat = Detect({folder_.Write("f.csv", Row(256)).string(), "--method", method});
+    const Ran flat = Detect({folder_.Write("f.csv", Row(256)), "--method", method});
     EXPECT_THAT(Lines(flat.out).back(), StartsWith("1,0.0000,no_edge,")) << method;
   }
 }
 
 TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
-  const std::string in =
-      folder_.Write("in", Row(90).substr(300) + Row(90) + Row(90) + Row(90)).string();
-  const Ran ran = Detect({"-"}, in);
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string in = folder_.Write("in", Row(90).substr(300) + Row(90) + Row(90) + Row(90));
+  const Ran ran = Succeeded(Detect({"-"}, in));
   EXPECT_THAT(ran.err, HasSubstr("instead of 256"));
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.0"));
 }
@@ -178,7 +167,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   for (int i = 0; i < 256; ++i) row += fmt::format("{},", i >= 200 ? 26.0 : 24.0 + 0.1 * (i % 3));
   std::string text;
   for (int i = 0; i < 20; ++i) text += row + "\n";
-  const std::string file = folder_.Write("r.csv", text).string();
+  const std::string file = folder_.Write("r.csv", text);
   const double wanted_m = (200.0 - 127.5) * 1.075e-4;
   const std::vector<std::string> detect = {"seam",      "detect",   file,    "--calibration",
                                            calibration, "--method", "voting"};
@@ -187,8 +176,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
     arguments.emplace_back(output);
     return RunProgram(arguments);
   };
-  const Ran json = with("--json");
-  ASSERT_EQ(json.code, 0) << json.err;
+  const Ran json = Succeeded(with("--json"));
   const auto reading = nlohmann::json::parse(Lines(json.out).back());
   EXPECT_EQ(reading["column"], 200.0);
   EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of the 0.4 mm step
@@ -199,19 +187,18 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
 TEST_F(SeamTest, TheMonitorIsSetByTheOptions) {
   std::string text;
   for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
-  const std::string file = folder_.Write("p.csv", text).string();
+  const std::string file = folder_.Write("p.csv", text);
   const std::string monitor = "monitor: {window: 6, mat_end_profiles: 3}\n";
-  const Ran early = Detect({file, "--options", folder_.Write("o.yaml", monitor).string()});
-  ASSERT_EQ(early.code, 0) << early.err;
+  const Ran early = Succeeded(Detect({file, "--options", folder_.Write("o.yaml", monitor)}));
   EXPECT_THAT(Lines(early.out).back(), testing::EndsWith(",mat_end"));
   EXPECT_THAT(Lines(Detect({file}).out).back(), testing::EndsWith(","));
-  ExpectRefused({"seam", "detect", file, "--options",
-                 folder_.Write("b.yaml", "monitor: {window: 2}\n").string()},
-                "b.yaml:1: key 'window'");
+  ExpectRefused(
+      {"seam", "detect", file, "--options", folder_.Write("b.yaml", "monitor: {window: 2}\n")},
+      "b.yaml:1: key 'window'");
 }
 
 TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
-  const std::string file = folder_.Write("p.csv", Row(90) + Row(90)).string();
+  const std::string file = folder_.Write("p.csv", Row(90) + Row(90));
   EXPECT_EQ(Detect({file, "--picture", File("p.svg"), "--picture-row", "2"}).code, 0);
   EXPECT_THAT(base::ReadFile(File("p.svg")), HasSubstr("Gradient-Accumulation"));
   const Ran ran = Detect({file, "--picture", File("q.svg"), "--picture-row", "3"});
@@ -230,18 +217,16 @@ TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
     for (int i = 0; i < 256; ++i) text += i >= 120 ? ",31.0" : i % 9 == 4 ? "," : ",30.0";
     text += "\n";
   }
-  const std::string file = folder_.Write("g.csv", text + "End\n").string();
+  const std::string file = folder_.Write("g.csv", text + "End\n");
   const std::vector<std::string> detect = {"seam",    "detect",   file,    "--preset",
                                            "gocator", "--method", "voting"};
-  const Ran ran = RunProgram(detect);
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran ran = Succeeded(RunProgram(detect));
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("5,0.0640,edge,120.00,62.0000,"));
   // Columns are 0.1 mm apart and start at x = 50 mm.
   auto encoder = detect;
   encoder.insert(encoder.end(),
                  {"--encoder-column", "Encoder", "--set", "file.encoder_mm=0.5", "--json"});
-  const Ran with = RunProgram(encoder);
-  ASSERT_EQ(with.code, 0) << with.err;
+  const Ran with = Succeeded(RunProgram(encoder));
   const auto json = nlohmann::json::parse(Lines(with.out).back());
   EXPECT_NEAR(json["x_m"], 62e-3, 1e-9);
   EXPECT_NEAR(json["position_m"], 14e-3, 1e-9);
@@ -253,9 +238,8 @@ TEST_F(SeamTest, PacketsTellTheSensorsOwnX) {
     for (int i = 0; i < 256; ++i) text += fmt::format("{} {}\n", 50.0 + 0.1 * i, i >= 120 ? 1 : 0);
     text += "\n";
   }
-  const std::string file = folder_.Write("p.txt", text).string();
-  const Ran ran = RunProgram({"seam", "detect", file, "--layout", "points", "--xml"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string file = folder_.Write("p.txt", text);
+  const Ran ran = Succeeded(RunProgram({"seam", "detect", file, "--layout", "points", "--xml"}));
   EXPECT_NEAR(EdgeX(ran), 62e-3, 1e-4);
 }
 
@@ -263,9 +247,8 @@ TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
   std::string text;
   for (const double time_s : {1.0, 1.02, 1.04, 2.04, 2.06})
     text += fmt::format("{},", time_s) + Row(90);
-  const std::string file = folder_.Write("p.csv", text).string();
-  const Ran ran = Detect({file, "--time-column", "1"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string file = folder_.Write("p.csv", text);
+  const Ran ran = Succeeded(Detect({file, "--time-column", "1"}));
   EXPECT_THAT(ran.err, HasSubstr("row 4 (line 4): 1.000 s after the previous row: an outage"));
   const auto lines = Lines(ran.out);
   EXPECT_THAT(lines[4], testing::EndsWith(",outage"));
@@ -276,7 +259,7 @@ TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
 }
 
 TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
-  const std::string text = folder_.Write("p.csv", Row(90)).string();
+  const std::string text = folder_.Write("p.csv", Row(90));
   ExpectRefused({"seam", "generate", kBase, "-o", File("s.tif")},
                 "profiles are written as .csv, .txt or .png");
   const std::string image = File("s.png");
@@ -313,27 +296,25 @@ TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
 TEST_F(SeamTest, EveryKeyIsReachedFromTheCommandLine) {
   std::string text;
   for (int i = 0; i < 16; ++i) text += Row(i < 3 ? 90 : 256);
-  const std::string file = folder_.Write("p.csv", text).string();
-  const Ran ran = Detect({file, "--set", "monitor.window=6", "--set", "monitor.mat_end_profiles=3",
-                          "--set", "step.min_step_mm=0.5"});
-  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string file = folder_.Write("p.csv", text);
+  const Ran ran =
+      Succeeded(Detect({file, "--set", "monitor.window=6", "--set", "monitor.mat_end_profiles=3",
+                        "--set", "step.min_step_mm=0.5"}));
   EXPECT_THAT(Lines(ran.out).back(), testing::EndsWith(",mat_end"));
-  const std::string options =
-      folder_.Write("o.yaml", "file: {unit_mm: 0.001, away: true}\n").string();
-  const Ran turned = RunProgram({"seam", "detect", file, "--options", options, "--negative"});
-  ASSERT_EQ(turned.code, 0) << turned.err;
+  const std::string options = folder_.Write("o.yaml", "file: {unit_mm: 0.001, away: true}\n");
+  const Ran turned =
+      Succeeded(RunProgram({"seam", "detect", file, "--options", options, "--negative"}));
   EXPECT_THAT(Lines(turned.out)[3], StartsWith("3,0.0323,edge,"));
-  ExpectRefused({"seam", "detect", file, "--options",
-                 folder_.Write("b.yaml", "file:\n  layout: lines\n").string()},
-                "b.yaml:2: key 'layout': 'lines' must be one of rows, pairs, points, columns");
+  ExpectRefused(
+      {"seam", "detect", file, "--options", folder_.Write("b.yaml", "file:\n  layout: lines\n")},
+      "b.yaml:2: key 'layout': 'lines' must be one of rows, pairs, points, columns");
 }
 
 TEST_F(SeamTest, WhatIsGeneratedIsDetectedInEveryFormat) {
   std::vector<std::string> first;
   for (const char* name : {"s.csv", "s.png"}) {
     ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "3", "-o", File(name)}).code, 0);
-    const Ran ran = RunProgram({"seam", "detect", File(name)});
-    ASSERT_EQ(ran.code, 0) << ran.err;
+    const Ran ran = Succeeded(RunProgram({"seam", "detect", File(name)}));
     const auto lines = Lines(ran.out);
     if (first.empty()) first = lines;
     ASSERT_EQ(lines.size(), first.size()) << name;
@@ -369,10 +350,8 @@ TEST_F(SeamTest, RawRowsAndTheirCalibrationGiveTheSameReadings) {
   ASSERT_EQ(
       RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
   const Ran metres = RunProgram({"seam", "detect", File("m.csv")});
-  const Ran rows =
-      RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
-  ASSERT_EQ(rows.code, 0) << rows.err;
-  ExpectSameReadings(metres, rows);
+  ExpectSameReadings(metres, Succeeded(RunProgram({"seam", "detect", File("r.csv"), "--calibration",
+                                                   File("r.calibration.yaml")})));
 }
 
 TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
@@ -380,9 +359,8 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
       RunProgram({"seam", "generate", kBase, "--seam", "4", "--raw", "-o", File("r.csv")}).code, 0);
   for (const char* name : {"body.csv", "body.png"}) {
     ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--body", "-o", File(name)}).code, 0);
-    const Ran ran = RunProgram(
-        {"seam", "calibrate", File(name), "--bases", File("body.bases.csv"), "-o", File("c.yaml")});
-    ASSERT_EQ(ran.code, 0) << ran.err;
+    const Ran ran = Succeeded(RunProgram({"seam", "calibrate", File(name), "--bases",
+                                          File("body.bases.csv"), "-o", File("c.yaml")}));
     EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns per mm
     const Ran with = RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("c.yaml")});
     const Ran known =
@@ -403,15 +381,14 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
 }
 
 TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {
-  const std::string below = (folder_.Write("file", "") / "below").string();
+  const std::string below = folder_.Write("file", "") / "below";
   ExpectRefused({"seam", "generate", kBase, "-o", below + "/p.csv"}, below);
   ExpectRefused({"seam", "generate", File("none.yaml"), "-o", File("p.csv")}, "none.yaml");
 }
 
 TEST(SeamHelp, EveryCommandHasAnExampleOfItself) {
   for (const std::string command : {"generate", "calibrate", "detect"}) {
-    const Ran ran = RunProgram({"seam", command, "--help"});
-    EXPECT_EQ(ran.code, 0);
+    const Ran ran = Succeeded(RunProgram({"seam", command, "--help"}));
     EXPECT_THAT(ran.out, HasSubstr("Example: rangegrasp seam " + command));
     EXPECT_EQ(RunProgram({"seam", command}).code, 2);
   }

@@ -13,7 +13,7 @@
 
 #include "base/rng.h"
 #include "base/words.h"
-#include "seam/stitching/mats.h"
+#include "seam/stitching/smooth_mats.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -95,12 +95,8 @@ StripeSensorOptions QuietSensor() {
 
 // Mats like paper: a bright step without texture or fray.
 MatOptions PlainMats() {
-  MatOptions options;
+  MatOptions options = Smooth(EdgeShape::kStep);
   options.height_m = 0.8e-3;
-  MatTexture& t = options.texture;
-  t.weave_relief_m = t.fuzz_m = t.waviness_m = t.fray_m = 0.0;
-  t.filaments_per_m = t.loose_filaments_per_m2 = t.detached_share = 0.0;
-  t.gloss = t.darkness = 0.0;
   return options;
 }
 
@@ -336,11 +332,14 @@ TEST(ClosedLoop, TheSecondLinesOfTheThreeLinesSensorWatchToo) {
 
 TEST(ClosedLoop, SendsACorrectionEveryPeriodAndEdgesThatAreWhereTheyWereSensed) {
   const MatOptions mats = PlainMats();
-  const TrackOptions options;
+  TrackOptions options;
+  options.tracker.packet_period_s = 0.2;
+  const TrackResult slow = Drive(mats, options, 12);
+  EXPECT_NEAR(static_cast<double>(slow.packets.size()), slow.path.back().time_s / 0.2, 3.0);
+  options.tracker.packet_period_s = 0.1;  // (section 3.4)
   const TrackResult result = Drive(mats, options, 12);
   const double duration_s = result.path.back().time_s;
-  EXPECT_NEAR(static_cast<double>(result.packets.size()),
-              duration_s / options.head.correction_period_s, 3.0);
+  EXPECT_NEAR(static_cast<double>(result.packets.size()), duration_s / 0.1, 3.0);
   std::size_t valid = 0;
   double last_s = 0.0;
   for (const std::string& xml : result.packets) {
@@ -368,13 +367,6 @@ TEST(ClosedLoop, DependsOnTheSeedAlone) {
   };
   EXPECT_EQ(positions(13), positions(13));
   EXPECT_NE(positions(13), positions(14));
-}
-
-TEST(ClosedLoop, EndsHaveNames) {
-  EXPECT_EQ(base::Word(TrackEnd::kDone), "done");
-  EXPECT_EQ(base::Word(TrackEnd::kMatEnd), "mat_end");
-  EXPECT_EQ(base::Word(TrackEnd::kObstacle), "obstacle");
-  EXPECT_EQ(base::Word(TrackEnd::kLost), "lost");
 }
 
 constexpr double kWanted_m = 5e-3;
@@ -474,5 +466,4 @@ TEST(TrackScore, AHazardIsReachedWhereTheNeedlePassesTheMatsEndOrMeetsAnObstacle
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::seam

@@ -235,5 +235,4 @@ TEST(ControlUnit, GoesOnIfTheEdgeIsThereBeyondDoubtAfterAMatEndThatIsNoLongerTol
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::seam

@@ -4,14 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "base/rng.h"
 #include "base/units.h"
 #include "base/words.h"
-#include "error_of.h"
 #include "seam/stitching/smooth_mats.h"
 
 namespace rangegrasp::seam {

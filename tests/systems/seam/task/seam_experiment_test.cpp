@@ -14,7 +14,6 @@
 namespace rangegrasp::seam {
 namespace {
 
-using base::InputError;
 using testing::HasSubstr;
 using testing_support::ErrorOf;
 using testing_support::kSource;

@@ -65,11 +65,11 @@ TEST_F(ScoreRunTest, AHeadThatRestsBeforeItsLineReachesTheHazardStoppedEarly) {
   for (const double y : {0.119, 0.15, 0.195}) {
     EXPECT_FALSE(At(y, TrackEnd::kMatEnd, mats).stopped_early) << y;
   }
-  // An obstacle's near edge counts, not its middle.
+  // An obstacle begins at its near edge, here at 195 mm.
   mats.end_y_m = 1e9;
   mats.obstacles.push_back({-0.005, 0.2, 0.01, 0.01, 0.01});
-  EXPECT_TRUE(At(0.107, TrackEnd::kObstacle, mats).stopped_early);
-  EXPECT_FALSE(At(0.109, TrackEnd::kObstacle, mats).stopped_early);
+  EXPECT_TRUE(At(0.112, TrackEnd::kObstacle, mats).stopped_early);
+  EXPECT_FALSE(At(0.114, TrackEnd::kObstacle, mats).stopped_early);
 }
 
 TEST_F(ScoreRunTest, AHeadThatCameToTheEndDidNotStopEarlyAndFollowedWhatIsBehindTheFirst100Mm) {

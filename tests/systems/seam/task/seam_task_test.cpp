@@ -19,7 +19,6 @@ namespace rangegrasp::seam {
 namespace {
 
 using experiment::Case;
-using experiment::Record;
 using experiment::ReplayOptions;
 using experiment::Result;
 using experiment::Task;
@@ -136,9 +135,7 @@ TEST(SeamTask, ReplayLeavesTheProfilesLabelsAndPictureOfASeam) {
   const TempFolder folder;
   const auto task = Shortened("seam_base", 1);
   const Case which = task->Cases()[0];
-  ReplayOptions options;
-  options.folder = folder / "r";
-  EXPECT_EQ(task->Replay(which, options).data, task->Run(which).data);
+  EXPECT_EQ(task->Replay(which, {.folder = folder / "r"}).data, task->Run(which).data);
   const auto lines = [&](const char* name) {
     const std::string text = base::ReadFile(folder / "r" / which.id / name);
     return std::count(text.begin(), text.end(), '\n');
@@ -154,18 +151,15 @@ TEST(SeamTask, AViewOfASeamShowsWhatItsRecordCounts) {
   const auto task = Shortened("seam_base", 1);
   const Case which = task->Cases()[0];
   experiment::View view;
-  ReplayOptions options;
-  options.view = &view;
-  const Result result = task->Replay(which, options);
+  const Result result = task->Replay(which, {.view = &view});
   EXPECT_EQ(result.data, task->Run(which).data);
   ASSERT_EQ(view.panels.size(), 2U);
   const auto& series = view.panels[0].series;
   ASSERT_EQ(series.size(), 1 + kMethods);
   EXPECT_EQ(series[0].label, "truth");
   constexpr double kTaskColumnsPerMm = 12.0;
-  constexpr double kMarginToEnd_mm =
-      20.0 / kTaskColumnsPerMm;  // edges closer to the end are not counted
-  const double end_mm = 0.5 * 1023 / kTaskColumnsPerMm - kMarginToEnd_mm;
+  // Edges closer to the end than 20 columns are not counted.
+  const double end_mm = 0.5 * 1023 / kTaskColumnsPerMm - 20.0 / kTaskColumnsPerMm;
   const auto seam = SeamResultFrom(ParamsFrom(which.params), result.data);
   for (std::size_t m = 0; m < kMethods; ++m) {
     EXPECT_EQ(series[m + 1].label, MethodTitle(m));
@@ -182,9 +176,7 @@ TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem)
   const auto task = Shortened("seam_base", 6);
   for (const Case& which : task->Cases()) {
     experiment::View view;
-    ReplayOptions options;
-    options.view = &view;
-    task->Replay(which, options);
+    task->Replay(which, {.view = &view});
     EXPECT_GE(view.pages.size(), 8U);
     EXPECT_LE(view.pages.size(), 16U);
     const auto& errors = view.panels[1].series[1].y;  // of the decision that the pages show
@@ -192,10 +184,8 @@ TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem)
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (std::isfinite(errors[i]) && !(std::abs(errors[i]) <= std::abs(errors[worst]))) worst = i;
     }
-    bool missed = false;  // counts as worse than any error
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      missed |= std::isnan(errors[i]);
-    }
+    // A missed edge counts as worse than any error.
+    const bool missed = std::ranges::any_of(errors, [](double e) { return std::isnan(e); });
     const auto name = "profile " + std::to_string(worst + 1) + " of 40,";
     const auto is_worst = [&](const auto& page) { return page.name.starts_with(name); };
     EXPECT_TRUE(missed || std::any_of(view.pages.begin(), view.pages.end(), is_worst)) << name;
@@ -209,9 +199,7 @@ TEST(SeamTask, APageIsAProfileWithTheTruthAndThoseThatWentMostWrongAreAmongThem)
 TEST(SeamTask, AViewOfARunHasTheTruthAsFarAsTheSensorLooked) {
   const auto task = Shortened("seam_track", 1);
   experiment::View view;
-  ReplayOptions options;
-  options.view = &view;
-  task->Replay(task->Cases()[1], options);
+  task->Replay(task->Cases()[1], {.view = &view});
   ASSERT_EQ(view.panels.size(), 3U);
   const auto& map = view.panels[0].series;
   EXPECT_EQ(map[0].label, "edge");

@@ -31,14 +31,17 @@ class CalibrateStereo : public ::testing::Test {
   }
 
   /// Pictures without a chessboard, and a cloud of three points.
-  void WriteView(const std::string& number, int width) const {
-    const image::Image grey{width, 80, std::vector<std::uint8_t>(std::size_t(3 * width * 80), 90)};
-    image::WritePng(folder_ / ("left_" + number + ".png"), grey);
-    image::WritePng(folder_ / ("right_" + number + ".png"), grey);
-    geometry::RangeImage board{.profiles = 1, .samples = 3, .points_C = {}, .origins_C = {}};
-    board.points_C = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    board.origins_C = {{0.8, 0, 0.6}};
-    geometry::WriteCloud(folder_ / ("board_" + number + ".pcd"), board);
+  void WriteView() const {
+    const image::Image grey{100, 80, std::vector<std::uint8_t>(3 * 100 * 80, 90)};
+    image::WritePng(folder_ / "left_01.png", grey);
+    image::WritePng(folder_ / "right_01.png", grey);
+    WriteScan(folder_ / "board_01.pcd", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  }
+  static void WriteScan(const std::filesystem::path& file, const geometry::Points& points_W) {
+    geometry::WriteCloud(file, {.profiles = 1,
+                                .samples = static_cast<int>(points_W.size()),
+                                .points_C = points_W,
+                                .origins_C = {{0.01, 0.02, 0.0}}});
   }
 
   const TempFolder folder_;
@@ -49,13 +52,13 @@ TEST_F(CalibrateStereo, AFolderWithoutViewsIsRefused) {
 }
 
 TEST_F(CalibrateStereo, PicturesWithoutTheChessboardAreNamed) {
-  WriteView("01", 100);
+  WriteView();
   ExpectRefused({}, "view 1 (left): no chessboard with 9 x 6 inner corners");
   ExpectRefused({"--corners", "7x5"}, "no chessboard with 7 x 5 inner corners");
 }
 
 TEST_F(CalibrateStereo, CornersAreTwoNumbers) {
-  WriteView("01", 100);
+  WriteView();
   for (const char* corners : {"9", "9x", "9x6x2", "2x6", "nine"}) {
     ExpectRefused({"--corners", corners}, "must be COLUMNSxROWS");
   }
@@ -104,22 +107,14 @@ class RecordedBoards : public CalibrateStereo {
       const double y = rng.Uniform(-0.03, 0.15);
       points.push_back(X_LBoard * Eigen::Vector3d(x, y, 0.0003 * rng.Normal()));
     }
-    WriteScan(folder, number, points);
-  }
-  static void WriteScan(const TempFolder& folder, int number, const geometry::Points& points_W) {
-    geometry::RangeImage board{.profiles = 1,
-                               .samples = static_cast<int>(points_W.size()),
-                               .points_C = points_W,
-                               .origins_C = {{0.01, 0.02, 0.0}}};
-    geometry::WriteCloud(folder / (Name("board", number) + ".pcd"), board);
+    WriteScan(folder / (Name("board", number) + ".pcd"), points);
   }
   std::filesystem::path Picture(const char* side, int number) const {
     return folder_ / (Name(side, number) + ".png");
   }
 
-  static TempFolder* recorded_;
+  static inline TempFolder* recorded_ = nullptr;
 };
-TempFolder* RecordedBoards::recorded_ = nullptr;
 
 TEST_F(RecordedBoards, Calibrate) {
   const auto ran = RunProgram(
@@ -158,7 +153,7 @@ TEST_F(RecordedBoards, ThatTheLaserMissesAreRefused) {
     const double z = rng.Uniform(0.4, 0.8);
     anywhere.emplace_back(x, y, z);
   }
-  WriteScan(folder_, 1, anywhere);
+  WriteScan(folder_ / "board_01.pcd", anywhere);
   ExpectRefused({}, "view 1: the laser measured no plane of the board in 500 points");
 }
 
@@ -171,7 +166,7 @@ TEST_F(RecordedBoards, WhoseScanIsOfAnotherPlaneAreRefused) {
     const double y = rng.Uniform(-0.2, 0.2);
     wall.emplace_back(x, y, 0.9 + 0.0003 * rng.Normal());
   }
-  WriteScan(folder_, 5, wall);
+  WriteScan(folder_ / "board_05.pcd", wall);
   ExpectRefused({}, "off the laser's planes");
 }
 

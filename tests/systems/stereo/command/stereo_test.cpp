@@ -34,17 +34,18 @@ class StereoTest : public testing::Test {
   }
 
   Ran Stereo(const std::vector<std::string>& more = {}) const {
+    const auto path = [this](const char* name) { return (folder_ / name).string(); };
     std::vector<std::string> arguments = {"stereo",
-                                          (folder_ / "left.png").string(),
-                                          (folder_ / "right.png").string(),
+                                          path("left.png"),
+                                          path("right.png"),
                                           "--calibration",
-                                          (folder_ / "stereo.yaml").string(),
+                                          path("stereo.yaml"),
                                           "--near-mm",
                                           "350",
                                           "--far-mm",
                                           "900",
                                           "-o",
-                                          (folder_ / "cloud.pcd").string()};
+                                          path("cloud.pcd")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram(arguments);
   }
@@ -56,11 +57,9 @@ class StereoTest : public testing::Test {
   }
 
   TempFolder folder_;
-  static image::Image* left_;
-  static image::Image* right_;
+  static inline image::Image* left_ = nullptr;
+  static inline image::Image* right_ = nullptr;
 };
-image::Image* StereoTest::left_ = nullptr;
-image::Image* StereoTest::right_ = nullptr;
 
 image::Grey8 RedOf(const image::Image& picture) {
   image::Grey8 grey{picture.width, picture.height, {}};

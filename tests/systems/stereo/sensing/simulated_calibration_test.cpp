@@ -19,13 +19,13 @@ namespace {
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
 
-const std::string kStereoCalibrationScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
+const std::string kScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
 
 /// A setup with a quarter of the default's pixels and the same view. The scanner's own pose is
 /// known, so that the result can be compared with the truth.
 CalibrationSetup SmallSetup() {
   CalibrationSetup setup;
-  setup.scene = kStereoCalibrationScene;
+  setup.scene = kScene;
   setup.camera.width = 800;
   setup.camera.height = 600;
   setup.camera.focal_px = 1000.0;
@@ -46,7 +46,7 @@ TEST(CalibrateApart, FindsTheSimulatedCamera) {
   const Camera lens = sensing::LensOf(setup.camera);
   EXPECT_NEAR(found.camera.fx, lens.fx, 0.002 * lens.fx);
   EXPECT_NEAR(found.camera.k1, lens.k1, 0.02);
-  const base::Pose X_WS = sim::World(kStereoCalibrationScene, {}, {}).SitePose("scanner");
+  const base::Pose X_WS = sim::World(kScene, {}, {}).SitePose("scanner");
   const base::Pose X_WL = X_WS * sensing::CameraInHead(setup.camera, setup.camera.left_pan_rad);
   // The workspace is 0.7 m ahead. What matters is the error of a point there.
   const Eigen::Vector3d there(0.0, 0.0, 0.7);
@@ -62,18 +62,9 @@ TEST(CalibrateApart, HandsOverTheReason) {
   EXPECT_THAT(ErrorOf([&] { CalibrateApart(setup); }), HasSubstr("4 views of the chessboard"));
 }
 
-}  // namespace
-
-}  // namespace rangegrasp::stereo
-
 // The errors of a simulated calibration compared with the simulation's ground truth, for the table
 // in docs/results.md. This takes long, so only the given seeds are run:
 //   RANGEGRASP_CALIBRATION_SEEDS="11 12 13" stereo_slow_test --gtest_filter=Calibration.*
-
-namespace rangegrasp::stereo {
-namespace {
-
-const std::string kScene = RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml";
 
 /// Places of objects on the table and on top of each other, in the arm's frame [m].
 const std::vector<Eigen::Vector3d> kPlaces_W = {{-0.08, -0.12, 0.0}, {-0.08, 0.12, 0.0},
@@ -155,5 +146,4 @@ TEST(Calibration, IsAsNearToTheTruthAsItsBoundsPromise) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::stereo

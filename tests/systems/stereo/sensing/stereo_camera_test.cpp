@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "base/error.h"
 #include "error_of.h"
@@ -88,10 +87,6 @@ TEST(PixelNoise, HasItsDeviationAndNoMean) {
   // Five standard errors. The 4,096 quantiles lack 0.04 % of the variance.
   EXPECT_NEAR(std::sqrt(squares / n), 192.0, 5 * 192 / std::sqrt(2 * n) + 0.1);
 }
-
-}  // namespace
-
-namespace {
 
 using ::testing::HasSubstr;
 using testing_support::ErrorOf;
@@ -303,5 +298,4 @@ TEST(StereoCameraOptions, NameWhatIsWrong) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::sensing

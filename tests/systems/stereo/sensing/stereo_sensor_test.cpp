@@ -112,9 +112,7 @@ struct Looks {
   explicit Looks(const std::string& object)
       : spec{object, 0, TrialSeed(11, object, 0)}, arranged(*ArrangeTrial(cell, spec)) {}
 
-  std::unique_ptr<Sensor> Laser() const {
-    return MakeLineScanner(cell.scanner, cell.robot.X_WScanner);
-  }
+  std::unique_ptr<Sensor> Laser() const { return MakeLineScanner(cell); }
   std::unique_ptr<Sensor> Stereo() const {
     return std::make_unique<StereoSensor>(CalibratedSetup(cell), cell.robot.X_WScanner);
   }
@@ -191,10 +189,6 @@ TEST(SensorFiles, OfBothAreNamedInItsFile) {
   EXPECT_THAT(testing_support::ErrorOf([&] { ReadBoth(file); }), HasSubstr("stereo"));
 }
 
-}  // namespace
-
-namespace {
-
 constexpr double kStep_m = 0.004;
 constexpr int kSide = 60;
 
@@ -270,5 +264,4 @@ TEST(FillsAbsorbed, AllWhereTheLaserIsBlindEverywhere) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::stereo

@@ -124,23 +124,20 @@ Indices GridSeeds(const FaceGraph& faces, const FaceFrames& frames, double side)
   for (std::int32_t k = 0; k < pieces; ++k) {
     if (!has[k]) wanted[largest[k]] = true;
   }
-  return MiddleFaces(frames, of_face, patches.center, wanted);
+  return ValuesAt(MiddleFaces(frames, of_face, patches.center), geometry::PositionsOf(wanted));
 }
 
 /// Builds the cells from the cell number of each face.
 Cells Summarize(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
                 const std::vector<double>& costs, const Labels& of_face, std::size_t count) {
   FaceFrames sums = GroupFrames(frames, of_face, count);
-  Cells cells{of_face,
-              {0},
-              {},
-              {},
-              std::move(sums.center),
-              std::move(sums.normal),
-              std::move(sums.area),
-              std::vector<std::uint8_t>(count, 0),
-              {},
-              {}};
+  Cells cells;
+  cells.of_face = of_face;
+  cells.begin = {0};
+  cells.center = std::move(sums.center);
+  cells.normal = std::move(sums.normal);
+  cells.area = std::move(sums.area);
+  cells.on_edge.assign(count, 0);
   std::vector<std::map<std::uint32_t, Cells::Border>> borders(count);
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
     if (of_face[g] == of_face[f]) return;
@@ -202,8 +199,7 @@ Cells BuildCells(const Shape& mesh, const FaceGraph& faces, const FaceFrames& fr
     NearestSeeds nearest;
     GrowSeeds(faces, step, seeds, 0, nearest);
     cells = Summarize(mesh, faces, frames, costs, nearest.seed, seeds.size());
-    const std::vector<bool> all(seeds.size(), true);
-    if (round < kRounds) seeds = MiddleFaces(frames, cells.of_face, cells.center, all);
+    if (round < kRounds) seeds = MiddleFaces(frames, cells.of_face, cells.center);
   }
   return cells;
 }
@@ -214,8 +210,7 @@ Sight::Sight(const Shape& mesh, const FaceFrames& frames, const Cells& cells) {
   caster_ = std::make_unique<geometry::RayCaster>(std::span(&all, 1));
   const double unit = std::sqrt(frames.total_area);
   const std::uint32_t count = cells.size();
-  const Indices middle =
-      MiddleFaces(frames, cells.of_face, cells.center, std::vector<bool>(count, true));
+  const Indices middle = MiddleFaces(frames, cells.of_face, cells.center);
   for (const std::uint32_t f : middle) {
     const Eigen::Vector3d in = -frames.normal[f];
     rays_.push_back({frames.center[f].cast<float>(), in.cast<float>(),
@@ -273,7 +268,7 @@ Cells Subset(const Cells& cells, const Indices& some) {
   Indices number(cells.size(), kOut);
   for (std::uint32_t k = 0; k < some.size(); ++k) number[some[k]] = k;
   Cells subset;
-  subset.begin.push_back(0);
+  subset.begin = {0};
   subset.sight = cells.sight;
   for (const std::uint32_t c : some) {
     subset.center.push_back(cells.center[c]);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -134,15 +133,11 @@ std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, L
   return pieces;
 }
 
-/// One of the pieces of a candidate as a side; of two pieces the second.
-Sides SideOf(const Cells& part, const Sides& candidate, std::int32_t piece, std::int32_t pieces) {
-  Sides off(part.size());
-  if (pieces == 2) {
-    for (Cell c = 0; c < part.size(); ++c) off[c] = candidate[c] != candidate[0];
-    return off;
-  }
+/// One of the pieces of a candidate as a side.
+Sides SideOf(const Cells& part, const Sides& candidate, std::int32_t piece) {
   Labels of_cell;
   CountPieces(part, candidate, of_cell);
+  Sides off(part.size());
   for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == piece;
   return off;
 }
@@ -158,24 +153,6 @@ Sides BorderOf(const Cells& part, const Sides& off) {
     for (const Cell next : part.NeighborsOf(c)) border[c] |= off[next] != off[c];
   }
   return border;
-}
-
-/// Number of closed borders, at least 1. Consecutive cells along a border need not share an edge,
-/// so that the cells that touch them are included.
-double LoopsOf(const Cells& part, const Sides& off) {
-  const Sides border = BorderOf(part, off);
-  Sides wide = border;
-  for (Cell c = 0; c < part.size(); ++c) {
-    if (!border[c]) continue;
-    for (const Cell next : part.NeighborsOf(c)) wide[next] = 1;
-  }
-  Labels of_cell;
-  std::vector<bool> loop(CountPieces(part, wide, of_cell), true);
-  for (Cell c = 0; c < part.size(); ++c) {
-    // A border that ends at cells outside of the part is not closed.
-    if (!wide[c] || part.on_edge[c]) loop[of_cell[c]] = false;
-  }
-  return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
 /// The cells within reach of a border on both of its sides, at most 64 on each.
@@ -326,7 +303,15 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Ind
   return within;
 }
 
-void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& options,
+/// Area fraction of the first core: just below the smallest part.
+constexpr double kFirstCore = 0.004;
+/// Area fraction of the last core; the outside is to be a part.
+constexpr double kLastCore = 0.7;
+/// The cut lies in a band between a core and one that is this many times as large. A wider band
+/// finds more distant necks and takes more time.
+constexpr double kBand = 3.0;
+
+void AddCores(const Cells& cells, const Indices& order, int levels,
               std::set<std::vector<bool>>& candidates) {
   Indices place(cells.size(), kNoNode);
   for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
@@ -339,13 +324,12 @@ void AddCores(const Cells& cells, const Indices& order, const CandidateOptions& 
   const auto first_at = [&](double area) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(before, area) - before.begin());
   };
-  const double growth =
-      std::pow(options.max_share / options.min_share, 1.0 / std::max(1, options.levels - 1));
-  double share = options.min_share;
-  for (int level = 0; level < options.levels; ++level, share *= growth) {
+  const double growth = std::pow(kLastCore / kFirstCore, 1.0 / std::max(1, levels - 1));
+  double share = kFirstCore;
+  for (int level = 0; level < levels; ++level, share *= growth) {
     const std::uint32_t begin = std::max(1u, first_at(share * total));
     // At least half of the area outside of a large core stays in the rest.
-    const double band_end = std::min(options.reach * share, 0.5 + 0.5 * share);
+    const double band_end = std::min(kBand * share, 0.5 + 0.5 * share);
     const std::uint32_t end =
         std::min(first_at(band_end * total), static_cast<std::uint32_t>(order.size() - 1));
     if (end <= begin) continue;
@@ -399,7 +383,20 @@ std::vector<Indices> ConnectedSets(const Cells& cells, const Sides& side) {
 
 double HandleLoops(const Cells& part, const Sides& off) {
   Labels of_cell;
-  return CountPieces(part, off, of_cell) == 2 ? LoopsOf(part, off) : 1.0;
+  if (CountPieces(part, off, of_cell) != 2) return 1.0;
+  const Sides border = BorderOf(part, off);
+  // Consecutive cells along a border need not share an edge; with those that touch them, they do.
+  Sides wide = border;
+  for (Cell c = 0; c < part.size(); ++c) {
+    if (!border[c]) continue;
+    for (const Cell next : part.NeighborsOf(c)) wide[next] = 1;
+  }
+  std::vector<bool> loop(CountPieces(part, wide, of_cell), true);
+  for (Cell c = 0; c < part.size(); ++c) {
+    // A border that ends at cells outside of the part is not closed.
+    if (!wide[c] || part.on_edge[c]) loop[of_cell[c]] = false;
+  }
+  return std::max(1.0, static_cast<double>(std::ranges::count(loop, true)));
 }
 
 double Solidity(const Cells& part, const Sides& in) {
@@ -441,8 +438,8 @@ std::optional<double> SeenAcross(const Cells& part, const Sides& off, double rea
   return std::clamp(seen / expected, kMinSeen, 1.0);
 }
 
-CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
-                 const SplitOptions& options) {
+CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates, double min_area,
+                 const HierarchyOptions& options) {
   constexpr double kMaxLoops = 4.0;  // for a quick test; handles with more ends are rare
   Sums all;
   std::uint64_t all_name = 0;
@@ -453,7 +450,7 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
   struct Try {
     double quality, smaller, flatness;
     std::size_t candidate;
-    std::int32_t piece, pieces;
+    std::int32_t piece;
   };
   std::vector<Try> tries;
   std::unordered_set<std::uint64_t> known;
@@ -464,23 +461,22 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
     for (std::int32_t p = pieces.size() == 2 ? 1 : 0; p < std::ssize(pieces); ++p) {
       const auto& [sums, cost, length, name] = pieces[p];
       const Sums side = 2.0 * sums.area <= all.area ? sums : all.Without(sums);
-      if (!(side.area >= options.min_area && side.area > 0.0)) continue;
+      if (!(side.area >= min_area && side.area > 0.0)) continue;
       if (side.Solidity() < options.solidity) continue;
       // A strip along an earlier cut has the same crease, seen again from next to it.
       if (side.at_edge > kStrip * side.area) continue;
       // Many candidates contain the same piece, or everything but that piece.
       if (!known.insert(std::min(name, all_name - name)).second) continue;
-      tries.push_back({cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k,
-                       p, static_cast<std::int32_t>(pieces.size())});
+      tries.push_back(
+          {cost / std::sqrt(4.0 * base::kPi * side.area), side.area, cost / length, k, p});
     }
   }
   std::ranges::stable_sort(tries, {}, &Try::quality);
   CutOff best{std::numeric_limits<double>::infinity(), {}};
   for (const Try& one : tries) {
     if (one.quality * kMinSeen >= kMaxLoops * best.quality) break;
-    const Sides off = SideOf(part, candidates[one.candidate], one.piece, one.pieces);
-    const double loops = one.pieces == 2 ? LoopsOf(part, off) : HandleLoops(part, off);
-    double quality = one.quality / std::min(kMaxLoops, loops);
+    const Sides off = SideOf(part, candidates[one.candidate], one.piece);
+    double quality = one.quality / std::min(kMaxLoops, HandleLoops(part, off));
     if (quality * kMinSeen >= best.quality) continue;
     double seen = 1.0;
     if (part.sight) {
@@ -489,6 +485,7 @@ CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
       if (!found) continue;
       seen = *found;
     }
+    // A border with a flatness of 1 is not concave: a rod is not cut, however long it is.
     if (one.flatness * seen > options.max_flatness) continue;
     quality *= seen;
     if (quality < best.quality) best = {quality, CellsOn(off)};
@@ -537,7 +534,7 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
   return below > 0.0 ? Eigen::Vector3d(p - squared / (2.0 * below) * n) : p;
 }
 
-std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& options) {
+std::vector<Sides> MirrorCandidates(const Cells& cells, int centers, int levels) {
   std::set<std::vector<bool>> candidates;
   std::vector<double> radius(cells.size());
   Points center(cells.size());
@@ -547,9 +544,9 @@ std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& 
   }
   const auto grow = [&](const std::vector<double>& key, std::uint32_t start) {
     const Indices order = GrowthOrder(cells, key, start);
-    if (order.size() > 1) AddCores(cells, order, options, candidates);
+    if (order.size() > 1) AddCores(cells, order, levels, candidates);
   };
-  for (const std::uint32_t c : FarApart(cells.center, options.centers)) {
+  for (const std::uint32_t c : FarApart(cells.center, centers)) {
     grow(MirrorDepths(cells.center, center[c]), c);
     grow(radius, c);
   }

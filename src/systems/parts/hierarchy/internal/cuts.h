@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "parts/hierarchy/hierarchy.h"
 #include "parts/hierarchy/internal/cells.h"
 
 namespace rangegrasp::parts {
@@ -28,14 +29,6 @@ double Solidity(const Cells& part, const Sides& in);
 std::optional<double> SeenAcross(const Cells& part, const Sides& off, double reach,
                                  double limit = 2.0);
 
-struct SplitOptions {
-  double min_area;  ///< minimum area of both sides
-  double solidity;  ///< minimum solidity of the smaller side
-  /// Maximum of the border's cost over its length, times SeenAcross. A border of 1 is not concave
-  /// and hides nothing: a rod is not cut, however long it is.
-  double max_flatness = 1e9;
-  double sight = 0.4;  ///< reach of SeenAcross / sqrt(area of the smaller side)
-};
 /// A connected set of cells to cut off.
 struct CutOff {
   /// Cost / sqrt(4 pi area of the smaller side) / loops * SeenAcross; infinite if there is no cut.
@@ -43,22 +36,14 @@ struct CutOff {
   Indices off;
 };
 /// The best of all connected pieces into which the candidates cut a part; on ties the first one.
-CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates,
-                 const SplitOptions& options);
+/// @param min_area  minimum area of both sides
+/// @param options  limits of a cut: solidity, max_flatness, sight
+CutOff BestSplit(const Cells& part, const std::vector<Sides>& candidates, double min_area,
+                 const HierarchyOptions& options);
 
 /// Divides a part into `off` and the connected sets of the rest. Sets smaller than min_area join
 /// `off`, except for the largest one.
 std::vector<Indices> Divide(const Cells& part, const Indices& off, double min_area);
-
-struct CandidateOptions {
-  int centers = 60;          ///< interior centers to mirror about
-  int levels = 8;            ///< core sizes per center
-  double min_share = 0.004;  ///< area fraction of the first core: just below the smallest part
-  double max_share = 0.7;    ///< area fraction of the last core; the outside is to be a part
-  /// The cut lies in a band between a core and one that is this many times as large. A wider band
-  /// finds more distant necks and takes more time.
-  double reach = 3.0;
-};
 
 /// Center of a ball inside the shape that touches it in cell `c`: the smallest such ball that
 /// touches another cell's center, so that no other center is inside.
@@ -70,7 +55,9 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c);
 /// places first (the radius of the inscribed ball), which follows a handle to its other end. Cores
 /// of several sizes are cut off at the cheapest place between them and a core several times as
 /// large.
-std::vector<Sides> MirrorCandidates(const Cells& cells, const CandidateOptions& options);
+/// @param centers  interior centers to mirror about
+/// @param levels  core sizes per center
+std::vector<Sides> MirrorCandidates(const Cells& cells, int centers, int levels);
 
 /// Moves the border between any two parts to the cheapest place (sum of `costs`, parallel to
 /// FaceGraph::neighbor) within `width` of its position, by a minimum cut between the faces farther

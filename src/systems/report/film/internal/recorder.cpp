@@ -178,7 +178,7 @@ class FilmRecorder : public trial::Recorder {
  public:
   FilmRecorder(const trial::Cell& cell, const std::string& prefix,
                const experiment::ReplayOptions& options)
-      : cell_(cell), options_(options), name_(prefix), prefix_(prefix), film_(prefix) {
+      : Recorder(cell), options_(options), name_(prefix), prefix_(prefix), film_(prefix) {
     if (!options.video.empty()) video_ = std::make_unique<Video>(options.video);
     detector_ =
         trial::MakeDetector(cell.options, cell.robot, [this](auto&&... all) { OnScene(all...); });
@@ -298,7 +298,6 @@ class FilmRecorder : public trial::Recorder {
     video_->Finish();
   }
 
-  const trial::Cell& cell_;
   experiment::ReplayOptions options_;
   std::string name_, prefix_;
   std::function<bool(const std::string&)> wanted_;

@@ -178,7 +178,7 @@ Point Route::AtDistance(const Place& from, double distance_m) const {
 ControlUnit::ControlUnit(const TrackOptions& options, double line_ahead_m, double rate_hz)
     : options_(options),
       ahead_m_(line_ahead_m),
-      window_s_(options.monitor.window / rate_hz + options.head.correction_period_s),
+      window_s_(options.monitor.window / rate_hz + options.tracker.packet_period_s),
       speed_m_s_(std::min(
           SafeSpeed(line_ahead_m - 2.0 * kStopMargin_m, window_s_ + kControlPeriod_s, options.head),
           kSeenLength * options.monitor.obstacle_width_m * rate_hz /

@@ -1,6 +1,5 @@
 #include "seam/stitching/internal/mat_texture.h"
 
-#include "base/rng.h"
 #include "base/units.h"
 
 namespace rangegrasp::seam {
@@ -8,12 +7,6 @@ namespace {
 
 // Section 3.1.1 describes the mats and shows fibres but gives no figures: these constants only set
 // their shape. The values that affect the rates most are options of MatTexture, chosen by a fit.
-
-// Range of a value.
-struct Span {
-  double low, high;
-  double At(double t) const { return Mix(low, high, t); }
-};
 
 // A black mat still returns this much: ten times the loss threshold of the base sensor.
 constexpr double kBlackReturn = 0.1;
@@ -29,7 +22,7 @@ constexpr double kThreadWidth = 0.12;
 constexpr double kThreadHeight = 0.5;
 // Angle error of a fabric [rad], and half the angle between plaited tows.
 constexpr double kMaxAngleError_rad = 0.1;
-constexpr Span kPlaitHalf_rad = {0.5, 0.8};
+constexpr Range kPlaitHalf_rad = {0.5, 0.8};
 // Share of a glossy tow that reflects light away: for a tow along x, and how much more for a tow
 // along y.
 constexpr double kAwayAlongX = 0.25;
@@ -54,29 +47,29 @@ std::array<double, 2> TowAngles(Weave weave, std::uint64_t seed) {
   const double error = rng.Uniform(-kMaxAngleError_rad, kMaxAngleError_rad);
   const double turn = 0.25 * base::kPi * static_cast<double>(rng.Index(4)) + error;
   if (weave != Weave::kPlaited) return {turn, turn + 0.5 * base::kPi};
-  const double half = rng.Uniform(kPlaitHalf_rad.low, kPlaitHalf_rad.high);
+  const double half = kPlaitHalf_rad.Draw(rng);
   return {error + half, error + base::kPi - half};
 }
 
 // Filaments belong to cells of this size; none reaches further than its neighboring cells.
 constexpr double kCell_m = 4e-3;
-constexpr Span kLength_m = {1e-3, 2.0 * kCell_m};
+constexpr Range kLength_m = {1e-3, 2.0 * kCell_m};
 constexpr double kMaxFilamentSlope = 0.9;  // dx/dy
 // One to four columns of the base sensor.
-constexpr Span kWidth_m = {0.1e-3, 0.3e-3};
-constexpr Span kHeight = {0.2, 1.0};  // share of the full height
-constexpr Span kReturn = {0.2, 1.0};  // share of the light
+constexpr Range kWidth_m = {0.1e-3, 0.3e-3};
+constexpr Range kHeight = {0.2, 1.0};  // share of the full height
+constexpr Range kReturn = {0.2, 1.0};  // share of the light
 // There are no filaments beyond this many reaches: 1.8 % of an exponential distribution.
 constexpr double kMaxDistance_reaches = 4.0;
 
 // At most one bundle in each stretch of this length, and its distance on the low side.
 constexpr double kStretch_m = 20e-3;
-constexpr Span kBundleDistance_m = {1e-3, 3e-3};
-constexpr Span kBundleWidth_m = {0.3e-3, 0.9e-3};  // below the 1 mm of an obstacle
-constexpr double kBundleEnds_m = 1.5e-3;           // over which it sinks into the mat
+constexpr Range kBundleDistance_m = {1e-3, 3e-3};
+constexpr Range kBundleWidth_m = {0.3e-3, 0.9e-3};  // below the 1 mm of an obstacle
+constexpr double kBundleEnds_m = 1.5e-3;            // over which it sinks into the mat
 // Shares of the edge's height and of the light.
-constexpr Span kBundleHeight = {0.6, 1.2};
-constexpr Span kBundleReturn = {0.4, 1.0};
+constexpr Range kBundleHeight = {0.6, 1.2};
+constexpr Range kBundleReturn = {0.4, 1.0};
 // Margin of a bundle from the ends of the range of distances, as a share of the range.
 constexpr double kBundlePlaceMargin = 0.1;
 // A bundle wanders about its place by half of this.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/rng.h"
 #include "seam/stitching/mats.h"
 
 namespace rangegrasp::seam {
@@ -29,6 +30,13 @@ inline double Ramp(double t) {
 }
 
 inline double Mix(double a, double b, double t) { return a + (b - a) * t; }
+
+/// Range of a property.
+struct Range {
+  double low, high;
+  double At(double t) const { return Mix(low, high, t); }
+  double Draw(base::Rng& rng) const { return rng.Uniform(low, high); }
+};
 
 /// A number split into its cell and the position in it, [0, 1).
 struct Cell {

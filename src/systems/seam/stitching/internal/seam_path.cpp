@@ -46,8 +46,7 @@ using Parabola = Eigen::Vector3d;  // coefficients of u^0..u^2
 
 /// A point relative to the point that is smoothed.
 struct Seen {
-  double u, v;    // along and across; u in windows
-  double weight;  // near 1 for an inlier
+  double u, v;  // along and across; u in windows
   Eigen::Vector3d Row() const { return {1.0, u, u * u}; }
 };
 
@@ -99,7 +98,7 @@ struct LocalFit {
 };
 
 // Least squares with weights that decrease with the residuals, from a start robust to outliers.
-std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
+std::optional<LocalFit> FitLocally(std::span<const Seen> seen, double window_m) {
   if (seen.size() < kMinEdgePoints) return std::nullopt;
   auto c = MostSupported(seen, window_m);
   if (!c) return std::nullopt;
@@ -109,13 +108,13 @@ std::optional<LocalFit> FitLocally(std::vector<Seen>& seen, double window_m) {
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     squares = worth = 0.0;
-    for (Seen& p : seen) {
+    for (const Seen& p : seen) {
       const double residual = p.v - p.Row().dot(*c);
-      p.weight = RowWeight(residual) * RowWeight(residual);
-      normal += p.weight * p.Row() * p.Row().transpose();
-      right += p.weight * p.v * p.Row();
-      squares += p.weight * residual * residual;
-      worth += p.weight;
+      const double weight = RowWeight(residual) * RowWeight(residual);
+      normal += weight * p.Row() * p.Row().transpose();
+      right += weight * p.v * p.Row();
+      squares += weight * residual * residual;
+      worth += weight;
     }
     c = base::SolveLdlt(normal, right);
   }
@@ -136,7 +135,7 @@ std::optional<double> SmoothX(std::span<const Point> points, std::size_t at, dou
       seen.clear();
       for (const Point& p : points) {
         const double u = (p.y() - points[at].y()) / (widen * width);
-        if (u >= low && u <= high) seen.push_back({u, p.x() - points[at].x(), 1.0});
+        if (u >= low && u <= high) seen.push_back({u, p.x() - points[at].x()});
       }
       const auto fit = FitLocally(seen, widen * width);
       if (fit && (!best || fit->variance < best->variance)) best = fit;
