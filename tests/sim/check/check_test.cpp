@@ -71,12 +71,8 @@ class OwnCellOfSix : public OwnCell {
   OwnCellOfSix() : OwnCell("six_on_pedestal", "six_joints") {}
 };
 
-TEST_F(OwnCell, WithoutFaultHasNoFinding) {
-  EXPECT_EQ(TextOfAll(Check()), "");
-}
-TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) {
-  EXPECT_EQ(TextOfAll(Check()), "");
-}
+TEST_F(OwnCell, WithoutFaultHasNoFinding) { EXPECT_EQ(TextOfAll(Check()), ""); }
+TEST_F(OwnCellOfSix, WithoutFaultHasNoFinding) { EXPECT_EQ(TextOfAll(Check()), ""); }
 TEST(CheckModel, FindsNothingInTheShippedScenesAndTheCellsOfOtherArms) {
   for (const char* scene :
        {"scenes/tabletop.xml", "scenes/tabletop_box.xml", "scenes/tabletop_box_wrist.xml",
