@@ -190,11 +190,14 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     throw base::InputError(fmt::format("{}: already exists; move it away, or {}", made.string(),
                                        in_place_ ? "let --fix write copies" : "check it instead"));
   }
+  // All backups come first: if the disk is full, no file has changed.
+  for (const auto& [original, target] : targets_) {
+    if (!in_place_ || edited.contains(original)) continue;
+    base::WriteFile(backup(original), base::ReadFile(original));
+  }
   bool changed = false;
   for (const auto& [original, target] : targets_) {
-    const bool first = !edited.contains(original);
-    if (!first && before.at(original) == texts_.at(original)) continue;
-    if (first && in_place_) base::WriteFile(backup(original), base::ReadFile(original));
+    if (edited.contains(original) && before.at(original) == texts_.at(original)) continue;
     base::WriteFile(target, texts_.at(original));
     changed = true;
   }
