@@ -165,8 +165,10 @@ void ReadCommon(YamlMap& map, Common& common) {
                  "' must consist of letters, digits, '_' and '-': it is the name of a folder");
   }
   map.Read("seed", common.seed, "seed of all random numbers");
-  map.Read("trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
-           "wall time after which a trial, seam or model is stopped");
+  map.Read(
+      "trial_limit_s", common.case_limit_s, kMinLimit_s, kMaxLimit_s,
+      "computing time after which a trial, seam or model is stopped; if it waits, five times as "
+      "long by the clock");
   map.Read("stop_after", common.stop_after, 0, kMaxStopAfter,
            "task: grasping: stop the run early if this number of first trials, taken in turn from "
            "all objects, all fail in the same way; 0: never");

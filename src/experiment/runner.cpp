@@ -14,6 +14,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <exception>
 #include <map>
 #include <memory>
@@ -28,6 +29,8 @@ namespace {
 
 // Time [s] that a process has to exit after sending its result; then it counts as hanging.
 constexpr double kGrace_s = 1.0;
+// A process that waits instead of computing hangs after this multiple of the limit.
+constexpr double kMaxWait = 5.0;
 // Polling interval of its exit [us].
 constexpr useconds_t kPoll_us = 200;
 // The last line within this many bytes of a process's stderr output is kept.
@@ -90,8 +93,10 @@ class Worker {
 
   int pipe() const { return pipe_; }
   const Case& which() const { return which_; }
-  // Wall time left until the limit [s].
-  double Left() const { return limit_s_ - watch_.Seconds(); }
+  // Time left until the limit [s], of the computing time or of the time on the clock.
+  double Left() const {
+    return std::min(limit_s_ - Computed(), kMaxWait * limit_s_ - watch_.Seconds());
+  }
   // Reads the available data from the pipe; true when the process has closed it.
   bool Read() {
     std::array<char, 65536> buffer{};
@@ -163,6 +168,14 @@ class Worker {
     }
     close(out);  // signals a complete result, however long the exit takes
     _exit(0);
+  }
+
+  // Computing time of the process and its threads [s]; 0 once it has ended.
+  double Computed() const {
+    clockid_t clock{};
+    timespec used{};
+    if (clock_getcpuclockid(pid_, &clock) != 0 || clock_gettime(clock, &used) != 0) return 0.0;
+    return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
   }
 
   std::string LastLine() const {

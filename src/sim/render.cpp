@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/image/offscreen_context.h"
 #include "base/installation.h"
 #include "base/units.h"
@@ -286,6 +287,20 @@ image::Image DrawObject(const sim::ObjectModel& object, const std::string& camer
   world.PlaceObject(0, X_WO);
   world.Settle();
   return sim::Renderer(world, width, height).Render(world, camera.empty() ? NearBy(world) : camera);
+}
+
+void WriteModelAndState(const World& world, const std::filesystem::path& folder) {
+  char error[1000] = "";
+  const mjcf::ModelPtr model(mj_embedAssets(world.model(), error, sizeof error));
+  if (!model) throw base::RunError(error);
+  std::string bytes(static_cast<std::size_t>(mj_sizeModel(model.get())), '\0');
+  mj_saveModel(model.get(), nullptr, bytes.data(), static_cast<mjtSize>(bytes.size()));
+  base::WriteFile(folder / "model.mjb", bytes);
+  std::vector<mjtNum> state(
+      static_cast<std::size_t>(mj_stateSize(model.get(), mjSTATE_INTEGRATION)));
+  mj_getState(model.get(), world.data(), state.data(), mjSTATE_INTEGRATION);
+  base::WriteFile(folder / "state.bin",
+                  {reinterpret_cast<const char*>(state.data()), state.size() * sizeof(mjtNum)});
 }
 
 }  // namespace rangegrasp::sim

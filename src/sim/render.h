@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -86,5 +87,10 @@ Eigen::Vector2d PixelOf(const PinholeView& view, const Eigen::Vector3d& point_W)
 /// @throws base::InputError naming the file if it is not an object.
 image::Image DrawObject(const sim::ObjectModel& object, const std::string& camera, int width,
                         int height);
+
+/// Writes a world for MuJoCo's own programs: the model with its textures as FOLDER/model.mjb, the
+/// state (mjSTATE_INTEGRATION, 64-bit floats) as FOLDER/state.bin.
+/// @throws base::RunError if a file cannot be written.
+void WriteModelAndState(const World& world, const std::filesystem::path& folder);
 
 }  // namespace rangegrasp::sim

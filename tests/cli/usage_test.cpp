@@ -26,9 +26,9 @@ const std::string kTabletop = kUsageSource / "scenes/tabletop.xml";
 const std::string kLaserSingle = kUsageSource / "experiments/laser_single.yaml";
 
 const std::vector<std::string> kCommands = {
-    "run",       "table",  "trial",  "compare",  "merge",      "export",
-    "report",    "submit", "status", "snapshot", "scan",       "perceive",
-    "cylinders", "parts",  "seam",   "list",     "completion", "version"};
+    "run",    "table",  "trial",    "compare",    "merge",    "export", "report",
+    "submit", "status", "snapshot", "scan",       "perceive", "view",   "cylinders",
+    "parts",  "seam",   "list",     "completion", "version"};
 // Commands that need no arguments.
 const std::set<std::string> kNeedNothing = {"version", "list"};
 
@@ -109,6 +109,36 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
                 "s.xyz: unsupported file type; the name must end with .pcd or .ply");
   ExpectRefused({"snapshot", kTabletop, "-o", "s.jpg"},
                 "s.jpg: unsupported file type; the name must end with .png");
+}
+
+// In place of python3, a script that reads the files as MuJoCo's viewer would.
+TEST(Usage, ViewNeedsADisplayAndHandsTheSettledTrialToTheViewer) {
+  const TempFolder folder;
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  ExpectRefused({"view", kTabletop}, "rangegrasp snapshot " + kTabletop + " -o picture.png");
+  const auto python = folder.Write("python3",
+                                   "#!/bin/sh\nwc -c < $3/model.mjb\nwc -c < $3/state.bin\n"
+                                   "[ \"$1\" = -c ] && echo version $4\n");
+  std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (folder.path().string() + ":" + path).c_str(), /*overwrite=*/1);
+  setenv("DISPLAY", ":99", /*overwrite=*/1);
+  const Ran ran = RunProgram({"view", kTabletop});
+  folder.Write("python3", "#!/bin/sh\nexit 3\n");
+  const Ran failed = RunProgram({"view", kTabletop});
+  setenv("PATH", path.c_str(), /*overwrite=*/1);
+  unsetenv("DISPLAY");
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  std::istringstream words(ran.out);
+  long model_bytes = 0, state_bytes = 0;
+  words >> model_bytes >> state_bytes;
+  EXPECT_GT(model_bytes, 100000);
+  EXPECT_GT(state_bytes, 0);
+  EXPECT_EQ(state_bytes % 8, 0);
+  EXPECT_THAT(ran.out, HasSubstr("version 4.0.0"));
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_THAT(failed.err, HasSubstr("the viewer failed"));
 }
 
 TEST(Usage, WhatPicturesNeedIsNamedOrInstalled) {

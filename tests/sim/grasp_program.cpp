@@ -77,10 +77,10 @@ base::Pose TestArm::HandPose(const Eigen::VectorXd& q) {
   return mjcf::BodyPose(data_.get(), hand_);
 }
 
-base::Pose TestArm::ToolInHand(const std::string& tool) {
+base::Pose TestArm::ToolInHand() {
   mj_kinematics(model_, data_.get());
   return mjcf::BodyPose(data_.get(), hand_).inverse() *
-         mjcf::SitePose(data_.get(), mjcf::Find(model_, mjOBJ_SITE, tool));
+         mjcf::SitePose(data_.get(), mjcf::Find(model_, mjOBJ_SITE, "tcp"));
 }
 
 std::optional<Eigen::VectorXd> TestArm::Solve(const base::Pose& X_WH, Eigen::VectorXd q) {
@@ -132,7 +132,7 @@ bool Delivered(const ExecutionLog& log) {
 
 GraspProgram MakeProgram(const World& world, const HandMadeGrasp& grasp) {
   TestArm arm(world);
-  const base::Pose X_GH = arm.ToolInHand(grasp.tool).inverse();
+  const base::Pose X_GH = arm.ToolInHand().inverse();
   const base::Pose X_WG = GraspFrame(grasp);
   base::Pose X_WDelivery = X_WG;
   X_WDelivery.translation().head<2>() = world.SitePose("delivery").translation().head<2>();

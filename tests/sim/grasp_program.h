@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 #include <filesystem>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "robot/mjcf/hand.h"
@@ -20,7 +19,6 @@ struct HandMadeGrasp {
   double yaw_rad = 0.0;     ///< yaw of the closing direction x_G about W's z
   double pitch_rad = 0.0;   ///< about y_G; positive: the thumb's tip further down
   double opening_m = 0.1;
-  std::string tool = "tcp_tip";
 };
 
 /// Kinematics of the arm in a world, on a copy of its state; inverse kinematics by damped least
@@ -30,7 +28,7 @@ class TestArm {
   explicit TestArm(const World& world);
 
   base::Pose HandPose(const Eigen::VectorXd& q);
-  base::Pose ToolInHand(const std::string& tool);
+  base::Pose ToolInHand();
   /// Joint positions for a hand pose, from the seed q; nullopt if the search does not converge.
   std::optional<Eigen::VectorXd> Solve(const base::Pose& X_WH, Eigen::VectorXd q);
 

@@ -27,7 +27,6 @@ samples::HandMadeGrasp GraspOf(const OwnHandCase& setup) {
   samples::HandMadeGrasp grasp;
   grasp.point_W = {0, 0, setup.height_m};
   grasp.yaw_rad = base::kPi / 2;
-  grasp.tool = "tcp";
   return grasp;
 }
 

@@ -79,7 +79,7 @@ TEST(Trial, AHeapThatCountsAsOneObjectIsGraspedForTheTextsVerdict) {
     EXPECT_NE(attempt.text.outcome, attempt.outcome);
     EXPECT_TRUE(attempt.log || attempt.text.outcome == Outcome::kNoPath);
   }
-  EXPECT_GE(joined, 1);  // 218 of 360 such trials were wrong_target (docs/results.md)
+  EXPECT_GE(joined, 1);  // most such trials are wrong_target (docs/results.md)
 }
 
 // It is wider than the hand's opening, so the hand can hold it only by its rim.

@@ -240,11 +240,6 @@ double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
   return std::isfinite(front) ? approach_W.dot(X_WG.translation()) - front : 0.0;
 }
 
-int RequireTool(const Mjcf& mjcf, const char* name) {
-  const int site = mjcf::ToolSite(&mjcf.model(), name);
-  return site >= 0 ? site : mjcf.Require(mjOBJ_SITE, name);
-}
-
 }  // namespace
 
 base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
@@ -335,8 +330,7 @@ geometry::Shape Mjcf::ShapeOf(int geom, const base::Pose& X_BS) const {
 
 HandModel SampleHand(const Mjcf& mjcf, int hand_body) {
   const Parts parts = FindParts(mjcf, hand_body);
-  const int tip_site = RequireTool(mjcf, "tcp_tip");
-  RequireTool(mjcf, "tcp_power");
+  const int tip_site = mjcf.Require(mjOBJ_SITE, "tcp");
   const double closed = TouchingFraction(mjcf, parts);
   SetClosing(mjcf, parts, closed);
   const Pads pads = FacingPoints(mjcf, parts, mjcf.SitePose(tip_site).linear().col(0));

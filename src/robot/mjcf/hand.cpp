@@ -510,11 +510,6 @@ double GapOf(const mjModel* model, mjData* data, const LastSegments& tips) {
   return gap_m;
 }
 
-int ToolSite(const mjModel* model, std::string_view name) {
-  const int site = TryFind(model, mjOBJ_SITE, name);
-  return site >= 0 ? site : TryFind(model, mjOBJ_SITE, "tcp");
-}
-
 double DriveLength(const mjModel* model, const mjData* data, int actuator) {
   return Along(model, actuator, data->actuator_length[model->actuator_outadr[actuator]],
                [&](int joint) { return data->qpos[model->jnt_qposadr[joint]]; });

@@ -44,7 +44,8 @@ int TryFind(const mjModel* model, mjtObj type, std::string_view suffix);
 /// @throws base::InputError naming the element and those that exist.
 int Find(const mjModel* model, mjtObj type, std::string_view suffix);
 
-/// The elements of a custom tuple. @throws base::InputError if it is missing or holds another type.
+/// The elements of a custom tuple.
+/// @throws base::InputError if it is missing or holds another type.
 std::vector<int> TupleOf(const mjModel* model, mjtObj type, std::string_view suffix);
 /// A custom numeric; empty if there is none.
 std::vector<double> NumericOf(const mjModel* model, std::string_view suffix);
@@ -116,9 +117,6 @@ LastSegments LastSegmentsOf(const mjModel* model);
 /// Smallest distance between the two sides [m], at most kFarApart_m; negative: overlap.
 double GapOf(const mjModel* model, mjData* data, const LastSegments& tips);
 constexpr double kFarApart_m = 1.0;  ///< no hand opens that far
-
-/// The site of this name ("tcp_tip", "tcp_power"), or the site "tcp" that stands for both; else -1.
-int ToolSite(const mjModel* model, std::string_view name);
 
 /// From the present joint positions (the engine's own lengths are of the last kinematics); for
 /// tendons around sites and geoms, the engine's values.

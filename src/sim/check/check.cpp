@@ -169,19 +169,17 @@ void CheckMotorNames(Model& model, const std::string& file) {
                2, true);
 }
 
-void CheckToolSites(Model& model, const std::string& file) {
-  const bool own = model.Find(mjOBJ_SITE, "tcp_tip") >= 0 || IsGeared(model);
-  const Cure cure =
-      own ? Cure("a <site> of this name in the body \"hand\", between the tips of the open hand")
-          : SuggestTool(model);
-  for (const char* site : own ? std::vector{"tcp_tip", "tcp_power"} : std::vector{"tcp"}) {
-    CheckOne(model,
-             {mjOBJ_SITE, site,
-              "the tool center: z is the approach direction, x points from the fingers' pads to "
-              "the thumb's",
-              cure},
-             file);
-  }
+void CheckToolSite(Model& model, const std::string& file) {
+  const Cure cure = IsGeared(model) ? Cure(
+                                          "a <site> of this name in the body \"hand\", between "
+                                          "the tips of the open hand")
+                                    : SuggestTool(model);
+  CheckOne(model,
+           {mjOBJ_SITE, "tcp",
+            "the tool center: z is the approach direction, x points from the fingers' pads to the "
+            "thumb's",
+            cure},
+           file);
 }
 
 void CheckHandNames(Model& model) {
@@ -207,7 +205,7 @@ void CheckHandNames(Model& model) {
   } else {
     CheckMotorNames(model, file);
   }
-  CheckToolSites(model, file);
+  CheckToolSite(model, file);
   CheckOne(
       model,
       {mjOBJ_TUPLE, "grip_sensors", "the hand measures neither pressure nor slip",

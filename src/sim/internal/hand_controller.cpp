@@ -200,7 +200,9 @@ double Ratchet(double lower_rad, double upper_rad, double angle_rad, double back
 }
 
 HandMotors::HandMotors(mjModel* model, double strongest_N)
-    : model_(model), motors_(mjcf::HandMotors(model)), tool_(mjcf::ToolSite(model, "tcp_tip")) {
+    : model_(model),
+      motors_(mjcf::HandMotors(model)),
+      tool_(mjcf::TryFind(model, mjOBJ_SITE, "tcp")) {
   if (tool_ < 0) throw base::InputError("the hand has no site \"tcp\"");
   CallEngine(nullptr, [&] { closing_ = mjcf::CloseOnNothing(model); });
   DataPtr scratch(mj_makeData(model));

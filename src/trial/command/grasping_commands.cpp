@@ -1,10 +1,14 @@
 #include "trial/command/grasping_commands.h"
 
 #include <fmt/format.h>
+#include <spawn.h>
 #include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +17,7 @@
 #include "base/error.h"
 #include "base/image/image.h"
 #include "base/installation.h"
+#include "base/process/program.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
 #include "cli/output.h"
@@ -45,7 +50,8 @@ struct CheckArguments {
   bool json = false, quick = false;
 };
 
-// Prints the detector's answers on a few scans. @throws base::InputError if one is wrong
+// Prints the detector's answers on a few scans.
+// @throws base::InputError if one is wrong
 void CheckDetectorOf(const experiment::Experiment& e, bool quiet = false) {
   const auto& cell = trial::CellOf(*e.task);
   const auto* detector = trial::FindDetector(cell.options.detector);
@@ -295,6 +301,63 @@ void AddSnapshot(CLI::App& app) {
   });
 }
 
+// Runs MuJoCo's viewer on FOLDER/model.mjb and FOLDER/state.bin.
+constexpr const char* kViewer = R"(
+import sys
+try:
+    import mujoco.viewer, numpy
+except ImportError as error:
+    sys.exit(f"view: {error}; the viewer is part of MuJoCo's Python package: pip install mujoco=={sys.argv[2]}")
+model = mujoco.MjModel.from_binary_path(sys.argv[1] + "/model.mjb")
+data = mujoco.MjData(model)
+mujoco.mj_setState(model, data, numpy.fromfile(sys.argv[1] + "/state.bin"), mujoco.mjtState.mjSTATE_INTEGRATION)
+mujoco.mj_forward(model, data)
+mujoco.viewer.launch(model, data)
+)";
+
+void View(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed) {
+  const bool display = std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+  if (!display) {
+    throw base::InputError(
+        fmt::format("view needs a display, but neither DISPLAY nor WAYLAND_DISPLAY is set; for a "
+                    "picture: rangegrasp snapshot {}{} -o picture.png",
+                    file.string(), trial.empty() ? "" : " --trial " + trial));
+  }
+  const auto python = process::Find("python3");
+  if (!python) throw base::InputError("view needs python3 with MuJoCo's Python package");
+  const Picked picked = Pick(file, trial, seed);
+  const process::OwnFolder folder;
+  sim::WriteModelAndState(*picked.world, folder.path());
+  std::vector<std::string> words = {python->string(), "-c", kViewer, folder.path().string(),
+                                    sim::EngineVersion()};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t viewer = 0;
+  int status = 0;
+  if (posix_spawn(&viewer, argv[0], nullptr, nullptr, argv.data(), environ) != 0 ||
+      waitpid(viewer, &status, 0) < 0 || status != 0) {
+    throw base::RunError("the viewer failed");
+  }
+}
+
+void AddView(CLI::App& app) {
+  struct Arguments {
+    std::string file, trial;
+    std::optional<std::uint64_t> seed;
+  };
+  auto* command = app.add_subcommand(
+      "view", "Open a scene, or the start of an experiment's trial, in MuJoCo's viewer.");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "scene (MJCF) or experiment (YAML)")->required();
+  command->add_option("--trial", arguments->trial,
+                      "id of a trial of the experiment (default: its first)");
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
+      ->check(CLI::NonNegativeNumber);
+  command->footer("Example: rangegrasp view experiments/laser_pile.yaml --trial spread-0002");
+  command->callback([arguments] { View(arguments->file, arguments->trial, arguments->seed); });
+}
+
 /// The image with the samples of the target only.
 geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
   geometry::RangeImage image = scan.view.image;
@@ -349,7 +412,8 @@ struct ScanArguments {
 
 constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
 
-// Lets the sensor write the cloud and its images. @return false if it does not do that
+// Lets the sensor write the cloud and its images.
+// @return false if it does not do that
 bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
   if (!picked.experiment.task || picked.cell().options.sensor_type == trial::kLineScanner) {
     return false;
@@ -456,6 +520,7 @@ void AddCheckCommand(CLI::App& app) {
 
 void AddPictureCommands(CLI::App& app) {
   AddSnapshot(app);
+  AddView(app);
   AddScan(app);
 }
 

@@ -268,7 +268,7 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   for (const double share : {0.0, 0.5, 1.0}) {
     closing.Pose(m, data.get(), share);
     mj_kinematics(m, data.get());
-    const base::Pose X_TW = mjcf::SitePose(data.get(), mjcf::ToolSite(m, "tcp")).inverse();
+    const base::Pose X_TW = mjcf::SitePose(data.get(), mjcf::Find(m, mjOBJ_SITE, "tcp")).inverse();
     const Eigen::Vector3d first = X_TW * place("if_tip"), last = X_TW * place("rf_tip");
     EXPECT_NEAR(first.x(), last.x(), 0.006) << "a straight row at " << share;
     const double middle = 0.5 * (first.y() + last.y());
@@ -277,7 +277,7 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   // In the open hand, the last segments are parallel to the approach direction.
   closing.Pose(m, data.get(), 0.0);
   mj_kinematics(m, data.get());
-  const auto tool = mjcf::SitePose(data.get(), mjcf::ToolSite(m, "tcp")).linear();
+  const auto tool = mjcf::SitePose(data.get(), mjcf::Find(m, mjOBJ_SITE, "tcp")).linear();
   for (const char* tip : {"th_tip", "if_tip", "mf_tip", "rf_tip"}) {
     const int geom = mjcf::Find(m, mjOBJ_GEOM, tip);
     const Eigen::Vector3d along = mjcf::Mat3(data->geom_xmat + 9 * geom).col(2);

@@ -417,7 +417,7 @@ void CheckContacts(Model& model) {
 
 Cure SuggestHome(Model& model) {
   const int workspace = model.Find(mjOBJ_SITE, "workspace");
-  const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
+  const int tool = model.Find(mjOBJ_SITE, "tcp");
   if (workspace < 0 || tool < 0 || model.hand < 0 || model.arm_joints.empty()) return "";
   base::Rng rng(1);
   std::vector<Draw> draws;

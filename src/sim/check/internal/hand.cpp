@@ -227,7 +227,7 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing,
 }
 
 void CheckTool(Model& model, const mjcf::HandClosing& closing) {
-  const int site = mjcf::ToolSite(&model.m(), "tcp_tip");
+  const int site = model.Find(mjOBJ_SITE, "tcp");
   if (site < 0) return;
   const DataPtr open = At(model, closing, 0.0);
   const Tool tool = ToolOf(model, open.get());
@@ -244,9 +244,7 @@ void CheckTool(Model& model, const mjcf::HandClosing& closing) {
                   : fmt::format("is {:.0f} mm from the middle of the open hand's pads, or its x "
                                 "differs by {:.0f} deg from the line across them",
                                 1e3 * across_m, std::acos(std::clamp(x, -1.0, 1.0)) * 180.0 / mjPI),
-              model.Find(mjOBJ_SITE, "tcp") == site
-                  ? model.Replace(mjOBJ_SITE, site, SiteText(model, open.get(), tool))
-                  : Cure(SiteText(model, open.get(), tool)));
+              model.Replace(mjOBJ_SITE, site, SiteText(model, open.get(), tool)));
 }
 
 /// Largest force of a drive in the closing direction, at the half closed hand.
@@ -268,7 +266,7 @@ double StrengthOf(const Model& model, const mjData* data, const mjcf::HandMotor&
 void CheckGripStrength(Model& model, const mjcf::HandClosing& closing,
                        const std::vector<mjcf::HandMotor>& motors) {
   const auto wanted = model.Numeric("grip_force");
-  const int site = mjcf::ToolSite(&model.m(), "tcp_tip");
+  const int site = model.Find(mjOBJ_SITE, "tcp");
   if (wanted.size() != 2 || site < 0) return;
   const double share = kGripped * closing.Touching();
   const DataPtr half = At(model, closing, share);

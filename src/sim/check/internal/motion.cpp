@@ -146,7 +146,7 @@ VectorXd Weight(Model& model, const VectorXd& q, double load_kg) {
     mj_jacBodyCom(&m, &d, J.data(), nullptr, body);
     add(m.body_mass[body]);
   }
-  const int tool = mjcf::ToolSite(&model.m(), "tcp_tip");
+  const int tool = model.Find(mjOBJ_SITE, "tcp");
   if (tool >= 0) {
     mj_jacSite(&m, &d, J.data(), nullptr, tool);
     add(load_kg);

@@ -48,7 +48,8 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.Finish();
 }
 
-// Reads all keys, to the end of the map. @throws base::InputError
+// Reads all keys, to the end of the map.
+// @throws base::InputError
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {

@@ -237,6 +237,11 @@ std::vector<PublishedFigure> TimesOf(const std::vector<DemoRun>& runs) {
   return figures;
 }
 
+/// Whether the wanted cylinder was recognised, whatever failed later.
+bool Recognised(const std::optional<Problem>& failure) {
+  return failure != Problem::kRecognition && failure != Problem::kOther;
+}
+
 /// Stages that the runs reached, by the situation of the wanted cylinder.
 Grid PlaceGrid(const std::vector<DemoRun>& runs) {
   struct Row {
@@ -264,9 +269,9 @@ Grid PlaceGrid(const std::vector<DemoRun>& runs) {
       const auto first = run.FirstFailure();
       const auto log = run.data.value("log", ordered_json::object());
       ++row.runs;
-      row.first_found += first != Problem::kRecognition && first != Problem::kOther;
+      row.first_found += Recognised(first);
       row.first_good += !first;
-      row.recognised += run.data.value("candidates", 0) > 0 && failure != Problem::kRecognition;
+      row.recognised += Recognised(failure);
       row.carried += log.value("held_after_carry", false);
       row.good += !failure;
     }

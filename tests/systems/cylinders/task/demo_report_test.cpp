@@ -136,6 +136,16 @@ TEST(DemoReport, PlacesShareTheRunsBetweenThem) {
   EXPECT_EQ(RowNamed(grid, "all")[6], "1");
 }
 
+TEST(DemoReport, ACylinderWithoutAGraspWasRecognised) {
+  json no_grasp = {{"stands", true}, {"candidates", 0}};
+  const auto report =
+      DemoReport({}, {RecordOf("no_grasp", no_grasp), RecordOf("wrong_target", no_grasp),
+                      RecordOf("timed_out", no_grasp)});
+  const auto row = RowNamed(report.sections.at(1).grid, "standing");
+  EXPECT_EQ(row[2], "1");  // with one try
+  EXPECT_EQ(row[6], "1");  // with all tries
+}
+
 trial::Attempt AttemptWith(const sim::HandOverLog& hand_over) {
   trial::Attempt attempt;
   attempt.outcome = trial::Outcome::kMisplaced;  // the object is not at the delivery place
