@@ -25,8 +25,7 @@ std::string ReadNonEmptyFile(const std::filesystem::path& file);
 /// cannot be created.
 void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 
-/// Creates a file's folder.
-/// @throws InputError naming the folder.
+/// Creates a file's folder. @throws InputError naming the folder.
 void MakeFolderOf(const std::filesystem::path& file);
 
 /// @throws InputError naming the first line of the text that is not UTF-8.
@@ -49,11 +48,9 @@ class CsvTable {
   const std::string& Cell(std::size_t row, std::size_t column) const {
     return rows_[row].cells[column];
   }
-  /// The position of a column.
-  /// @throws InputError naming the file, its columns and the nearest one.
+  /// The position of a column. @throws InputError naming the file, its columns and the nearest one.
   std::size_t Column(const std::string& name) const;
-  /// A finite number.
-  /// @throws InputError naming file, line, column and the cell.
+  /// A finite number. @throws InputError naming file, line, column and the cell.
   double Number(std::size_t row, std::size_t column) const;
   /// Like Number; nullopt for an empty cell.
   std::optional<double> OptionalNumber(std::size_t row, std::size_t column) const;

@@ -18,13 +18,11 @@ struct Match {
   std::size_t end() const { return begin + groups[0].size(); }
 };
 
-/// The first match from a position on.
-/// @throws std::regex_error if the pattern is invalid.
+/// The first match from a position on. @throws std::regex_error if the pattern is invalid.
 std::optional<Match> FindMatch(const std::string& text, const std::string& pattern,
                                std::size_t from = 0);
 
-/// All non-overlapping matches, in order.
-/// @throws std::regex_error as FindMatch.
+/// All non-overlapping matches, in order. @throws std::regex_error as FindMatch.
 std::vector<Match> AllMatches(const std::string& text, const std::string& pattern);
 
 }  // namespace rangegrasp::base

@@ -81,8 +81,7 @@ struct YamlMap::Impl {
   /// Undefined if the key is absent. (Non-const access would create the key.)
   YAML::Node ValueOf(const std::string& key) const { return node[key]; }
 
-  // Records the key as known and for the documentation.
-  // @return its value if present
+  // Records the key as known and for the documentation. @return its value if present
   std::optional<YAML::Node> Ask(const std::string& key, const std::string& type,
                                 const std::string& default_value, const std::string& range,
                                 const std::string& doc) {

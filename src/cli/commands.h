@@ -64,8 +64,7 @@ ReportHooks& Hooks();
 /// crash: libraries abort or write to address 0 if they run out of memory.
 void ReportCrashes();
 
-/// The program: reads the arguments, runs the command.
-/// @return the exit code
+/// The program: reads the arguments, runs the command. @return the exit code
 int RunProgram(int argc, char** argv);
 
 }  // namespace rangegrasp::cli

@@ -35,8 +35,7 @@ void WriteTables(const experiment::Report& report, const experiment::Stamp& stam
 /// @throws base::InputError naming the file and the endings.
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings);
 
-/// "1280x960" -> {1280, 960}.
-/// @throws base::InputError.
+/// "1280x960" -> {1280, 960}. @throws base::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
 /// Adds `--format text|markdown|csv|json`, and `--json` as a short form of the last; `format` must

@@ -135,8 +135,7 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   return {folder, std::move(failed), std::move(results.stamp), std::move(report)};
 }
 
-// Otherwise a run would find these only trial by trial.
-// @throws base::InputError with all errors.
+// Otherwise a run would find these only trial by trial. @throws base::InputError with all errors.
 void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
   std::vector<std::string> errors;
   for (const base::Finding& finding : findings) {

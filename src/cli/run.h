@@ -45,8 +45,7 @@ Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes
                   const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
                   const RunIntoOptions& options);
 
-/// Parses "1,2,3"; an empty text gives none.
-/// @throws base::InputError.
+/// Parses "1,2,3"; an empty text gives none. @throws base::InputError.
 std::vector<std::uint64_t> SeedsFrom(const std::string& text);
 
 /// Adds --run-detector, for commands that reopen experiments.

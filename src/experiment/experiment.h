@@ -29,8 +29,7 @@ struct Changes {
   std::vector<std::string> groups = {};  ///< only cases of these groups; empty: all
 };
 
-/// Reads the keys common to all kinds of experiments, except `task`.
-/// @throws base::InputError
+/// Reads the keys common to all kinds of experiments, except `task`. @throws base::InputError
 void ReadCommon(base::YamlMap& map, Common& common);
 
 /// An experiment that is ready to run.
@@ -59,8 +58,7 @@ Experiment OpenAgain(const Stamp& stamp, bool run_detector);
 /// @throws base::InputError if the stamp is incomplete.
 std::string FileAsRun(const Stamp& stamp);
 
-/// The kind of the experiment of a store.
-/// @throws base::InputError if its name is unknown.
+/// The kind of the experiment of a store. @throws base::InputError if its name is unknown.
 const TaskKind& KindOf(const Stamp& stamp);
 
 /// The tables of a results folder, with a note of how many cases are missing.
@@ -73,8 +71,7 @@ struct RunComparison : Comparison {
 /// @throws base::InputError naming the folders if their tasks differ or they share no case.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
 
-/// The case with an id.
-/// @throws base::InputError naming the nearest id.
+/// The case with an id. @throws base::InputError naming the nearest id.
 const Case& CaseOf(const Experiment& experiment, const std::string& id);
 
 /// A Markdown table of keys.

@@ -103,8 +103,7 @@ std::string ValueOr(const std::map<std::string, std::string>& part, const std::s
 /// @throws base::InputError if the stamp lacks it (a run that was killed at its start).
 const std::string& Need(const std::map<std::string, std::string>& part, const std::string& name);
 
-/// The number of cases of the experiment.
-/// @throws base::InputError if it is not a whole number.
+/// The number of cases of the experiment. @throws base::InputError if it is not a whole number.
 /// @param where  origin of the stamp, for messages
 std::size_t CasesOf(const Stamp& stamp, const std::string& where);
 

@@ -79,8 +79,7 @@ Grid GridOf(const std::vector<Column<Row>>& columns, const Rows& rows,
 }
 
 /// One row per record, one column for each name in the JSON of any record: "id",
-/// "data.log.lift_height_m", "seconds.scan".
-/// @throws base::RunError as ToJson.
+/// "data.log.lift_height_m", "seconds.scan". @throws base::RunError as ToJson.
 Grid FlatGridOf(const std::vector<Record>& records);
 
 /// A number with this many digits after the decimal point.

@@ -29,8 +29,7 @@ inline constexpr const char* kArrayScript = "shard.sh";
 inline constexpr const char* kMergeScript = "merge.sh";
 inline constexpr const char* kMergeLog = "merge.log";
 
-/// The text of the two scripts.
-/// @param program  absolute path of `rangegrasp` on the nodes
+/// The text of the two scripts. @param program  absolute path of `rangegrasp` on the nodes
 std::string ArrayScriptText(const Submission& submission, const std::filesystem::path& program);
 std::string MergeScriptText(const Submission& submission, const std::filesystem::path& program);
 
@@ -48,8 +47,7 @@ struct Queue {
 };
 Queue ParseQueue(const std::string& printed);
 
-/// Argument of `sbatch --array`: "1-3,7".
-/// @param tasks  ascending
+/// Argument of `sbatch --array`: "1-3,7". @param tasks  ascending
 std::string ArrayText(const std::vector<int>& tasks);
 
 /// A word quoted for the shell, so that it stays one word whatever it contains.

@@ -142,8 +142,7 @@ class Statement {
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
-  // Goes to the next row.
-  // @return whether there is one
+  // Goes to the next row. @return whether there is one
   bool Step() {
     const int code = sqlite3_step(statement_);
     if (code != SQLITE_ROW && code != SQLITE_DONE) database_.Fail();

@@ -39,8 +39,7 @@ class Store {
  public:
   /// Opens for writing; creates folder and file if they are absent.
   static Store Create(const std::filesystem::path& folder);
-  /// Opens for reading.
-  /// @throws base::InputError if there are no results in the folder.
+  /// Opens for reading. @throws base::InputError if there are no results in the folder.
   static Store Open(const std::filesystem::path& folder);
   /// Whether the folder holds results.
   static bool Exists(const std::filesystem::path& folder);
@@ -109,8 +108,8 @@ std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint6
 /// The stores of a results folder: those of its seeds in ascending order, or the folder itself.
 std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);
 
-/// Reads all results of a folder.
-/// @throws base::InputError also if the runs of its seeds are not of the same experiment.
+/// Reads all results of a folder. @throws base::InputError also if the runs of its seeds are not of
+/// the same experiment.
 Results ReadResults(const std::filesystem::path& folder);
 
 struct Merged {

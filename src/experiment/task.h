@@ -32,8 +32,7 @@ class Task {
   /// All cases in a fixed order.
   virtual std::vector<Case> Cases() const = 0;
   /// Performs long computations once, before cases are run. A case that finds them missing performs
-  /// them itself.
-  /// @throws base::InputError
+  /// them itself. @throws base::InputError
   virtual void Prepare() const {}
   /// Hides the folder of the results, which contain ground truth, from programs that a case starts.
   virtual void Hide(const std::filesystem::path& /*folder*/) {}
@@ -56,7 +55,7 @@ struct Common {
   std::string name;            ///< letters, digits, '_' and '-': names the results folder
   std::filesystem::path file;  ///< as given
   std::uint64_t seed = 1;
-  double case_limit_s = 60.0;  ///< RunOptions::case_limit_s
+  double case_limit_s = 60.0;  ///< wall time after which a case is killed
   int stop_after = 20;         ///< see SameFailure (experiment/runner.h)
   /// Receives the problems of the models that the keys name, before they are loaded. If it returns
   /// false, the experiment is not prepared. May be empty.

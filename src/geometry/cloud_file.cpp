@@ -292,8 +292,7 @@ std::string NpyValue(const std::filesystem::path& file, const std::string& heade
   FailNpy(file, "no valid '{}' in {}", key, Quoted(header));
 }
 
-/// Reads points from an array of N x 3 or H x W x 3 real numbers.
-/// @throws base::InputError.
+/// Reads points from an array of N x 3 or H x W x 3 real numbers. @throws base::InputError.
 CloudFile ReadNpy(const std::filesystem::path& file, std::string_view bytes) {
   const std::string header = NpyHeader(file, bytes);
   const std::string type = NpyValue(file, header, "descr", "'([^']{1,20})'");

@@ -45,8 +45,7 @@ struct NeighborDistances {
   double max_m = 0.0;
   double mean_m = 0.0;  ///< d_k, eq. 4.6
 };
-/// Needs at least two points.
-/// @throws std::invalid_argument otherwise.
+/// Needs at least two points. @throws std::invalid_argument otherwise.
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree);
 
 /// Connected groups of points, each within link_m [m] of another point of its group; in the order

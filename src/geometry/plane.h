@@ -55,8 +55,7 @@ struct PlaneFit {
   Indices inliers;  ///< ascending; within inlier_distance_m of the refitted plane
 };
 /// RANSAC: of `draws` hypotheses of three points each, the one with the most points within the
-/// distance is refitted (sections 4.2.1, 5.1.1).
-/// @return nullopt if no hypothesis was possible.
+/// distance is refitted (sections 4.2.1, 5.1.1). @return nullopt if no hypothesis was possible.
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,
                                        base::Rng& rng);
 

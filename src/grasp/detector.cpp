@@ -44,8 +44,7 @@ std::deque<GraspSelector>& Selectors() {
   return selectors;
 }
 
-// Moves the object whose turn is first to the front.
-// @return whether there is one.
+// Moves the object whose turn is first to the front. @return whether there is one.
 bool PutFirst(const Turn& turn, Scene& scene) {
   if (!turn) return true;
   auto& objects = scene.objects;

@@ -203,8 +203,7 @@ class Scene {
                                               static_cast<std::size_t>(image.width), 3}));
   }
 
-  // Removes the objects at the delivery place.
-  // @return their names
+  // Removes the objects at the delivery place. @return their names
   std::vector<std::string> TakeAway() {
     std::vector<std::string> taken;
     for (int i = 0; i < world_->objects(); ++i) {

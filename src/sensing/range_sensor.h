@@ -17,8 +17,7 @@ namespace rangegrasp::sensing {
 /// A range sensor: its samples are rays from one head.
 using RangeSensor = std::variant<LineScannerOptions, DepthCameraOptions>;
 
-/// Reads a sensor's file of either type.
-/// @throws base::InputError naming file, line and key.
+/// Reads a sensor's file of either type. @throws base::InputError naming file, line and key.
 RangeSensor ReadRangeSensor(const std::filesystem::path& file);
 
 const RangeSensorOptions& SharedOf(const RangeSensor& sensor);
@@ -27,8 +26,7 @@ RangeSensorOptions& SharedOf(RangeSensor& sensor);
 /// Field of view in the sensor's frame S.
 geometry::Field FieldOf(const RangeSensor& sensor);
 
-/// The sensor's pose in a world.
-/// @throws base::InputError if the scene does not have its site
+/// The sensor's pose in a world. @throws base::InputError if the scene does not have its site
 base::Pose PoseIn(const sim::World& world, const RangeSensor& sensor);
 
 /// ScanScene of either sensor type.

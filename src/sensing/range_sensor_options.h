@@ -51,8 +51,8 @@ void ReadSharedKeys(Source& from, Options& o) {
                   "distance between a sample and its color, root mean square; one draw per scan");
 }
 
-/// Finishes reading a sensor's file.
-/// @throws base::InputError for an unknown key, or unless dropout_begin is less than dropout_end.
+/// Finishes reading a sensor's file. @throws base::InputError for an unknown key, or unless
+/// dropout_begin is less than dropout_end.
 void FinishShared(const base::YamlMap& map, const RangeSensorOptions& options);
 /// @throws std::invalid_argument unless dropout_begin is less than dropout_end.
 void CheckShared(const std::string& what, const RangeSensorOptions& options);

@@ -444,8 +444,7 @@ class Heap {
         world_(world),
         container_(world.container()) {}
 
-  // Drops all objects except the target (object 0).
-  // @return why they must be redrawn, if they must.
+  // Drops all objects except the target (object 0). @return why they must be redrawn, if they must.
   std::optional<Redraw> DropOthers(base::Rng& rng) {
     for (const int object : Numbers(world_)) world_.ParkObject(object);
     world_.SetArm(robot_.home);
@@ -457,8 +456,7 @@ class Heap {
     return DropAll(std::move(order), rng);
   }
 
-  // Drops the target onto the others.
-  // @return why it must be redrawn, if it must.
+  // Drops the target onto the others. @return why it must be redrawn, if it must.
   std::optional<Redraw> DropTarget(base::Rng& rng) {
     world_.StepCoarsely(true);
     center_W_ = MiddleOfOthers();

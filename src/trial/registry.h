@@ -55,8 +55,7 @@ struct DetectorKind {
                                                                         experiment::Stamp&) {};
   /// Hides a folder of results from the detector, since results contain ground truth.
   void (*hide)(const std::filesystem::path& folder, Options& options) = nullptr;
-  /// Queries it on a few scans and describes its answers.
-  /// @return whether they are usable
+  /// Queries it on a few scans and describes its answers. @return whether they are usable
   bool (*check_answers)(const Cell& cell, std::string& text) = nullptr;
 };
 inline constexpr const char* kDissertation = "dissertation";
@@ -71,8 +70,7 @@ std::vector<std::string> DetectorWords();
 /// @param observer  may be empty
 std::unique_ptr<Detector> MakeDetector(const Options& options, const robot::Robot& robot,
                                        SceneObserver observer = {});
-/// For tasks with their own method.
-/// @throws base::InputError unless the detector is dissertation
+/// For tasks with their own method. @throws base::InputError unless the detector is dissertation
 void RequireOwnDetector(const base::YamlMap& map, const Options& options);
 
 /// Reads keys of grasping experiments that belong to a system, into Options::of_systems.

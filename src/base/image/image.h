@@ -42,8 +42,7 @@ using Grey16 = Grey<std::uint16_t>;
 template <typename Picture>
 Picture DecodePng(std::string_view bytes);
 
-/// Reads a PNG file.
-/// @throws base::InputError as DecodePng, naming the file.
+/// Reads a PNG file. @throws base::InputError as DecodePng, naming the file.
 template <typename Picture>
 Picture ReadPng(const std::filesystem::path& file);
 
@@ -53,8 +52,7 @@ Picture ReadPng(const std::filesystem::path& file);
 template <typename Picture>
 std::string EncodePng(const Picture& picture);
 
-/// Writes a PNG file.
-/// @throws as base::WriteFile and EncodePng.
+/// Writes a PNG file. @throws as base::WriteFile and EncodePng.
 template <typename Picture>
 void WritePng(const std::filesystem::path& file, const Picture& picture) {
   base::WriteFile(file, EncodePng(picture));

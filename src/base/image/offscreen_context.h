@@ -19,16 +19,14 @@ bool DrawBeforeForking();
 /// context is current per thread; a destroyed context is no longer current.
 class OffscreenContext {
  public:
-  /// Makes the context current.
-  /// @throws base::RunError if it cannot be created; base::NotInstalled without OSMesa;
-  /// std::invalid_argument for a size that is not positive.
+  /// Makes the context current. @throws base::RunError if it cannot be created; base::NotInstalled
+  /// without OSMesa; std::invalid_argument for a size that is not positive.
   OffscreenContext(int width_px, int height_px);
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
   OffscreenContext& operator=(const OffscreenContext&) = delete;
 
-  /// Directs all further drawing to this context.
-  /// @throws base::RunError if OSMesa fails.
+  /// Directs all further drawing to this context. @throws base::RunError if OSMesa fails.
   void MakeCurrent();
 
   /// The drawn image. Each pixel is the mean of `oversampling` >= 1 drawn pixels in each direction,

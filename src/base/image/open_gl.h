@@ -60,8 +60,7 @@ struct OpenGl {
 };
 
 /// The functions of Mesa's library, which the first call loads: most runs draw nothing, and the
-/// library depends on a compiler of 130 MB.
-/// @throws base::NotInstalled if the library is missing.
+/// library depends on a compiler of 130 MB. @throws base::NotInstalled if the library is missing.
 const OpenGl& Gl();
 
 }  // namespace rangegrasp::image

@@ -270,8 +270,7 @@ constexpr std::size_t kShown = 400;
 // Maximum time [s] from the end of its output to its exit; then it is killed.
 constexpr double kEnding_s = 1.0;
 
-/// Reads the available data.
-/// @return whether the pipe is still open
+/// Reads the available data. @return whether the pipe is still open
 bool ReadFrom(int pipe, std::string& text) {
   std::array<char, 65536> buffer{};
   const ssize_t n = read(pipe, buffer.data(), buffer.size());

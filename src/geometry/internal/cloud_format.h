@@ -123,8 +123,7 @@ constexpr const char* kPlyColor = "property uchar red\nproperty uchar green\npro
 /// further properties and end_header.
 std::string PlyVertexHeader(std::size_t vertices);
 
-/// Checks the whole header of a PLY.
-/// @return the number of declared faces
+/// Checks the whole header of a PLY. @return the number of declared faces
 /// @throws base::InputError naming file and line: an unknown key or type, no x, y and z, no end,
 /// more elements than the data can contain.
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);

@@ -23,20 +23,17 @@ class Mjcf {
   const mjModel& model() const { return *model_; }
   mjData& data() const { return *data_; }
 
-  /// The element's id.
-  /// @throws base::InputError if there is none, or more than one.
+  /// The element's id. @throws base::InputError if there is none, or more than one.
   int Require(mjtObj type, std::string_view name) const;
   /// The first such element; -1 if there is none.
   int FindIfAny(mjtObj type, std::string_view name) const {
     return mjcf::TryFind(&model(), type, name);
   }
-  /// Ids of the elements of a tuple.
-  /// @throws base::InputError if missing, empty or of another type.
+  /// Ids of the elements of a tuple. @throws base::InputError if missing, empty or of another type.
   std::vector<int> Tuple(std::string_view name, mjtObj type) const;
   /// The same; empty if there is no such tuple.
   std::vector<int> TupleIfAny(std::string_view name, mjtObj type) const;
-  /// A custom numeric.
-  /// @throws base::InputError if it is missing or of another size.
+  /// A custom numeric. @throws base::InputError if it is missing or of another size.
   Eigen::VectorXd Numeric(std::string_view name, int size) const;
 
   std::string Name(mjtObj type, int id) const {

@@ -137,8 +137,7 @@ class Run {
  private:
   ObjectEnd& EndOf(int object) { return ends_[static_cast<std::size_t>(object)]; }
 
-  // Makes one attempt.
-  // @return why the run ends, if it does.
+  // Makes one attempt. @return why the run ends, if it does.
   std::optional<Stop> Next() {
     if (!sensed_) Scan();
     if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);

@@ -261,8 +261,7 @@ std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::
   return all;
 }
 
-/// Removes claimed points from the perceived objects.
-/// @return the objects that lost points
+/// Removes claimed points from the perceived objects. @return the objects that lost points
 std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {

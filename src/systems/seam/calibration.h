@@ -42,8 +42,7 @@ struct LateralSample {
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns);
 
-/// Applies a calibration.
-/// @throws base::InputError if the number of columns differs.
+/// Applies a calibration. @throws base::InputError if the number of columns differs.
 Profile Calibrate(const RawProfile& raw, const Calibration& calibration);
 
 /// YAML.

@@ -112,8 +112,7 @@ RectifiedCameras Rectify(const StereoCalibration& calibration);
 /// of the original by bilinear interpolation. Stores one table of places per picture.
 class Rectifier {
  public:
-  /// O(pixels).
-  /// @throws base::InputError like Rectify.
+  /// O(pixels). @throws base::InputError like Rectify.
   explicit Rectifier(const StereoCalibration& calibration);
   ~Rectifier();
 

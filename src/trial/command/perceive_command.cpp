@@ -45,8 +45,7 @@ double UnitFrom(const std::string& name) {
   return 1.0;
 }
 
-// Parses "x,y,z" into a vector.
-// @throws base::InputError naming the option.
+// Parses "x,y,z" into a vector. @throws base::InputError naming the option.
 Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
   double x = 0.0, y = 0.0, z = 0.0;
   char rest = 0;

@@ -48,8 +48,7 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.Finish();
 }
 
-// Reads all keys, to the end of the map.
-// @throws base::InputError
+// Reads all keys, to the end of the map. @throws base::InputError
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {

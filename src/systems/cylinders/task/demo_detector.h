@@ -80,8 +80,7 @@ struct DemoOptions : DemoAdditions, TableOptions {
 /// Parses "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if malformed or a value is not above 0.
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between);
 
-/// Reads the key `cylinders`.
-/// @throws base::InputError
+/// Reads the key `cylinders`. @throws base::InputError
 void ReadGiven(base::YamlMap& map, TableOptions& options);
 /// Reads the keys that a table shares with grasping, to the end of the map.
 /// @param count  the key that replaces `trials_per_object`
@@ -92,12 +91,10 @@ void ReadTable(base::YamlMap& map, const char* count, TableOptions& options);
 DetectOptions FirstLook(const DemoOptions& options);
 DetectOptions SecondLook(const DemoOptions& options);
 
-/// Reads the keys of a demo except those that it shares with grasping.
-/// @throws base::InputError
+/// Reads the keys of a demo except those that it shares with grasping. @throws base::InputError
 /// @param options  the defaults
 DemoOptions ReadDemoKeys(base::YamlMap& map, DemoOptions options = {});
-/// Reads all keys, to the end of the map.
-/// @throws base::InputError
+/// Reads all keys, to the end of the map. @throws base::InputError
 DemoOptions ReadDemo(base::YamlMap& map);
 
 /// Receives the scene of each detection, for display.

@@ -95,8 +95,7 @@ class Run {
   }
 
  private:
-  // A look, and an attempt if there is something to grasp.
-  // @return the run's result, if it ends
+  // A look, and an attempt if there is something to grasp. @return the run's result, if it ends
   std::optional<Said> Next() {
     if (!Look()) return Said::kBroken;
     if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);

@@ -75,8 +75,7 @@ class SensorUnit {
 
   double NextTime() const { return period_s_ * count_; }
 
-  /// Measures at NextTime() from a pose.
-  /// @return the first line's reading.
+  /// Measures at NextTime() from a pose. @return the first line's reading.
   Reading Measure(const HeadState& head) {
     const double time_s = NextTime();
     const std::size_t others = lines_.size() - 1;

@@ -60,8 +60,7 @@ class StereoSensor : public trial::Sensor {
   sensing::StereoCamera camera_;
 };
 
-/// Reads the keys below `stereo` of grasping experiments.
-/// @throws base::InputError
+/// Reads the keys below `stereo` of grasping experiments. @throws base::InputError
 void ReadKeys(base::YamlMap& map, trial::Options& options);
 
 /// The types of sensor files with a stereo camera.

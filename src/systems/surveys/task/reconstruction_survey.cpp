@@ -86,8 +86,7 @@ Samples SamplesOf(const ordered_json& json) {
 }
 
 /// Quantile of the errors of all samples, with mismatches as the largest; of the absolute or the
-/// signed errors.
-/// @return [mm]; nullopt if it is a mismatch, or without samples
+/// signed errors. @return [mm]; nullopt if it is a mismatch, or without samples
 std::optional<double> Quantile(const Samples& s, double share, bool size) {
   std::map<int, int> steps;
   for (const auto& [step, count] : s.histogram) steps[size ? std::abs(step) : step] += count;

@@ -101,8 +101,7 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
   map.Read("segmentations", o.segmentations, "segmentations to time");
 }
 
-// Reads all keys, to the end of the map.
-// @throws base::InputError also for an invalid reference.
+// Reads all keys, to the end of the map. @throws base::InputError also for an invalid reference.
 Options ReadOptions(base::YamlMap& map) {
   Options options;
   if (map.Has("trials_per_object")) {
