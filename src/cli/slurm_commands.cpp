@@ -76,19 +76,6 @@ struct Shard {
   bool Complete() const { return done == cases; }
 };
 
-experiment::Changes ChangesOf(const Submission& submission) {
-  experiment::Changes changes;
-  for (std::size_t i = 0; i + 1 < submission.run.size(); i += 2) {
-    const std::string& option = submission.run[i];
-    const std::string& value = submission.run[i + 1];
-    if (option == "--set") changes.set.push_back(value);
-    if (option == "--trials") changes.trials = std::stoi(value);
-    if (option == "--seed") changes.seed = std::stoull(value);
-    if (option == "--objects") changes.groups = base::Split(value, ',');
-  }
-  return changes;
-}
-
 std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
   const auto e = experiment::OpenExperiment(submission.experiment, ChangesOf(submission));
   std::vector<Shard> shards;
@@ -251,7 +238,7 @@ void AddSubmit(CLI::App& app) {
   command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
   command->add_option("--tasks", a->tasks, "number of shards; each is a task of the array job")
       ->required()
-      ->check(CLI::Range(1, 1'000'000));
+      ->check(CLI::Range(1, experiment::kMaxTasks));
   command->add_option(
       "-o,--out", a->out,
       "results folder on a file system shared by all nodes (results/<experiment name>)");

@@ -19,8 +19,10 @@ struct Processes {
 };
 
 struct RunOptions {
-  int jobs = 1;                ///< number of cases run in parallel, >= 1
-  double case_limit_s = 60.0;  ///< wall time after which a case is killed
+  int jobs = 1;  ///< number of cases run in parallel, >= 1
+  /// Computing time after which a case is killed, so that results do not depend on what else runs;
+  /// a case that waits is killed after five times as long.
+  double case_limit_s = 60.0;
   Processes processes = {};
 };
 

@@ -83,11 +83,37 @@ Submission ReadSubmission(const fs::path& folder) {
     submission.experiment = json.at("experiment").get<std::string>();
     submission.run = json.at("run").get<std::vector<std::string>>();
     submission.tasks = json.at("tasks");
-  } catch (const nlohmann::json::exception& e) {
-    throw base::InputError(file.string() + ": " + e.what());
+  } catch (const nlohmann::json::exception&) {
+    throw base::InputError(file.string() +
+                           ": is damaged: no JSON with experiment, run and tasks, as `submit` "
+                           "writes it");
+  }
+  if (submission.tasks < 1 || submission.tasks > kMaxTasks) {
+    throw base::InputError(fmt::format("{}: tasks is {}, but must be from 1 to {}", file.string(),
+                                       submission.tasks, kMaxTasks));
   }
   submission.folder = std::filesystem::weakly_canonical(folder);
+  ChangesOf(submission);  // refuses its errors here
   return submission;
+}
+
+Changes ChangesOf(const Submission& submission) {
+  const auto number = [&](const std::string& option, const std::string& value, auto& to) {
+    to = base::NumberFrom<typename std::remove_cvref_t<decltype(to)>::value_type>(value);
+    if (to) return;
+    throw base::InputError(fmt::format("{}: {} '{}' must be a whole number",
+                                       submission.File(kSlurmFile).string(), option, value));
+  };
+  Changes changes;
+  for (std::size_t i = 0; i + 1 < submission.run.size(); i += 2) {
+    const std::string& option = submission.run[i];
+    const std::string& value = submission.run[i + 1];
+    if (option == "--set") changes.set.push_back(value);
+    if (option == "--trials") number(option, value, changes.trials);
+    if (option == "--seed") number(option, value, changes.seed);
+    if (option == "--objects") changes.groups = base::Split(value, ',');
+  }
+  return changes;
 }
 
 Queue ParseQueue(const std::string& printed) {

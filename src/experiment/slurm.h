@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "experiment/experiment.h"
+
 namespace rangegrasp::experiment {
 
 /// A run as a Slurm array job: task i runs shard i, and a final job joins the shards. In the
@@ -38,6 +40,11 @@ std::string MergeScriptText(const Submission& submission, const std::filesystem:
 void WriteSubmission(const Submission& submission);
 bool HasSubmission(const std::filesystem::path& folder);
 Submission ReadSubmission(const std::filesystem::path& folder);
+/// What its options change in the experiment.
+/// @throws base::InputError naming its file and an option whose value is no number.
+Changes ChangesOf(const Submission& submission);
+
+inline constexpr int kMaxTasks = 1'000'000;
 
 /// The output of `squeue --noheader --array --format "%F %K %T"` for an array: the state of each of
 /// its tasks that is in the queue, and the ids of the jobs that they belong to.

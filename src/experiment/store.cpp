@@ -252,6 +252,11 @@ void AllowManyFiles() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+void RefuseResultsIn(const fs::path& folder) {
+  if (!Store::Exists(folder)) return;
+  throw base::InputError(folder.string() + ": already contains results; name a new folder");
+}
+
 }  // namespace
 
 struct Store::Impl : Database {
@@ -473,6 +478,8 @@ std::optional<Record> Store::Cursor::Next() {
 
 void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
                        const std::function<std::optional<Record>()>& next) {
+  std::optional<FolderLock> lock(std::in_place, folder);
+  RefuseResultsIn(folder);
   const auto unfinished = folder / kUnfinished;
   std::error_code error;
   fs::remove(unfinished, error);  // left by a killed program
@@ -489,6 +496,7 @@ void Store::WriteWhole(const fs::path& folder, const Stamp& stamp,
     }
   } catch (...) {
     fs::remove(unfinished, error);
+    lock.reset();
     fs::remove(folder, error);  // only if it is empty
     throw;
   }
@@ -531,9 +539,7 @@ Results ReadResults(const fs::path& folder) {
 }
 
 Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool complete) {
-  if (Store::Exists(out)) {
-    throw base::InputError(out.string() + ": already contains results; name a new folder");
-  }
+  RefuseResultsIn(out);  // before anything is read
   AllowManyFiles();
   const Stamp stamp = Store::Open(shards.front()).ReadStamp();
   Merged merged{.cases = 0, .expected = CasesOf(stamp, shards.front().string())};

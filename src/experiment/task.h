@@ -55,7 +55,7 @@ struct Common {
   std::string name;            ///< letters, digits, '_' and '-': names the results folder
   std::filesystem::path file;  ///< as given
   std::uint64_t seed = 1;
-  double case_limit_s = 60.0;  ///< wall time after which a case is killed
+  double case_limit_s = 60.0;  ///< RunOptions::case_limit_s
   int stop_after = 20;         ///< see SameFailure (experiment/runner.h)
   /// Receives the problems of the models that the keys name, before they are loaded. If it returns
   /// false, the experiment is not prepared. May be empty.

@@ -364,7 +364,8 @@ class Execution {
   Vector3d FeltForce(const VectorXd& before) const {
     const VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
     const Vector3d tool_W =
-        internal::SitePose(world_.data(), mjcf::Find(world_.model(), mjOBJ_SITE, "tcp")).translation();
+        internal::SitePose(world_.data(), mjcf::Find(world_.model(), mjOBJ_SITE, "tcp"))
+            .translation();
     const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(), tool_W);
     const Matrix3d levers = J * J.transpose() + kMinLever_m * kMinLever_m * Matrix3d::Identity();
     return -base::SolveLdlt<3, 1>(levers, J * change);

@@ -49,6 +49,16 @@ TEST(Submission, IsFoundAgainInItsFolder) {
   base::WriteFile(folder / "slurm/submission.json", "{\"run\": []}");
   EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder.path()); }),
               HasSubstr("submission.json"));
+  for (const auto& [text, said] :
+       {std::pair{R"(["--seed", "abc"], "tasks": 2)", "--seed 'abc' must be a whole number"},
+        {R"(["--trials", "99999999999999"], "tasks": 2)", "--trials '99999999999999' must be"},
+        {R"([], "tasks": 2000000000)", "tasks is 2000000000, but must be from 1 to 1000000"},
+        {R"([], "tasks": -5)", "tasks is -5, but"}}) {
+    base::WriteFile(folder / "slurm/submission.json",
+                    std::string(R"({"experiment": "/x/e.yaml", "run": )") + text + "}");
+    EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder.path()); }),
+                testing::AllOf(HasSubstr("submission.json: "), HasSubstr(said)));
+  }
   EXPECT_THAT(testing_support::MessageOf([&] { ReadSubmission(folder / "none"); }),
               HasSubstr("nothing was submitted"));
 }

@@ -273,6 +273,7 @@ void Export(const ExportArguments& arguments) {
       e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);
       for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
     }
+    const experiment::FolderLock lock(out);
     ExportRecords(records, out);
     if (e) {
       ExportClouds(stamp, records, *e, arguments.jobs, out);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "cylinders/task/tabletop_scan.h"
 #include "error_of.h"
@@ -43,6 +45,36 @@ TEST(DemoOptions, AnObjectBesideThemThatIsNoneIsNamed) {
   EXPECT_THAT(
       ErrorOf({"clutter.others=[spread, spraed, dextrose, melba_toast, coffee_cup, cleaner]"}),
       HasSubstr("spraed"));
+}
+
+// Every key of the demo with its default value for a method.
+std::map<std::string, std::string> DemoDefaults(const std::string& method, DemoOptions& options) {
+  auto map = base::YamlMap::FromFile(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
+                                     {"method=" + method});
+  options = ReadDemo(map);
+  std::map<std::string, std::string> defaults;
+  for (const base::KeyDoc& key : map.Keys()) defaults[key.path] = key.default_value;
+  return defaults;
+}
+
+TEST(DemoOptions, TheMethodsDifferInTheListedKeysOnly) {
+  DemoOptions improved, published;
+  const auto ours = DemoDefaults("improved", improved);
+  const auto theirs = DemoDefaults("published", published);
+  std::set<std::string> differ, listed = {"demo.max_tries"};
+  for (const auto& difference : trial::MethodDifferences()) listed.insert(difference.key);
+  for (const auto& row : base::AdditionsTable<DemoAdditions>()) {
+    listed.insert("demo." + std::string(row.key));
+  }
+  for (const auto& [path, value] : ours) {
+    if (theirs.at(path) != value) differ.insert(path);
+  }
+  EXPECT_EQ(differ, listed);
+  EXPECT_EQ(theirs.at("demo.max_tries"), "1");
+  for (const auto& row : base::AdditionsTable<DetectAdditions>()) {
+    EXPECT_TRUE(improved.detection.*row.on) << row.key;
+    EXPECT_FALSE(published.detection.*row.on) << row.key;
+  }
 }
 
 TEST(DemoLooks, TheSecondAsksForLess) {
