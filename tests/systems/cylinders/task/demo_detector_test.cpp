@@ -51,6 +51,10 @@ TEST(DemoOptions, AnObjectBesideThemThatIsNoneIsNamed) {
 std::map<std::string, std::string> DemoDefaults(const std::string& method, DemoOptions& options) {
   auto map = base::YamlMap::FromFile(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
                                      {"method=" + method});
+  std::string task;
+  experiment::Common common;
+  map.Read("task", task);
+  experiment::ReadCommon(map, common);
   options = ReadDemo(map);
   std::map<std::string, std::string> defaults;
   for (const base::KeyDoc& key : map.Keys()) defaults[key.path] = key.default_value;
