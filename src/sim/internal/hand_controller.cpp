@@ -200,10 +200,7 @@ double Ratchet(double lower_rad, double upper_rad, double angle_rad, double back
 }
 
 HandMotors::HandMotors(mjModel* model, double strongest_N)
-    : model_(model),
-      motors_(mjcf::HandMotors(model)),
-      tool_(mjcf::TryFind(model, mjOBJ_SITE, "tcp")) {
-  if (tool_ < 0) throw base::InputError("the hand has no site \"tcp\"");
+    : model_(model), motors_(mjcf::HandMotors(model)), tool_(mjcf::Find(model, mjOBJ_SITE, "tcp")) {
   CallEngine(nullptr, [&] { closing_ = mjcf::CloseOnNothing(model); });
   DataPtr scratch(mj_makeData(model));
   for (const mjcf::HandMotor& motor : motors_) drives_.push_back({motor, {}, 0.0, 0.0, 0.0});
