@@ -10,6 +10,9 @@
 namespace rangegrasp::base {
 namespace {
 
+// Minimum length of a word that may be a part of a longer one.
+constexpr std::size_t kMinPart = 3;
+
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -39,8 +42,13 @@ std::size_t WordPosition(std::string_view word, const std::vector<std::string>& 
 }
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words) {
-  const auto nearest = std::ranges::min_element(
-      words, {}, [&](const std::string& other) { return EditDistance(word, other); });
+  const auto distance = [&](const std::string& other) { return EditDistance(word, other); };
+  const auto nearest = std::ranges::min_element(words, {}, distance);
+  if (word.size() >= kMinPart && nearest != words.end() && 2 * distance(*nearest) > word.size()) {
+    const auto longer = std::ranges::find_if(
+        words, [&](const std::string& other) { return other.find(word) != std::string::npos; });
+    if (longer != words.end()) return *longer;
+  }
   return nearest == words.end() ? "" : *nearest;
 }
 

@@ -52,7 +52,8 @@ Enum FromWord(std::string_view word, const std::string& what) {
   return static_cast<Enum>(WordPosition(word, WordList<Enum>(), what));
 }
 
-/// The nearest word by edit distance; empty if there are no words.
+/// The nearest word by edit distance, or, if none is near, one that contains the given word (at
+/// least three letters); empty if there are no words.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words);
 
 /// "a, b, c".

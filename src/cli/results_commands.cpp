@@ -61,13 +61,22 @@ struct TrialArguments {
   bool snapshots = false, json = false, run_detector = false;
 };
 
-// "spread-0000: delivered (stage score)", the detail, figures without those of the log, times.
-std::string SummaryOf(const Record& record) {
+// "spread-0000: delivered", or "spread-0000: no_path in stage plan"; the detail, figures without
+// those of the log, times.
+std::string SummaryOf(const Record& record, const std::string& success) {
   const auto& [which, result] = record;
-  std::string text = fmt::format("{}: {} (stage {})\n", which.id, result.outcome, result.stage);
+  std::string text = which.id + ": " + result.outcome;
+  if (result.outcome != success) text += " in stage " + result.stage;
+  text += "\n";
   if (!result.detail.empty()) text += "  " + result.detail + "\n";
   std::vector<std::string> figures, times;
   const auto data = nlohmann::ordered_json::parse(result.data);
+  const auto by_text = data.find("text");  // the second verdict of a grasping trial
+  if (by_text != data.end() && by_text->is_object() &&
+      by_text->value("outcome", result.outcome) != result.outcome) {
+    text += "  by the text: " + by_text->value("outcome", "") +
+            ", since the attempt went on; pictures and film show it\n";
+  }
   for (const auto& [name, value] : data.items()) {
     if (value.is_primitive() && !value.is_null() && value != "") {
       figures.push_back(name + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
@@ -85,7 +94,7 @@ std::string SummaryOf(const Record& record) {
 void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
             const experiment::ReplayOptions& options, bool json) {
   const Record replayed{which, e.task->Replay(which, options)};
-  WriteResult(json ? experiment::ToJson(replayed) + "\n" : SummaryOf(replayed));
+  WriteResult(json ? experiment::ToJson(replayed) + "\n" : SummaryOf(replayed, e.kind->success));
   for (const Record& stored : store.ReadAll()) {
     if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
     spdlog::warn(
@@ -158,10 +167,12 @@ void AddCompare(CLI::App& app) {
       "Example: rangegrasp compare results/laser_single results/laser_single_published");
   command->callback([first, second] {
     const auto c = experiment::CompareRuns(*first, *second);
+    const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(
-        "pairs {}\n{} by both {}\nonly by the first {}\nonly by the second {}\n"
-        "same outcome {}\nMcNemar exact p {:g}\n",
-        c.pairs, c.success, c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
+        "pairs {}\n{} by the first, % {:.1f}\n{} by the second, % {:.1f}\n{} by both {}\n"
+        "only by the first {}\nonly by the second {}\nsame outcome {}\nMcNemar exact p {:g}\n",
+        c.pairs, c.success, percent(c.only_first), c.success, percent(c.only_second), c.success,
+        c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
   });
 }
 

@@ -173,6 +173,7 @@ struct Chart {
     std::optional<double> value = {};                     ///< absent: nothing was counted
     std::optional<std::pair<double, double>> range = {};  ///< low and high end
     std::string of = {};                                  ///< underlying counts: "3 of 10"
+    std::vector<std::size_t> cases = {};  ///< positions in the records of what it counts
   };
   struct Series {
     std::string name;

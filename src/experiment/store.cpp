@@ -35,7 +35,6 @@ constexpr const char* kSchema = R"(
 )";
 constexpr const char* kFile = "results.sqlite";
 constexpr const char* kUnfinished = "results.sqlite.unfinished";  // written by WriteWhole
-constexpr const char* kLock = "run.lock";
 // For a run that writes one row at a time: every page that a row changes goes to the log.
 constexpr const char* kGrowing = "PRAGMA journal_mode=WAL";
 // Results that are written at once need no log. A row has about 3 KB: with the default page size of
@@ -272,7 +271,7 @@ struct Store::Impl : Database {
   }
 };
 
-FolderLock::FolderLock(const fs::path& folder) : file_(folder / kLock), owner_(getpid()) {
+FolderLock::FolderLock(const fs::path& folder) : file_(folder / kFile), owner_(getpid()) {
   std::error_code error;
   fs::create_directories(folder, error);
   for (;;) {

@@ -16,6 +16,7 @@ namespace rangegrasp::experiment {
 /// on its file `run.lock`, also on NFS 4. Forked workers do not hold it.
 class FolderLock {
  public:
+  static constexpr const char* kFile = "run.lock";  ///< in the folder while the lock is held
   /// Creates the folder if it is absent.
   /// @throws base::InputError naming process and host that write to it; base::RunError if the file
   /// system cannot lock. A folder that is not writable is reported by Store::Create.

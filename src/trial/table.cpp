@@ -263,7 +263,7 @@ std::string PText(const Table& table, const Rate& p) {
   return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
 }
 
-// Counts of failures with the most frequent reason of each: "dropped 2 (slid in the hand 2),
+// Counts of failures with the most frequent reason of each: "dropped 2 (slid out of the hand 2),
 // no_path 3 (no_ik 2)".
 std::string Failures(const Row& row) {
   std::vector<std::string> texts;
@@ -301,6 +301,8 @@ Grid GridOf(const Table& table) {
   };
   const auto add_compared = [&](const char* title, RowRate Row::*of) {
     add_rate(title, of);
+    const auto is_published = [of](const Row& row) { return (row.*of).published.has_value(); };
+    if (std::ranges::none_of(rows, is_published)) return;
     columns.push_back(
         {"published", "", [of](const Row& row) { return Percent((row.*of).published); }});
     if (table.p_threshold == 0.0) return;
@@ -499,24 +501,31 @@ struct Tried {
   std::string object;
   Data data;
   bool delivered = false;
+  std::size_t position = 0;  // in the records
 };
 
 std::vector<Tried> TriedOf(const std::vector<Record>& records) {
   std::vector<Tried> tried;
-  for (const Record& record : records) {
-    auto data = DataOf(record);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    auto data = DataOf(records[i]);
     if (!data.value("detected", false)) continue;
-    tried.push_back({record.which.group, std::move(data), record.result.outcome == kDelivered});
+    tried.push_back(
+        {records[i].which.group, std::move(data), records[i].result.outcome == kDelivered, i});
   }
   return tried;
 }
 
-void Add(const std::string& label, const Count& count, Chart& chart) {
+using Positions = std::vector<std::size_t>;  // of cases, in the records
+
+void Add(const std::string& label, const Count& count, const Positions& cases, Chart& chart) {
   chart.labels.push_back(label);
-  chart.series.front().values.push_back(PercentOf(count));
+  auto& value = chart.series.front().values.emplace_back(PercentOf(count));
+  value.cases = cases;
 }
 
-Chart ObjectChart(const Table& table, const char* title, RowRate Row::*of, RowRate Row::*text) {
+// @param cases  that the rates count, by object
+Chart ObjectChart(const Table& table, const std::map<std::string, Positions>& cases,
+                  const char* title, RowRate Row::*of, RowRate Row::*text) {
   Chart chart{
       .title = title,
       .unit = "%",
@@ -525,7 +534,8 @@ Chart ObjectChart(const Table& table, const char* title, RowRate Row::*of, RowRa
   bool any = false;
   for (const Row& row : table.rows) {
     const Rate& published = (row.*text).published;
-    Add(NameOf(row), (row.*of).count, chart);
+    const auto found = cases.find(row.object);
+    Add(NameOf(row), (row.*of).count, found == cases.end() ? Positions() : found->second, chart);
     chart.series[1].values.push_back(PercentOf((row.*text).count));
     chart.series[2].values.emplace_back();
     if (published) chart.series[2].values.back().value = 100.0 * *published;
@@ -540,13 +550,17 @@ using Bin = std::optional<std::pair<int, std::string>>;
 
 Chart DeliveredChart(const std::vector<Tried>& tried, const std::string& title,
                      const std::string& along, const std::function<Bin(const Data& data)>& bin_of) {
-  std::map<std::pair<int, std::string>, Count> counts;
+  std::map<std::pair<int, std::string>, std::pair<Count, Positions>> counts;
   for (const Tried& one : tried) {
-    if (const Bin bin = bin_of(one.data)) Add(one.delivered, counts[*bin]);
+    const Bin bin = bin_of(one.data);
+    if (!bin) continue;
+    auto& [count, cases] = counts[*bin];
+    Add(one.delivered, count);
+    cases.push_back(one.position);
   }
   Chart chart{
       .title = title, .unit = "%", .along = along, .series = {{.name = "delivered of detected"}}};
-  for (const auto& [bin, count] : counts) Add(bin.second, count, chart);
+  for (const auto& [bin, of] : counts) Add(bin.second, of.first, of.second, chart);
   return chart;
 }
 
@@ -713,9 +727,12 @@ ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& 
 std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);
   const auto tried = TriedOf(records);
+  std::map<std::string, Positions> all, detected;  // by object
+  for (std::size_t i = 0; i < records.size(); ++i) all[records[i].which.group].push_back(i);
+  for (const Tried& one : tried) detected[one.object].push_back(one.position);
   std::vector<Chart> charts = {
-      ObjectChart(table, "Detection rate by object", &Row::detection, &Row::text_detection),
-      ObjectChart(table, "Grasping rate by object", &Row::grasping, &Row::text_grasping),
+      ObjectChart(table, all, "Detection rate by object", &Row::detection, &Row::text_detection),
+      ObjectChart(table, detected, "Grasping rate by object", &Row::grasping, &Row::text_grasping),
       DeliveredChart(tried, "Delivered by resting pose", "resting pose", WordBin("pose_class")),
       DeliveredChart(tried, "Delivered by kind of grasp", "kind of grasp", WordBin("grasp_type")),
       DeliveredChart(tried, "Delivered by friction",

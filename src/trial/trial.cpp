@@ -110,10 +110,10 @@ std::string FiguresOf(const sim::ExecutionLog& log) {
     return fmt::format("released {:.0f} mm from the delivery place",
                        log.final_distance_m * base::kMmPerM);
   }
+  const double lift_mm = std::round(log.lift_height_m * base::kMmPerM);
   return fmt::format(
-      "lifted by {:.0f} mm; in the hand it slid {:.0f} mm and turned {:.0f} deg, {} slips were "
-      "felt",
-      std::round(log.lift_height_m * base::kMmPerM) + 0.0,  // no -0
+      "{} {:.0f} mm; while held it slid {:.0f} mm and turned {:.0f} deg; {} slips were felt",
+      lift_mm < 0.0 ? "sank by" : "lifted by", std::abs(lift_mm),
       log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
 }
 
@@ -125,7 +125,8 @@ std::string WhyOf(const sim::ExecutionLog& log) {
            base::Join(log.stopped_by_contact, " and ") + "; " + FiguresOf(log);
   }
   if (!log.held_after_carry) {
-    return (log.slips_heard > 0 ? "slid in the hand; " : "no hold; ") + FiguresOf(log);
+    return (log.slips_heard > 0 ? "slid out of the hand; " : "lost without a felt slip; ") +
+           FiguresOf(log);
   }
   const char* const cause = log.touched_by_hand ? "the hand still touches it; "
                             : !log.on_support   ? "it does not stand on the support; "
@@ -138,7 +139,7 @@ std::string WhyOf(const sim::ExecutionLog& log) {
 std::string NoFreeGrasp(const Detected& detected) {
   if (!detected.why_none.empty()) return detected.why_none;
   const std::size_t candidates = detected.detection.grasps.size();
-  return candidates == 0 ? "no candidates" : fmt::format("all candidates collide; {}", candidates);
+  return candidates == 0 ? "no candidates" : fmt::format("all {} candidates collide", candidates);
 }
 
 // Why an attempt has no object.
@@ -148,7 +149,7 @@ std::string NoObject(const Detected& detected) {
 
 std::string NotTheTarget(const Detected& detected, const DetectionVerdict& verdict) {
   if (detected.detection.objects.empty()) return NoObject(detected);
-  return fmt::format("{}; share of the object {:f}, of the target {:f}",
+  return fmt::format("{}; share of the object {:.3f}, of the target {:.3f}",
                      verdict.right_target             ? "a part of the target"
                      : verdict.share_of_object == 0.0 ? "another object"
                                                       : "joined with others",

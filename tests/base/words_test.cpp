@@ -27,6 +27,12 @@ TEST(Words, AnUnknownWordIsToldWithTheNearest) {
             "--colour: 'grean' must be one of red, green, blue; nearest: green");
 }
 
+TEST(NearestWord, APartOfAWordIsNearerThanAShortWord) {
+  EXPECT_EQ(NearestWord("cup", {"spread", "box", "coffee_cup"}), "coffee_cup");
+  EXPECT_EQ(NearestWord("co", {"box", "coffee_cup"}), "box");  // too short to be a part
+  EXPECT_EQ(NearestWord("spraed", {"spread", "box"}), "spread");
+}
+
 TEST(Split, JoinBringsTheTextBack) {
   EXPECT_THAT(Split("a,b,,c", ','), testing::ElementsAre("a", "b", "", "c"));
   EXPECT_THAT(Split("", ','), testing::ElementsAre(""));

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "cli/command.h"
 #include "experiment/store.h"
@@ -192,53 +191,6 @@ TEST_P(ReproducibleTest, JobsShardsAKillAndAnotherHeapGiveTheSameRowsAndTables) 
   RunInto("killed", {"--jobs", "2", "--resume"});
   EXPECT_EQ(Rows("killed"), rows);
   EXPECT_EQ(TableOf("killed"), TableOf("merged"));
-}
-
-// Also with another heap, which reveals results that depend on addresses or uninitialized memory.
-TEST(Files, EveryCommandWritesTheSameBytesTwice) {
-  const TempFolder folder;
-  const std::string experiment = kSource / "experiments/laser_single.yaml";
-  const std::string cloud = folder / "first.pcd";
-  const std::vector<std::pair<std::vector<std::string>, std::string>> commands = {
-      {{"scan", experiment, "--picture", "PICTURE.png"}, ".pcd"},
-      {{"scan", experiment}, ".ply"},
-      {{"snapshot", experiment, "--size", "160x120"}, ".png"},
-      {{"perceive", cloud}, ""},  // a folder
-      {{"learn", cloud, "--spacing-mm", "5"}, ".stl"},
-      {{"recognize", cloud, "--library", (kSource / "models/objects").string(), "--json"},
-       "stdout"},
-  };
-  for (const auto& [arguments, ending] : commands) {
-    std::vector<std::string> bytes;
-    for (const char* time : {"first", "second"}) {
-      auto all = arguments;
-      const auto out = (folder / time).string() + ending;
-      if (ending != "stdout") all.insert(all.end(), {"--out", out});
-      for (std::string& word : all) {
-        if (word == "PICTURE.png") word = (folder / time).string() + ".png";
-      }
-      Command command(all, "", "/dev/null",
-                      std::string(time) == "second" ? RANGEGRASP_STIRRED_HEAP : "");
-      if (command.Wait() == 2 && command.Err().find("belongs to the system") != std::string::npos) {
-        break;
-      }
-      ASSERT_EQ(command.Wait(), 0) << arguments[0] << command.Err();
-      std::string& written = bytes.emplace_back(command.Out());
-      if (ending == "stdout") continue;
-      if (!std::filesystem::is_directory(out)) {
-        written += base::ReadFile(out);
-        continue;
-      }
-      for (const char* name : {"perceived.png", "object_1.ply"}) {
-        written += base::ReadFile(std::filesystem::path(out) / name);
-      }
-      auto json = nlohmann::json::parse(base::ReadFile(out + "/perceived.json"));
-      ASSERT_EQ(json.erase("seconds"), 1U);  // computation times
-      written += json.dump();
-    }
-    EXPECT_EQ(std::set(bytes.begin(), bytes.end()).size(), std::min<std::size_t>(bytes.size(), 1))
-        << arguments[0] << ending;
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Experiments, ReproducibleTest, testing::ValuesIn(AllExperiments()),

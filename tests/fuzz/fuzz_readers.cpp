@@ -23,6 +23,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/image/image.h"
 #include "base/yaml_map.h"
 #include "experiment/experiment.h"
@@ -34,6 +35,7 @@
 #include "grasp/fixtures.h"
 #include "grasp/grasp.h"
 #include "grasp/mover.h"
+#include "grasp/named_grasps.h"
 #include "grasp/obstacles.h"
 #include "grasp/score_model.h"
 #include "parts/shape/shape_file.h"
@@ -43,10 +45,14 @@
 #include "seam/internal/tiff_file.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
+#include "seam/stitching/stripe_sensor.h"
 #include "seam/tracker.h"
+#include "sensing/depth_camera_options.h"
 #include "sensing/hand_eye.h"
 #include "sensing/line_scanner_options.h"
+#include "sim/surfaces.h"
 #include "stereo/camera.h"
+#include "stereo/sensing/stereo_camera.h"
 
 namespace rangegrasp {
 namespace {
@@ -162,7 +168,7 @@ void Perceive(std::string_view bytes) {
 // An object with arbitrary triangles and points, top and axis.
 perception::PerceivedObject AnyObject(Numbers& numbers) {
   const int scale = numbers.Byte();
-  const double scale_m = 0.01 + 0.001 * scale;
+  const double scale_m = 0.01 + 0.0004 * scale;  // up to what a hand can hold
   const auto vector = [&](double m) {
     const double x = numbers.Coordinate(m);
     const double y = numbers.Coordinate(m);
@@ -272,6 +278,13 @@ void ReadDetection(YamlMap& map) {
   seam::ReadTrackerOptions(map, tracker);
 }
 
+void ReadCsv(std::string_view bytes) {
+  const auto table = base::CsvTable::Parse(bytes, "table.csv");
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (std::size_t i = 0; i < table.header().size(); ++i) table.OptionalNumber(row, i);
+  }
+}
+
 using Reader = std::function<void(std::string_view)>;
 
 const std::map<std::string, Reader>& Readers() {
@@ -320,7 +333,17 @@ const std::map<std::string, Reader>& Readers() {
          }
        }},
       {"tiff", [](std::string_view b) { image::ReadTiff(FileOf(b, "file.tif")); }},
+      {"csv", ReadCsv},
       {"calibration", [](std::string_view b) { seam::ReadCalibration(FileOf(b, "file.yaml")); }},
+      {"stripe_sensor", [](std::string_view b) { seam::ReadStripeSensor(FileOf(b, "file.yaml")); }},
+      {"depth_camera",
+       [](std::string_view b) { sensing::ReadDepthCamera(FileOf(b, "file.yaml")); }},
+      {"stereo_camera",
+       [](std::string_view b) { stereo::ReadStereoCamera(FileOf(b, "file.yaml")); }},
+      {"hand_eye", [](std::string_view b) { sensing::ReadHandEye(FileOf(b, "file.yaml")); }},
+      {"surfaces", [](std::string_view b) { sim::ReadSurfaces(FileOf(b, "file.yaml")); }},
+      {"named_grasps", [](std::string_view b) { grasp::ReadNamedGrasps(FileOf(b, "file.yaml")); }},
+      {"score_model", [](std::string_view b) { grasp::ScoreModel model(FileOf(b, "file.json")); }},
       {"stereo", [](std::string_view b) { stereo::ReadStereoCalibration(FileOf(b, "file.yaml")); }},
       {"pose", yaml([](YamlMap& map) { sensing::ReadPose(map, "sensor"); })},
       {"answer", ReadAnswer},

@@ -159,22 +159,22 @@ TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
     results.push_back(TableTrial("box", 9, true, outcome));
     results.back().result.detail = detail;
   };
-  add("not_lifted", "no hold; lifted by 0 mm");
-  add("not_lifted", "slid in the hand; lifted by 3 mm");
-  add("not_lifted", "slid in the hand; lifted by 40 mm");
+  add("not_lifted", "lost without a felt slip; lifted by 0 mm");
+  add("not_lifted", "slid out of the hand; lifted by 3 mm");
+  add("not_lifted", "slid out of the hand; lifted by 40 mm");
   add("no_path", "no_ik x3, no_carry x1");
   add("invalid_physics", "unrest_s 1.9 > 1.5");
   add("detector_failed", "ended with code 3 without an answer; stderr: oh no");
   const auto report = ReportOf(stamp_, results);
   const std::string failures =
       "detector_failed 1 (ended with code 3 without an answer 1), dropped 1, invalid_physics 1 "
-      "(unrest_s 1), no_path 1 (no_ik 1), not_lifted 3 (slid in the "
+      "(unrest_s 1), no_path 1 (no_ik 1), not_lifted 3 (slid out of the "
       "hand 2), not_segmented 1";
   EXPECT_EQ(report.sections[0].grid.rows[0].back(), failures);
   EXPECT_EQ(report.csv.rows[0].back(), failures);
   const auto json = nlohmann::json::parse(report.json);
   EXPECT_EQ(json["rows"][0]["reasons"]["not_lifted"],
-            nlohmann::json({{"no hold", 1}, {"slid in the hand", 2}}));
+            nlohmann::json({{"lost without a felt slip", 1}, {"slid out of the hand", 2}}));
 }
 
 // They are numbers in separate columns, for making figures from them.
@@ -411,6 +411,27 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
   EXPECT_EQ(predicted->labels, std::vector<std::string>{"80-90"});
   EXPECT_EQ(predicted->series[0].values[0].of, "1 of 2");
   EXPECT_NEAR(*predicted->series[1].values[0].value, 84.0, 1e-9);
+
+  // Which records each figure counts.
+  using Positions = std::vector<std::size_t>;
+  EXPECT_EQ(detection->series[0].values[1].cases, (Positions{2, 3, 4}));
+  EXPECT_EQ(Find(charts, "Grasping rate by object")->series[0].values[1].cases, Positions{2});
+  EXPECT_EQ(pose->series[0].values[1].cases, (Positions{0, 1}));
+  EXPECT_EQ(friction->series[0].values[1].cases, Positions{2});
+  EXPECT_EQ(slip->series[0].values[1].cases, Positions{1});
+}
+
+TEST(GridOf, HasPublishedColumnsOnlyWhereSomethingIsPublished) {
+  const auto columns_of = [](const experiment::Stamp& stamp) {
+    const auto grid = ReportOf(stamp, {RecordOf("cup", "delivered", R"({"detected":true})")})
+                          .sections.front()
+                          .grid;
+    return std::ranges::count(grid.header, "published");
+  };
+  EXPECT_EQ(columns_of(StampOf()), 2);
+  experiment::Stamp own = StampOf();
+  own.data.erase("reference");
+  EXPECT_EQ(columns_of(own), 0);
 }
 
 TEST(ChartsOf, LeavesOutWhatNoRecordTells) {

@@ -76,6 +76,13 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
   return {{}, LineAt(text, inner) + 1, "", edit.block};
 }
 
+// FILE.bak, or the first of FILE.bak2, FILE.bak3, ... that does not exist.
+fs::path FreeBackup(const fs::path& original) {
+  fs::path backup = original.string() + ".bak";
+  for (int i = 2; fs::exists(backup); ++i) backup = fmt::format("{}.bak{}", original.string(), i);
+  return backup;
+}
+
 }  // namespace
 
 std::vector<base::Edit> SetNumeric(const fs::path& scene, const std::string& name,
@@ -183,17 +190,14 @@ bool Fixer::Apply(const std::vector<base::Finding>& findings) {
     }
   }
   if (!in_place_) Refer(mjcf_, 0);
-  const auto backup = [](const fs::path& original) { return fs::path(original.string() + ".bak"); };
   for (const auto& [original, target] : targets_) {
-    const fs::path made = in_place_ ? backup(original) : target;
-    if (edited.contains(original) || !fs::exists(made)) continue;
-    throw base::InputError(fmt::format("{}: already exists; move it away, or {}", made.string(),
-                                       in_place_ ? "let --fix write copies" : "check it instead"));
+    if (in_place_ || edited.contains(original) || !fs::exists(target)) continue;
+    throw base::InputError(target.string() + ": already exists; move it away, or check it instead");
   }
   // All backups come first: if the disk is full, no file has changed.
   for (const auto& [original, target] : targets_) {
     if (!in_place_ || edited.contains(original)) continue;
-    base::WriteFile(backup(original), base::ReadFile(original));
+    base::WriteFile(FreeBackup(original), base::ReadFile(original));
   }
   bool changed = false;
   for (const auto& [original, target] : targets_) {

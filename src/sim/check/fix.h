@@ -31,7 +31,7 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text);
 
 /// Applies the edits of findings to copies of a model's files, NAME.fixed.xml next to NAME.xml: to
 /// the edited files and to those that include or attach them. Or edits in place and keeps the
-/// original bytes in NAME.xml.bak.
+/// original bytes in NAME.xml.bak (NAME.xml.bak2 if that exists).
 class Fixer {
  public:
   Fixer(const std::filesystem::path& mjcf, bool in_place)
@@ -40,7 +40,7 @@ class Fixer {
   /// Writes the changed files, each in one step.
   /// @param findings  first of the model, later of file()
   /// @return whether anything changed
-  /// @throws base::InputError before anything is written, if such a copy or backup already exists.
+  /// @throws base::InputError before anything is written, if such a copy already exists.
   bool Apply(const std::vector<base::Finding>& findings);
 
   /// Applies and checks again until nothing changes, or for a few rounds: a fix can reveal other

@@ -137,14 +137,25 @@ std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+template <int kColumns>
+ordered_json JsonOfRows(const Eigen::Matrix<double, kColumns, kColumns>& m) {
+  ordered_json rows = ordered_json::array();
+  for (int row = 0; row < kColumns; ++row) {
+    rows.push_back(std::vector<double>(m.row(row).begin(), m.row(row).end()));
+  }
+  return rows;
+}
+
+// The keys of a detector's answer (docs/bring-your-own-detector.md), and more.
 ordered_json Json(const grasp::Grasp& grasp) {
-  ordered_json rotation = ordered_json::array();
-  for (int row = 0; row < 3; ++row)
-    rotation.push_back(Json(grasp.X_CH.linear().row(row).transpose()));
-  return {{"type", base::Word(grasp.type)}, {"position_m", Json(grasp.X_CH.translation())},
-          {"rotation", rotation},           {"tool_center_m", Json(grasp.X_CG.translation())},
-          {"width_m", grasp.width_m},       {"opening_m", grasp.opening_m},
-          {"score", grasp.score},           {"collides", grasp.collides}};
+  return {{"type", base::Word(grasp.type)},
+          {"position_m", Json(grasp.X_CG.translation())},
+          {"rotation", JsonOfRows<3>(grasp.X_CG.linear())},
+          {"width_m", grasp.width_m},
+          {"opening_m", grasp.opening_m},
+          {"X_CH", JsonOfRows<4>(grasp.X_CH.matrix())},
+          {"score", grasp.score},
+          {"collides", grasp.collides}};
 }
 
 ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& scene,

@@ -205,7 +205,7 @@ TEST_F(FixedHand, WithoutFaultHasNoCopy) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "hand.fixed.xml"));
 }
 
-TEST_F(FixedHand, InPlaceKeepsTheBytesBeforeAndRefusesASecondBackup) {
+TEST_F(FixedHand, InPlaceKeepsTheBytesOfEachTime) {
   Break("hand.xml", "condim=\"4\"", "condim=\"3\"");
   const auto file = Write("hand.xml");
   Fixer fixer(file, /*in_place=*/true);
@@ -219,9 +219,9 @@ TEST_F(FixedHand, InPlaceKeepsTheBytesBeforeAndRefusesASecondBackup) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "hand.fixed.xml"));
   Break("hand.xml", "condim=\"3\"", "condim=\"1\"");
   Write("hand.xml");
-  EXPECT_THROW(Fixer(file, /*in_place=*/true).Apply(CheckModel(file, Kind::kHand)),
-               base::InputError);
-  EXPECT_EQ(base::ReadFile(file), files_.at("hand.xml")) << "left as it was";
+  EXPECT_TRUE(Fixer(file, /*in_place=*/true).Apply(CheckModel(file, Kind::kHand)));
+  EXPECT_EQ(base::ReadFile(folder_ / "hand.xml.bak2"), files_.at("hand.xml"));
+  EXPECT_NE(base::ReadFile(folder_ / "hand.xml.bak"), files_.at("hand.xml")) << "still the first";
 }
 
 // Every finger segment has its own drive. For the file without poses, the poses found are those

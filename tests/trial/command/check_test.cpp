@@ -79,7 +79,7 @@ TEST_F(OwnCell, FixWritesCopiesOfWhatItEditsAndChecksThem) {
   EXPECT_EQ(nlohmann::json::parse(json.out).at("edits").size(), 8u);
 }
 
-TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
+TEST_F(OwnCell, FixInPlaceKeepsABackupOfEachTime) {
   BreakArmature();
   Write();
   const std::vector<std::string> words = {"check", "--fix=in-place", folder_ / "scene.xml",
@@ -88,11 +88,13 @@ TEST_F(OwnCell, FixInPlaceKeepsABackupAndRefusesASecond) {
   EXPECT_EQ(base::ReadFile(folder_ / "arm.xml.bak"), arm_);
   EXPECT_EQ(base::ReadFile(folder_ / "scene.xml"), scene_);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "scene.xml.bak"));
+  const std::string fixed = base::ReadFile(folder_ / "arm.xml");
+  arm_ += "<!-- another time -->\n";
   Write();
-  const auto again = RunProgram(words);
-  EXPECT_EQ(again.code, 2);
-  EXPECT_THAT(again.err, HasSubstr("arm.xml.bak: already exists"));
-  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), arm_);
+  EXPECT_EQ(RunProgram(words).code, 0);
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml.bak2"), arm_);
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml.bak") + "<!-- another time -->\n", arm_);
+  EXPECT_EQ(base::ReadFile(folder_ / "arm.xml"), fixed + "<!-- another time -->\n");
 }
 
 TEST_F(OwnCell, FixMakesNoCopyOfWhatIsRightAndTakesOnlyMjcf) {

@@ -53,6 +53,10 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
     run.kind = &experiment::KindOf(run.results.stamp);
     run.tables = experiment::ReportOf(run.results);
     run.name = fs::weakly_canonical(folder).filename().string();
+    for (const auto& store : experiment::StoresIn(folder)) {
+      const int count = experiment::Store::Open(store).Count();
+      run.stores.emplace_back(store, static_cast<std::size_t>(count));
+    }
     if (run.kind == runs.front().kind) continue;
     throw base::InputError(folder.string() + ": has another task than " +
                            request.folders.front().string() + " (" + runs.front().kind->name + ")");
@@ -144,24 +148,22 @@ std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs
 // Adds the stores of a run that contain chosen cases, with their experiments reopened.
 // @param first  number of the run's first case
 // @throws base::InputError if results name a program that may not be started.
-void AddReplayed(const report::Run& run, const std::set<std::size_t>& chosen,
-                 const fs::path& folder, std::size_t first, bool run_detector,
-                 std::vector<Replayed>& replayed) {
+void AddReplayed(const report::Run& run, const std::set<std::size_t>& chosen, std::size_t first,
+                 bool run_detector, std::vector<Replayed>& replayed) {
   if (!run.kind->has_views) return;
   auto next = chosen.begin();
   std::size_t begin = 0;  // position of a store's first record in the run
-  for (const auto& folder_of_store : experiment::StoresIn(folder)) {
-    const auto store = experiment::Store::Open(folder_of_store);
-    const std::size_t end = begin + static_cast<std::size_t>(store.Count());
+  for (const auto& [folder, count] : run.stores) {
+    const std::size_t end = begin + count;
     std::vector<Shown> shown;
     for (; next != chosen.end() && *next < end; ++next) {
       shown.push_back({run.results.records[*next], first + *next});
     }
     begin = end;
     if (shown.empty()) continue;
-    replayed.push_back({folder_of_store,
-                        ReopenExperiment(store.ReadStamp(), folder_of_store.string(), run_detector),
-                        std::move(shown)});
+    const auto stamp = experiment::Store::Open(folder).ReadStamp();
+    replayed.push_back(
+        {folder, ReopenExperiment(stamp, folder.string(), run_detector), std::move(shown)});
   }
 }
 
@@ -225,9 +227,10 @@ void MakeReport(const ReportRequest& request) {
   std::vector<Replayed> replayed;
   std::size_t first = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    AddReplayed(runs[i], chosen[i], request.folders[i], first, request.run_detector, replayed);
+    AddReplayed(runs[i], chosen[i], first, request.run_detector, replayed);
     first += runs[i].results.records.size();
   }
+  const experiment::FolderLock lock(request.out);
   report::PrepareFolder(request.out);  // clears an earlier report, so not before it may be refused
   std::set<std::size_t> views;
   for (const Replayed& one : replayed) views.merge(WriteViews(one, request));

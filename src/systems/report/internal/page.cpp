@@ -53,20 +53,25 @@ ordered_json TableJson(const experiment::Section& table) {
 }
 
 // Number of cases by label, in the order in which labels first occur, and by outcome.
-Chart OutcomeChart(const Records& records, const std::string& title, const std::string& along,
+// @param left_out  an outcome that is not counted; may be empty
+Chart OutcomeChart(const Records& records, const std::string& left_out, const std::string& title,
+                   const std::string& along,
                    const std::function<std::string(const Record&)>& label_of) {
   Chart chart{.title = title, .unit = "cases", .along = along, .stacked = true};
-  std::map<std::string, std::map<std::string, int>> counts;  // by outcome, then label
-  for (const Record& record : records) {
-    const std::string label = label_of(record);
+  using Positions = std::vector<std::size_t>;
+  std::map<std::string, std::map<std::string, Positions>> cases;  // by outcome, then label
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (records[i].result.outcome == left_out) continue;
+    const std::string label = label_of(records[i]);
     if (std::ranges::find(chart.labels, label) == chart.labels.end()) chart.labels.push_back(label);
-    ++counts[record.result.outcome][label];
+    cases[records[i].result.outcome][label].push_back(i);
   }
-  for (auto& [outcome, by_label] : counts) {
+  for (auto& [outcome, by_label] : cases) {
     auto& series = chart.series.emplace_back();
     series.name = outcome;
     for (const std::string& label : chart.labels) {
-      series.values.push_back({static_cast<double>(by_label[label]), {}, ""});
+      const Positions& some = by_label[label];
+      series.values.push_back({.value = static_cast<double>(some.size()), .cases = some});
     }
   }
   return chart;
@@ -91,16 +96,14 @@ Chart TimesChart(const Records& records) {
 // and the duration of stages.
 std::vector<Chart> RecordCharts(const experiment::Stamp& stamp, const Records& records,
                                 const std::string& success) {
-  Records failed = records;
-  std::erase_if(failed, [&](const Record& record) { return record.result.outcome == success; });
   std::vector<Chart> charts = {
-      OutcomeChart(success.empty() ? records : failed,
-                   success.empty() ? "Outcomes by group" : "Failures by group", "group",
+      OutcomeChart(records, success, success.empty() ? "Outcomes by group" : "Failures by group",
+                   "group",
                    [&](const Record& record) { return TitleOf(stamp, record.which.group); }),
       TimesChart(records)};
   if (!success.empty()) {
     charts.insert(charts.begin(),
-                  OutcomeChart(failed, "Failures by stage", "stage",
+                  OutcomeChart(records, success, "Failures by stage", "stage",
                                [](const Record& record) { return record.result.stage; }));
   }
   std::erase_if(charts, [](const Chart& chart) { return chart.labels.empty(); });
@@ -167,17 +170,22 @@ ordered_json ComparisonJson(const Run& first, const Run& second, std::size_t sec
 // Number of records in one file; the page reads it from data.js.
 constexpr std::size_t kBlock = 50;
 
-ordered_json ValueJson(const Chart::Value& value) {
+// @param first  number of the run's first case
+ordered_json ValueJson(const Chart::Value& value, std::size_t first) {
   if (!value.value) return nullptr;
   ordered_json json = {{"value", *value.value}};
   if (value.range) json["range"] = {value.range->first, value.range->second};
   if (!value.of.empty()) json["of"] = value.of;
+  if (!value.cases.empty()) {
+    json["cases"] = ListOf(value.cases, [&](std::size_t position) { return first + position; });
+  }
   return json;
 }
 
-ordered_json ChartJson(const Chart& chart) {
-  const auto series = [](const Chart::Series& one) -> ordered_json {
-    return {{"name", one.name}, {"values", ListOf(one.values, ValueJson)}};
+ordered_json ChartJson(const Chart& chart, std::size_t first) {
+  const auto value_json = [&](const Chart::Value& value) { return ValueJson(value, first); };
+  const auto series = [&](const Chart::Series& one) -> ordered_json {
+    return {{"name", one.name}, {"values", ListOf(one.values, value_json)}};
   };
   return {{"title", chart.title},
           {"unit", chart.unit},
@@ -198,7 +206,17 @@ ordered_json StampJson(const experiment::Stamp& stamp) {
   return json;
 }
 
-ordered_json RunJson(const Run& run) {
+// Folders with the number of each one's first case: what `trial` needs to run a case again.
+ordered_json StoresJson(const Run& run, std::size_t first) {
+  ordered_json json = ordered_json::array();
+  for (const auto& [folder, count] : run.stores) {
+    json.push_back({first, folder.string()});
+    first += count;
+  }
+  return json;
+}
+
+ordered_json RunJson(const Run& run, std::size_t first) {
   const experiment::Stamp& stamp = run.results.stamp;
   const Records& records = run.results.records;
   std::vector<Chart> charts;
@@ -210,7 +228,8 @@ ordered_json RunJson(const Run& run) {
           {"stamp", StampJson(stamp)},
           {"tables", ListOf(run.tables.sections, TableJson)},
           {"notes", run.tables.notes},
-          {"charts", ListOf(charts, ChartJson)},
+          {"charts", ListOf(charts, [&](const Chart& chart) { return ChartJson(chart, first); })},
+          {"stores", StoresJson(run, first)},
           {"experiment", ValueOr(stamp.data, "experiment_text", "")}};
 }
 
@@ -253,13 +272,13 @@ void PrepareFolder(const fs::path& folder) {
                            "install the Debian package " + library.package);
   }
   std::error_code error;
-  bool is_report = false;
+  bool is_report = false, is_empty = true;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
     is_report = is_report || name == kData || name.starts_with(kUnfinished);
+    is_empty = is_empty && name == experiment::FolderLock::kFile;
   }
-  if (fs::exists(folder) && !is_report &&
-      (!fs::is_directory(folder) || !fs::is_empty(folder, error))) {
+  if (fs::exists(folder) && !is_report && (!fs::is_directory(folder) || !is_empty)) {
     throw base::InputError(
         folder.string() +
         ": contains files that are not of a report; choose another folder with --out");
@@ -288,7 +307,7 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
   std::vector<const Record*> records;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Run& run = runs[i];
-    json["runs"].push_back(RunJson(run));
+    json["runs"].push_back(RunJson(run, records.size()));
     if (i > 0 && !run.kind->success.empty()) {
       json["comparisons"].push_back(ComparisonJson(runs.front(), run, records.size()));
     }

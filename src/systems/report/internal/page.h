@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "experiment/record.h"
@@ -15,7 +16,8 @@
 
 namespace rangegrasp::report {
 
-/// Prepares a folder for a report; removes the data of an earlier one, which may have failed.
+/// Prepares a folder for a report; removes the data of an earlier one, which may have failed. The
+/// caller may hold its lock.
 /// @throws base::InputError if the folder contains anything else, or the libraries that the page
 /// draws with are not installed.
 void PrepareFolder(const std::filesystem::path& folder);
@@ -26,6 +28,8 @@ void WritePage(const std::filesystem::path& folder);
 /// A run in the report.
 struct Run {
   std::string name;
+  /// Folders of the seeds, as given, with the number of cases of each; in the records' order.
+  std::vector<std::pair<std::filesystem::path, std::size_t>> stores = {};
   const experiment::TaskKind* kind = nullptr;
   experiment::Results results;
   experiment::Report tables;

@@ -33,8 +33,43 @@ function load(file) {
 rangegrasp.load = load;
 rangegrasp.element = element;
 
+// ---- downloads ----
+
+function button(text, action, className = '') {
+  const made = element('button', {type: 'button', textContent: text, className});
+  made.addEventListener('click', action);
+  return made;
+}
+
+function download(url, title, ending) {
+  const name = title.toLowerCase().replace(/[^a-z0-9]+/g, '-').replace(/^-|-$/g, '') || 'table';
+  element('a', {href: url, download: `${name}.${ending}`}).click();
+}
+
+function downloadTable(title, rows) {
+  const cell = value => /[",\n]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value;
+  const text = rows.map(row => row.map(value => cell(String(value))).join(',') + '\n').join('');
+  download(`data:text/csv;charset=utf-8,${encodeURIComponent(text)}`, title, 'csv');
+}
+
+// Twice the size on the screen, on white.
+function downloadPicture(chart, title) {
+  const ratio = chart.currentDevicePixelRatio;
+  chart.options.devicePixelRatio = 2;
+  chart.resize();
+  const flat = element('canvas', {width: chart.canvas.width, height: chart.canvas.height});
+  const context = flat.getContext('2d');
+  context.fillStyle = '#fff';
+  context.fillRect(0, 0, flat.width, flat.height);
+  context.drawImage(chart.canvas, 0, 0);
+  chart.options.devicePixelRatio = ratio;
+  chart.resize();
+  download(flat.toDataURL('image/png'), title, 'png');
+}
+
 // ---- tables and charts ----
 
+// A cell is a text, or an element that is shown as it is.
 function table(grid) {
   const align = i => grid.left[i] ? 'left' : '';
   const made = element('table');
@@ -44,11 +79,12 @@ function table(grid) {
   const body = element('tbody');
   grid.rows.forEach((row, r) => {
     const isTotal = grid.total && r === grid.rows.length - 1;
-    body.append(element('tr', {className: isTotal ? 'total' : ''}, ...row.map(
-        (cell, i) => element('td', {className: align(i), textContent: cell}))));
+    body.append(element('tr', {className: isTotal ? 'total' : ''}, ...row.map((cell, i) => element('td', {className: align(i)}, cell))));
   });
   made.append(body);
-  return element('div', {className: 'scroll', tabIndex: 0, role: 'region', ariaLabel: grid.title || 'Table'}, made);
+  const name = grid.name || grid.title || 'Table';
+  return element('div', {}, element('div', {className: 'scroll', tabIndex: 0, role: 'region', ariaLabel: name}, made),
+      button('Download CSV', () => downloadTable(name, [...made.rows].map(one => [...one.cells].map(cell => cell.textContent))), 'small'));
 }
 
 const digits = value => Math.abs(value) >= 10 ? value.toFixed(1) : String(Number(value.toPrecision(3)));
@@ -58,6 +94,8 @@ function valueText(value, unit) {
   const range = value.range ? ` (${digits(value.range[0])} to ${digits(value.range[1])})` : '';
   return `${digits(value.value)} ${unit}${range}${value.of ? `, ${value.of}` : ''}`;
 }
+
+const rangeSuffix = ' range';  // of the bar that shows a value's interval
 
 function datasets(chart) {
   if (chart.stacked) {
@@ -71,7 +109,7 @@ function datasets(chart) {
       type: 'line', label: series.name, showLine: false, clip: false, pointRadius: 5, pointStyle: i === 0 ? 'circle' : 'rectRot',
       backgroundColor: color, borderColor: color, data: series.values.map(v => v ? v.value : null)};
     const range = {
-      type: 'bar', label: series.name + ' range', isRange: true, grouped: false, barThickness: 4, backgroundColor: color + '88',
+      type: 'bar', label: series.name + rangeSuffix, isRange: true, grouped: false, barThickness: 4, backgroundColor: color + '88',
       data: series.values.map(v => v && v.range ? v.range : null)};
     return series.values.some(v => v && v.range) ? [mark, range] : [mark];
   });
@@ -82,9 +120,13 @@ function figure(chart) {
   const canvas = element('canvas', {role: 'img', ariaLabel: `${chart.title}; the numbers stand below it`});
   const holder = element('div', {className: 'canvas'}, canvas);
   holder.style.height = isLong ? `${90 + 26 * chart.labels.length}px` : '260px';
+  const number = (series, i) => {
+    const text = valueText(series.values[i], chart.unit);
+    return series.values[i]?.cases ? button(text, () => listCases(chart, series, i), 'link') : text;
+  };
   const numbers = {
-    title: '', left: [true, ...chart.series.map(() => true)], header: [chart.along, ...chart.series.map(s => s.name)], total: false,
-    rows: chart.labels.map((label, i) => [label, ...chart.series.map(s => valueText(s.values[i], chart.unit))])};
+    name: chart.title, title: '', left: [true, ...chart.series.map(() => true)], header: [chart.along, ...chart.series.map(s => s.name)], total: false,
+    rows: chart.labels.map((label, i) => [label, ...chart.series.map(s => number(s, i))])};
   const made = element('figure', {}, element('figcaption', {textContent: chart.title}), holder);
   if (chart.note) made.append(element('p', {className: 'note', textContent: chart.note}));
   made.append(element('details', {}, element('summary', {textContent: 'Numbers'}), table(numbers)));
@@ -92,20 +134,27 @@ function figure(chart) {
   if (chart.unit === '%') values.max = 100;
   if (chart.stacked) values.ticks = {precision: 0};
   const labels = {stacked: chart.stacked, title: {display: true, text: chart.along}, ticks: {autoSkip: false}};
-  new Chart(canvas, {
+  const seriesOf = item => chart.series.find(s => s.name === item.dataset.label.replace(rangeSuffix, ''));
+  const drawn = new Chart(canvas, {
     data: {labels: chart.labels, datasets: datasets(chart)},
     options: {
       indexAxis: isLong ? 'y' : 'x', animation: false, maintainAspectRatio: false,
       scales: isLong ? {x: values, y: labels} : {x: labels, y: values},
+      onClick: (event, items) => {
+        if (items.length === 0) return;
+        const {datasetIndex, index} = items[0];
+        listCases(chart, seriesOf({dataset: drawn.data.datasets[datasetIndex]}), index);
+      },
       plugins: {
         legend: {display: chart.stacked || chart.series.length > 1, labels: {usePointStyle: !chart.stacked, boxHeight: 6, filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
         tooltip: {
           filter: item => !item.dataset.isRange,
           callbacks: {
             label: item => {
-              const series = chart.series.find(s => s.name === item.dataset.label);
+              const series = seriesOf(item);
               return `${series.name}: ${valueText(series.values[item.dataIndex], chart.unit)}`;
             }}}}}});
+  made.append(button('Download PNG', () => downloadPicture(drawn, chart.title), 'small'));
   return made;
 }
 
@@ -141,14 +190,37 @@ function showComparison(pair) {
 // ---- the list of cases ----
 
 const filters = {};
-let shown = [];  // numbers of the cases that pass the filters
+let ofChart = null;  // {text, cases}: the cases that a chart's value counts, if one was selected
+let order = {column: null, sign: 1};
+let shown = [];  // numbers of the cases that pass the filters, in the order of the list
+
+// A case's address after '#': its id, and which of the cases with this id it is if it is not the first.
+const addresses = [];
+const numberOf = new Map();
+
+function setUpAddresses() {
+  const counts = new Map();
+  data.cases.forEach((one, number) => {
+    const count = (counts.get(one[CASE.id]) ?? 0) + 1;
+    counts.set(one[CASE.id], count);
+    addresses.push(encodeURI(count === 1 ? one[CASE.id] : `${one[CASE.id]}@${count}`));
+    numberOf.set(addresses[number], number);
+  });
+}
 
 function caseButton(number) {
-  const button = element('button', {type: 'button', textContent: data.cases[number][CASE.id]});
-  button.dataset.number = number;
-  button.addEventListener('click', () => openCase(number));
-  return button;
+  const made = button(data.cases[number][CASE.id], () => openCase(number));
+  made.dataset.number = number;
+  return made;
 }
+
+// The list's columns after the picture: title, text of a case, what it is sorted by.
+const columns = [
+  {title: 'case', of: one => one[CASE.id]}, {title: 'group', of: one => one[CASE.title]}, {title: 'outcome', of: one => one[CASE.outcome]},
+  {title: 'stage', of: one => one[CASE.stage]}, {title: 'seconds', of: one => one[CASE.seconds], text: one => one[CASE.seconds].toFixed(2)},
+  {title: 'detail', of: one => one[CASE.detail], className: 'detail'}];
+if (data.runs.length > 1) columns.push({title: 'run', of: one => data.runs[one[CASE.run]].name});
+const textIn = (column, one) => (column.text ?? column.of)(one);
 
 function row(number) {
   const one = data.cases[number];
@@ -156,11 +228,8 @@ function row(number) {
   if (one[CASE.view]) {
     picture.append(element('img', {src: `views/${number}.png`, loading: 'lazy', alt: '', width: 96, height: 72}));
   }
-  const cells = ['title', 'outcome', 'stage'].map(key => element('td', {textContent: one[CASE[key]]}));
-  const made = element('tr', {}, picture, element('td', {}, caseButton(number)), ...cells,
-      element('td', {textContent: one[CASE.seconds].toFixed(2)}), element('td', {className: 'detail', textContent: one[CASE.detail]}));
-  if (data.runs.length > 1) made.append(element('td', {textContent: data.runs[one[CASE.run]].name}));
-  return made;
+  return element('tr', {}, picture, element('td', {}, caseButton(number)), ...columns.slice(1).map(
+      column => element('td', {className: column.className ?? '', textContent: textIn(column, one)})));
 }
 
 function showMore() {
@@ -170,14 +239,43 @@ function showMore() {
   $('more').hidden = body.rows.length >= shown.length;
 }
 
+function compare(a, b) {
+  return typeof a === 'number' ? a - b : a.localeCompare(b, 'en', {numeric: true});
+}
+
 function filterCases() {
-  shown = [];
-  data.cases.forEach((one, number) => {
-    if (Object.entries(filters).every(([key, select]) => select.value === '' || String(one[CASE[key]]) === select.value)) shown.push(number);
-  });
+  const wanted = $('search').value.trim().toLowerCase();
+  const passes = (one, number) => (ofChart === null || ofChart.cases.has(number)) && one[CASE.id].toLowerCase().includes(wanted) &&
+      Object.entries(filters).every(([key, select]) => select.value === '' || String(one[CASE[key]]) === select.value);
+  shown = [...data.cases.keys()].filter(number => passes(data.cases[number], number));
+  if (order.column) shown.sort((a, b) => order.sign * compare(order.column.of(data.cases[a]), order.column.of(data.cases[b])) || a - b);
   $('count').textContent = `${shown.length} of ${data.cases.length} cases`;
+  $('of-chart').hidden = ofChart === null;
+  $('of-chart-text').textContent = ofChart?.text ?? '';
   $('list').tBodies[0].replaceChildren();
   showMore();
+}
+
+// Shows the cases that a value of a chart counts, and no others.
+function listCases(chart, series, i) {
+  const {cases} = series.values[i] ?? {};
+  if (!cases) return;
+  ofChart = {text: `${chart.title}: ${chart.labels[i]}, ${series.name}`, cases: new Set(cases)};
+  for (const select of Object.values(filters)) select.value = '';
+  $('search').value = '';
+  filterCases();
+  $('trials').scrollIntoView();
+  $('all-cases').focus();
+}
+
+// Up, down, then as in the run.
+function sortBy(column, head) {
+  if (order.column !== column) order = {column, sign: 1};
+  else if (order.sign === 1) order.sign = -1;
+  else order = {column: null, sign: 1};
+  for (const one of head.parentNode.cells) one.removeAttribute('aria-sort');
+  if (order.column) head.setAttribute('aria-sort', order.sign === 1 ? 'ascending' : 'descending');
+  filterCases();
 }
 
 function addFilter(key, name, textOf = String) {
@@ -189,18 +287,26 @@ function addFilter(key, name, textOf = String) {
 }
 
 function setUpList() {
-  const names = ['', 'case', 'group', 'outcome', 'stage', 'seconds', 'detail'];
-  if (data.runs.length > 1) {
-    names.push('run');
-    addFilter('run', 'Run', value => data.runs[value].name);
-  }
+  if (data.runs.length > 1) addFilter('run', 'Run', value => data.runs[value].name);
   $('view-note').textContent = data.viewNote;
   addFilter('title', 'Group');
   addFilter('outcome', 'Outcome');
   addFilter('stage', 'Last stage');
   addFilter('view', 'View', value => value ? 'with 3-D view' : 'without');
-  $('list').tHead.rows[0].append(...names.map(name => element('th', {scope: 'col', textContent: name})));
+  const heads = columns.map(column => {
+    const head = element('th', {scope: 'col'});
+    head.append(button(column.title, () => sortBy(column, head), 'sort'));
+    return head;
+  });
+  $('list').tHead.rows[0].append(element('td'), ...heads);
   $('filters').addEventListener('submit', event => event.preventDefault());
+  $('search').addEventListener('input', filterCases);
+  $('all-cases').addEventListener('click', () => {
+    ofChart = null;
+    filterCases();
+  });
+  $('download-list').addEventListener('click', () => downloadTable('cases', [
+    columns.map(column => column.title), ...shown.map(number => columns.map(column => textIn(column, data.cases[number])))]));
   $('more').addEventListener('click', showMore);
   filterCases();
 }
@@ -266,6 +372,9 @@ async function openCase(number) {
   stepTo($('previous'), place > 0 ? shown[place - 1] : undefined);
   stepTo($('next'), place >= 0 ? shown[place + 1] : undefined);
   $('record').textContent = '';
+  $('replay').textContent = replayOf(number);
+  $('copied').textContent = '';
+  history.replaceState(null, '', `#${addresses[number]}`);
   if (!$('case').open) $('case').showModal();
   const block = Math.floor(number / data.block);
   try {
@@ -278,12 +387,41 @@ async function openCase(number) {
   }
 }
 
+// The command that runs a case again.
+function replayOf(number) {
+  const one = data.cases[number];
+  const word = text => /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
+  const [, folder] = data.runs[one[CASE.run]].stores.findLast(([first]) => first <= number);
+  return `rangegrasp trial ${word(folder)} ${word(one[CASE.id])}`;
+}
+
+// A page from disk may be refused the clipboard: then the command is selected.
+async function copyReplay() {
+  try {
+    await navigator.clipboard.writeText($('replay').textContent);
+    $('copied').textContent = 'Copied';
+  } catch {
+    getSelection().selectAllChildren($('replay'));
+    $('copied').textContent = 'Selected: press Ctrl+C';
+  }
+}
+
+// Opens the case that the page's address names.
+function openNamed() {
+  const number = numberOf.get(location.hash.slice(1));
+  if (number !== undefined && number !== opened) openCase(number);
+}
+
 function setUpCase() {
   $('close').addEventListener('click', () => $('case').close());
+  $('copy').addEventListener('click', copyReplay);
   $('case').addEventListener('close', () => {
     opened = -1;
+    history.replaceState(null, '', location.pathname);
     hideViews();
   });
+  window.addEventListener('hashchange', openNamed);
+  openNamed();
 }
 
 // ---- the whole page ----
@@ -293,9 +431,10 @@ document.title = `${data.runs.map(run => run.name).join(', ')} - rangegrasp repo
 $('title').textContent = data.runs.map(run => run.name).join(' and ');
 data.runs.forEach(showRun);
 data.comparisons.forEach(showComparison);
+setUpAddresses();
 setUpList();
-setUpCase();
 for (const section of document.querySelectorAll('section:not([hidden])')) {
   document.querySelector('nav').append(element('a', {href: `#${section.id}`, textContent: section.querySelector('h2').textContent}));
 }
 window.addEventListener('beforeprint', () => Object.values(Chart.instances).forEach(chart => chart.resize()));
+setUpCase();

@@ -24,6 +24,13 @@ TEST(PrepareFolder, TouchesNothingThatIsNoReport) {
   EXPECT_EQ(base::ReadFile(folder / "views/precious.txt"), "mine");
 }
 
+TEST(PrepareFolder, MayBeLockedByTheCaller) {
+  const TempFolder folder;
+  const experiment::FolderLock lock(folder.path());
+  PrepareFolder(folder.path());
+  EXPECT_TRUE(std::filesystem::exists(folder / experiment::FolderLock::kFile));
+}
+
 TEST(PrepareFolder, LeavesNoViewOfAnEarlierReport) {
   const TempFolder folder;
   base::WriteFile(folder / "data.js", "");
