@@ -390,6 +390,15 @@ TEST(GraspAdditions, EachAloneChangesThePublishedCandidates) {
   }
 }
 
+// The published method grasps over the top of what is wider than the hand, in both orientations.
+TEST(PowerCandidates, AreNoneWhereThePadsCannotReachRoundTheObject) {
+  SceneBuilder builder = Box(0.20, 0.16, 0.10);
+  Workbench published(builder, AsPublished());
+  EXPECT_EQ(PowerCandidates(published.task).size(), 2u);
+  Workbench ours(builder, GraspOptions{});
+  EXPECT_TRUE(PowerCandidates(ours.task).empty());
+}
+
 // ---- Choosing.
 
 /// A candidate with the open hand high above the table, or in it.

@@ -165,12 +165,14 @@ Vector3d UpNormal(const Task& task) {
 }
 
 /// Grasps with the hand wide open over the top surface's centre, against its normal, in both
-/// orientations, down to contact: if nothing else is left, e.g. if the object is wider than the
-/// hand.
+/// orientations, down to contact: if nothing else is left. With contact_ranking none if the surface
+/// is wider than the hand, whose pads then cannot touch its sides; the dissertation does not check
+/// that.
 std::vector<Candidate> OverTheTop(Task& task) {
   std::vector<Candidate> candidates;
   if (!task.object.top) return candidates;
   const perception::TopSurface& top = *task.object.top;
+  if (task.options.contact_ranking && top.minor_m > task.hand.MaxGap()) return candidates;
   for (const double side : {1.0, -1.0}) {
     const View view =
         MakeView(task, task.coarse, top.center_C, -UpNormal(task), side * top.minor_C);
