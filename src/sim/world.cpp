@@ -176,7 +176,9 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   impl_->colors = internal::ColorsOfGeoms(model());
   impl_->objects = std::move(built.objects);
   impl_->physics = options;
-  impl_->scene_option = impl_->model->opt;
+  mjOption& option = impl_->model->opt;
+  option.noslip_iterations = std::max(option.noslip_iterations, options.min_noslip);
+  impl_->scene_option = option;
   impl_->data = internal::MakeData(model());
   if (!impl_->data) throw base::RunError("MuJoCo: out of memory for the scene's data");
   impl_->before.state.resize(mj_stateSize(model(), mjSTATE_INTEGRATION));

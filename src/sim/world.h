@@ -39,6 +39,7 @@ struct PhysicsOptions {
   FrictionChoice friction = FrictionChoice::kDrawn;
   std::optional<double> glove_friction;   ///< both coefficients on everything (for self-tests)
   std::optional<double> box_wall_m = {};  ///< inner height of the box; if absent, as in the scene
+  int min_noslip = 0;  ///< at least so many iterations against creep, even if the scene has fewer
 };
 
 /// An open box of the scene. The box of the site "container" in its body is the interior.
