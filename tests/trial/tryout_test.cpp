@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <regex>
 
 #include "base/file.h"
@@ -119,6 +120,13 @@ TEST(TryCell, AFourFingeredHandDeliversAfterTheEdits) {
   const Tryout tryout = TryCell(OptionsOf(folder / "scene.xml"));
   EXPECT_EQ(tryout.trials, 27);
   EXPECT_GE(tryout.delivered, 20);  // 23
+  // Some contacts creep, fewer with more iterations, which were tried.
+  const auto creeps = std::ranges::find_if(tryout.findings, [](const base::Finding& finding) {
+    return finding.what.find("creep") != std::string::npos;
+  });
+  ASSERT_NE(creeps, tryout.findings.end());
+  EXPECT_THAT(base::CureOf(*creeps), HasSubstr("noslip_iterations=\"30\" in"));
+  EXPECT_THAT(base::CureOf(*creeps), HasSubstr("(tried: "));
 }
 TEST_F(Broken, AWallThatIsSeenButHasNoKnownShape) {
   Replace(texts_.scene, "<worldbody>",
