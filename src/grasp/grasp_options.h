@@ -175,8 +175,8 @@ constexpr std::array<base::Addition<GraspAdditions>, 10> AdditionsOf(const Grasp
        "normal of the top surface, across its principal axis"},
       {"offsets", &A::offsets, "also power grasps off the middle of the object"},
       {"contact_ranking", &A::contact_ranking,
-       "rank candidates by their predicted contacts; off: by the share of the object that they "
-       "touch"},
+       "rank candidates by their predicted contacts, and drop those without; off: by the share of "
+       "the object that they touch"},
       {"narrow_openings", &A::narrow_openings, "open the hand less where neighbors leave no room"},
       {"power_fallback", &A::power_fallback,
        "power grasps of a rotational object if no other grasp is possible"},

@@ -339,7 +339,7 @@ const std::map<std::string, Reader>& Readers() {
       {"depth_camera",
        [](std::string_view b) { sensing::ReadDepthCamera(FileOf(b, "file.yaml")); }},
       {"stereo_camera",
-       [](std::string_view b) { stereo::ReadStereoCamera(FileOf(b, "file.yaml")); }},
+       [](std::string_view b) { sensing::ReadStereoCamera(FileOf(b, "file.yaml")); }},
       {"hand_eye", [](std::string_view b) { sensing::ReadHandEye(FileOf(b, "file.yaml")); }},
       {"surfaces", [](std::string_view b) { sim::ReadSurfaces(FileOf(b, "file.yaml")); }},
       {"named_grasps", [](std::string_view b) { grasp::ReadNamedGrasps(FileOf(b, "file.yaml")); }},
