@@ -321,12 +321,12 @@ Grid GridOf(const Table& table) {
 
 std::string ComparisonLine(const Table& table) {
   std::vector<std::string> below;
-  for (const Row& row : table.rows) {
+  for (const Row& row : AllRows(table)) {
     if (IsBelowPublished(table, row)) below.push_back(NameOf(row));
   }
   return fmt::format(
-      "p: one-sided Fisher's exact test for a rate below the published one; significantly below (* "
-      "p < {:.4f} = 0.05 / rows): {}",
+      "p: one-sided Fisher's exact test for a rate below the published one (overall: counts of all "
+      "rows together); significantly below (* p < {:.4f} = 0.05 / rows): {}",
       table.p_threshold, below.empty() ? "none" : base::Join(below));
 }
 
@@ -357,7 +357,7 @@ constexpr const char* kTextNote =
     "are compared with this verdict";
 
 std::string TimesLine(const Table& table) {
-  std::string line = "seconds, median (95 %):";
+  std::string line = "seconds, median (95 % quantile):";
   for (const auto& time : table.stage_seconds) {
     if (time.stage.find(':') != std::string::npos) continue;  // steps within a stage: JSON only
     line += fmt::format(" {} {:.3f} ({:.3f})", time.stage, time.median_s, time.p95_s);
@@ -523,9 +523,10 @@ void Add(const std::string& label, const Count& count, const Positions& cases, C
   value.cases = cases;
 }
 
-// @param cases  that the rates count, by object
+// @param cases, cases_by_text  that the rates count, by object
 Chart ObjectChart(const Table& table, const std::map<std::string, Positions>& cases,
-                  const char* title, RowRate Row::*of, RowRate Row::*text) {
+                  const std::map<std::string, Positions>& cases_by_text, const char* title,
+                  RowRate Row::*of, RowRate Row::*text) {
   Chart chart{
       .title = title,
       .unit = "%",
@@ -534,9 +535,13 @@ Chart ObjectChart(const Table& table, const std::map<std::string, Positions>& ca
   bool any = false;
   for (const Row& row : table.rows) {
     const Rate& published = (row.*text).published;
-    const auto found = cases.find(row.object);
-    Add(NameOf(row), (row.*of).count, found == cases.end() ? Positions() : found->second, chart);
+    const auto of_row = [&](const std::map<std::string, Positions>& some) {
+      const auto found = some.find(row.object);
+      return found == some.end() ? Positions() : found->second;
+    };
+    Add(NameOf(row), (row.*of).count, of_row(cases), chart);
     chart.series[1].values.push_back(PercentOf((row.*text).count));
+    chart.series[1].values.back().cases = of_row(cases_by_text);
     chart.series[2].values.emplace_back();
     if (published) chart.series[2].values.back().value = 100.0 * *published;
     any = any || published;
@@ -727,12 +732,20 @@ ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& 
 std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);
   const auto tried = TriedOf(records);
-  std::map<std::string, Positions> all, detected;  // by object
-  for (std::size_t i = 0; i < records.size(); ++i) all[records[i].which.group].push_back(i);
+  std::map<std::string, Positions> all, detected, detected_by_text;  // by object
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const std::string& object = records[i].which.group;
+    all[object].push_back(i);
+    const auto data = DataOf(records[i]);
+    const auto text = data.find("text");
+    if (text != data.end() && text->value("detected", false)) detected_by_text[object].push_back(i);
+  }
   for (const Tried& one : tried) detected[one.object].push_back(one.position);
   std::vector<Chart> charts = {
-      ObjectChart(table, all, "Detection rate by object", &Row::detection, &Row::text_detection),
-      ObjectChart(table, detected, "Grasping rate by object", &Row::grasping, &Row::text_grasping),
+      ObjectChart(table, all, all, "Detection rate by object", &Row::detection,
+                  &Row::text_detection),
+      ObjectChart(table, detected, detected_by_text, "Grasping rate by object", &Row::grasping,
+                  &Row::text_grasping),
       DeliveredChart(tried, "Delivered by resting pose", "resting pose", WordBin("pose_class")),
       DeliveredChart(tried, "Delivered by kind of grasp", "kind of grasp", WordBin("grasp_type")),
       DeliveredChart(tried, "Delivered by friction",
