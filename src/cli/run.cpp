@@ -292,12 +292,12 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
     throw;  // the script that started the program may build it
   } catch (const base::InputError& error) {
     const std::string function = experiment::ValueOr(stamp.identity, "detector_function", "");
-    if (!function.empty()) {
-      throw base::InputError(folder + ": its detector is the Python function " + function +
-                             ": only the Python program that ran it can run its trials again " +
-                             "(rangegrasp.evaluate(...).report())");
-    }
-    throw base::InputError(folder + ": " + error.what());
+    const std::string of_python =
+        function.empty() ? ""
+                         : "; the detector was the Python function " + function +
+                               ": only the Python program that ran it can run its trials again "
+                               "(rangegrasp.evaluate(...).report())";
+    throw base::InputError(folder + ": " + error.what() + of_python);
   }
 }
 

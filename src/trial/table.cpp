@@ -498,22 +498,10 @@ FrictionBins SumOf(const FrictionCurve& curve) {
 
 // Data of a record that counts as detected.
 struct Tried {
-  std::string object;
   Data data;
   bool delivered = false;
   std::size_t position = 0;  // in the records
 };
-
-std::vector<Tried> TriedOf(const std::vector<Record>& records) {
-  std::vector<Tried> tried;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    auto data = DataOf(records[i]);
-    if (!data.value("detected", false)) continue;
-    tried.push_back(
-        {records[i].which.group, std::move(data), records[i].result.outcome == kDelivered, i});
-  }
-  return tried;
-}
 
 using Positions = std::vector<std::size_t>;  // of cases, in the records
 
@@ -687,8 +675,11 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
 
 FrictionCurve FrictionCurveOf(const std::vector<Record>& records) {
   FrictionCurve curve;
-  for (const Tried& one : TriedOf(records)) {
-    if (const auto bin = FrictionBin(one.data)) Add(one.delivered, curve[one.object][*bin]);
+  for (const Record& record : records) {
+    const auto data = DataOf(record);
+    const auto bin = FrictionBin(data);
+    if (!bin || !data.value("detected", false)) continue;
+    Add(record.result.outcome == kDelivered, curve[record.which.group][*bin]);
   }
   return curve;
 }
@@ -731,16 +722,18 @@ ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& 
 
 std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);
-  const auto tried = TriedOf(records);
+  std::vector<Tried> tried;
   std::map<std::string, Positions> all, detected, detected_by_text;  // by object
   for (std::size_t i = 0; i < records.size(); ++i) {
     const std::string& object = records[i].which.group;
+    auto data = DataOf(records[i]);
     all[object].push_back(i);
-    const auto data = DataOf(records[i]);
     const auto text = data.find("text");
     if (text != data.end() && text->value("detected", false)) detected_by_text[object].push_back(i);
+    if (!data.value("detected", false)) continue;
+    detected[object].push_back(i);
+    tried.push_back({std::move(data), records[i].result.outcome == kDelivered, i});
   }
-  for (const Tried& one : tried) detected[one.object].push_back(one.position);
   std::vector<Chart> charts = {
       ObjectChart(table, all, all, "Detection rate by object", &Row::detection,
                   &Row::text_detection),

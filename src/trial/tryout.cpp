@@ -110,6 +110,7 @@ Options Generated(Options options, const std::filesystem::path& folder) {
 // Why trials fail, and how to fix it.
 struct Cause {
   std::string element, what, cure;
+  std::vector<base::Edit> edits = {};
 };
 
 constexpr const char* kCreep = "creep";
@@ -271,22 +272,19 @@ class Trying {
     std::vector<std::string> outcomes;
     for (const auto& [word, count] : group.outcomes)
       outcomes.push_back(fmt::format("{} {}", word, count));
-    Finding finding{error, cell_.options.scene.string(), group.first.element,
-                    fmt::format("{} ({} of {} trials, {}: {})", group.first.what, group.count,
-                                tried_.trials, base::Join(outcomes), base::Join(group.objects)),
-                    group.first.cure};
-    if (group.first.cure == CureOf(kCreep)) {
-      finding.edits = against_creep_;
-      finding.cure = creep_tried_ + finding.cure;
-    }
-    tried_.findings.push_back(finding);
+    tried_.findings.push_back(
+        {error, cell_.options.scene.string(), group.first.element,
+         fmt::format("{} ({} of {} trials, {}: {})", group.first.what, group.count, tried_.trials,
+                     base::Join(outcomes), base::Join(group.objects)),
+         group.first.cure, group.first.edits});
   }
 
   // Contacts may creep because the solver has too few iterations against it; with more, other hands
   // creep. So all trials are run again with more, which are proposed if fewer then fail.
   void CheckCreep(const std::vector<experiment::Case>& cases) {
     const auto creeps = [](const auto& group) { return group.second.first.cure == CureOf(kCreep); };
-    if (std::ranges::none_of(groups_, creeps)) return;
+    const auto creeping = std::ranges::find_if(groups_, creeps);
+    if (creeping == groups_.end()) return;
     int trials = 0, invalid = 0;
     cell_.options.physics.min_noslip = kMoreNoslip;
     for (const experiment::Case& which : cases) {
@@ -298,11 +296,13 @@ class Trying {
     }
     cell_.options.physics.min_noslip = 0;
     if (invalid >= invalid_) return;
-    against_creep_ = {{.file = cell_.options.scene.string(),
-                       .element = "/*/option",
-                       .set = {{"noslip_iterations", std::to_string(kMoreNoslip)}}}};
-    creep_tried_ =
-        fmt::format(" (tried: {} instead of {} trials are then invalid)\nor ", invalid, invalid_);
+    Cause& cause = creeping->second.first;
+    cause.edits = {{.file = cell_.options.scene.string(),
+                    .element = "/*/option",
+                    .set = {{"noslip_iterations", std::to_string(kMoreNoslip)}}}};
+    cause.cure =
+        fmt::format(" (tried: {} instead of {} trials are then invalid)\nor ", invalid, invalid_) +
+        cause.cure;
   }
 
   // Drives that do not reach the grip force will not hold heavier objects than those tried.
@@ -387,8 +387,6 @@ class Trying {
   TrialSpec worst_;    ///< the trial with the largest lag
   int weak_ = 0;       ///< number of trials with too little grip force at the pads
   int invalid_ = 0;    ///< number of trials whose physics is not valid
-  std::vector<base::Edit> against_creep_;  ///< edits that help; empty if none do
-  std::string creep_tried_;                ///< how much they help
 };
 
 }  // namespace

@@ -137,12 +137,9 @@ std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-template <int kColumns>
-ordered_json JsonOfRows(const Eigen::Matrix<double, kColumns, kColumns>& m) {
+ordered_json JsonOfRows(const Eigen::MatrixXd& m) {
   ordered_json rows = ordered_json::array();
-  for (int row = 0; row < kColumns; ++row) {
-    rows.push_back(std::vector<double>(m.row(row).begin(), m.row(row).end()));
-  }
+  for (const auto& row : m.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
   return rows;
 }
 
@@ -150,10 +147,10 @@ ordered_json JsonOfRows(const Eigen::Matrix<double, kColumns, kColumns>& m) {
 ordered_json Json(const grasp::Grasp& grasp) {
   return {{"type", base::Word(grasp.type)},
           {"position_m", Json(grasp.X_CG.translation())},
-          {"rotation", JsonOfRows<3>(grasp.X_CG.linear())},
+          {"rotation", JsonOfRows(grasp.X_CG.linear())},
           {"width_m", grasp.width_m},
           {"opening_m", grasp.opening_m},
-          {"X_CH", JsonOfRows<4>(grasp.X_CH.matrix())},
+          {"X_CH", JsonOfRows(grasp.X_CH.matrix())},
           {"score", grasp.score},
           {"collides", grasp.collides}};
 }

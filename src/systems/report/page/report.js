@@ -16,6 +16,12 @@ function element(tag, properties = {}, ...children) {
   return made;
 }
 
+function button(text, action, className = '') {
+  const made = element('button', {type: 'button', textContent: text, className});
+  made.addEventListener('click', action);
+  return made;
+}
+
 // A script of the report, once; a page from disk may load data no other way.
 const loading = {};
 function load(file) {
@@ -34,12 +40,6 @@ rangegrasp.load = load;
 rangegrasp.element = element;
 
 // ---- downloads ----
-
-function button(text, action, className = '') {
-  const made = element('button', {type: 'button', textContent: text, className});
-  made.addEventListener('click', action);
-  return made;
-}
 
 function download(url, title, ending) {
   const name = title.toLowerCase().replace(/[^a-z0-9]+/g, '-').replace(/^-|-$/g, '') || 'table';
@@ -69,7 +69,7 @@ function downloadPicture(chart, title) {
 
 // ---- tables and charts ----
 
-// A cell is a text, or an element that is shown as it is.
+// A cell is a text or an element.
 function table(grid) {
   const align = i => grid.left[i] ? 'left' : '';
   const made = element('table');
@@ -134,7 +134,7 @@ function figure(chart) {
   if (chart.unit === '%') values.max = 100;
   if (chart.stacked) values.ticks = {precision: 0};
   const labels = {stacked: chart.stacked, title: {display: true, text: chart.along}, ticks: {autoSkip: false}};
-  const seriesOf = item => chart.series.find(s => s.name === item.dataset.label.replace(rangeSuffix, ''));
+  const seriesOf = dataset => chart.series.find(s => s.name === dataset.label.replace(rangeSuffix, ''));
   const drawn = new Chart(canvas, {
     data: {labels: chart.labels, datasets: datasets(chart)},
     options: {
@@ -143,7 +143,7 @@ function figure(chart) {
       onClick: (event, items) => {
         if (items.length === 0) return;
         const {datasetIndex, index} = items[0];
-        listCases(chart, seriesOf({dataset: drawn.data.datasets[datasetIndex]}), index);
+        listCases(chart, seriesOf(drawn.data.datasets[datasetIndex]), index);
       },
       plugins: {
         legend: {display: chart.stacked || chart.series.length > 1, labels: {usePointStyle: !chart.stacked, boxHeight: 6, filter: (item, all) => !all.datasets[item.datasetIndex].isRange}},
@@ -151,7 +151,7 @@ function figure(chart) {
           filter: item => !item.dataset.isRange,
           callbacks: {
             label: item => {
-              const series = seriesOf(item);
+              const series = seriesOf(item.dataset);
               return `${series.name}: ${valueText(series.values[item.dataIndex], chart.unit)}`;
             }}}}}});
   made.append(button('Download PNG', () => downloadPicture(drawn, chart.title), 'small'));
