@@ -167,6 +167,7 @@ void AddCompare(CLI::App& app) {
       "Example: rangegrasp compare results/laser_single results/laser_single_published");
   command->callback([first, second] {
     const auto c = experiment::CompareRuns(*first, *second);
+    if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(
         "pairs {}\n{} by the first, % {:.1f}\n{} by the second, % {:.1f}\n{} by both {}\n"

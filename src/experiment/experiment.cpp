@@ -189,6 +189,7 @@ std::string FileAsRun(const Stamp& stamp) {
   const fs::path file = Need(stamp.data, "experiment_file");
   std::string text = fmt::format("# Experiment file of a run; relative paths are relative to {}.\n",
                                  file.parent_path().string());
+  text += "# What ran (--objects): " + Need(stamp.identity, "groups") + "\n";
   for (const std::string& one : SetOf(stamp)) text += "# On the command line: --set " + one + "\n";
   return text + Need(stamp.data, "experiment_text");
 }
@@ -210,11 +211,19 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
     throw base::InputError(fmt::format("{}: has another task than {} ({})", second.string(),
                                        first.string(), kind.name));
   }
-  const RunComparison compared{Compare(one.records, two.records, kind.success), kind.success};
+  RunComparison compared{Compare(one.records, two.records, kind.success), kind.success, {}};
   if (compared.pairs == 0) {
     throw base::InputError(
         fmt::format("{}, {}: the two runs have no case with the same id and seed", first.string(),
                     second.string()));
+  }
+  const std::string& name = Need(one.stamp.identity, "experiment");
+  const std::string& other = Need(two.stamp.identity, "experiment");
+  if (name != other) {
+    compared.warning = fmt::format(
+        "{} is a run of experiment {}, {} one of {}: a pair has the same object and seed, perhaps "
+        "not the same scene",
+        first.string(), name, second.string(), other);
   }
   return compared;
 }

@@ -67,6 +67,7 @@ Report ReportOf(const Results& results);
 /// Case-by-case comparison of two results folders.
 struct RunComparison : Comparison {
   std::string success;  ///< the outcome that counts as success
+  std::string warning;  ///< empty unless the two are runs of different experiments
 };
 /// @throws base::InputError naming the folders if their tasks differ or they share no case.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);

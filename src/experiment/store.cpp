@@ -344,8 +344,12 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
   impl->Distrust();
   for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
     if (sqlite3_exec(impl->handle, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
-    throw base::InputError(impl->file.string() + ": " + sqlite3_errmsg(impl->handle) +
-                           " (a writable folder with free space is needed)");
+    const int code = sqlite3_errcode(impl->handle) & 0xff;
+    const bool has_errno = code == SQLITE_CANTOPEN || code == SQLITE_IOERR;
+    const int why = has_errno ? sqlite3_system_errno(impl->handle) : 0;
+    throw base::InputError(
+        impl->file.string() + ": " + sqlite3_errmsg(impl->handle) + " (" +
+        (why != 0 ? std::strerror(why) : "a writable folder with free space is needed") + ")");
   }
   return Store(std::move(impl));
 }

@@ -132,6 +132,9 @@ nb::list Records(const std::string& folder) {
 
 nb::dict Compare(const std::string& first, const std::string& second) {
   const auto c = experiment::CompareRuns(first, second);
+  if (!c.warning.empty() && PyErr_WarnEx(PyExc_UserWarning, c.warning.c_str(), 1) < 0) {
+    throw nb::python_error();
+  }
   nb::dict dict;
   dict["pairs"] = c.pairs;
   dict["both"] = c.both;

@@ -223,6 +223,15 @@ TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
   EXPECT_THAT(ran.out, HasSubstr("pairs 2"));
   EXPECT_THAT(ran.out, HasSubstr("same outcome 2"));
   EXPECT_THAT(ran.out, HasSubstr("McNemar exact p 1"));
+  EXPECT_EQ(ran.err, "");
+}
+
+TEST_F(RunTest, AComparisonOfDifferentExperimentsWarns) {
+  Succeeded(RunInto("renamed", {"--objects", "spread", "--set", "name=renamed"}));
+  const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("renamed")}));
+  EXPECT_THAT(ran.err, HasSubstr("renamed is a run of experiment"));
+  EXPECT_THAT(base::ReadFile(Folder("renamed/experiment.yaml")),
+              HasSubstr("# What ran (--objects): "));
 }
 
 TEST_F(RunTest, AScanIsPerceivedAsAFileToo) {

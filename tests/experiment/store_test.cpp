@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -225,6 +226,17 @@ TEST(Store, AFolderThatCannotBeMadeOrWrittenIsAnInputErrorThatNamesIt) {
   // A folder that exists but takes no files from any user.
   EXPECT_THAT(ErrorOf<base::InputError>([] { Store::Create("/proc/self"); }),
               HasSubstr("/proc/self/results.sqlite"));
+}
+
+TEST(Store, TooManyOpenFilesAreNamedAndNotTheFolder) {
+  const TempFolder folder;
+  EXPECT_EQ(InChild([&] {
+              const rlimit none_more{STDERR_FILENO + 1, STDERR_FILENO + 1};
+              if (setrlimit(RLIMIT_NOFILE, &none_more) != 0) return 2;
+              const std::string what = MessageOf([&] { Store::Create(folder.path()); });
+              return what.find("Too many open files") == std::string::npos ? 1 : 0;
+            }),
+            0);
 }
 
 TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
