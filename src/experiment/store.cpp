@@ -336,20 +336,19 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
   }
   auto impl = std::make_unique<Impl>();
   impl->file = folder / name;
-  if (sqlite3_open(impl->file.c_str(), &impl->handle) != SQLITE_OK) {
-    throw base::InputError(impl->file.string() +
-                           ": cannot be written: " + sqlite3_errmsg(impl->handle));
-  }
-  sqlite3_busy_timeout(impl->handle, kBusy_ms);
-  impl->Distrust();
-  for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
-    if (sqlite3_exec(impl->handle, sql, nullptr, nullptr, nullptr) == SQLITE_OK) continue;
+  const auto refuse = [&] {
     const int code = sqlite3_errcode(impl->handle) & 0xff;
     const bool has_errno = code == SQLITE_CANTOPEN || code == SQLITE_IOERR;
     const int why = has_errno ? sqlite3_system_errno(impl->handle) : 0;
     throw base::InputError(
         impl->file.string() + ": " + sqlite3_errmsg(impl->handle) + " (" +
         (why != 0 ? std::strerror(why) : "a writable folder with free space is needed") + ")");
+  };
+  if (sqlite3_open(impl->file.c_str(), &impl->handle) != SQLITE_OK) refuse();
+  sqlite3_busy_timeout(impl->handle, kBusy_ms);
+  impl->Distrust();
+  for (const char* sql : {pragmas, "PRAGMA synchronous=NORMAL", kSchema}) {
+    if (sqlite3_exec(impl->handle, sql, nullptr, nullptr, nullptr) != SQLITE_OK) refuse();
   }
   return Store(std::move(impl));
 }

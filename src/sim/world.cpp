@@ -183,9 +183,13 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   if (!impl_->data) throw base::RunError("MuJoCo: out of memory for the scene's data");
   impl_->before.state.resize(mj_stateSize(model(), mjSTATE_INTEGRATION));
   if (internal::TryFind(model(), mjOBJ_TUPLE, "arm_joints") >= 0) {
-    const internal::ArmServo servo(model());
-    impl_->arm_joints = servo.joints();
-    impl_->arm_actuators = servo.actuators();
+    try {
+      const internal::ArmServo servo(model());
+      impl_->arm_joints = servo.joints();
+      impl_->arm_actuators = servo.actuators();
+    } catch (const base::InputError& error) {
+      throw base::InputError(scene_mjcf.string() + ": " + error.what());
+    }
   }
   const std::vector<double> home = internal::NumericOf(model(), "home");
   if (home.size() == impl_->arm_joints.size() && !home.empty()) {

@@ -227,7 +227,7 @@ TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
 }
 
 TEST_F(RunTest, AComparisonOfDifferentExperimentsWarns) {
-  Succeeded(RunInto("renamed", {"--objects", "spread", "--set", "name=renamed"}));
+  Succeeded(RunInto("renamed", {"--set", "name=renamed"}));
   const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("renamed")}));
   EXPECT_THAT(ran.err, HasSubstr("renamed is a run of experiment"));
   EXPECT_THAT(base::ReadFile(Folder("renamed/experiment.yaml")),

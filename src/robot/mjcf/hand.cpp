@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <utility>
 
 #include "base/error.h"
@@ -54,6 +55,8 @@ std::string LineOf(const std::filesystem::path& file, std::size_t line) {
   const auto lines = base::Split(base::ReadFile(file), '\n');
   return line >= 1 && line <= lines.size() ? lines[line - 1] : "";
 }
+
+constexpr const char* kFileAttribute = R"(file\s*=\s*["']([^"']*\.xml)["'])";
 
 std::string MatchIn(const std::string& text, const char* pattern) {
   const auto match = base::FindMatch(text, pattern);
@@ -325,13 +328,25 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
     if (!part.empty()) parts.push_back(part);
   }
   const std::string text = base::Join(parts, "; ");
-  const auto line = base::NumberFrom<std::size_t>(MatchIn(text, "line ([0-9]+)"));
+  // "Element 'geom', line 4", "Element name 'arm/link1', id 3, line 4", or, if it is no XML, "Line
+  // number=4". Then follow, from the inside, the elements that attach the file of the one before.
+  const auto lines = base::AllMatches(text, "(?:line |Line number=)([0-9]+)");
+  const auto line = lines.empty() ? std::nullopt
+                                  : base::NumberFrom<std::size_t>(lines.front().groups[1]);
   if (!line) return file.string() + ": " + text;
-  // "Element 'geom', line 4", or "Element name 'arm/link1', id 3, line 4".
-  const std::string tag = MatchIn(text, "Element '([^']{1,80})'");
+  const std::string tag = MatchIn(text.substr(0, lines.front().end()), "Element '([^']{1,80})'");
   const std::string name = MatchIn(text, "Element name '([^']{1,80})'");
-  std::vector<std::filesystem::path> files;
-  AddFilesOf(file.lexically_normal(), files);
+  std::filesystem::path attached = file.lexically_normal();
+  for (const auto& outer : lines | std::views::drop(1) | std::views::reverse) {
+    const auto number = base::NumberFrom<std::size_t>(outer.groups[1]);
+    const std::string child = MatchIn(LineOf(attached, number.value_or(0)), kFileAttribute);
+    if (!child.empty()) attached = (attached.parent_path() / child).lexically_normal();
+  }
+  std::vector<std::filesystem::path> files = {attached};
+  if (!tag.empty() || !name.empty()) {
+    files.clear();
+    AddFilesOf(attached, files);
+  }
   if (files.size() > 1) {
     std::erase_if(files, [&](const std::filesystem::path& one) {
       const std::string there = LineOf(one, *line);
@@ -340,8 +355,8 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
     });
   }
   if (files.size() == 1) return fmt::format("{}:{}: {}", files.front().string(), *line, text);
-  return fmt::format("{}: {} (in this file, or in one that it includes or attaches)", file.string(),
-                     text);
+  return fmt::format("{}: {} (in this file, or in one that it includes or attaches)",
+                     attached.string(), text);
 }
 
 std::string FarAway(const mjModel& model) {
