@@ -49,7 +49,7 @@ class Scan:
     seed : int
         Below 2**53; a detector that draws from it answers the same again.
     noise_m : float [m]
-        Standard deviation of the points, measured on the table; 0 if that was not done.
+        Standard deviation of the points, measured on the table; 0 if there is none.
     center : (3,) float64 [m]
         Middle of the workspace in W.
     radius : float [m]
@@ -173,6 +173,9 @@ class Object:
     center: Floats = field(default_factory=lambda: np.zeros(3))
     size: Floats = field(default_factory=lambda: np.zeros(3))
 
+    def __repr__(self) -> str:
+        return f"Object({len(self.samples)} points, center {np.round(self.center, 3)} m, size {np.round(self.size, 3)} m)"
+
 
 @dataclass
 class Found:
@@ -198,6 +201,9 @@ class Found:
     objects: list[Object]
     grasps: list[Grasp]
     features: Floats | None = None
+
+    def __repr__(self) -> str:
+        return f"Found({len(self.objects)} objects, {len(self.grasps)} grasps, noise {1e3 * self.noise:.2f} mm)"
 
     @staticmethod
     def _from(core: dict[str, Any]) -> "Found":

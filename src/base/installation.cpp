@@ -101,6 +101,15 @@ NotInstalled::NotInstalled(const std::string& package, const std::string& what)
 
 void AddWordNotBuilt(const WordNotBuilt& word) { Words().push_back(word); }
 
+std::vector<std::string> WordsNotBuilt(std::string_view kind) {
+  std::vector<std::string> words;
+  for (const WordNotBuilt& known : Words()) {
+    if (known.kind == kind) words.emplace_back(known.word);
+  }
+  std::ranges::sort(words);
+  return words;
+}
+
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where) {
   for (const WordNotBuilt& known : Words()) {
     if (known.kind == kind && known.word == word) throw NotBuilt(where, known);

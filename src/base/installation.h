@@ -63,6 +63,9 @@ class NotInstalled : public InputError {
 /// The texts must live as long as the program.
 void AddWordNotBuilt(const WordNotBuilt& word);
 
+/// The words of a kind that belong to systems that are not built, sorted.
+std::vector<std::string> WordsNotBuilt(std::string_view kind);
+
 /// @param where  start of the message: "file:line: " or empty
 /// @throws NotBuilt for a word of a system that is not built.
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where = "");

@@ -324,10 +324,12 @@ void YamlMap::Finish() const {
   for (const auto& entry : impl_->node) {
     const std::string key = KeyOf(entry);
     if (Contains(impl_->asked, key)) continue;
-    CheckBuilt("key", impl_->prefix + key, impl_->At(entry.first.Mark()));
-    throw InputError(impl_->At(entry.first.Mark()) + "unknown key '" + key +
-                     "'; nearest valid key: '" + NearestWord(key, impl_->asked) +
-                     "'; valid: " + Join(impl_->asked));
+    const std::string path = impl_->prefix + key;
+    const bool by_hand = Contains(impl_->document->overridden, path);
+    const std::string at = by_hand ? "--set " + path + ": " : impl_->At(entry.first.Mark());
+    CheckBuilt("key", path, at);
+    throw InputError(at + "unknown key '" + key + "'; nearest valid key: '" +
+                     NearestWord(key, impl_->asked) + "'; valid: " + Join(impl_->asked));
   }
 }
 

@@ -118,6 +118,8 @@ them.
 
 )";
 
+constexpr const char* kNotBuilt = "not built; scripts/rangegrasp builds it when it is first used";
+
 // The first sentence of an experiment's initial comment ("Fig. 5.2" does not end a sentence).
 std::string SummaryOf(const fs::path& experiment) {
   std::string summary;
@@ -132,6 +134,7 @@ std::string SummaryOf(const fs::path& experiment) {
 std::vector<ListEntry> Kinds() {
   std::vector<ListEntry> entries;
   for (const auto& kind : experiment::AllKinds()) entries.push_back({kind.name, kind.description});
+  for (const std::string& name : base::WordsNotBuilt("task")) entries.push_back({name, kNotBuilt});
   return entries;
 }
 
@@ -297,9 +300,12 @@ int RunProgram(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "rangegrasp " + base::Version(),
                        "version of the program (the command `version` also lists its libraries)");
-  app.footer(
-      "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 failed run, 2 "
-      "wrong usage or input.");
+  const auto missing = base::WordsNotBuilt("command");
+  const std::string more =
+      missing.empty() ? "" : "Commands " + base::Join(missing) + ": " + kNotBuilt + ".\n";
+  app.footer(more +
+             "Example: rangegrasp run experiments/laser_single.yaml\nExit codes: 0 done, 1 failed "
+             "run, 2 wrong usage or input.");
   try {
     AddRunCommand(app);
     AddResultsCommands(app);

@@ -74,8 +74,8 @@ std::string SummaryOf(const Record& record, const std::string& success) {
   const auto by_text = data.find("text");  // the second verdict of a grasping trial
   if (by_text != data.end() && by_text->is_object() &&
       by_text->value("outcome", result.outcome) != result.outcome) {
-    text += "  by the text: " + by_text->value("outcome", "") +
-            ", since the attempt went on; pictures and film show it\n";
+    text += "  by the text's definition: " + by_text->value("outcome", "") +
+            " (the trial went on after the stricter verdict)\n";
   }
   for (const auto& [name, value] : data.items()) {
     if (value.is_primitive() && !value.is_null() && value != "") {
@@ -164,7 +164,7 @@ void AddCompare(CLI::App& app) {
   command->add_option("first", *first, "results folder")->required();
   command->add_option("second", *second, "results folder")->required();
   command->footer(
-      "Example: rangegrasp compare results/laser_single results/laser_single_published");
+      "Example: rangegrasp compare results/laser_single results/laser_single_as_published");
   command->callback([first, second] {
     const auto c = experiment::CompareRuns(*first, *second);
     if (!c.warning.empty()) spdlog::warn(c.warning);

@@ -190,7 +190,8 @@ std::string FileAsRun(const Stamp& stamp) {
   std::string text = fmt::format("# Experiment file of a run; relative paths are relative to {}.\n",
                                  file.parent_path().string());
   text += "# What ran (--objects): " + Need(stamp.identity, "groups") + "\n";
-  for (const std::string& one : SetOf(stamp)) text += "# On the command line: --set " + one + "\n";
+  for (const std::string& one : SetOf(stamp))
+    text += "# On the command line: --set '" + one + "'\n";
   return text + Need(stamp.data, "experiment_text");
 }
 

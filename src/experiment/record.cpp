@@ -136,17 +136,34 @@ std::string TitleOf(const Stamp& stamp, const std::string& group) {
   return ValueOr(stamp.data, kTitlePrefix + group, group);
 }
 
-void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where) {
+namespace {
+
+// How two runs differ in a value of their identity.
+std::string Difference(const std::string& name, const Stamp& stored, const Stamp& wanted) {
+  const auto words = [](const std::string& value) { return value.empty() ? "none" : value; };
+  const auto pair = [&](const std::string& was, const std::string& is) {
+    return fmt::format("{} instead of {}", words(was), words(is));
+  };
+  const auto set = [](const Stamp& stamp) {
+    return base::Join(base::Split(ValueOr(stamp.data, "set", ""), '\n'), ", ");
+  };
+  if (name == "experiment_hash" && set(stored) != set(wanted)) {
+    return "--set: " + pair(set(stored), set(wanted));
+  }
+  if (name == "experiment_hash") return "the text of the experiment file has changed";
+  return name + " " + pair(ValueOr(stored.identity, name, ""), ValueOr(wanted.identity, name, ""));
+}
+
+}  // namespace
+
+void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where,
+                  const std::string& remedy) {
   auto names = stored.identity;
   names.insert(wanted.identity.begin(), wanted.identity.end());
   for (const auto& [name, value] : names) {
-    const std::string was = ValueOr(stored.identity, name, "");
-    const std::string is = ValueOr(wanted.identity, name, "");
-    if (was == is) continue;
-    throw base::InputError(
-        fmt::format("{}: contains results with a different {} ('{}' instead of '{}'); choose "
-                    "another folder with --out, or use --overwrite",
-                    where, name, was, is));
+    if (ValueOr(stored.identity, name, "") == ValueOr(wanted.identity, name, "")) continue;
+    throw base::InputError(fmt::format("{}: contains results of another run ({}); {}", where,
+                                       Difference(name, stored, wanted), remedy));
   }
 }
 

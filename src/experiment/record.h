@@ -93,8 +93,10 @@ inline constexpr const char* kTitlePrefix = "title.";
 /// The title of a group, or the group itself if it has none.
 std::string TitleOf(const Stamp& stamp, const std::string& group);
 
-/// @throws base::InputError that begins with `where` and names the first value that differs.
-void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where);
+/// @throws base::InputError that begins with `where`, names the first value that differs, and ends
+/// with what to do.
+void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where,
+                  const std::string& remedy);
 
 /// The value of a name, or `otherwise` if it has none.
 std::string ValueOr(const std::map<std::string, std::string>& part, const std::string& name,

@@ -317,7 +317,7 @@ Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases) {
   const std::string where = store.file().parent_path().string();
   Stamp alike = stored;
   alike.identity["cases"] = Need(now.identity, "cases");
-  CheckSameRun(alike, now, where);
+  CheckSameRun(alike, now, where, "choose another folder with --out, or use --overwrite");
   if (stored.identity != now.identity) {
     for (const Record& record : Replaced(store.ReadAll(), cases, where)) store.Write(record);
   }

@@ -228,7 +228,7 @@ void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   alike.identity["seed"] = pooled.identity.at("seed");
   alike.identity["cases"] = pooled.identity.at("cases");
   OrderGroupsAs(pooled, alike);
-  CheckSameRun(alike, pooled, folder);
+  CheckSameRun(alike, pooled, folder, "only runs that differ in their seeds have a common table");
   pooled.identity["seed"] = seeds;
   pooled.identity["cases"] = std::to_string(cases);
 }
@@ -548,7 +548,9 @@ Merged Merge(const std::vector<fs::path>& shards, const fs::path& out, bool comp
   std::vector<Source> sources;
   for (const auto& folder : shards) {
     const Store& store = sources.emplace_back(folder).store;
-    CheckSameRun(store.ReadStamp(), stamp, folder.string());
+    CheckSameRun(store.ReadStamp(), stamp, folder.string(),
+                 "`merge` joins shards of one run; for runs of several seeds, give `table` the "
+                 "folder that contains theirs");
     merged.cases += static_cast<std::size_t>(store.Count());
   }
   if (complete && merged.cases < merged.expected) return merged;

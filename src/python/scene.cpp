@@ -112,7 +112,12 @@ class Scene {
       sensed_ = std::make_shared<trial::Sensed>(trial::Look(cell_, *world_, seed));
     }
     nb::dict scan = DictOf(sensed_->observation, sensed_);
-    scan["seed"] = seed;
+    // As a trial of this seed gives them to a detector.
+    base::Rng rng = trial::StageStream(seed, "perceive");
+    constexpr int kSeedShift = 11;
+    scan["seed"] = rng.Next() >> kSeedShift;
+    noise_m_ = MeasureNoise(rng);
+    scan["noise_m"] = noise_m_;
     AddWorkspace(cell_.robot, cell_.options.workspace_margin_m, scan);
     return scan;
   }
@@ -162,7 +167,7 @@ class Scene {
     nb::dict found;
     found["table_normal"] = ArrayOf(detected.detection.table_C.normal);
     found["table_offset"] = detected.detection.table_C.offset_m;
-    found["noise"] = 0.0;
+    found["noise"] = noise_m_;
     const std::size_t names = grasp::FeatureNames().size();
     found["features"] = with_features
                             ? nb::cast(Copied(features.data(), {features.size() / names, names}))
@@ -263,6 +268,18 @@ class Scene {
   void Home() {
     if (!world_->ArmPositions().isApprox(cell_.robot.home, 1e-12)) trial::GoHome(cell_, *world_);
   }
+  // On the table of the last scan; 0 if no table is found.
+  double MeasureNoise(base::Rng& rng) const {
+    try {
+      const auto& options = cell_.options;
+      return perception::PerceiveTable(sensed_->observation, options.perception, rng,
+                                       grasp::WorkspaceOf(cell_.robot, options.workspace_margin_m))
+          .sampling.noise_m;
+    } catch (const base::InputError&) {
+      return 0.0;
+    }
+  }
+
   void LookOnce() {
     if (!sensed_) Scan(seed_);
   }
@@ -296,6 +313,7 @@ class Scene {
   experiment::Experiment experiment_;
   const trial::Cell& cell_;
   std::uint64_t seed_ = 0;
+  double noise_m_ = 0.0;  // of the last scan
   std::unique_ptr<sim::World> world_;
   std::optional<int> target_;
   std::shared_ptr<trial::Sensed> sensed_;         // null after anything moved

@@ -109,7 +109,7 @@ class WorldArranger : public Arranger {
         fmt::format("arrangement: {} needs {} objects next to the target, but objects lists {}; "
                     "list more{}",
                     options_.arranger, others, options_.objects.size() - 1,
-                    others > 1 ? ", or lower clutter.max_others" : ""));
+                    others > 1 ? ", or lower clutter.min_others and clutter.max_others" : ""));
   }
 
   // The target first, then the other objects: all, or a random number of them.
@@ -627,8 +627,9 @@ class ClutterArranger : public WorldArranger {
     NeedsObjects(DrawsOthers() ? options.clutter.max_others : 1);
     if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
       throw base::InputError(options.scene.string() +
-                             ": arrangement: box needs a scene with a box (marked by a box-shaped "
-                             "site \"container\" that fills its interior)");
+                             ": arrangement: box needs a scene with a box, such as "
+                             "scenes/tabletop_box.xml (marked by a box-shaped site \"container\" "
+                             "that fills its interior)");
     }
     for (const std::string& object : options.objects) {
       resting_poses_[object] =

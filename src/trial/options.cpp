@@ -107,8 +107,8 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
                  "maximum overlap of two bodies at rest");
   if (o.min_others > o.max_others) {
     map.Fail(map.Has("max_others") ? "max_others" : "min_others",
-             fmt::format("from {} to {}: the first number must not be larger", o.min_others,
-                         o.max_others));
+             fmt::format("max_others ({}) must be at least min_others ({})", o.max_others,
+                         o.min_others));
   }
   map.Finish();
 }

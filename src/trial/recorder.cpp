@@ -132,7 +132,7 @@ ViewRecorder::ViewRecorder(const Cell& cell)
 void ViewRecorder::OnMoment(const std::string& moment, const sim::World& world) {
   if (bodies_.empty()) {
     for (auto& body : sim::VisualBodies(world)) {
-      const char* layer = body.object ? "things" : "robot and table";
+      const char* layer = body.object ? "objects as simulated" : "robot and table";
       view_.bodies.push_back({body.name, layer, std::move(body.mesh_B), body.color, {}});
       bodies_.push_back(body.body);
     }

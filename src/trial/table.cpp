@@ -103,13 +103,18 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
   if (detected) Add(delivered, grasping.count);
 }
 
-// A record's reason without numbers, for counting: the first line up to ';' or '(', without words
-// that have a digit or no letter. Only the first of several counted reasons ("no_ik x3, no_carry
-// x1") is kept.
-std::string ReasonWithoutFigures(const std::string& detail) {
+// A record's reason without numbers, for counting: the first line (of a traceback, whose lines
+// process::LastWords joined by " | ", the last) up to ';' or '(', without words that have a digit
+// or no letter. Only the first of several counted reasons ("no_ik x3, no_carry x1") is kept.
+std::string ReasonWithoutFigures(std::string detail) {
   constexpr std::size_t kMaxLength = 60;  // of a table cell
   const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
   const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  constexpr std::string_view kLines = " | ";
+  const std::size_t last = detail.rfind(kLines);
+  if (last != std::string::npos && (detail.starts_with("Traceback") || detail.starts_with("..."))) {
+    detail.erase(0, last + kLines.size());
+  }
   std::string reason;
   for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
     const bool has_digit = std::ranges::any_of(word, is_digit);
@@ -660,7 +665,7 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   const FrictionCurve curve = FrictionCurveOf(records);
   if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
     report.sections.push_back(
-        {"Delivered of detected by the glove's static friction on the object", by_friction});
+        {"Delivered / detected by the glove's static friction on the object, in bins of 0.05", by_friction});
   }
   report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
   if (table.overall.text_detection.count.n > 0) report.notes.emplace_back(kTextNote);

@@ -138,6 +138,11 @@ TEST_F(SystemsTest, AWordOfASystemThatIsNotBuiltIsNamedWithIt) {
   EXPECT_EQ(SystemMissingFor([] { CheckBuilt("command", "juggle"); }), "circus");
 }
 
+TEST_F(SystemsTest, TheWordsOfAKindThatAreNotBuiltAreListed) {
+  EXPECT_THAT(WordsNotBuilt("command"), testing::Contains("juggle"));
+  EXPECT_THAT(WordsNotBuilt("task"), testing::Not(testing::Contains("juggle")));
+}
+
 TEST_F(SystemsTest, OtherWordsAndOtherKindsOfWordsAreNot) {
   EXPECT_NO_THROW(CheckBuilt("command", "run"));
   EXPECT_NO_THROW(CheckBuilt("task", "juggle"));

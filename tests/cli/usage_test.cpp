@@ -233,6 +233,11 @@ TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
   ExpectRefused({"snapshot", folder_ / "none.xml", "-o", "a.png"}, "none.xml");
 }
 
+TEST_F(BadInputTest, ASensorsFileIsNoExperimentToCheck) {
+  const std::string file = (kUsageSource / "models/sensors/line_scanner.yaml").string();
+  ExpectRefused({"check", file}, {"line_scanner.yaml: is a sensor's file"});
+}
+
 TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {
   const std::string model = folder_ / "models/objects/thing/thing.xml";
   for (const char* text : {"", "<mujoco>", "<mujoco/>",

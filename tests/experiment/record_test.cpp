@@ -15,7 +15,7 @@ const Stamp kStamp{
     {{"experiment", "demo"}, {"seed", "1"}}, {{"version", "0.1"}, {"commit", "abc"}}, {}};
 
 std::string StampErrorOf(const Stamp& other) {
-  return MessageOf([&] { CheckSameRun(other, kStamp, "results/demo"); });
+  return MessageOf([&] { CheckSameRun(other, kStamp, "results/demo", "do that"); });
 }
 
 TEST(Params, AreReadBackTheSameInTheirOrder) {
@@ -46,18 +46,26 @@ TEST(Params, ADamagedTextIsRefused) {
 TEST(CheckSameRun, NamesWhatDiffers) {
   Stamp other = kStamp;
   other.identity["seed"] = "2";
-  EXPECT_THAT(
-      StampErrorOf(other),
-      HasSubstr("results/demo: contains results with a different seed ('2' instead of '1')"));
+  EXPECT_EQ(StampErrorOf(other),
+            "results/demo: contains results of another run (seed 2 instead of 1); do that");
 }
 
 TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
   Stamp other = kStamp;
   other.identity["scene_hash"] = "x";
-  EXPECT_THAT(StampErrorOf(other), HasSubstr("different scene_hash"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("scene_hash x instead of none"));
   other = kStamp;
   other.identity.erase("seed");
-  EXPECT_THAT(StampErrorOf(other), HasSubstr("different seed"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("seed none instead of 1"));
+}
+
+TEST(CheckSameRun, AnotherExperimentIsNamedByWhatWasSet) {
+  Stamp other = kStamp;
+  other.identity["experiment_hash"] = "x";
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("(the text of the experiment file has changed)"));
+  other.data["set"] = "hand.initial_force_n=40\nseed=1";
+  EXPECT_THAT(StampErrorOf(other),
+              HasSubstr("(--set: hand.initial_force_n=40, seed=1 instead of none)"));
 }
 
 TEST(CheckSameRun, BuildAndDataMayDiffer) {

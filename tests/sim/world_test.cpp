@@ -223,6 +223,10 @@ TEST(World, SaysWhyAnObjectIsNone) {
     EXPECT_THAT(Complaint(folder, {}), HasSubstr("/spread.xml"));
     EXPECT_THAT(Complaint(folder, {}), HasSubstr("is a folder; name its file"));
   }
+  // Of a folder of objects, one that exists.
+  const std::string suggested = Complaint(RANGEGRASP_SOURCE_DIR "/models/objects", {});
+  const std::string object = suggested.substr(suggested.rfind(' ') + 1);
+  EXPECT_TRUE(std::filesystem::is_regular_file(object)) << suggested;
 }
 
 // The run repeats to the last bit, as if nothing had happened in between.

@@ -62,7 +62,7 @@ TEST_F(ViewTest, HoldsWhatWasPerceivedAndWhatMoved) {
   double of_rest = 0.0;
   for (const View::Body& body : view.bodies) {
     ASSERT_EQ(body.X_WB.size(), view.frames.size()) << body.name;
-    double& furthest = body.layer == "things" ? of_object : of_rest;
+    double& furthest = body.layer == "objects as simulated" ? of_object : of_rest;
     furthest = std::max(furthest, Travel(body));
   }
   // The object is lifted by at least 100 mm and carried to another place.

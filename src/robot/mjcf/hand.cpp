@@ -331,8 +331,8 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
   // "Element 'geom', line 4", "Element name 'arm/link1', id 3, line 4", or, if it is no XML, "Line
   // number=4". Then follow, from the inside, the elements that attach the file of the one before.
   const auto lines = base::AllMatches(text, "(?:line |Line number=)([0-9]+)");
-  const auto line = lines.empty() ? std::nullopt
-                                  : base::NumberFrom<std::size_t>(lines.front().groups[1]);
+  const auto line =
+      lines.empty() ? std::nullopt : base::NumberFrom<std::size_t>(lines.front().groups[1]);
   if (!line) return file.string() + ": " + text;
   const std::string tag = MatchIn(text.substr(0, lines.front().end()), "Element '([^']{1,80})'");
   const std::string name = MatchIn(text, "Element name '([^']{1,80})'");

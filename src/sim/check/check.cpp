@@ -161,7 +161,8 @@ void CheckMotorNames(Model& model, const std::string& file) {
   };
   ends("hand_open", "position of each drive's joint or tendon in the open hand [rad or m]",
        guess.open);
-  ends("hand_closed", "the same in the closed hand", guess.closed);
+  ends("hand_closed", "position of each drive's joint or tendon in the closed hand [rad or m]",
+       guess.closed);
   CheckNumeric(model, file,
                {mjOBJ_NUMERIC, "grip_force",
                 "the first and the maximum grip force between the two sides [N]",

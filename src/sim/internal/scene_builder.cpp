@@ -245,7 +245,14 @@ int LineAt(std::string_view text, std::size_t at) {
 
 void NeedMjcf(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {
-    const auto inside = file / (std::filesystem::canonical(file).filename().string() + ".xml");
+    const auto own = [](const std::filesystem::path& folder) {
+      return folder / (std::filesystem::canonical(folder).filename().string() + ".xml");
+    };
+    auto inside = own(file);
+    for (const auto& entry : std::filesystem::directory_iterator(file)) {  // a folder of objects
+      if (std::filesystem::exists(inside)) break;
+      if (entry.is_directory()) inside = own(entry.path());
+    }
     throw Wrong(file, "is a folder; name its file, such as " + inside.string());
   }
   if (!std::filesystem::is_regular_file(file)) {

@@ -190,10 +190,9 @@ std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
     return given.X_CG.translation().norm() > kWorkCell_m;
   };
   const auto anywhere = [](const grasp::Proposal&) { return true; };
-  return {{"if they were in centimetres; the answer must be in metres", in_unit(1e-2), beyond},
-          {"if they were in millimetres; the answer must be in metres", in_unit(1e-3), beyond},
-          {"if they were in the sensor's frame; the answer must be in the cloud's, W", in_sensor,
-           anywhere}};
+  return {{"centimetres, not metres", in_unit(1e-2), beyond},
+          {"millimetres, not metres", in_unit(1e-3), beyond},
+          {"the sensor's frame, not the cloud's, W", in_sensor, anywhere}};
 }
 
 // An answer to a question, or why there is none.
@@ -299,9 +298,9 @@ class AnsweringDetector : public Detector {
       const std::size_t count = HoldSomething(answer, scene, &mistake);
       if (2 * count < Judged(answer)) continue;
       throw DetectorFailed(
-          fmt::format("answer: none of the {} best grasps has a measured point between its "
-                      "fingers; {} of them would {}",
-                      Judged(answer), count, mistake.words));
+          fmt::format("answer: seems to be in {}; none of the {} best grasps has a measured point "
+                      "between its fingers, {} of them would otherwise",
+                      mistake.words, Judged(answer), count));
     }
   }
 

@@ -132,12 +132,12 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
   const auto guess = GuessUnit(longest);
   if (!guess) {
     throw base::InputError(
-        fmt::format("{}: its longest edge is {:.4g}, which is not between {} and {} in mm, cm or "
+        fmt::format("{}: its longest side is {:.4g}, which is not between {} and {} in mm, cm or "
                     "m. Give the unit with --unit, or the size with --height-mm or --size-mm",
                     file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
   }
   said.push_back(
-      fmt::format("unit: {}, guessed from its longest edge of {:.4g} (--unit overrides it)",
+      fmt::format("unit: {}, guessed from its longest side of {:.4g} (--unit overrides it)",
                   base::Word(*guess), longest));
   return MetersOf(*guess);
 }

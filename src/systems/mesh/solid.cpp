@@ -299,9 +299,10 @@ Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
     Surface wrap;
     CGAL::alpha_wrap_3(surface, options.wrap_gap * diagonal, options.wrap_offset * diagonal, wrap);
     surface = std::move(wrap);
-    result.done.push_back(fmt::format(
-        "it intersects itself: replaced by a wrap, {:.2f} % of its size outside the given mesh",
-        100.0 * options.wrap_offset));
+    result.done.push_back(
+        fmt::format("it intersects itself: replaced by a wrapped surface, up to {:.2f} % of its "
+                    "size outside the mesh",
+                    100.0 * options.wrap_offset));
   } else {
     const double before = CGAL::to_double(pmp::volume(surface));
     pmp::orient_to_bound_a_volume(surface);

@@ -20,6 +20,7 @@
 #include "base/process/program.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
+#include "base/yaml_map.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
 #include "geometry/cloud_file.h"
@@ -107,6 +108,11 @@ Checked CheckFile(const CheckArguments& arguments) {
   const fs::path file = arguments.file;
   if (IsExperiment(file)) {
     checked.kind = "experiment";
+    const auto map = base::YamlMap::FromFile(file);
+    if (map.Has("type") && !map.Has("scene")) {
+      throw base::InputError(file.string() +
+                             ": is a sensor's file; check an experiment that names it as `sensor`");
+    }
     const auto e =
         experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {
           checked.findings = found;

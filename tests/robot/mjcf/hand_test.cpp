@@ -50,12 +50,15 @@ TEST(EngineMessage, NamesTheFileAndLineThatTheEngineMeans) {
   // An attached file is the one that the outer elements lead to.
   const auto cell = folder.Write("cell.xml", "\n\n<joint/><model file=\"main.xml\"/>\n");
   folder.Write("main.xml", "\n\n<joint/>\n<model file='arm.xml'/>\n");
-  EXPECT_EQ(EngineMessage(cell, "bad; Element 'joint', line 3; Element 'model', line 4; Element "
-                                "'model', line 3"),
-            arm.string() + ":3: bad; Element 'joint', line 3; Element 'model', line 4; Element "
-                           "'model', line 3");
-  EXPECT_THAT(EngineMessage(cell, "no XML; Line number=3; Element 'model', line 4; Element "
-                                  "'model', line 3"),
+  EXPECT_EQ(EngineMessage(cell,
+                          "bad; Element 'joint', line 3; Element 'model', line 4; Element "
+                          "'model', line 3"),
+            arm.string() +
+                ":3: bad; Element 'joint', line 3; Element 'model', line 4; Element "
+                "'model', line 3");
+  EXPECT_THAT(EngineMessage(cell,
+                            "no XML; Line number=3; Element 'model', line 4; Element "
+                            "'model', line 3"),
               HasSubstr(arm.string() + ":3: no XML"));
 }
 

@@ -263,7 +263,9 @@ void AddAddObjectCommand(CLI::App& app) {
   command->add_option("--unit", a->unit, "unit of the mesh (default: guessed from its size)")
       ->check(CLI::IsMember(base::WordList<objects::LengthUnit>()));
   auto* height = command->add_option("--height-mm", a->height_mm, "scale to this height");
-  command->add_option("--size-mm", a->size_mm, "scale so that the longest edge has this length")
+  command
+      ->add_option("--size-mm", a->size_mm,
+                   "scale so that the longest side of the bounding box has this length")
       ->excludes(height);
   command->add_option("--scale", a->scale, "additional scale factor");
   command->add_option("--up", a->up, "axis of the mesh that points up (default: z; y of glTF)")

@@ -231,7 +231,9 @@ void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& rec
   const auto cases = CasesOf(e, records);
   Store exported = Store::Create(out);
   const auto begun = exported.ReadStamp();
-  if (!begun.identity.empty()) CheckSameRun(begun, e.stamp, out.string());
+  if (!begun.identity.empty()) {
+    CheckSameRun(begun, e.stamp, out.string(), "choose another folder with --out");
+  }
   exported.WriteStamp(e.stamp);
   const auto missing = Missing(cases, exported, /*again_crashed=*/true);
   if (!missing.empty()) e.task->Prepare();
