@@ -54,6 +54,18 @@ def test_a_batch_in_this_process_answers_the_same():
     assert sum(sizes) == 3 and max(sizes) <= 2
 
 
+def test_a_detector_sees_the_scan_of_the_scene():
+    seen = []
+
+    def batch(scans):
+        seen.extend((scan.seed, scan.noise_m, np.array(scan.points)) for scan in scans)
+        return [[] for _ in scans]
+    rg.evaluate(batch, "single", batch=1, trials=1, objects=["salt_cuboid"], seed=SEED, progress=False)
+    scan = rg.Scene("single", seed=SEED, target="salt_cuboid").scan()
+    assert [scan.seed, scan.noise_m] == list(seen[0][:2]) and scan.seed < 2**53 and 1e-4 < scan.noise_m < 1e-3
+    assert np.array_equal(scan.points, seen[0][2], equal_nan=True)
+
+
 def loop(scan):
     while True:
         pass
@@ -108,6 +120,7 @@ def test_records_are_a_data_frame():
     pandas = pytest.importorskip("pandas")
     records = rg.evaluate(None, "single", **FEW).records
     assert isinstance(records, pandas.DataFrame) and len(records) == 3
+    assert (records.seed > 0).all()
     assert {"id", "outcome", "data.log.lift_height_m", "seconds.trial"} <= {*records.columns} | {"seconds.trial"}
 
 

@@ -23,6 +23,12 @@ def test_a_scan_has_points_noise_and_pose(pile):
     assert np.allclose(scan.X_WV[:3, :3] @ scan.X_WV[:3, :3].T, np.eye(3))
 
 
+def test_what_is_found_is_printed_in_a_line(pile):
+    found = pile.perceive()
+    assert repr(found) == f"Found({len(found.objects)} objects, {len(found.grasps)} grasps, noise {1e3 * found.noise:.2f} mm)"
+    assert 0.1 < 1e3 * found.noise < 1.0 and len(repr(found.objects[0])) < 200
+
+
 def test_scans_repeat_and_other_seeds_differ(pile):
     assert np.array_equal(pile.scan(5).points, pile.scan(5).points, equal_nan=True)
     assert not np.array_equal(pile.scan(5).points, pile.scan(6).points, equal_nan=True)

@@ -68,5 +68,23 @@ TEST_P(RecordedTrial, ObjectAndHandAreWholeInEachPictureAndAllStandOnOneSheet) {
   EXPECT_EQ(sheet.width, 3 * 480);
 }
 
+TEST(Recorder, EachPictureOfARepeatedMomentIsKept) {
+  const auto e =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
+  const testing_support::TempFolder folder;
+  experiment::ReplayOptions options;
+  options.folder = folder.path();
+  options.snapshots = true;
+  auto arranged = ArrangeTrial(CellOf(*e.task), {"spread", 0, 11});
+  const auto recorder = report::MakeRecorder(CellOf(*e.task), "trial", options);
+  for (const char* moment : {"pregrasp", "pregrasp", "lifted"}) {
+    recorder->Take(moment, arranged->world);
+  }
+  recorder->Finish();
+  for (const char* name : {"pregrasp", "pregrasp_2", "lifted", "sheet"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / fmt::format("trial_{}.png", name))) << name;
+  }
+}
+
 }  // namespace
 }  // namespace rangegrasp::trial

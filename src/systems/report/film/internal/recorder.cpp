@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <optional>
 
 #include "base/error.h"
@@ -234,9 +235,14 @@ class FilmRecorder : public trial::Recorder {
   }
 
  private:
+  // A moment comes again if the hand approaches again.
   void Write(const std::string& what, const image::Image& image) {
-    image::WritePng(options_.folder / fmt::format("{}_{}.png", prefix_, what), image);
-    sheet_.push_back({image, prefix_ + " " + what});
+    const std::string name = prefix_ + "_" + what;
+    const int time = ++written_[name];
+    image::WritePng(options_.folder / (time == 1 ? name + ".png" : fmt::format("{}_{}.png", name, time)),
+                    image);
+    const std::string caption = prefix_ + " " + (what == "lifted" ? "after the lift" : what);
+    sheet_.push_back({image, time == 1 ? caption : fmt::format("{} ({})", caption, time)});
   }
 
   void OnScene(const perception::Scene& scene, const std::vector<grasp::Grasp>& grasps,
@@ -310,6 +316,7 @@ class FilmRecorder : public trial::Recorder {
   image::Image still_;  // the scene before anything moved
   bool moved_ = false;
   std::optional<int> target_;  // target of the execution
+  std::map<std::string, int> written_;  // pictures of a name
   Corners before_;             // corners of the object at the previous moment
 };
 
