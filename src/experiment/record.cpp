@@ -150,7 +150,7 @@ std::string Difference(const std::string& name, const Stamp& stored, const Stamp
   if (name == "experiment_hash" && set(stored) != set(wanted)) {
     return "--set: " + pair(set(stored), set(wanted));
   }
-  if (name == "experiment_hash") return "the text of the experiment file has changed";
+  if (name == "experiment_hash") return "the experiment files differ";
   return name + " " + pair(ValueOr(stored.identity, name, ""), ValueOr(wanted.identity, name, ""));
 }
 

@@ -115,7 +115,7 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
   EXPECT_THAT(ran.err, HasSubstr("--resume"));
   const Ran other_seed = RunInto("single", {"--resume", "--seed", "2"});
   EXPECT_EQ(other_seed.code, 2);
-  EXPECT_THAT(other_seed.err, HasSubstr("different seed"));
+  EXPECT_THAT(other_seed.err, HasSubstr("(seed 1 instead of 2)"));
   EXPECT_EQ(Rows("single"), before);
 }
 

@@ -62,7 +62,7 @@ TEST(CheckSameRun, AValueThatOnlyOneHasIsADifference) {
 TEST(CheckSameRun, AnotherExperimentIsNamedByWhatWasSet) {
   Stamp other = kStamp;
   other.identity["experiment_hash"] = "x";
-  EXPECT_THAT(StampErrorOf(other), HasSubstr("(the text of the experiment file has changed)"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("(the experiment files differ)"));
   other.data["set"] = "hand.initial_force_n=40\nseed=1";
   EXPECT_THAT(StampErrorOf(other),
               HasSubstr("(--set: hand.initial_force_n=40, seed=1 instead of none)"));

@@ -483,7 +483,7 @@ TEST_F(ResumeTest, AnotherSeedIsRefused) {
   Stamp other = ResumeStampOf(4);
   other.identity["seed"] = "2";
   EXPECT_THAT(testing_support::MessageOf([&] { Resume(store_, other, CasesOf(2)); }),
-              HasSubstr("different seed"));
+              HasSubstr("(seed 1 instead of 2); choose another folder"));
 }
 
 TEST_F(ResumeTest, TheCommitThatBeganTheRunStays) {

@@ -381,7 +381,7 @@ TEST(ReadResults, SeedsOfDifferentExperimentsAreNotPooled) {
   TempFolder folder;
   Fill(SeedFolder(folder.path(), 1), 1, StampOf("1"));
   Fill(SeedFolder(folder.path(), 2), 2, StampOf("2", "bb"));
-  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("experiment_hash"),
+  EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("experiment files differ"),
             std::string::npos);
 }
 
@@ -463,7 +463,8 @@ TEST_F(MergeTest, WhatAKilledMergeLeftDoesNotMatter) {
 TEST_F(MergeTest, WhatDoesNotBelongTogetherIsRefusedAndNothingIsWritten) {
   const auto out = folder_ / "out";
   const auto first = Shard(0, 3);
-  EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out), HasSubstr("different seed"));
+  EXPECT_THAT(Error({first, Shard(1, 3, "2")}, out),
+              HasSubstr("(seed 2 instead of 1); `merge` joins shards"));
   std::filesystem::copy(first, folder_ / "copy");
   EXPECT_THAT(Error({first, folder_ / "copy"}, out),
               HasSubstr("is also in another of the folders"));

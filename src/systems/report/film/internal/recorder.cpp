@@ -239,8 +239,9 @@ class FilmRecorder : public trial::Recorder {
   void Write(const std::string& what, const image::Image& image) {
     const std::string name = prefix_ + "_" + what;
     const int time = ++written_[name];
-    image::WritePng(options_.folder / (time == 1 ? name + ".png" : fmt::format("{}_{}.png", name, time)),
-                    image);
+    image::WritePng(
+        options_.folder / (time == 1 ? name + ".png" : fmt::format("{}_{}.png", name, time)),
+        image);
     const std::string caption = prefix_ + " " + (what == "lifted" ? "after the lift" : what);
     sheet_.push_back({image, time == 1 ? caption : fmt::format("{} ({})", caption, time)});
   }
@@ -315,9 +316,9 @@ class FilmRecorder : public trial::Recorder {
   FilmState film_;
   image::Image still_;  // the scene before anything moved
   bool moved_ = false;
-  std::optional<int> target_;  // target of the execution
+  std::optional<int> target_;           // target of the execution
   std::map<std::string, int> written_;  // pictures of a name
-  Corners before_;             // corners of the object at the previous moment
+  Corners before_;                      // corners of the object at the previous moment
 };
 
 }  // namespace
