@@ -57,6 +57,14 @@ struct YamlMap::Impl {
   std::string At(const YAML::Mark& mark) const {
     return fmt::format("{}:{}: ", document->file.string(), std::max(mark.line, 0) + 1);
   }
+  // The start of a message about a key: "--set key: " if it is from the command line.
+  std::string Where(const std::string& key, const YAML::Mark& mark) const {
+    const std::string path = prefix + key;
+    const bool by_hand = std::ranges::any_of(
+        document->overridden,
+        [&](const std::string& given) { return (path + ".").starts_with(given + "."); });
+    return by_hand ? "--set " + path + ": " : At(mark);
+  }
 
   // Position of the key (its value may begin on a later line), or of the map if the key is absent.
   YAML::Mark MarkOf(const std::string& key) const {
@@ -185,12 +193,7 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
 }
 
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
-  const std::string path = impl_->prefix + key;
-  const bool by_hand = std::ranges::any_of(
-      impl_->document->overridden,
-      [&](const std::string& given) { return (path + ".").starts_with(given + "."); });
-  throw InputError((by_hand ? "--set " + path + ": " : impl_->At(impl_->MarkOf(key))) + "key '" +
-                   key + "': " + what);
+  throw InputError(impl_->Where(key, impl_->MarkOf(key)) + "key '" + key + "': " + what);
 }
 
 void YamlMap::Require(const std::string& key) {
@@ -324,10 +327,8 @@ void YamlMap::Finish() const {
   for (const auto& entry : impl_->node) {
     const std::string key = KeyOf(entry);
     if (Contains(impl_->asked, key)) continue;
-    const std::string path = impl_->prefix + key;
-    const bool by_hand = Contains(impl_->document->overridden, path);
-    const std::string at = by_hand ? "--set " + path + ": " : impl_->At(entry.first.Mark());
-    CheckBuilt("key", path, at);
+    const std::string at = impl_->Where(key, entry.first.Mark());
+    CheckBuilt("key", impl_->prefix + key, at);
     throw InputError(at + "unknown key '" + key + "'; nearest valid key: '" +
                      NearestWord(key, impl_->asked) + "'; valid: " + Join(impl_->asked));
   }

@@ -105,18 +105,19 @@ class Scene {
   }
 
   nb::dict Scan(std::uint64_t seed) {
+    // As a trial of this seed gives them to a detector.
+    base::Rng rng = trial::StageStream(seed, "perceive");
+    constexpr int kSeedShift = 11;
+    const std::uint64_t detectors_seed = rng.Next() >> kSeedShift;
     {
       const nb::gil_scoped_release others_may_run;
       Home();
       found_.reset();
       sensed_ = std::make_shared<trial::Sensed>(trial::Look(cell_, *world_, seed));
+      noise_m_ = MeasureNoise(rng);
     }
     nb::dict scan = DictOf(sensed_->observation, sensed_);
-    // As a trial of this seed gives them to a detector.
-    base::Rng rng = trial::StageStream(seed, "perceive");
-    constexpr int kSeedShift = 11;
-    scan["seed"] = rng.Next() >> kSeedShift;
-    noise_m_ = MeasureNoise(rng);
+    scan["seed"] = detectors_seed;
     scan["noise_m"] = noise_m_;
     AddWorkspace(cell_.robot, cell_.options.workspace_margin_m, scan);
     return scan;

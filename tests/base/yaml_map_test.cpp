@@ -309,6 +309,8 @@ TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
   auto other = YamlMap::FromFile(file, {"m=1"});
   other.Read("n", n, 0, 9);
   EXPECT_THAT(ErrorOf([&] { other.Finish(); }), StartsWith("--set m: unknown key 'm'"));
+  auto inner = YamlMap::FromFile(file, {"m={k: 1}"});
+  EXPECT_THAT(ErrorOf([&] { inner.Child("m").Finish(); }), StartsWith("--set m.k: unknown key"));
 }
 
 TEST_F(YamlMapTest, TheReadingCodeIsTheTableOfKeys) {
