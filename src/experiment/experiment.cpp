@@ -222,8 +222,8 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const std::string& other = Need(two.stamp.identity, "experiment");
   if (name != other) {
     compared.warning = fmt::format(
-        "{} is a run of experiment {}, {} one of {}: a pair has the same object and seed, perhaps "
-        "not the same scene",
+        "{} ({}) and {} ({}) are runs of different experiments: a pair has the same object and "
+        "seed, perhaps not the same scene",
         first.string(), name, second.string(), other);
   }
   return compared;

@@ -171,7 +171,7 @@ TEST_F(RunTest, AFolderWithoutACaseHoldsNoResults) {
 TEST_F(RunTest, TheFolderHoldsTheExperimentFile) {
   const std::string text = base::ReadFile(Folder("single/experiment.yaml"));
   EXPECT_THAT(text, testing::EndsWith(base::ReadFile(kExperiment)));
-  EXPECT_THAT(text, HasSubstr("--set trials_per_object=1\n"));
+  EXPECT_THAT(text, HasSubstr("--set 'trials_per_object=1'\n"));
 }
 
 TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
@@ -229,7 +229,7 @@ TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
 TEST_F(RunTest, AComparisonOfDifferentExperimentsWarns) {
   Succeeded(RunInto("renamed", {"--set", "name=renamed"}));
   const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("renamed")}));
-  EXPECT_THAT(ran.err, HasSubstr("renamed is a run of experiment"));
+  EXPECT_THAT(ran.err, HasSubstr("renamed (renamed) are runs of different experiments"));
   EXPECT_THAT(base::ReadFile(Folder("renamed/experiment.yaml")),
               HasSubstr("# What ran (--objects): "));
 }
