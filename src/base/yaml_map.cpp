@@ -60,9 +60,9 @@ struct YamlMap::Impl {
   // The start of a message about a key: "--set key: " if it is from the command line.
   std::string Where(const std::string& key, const YAML::Mark& mark) const {
     const std::string path = prefix + key;
-    const bool by_hand = std::ranges::any_of(
-        document->overridden,
-        [&](const std::string& given) { return (path + ".").starts_with(given + "."); });
+    const bool by_hand = std::ranges::any_of(document->overridden, [&](const std::string& given) {
+      return (path + ".").starts_with(given + ".");
+    });
     return by_hand ? "--set " + path + ": " : At(mark);
   }
 

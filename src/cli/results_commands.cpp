@@ -68,11 +68,12 @@ std::string SummaryOf(const Record& record, const std::string& success) {
   std::string text = which.id + ": " + result.outcome;
   if (result.outcome != success) text += " in stage " + result.stage;
   text += "\n";
-  if (!result.detail.empty()) text += "  " + result.detail + "\n";
+  const bool failed = result.outcome != success;
+  if (failed && !result.detail.empty()) text += "  " + result.detail + "\n";
   std::vector<std::string> figures, times;
   const auto data = nlohmann::ordered_json::parse(result.data);
   const auto by_text = data.find("text");  // the second verdict of a grasping trial
-  if (by_text != data.end() && by_text->is_object() &&
+  if (failed && by_text != data.end() && by_text->is_object() &&
       by_text->value("outcome", result.outcome) != result.outcome) {
     text += "  by the text's definition: " + by_text->value("outcome", "") +
             " (the trial went on after the stricter verdict)\n";

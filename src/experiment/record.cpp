@@ -144,13 +144,19 @@ std::string Difference(const std::string& name, const Stamp& stored, const Stamp
   const auto pair = [&](const std::string& was, const std::string& is) {
     return fmt::format("{} instead of {}", words(was), words(is));
   };
-  const auto set = [](const Stamp& stamp) {
-    return base::Join(base::Split(ValueOr(stamp.data, "set", ""), '\n'), ", ");
+  // What only one of them sets. More trials make no other run.
+  const auto set = [](const Stamp& of, const Stamp& other) {
+    auto words = base::Split(ValueOr(of.data, "set", ""), '\n');
+    const auto others = base::Split(ValueOr(other.data, "set", ""), '\n');
+    std::erase_if(words, [&](const std::string& word) {
+      return word.starts_with("trials_per_object=") || std::ranges::count(others, word) > 0;
+    });
+    return base::Join(words);
   };
-  if (name == "experiment_hash" && set(stored) != set(wanted)) {
-    return "--set: " + pair(set(stored), set(wanted));
+  if (name == "experiment_hash") {
+    const std::string was = set(stored, wanted), is = set(wanted, stored);
+    return was == is ? "the experiment files differ" : "--set: " + pair(was, is);
   }
-  if (name == "experiment_hash") return "the experiment files differ";
   return name + " " + pair(ValueOr(stored.identity, name, ""), ValueOr(wanted.identity, name, ""));
 }
 

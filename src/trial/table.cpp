@@ -665,7 +665,7 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   const FrictionCurve curve = FrictionCurveOf(records);
   if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
     report.sections.push_back(
-        {"Delivered / detected by the glove's static friction on the object, in bins of 0.05",
+        {"Delivered / detected by static friction between hand and object, in bins of 0.05",
          by_friction});
   }
   report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};

@@ -235,7 +235,7 @@ TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
 
 TEST_F(BadInputTest, ASensorsFileIsNoExperimentToCheck) {
   const std::string file = (kUsageSource / "models/sensors/line_scanner.yaml").string();
-  ExpectRefused({"check", file}, {"line_scanner.yaml: is a sensor's file"});
+  ExpectRefused({"check", file}, "line_scanner.yaml: is no experiment");
 }
 
 TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {

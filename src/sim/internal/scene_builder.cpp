@@ -253,7 +253,8 @@ void NeedMjcf(const std::filesystem::path& file) {
       if (std::filesystem::exists(inside)) break;
       if (entry.is_directory()) inside = own(entry.path());
     }
-    throw Wrong(file, "is a folder; name its file, such as " + inside.string());
+    const bool found = std::filesystem::exists(inside);
+    throw Wrong(file, "is a folder; name its file" + (found ? ", such as " + inside.string() : ""));
   }
   if (!std::filesystem::is_regular_file(file)) {
     throw Wrong(file, "no such file; an MJCF file is expected");

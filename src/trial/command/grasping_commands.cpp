@@ -109,9 +109,10 @@ Checked CheckFile(const CheckArguments& arguments) {
   if (IsExperiment(file)) {
     checked.kind = "experiment";
     const auto map = base::YamlMap::FromFile(file);
-    if (map.Has("type") && !map.Has("scene")) {
-      throw base::InputError(file.string() +
-                             ": is a sensor's file; check an experiment that names it as `sensor`");
+    if (!map.Has("task") && !map.Has("scene")) {
+      throw base::InputError(
+          file.string() +
+          ": is no experiment: it has neither `task` nor `scene`; check one that names this file");
     }
     const auto e =
         experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {

@@ -112,7 +112,7 @@ Report StagesReport(const Stamp& stamp, const std::vector<Record>& records) {
   const auto published = [&](const Stage& stage) { return SumOf(steps, stage.published); };
   Report report;
   std::vector<Column<Stage>> columns = {{"calculation step", "", &Stage::title, experiment::kLeft},
-                                        {"published [s]", ".1f", published}};
+                                        {"dissertation [s]", ".1f", published}};
   for (const std::string& group : GroupsOf(records)) {
     const auto own = [times = OwnTimes(records, group)](const Stage& stage) {
       const auto found = times.find(stage.title);
@@ -132,7 +132,7 @@ Report StagesReport(const Stamp& stamp, const std::vector<Record>& records) {
   grid.total = true;
   report.sections.push_back({"Table 5.1: times of the calculation steps", grid});
   report.notes.push_back(
-      "own: median over the scenes, with grasps for all objects; the median of the sum is not the "
+      "here: median over the scenes, with grasps for all objects; the median of the sum is not the "
       "sum of the medians; published: 2 GHz Core 2 Duo");
   report.csv = grid;
   return report;
@@ -211,7 +211,7 @@ Grid SceneGrid(const std::vector<SceneTimes>& scenes, const std::vector<std::str
   for (const std::string& method : methods) {
     columns.push_back({method + (csv ? "_s" : " [s]"), kOwnFormat,
                        [method](const SceneTimes& one) { return SumOf(one.own, {method}); }});
-    columns.push_back({csv ? "published_" + method + "_s" : "published [s]", ".3f",
+    columns.push_back({csv ? "published_" + method + "_s" : "dissertation [s]", ".3f",
                        [method](const SceneTimes& one) { return SumOf(one.published, {method}); }});
   }
   return experiment::GridOf(columns, scenes, csv ? "" : "-");
@@ -233,7 +233,7 @@ Report SegmentationsReport(const Stamp& stamp, const std::vector<Record>& record
   report.sections.push_back(
       {"Figures 5.8 and 5.9: times of the segmentations", SceneGrid(scenes, methods, false)});
   report.notes.push_back(
-      "own: segmentation only, without the normals that region growing needs; median of the "
+      "here: segmentation only, without the normals that region growing needs; median of the "
       "repeats; published: 2 GHz Core 2 Duo");
   report.csv = SceneGrid(scenes, methods, true);
   report.files = {{"segmentation_times.csv", experiment::CsvOf(report.csv)},
