@@ -114,6 +114,8 @@ def test_runs_are_compared_case_by_case():
     compared = first.compare(second)
     assert compared["pairs"] == 3 and compared["only_second"] == 0
     assert compared["only_first"] == sum(row["outcome"] == "delivered" for row in first.rows)
+    with pytest.warns(UserWarning, match="different experiments"):
+        first.compare(rg.evaluate(lambda scan: [], "single", set=["name=other"], **FEW))
 
 
 def test_records_are_a_data_frame():
