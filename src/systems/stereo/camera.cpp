@@ -64,20 +64,14 @@ void CheckCalibration(const StereoCalibration& calibration, const std::string& n
         "left and right have the same position ({:.4f} mm apart): triangulation is impossible",
         baseline * base::kMmPerM));
   }
-}
-
-// Checks that left and right are side by side, seen from the left camera.
-void CheckSides(const Eigen::Vector3d& right_L) {
-  const double sideways = right_L.x();
-  if (std::abs(sideways) < std::abs(right_L.y())) {
-    throw base::InputError(
-        "the stereo calibration: one camera is above the other; they must be side by side");
+  const Eigen::Vector3d right_L = RightInLeft(calibration).translation();
+  if (std::abs(right_L.x()) < std::abs(right_L.y())) {
+    refuse("one camera is above the other; they must be side by side");
   }
-  if (sideways <= 0.0) {
-    throw base::InputError(
-        fmt::format("the stereo calibration: the right camera is {:.1f} mm to the left of the left "
-                    "one; exchange the two",
-                    -sideways * base::kMmPerM));
+  if (right_L.x() <= 0.0) {
+    refuse(
+        fmt::format("the right camera is {:.1f} mm to the left of the left one; exchange the two",
+                    -right_L.x() * base::kMmPerM));
   }
 }
 
@@ -203,7 +197,6 @@ Eigen::Vector3d RectifiedCameras::Triangulate(double x, double y, double dispari
 RectifiedCameras Rectify(const StereoCalibration& calibration) {
   CheckCalibration(calibration, "the stereo calibration");
   const base::Pose X_LR = RightInLeft(calibration);
-  CheckSides(X_LR.translation());
   const base::Pose X_RL = X_LR.inverse();  // equations 5.13 and 5.14
   const Camera& camera = calibration.camera;
   const cv::Matx33d matrix = internal::MatrixOf(camera);

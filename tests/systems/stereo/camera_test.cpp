@@ -33,7 +33,7 @@ StereoCalibration SampleCalibration() {
       {0.7, -0.02, 0.9});
   calibration.X_WR = base::MakePose(
       Eigen::AngleAxisd(2.2, Eigen::Vector3d(1, 0.3, -0.2).normalized()).toRotationMatrix(),
-      {0.7, 0.001, 0.9});
+      calibration.X_WL * Eigen::Vector3d(0.021, -0.001, 0.002));
   calibration.reprojection_px = 0.21;
   calibration.registration_m = 0.0011;
   return calibration;
@@ -150,6 +150,18 @@ TEST(StereoCalibrationFile, OnePlaceForBothPicturesIsNoPair) {
   WriteStereoCalibration(calibration, folder / "stereo.yaml");
   EXPECT_THAT(ErrorOf([&] { ReadStereoCalibration(folder / "stereo.yaml"); }),
               HasSubstr("same position"));
+}
+
+TEST(StereoCalibrationFile, CamerasThatAreNotSideBySideAreRefusedByName) {
+  const TempFolder folder;
+  const auto error_at = [&](const Eigen::Vector3d& right_L) {
+    StereoCalibration calibration = SampleCalibration();
+    calibration.X_WR.translation() = calibration.X_WL * right_L;
+    WriteStereoCalibration(calibration, folder / "stereo.yaml");
+    return ErrorOf([&] { ReadStereoCalibration(folder / "stereo.yaml"); });
+  };
+  EXPECT_THAT(error_at({0.01, 0.02, 0.0}), HasSubstr("stereo.yaml: one camera is above the other"));
+  EXPECT_THAT(error_at({-0.02, 0.01, 0.0}), HasSubstr("stereo.yaml: the right camera is 20.0 mm"));
 }
 
 using testing_support::SyntheticCalibration;
