@@ -140,9 +140,9 @@ namespace {
 
 // How two runs differ in a value of their identity.
 std::string Difference(const std::string& name, const Stamp& stored, const Stamp& wanted) {
-  const auto words = [](const std::string& value) { return value.empty() ? "none" : value; };
+  const auto shown = [](const std::string& value) { return value.empty() ? "none" : value; };
   const auto pair = [&](const std::string& was, const std::string& is) {
-    return fmt::format("{} instead of {}", words(was), words(is));
+    return fmt::format("{} instead of {}", shown(was), shown(is));
   };
   // What only one of them sets. More trials make no other run.
   const auto set = [](const Stamp& of, const Stamp& other) {
