@@ -66,9 +66,9 @@ struct TrialArguments {
 std::string SummaryOf(const Record& record, const std::string& success) {
   const auto& [which, result] = record;
   std::string text = which.id + ": " + result.outcome;
-  if (result.outcome != success) text += " in stage " + result.stage;
-  text += "\n";
   const bool failed = result.outcome != success;
+  if (failed) text += " in stage " + result.stage;
+  text += "\n";
   if (failed && !result.detail.empty()) text += "  " + result.detail + "\n";
   std::vector<std::string> figures, times;
   const auto data = nlohmann::ordered_json::parse(result.data);

@@ -115,6 +115,11 @@ Experiment Open(const std::string& text, const fs::path& file, const Changes& ch
   std::vector<std::string> set = changes.set;
   if (!run_detector) RefuseDetectorCommand(YamlMap::FromText(text, file, set));
   YamlMap map = YamlMap::FromText(text, file, set);
+  if (!map.Has("name") && !map.Has("task") && !map.Has("scene")) {
+    throw base::InputError(file.string() +
+                           ": is no experiment: it has neither `name` nor `task` nor `scene`; give "
+                           "one that names this file");
+  }
   Experiment e;
   e.kind = &ReadKind(map);
   const auto override_key = [&](const std::string& one) {
@@ -190,8 +195,9 @@ std::string FileAsRun(const Stamp& stamp) {
   std::string text = fmt::format("# Experiment file of a run; relative paths are relative to {}.\n",
                                  file.parent_path().string());
   text += "# What ran (--objects): " + Need(stamp.identity, "groups") + "\n";
-  for (const std::string& one : SetOf(stamp))
+  for (const std::string& one : SetOf(stamp)) {
     text += "# On the command line: --set '" + one + "'\n";
+  }
   return text + Need(stamp.data, "experiment_text");
 }
 

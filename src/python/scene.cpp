@@ -107,8 +107,7 @@ class Scene {
   nb::dict Scan(std::uint64_t seed) {
     // As a trial of this seed gives them to a detector.
     base::Rng rng = trial::StageStream(seed, "perceive");
-    constexpr int kSeedShift = 11;
-    const std::uint64_t detectors_seed = rng.Next() >> kSeedShift;
+    const std::uint64_t detectors_seed = external::DrawSeed(rng);
     {
       const nb::gil_scoped_release others_may_run;
       Home();

@@ -170,8 +170,7 @@ TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
   const std::string failures =
       "crashed 1 (ValueError: bad 1), detector_failed 1 (ended with code 3 without an answer 1), "
       "dropped 1, invalid_physics 1 (unrest_s 1), no_path 1 (no_ik 1), not_lifted 3 (slid out of "
-      "the "
-      "hand 2), not_segmented 1";
+      "the hand 2), not_segmented 1";
   EXPECT_EQ(report.sections[0].grid.rows[0].back(), failures);
   EXPECT_EQ(report.csv.rows[0].back(), failures);
   const auto json = nlohmann::json::parse(report.json);

@@ -35,19 +35,27 @@ geometry::TriangleMesh MeshWithFaces(const mjModel* model, int mesh, const int* 
   return result;
 }
 
+/// The MJCF files that a text's attributes name.
+std::vector<std::string> FilesIn(const std::string& text) {
+  constexpr std::string_view kFile = "file=";
+  std::vector<std::string> names;
+  for (std::size_t at = text.find(kFile); at != std::string::npos; at = text.find(kFile, at)) {
+    at += kFile.size() + 1;
+    if (at >= text.size()) break;
+    const std::string name = text.substr(at, text.find(text[at - 1], at) - at);
+    if (name.ends_with(".xml")) names.push_back(name);
+  }
+  return names;
+}
+
 /// Adds an MJCF file and those that it includes or attaches.
 void AddFilesOf(const std::filesystem::path& file, std::vector<std::filesystem::path>& files) {
   if (!std::filesystem::is_regular_file(file) || std::ranges::find(files, file) != files.end()) {
     return;
   }
   files.push_back(file);
-  const std::string text = base::ReadFile(file);
-  constexpr std::string_view kFile = "file=";
-  for (std::size_t at = text.find(kFile); at != std::string::npos; at = text.find(kFile, at)) {
-    at += kFile.size() + 1;
-    if (at >= text.size()) return;
-    const std::string name = text.substr(at, text.find(text[at - 1], at) - at);
-    if (name.ends_with(".xml")) AddFilesOf((file.parent_path() / name).lexically_normal(), files);
+  for (const std::string& name : FilesIn(base::ReadFile(file))) {
+    AddFilesOf((file.parent_path() / name).lexically_normal(), files);
   }
 }
 
@@ -55,8 +63,6 @@ std::string LineOf(const std::filesystem::path& file, std::size_t line) {
   const auto lines = base::Split(base::ReadFile(file), '\n');
   return line >= 1 && line <= lines.size() ? lines[line - 1] : "";
 }
-
-constexpr const char* kFileAttribute = R"(file\s*=\s*["']([^"']*\.xml)["'])";
 
 std::string MatchIn(const std::string& text, const char* pattern) {
   const auto match = base::FindMatch(text, pattern);
@@ -339,14 +345,12 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
   std::filesystem::path attached = file.lexically_normal();
   for (const auto& outer : lines | std::views::drop(1) | std::views::reverse) {
     const auto number = base::NumberFrom<std::size_t>(outer.groups[1]);
-    const std::string child = MatchIn(LineOf(attached, number.value_or(0)), kFileAttribute);
-    if (!child.empty()) attached = (attached.parent_path() / child).lexically_normal();
+    const auto children = FilesIn(LineOf(attached, number.value_or(0)));
+    if (!children.empty()) attached = (attached.parent_path() / children[0]).lexically_normal();
   }
-  std::vector<std::filesystem::path> files = {attached};
-  if (!tag.empty() || !name.empty()) {
-    files.clear();
-    AddFilesOf(attached, files);
-  }
+  std::vector<std::filesystem::path> files;
+  AddFilesOf(attached, files);
+  if (tag.empty() && name.empty()) files = {attached};
   if (files.size() > 1) {
     std::erase_if(files, [&](const std::filesystem::path& one) {
       const std::string there = LineOf(one, *line);

@@ -249,9 +249,10 @@ void NeedMjcf(const std::filesystem::path& file) {
       return folder / (std::filesystem::canonical(folder).filename().string() + ".xml");
     };
     auto inside = own(file);
-    for (const auto& entry : std::filesystem::directory_iterator(file)) {  // a folder of objects
+    std::error_code unreadable;
+    for (const auto& entry : std::filesystem::directory_iterator(file, unreadable)) {
       if (std::filesystem::exists(inside)) break;
-      if (entry.is_directory()) inside = own(entry.path());
+      if (entry.is_directory()) inside = own(entry.path());  // in a folder of objects
     }
     const bool found = std::filesystem::exists(inside);
     throw Wrong(file, "is a folder; name its file" + (found ? ", such as " + inside.string() : ""));

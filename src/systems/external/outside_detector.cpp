@@ -57,8 +57,6 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
 
 // Maximum length of a recorded error message about an answer.
 constexpr std::size_t kDetail = 600;
-// Seeds below 2^53 are exact integers in every language's floating point.
-constexpr int kSeedShift = 11;
 constexpr double kMega_bytes = 1024.0 * 1024.0;
 // Larger surfaces are refused. The surface of an object in a scan has ten times fewer triangles,
 // and computing hulls and collision trees of larger ones takes longer than a trial.
@@ -215,7 +213,7 @@ class AnsweringDetector : public Detector {
                   const Turn& turn) const override {
     Detected detected;
     base::Stopwatch watch;
-    const std::uint64_t seed = rng.Next() >> kSeedShift;
+    const std::uint64_t seed = DrawSeed(rng);
     const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
@@ -400,6 +398,11 @@ Answered AskFunction(const AnswerFunction& answer, const Question& question) {
 }
 
 }  // namespace
+
+std::uint64_t DrawSeed(base::Rng& rng) {
+  constexpr int kUnused = 11;  // below 2^53, seeds are exact in every language's floating point
+  return rng.Next() >> kUnused;
+}
 
 void ReadOutside(YamlMap map, OutsideOptions& options) {
   if (!map.Names().empty()) map.Require("command");

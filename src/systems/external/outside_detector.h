@@ -49,6 +49,9 @@ struct Question {
   std::uint64_t seed = 0;  ///< below 2^53, so that every language can represent it
 };
 
+/// Draws Question::seed: the first number that a trial draws for perception.
+std::uint64_t DrawSeed(base::Rng& rng);
+
 /// Returns the same JSON as a program. grasp::DetectorFailed is an outcome of the trial.
 using AnswerFunction = std::function<std::string(const Question&)>;
 

@@ -20,7 +20,6 @@
 #include "base/process/program.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "base/yaml_map.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
 #include "geometry/cloud_file.h"
@@ -108,12 +107,6 @@ Checked CheckFile(const CheckArguments& arguments) {
   const fs::path file = arguments.file;
   if (IsExperiment(file)) {
     checked.kind = "experiment";
-    const auto map = base::YamlMap::FromFile(file);
-    if (!map.Has("task") && !map.Has("scene")) {
-      throw base::InputError(
-          file.string() +
-          ": is no experiment: it has neither `task` nor `scene`; check one that names this file");
-    }
     const auto e =
         experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {
           checked.findings = found;
