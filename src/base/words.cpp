@@ -42,6 +42,11 @@ std::size_t WordPosition(std::string_view word, const std::vector<std::string>& 
 }
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words) {
+  if (word.size() >= kMinPart) {
+    const auto begun = std::ranges::find_if(
+        words, [&](const std::string& other) { return other.starts_with(word); });
+    if (begun != words.end()) return *begun;
+  }
   const auto distance = [&](const std::string& other) { return EditDistance(word, other); };
   const auto nearest = std::ranges::min_element(words, {}, distance);
   if (word.size() >= kMinPart && nearest != words.end() && 2 * distance(*nearest) > word.size()) {

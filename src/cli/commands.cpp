@@ -321,7 +321,7 @@ int RunProgram(int argc, char** argv) {
   } catch (const CLI::Success& e) {
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    app.exit(e);
+    spdlog::error("{}; --help lists the options", e.what());
     return kBadInput;
   } catch (const base::NotBuilt& e) {
     return GetOrEnd("RANGEGRASP_MISSING_SYSTEM", e.system(), e, argv);

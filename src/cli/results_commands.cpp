@@ -61,6 +61,11 @@ struct TrialArguments {
   bool snapshots = false, json = false, run_detector = false;
 };
 
+std::string Short(const nlohmann::ordered_json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>()) : value.dump();
+}
+
 // "spread-0000: delivered", or "spread-0000: no_path in stage plan"; the detail, figures without
 // those of the log, times.
 std::string SummaryOf(const Record& record, const std::string& success) {
@@ -80,7 +85,7 @@ std::string SummaryOf(const Record& record, const std::string& success) {
   }
   for (const auto& [name, value] : data.items()) {
     if (value.is_primitive() && !value.is_null() && value != "") {
-      figures.push_back(name + " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+      figures.push_back(name + " " + Short(value));
     }
   }
   for (const auto& [stage, seconds] : result.seconds) {
@@ -171,10 +176,12 @@ void AddCompare(CLI::App& app) {
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(
-        "pairs {}\n{} by the first, % {:.1f}\n{} by the second, % {:.1f}\n{} by both {}\n"
+        "first: {}\nsecond: {}\npairs {}\n{} by the first, % {:.1f}\n{} by the second, % "
+        "{:.1f}\n{} by both {}\n"
         "only by the first {}\nonly by the second {}\nsame outcome {}\nMcNemar exact p {:g}\n",
-        c.pairs, c.success, percent(c.only_first), c.success, percent(c.only_second), c.success,
-        c.both, c.only_first, c.only_second, c.same_outcome, c.p_value));
+        *first, *second, c.pairs, c.success, percent(c.only_first), c.success,
+        percent(c.only_second), c.success, c.both, c.only_first, c.only_second, c.same_outcome,
+        c.p_value));
   });
 }
 

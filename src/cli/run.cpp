@@ -120,7 +120,7 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   experiment::Results results{store.ReadStamp(), store.ReadAll(), folder};
   auto report = experiment::ReportOf(results);
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
-  spdlog::info("{} cases in {:.1f} s with {} jobs; results in {}",
+  spdlog::info("{} cases in {:.1f} s (--jobs {}); results in {}",
                before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
                store.file().string());
   const auto same = experiment::SameFailure(results.records, e.kind->success);

@@ -80,9 +80,8 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
   const auto known = GroupsOf(cases);
   for (const std::string& group : wanted) {
     if (std::ranges::find(known, group) != known.end()) continue;
-    throw base::InputError("--objects: '" + group + "' is not in " + file.string() +
-                           "; nearest: '" + base::NearestWord(group, known) + "'; there are " +
-                           base::Join(known));
+    throw base::InputError(file.string() + ": has no '" + group + "'; did you mean '" +
+                           base::NearestWord(group, known) + "'? It has " + base::Join(known));
   }
   std::erase_if(cases,
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });

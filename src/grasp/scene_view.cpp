@@ -15,6 +15,7 @@ const Color kOutlier{0.9F, 0.1F, 0.1F, 1.0F};
 const Color kRest{0.7F, 0.7F, 0.7F, 1.0F};
 const Color kRim{0.0F, 0.0F, 0.0F, 1.0F};
 const Color kHand{0.85F, 0.68F, 0.55F, 0.75F};
+const Color kCollidingHand{0.85F, 0.2F, 0.15F, 0.5F};
 const Color kApproach{0.0F, 0.55F, 0.15F, 1.0F};
 constexpr float kDot_px = 1.5F;
 constexpr float kObjectDot_px = 2.5F;
@@ -52,7 +53,7 @@ void DrawGrasp(const grasp::Grasp& grasp, const HandModel& hand, Canvas& canvas)
       {{tool - kApproach_m * grasp.X_CG.linear().col(2), tool}, kApproach, kApproach_px});
   const Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
   canvas.dots.push_back({{tool - half, tool + half}, kApproach, kContactDot_px});
-  canvas.surfaces.push_back({std::move(mesh), kHand});
+  canvas.surfaces.push_back({std::move(mesh), grasp.collides ? kCollidingHand : kHand});
 }
 
 }  // namespace
@@ -69,9 +70,9 @@ Canvas DrawScene(PointSpan points_C, const Scene& scene,
   }
   canvas.dots.push_back({Select(scene.cloud.points, geometry::PositionsOf(rest)), kRest, kDot_px});
   for (const auto& of_object : grasps) {
-    const auto best =
-        std::ranges::find_if(of_object, [](const grasp::Grasp& g) { return !g.collides; });
-    if (best != of_object.end()) DrawGrasp(*best, hand, canvas);
+    // Free grasps come first. One that collides shows why the only object has none.
+    if (of_object.empty() || (of_object.front().collides && grasps.size() > 1)) continue;
+    DrawGrasp(of_object.front(), hand, canvas);
   }
   return canvas;
 }

@@ -6,7 +6,8 @@
 namespace rangegrasp::draw {
 
 /// Perception and grasps of a cloud: table points are grey-blue, outliers red, every object has its
-/// own colour, rims are black, and each object's best free grasp is shown by the hand.
+/// own color, rims are black, and each object's best free grasp is shown by the hand. If there is
+/// one list, and all its grasps collide, the best one is shown in red.
 /// @param points_C  the cloud that was perceived
 /// @param grasps    one list per object, best first; may be shorter than the list of objects
 Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,

@@ -239,7 +239,7 @@ struct ContainerOptions {
   double min_side_m = 0.15;  ///< wider than a hand opens; a narrower ring is a vessel to be grasped
   /// Share of the border seen as high as its rim; things in the box hide the rest. Of 40 scans of
   /// 20 generated boxes, 200 to 420 mm long and turned, with ten generated objects in them, 37 have
-  /// more, 30 more than 0.75; of 40 heaps without a box none has over 0.58. A round pot has 0.6.
+  /// more, 30 more than 0.75; of 40 heaps without a box none has over 0.58. Round pots have more.
   double min_coverage = 0.65;
   double max_upward = 0.5;  ///< part of an upright surface's normals along the table's normal
   /// Margin over the rim for noise; a height that differs from it by twice as much is not level.

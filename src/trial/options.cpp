@@ -211,10 +211,11 @@ std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
   std::vector<std::string> names;
   map.Read("object_folders", names,
            "several such folders, relative to the file; of two objects with the same name the "
-           "first is used; the program's own objects are also found");
+           "first is used; the program's own objects are also found; not with object_folder");
   if (names.empty()) return {only};
   if (map.Has("object_folder")) {
-    map.Fail("object_folders", "cannot be used with object_folder: add that folder to the list");
+    map.Fail("object_folders",
+             "cannot be used with object_folder: remove that key, or add its folder to this list");
   }
   std::vector<fs::path> folders;
   for (const std::string& name : names) {

@@ -112,7 +112,7 @@ std::string FiguresOf(const sim::ExecutionLog& log) {
   }
   const double lift_mm = std::round(log.lift_height_m * base::kMmPerM);
   return fmt::format(
-      "{} {:.0f} mm; while held it slid {:.0f} mm and turned {:.0f} deg; {} slips were felt",
+      "{} {:.0f} mm; while held it slid {:.0f} mm and turned {:.0f} deg; slips felt: {}",
       lift_mm < 0.0 ? "sank by" : "lifted by", std::abs(lift_mm),
       log.slip_in_hand_m * base::kMmPerM, base::ToDeg(log.tilt_in_hand_rad), log.slips_heard);
 }
@@ -122,7 +122,11 @@ std::string WhyOf(const sim::ExecutionLog& log) {
   if (!log.audit.failed.empty()) return log.audit.failed;
   if (!log.stopped_by_contact.empty()) {
     return "the drives felt something in the way or lagged in " +
-           base::Join(log.stopped_by_contact, " and ") + "; " + FiguresOf(log);
+           base::Join(log.stopped_by_contact, " and ") + "; " +
+           (log.joints_at_limits.empty()
+                ? ""
+                : base::Join(log.joints_at_limits) + " at the end of its range; ") +
+           FiguresOf(log);
   }
   if (!log.held_after_carry) {
     return (log.slips_heard > 0 ? "slid out of the hand; " : "lost without a felt slip; ") +

@@ -139,7 +139,7 @@ TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\nseeds: 1\n"); }),
               HasSubstr("nearest valid key: 'seed'"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.groups = {"c"}}); }),
-              HasSubstr("--objects: 'c' is not in"));
+              HasSubstr("has no 'c'; did you mean"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.trials = 11}); }),
               HasSubstr("--set cases_each"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }),

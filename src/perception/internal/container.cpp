@@ -301,6 +301,22 @@ double TurnOf(const RimBox& border, const Flat& upright, double wall_m) {
   return spread > 0.0 ? turned / spread : 0.0;
 }
 
+/// Whether the upright points around the border are on a circle rather than on its sides: a pot.
+bool IsRound(const RimBox& border, Flat upright, double wall_m) {
+  const auto from_side = [&](const Vector2d& q) {
+    return std::abs(((q - border.box.center()).cwiseAbs() - 0.5 * border.box.sizes()).maxCoeff());
+  };
+  std::erase_if(upright, [&](const Vector2d& q) { return from_side(q) > 2.0 * wall_m; });
+  const auto circle = FitCircle2(upright);
+  if (!circle) return false;
+  const auto at_circle = std::ranges::count_if(upright, [&](const Vector2d& q) {
+    return std::abs((q - circle->center).norm() - circle->radius_m) <= wall_m;
+  });
+  const auto at_sides =
+      std::ranges::count_if(upright, [&](const Vector2d& q) { return from_side(q) <= wall_m; });
+  return at_circle > at_sides;
+}
+
 /// The best border over all directions, each refined with its own points.
 std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
                                    const ContainerOptions& options) {
@@ -320,6 +336,7 @@ std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
     }
   }
   if (best.coverage < options.min_coverage) return std::nullopt;
+  if (IsRound(best, Turned(seen.upright, best_rad), options.wall_m)) return std::nullopt;
   const Eigen::Rotation2Dd turn(best_rad);
   const Vector2d sides = best.box.sizes();
   const bool along_x = sides.x() >= sides.y();

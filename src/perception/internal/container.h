@@ -13,10 +13,10 @@ struct Container {
 
 /// A box is recognized by its geometry alone. Two upright sheets face each other, further apart
 /// than a hand can grasp. A rectangle with them as sides is that wide in the other direction, too,
-/// and most of its border is equally high, unlike things that stand about. There is no lid. A
-/// sheet, seen from above, is a straight line with upright points along most of a side; points off
-/// it, single ones or a thing's, do not move it. If only the rim of a wall is seen, the ends of the
-/// sheets show where it is. O(n).
+/// and most of its border is equally high, unlike things that stand about. There is no lid, and no
+/// circle that fits the upright points better, as in a pot. A sheet, seen from above, is a straight
+/// line with upright points along most of a side; points off it, single ones or a thing's, do not
+/// move it. If only the rim of a wall is seen, the ends of the sheets show where it is. O(n).
 /// @return nullopt if there is no box.
 std::optional<Container> FindContainer(const PointCloud& cloud, const Plane& table,
                                        const ContainerOptions& options);

@@ -64,6 +64,10 @@ std::string TargetText(const Cell& cell, const CheckScene& scene,
                            : "the first object is a part of the target";
 }
 
+std::ptrdiff_t Free(const grasp::Detection& detection) {
+  return std::ranges::count_if(detection.grasps, [](const auto& g) { return !g.collides; });
+}
+
 std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& detected) {
   const grasp::Detection& detection = detected.detection;
   const auto workspace = grasp::WorkspaceOf(cell.robot, cell.options.workspace_margin_m);
@@ -71,7 +75,6 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
   const auto inside = std::ranges::count_if(grasps, [&](const auto& g) {
     return workspace.Contains((g.X_CH * cell.robot.hand().X_HG_tip).translation());
   });
-  const auto free = std::ranges::count_if(grasps, [](const auto& g) { return !g.collides; });
   return fmt::format(
       "{}: {} objects{}; {} grasps of the first, {} in the workspace, {} free of collisions; {}; "
       "{:.2f} s\n",
@@ -79,7 +82,8 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
       detection.objects.empty() || detection.objects.front().whole
           ? ""
           : " (none in the answer: the points between the fingers of the best grasp)",
-      grasps.size(), inside, free, TargetText(cell, scene, detection), SecondsOf(detected));
+      grasps.size(), inside, Free(detection), TargetText(cell, scene, detection),
+      SecondsOf(detected));
 }
 
 bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
@@ -125,11 +129,13 @@ std::string DescribeSandbox(const Cell& cell, const CheckScene& scene, const Det
 bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
   std::size_t in_air = 0;
+  std::ptrdiff_t free = 0;
   const auto scenes = ScenesOf(cell);
   for (const CheckScene& scene : scenes) {
     try {
       const Detected detected = Ask(*cell.detector, scene);
       text += Describe(cell, scene, detected);
+      free += Free(detected.detection);
       if (!detected.why_none.empty()) {
         ++in_air;
         text += fmt::format("{}: {}\n", scene.object, detected.why_none);
@@ -139,6 +145,12 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
       text += fmt::format("{}: detector_failed: {}\n", scene.object, e.what());
       return false;
     }
+  }
+  if (free == 0 && !scenes.empty()) {
+    text +=
+        "no grasp of any scan is free of collisions: z of X_WG must point from the palm to the "
+        "object\n";
+    return false;
   }
   return !failed && (in_air < scenes.size() || scenes.empty());
 }

@@ -23,10 +23,12 @@ struct Separation {
   bool right = false;
 };
 
+/// The lowest label of an object.
+inline constexpr std::uint32_t kFirstObject = 20;
+
 /// Labels: 0 not measured, 1 to 9 table, 20 and above objects. Segments: < 0 none.
 inline Separation Compare(const std::vector<std::uint32_t>& label,
                           const std::vector<std::int32_t>& segment) {
-  constexpr std::uint32_t kFirstObject = 20;
   constexpr double kRightOverlap = 0.75;
   constexpr double kNoticedPoints = 200;
   std::map<std::uint32_t, std::map<std::int32_t, double>> shared;

@@ -73,7 +73,13 @@ void CheckDetectorAlone(const CheckArguments& arguments) {
       throw base::InputError("--detector: no file '" + words[i] + "'");
     }
   }
-  if (!words.empty() && words.front().find('/') != std::string::npos) {
+  // As in an experiment, a bare name is a program on the PATH.
+  const auto is_bare = [](const std::string& word) { return word.find('/') == std::string::npos; };
+  if (!words.empty() && is_bare(words.front()) && fs::exists(words.front())) {
+    throw base::InputError("--detector: '" + words.front() + "' would be a program on the PATH; " +
+                           "give ./" + words.front());
+  }
+  if (!words.empty() && !is_bare(words.front())) {
     words.front() = std::filesystem::absolute(words.front()).string();
   }
   experiment::Changes changes{.set = arguments.set};

@@ -134,6 +134,20 @@ TEST(SeparationSurvey, FindsBoxesApartInARecordedCloud) {
   EXPECT_EQ(seconds.size(), data.size());
 }
 
+TEST(SeparationSurvey, CountsAnObjectOfTwoLabeledPartsAsAWholeToo) {
+  auto cloud = TwoBoxes();
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.labels[i] == 20 && cloud.points[i].y() > 0.0) cloud.labels[i] = 21;
+  }
+  Seconds seconds;
+  const auto data = MeasureSeparation(cloud, {}, seconds).at("convexity");
+  EXPECT_EQ(data.at("objects"), 3);
+  EXPECT_FALSE(data.at("right"));
+  EXPECT_LT(data.at("overlap").get<double>(), 0.8);  // of one box, half of each part
+  EXPECT_TRUE(data.at("whole_right"));
+  EXPECT_GT(data.at("whole_overlap").get<double>(), 0.9);
+}
+
 TEST(ReconstructionSurvey, MostOfATexturedBoxIsReconstructedWithinMillimetres) {
   const auto ran = RunOne("survey_reconstruction", "dextrose", {"arrangement=single"});
   const auto textured = ordered_json::parse(ran.record.result.data).at("dextrose").at("textured");

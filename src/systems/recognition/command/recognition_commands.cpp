@@ -197,6 +197,7 @@ void AddLearnCommand(CLI::App& app) {
 
 struct RecognizeArguments : CloudArguments {
   std::vector<std::string> library;
+  double tolerance_mm = recognition::RecognitionOptions().tolerance_m * base::kMmPerM;
   std::uint64_t seed = 1;
   bool json = false;
 };
@@ -253,7 +254,9 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
   try {
     const auto scene = perception::Perceive(observation, options, rng);
     perceived = scene.objects.size();
-    found = recognition::Recognize(observation, scene, library, {}, rng);
+    recognition::RecognitionOptions recognition;
+    recognition.tolerance_m = arguments.tolerance_mm / base::kMmPerM;
+    found = recognition::Recognize(observation, scene, library, recognition, rng);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
   }
@@ -270,6 +273,10 @@ void AddRecognizeCommand(CLI::App& app) {
                    "same name the first is used")
       ->required();
   AddCloudOptions(*command, *arguments);
+  command
+      ->add_option("--tolerance-mm", arguments->tolerance_mm,
+                   "maximum distance of explained samples from a model's surface (3)")
+      ->check(CLI::Range(0.5, 20.0));
   command->add_option("--seed", arguments->seed, "seed of the random draws")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "print the result as JSON");

@@ -434,9 +434,9 @@ void AddSeamDetect(CLI::App& seam) {
       ->required();
   command->add_option("--method", arguments->method, "decision method (steps)")
       ->check(CLI::IsMember(base::WordList<seam::DecisionMethod>()));
-  auto* options = command->add_option(
-      "--options", arguments->options,
-      "YAML file with the keys `tracker` and `monitor` of an experiment, and `file`");
+  auto* options = command->add_option("--options", arguments->options,
+                                      "YAML file: the keys of an experiment's `tracker` at the top "
+                                      "level, and `monitor` and `file`");
   auto* columns =
       command
           ->add_option("--columns-per-mm", arguments->columns_per_mm,

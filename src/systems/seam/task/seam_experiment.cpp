@@ -159,9 +159,12 @@ SeamExperiment ReadSeamExperiment(const std::filesystem::path& file) {
   experiment::Common common;
   common.file = file;
   common.name = file.stem().string();
-  std::string task = "seam";
+  std::string task = "grasping";  // as in all experiments
   map.Read("task", task, "kind of experiment");
-  if (task != "seam") map.Fail("task", "'" + task + "' must be seam");
+  if (task != "seam") {
+    throw base::InputError(file.string() + ": is an experiment of task '" + task +
+                           "'; give one of task 'seam', e.g. seam_base");
+  }
   experiment::ReadCommon(map, common);
   return ReadSeamExperiment(map, common);
 }

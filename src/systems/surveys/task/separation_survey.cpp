@@ -34,7 +34,7 @@ LabelledScan ScanOf(const trial::Cell& cell, const sim::World& world, std::uint6
   LabelledScan scan{std::move(sensed.observation),
                     {},
                     trial::WorkspaceOf(cell.robot, cell.options.workspace_margin_m)};
-  constexpr std::uint32_t kScene = 1, kFirstObject = 20;
+  constexpr std::uint32_t kScene = 1;
   for (std::size_t i = 0; i < scan.points_C().size(); ++i) {
     const Eigen::Vector3d& p_C = scan.points_C()[i];
     const std::uint32_t body = sensed.truth.front().label[i];
@@ -117,6 +117,13 @@ Found Clustered(const geometry::Points& above, const Eigen::Vector3d& origin_C) 
   return found;
 }
 
+/// The labels of recorded clouds with one label per object: 20 to 29 are parts of the first, e.g.
+/// the inside of a cup whose middle is hidden.
+std::vector<std::uint32_t> WholeObjects(std::vector<std::uint32_t> label) {
+  for (std::uint32_t& one : label) one -= one >= kFirstObject ? one % 10 : 0;
+  return label;
+}
+
 ordered_json Measure(const LabelledScan& scan, const perception::PerceptionOptions& options,
                      Seconds& seconds) {
   const Eigen::Vector3d origin_C =
@@ -124,11 +131,17 @@ ordered_json Measure(const LabelledScan& scan, const perception::PerceptionOptio
   const geometry::Points above = AboveTable(scan, origin_C);
   ordered_json data = ordered_json::object();
   const auto add = [&](const std::string& name, const Found& found) {
-    const auto score = Compare(scan.label, AssignToObjects(scan.points_C(), found.objects));
+    const auto segment = AssignToObjects(scan.points_C(), found.objects);
+    const auto score = Compare(scan.label, segment);
     data[name] = {{"overlap", score.overlap},      {"over", score.over},
                   {"under", score.under},          {"points", score.points},
                   {"right", score.right},          {"objects", score.objects},
                   {"found", found.objects.size()}, {"of_table", score.of_table}};
+    if (scan.depth_camera) {
+      const auto whole = Compare(WholeObjects(scan.label), segment);
+      data[name]["whole_overlap"] = whole.overlap;
+      data[name]["whole_right"] = whole.right;
+    }
     seconds.emplace_back(name, found.seconds);
   };
   for (const auto method : base::ValuesOf<perception::SegmentMethod>()) {
@@ -175,9 +188,9 @@ Section SeparationTable(const std::vector<Measured>& scans) {
       }
       return {mean, std::sqrt(squares) / std::max(weight, 1.0)};
     }
-    int Right() const {
+    int Right(const char* verdict) const {
       return static_cast<int>(
-          std::ranges::count_if(scores, [](const auto& s) { return s.at("right"); }));
+          std::ranges::count_if(scores, [&](const auto& s) { return s.at(verdict); }));
     }
     int Count() const { return static_cast<int>(scores.size()); }
   };
@@ -195,18 +208,28 @@ Section SeparationTable(const std::vector<Measured>& scans) {
   const auto mean = [](const char* value) {
     return [value](const Row& row) { return row.Weighted(value).first; };
   };
-  const std::vector<Column<Row>> columns = {
+  const auto right = [](const char* verdict) {
+    return [verdict](const Row& row) {
+      return experiment::PercentText(row.Right(verdict), row.Count(), 1);
+    };
+  };
+  std::vector<Column<Row>> columns = {
       {"segmentation", "", &Row::name, experiment::kLeft},
       {"scans", "", &Row::Count},
       {"overlap", ".3f", mean("overlap")},
       {"+-", ".3f", [](const Row& row) { return row.Weighted("overlap").second; }},
       {"over", ".3f", mean("over")},
       {"under", ".3f", mean("under")},
-      {"all objects right %", "",
-       [](const Row& row) { return experiment::PercentText(row.Right(), row.Count(), 1); }},
+      {"all objects right %", "", right("right")},
       {"95 %", "",
-       [](const Row& row) { return experiment::IntervalText(row.Right(), row.Count()); }},
+       [](const Row& row) { return experiment::IntervalText(row.Right("right"), row.Count()); }},
       {"t [s]", ".3f", [](const Row& row) { return experiment::MeanOf(row.seconds).mean; }}};
+  if (!rows.empty() && rows.front().scores.front().contains("whole_overlap")) {
+    columns.push_back({"overlap of whole objects", ".3f", mean("whole_overlap")});
+    columns.push_back(
+        {"+- of them", ".3f", [](const Row& row) { return row.Weighted("whole_overlap").second; }});
+    columns.push_back({"all whole objects right %", "", right("whole_right")});
+  }
   return {"Separation of touching objects, weighted by their points", GridOf(columns, rows)};
 }
 

@@ -94,16 +94,17 @@ TEST(ReadSeamExperiment, EveryShippedFileIsRead) {
 TEST(ReadSeamExperiment, NamesWhatIsWrong) {
   const TempFolder folder;
   const std::string sensor =
-      "sensor: " + (kSource / "models/sensors/stripe_base.yaml").string() + "\n";
+      "task: seam\nsensor: " + (kSource / "models/sensors/stripe_base.yaml").string() + "\n";
   const auto refused = [&](const std::string& text, const std::string& says) {
     const auto file = folder.Write("e.yaml", text);
     EXPECT_THAT(ErrorOf([&] { ReadSeamExperiment(file); }),
                 testing::AllOf(HasSubstr(file.string()), HasSubstr(says)))
         << text;
   };
-  refused("name: x\n", "sensor");
-  refused("task: parts\n" + sensor, "'parts' must be seam");
-  refused("sensor: none.yaml\n", "none.yaml");
+  refused("task: seam\n", "sensor");
+  refused("task: parts\n", "task 'parts'");
+  refused("name: x\n", "task 'grasping'");
+  refused("task: seam\nsensor: none.yaml\n", "none.yaml");
   refused(sensor + "kind: walks\n", "kind");
   refused(sensor + "shapes: [stepp]\n", "nearest: step");
   refused(sensor + "seems: 4\n", "seems");

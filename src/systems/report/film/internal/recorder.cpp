@@ -242,7 +242,7 @@ class FilmRecorder : public trial::Recorder {
     image::WritePng(
         options_.folder / (time == 1 ? name + ".png" : fmt::format("{}_{}.png", name, time)),
         image);
-    const std::string caption = prefix_ + " " + (what == "lifted" ? "after the lift" : what);
+    const std::string caption = prefix_ + " " + (what == "lifted" ? "end of the lift" : what);
     sheet_.push_back({image, time == 1 ? caption : fmt::format("{} ({})", caption, time)});
   }
 
