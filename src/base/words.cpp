@@ -42,19 +42,16 @@ std::size_t WordPosition(std::string_view word, const std::vector<std::string>& 
 }
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words) {
-  if (word.size() >= kMinPart) {
-    const auto begun = std::ranges::find_if(
-        words, [&](const std::string& other) { return other.starts_with(word); });
-    if (begun != words.end()) return *begun;
-  }
   const auto distance = [&](const std::string& other) { return EditDistance(word, other); };
   const auto nearest = std::ranges::min_element(words, {}, distance);
-  if (word.size() >= kMinPart && nearest != words.end() && 2 * distance(*nearest) > word.size()) {
-    const auto longer = std::ranges::find_if(
-        words, [&](const std::string& other) { return other.find(word) != std::string::npos; });
-    if (longer != words.end()) return *longer;
-  }
-  return nearest == words.end() ? "" : *nearest;
+  if (nearest == words.end()) return "";
+  if (word.size() < kMinPart || distance(*nearest) < 2) return *nearest;
+  const auto begun = std::ranges::find_if(
+      words, [&](const std::string& other) { return other.starts_with(word); });
+  if (begun != words.end()) return *begun;
+  const auto longer = std::ranges::find_if(
+      words, [&](const std::string& other) { return other.find(word) != std::string::npos; });
+  return 2 * distance(*nearest) > word.size() && longer != words.end() ? *longer : *nearest;
 }
 
 std::string Join(const std::vector<std::string>& words, std::string_view separator) {

@@ -104,8 +104,9 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
 }
 
 // A record's reason without numbers, for counting: the first line (of a traceback, whose lines
-// process::LastWords joined by " | ", the last) up to ';' or '(', without words that have a digit
-// or no letter. Only the first of several counted reasons ("no_ik x3, no_carry x1") is kept.
+// process::LastWords joined by " | ", the last) up to ';' or '(', without words that have no
+// letter, or a digit and no underscore (as in "penetration_p95_m"). Only the first of several
+// counted reasons ("no_ik x3, no_carry x1") is kept.
 std::string ReasonWithoutFigures(std::string detail) {
   constexpr std::size_t kMaxLength = 60;  // of a table cell
   const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
@@ -117,11 +118,12 @@ std::string ReasonWithoutFigures(std::string detail) {
   }
   std::string reason;
   for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
-    const bool has_digit = std::ranges::any_of(word, is_digit);
-    if ((has_digit && word[0] == 'x') || reason.size() + word.size() > kMaxLength) break;
+    const bool is_figure =
+        std::ranges::any_of(word, is_digit) && word.find('_') == std::string::npos;
+    if ((is_figure && word[0] == 'x') || reason.size() + word.size() > kMaxLength) break;
     if (!base::IsUtf8(word)) continue;
     const bool is_code = reason.ends_with("code");  // "ended with code 1"
-    if (!is_code && (has_digit || !std::ranges::any_of(word, is_letter))) continue;
+    if (!is_code && (is_figure || !std::ranges::any_of(word, is_letter))) continue;
     reason += (reason.empty() ? "" : " ") + word;
   }
   return reason;

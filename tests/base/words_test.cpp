@@ -31,6 +31,7 @@ TEST(NearestWord, APartOfAWordIsNearerThanAShortWord) {
   EXPECT_EQ(NearestWord("cup", {"spread", "box", "coffee_cup"}), "coffee_cup");
   EXPECT_EQ(NearestWord("co", {"box", "coffee_cup"}), "box");  // too short to be a part
   EXPECT_EQ(NearestWord("spraed", {"spread", "box"}), "spread");
+  EXPECT_EQ(NearestWord("side", {"single", "pile", "side_by_side"}), "side_by_side");
 }
 
 TEST(Split, JoinBringsTheTextBack) {

@@ -97,7 +97,7 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
   for (const char* shard : {"0/2", "3/2", "1", "a/b", "1/2x", "-1/2", ""}) {
     ExpectRefused(with({std::string("--shard=") + shard}), "--shard");
   }
-  ExpectRefused(with({"--objects", "coffee_cap"}), "nearest: 'coffee_cup'");
+  ExpectRefused(with({"--objects", "coffee_cap"}), "did you mean 'coffee_cup'");
   EXPECT_FALSE(std::filesystem::exists(out));
   for (const char* size : {"0x0", "100", "100x", "x100", "1x1", "99999x99999", "100x100x"}) {
     ExpectRefused({"snapshot", kTabletop, "-o", folder / "a.png", "--size", size}, size);

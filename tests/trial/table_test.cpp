@@ -164,13 +164,15 @@ TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
   add("not_lifted", "slid out of the hand; lifted by 40 mm");
   add("no_path", "no_ik x3, no_carry x1");
   add("invalid_physics", "unrest_s 1.9 > 1.5");
+  add("invalid_physics", "penetration_p95_m 0.0011 > 0.001");
+  add("invalid_physics", "penetration_p95_m 0.0012 > 0.001");
   add("detector_failed", "ended with code 3 without an answer; stderr: oh no");
   add("crashed", "Traceback (most recent call last): | File x, line 3 | ValueError: bad");
   const auto report = ReportOf(stamp_, results);
   const std::string failures =
       "crashed 1 (ValueError: bad 1), detector_failed 1 (ended with code 3 without an answer 1), "
-      "dropped 1, invalid_physics 1 (unrest_s 1), no_path 1 (no_ik 1), not_lifted 3 (slid out of "
-      "the hand 2), not_segmented 1";
+      "dropped 1, invalid_physics 3 (penetration_p95_m 2), no_path 1 (no_ik 1), not_lifted 3 (slid "
+      "out of the hand 2), not_segmented 1";
   EXPECT_EQ(report.sections[0].grid.rows[0].back(), failures);
   EXPECT_EQ(report.csv.rows[0].back(), failures);
   const auto json = nlohmann::json::parse(report.json);

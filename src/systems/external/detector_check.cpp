@@ -148,8 +148,8 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   }
   if (free == 0 && !scenes.empty()) {
     text +=
-        "no grasp of any scan is free of collisions: z of X_WG must point from the palm to the "
-        "object\n";
+        "no grasp of any scan is free of collisions; if the answers have grasps, z of X_WG must "
+        "point from the palm to the object\n";
     return false;
   }
   return !failed && (in_air < scenes.size() || scenes.empty());

@@ -393,7 +393,8 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
     return checked;
   };
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");
-  EXPECT_FALSE(empty.failed);
+  EXPECT_TRUE(empty.failed);
+  EXPECT_THAT(empty.text, HasSubstr("no grasp of any scan is free"));
   EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 objects; 0 grasps"));
   EXPECT_THAT(empty.text, HasSubstr("sandbox: "));
   if (!process::WhyNoSandbox()) {
