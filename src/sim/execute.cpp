@@ -171,7 +171,7 @@ class Execution {
     }
     if (ByAperture() && holding_) LetGo();
     Finish();
-    Moment("end");
+    Moment(log_.met_W.empty() ? "end" : "withdrawn");
     return log_;
   }
 

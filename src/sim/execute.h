@@ -181,7 +181,7 @@ struct ExecutionState {
 
 /// Called at named moments ("pregrasp", "closed", "lifted", "delivered": lowered, but still closed,
 /// "waits", "pulled", "taken" of a handover, "end") and, if frame_period_s > 0, at that period
-/// ("frame"). After the loss of its target, a trial has no later moments except "end".
+/// ("frame"). After the loss of its target there is only "end", after a withdrawal "withdrawn".
 struct ExecutionObserver {
   std::function<void(const std::string& moment, World& world)> on_moment;
   /// Called before each on_moment.

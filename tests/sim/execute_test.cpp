@@ -133,8 +133,12 @@ TEST(Approach, GoesBackUpWhereAFingertipMeetsSomethingEarly) {
   Prepared box(kBox, {}, {0, 0.05, 0});  // one side of the hand lands on the box's top
   box.program.withdraw_m = 0.006;
   const Eigen::Vector3d before_W = box.world.ObjectPose(0).translation();
-  const ExecutionLog log = box.Run();
+  std::vector<std::string> moments;
+  ExecutionObserver observer;
+  observer.on_moment = [&](const std::string& moment, World&) { moments.push_back(moment); };
+  const ExecutionLog log = box.Run({}, observer);
   ASSERT_FALSE(log.met_W.empty());
+  EXPECT_EQ(moments, std::vector<std::string>{"withdrawn"});
   EXPECT_FALSE(log.held_after_lift);
   EXPECT_LT((box.world.ObjectPose(0).translation() - before_W).norm(), 0.002);
   const Eigen::VectorXd back = box.world.ArmPositions() - box.program.approach.positions.front();
