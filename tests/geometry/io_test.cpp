@@ -636,6 +636,22 @@ TEST_F(Io, PolygonsAreCutWhereTheyStandAndKnownByTheirNumber) {
   EXPECT_EQ(area, (std::vector<double>{1.0, 0.0, 1.0, 3.0}));
 }
 
+// No fan of triangles stays inside a cross.
+TEST_F(Io, APolygonWithConcaveCornersOnAllSidesIsCutInsideItsBorder) {
+  const PolygonMesh read = ReadPolygonMesh(
+      Write("p.off",
+            "OFF\n12 1 0\n1 0 0\n2 0 0\n2 1 0\n3 1 0\n3 2 0\n2 2 0\n2 3 0\n1 3 0\n1 2 0\n"
+            "0 2 0\n0 1 0\n1 1 0\n12 0 1 2 3 4 5 6 7 8 9 10 11\n"));
+  double area = 0.0;
+  for (const auto& [a, b, c] : read.mesh.triangles) {
+    const Eigen::Vector3d& p = read.mesh.vertices[a];
+    const Eigen::Vector3d n = (read.mesh.vertices[b] - p).cross(read.mesh.vertices[c] - p);
+    EXPECT_GT(n.z(), 0.0);
+    area += 0.5 * n.z();
+  }
+  EXPECT_DOUBLE_EQ(area, 5.0);
+}
+
 TEST_F(Io, APolygonThatCrossesItselfHasTriangles) {
   const PolygonMesh read = ReadPolygonMesh(
       Write("p.off", "OFF\n5 1 0\n0 0 0\n2 2 0\n2 0 0\n0 2 0\n-1 1 0\n5 0 1 2 3 4\n"));

@@ -172,6 +172,16 @@ TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {
   EXPECT_LE(highest, 0.12 + 0.01 + 2.0 * 0.01);  // the margin and the cells that contain the top
   EXPECT_GE(foremost, 0.05);
   EXPECT_LE(foremost, 0.05 + 2.0 * 0.01);  // nothing can be in front of the box
+  double level_m2 = 0.0;
+  for (const auto& [a, b, c] : ceiling.triangles) {
+    const Vector3d& p = ceiling.vertices[a];
+    const Vector3d n = (ceiling.vertices[b] - p).cross(ceiling.vertices[c] - p);
+    EXPECT_GT(n.norm(), 0.0);
+    level_m2 += 0.5 * n.z();  // 0 for upright ones
+  }
+  // Level faces cover whole cells of 0.01 m.
+  EXPECT_GT(level_m2, 0.0);
+  EXPECT_NEAR(level_m2 / 1e-4, std::round(level_m2 / 1e-4), 1e-6);
 }
 
 TEST(SeenSpace, RefusesABoxWithoutCells) {

@@ -89,6 +89,7 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
   const std::string good = "    closing: [1, 0, 0]\n    width_mm: 12\n";
   EXPECT_THAT(error(good + "    turn_deg: [0, 1, 1]\n"), HasSubstr("turns_deg"));
   EXPECT_THAT(error(good + "    turns_deg: [0, 90, 0]\n"), HasSubstr("STEP"));
+  EXPECT_THAT(error(good + "    turns_deg: [90, 0, 15]\n"), HasSubstr("FROM <= TO"));
   EXPECT_THAT(ErrorOf("keep_free:\n  foot:\n    from_mm: [0, 0, 0]\n    to_mm: [0, 1, 1]\n"),
               HasSubstr("grasps.yaml"));
 }

@@ -90,7 +90,14 @@ INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder
 // Self-test of the scoring: grasps that must fail do fail.
 TEST(BadGrasp, BesideTheObjectLiftsNothing) {
   for (const Case* good : {&kBox, &kCylinder}) {
-    const ExecutionLog log = Prepared(*good, {}, kToTheSide_W).Run();
+    std::map<std::string, double> at_s;
+    ExecutionObserver observer;
+    observer.on_moment = [&](const std::string& moment, World& now) {
+      at_s[moment] = now.time_s();
+    };
+    const ExecutionLog log = Prepared(*good, {}, kToTheSide_W).Run({}, observer);
+    // The hand notices that it is fully closed; else it would wait for 2.5 s.
+    EXPECT_LT(at_s.at("closed") - at_s.at("pregrasp"), 2.0) << good->object;
     EXPECT_FALSE(log.held_after_lift) << good->object;
     EXPECT_FALSE(Delivered(log)) << good->object;
     EXPECT_LT(log.lift_height_m, 0.01) << good->object;
@@ -459,6 +466,10 @@ TEST(Execute, TellsOfItsMoments) {
   for (const char* moment : {"pregrasp", "closed", "lifted", "delivered", "end"})
     EXPECT_EQ(seen[moment], 1) << moment;
   EXPECT_NEAR(seen["frame"], log.simulated_s / 0.1, 2.0);
+  // Each joint of the arm moved, and none stayed behind.
+  ASSERT_EQ(log.lags_rad.size(), 7);
+  EXPECT_GT(log.lags_rad.minCoeff(), 0.0);
+  EXPECT_LT(log.lags_rad.maxCoeff(), 0.0045);
 }
 
 TEST(Execute, AParkedTargetIsACallersMistake) {
