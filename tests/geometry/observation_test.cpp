@@ -178,6 +178,12 @@ TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {
     const Vector3d n = (ceiling.vertices[b] - p).cross(ceiling.vertices[c] - p);
     EXPECT_GT(n.norm(), 0.0);
     level_m2 += 0.5 * n.z();  // 0 for upright ones
+    if (n.z() <= 0.0) continue;
+    for (const auto corner : {a, b, c}) {
+      EXPECT_LE(kRegion.exteriorDistance(
+                    Vector3d(ceiling.vertices[corner].x(), ceiling.vertices[corner].y(), 0.1)),
+                1e-9);
+    }
   }
   // Level faces cover whole cells of 0.01 m.
   EXPECT_GT(level_m2, 0.0);

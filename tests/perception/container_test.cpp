@@ -91,12 +91,5 @@ TEST(FindContainer, IsNoRoundPotOfAnySizeAlsoWithNoise) {
   }
 }
 
-TEST(FindContainer, IsNoBlockWithALid) {
-  Analytic shape;
-  AddOpenBox(shape);
-  shape.AddRectangle({0.0, 0.0, kRim_m}, {kHalf_m.x(), 0.0, 0.0}, {0.0, kHalf_m.y(), 0.0});
-  EXPECT_FALSE(FindContainer(shape.cloud, {}, {}));
-}
-
 }  // namespace
 }  // namespace rangegrasp::perception::internal

@@ -295,6 +295,16 @@ TEST(RefineAxis, LeavesAnAxisThatIsFurtherOffThanARimCanBe) {
   EXPECT_EQ(axis.center_C, before.center_C);
 }
 
+TEST(ArcOf, CountsAPointInEveryDirection) {
+  const Circle circle{Vector3d::Zero(), Vector3d::UnitZ(), 0.05};
+  const Vector3d u = circle.normal.unitOrthogonal();  // where the bins begin and end
+  for (const Vector3d& direction : {u, Vector3d(-u), Vector3d(circle.normal.cross(u))}) {
+    Analytic one;
+    one.Add(0.05 * direction, direction);
+    EXPECT_NEAR(ArcOf(one.cloud, {0}, circle), base::Deg(10.0), 1e-9) << direction.transpose();
+  }
+}
+
 TEST(ArcOf, CountsHowFarRoundPointsGo) {
   for (const double degrees : {30.0, 120.0, 250.0, 360.0}) {
     Analytic arc;

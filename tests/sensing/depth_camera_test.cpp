@@ -156,6 +156,17 @@ TEST(DepthCamera, TheSecondLensMissesAStripAsWideAsTheStepOfDisparity) {
   }
 }
 
+// Two neighbors may share a pixel of the right image.
+TEST(DepthCamera, ASlantedSurfaceHidesNothingOfItself) {
+  std::vector<float> disparity(300);
+  for (std::size_t c = 0; c < disparity.size(); ++c) {
+    disparity[c] = 20.0F + 0.4F * static_cast<float>(c);
+  }
+  const std::vector<std::uint8_t> hidden = HiddenFromRight(disparity);
+  // The first 34 columns are outside the right image.
+  EXPECT_EQ(std::count(hidden.begin() + 34, hidden.end(), 1), 0);
+}
+
 TEST(DepthCamera, AThinPoleHidesNoMoreThanItsWidth) {
   std::vector<float> disparity(300, 20.0F);
   std::fill(disparity.begin() + 150, disparity.begin() + 155, 45.0F);

@@ -260,6 +260,24 @@ TEST_P(Cell, WhatTheHandCarriesKeepsAMarginToTheWorkCell) {
   EXPECT_FALSE(hits(0.0301, true, 0.02));
 }
 
+TEST_P(Cell, OnlyAHandThatCarriesKeepsTheMarginToTheWorkCell) {
+  RobotCollider collider(robot_, 0.0, 0.05);
+  collider.SetScene(-10.0, {}, {});
+  base::Rng rng(3);
+  Contacts contacts;
+  int near = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const auto links_W = robot_.LinkPoses(RandomJoints(robot_, rng));
+    contacts.cell_margin = false;
+    const bool hits = collider.Hits(links_W, contacts);
+    contacts.cell_margin = true;
+    const bool comes_near = collider.Hits(links_W, contacts);
+    EXPECT_LE(hits, comes_near);
+    near += comes_near && !hits ? 1 : 0;
+  }
+  EXPECT_GT(near, 0);
+}
+
 // The target as an obstacle, as an object that the hand may touch, and removed.
 TEST_P(Cell, TargetIsAnObstacleUntilTheHandMayTouchIt) {
   RobotCollider collider(robot_, 0.003);
