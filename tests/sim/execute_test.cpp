@@ -90,14 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Objects, GoodGrasp, ::testing::Values(&kBox, &kCylinder
 // Self-test of the scoring: grasps that must fail do fail.
 TEST(BadGrasp, BesideTheObjectLiftsNothing) {
   for (const Case* good : {&kBox, &kCylinder}) {
-    std::map<std::string, double> at_s;
-    ExecutionObserver observer;
-    observer.on_moment = [&](const std::string& moment, World& now) {
-      at_s[moment] = now.time_s();
-    };
-    const ExecutionLog log = Prepared(*good, {}, kToTheSide_W).Run({}, observer);
-    // The hand notices that it is fully closed; else it would wait for 2.5 s.
-    EXPECT_LT(at_s.at("closed") - at_s.at("pregrasp"), 2.0) << good->object;
+    const ExecutionLog log = Prepared(*good, {}, kToTheSide_W).Run();
     EXPECT_FALSE(log.held_after_lift) << good->object;
     EXPECT_FALSE(Delivered(log)) << good->object;
     EXPECT_LT(log.lift_height_m, 0.01) << good->object;
