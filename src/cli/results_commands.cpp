@@ -176,8 +176,8 @@ void AddCompare(CLI::App& app) {
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(
-        "first: {}\nsecond: {}\npairs {}\n{} by the first, % {:.1f}\n{} by the second, % "
-        "{:.1f}\n{} by both {}\n"
+        "first: {}\nsecond: {}\npairs {}\n{} by the first, % {:.1f}\n"
+        "{} by the second, % {:.1f}\n{} by both {}\n"
         "only by the first {}\nonly by the second {}\nsame outcome {}\nMcNemar exact p {:g}\n",
         *first, *second, c.pairs, c.success, percent(c.only_first), c.success,
         percent(c.only_second), c.success, c.both, c.only_first, c.only_second, c.same_outcome,

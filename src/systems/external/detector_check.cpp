@@ -146,13 +146,15 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
       return false;
     }
   }
-  if (free == 0 && !scenes.empty()) {
+  if (scenes.empty()) return !failed;
+  if (in_air == scenes.size()) return false;
+  if (free == 0) {
     text +=
         "no grasp of any scan is free of collisions; if the answers have grasps, z of X_WG must "
         "point from the palm to the object\n";
     return false;
   }
-  return !failed && (in_air < scenes.size() || scenes.empty());
+  return !failed;
 }
 
 namespace fs = std::filesystem;

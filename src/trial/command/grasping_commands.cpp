@@ -73,14 +73,14 @@ void CheckDetectorAlone(const CheckArguments& arguments) {
       throw base::InputError("--detector: no file '" + words[i] + "'");
     }
   }
-  // As in an experiment, a bare name is a program on the PATH.
-  const auto is_bare = [](const std::string& word) { return word.find('/') == std::string::npos; };
-  if (!words.empty() && is_bare(words.front()) && fs::exists(words.front())) {
-    throw base::InputError("--detector: '" + words.front() + "' would be a program on the PATH; " +
-                           "give ./" + words.front());
-  }
-  if (!words.empty() && !is_bare(words.front())) {
-    words.front() = std::filesystem::absolute(words.front()).string();
+  if (!words.empty()) {
+    std::string& program = words.front();
+    if (program.find('/') != std::string::npos) {
+      program = std::filesystem::absolute(program).string();
+    } else if (fs::exists(program)) {  // as in an experiment, a bare name is searched in PATH
+      throw base::InputError("--detector: '" + program +
+                             "' would be a program on the PATH; give ./" + program);
+    }
   }
   experiment::Changes changes{.set = arguments.set};
   changes.set.insert(changes.set.begin(),

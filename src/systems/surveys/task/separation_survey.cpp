@@ -129,6 +129,8 @@ ordered_json Measure(const LabelledScan& scan, const perception::PerceptionOptio
   const Eigen::Vector3d origin_C =
       geometry::Centroid(scan.observation.views.front().image.origins_C);
   const geometry::Points above = AboveTable(scan, origin_C);
+  const std::vector<std::uint32_t> whole_label =
+      scan.depth_camera ? WholeObjects(scan.label) : std::vector<std::uint32_t>();
   ordered_json data = ordered_json::object();
   const auto add = [&](const std::string& name, const Found& found) {
     const auto segment = AssignToObjects(scan.points_C(), found.objects);
@@ -138,7 +140,7 @@ ordered_json Measure(const LabelledScan& scan, const perception::PerceptionOptio
                   {"right", score.right},          {"objects", score.objects},
                   {"found", found.objects.size()}, {"of_table", score.of_table}};
     if (scan.depth_camera) {
-      const auto whole = Compare(WholeObjects(scan.label), segment);
+      const auto whole = Compare(whole_label, segment);
       data[name]["whole_overlap"] = whole.overlap;
       data[name]["whole_right"] = whole.right;
     }
