@@ -4,6 +4,8 @@
 #include <pcl/search/kdtree.h>
 
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -33,36 +35,47 @@ struct Estimation : LeastSquares {
 using PointToPlane =
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>;
 
-/// Finds the nearest point with the project's own tree. The library's tree starts and ends a team
-/// of threads for each query, which takes as long as the query.
+/// A surface's points with their search tree.
+struct Surface {
+  explicit Surface(geometry::Points surface) : points(std::move(surface)), tree(points) {}
+
+  geometry::Points points;
+  geometry::KdTree tree;
+};
+
+/// Finds the nearest point with the project's own tree, since the library's starts and ends a team
+/// of threads for each query, which takes as long as the query. No point further away than the
+/// limit is looked for: a query without one answers with an infinite distance.
 class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
  public:
-  explicit NearestPoint(geometry::Points points) : points_(std::move(points)), tree_(points_) {}
+  NearestPoint(std::shared_ptr<const Surface> surface, double limit_m)
+      : surface_(std::move(surface)), limit_m_(limit_m) {}
 
   using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
   int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
                      std::vector<float>& squared_distances) const override {
     thread_local std::vector<geometry::KdTree::Neighbor> nearest;
-    tree_.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k), nearest);
-    indices.clear();
-    squared_distances.clear();
-    for (const auto& neighbor : nearest) {
-      indices.push_back(static_cast<pcl::index_t>(neighbor.index));
-      squared_distances.push_back(static_cast<float>(neighbor.squared_distance));
+    surface_->tree.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k),
+                           nearest, limit_m_);
+    indices.assign(static_cast<std::size_t>(k), 0);
+    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < nearest.size(); ++i) {
+      indices[i] = static_cast<pcl::index_t>(nearest[i].index);
+      squared_distances[i] = static_cast<float>(nearest[i].squared_distance);
     }
-    return static_cast<int>(nearest.size());
+    return k;
   }
 
  private:
-  geometry::Points points_;
-  geometry::KdTree tree_;
+  std::shared_ptr<const Surface> surface_;
+  double limit_m_;
 };
 
 }  // namespace
 
 struct PlaneTarget::Data {
   PclOriented::Ptr points{new PclOriented};
-  pcl::search::KdTree<pcl::PointNormal>::Ptr tree;
+  std::shared_ptr<const Surface> surface;
 };
 
 PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
@@ -77,7 +90,7 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
     p.getNormalVector3fMap() = surface.normals[i].cast<float>();
     data->points->push_back(p);
   }
-  data->tree = pcl::make_shared<NearestPoint>(surface.points);
+  data->surface = std::make_shared<Surface>(surface.points);
   data_ = std::move(data);
 }
 
@@ -98,7 +111,11 @@ Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& t
   PointToPlane method;
   method.setInputSource(oriented);
   method.setInputTarget(target.data().points);
-  method.setSearchMethodTarget(target.data().tree, true);
+  // The library compares squared distances as floats.
+  constexpr double kSlack = 1.0 + 1e-6;
+  method.setSearchMethodTarget(
+      pcl::make_shared<NearestPoint>(target.data().surface, kSlack * options.max_pair_distance_m),
+      true);
   method.setTransformationEstimation(pcl::make_shared<Estimation>());
   method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
   method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));

@@ -79,21 +79,31 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
   std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
 }
 
-/// All known objects that are not hopeless at a segment, best first.
+/// Names of the library's objects that a segment is compared with; all if empty.
+using Names = std::set<std::string>;
+
+/// All of these known objects that are not hopeless at a segment, best first. None if
+/// even the best guess explains little, as in most segments of merged objects: objects that were
+/// found had guesses of 0.74 or more.
 std::vector<Candidate> CandidatesAt(const Segment& segment, const Query& query,
-                                    std::uint64_t seed) {
+                                    const Names& names) {
   const RecognitionOptions& options = query.options;
   std::vector<Candidate> candidates;
   for (const auto& object : query.library.prepared().ready) {
-    base::Rng rng(base::DeriveSeed(seed, object->object.name));
+    if (!names.empty() && !names.contains(object->object.name)) continue;
     const Match match(*object, segment, options);
-    candidates.push_back({match, match.Guesses(rng)});
+    candidates.push_back({match, match.Guesses()});
   }
+  const double near_enough = kNearEnough * options.hopeless;
+  const auto all_hopeless = [&] {
+    return candidates.empty() || candidates.front().Score() < options.min_score - near_enough;
+  };
   Prune(candidates, options.hopeless);
+  if (all_hopeless()) return {};
   for (Candidate& one : candidates) one.posed = one.match.Registered(std::move(one.posed));
-  Prune(candidates, kNearEnough * options.hopeless);
+  Prune(candidates, near_enough);
+  if (all_hopeless()) return {};
   for (Candidate& one : candidates) {
-    if (one.Score() < options.min_score - options.hopeless) continue;
     one.match.AddTurned(one.posed);
     one.match.Settle(one.posed);
   }
@@ -134,11 +144,10 @@ bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
 
 /// The known object at a segment; nullopt if none is good enough, or two are about equally good.
 std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
-                                    base::Rng& rng) {
+                                    const Names& names = {}) {
   const RecognitionOptions& options = query.options;
-  const std::uint64_t seed = rng.Next();
   const Segment segment = internal::SegmentOf(query.observation, query.scene, own, options);
-  const auto candidates = CandidatesAt(segment, query, seed);
+  const auto candidates = CandidatesAt(segment, query, names);
   if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
   if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
@@ -243,18 +252,32 @@ std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
   return claimed;
 }
 
-/// Identifies each of these perceived objects, if possible.
+/// Names of the finds of which more than half of the samples are in a segment.
+Names NamesIn(const perception::Scene& scene, const geometry::Indices& own,
+              const std::vector<FoundObject>& known) {
+  SampleSet samples;
+  for (const auto point : own) samples.insert(scene.SampleOf(point));
+  Names names;
+  for (const FoundObject& found : known) {
+    if (2 * CountIn(samples, found.samples) > found.samples.size()) names.insert(found.object);
+  }
+  return names;
+}
+
+/// Identifies each of these perceived objects, if possible. One in which an object is already known
+/// is first compared with that object only.
 std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
-                                     base::Rng& rng) {
+                                     const std::vector<FoundObject>& known = {}) {
   std::vector<FoundObject> all;
   for (const std::size_t i : which) {
     const geometry::Indices& own = query.scene.objects[i].points;
-    base::Rng of_object(rng.Next());
     if (own.size() < query.options.min_samples) continue;
     const geometry::Indices whole = WithPieces(query.scene, i, query.options);
+    const Names names = NamesIn(query.scene, own, known);
     std::optional<FoundObject> found;
-    if (!whole.empty()) found = Identify(query, whole, of_object);
-    if (!found) found = Identify(query, own, of_object);
+    if (!names.empty()) found = Identify(query, whole.empty() ? own : whole, names);
+    if (!found && !whole.empty()) found = Identify(query, whole);
+    if (!found) found = Identify(query, own);
     if (found) all.push_back(std::move(*found));
   }
   DropPieces(all);
@@ -276,19 +299,19 @@ std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::S
 
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
-                                   const RecognitionOptions& options, base::Rng& rng,
+                                   const RecognitionOptions& options,
                                    std::vector<FoundObject> known) {
   std::vector<std::size_t> which(scene.objects.size());
   std::iota(which.begin(), which.end(), std::size_t{0});
   const Query query{observation, scene, library, options};
-  auto all = IdentifyAll(query, which, rng);
+  auto all = IdentifyAll(query, which, known);
   known = NotFoundAgain(std::move(known), all);
   const auto claimed = Claim(query, known);
   if (!known.empty()) {
     // The rest of their segments are other objects.
     perception::Scene rest = scene;
     const auto changed = TakeOff(claimed, rest);
-    auto beside = IdentifyAll({observation, rest, library, options}, changed, rng);
+    auto beside = IdentifyAll({observation, rest, library, options}, changed);
     std::ranges::move(beside, std::back_inserter(all));
     DropPieces(all);
     std::ranges::move(known, std::back_inserter(all));

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "base/frames.h"
-#include "base/rng.h"
 #include "geometry/observation.h"
 #include "perception/scene.h"
 #include "recognition/library.h"
@@ -101,14 +100,15 @@ struct FoundObject {
 /// at all. Objects that no model explains well enough, or that two explain equally well, are not
 /// named. The order of the library has no influence.
 /// @param scene  perceived from this observation
-/// @param known  SureOnes of earlier looks at the same scene. With more points two objects may
-/// become one segment. Known ones that are not found again are therefore kept as long as the new
-/// views agree with them; points within two tolerances of them are theirs, and the rest of their
-/// segment is recognized separately
+/// @param known  SureOnes of earlier looks at the same scene. A segment with most of the samples of
+/// one is compared with that object alone, and with the others if it is not found again. With more
+/// points two objects may become one segment. Known ones that are not found again are therefore
+/// kept as long as the new views agree with them; points within two tolerances of them are theirs,
+/// and the rest of their segment is recognized separately
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
-                                   const RecognitionOptions& options, base::Rng& rng,
+                                   const RecognitionOptions& options,
                                    std::vector<FoundObject> known = {});
 
 /// The perceived objects that need another view: those of which no find explains half of the

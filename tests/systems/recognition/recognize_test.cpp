@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -61,10 +62,8 @@ Looked LookAt(const std::vector<TriangleMesh>& meshes_W, std::uint64_t seed,
   return looked;
 }
 
-std::vector<FoundObject> Find(const Looked& looked, const Library& library,
-                              std::uint64_t seed = 1) {
-  base::Rng rng(seed);
-  return Recognize(looked.observation, looked.scene, library, {}, rng);
+std::vector<FoundObject> Find(const Looked& looked, const Library& library) {
+  return Recognize(looked.observation, looked.scene, library, {});
 }
 
 struct Placed {
@@ -182,9 +181,8 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   }
   objects.resize(1);
   const auto names = [&](std::vector<FoundObject> known) {
-    base::Rng rng(1);
     std::multiset<std::string> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), {}, rng, known)) {
+    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), {}, known)) {
       all.insert(one.object);
     }
     return all;
@@ -197,6 +195,32 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
     one.samples.clear();
   }
   EXPECT_LT(names(elsewhere).size(), 2u);
+}
+
+// Other objects are compared with a segment only where none is known; what is known has no rival.
+TEST(Recognize, WhatIsKnownIsComparedFirst) {
+  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
+                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
+  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
+                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
+  RecognitionOptions keeps_all;
+  keeps_all.hopeless = 2.0;
+  const auto rivals = [&](const std::vector<FoundObject>& known) {
+    const Looked looked = LookAt({can, box}, 3);
+    std::map<std::string, bool> all;
+    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), keeps_all, known)) {
+      all[one.object] = one.runner_up > 0.0;
+    }
+    return all;
+  };
+  using Rivals = std::map<std::string, bool>;
+  EXPECT_EQ(rivals({}), (Rivals{{"box", true}, {"can", true}}));
+  auto known = Find(LookAt({can, box}, 3), Shelf());
+  std::erase_if(known, [](const FoundObject& one) { return one.object != "box"; });
+  EXPECT_EQ(rivals(known), (Rivals{{"box", false}, {"can", true}}));
+  // A wrong name is corrected: the segment is then compared with all.
+  known[0].object = "mug";
+  EXPECT_EQ(rivals(known), (Rivals{{"box", true}, {"can", true}}));
 }
 
 // In another scan from the same place, objects that have not moved are known before they are found
@@ -217,10 +241,9 @@ TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
   RecognitionOptions finds_nothing;
   finds_nothing.min_score = 1.1;
   const auto names = [&](const Looked& looked) {
-    base::Rng rng(1);
     std::multiset<std::string> all;
     for (const auto& one :
-         Recognize(looked.observation, looked.scene, Shelf(), finds_nothing, rng, kept)) {
+         Recognize(looked.observation, looked.scene, Shelf(), finds_nothing, kept)) {
       all.insert(one.object);
     }
     return all;
@@ -282,9 +305,8 @@ TEST(Recognize, ColorsTellTwinsApart) {
     if (color) Paint(looked, [&](const Vector3d& p) { return p.z() > 0.002 ? *color : kWhite; });
     RecognitionOptions options;
     options.color_weight = weight;
-    base::Rng rng(1);
     std::vector<std::string> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, library, options, rng)) {
+    for (const auto& one : Recognize(looked.observation, looked.scene, library, options)) {
       all.push_back(one.object);
     }
     return all;

@@ -136,10 +136,8 @@ class Run {
       unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
     }
     base::Stopwatch watch;
-    base::Rng rng = trial::StageStream(
-        base::DeriveSeed(seed_, static_cast<std::uint64_t>(result_.looks)), "doubtful");
     const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,
-                                              Lenient(options_.recognition), rng);
+                                              Lenient(options_.recognition));
     result_.look_s += watch.Seconds();
     const auto wanted = std::ranges::find(found, wanted_, &recognition::FoundObject::object);
     if (wanted == found.end()) return std::nullopt;
@@ -358,7 +356,7 @@ class Run {
                              trial::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
     if (looks_here_ == 1 || !wrist_) found_ = recognition::AsFirstSeen(std::move(found_));
     found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
-                                    options_.recognition, rng, recognition::SureOnes(found_));
+                                    options_.recognition, recognition::SureOnes(found_));
     known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
     Say("{}", WhatISee());

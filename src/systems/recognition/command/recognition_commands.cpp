@@ -256,7 +256,7 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
     perceived = scene.objects.size();
     recognition::RecognitionOptions recognition;
     recognition.tolerance_m = arguments.tolerance_mm / base::kMmPerM;
-    found = recognition::Recognize(observation, scene, library, recognition, rng);
+    found = recognition::Recognize(observation, scene, library, recognition);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
   }
@@ -277,7 +277,7 @@ void AddRecognizeCommand(CLI::App& app) {
       ->add_option("--tolerance-mm", arguments->tolerance_mm,
                    "maximum distance of explained samples from a model's surface (3)")
       ->check(CLI::Range(0.5, 20.0));
-  command->add_option("--seed", arguments->seed, "seed of the random draws")
+  command->add_option("--seed", arguments->seed, "seed of perception's random draws")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", arguments->json, "print the result as JSON");
   command->footer("Example: rangegrasp recognize table.pcd --library models/objects --json");

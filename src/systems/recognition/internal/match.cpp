@@ -32,8 +32,13 @@ constexpr double kSame_m = 0.004;
 constexpr double kSame_rad = 0.05;
 constexpr double kSameCoarse_m = 0.015;
 constexpr double kSameCoarse_rad = 0.25;
-/// Maximum pair distances of registration: from the error of the first guess to the scanner's.
-constexpr double kPairs_m[] = {0.025, 0.008};
+/// Maximum pair distances of registration: the error of a guess, for which every third point
+/// suffices, then that of the scanner.
+constexpr double kFarPairs_m = 0.025;
+constexpr double kNearPairs_m = 0.008;
+/// Guesses that are this close after the first registration end in the same pose.
+constexpr double kMeet_m = 0.002;
+constexpr double kMeet_rad = 0.02;
 /// Step sizes of the final refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
@@ -105,15 +110,11 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
 }
 
 /// Poses that pairs of the segment's points vote for, most votes first.
-std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& segment,
-                                   std::size_t references, base::Rng& rng) {
+std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& segment) {
   constexpr std::size_t kPeaks = 2;
-  const geometry::PointCloud thin = Thinned(segment.cloud_C, object.pairs.spacing_m());
   std::vector<PairTable::Voted> voted;
-  const std::size_t step =
-      std::max<std::size_t>(1, thin.size() / std::max<std::size_t>(1, references));
-  for (std::size_t i = rng.Index(step); i < thin.size(); i += step) {
-    object.pairs.Vote(thin, static_cast<std::uint32_t>(i), kPeaks, voted);
+  for (const PointPairs& reference : segment.references) {
+    object.pairs.Vote(reference, kPeaks, voted);
   }
   std::ranges::stable_sort(voted, std::greater{}, &PairTable::Voted::votes);
   std::vector<base::Pose> poses;
@@ -124,6 +125,18 @@ std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& 
     if (!known) poses.push_back(one.X_CB);
   }
   return poses;
+}
+
+/// About `count` of a segment's points, evenly chosen.
+std::vector<PointPairs> References(const geometry::PointCloud& cloud_C, int count) {
+  std::vector<PointPairs> references;
+  if (count == 0) return references;
+  const geometry::PointCloud thin = ThinnedForPairs(cloud_C);
+  const std::size_t step = std::max<std::size_t>(1, thin.size() / static_cast<std::size_t>(count));
+  for (std::size_t i = step / 2; i < thin.size(); i += step) {
+    references.push_back(PairsOf(thin, i));
+  }
+  return references;
 }
 
 base::Pose ToTableFrame(const geometry::Plane& plane) {
@@ -154,6 +167,12 @@ std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry, doub
   return best;
 }
 
+Points EveryThird(const Points& points) {
+  Points third;
+  for (std::size_t i = 0; i < points.size(); i += 3) third.push_back(points[i]);
+  return third;
+}
+
 base::Pose TurnAbout(const Matrix3d& turn, const Vector3d& about_B) {
   return base::MakePose(turn, about_B - turn * about_B);
 }
@@ -181,7 +200,6 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   for (std::size_t i = 0; i < own.size(); i += step) {
     segment.source_C.push_back(segment.cloud_C.points[i]);
   }
-  segment.source = pcl_bridge::Cloud(segment.source_C);
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
@@ -190,6 +208,7 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
       options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
         return !std::isnan(ray.tone.x());
       });
+  segment.references = References(segment.cloud_C, options.references);
   segment.X_TC = ToTableFrame(scene.table.plane);
   std::vector<std::size_t> seen(observation.views.size(), 0);
   for (const auto point : own) ++seen[scene.SampleOf(point).view];
@@ -200,17 +219,14 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   return segment;
 }
 
-std::vector<Posed> Match::Guesses(base::Rng& rng) const {
+std::vector<Posed> Match::Guesses() const {
   std::vector<Posed> lying;
   for (const auto& X_CB : LyingPoses(*object_, *segment_)) {
     lying.push_back(Coarse(X_CB));
     lying.back().lies = true;
   }
   std::vector<Posed> voted;
-  const auto references = static_cast<std::size_t>(options_->references);
-  for (const auto& X_CB : VotedPoses(*object_, *segment_, references, rng)) {
-    voted.push_back(Coarse(X_CB));
-  }
+  for (const auto& X_CB : VotedPoses(*object_, *segment_)) voted.push_back(Coarse(X_CB));
   // A lying pose is kept even if pairs voted for a better one nearby: it is registered together
   // with its contact points, while the other may roll or slide away.
   const auto count = static_cast<std::size_t>(options_->registered);
@@ -223,14 +239,24 @@ std::vector<Posed> Match::Guesses(base::Rng& rng) const {
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
   const Vector3d up_C = segment_->X_TC.linear().transpose() * Vector3d::UnitZ();
+  std::vector<Posed> registered;
+  std::vector<Posed> met;
   for (Posed& one : posed) {
-    one.X_CB = one.lies ? Registered(one.X_CB, pcl_bridge::Cloud(WithContact(one.X_CB)))
-                        : Registered(one.X_CB, segment_->source);
+    const Points source_C = one.lies ? WithContact(one.X_CB) : segment_->source_C;
+    one.X_CB = Registered(one.X_CB, EveryThird(source_C), kFarPairs_m);
+    const bool again = std::ranges::any_of(met, [&](const Posed& other) {
+      return other.lies == one.lies &&
+             AreNear(one.X_CB, other.X_CB, object_->object.symmetry, kMeet_m, kMeet_rad);
+    });
+    if (again) continue;
+    met.push_back(one);
+    one.X_CB = Registered(one.X_CB, source_C, kNearPairs_m);
     const double sunk_m = std::max(0.0, Sunk(*object_, one.X_CB, *segment_));
     one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);
+    registered.push_back(one);
   }
-  return Best(std::move(posed), object_->object.symmetry, kSame_m, kSame_rad);
+  return Best(std::move(registered), object_->object.symmetry, kSame_m, kSame_rad);
 }
 
 std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
@@ -408,17 +434,16 @@ Points Match::WithContact(const base::Pose& X_CB) const {
   return points;
 }
 
-base::Pose Match::Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const {
-  base::Pose X_BC = X_CB.inverse();
-  for (const double max_pair_distance_m : kPairs_m) {
-    pcl_bridge::RegistrationOptions options;
-    options.max_pair_distance_m = max_pair_distance_m;
-    options.max_iterations = 15;
-    options.min_step_m = 5e-5;
-    options.min_step_rad = 5e-4;
-    X_BC = pcl_bridge::RegisterPointToPlane(source, object_->target, X_BC, options);
-  }
-  return X_BC.inverse();
+base::Pose Match::Registered(const base::Pose& X_CB, const Points& source_C,
+                             double max_pair_distance_m) const {
+  pcl_bridge::RegistrationOptions options;
+  options.max_pair_distance_m = max_pair_distance_m;
+  options.max_iterations = 15;
+  options.min_step_m = 5e-5;
+  options.min_step_rad = 5e-4;
+  return pcl_bridge::RegisterPointToPlane(pcl_bridge::Cloud(source_C), object_->target,
+                                          X_CB.inverse(), options)
+      .inverse();
 }
 
 void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {

@@ -3,8 +3,6 @@
 #include <vector>
 
 #include "base/frames.h"
-#include "base/rng.h"
-#include "pcl_bridge/cloud.h"
 #include "perception/scene.h"
 #include "recognition/internal/prepared_object.h"
 #include "recognition/recognize.h"
@@ -19,10 +17,10 @@ struct Segment {
   SampleRays coarse;
   SampleRays fine;
   SampleRays few;                            ///< between coarse and fine in number
+  std::vector<PointPairs> references;        ///< of its points that vote for poses
   bool colored = false;                      ///< some rays have tones, and colors are used
   base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
   geometry::Points eyes_C;  ///< positions of the views that saw much of it; at least one
-  pcl_bridge::Cloud source{geometry::PointSpan()};  ///< source_C
 };
 
 /// Poses of one object that differ by more are distinct. This is slightly more than the required
@@ -50,7 +48,7 @@ class Match {
   const PreparedObject& object() const { return *object_; }
 
   /// The best poses by the coarse score, the best first.
-  std::vector<Posed> Guesses(base::Rng& rng) const;
+  std::vector<Posed> Guesses() const;
   /// The same poses after registration, best fine score first.
   std::vector<Posed> Registered(std::vector<Posed> posed) const;
   /// Adds poses that may be confused with the best one, unless the rays exclude them: turned about
@@ -77,7 +75,8 @@ class Match {
   Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
                       double tolerance_m) const;
   geometry::Points WithContact(const base::Pose& X_CB) const;
-  base::Pose Registered(const base::Pose& X_CB, const pcl_bridge::Cloud& source) const;
+  base::Pose Registered(const base::Pose& X_CB, const geometry::Points& source_C,
+                        double max_pair_distance_m) const;
   void Climb(int axis, double step_m, double step_rad, Posed& posed) const;
 
   const PreparedObject* object_;

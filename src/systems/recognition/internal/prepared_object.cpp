@@ -45,9 +45,10 @@ base::Pose ToAxis(const Vector3d& p, const Vector3d& n) {
   return base::MakePose(R, -(R * p));
 }
 
-double AngleAbout(const base::Pose& to_axis, const Vector3d& q) {
-  const Vector3d local = to_axis * q;
-  return std::atan2(local.z(), local.y());
+/// Of a point about the x axis, 0 to kPairTurns.
+float TurnOf(const Vector3d& local) {
+  const double angle = std::atan2(local.z(), local.y());
+  return static_cast<float>((angle < 0.0 ? angle + 2.0 * kPi : angle) / (2.0 * kPi) * kPairTurns);
 }
 
 std::uint32_t Step(double cosine) {
@@ -191,83 +192,80 @@ Vector3f MeshTones::At(const geometry::Hit& hit) const {
   return plain_[hit.triangle];
 }
 
-std::uint32_t PairTable::Key(const Vector3d& p, const Vector3d& n, const Vector3d& q,
-                             const Vector3d& m) const {
-  const Vector3d d = q - p;
-  const double length = d.norm();
-  const auto step = static_cast<std::uint32_t>(length / spacing_m_);
-  const Vector3d u = d / length;
-  return (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
+PointPairs PairsOf(const geometry::PointCloud& cloud, std::size_t point) {
+  const Vector3d& p = cloud.points[point];
+  const Vector3d& n = cloud.normals[point];
+  PointPairs of_point{ToAxis(p, n), {}};
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vector3d& q = cloud.points[i];
+    const double length = (q - p).norm();
+    if (length < kPairSpacing_m) continue;
+    const Vector3d u = (q - p) / length;
+    const Vector3d& m = cloud.normals[i];
+    const auto step = static_cast<std::uint32_t>(length / kPairSpacing_m);
+    const std::uint32_t feature =
+        (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
+    of_point.pairs.push_back({feature, TurnOf(of_point.to_axis * q)});
+  }
+  return of_point;
 }
 
+geometry::PointCloud ThinnedForPairs(const geometry::PointCloud& cloud) {
+  return Thinned(cloud, kPairSpacing_m);
+}
+
+/// A common feature has little information, so its votes grow only with the square root.
 void PairTable::Thin(Bucket& bucket) {
   std::vector<Pair>& pairs = bucket.pairs;
-  bucket.all = static_cast<float>(pairs.size());
+  const auto all = static_cast<float>(pairs.size());
   const std::size_t step = (pairs.size() + kMaxPairs - 1) / kMaxPairs;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < pairs.size(); i += step) pairs[kept++] = pairs[i];
   pairs.resize(kept);
   pairs.shrink_to_fit();
+  bucket.weight = std::sqrt(all) / static_cast<float>(kept);
 }
 
-PairTable::PairTable(const geometry::PointCloud& surface_B, double spacing_m)
-    : spacing_m_(spacing_m), points_B_(Thinned(surface_B, spacing_m)) {
-  for (std::uint32_t i = 0; i < points_B_.size(); ++i) {
-    const base::Pose to_axis = ToAxis(points_B_.points[i], points_B_.normals[i]);
-    for (std::uint32_t j = 0; j < points_B_.size(); ++j) {
-      const Vector3d d = points_B_.points[j] - points_B_.points[i];
-      if (i == j || d.norm() < spacing_m) continue;
-      diameter_m_ = std::max(diameter_m_, d.norm());
-      const auto key =
-          Key(points_B_.points[i], points_B_.normals[i], points_B_.points[j], points_B_.normals[j]);
-      pairs_[key].pairs.push_back({static_cast<std::uint16_t>(i),
-                                   static_cast<float>(AngleAbout(to_axis, points_B_.points[j]))});
+PairTable::PairTable(const geometry::PointCloud& surface_B)
+    : points_B_(ThinnedForPairs(surface_B)) {
+  for (std::size_t i = 0; i < points_B_.size(); ++i) {
+    for (const auto& [feature, turn] : PairsOf(points_B_, i).pairs) {
+      pairs_[feature].pairs.push_back({static_cast<std::uint16_t>(i), turn});
     }
   }
-  for (auto& [key, bucket] : pairs_) Thin(bucket);
+  for (auto& [feature, bucket] : pairs_) Thin(bucket);
 }
 
-void PairTable::Vote(const geometry::PointCloud& scene_C, std::uint32_t reference,
-                     std::size_t peaks, std::vector<Voted>& voted) const {
-  const Vector3d& p = scene_C.points[reference];
-  const Vector3d& n = scene_C.normals[reference];
-  const base::Pose to_axis = ToAxis(p, n);
-  thread_local std::vector<float> votes;
-  votes.assign(points_B_.size() * kPairTurns, 0.0f);
-  for (std::uint32_t j = 0; j < scene_C.size(); ++j) {
-    const Vector3d& q = scene_C.points[j];
-    const double distance = (q - p).norm();
-    if (j == reference || distance < spacing_m_ || distance > diameter_m_) continue;
-    const auto found = pairs_.find(Key(p, n, q, scene_C.normals[j]));
+void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Voted>& voted) const {
+  thread_local Eigen::ArrayXXf votes;  // of each turn (rows) about each of the model's points
+  votes.setZero(kPairTurns, static_cast<Eigen::Index>(points_B_.size()));
+  for (const PointPairs::Pair& seen : scene.pairs) {
+    const auto found = pairs_.find(seen.feature);
     if (found == pairs_.end()) continue;
-    // A common feature has little information, so its votes grow only with the square root.
-    const Bucket& bucket = found->second;
-    const float weight = std::sqrt(bucket.all) / static_cast<float>(bucket.pairs.size());
-    const double angle = AngleAbout(to_axis, q);
-    for (const Pair& pair : bucket.pairs) {
-      double turn = angle - static_cast<double>(pair.angle);
-      if (turn < 0.0) turn += 2.0 * kPi;
-      if (turn < 0.0) turn += 2.0 * kPi;
-      const auto slot = std::min(static_cast<int>(turn / (2.0 * kPi) * kPairTurns), kPairTurns - 1);
-      votes[pair.reference * static_cast<std::size_t>(kPairTurns) +
-            static_cast<std::size_t>(slot)] += weight;
+    for (const Pair& pair : found->second.pairs) {
+      float turn = seen.turn - pair.turn;
+      if (turn < 0.0f) turn += kPairTurns;
+      votes(std::min(static_cast<int>(turn), kPairTurns - 1), pair.reference) +=
+          found->second.weight;
     }
   }
+  Eigen::ArrayXf most = votes.colwise().maxCoeff();
   for (std::size_t peak = 0; peak < peaks; ++peak) {
-    const auto best = std::ranges::max_element(votes);
-    if (best == votes.end() || *best <= 0.0f) return;
-    const auto at = static_cast<std::size_t>(best - votes.begin());
-    const std::size_t i = at / kPairTurns;
-    const double turn = (static_cast<double>(at % kPairTurns) + 0.5) * 2.0 * kPi / kPairTurns;
+    Eigen::Index at = 0;
+    if (most.size() == 0 || !(most.maxCoeff(&at) > 0.0f)) return;
+    Eigen::Index slot = 0;
+    const auto count = static_cast<double>(votes.col(at).maxCoeff(&slot));
+    const double turn = (static_cast<double>(slot) + 0.5) * 2.0 * kPi / kPairTurns;
     const base::Pose spin = base::MakePose(
         Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero());
+    const auto i = static_cast<std::size_t>(at);
     const base::Pose X_CB =
-        to_axis.inverse() * spin * ToAxis(points_B_.points[i], points_B_.normals[i]);
-    voted.push_back({X_CB, static_cast<double>(*best)});
+        scene.to_axis.inverse() * spin * ToAxis(points_B_.points[i], points_B_.normals[i]);
+    voted.push_back({X_CB, count});
     // The next peak has to be at another place of the model.
     for (std::size_t k = 0; k < points_B_.size(); ++k) {
-      if ((points_B_.points[k] - points_B_.points[i]).norm() > 2.0 * spacing_m_) continue;
-      std::fill_n(votes.begin() + static_cast<std::ptrdiff_t>(k * kPairTurns), kPairTurns, 0.0f);
+      const double apart_m = (points_B_.points[k] - points_B_.points[i]).norm();
+      if (apart_m <= 2.0 * kPairSpacing_m) most[static_cast<Eigen::Index>(k)] = 0.0f;
     }
   }
 }
@@ -281,7 +279,7 @@ PreparedObject::PreparedObject(KnownObject known)
       axes_B(PrincipalAxes(object.surface_B.points)),
       round(AxisOfRevolution(object.surface_B)),
       lying(WaysToLie(object)),
-      pairs(object.surface_B, kPairSpacing_m) {}
+      pairs(object.surface_B) {}
 
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
                      const geometry::Indices& own, double beside_m) {
@@ -367,7 +365,9 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
       evidence.fit += weight * (1.0 - share * share);
       evidence.explained += weight;
       evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
-      if (has_tones) tones.push_back({ray.tone - object.tones.At(hits[i]), ray.weight});
+      if (has_tones && !std::isnan(ray.tone.x())) {
+        tones.push_back({ray.tone - object.tones.At(hits[i]), ray.weight});
+      }
       if (explained) explained->push_back(ray.point);
     } else if (off > 0.0f) {
       evidence.violated += weight;

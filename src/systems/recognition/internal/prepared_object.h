@@ -38,40 +38,45 @@ class MeshTones {
   std::vector<Eigen::Vector3f> plain_;  // one per triangle
 };
 
-/// Point pair features (Drost et al. 2010, "Model globally, match locally"): pairs of a model's
-/// points with normals, indexed by their distance and three angles. PCL's voting (PPFRegistration)
-/// keeps only one of the poses voted for.
+/// A point's pairs with the other points of a cloud with normals, as point pair features (Drost et
+/// al. 2010, "Model globally, match locally"): each is a distance and three angles, in steps.
+struct PointPairs {
+  struct Pair {
+    std::uint32_t feature;
+    float turn;  ///< of the second point about the first one's normal, in steps of the votes
+  };
+  base::Pose to_axis;  ///< puts the point at the origin and its normal along x
+  std::vector<Pair> pairs;
+};
+/// @param cloud  thinned as the models are
+PointPairs PairsOf(const geometry::PointCloud& cloud, std::size_t point);
+/// As the models are: points about 9 mm apart.
+geometry::PointCloud ThinnedForPairs(const geometry::PointCloud& cloud);
+
+/// The pairs of a model's points, indexed by feature. PCL's voting (PPFRegistration) keeps only one
+/// of the poses voted for.
 class PairTable {
  public:
-  /// @param surface_B  is thinned to about spacing_m
-  PairTable(const geometry::PointCloud& surface_B, double spacing_m);
+  explicit PairTable(const geometry::PointCloud& surface_B);
 
   struct Voted {
     base::Pose X_CB;
     double votes = 0.0;
   };
-  /// Appends the poses with most votes of the pairs of `reference` with the scene's other points:
-  /// at most `peaks`.
-  void Vote(const geometry::PointCloud& scene_C, std::uint32_t reference, std::size_t peaks,
-            std::vector<Voted>& voted) const;
-
-  double spacing_m() const { return spacing_m_; }
+  /// Appends the poses with most votes of a scene's point, at most `peaks`.
+  void Vote(const PointPairs& scene, std::size_t peaks, std::vector<Voted>& voted) const;
 
  private:
   struct Pair {
     std::uint16_t reference;
-    float angle;  // of the second point about the reference's normal
+    float turn;  // as in PointPairs
   };
   struct Bucket {
     std::vector<Pair> pairs;  ///< pairs that vote
-    float all = 0.0f;         ///< number of pairs with this feature
+    float weight = 0.0f;      ///< of a vote
   };
   static void Thin(Bucket& bucket);
-  std::uint32_t Key(const Eigen::Vector3d& p, const Eigen::Vector3d& n, const Eigen::Vector3d& q,
-                    const Eigen::Vector3d& m) const;
 
-  double spacing_m_;
-  double diameter_m_ = 0.0;
   geometry::PointCloud points_B_;
   std::unordered_map<std::uint32_t, Bucket> pairs_;
 };

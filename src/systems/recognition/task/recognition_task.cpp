@@ -377,9 +377,8 @@ class Recognition : public experiment::Task {
         perception::Perceive(seen.sensed.observation, options_.grasping.perception, perceive,
                              trial::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
     experiment::AddSeconds("perceive", watch.Restart(), result.seconds);
-    base::Rng rng = trial::StageStream(spec.seed, "recognize");
     seen.found = Recognize(seen.sensed.observation, seen.scene, LibraryFor(spec),
-                           options_.recognition, rng, SureOnes(seen.found));
+                           options_.recognition, SureOnes(seen.found));
     experiment::AddSeconds("recognize", watch.Seconds(), result.seconds);
   }
 
