@@ -160,6 +160,8 @@ TEST(ScoreTest, IsTheNormalTailOfTheDistanceInStandardErrors) {
   EXPECT_NEAR(ScoreTest(0.9, 10.0, 1.0), std::erfc(0.1 / std::sqrt(2.0 * 0.05 * 0.95 / 10.0)),
               1e-12);
   EXPECT_THROW(ScoreTest(1.2, 10.0, 0.5), std::invalid_argument);
+  EXPECT_THROW(ScoreTest(0.5, 10.0, 1.2), std::invalid_argument);
+  EXPECT_THROW(ScoreTest(0.5, 0.0, 0.5), std::invalid_argument);
 }
 
 TEST(PoissonRates, AreABinomialGivenTheirSum) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
 #include "base/error.h"
 #include "sim/scene_files.h"
 
@@ -32,6 +35,20 @@ TEST(VisualBodies, StandWhereSensorsSeeThem) {
     for (const auto& p : mesh.mesh_W.vertices) seen.extend(p);
   }
   EXPECT_TRUE(drawn.isApprox(seen, 1e-9));
+}
+
+TEST(VisualBodies, HaveOneColorEach) {
+  const auto model = MakeObject("flag", R"(<geom type="box" size="0.02 0.02 0.02" rgba="1 0 0 1"/>
+      <geom type="box" size="0.02 0.02 0.02" pos="0 0 0.04" rgba="1 1 1 1"/>
+      <geom type="box" size="0.02 0.02 0.02" pos="0 0 0.08" rgba="1 0 0 1"/>)");
+  World world(Tabletop(), {model}, {});
+  world.PlaceObject(0, base::Pose::Identity());
+  std::vector<std::pair<float, std::size_t>> green;
+  for (const VisualBody& body : VisualBodies(world)) {
+    if (body.object) green.emplace_back(body.color.y(), body.mesh_B.triangles.size());
+  }
+  // Two red cubes in one mesh, and the white one, of 12 triangles each.
+  EXPECT_EQ(green, (std::vector<std::pair<float, std::size_t>>{{0.0F, 24}, {1.0F, 12}}));
 }
 
 TEST(VisualBodies, HaveTheSameMeshesWhereverTheyStand) {

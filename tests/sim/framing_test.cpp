@@ -69,6 +69,9 @@ TEST(FrameAll, KeepsItsDistanceFromASinglePoint) {
   const PinholeView view = FrameAll(point, LookingAlong({1.0, 0.0, 0.0}), options);
   EXPECT_TRUE(view.X_WC.translation().isApprox(Vector3d(-0.3, 0.2, 0.3), 1e-12));
   EXPECT_TRUE(PixelOf(view, point[0]).isApprox(view.center_px, 1e-9));
+  // Pixels have their centers at integers: the middle is as far from the first as from the last.
+  EXPECT_EQ(2.0 * view.center_px.x(), options.width_px - 1);
+  EXPECT_EQ(2.0 * view.center_px.y(), options.height_px - 1);
   EXPECT_THROW(FrameAll({}, view.X_WC.linear(), options), std::invalid_argument);
 }
 
