@@ -62,7 +62,8 @@ TEST(FindContainer, OfABoxWithThingsInItIsItsBorderAndRim) {
     shape.AddWall({0.05, 0.03}, 0.03, 0.004, 0.12);
     shape.AddDisc({0.05, 0.03, 0.12}, 0.03);
     shape.AddRectangle({-0.08, -0.04, 0.05}, {0.03, 0.01, 0.0}, {-0.01, 0.03, 0.0});
-    shape.Turn(Eigen::AngleAxisd(rng.Uniform(0.0, base::kPi), Vector3d::UnitZ()));
+    const Eigen::AngleAxisd turn(rng.Uniform(0.0, base::kPi), Vector3d::UnitZ());
+    shape.Turn(turn);
     const bool noisy = k % 2 == 1;
     if (noisy) AddCameraNoise(rng, shape);
     const ContainerOptions options = noisy ? OptionsForNoise() : ContainerOptions();
@@ -74,7 +75,11 @@ TEST(FindContainer, OfABoxWithThingsInItIsItsBorderAndRim) {
       EXPECT_GE(sides[axis], 2.0 * kHalf_m[axis] - options.wall_m) << k;
       EXPECT_LE(sides[axis], 2.0 * kHalf_m[axis] + 0.008 + options.wall_m) << k;
     }
-    EXPECT_NEAR(found->rim_m, kRim_m, 0.02) << k;
+    // Directions are searched in steps and refined: a wall of 320 mm is a few mm off at its ends.
+    const auto& [frame, walls, rim_m] = *found;
+    const Vector3d axis = walls.axis.x() * frame.u + walls.axis.y() * frame.v;
+    EXPECT_LE(axis.cross(turn * Vector3d::UnitX()).norm(), noisy ? 0.01 : 0.002) << k;
+    EXPECT_NEAR(rim_m, kRim_m, noisy ? 0.008 : 0.001) << k;
   }
 }
 
