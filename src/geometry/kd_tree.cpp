@@ -77,12 +77,10 @@ bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
   return a.index < b.index;
 }
 
-/// The k nearest within a limit in order, ties by index. k is small, and then a list is faster than
-/// a heap.
+/// The k nearest in order, ties by index. k is small, and then a list is faster than a heap.
 class NearestSet {
  public:
-  NearestSet(std::size_t k, double squared_limit, std::vector<KdTree::Neighbor>& out)
-      : k_(k), out_(out), worst_(squared_limit) {}
+  NearestSet(std::size_t k, std::vector<KdTree::Neighbor>& out) : k_(k), out_(out) {}
   bool full() const { return out_.size() == k_; }
   double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
@@ -104,7 +102,7 @@ class NearestSet {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t k_;
   std::vector<KdTree::Neighbor>& out_;
-  double worst_;
+  double worst_ = kInfinity;
 };
 
 PointSpan CheckFinite(PointSpan points) {
@@ -141,11 +139,11 @@ KdTree::~KdTree() = default;
 KdTree::KdTree(KdTree&&) noexcept = default;
 KdTree& KdTree::operator=(KdTree&&) noexcept = default;
 
-void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out,
-                     double limit_m) const {
+void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k,
+                     std::vector<Neighbor>& out) const {
   out.clear();
   if (k == 0) return;
-  NearestSet set(k, limit_m * limit_m, out);
+  NearestSet set(k, out);
   impl_->Search(query, set);
 }
 

@@ -48,19 +48,6 @@ TEST_P(SeededQueries, NearestIsThatOfABruteForce) {
   }
 }
 
-TEST_P(SeededQueries, NearestWithALimitIsThatOfABruteForce) {
-  for (int q = 0; q < 30; ++q) {
-    const Eigen::Vector3d query = RandomPoint(1.2, rng);
-    const std::size_t k = 1 + rng.Index(20);
-    const double limit = rng.Uniform(0.0, 0.6);
-    tree.Nearest(query, k, found, limit);
-    auto expected = BruteForce(points, query);
-    std::erase_if(expected, [&](const auto& n) { return n.squared_distance >= limit * limit; });
-    ASSERT_EQ(found.size(), std::min(k, expected.size()));
-    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].index, expected[i].index);
-  }
-}
-
 TEST_P(SeededQueries, WithinAndCountAreThoseOfABruteForce) {
   for (int q = 0; q < 30; ++q) {
     const Eigen::Vector3d query = RandomPoint(1.2, rng);

@@ -4,8 +4,6 @@
 #include <pcl/search/kdtree.h>
 
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -35,47 +33,36 @@ struct Estimation : LeastSquares {
 using PointToPlane =
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>;
 
-/// A surface's points with their search tree.
-struct Surface {
-  explicit Surface(geometry::Points surface) : points(std::move(surface)), tree(points) {}
-
-  geometry::Points points;
-  geometry::KdTree tree;
-};
-
-/// Finds the nearest point with the project's own tree, since the library's starts and ends a team
-/// of threads for each query, which takes as long as the query. No point further away than the
-/// limit is looked for: a query without one answers with an infinite distance.
+/// Finds the nearest point with the project's own tree. The library's tree starts and ends a team
+/// of threads for each query, which takes as long as the query.
 class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
  public:
-  NearestPoint(std::shared_ptr<const Surface> surface, double limit_m)
-      : surface_(std::move(surface)), limit_m_(limit_m) {}
+  explicit NearestPoint(geometry::Points points) : points_(std::move(points)), tree_(points_) {}
 
   using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
   int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
                      std::vector<float>& squared_distances) const override {
     thread_local std::vector<geometry::KdTree::Neighbor> nearest;
-    surface_->tree.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k),
-                           nearest, limit_m_);
-    indices.assign(static_cast<std::size_t>(k), 0);
-    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
-    for (std::size_t i = 0; i < nearest.size(); ++i) {
-      indices[i] = static_cast<pcl::index_t>(nearest[i].index);
-      squared_distances[i] = static_cast<float>(nearest[i].squared_distance);
+    tree_.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k), nearest);
+    indices.clear();
+    squared_distances.clear();
+    for (const auto& neighbor : nearest) {
+      indices.push_back(static_cast<pcl::index_t>(neighbor.index));
+      squared_distances.push_back(static_cast<float>(neighbor.squared_distance));
     }
-    return k;
+    return static_cast<int>(nearest.size());
   }
 
  private:
-  std::shared_ptr<const Surface> surface_;
-  double limit_m_;
+  geometry::Points points_;
+  geometry::KdTree tree_;
 };
 
 }  // namespace
 
 struct PlaneTarget::Data {
   PclOriented::Ptr points{new PclOriented};
-  std::shared_ptr<const Surface> surface;
+  pcl::search::KdTree<pcl::PointNormal>::Ptr tree;
 };
 
 PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
@@ -90,7 +77,7 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
     p.getNormalVector3fMap() = surface.normals[i].cast<float>();
     data->points->push_back(p);
   }
-  data->surface = std::make_shared<Surface>(surface.points);
+  data->tree = pcl::make_shared<NearestPoint>(surface.points);
   data_ = std::move(data);
 }
 
@@ -111,11 +98,7 @@ Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& t
   PointToPlane method;
   method.setInputSource(oriented);
   method.setInputTarget(target.data().points);
-  // The library compares squared distances as floats.
-  constexpr double kSlack = 1.0 + 1e-6;
-  method.setSearchMethodTarget(
-      pcl::make_shared<NearestPoint>(target.data().surface, kSlack * options.max_pair_distance_m),
-      true);
+  method.setSearchMethodTarget(target.data().tree, true);
   method.setTransformationEstimation(pcl::make_shared<Estimation>());
   method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
   method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
