@@ -335,7 +335,7 @@ class Look {
       view.colors[i] = geometry::ColorOf(gain.cwiseProduct(light).cast<double>());
       for (std::uint8_t& level : view.colors[i]) {
         const double noise = options_.color_noise_levels / kSumSigma * SumOfUniforms(rng.Next());
-        level = static_cast<std::uint8_t>(std::lround(std::clamp(level + noise, 0.0, 255.0)));
+        level = static_cast<std::uint8_t>(std::clamp(level + noise, 0.0, 255.0) + 0.5);
       }
     }
   }
@@ -378,24 +378,25 @@ double FlightSigma(const DepthCameraOptions& options, double range_m, double ref
 
 std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {
   const std::ptrdiff_t width = std::ssize(disparity_px);
-  const auto place = [&](std::ptrdiff_t column) -> std::ptrdiff_t {
-    return std::lrint(static_cast<float>(column) - disparity_px[column]);
-  };
+  std::vector<std::ptrdiff_t> place(disparity_px.size());  // in the right image
+  for (std::ptrdiff_t column = 0; column < width; ++column) {
+    place[column] = std::lrint(static_cast<float>(column) - disparity_px[column]);
+  }
   std::vector<float> nearest(disparity_px.size(), 0.0F);  // largest disparity in the right image
   for (std::ptrdiff_t column = 0; column < width; ++column) {
     const float d = disparity_px[column];
-    std::ptrdiff_t end = place(column);
+    std::ptrdiff_t end = place[column];
     // Closes the gaps in a surface that appears wider in the right image.
     if (column + 1 < width && std::abs(disparity_px[column + 1] - d) <= kDisparityEdge_px) {
-      end = std::max(end, place(column + 1) - 1);
+      end = std::max(end, place[column + 1] - 1);
     }
-    for (auto at = std::max<std::ptrdiff_t>(place(column), 0); at <= end && at < width; ++at) {
+    for (auto at = std::max<std::ptrdiff_t>(place[column], 0); at <= end && at < width; ++at) {
       nearest[at] = std::max(nearest[at], d);
     }
   }
   std::vector<std::uint8_t> hidden(disparity_px.size(), 0);
   for (std::ptrdiff_t column = 0; column < width; ++column) {
-    const std::ptrdiff_t at = place(column);
+    const std::ptrdiff_t at = place[column];
     const bool seen = at >= 0 && nearest[at] <= disparity_px[column] + kDisparityEdge_px;
     hidden[column] = seen ? 0 : 1;
   }

@@ -61,10 +61,12 @@ TEST(Grid, TitlesAreNoWiderThanTheirWordsOrTheValues) {
 
 TEST(Format, TablesAreJsonWithNumbersAndNullForNothing) {
   Report report;
-  report.sections = {{"sizes", {{"what", "n"}, {true, false}, {{"a", "1.5"}, {"1x", "-"}, {"", "2"}}, false}}};
+  report.sections = {
+      {"sizes", {{"what", "n"}, {true, false}, {{"a", "1.5"}, {"1x", "-"}, {"", "2"}}, false}}};
   const auto json = nlohmann::json::parse(Format(report, {}, TableFormat::kJson));
   EXPECT_EQ(json["tables"][0]["title"], "sizes");
-  EXPECT_EQ(json["tables"][0]["rows"], nlohmann::json::parse(R"([["a", 1.5], ["1x", null], [null, 2]])"));
+  EXPECT_EQ(json["tables"][0]["rows"],
+            nlohmann::json::parse(R"([["a", 1.5], ["1x", null], [null, 2]])"));
 }
 
 TEST(Format, CsvIsTheOneTableThatIsMeantForIt) {

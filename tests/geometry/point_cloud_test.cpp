@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "geometry/ray_caster.h"
@@ -35,6 +37,16 @@ TEST(Color, EveryLevelSurvivesTheWayThereAndBack) {
     EXPECT_EQ(ColorOf(LightOf({byte, byte, byte})), (Rgb{byte, byte, byte}));
   }
   EXPECT_EQ(ColorOf({2.0, -1.0, 0.5}), (Rgb{255, 0, 188}));
+}
+
+TEST(Color, IsTheRoundedOneOfTheStandardForAnyLight) {
+  for (int i = 0; i <= 100'003; ++i) {
+    const double light = i / 100'003.0;
+    const double share =
+        light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1.0 / 2.4) - 0.055;
+    const auto level = static_cast<std::uint8_t>(std::lround(255.0 * share));
+    ASSERT_EQ(ColorOf({light, light, light}), (Rgb{level, level, level})) << light;
+  }
 }
 
 // Two triangles of a square. The first one is textured with four texels.

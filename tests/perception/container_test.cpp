@@ -75,11 +75,12 @@ TEST(FindContainer, OfABoxWithThingsInItIsItsBorderAndRim) {
       EXPECT_GE(sides[axis], 2.0 * kHalf_m[axis] - options.wall_m) << k;
       EXPECT_LE(sides[axis], 2.0 * kHalf_m[axis] + 0.008 + options.wall_m) << k;
     }
-    // Directions are searched in steps and refined: a wall of 320 mm is a few mm off at its ends.
+    // A direction is refined: a wall of 320 mm is 0.6 mm off at its ends, with noise less than half
+    // the tolerance of a wall. The highest points are up to three times the noise of 2 mm too high.
     const auto& [frame, walls, rim_m] = *found;
     const Vector3d axis = walls.axis.x() * frame.u + walls.axis.y() * frame.v;
-    EXPECT_LE(axis.cross(turn * Vector3d::UnitX()).norm(), noisy ? 0.01 : 0.002) << k;
-    EXPECT_NEAR(rim_m, kRim_m, noisy ? 0.008 : 0.001) << k;
+    EXPECT_LE(axis.cross(turn * Vector3d::UnitX()).norm(), noisy ? 0.02 : 0.002) << k;
+    EXPECT_NEAR(rim_m, kRim_m + options.rim_margin_m, noisy ? 0.006 : 0.001) << k;
   }
 }
 
