@@ -79,18 +79,16 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
   std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
 }
 
-/// Names of the library's objects that a segment is compared with; all if empty.
-using Names = std::set<std::string>;
-
-/// All of these known objects that are not hopeless at a segment, best first. None if
+/// The known objects that are not hopeless at a segment, best first. None if
 /// even the best guess explains little, as in most segments of merged objects: objects that were
 /// found had guesses of 0.74 or more.
+/// @param only  name of an object that is compared alone; empty: all are
 std::vector<Candidate> CandidatesAt(const Segment& segment, const Query& query,
-                                    const Names& names) {
+                                    const std::string& only) {
   const RecognitionOptions& options = query.options;
   std::vector<Candidate> candidates;
   for (const auto& object : query.library.prepared().ready) {
-    if (!names.empty() && !names.contains(object->object.name)) continue;
+    if (!only.empty() && only != object->object.name) continue;
     const Match match(*object, segment, options);
     candidates.push_back({match, match.Guesses()});
   }
@@ -144,10 +142,10 @@ bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
 
 /// The known object at a segment; nullopt if none is good enough, or two are about equally good.
 std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
-                                    const Names& names = {}) {
+                                    const std::string& only = {}) {
   const RecognitionOptions& options = query.options;
   const Segment segment = internal::SegmentOf(query.observation, query.scene, own, options);
-  const auto candidates = CandidatesAt(segment, query, names);
+  const auto candidates = CandidatesAt(segment, query, only);
   if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
   const Candidate& best = candidates.front();
   if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
@@ -156,9 +154,7 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
   std::vector<Posed> others = best.match.Moved(best.posed.front());
   others.insert(others.begin(), best.posed.begin(), best.posed.end());
   for (const Posed& other : others) {
-    const PoseDifference off = Difference(other.X_CB, found.X_CB, known.symmetry);
-    const bool differs =
-        off.distance_m > internal::kDiffers_m || off.angle_rad > internal::kDiffers_rad;
+    const bool differs = internal::AreDistinct(other.X_CB, found.X_CB, known.symmetry);
     if (differs && other.score > found.score - options.margin) {
       found.alternatives_CB.push_back(other.X_CB);
     }
@@ -252,20 +248,26 @@ std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
   return claimed;
 }
 
-/// Names of the finds of which more than half of the samples are in a segment.
-Names NamesIn(const perception::Scene& scene, const geometry::Indices& own,
-              const std::vector<FoundObject>& known) {
+/// The known find with most of its samples in a segment if it is identified there again, in the
+/// same pose. It was compared with the other objects before.
+std::optional<FoundObject> Confirm(const Query& query, const geometry::Indices& own,
+                                   const std::vector<FoundObject>& known) {
   SampleSet samples;
-  for (const auto point : own) samples.insert(scene.SampleOf(point));
-  Names names;
-  for (const FoundObject& found : known) {
-    if (2 * CountIn(samples, found.samples) > found.samples.size()) names.insert(found.object);
+  for (const auto point : own) samples.insert(query.scene.SampleOf(point));
+  for (const FoundObject& before : known) {
+    if (2 * CountIn(samples, before.samples) <= before.samples.size()) continue;
+    auto found = Identify(query, own, before.object);
+    if (!found) continue;
+    const Symmetry& symmetry = query.library.Find(before.object).symmetry;
+    if (internal::AreDistinct(found->X_CB, before.X_CB, symmetry)) continue;
+    found->runner_up = before.runner_up;
+    if (IsPlausible(*found, query.options)) return found;
   }
-  return names;
+  return std::nullopt;
 }
 
-/// Identifies each of these perceived objects, if possible. One in which an object is already known
-/// is first compared with that object only.
+/// Identifies each of these perceived objects, if possible. Objects that are known are
+/// confirmed first.
 std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
                                      const std::vector<FoundObject>& known = {}) {
   std::vector<FoundObject> all;
@@ -273,9 +275,7 @@ std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::
     const geometry::Indices& own = query.scene.objects[i].points;
     if (own.size() < query.options.min_samples) continue;
     const geometry::Indices whole = WithPieces(query.scene, i, query.options);
-    const Names names = NamesIn(query.scene, own, known);
-    std::optional<FoundObject> found;
-    if (!names.empty()) found = Identify(query, whole.empty() ? own : whole, names);
+    auto found = Confirm(query, whole.empty() ? own : whole, known);
     if (!found && !whole.empty()) found = Identify(query, whole);
     if (!found) found = Identify(query, own);
     if (found) all.push_back(std::move(*found));

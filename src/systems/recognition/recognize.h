@@ -101,10 +101,10 @@ struct FoundObject {
 /// named. The order of the library has no influence.
 /// @param scene  perceived from this observation
 /// @param known  SureOnes of earlier looks at the same scene. A segment with most of the samples of
-/// one is compared with that object alone, and with the others if it is not found again. With more
-/// points two objects may become one segment. Known ones that are not found again are therefore
-/// kept as long as the new views agree with them; points within two tolerances of them are theirs,
-/// and the rest of their segment is recognized separately
+/// one is compared with that object alone, and with all if it is not found in the same pose again.
+/// With more points two objects may become one segment. Known ones that are not found again are
+/// therefore kept as long as the new views agree with them; points within two tolerances of them
+/// are theirs, and the rest of their segment is recognized separately
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -197,30 +196,38 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   EXPECT_LT(names(elsewhere).size(), 2u);
 }
 
-// Other objects are compared with a segment only where none is known; what is known has no rival.
-TEST(Recognize, WhatIsKnownIsComparedFirst) {
+// What is found again in the same pose keeps its rival's score; anything else is compared with all.
+TEST(Recognize, WhatIsKnownIsConfirmedInItsPose) {
   const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
                                          synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
   const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
                                          synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
-  RecognitionOptions keeps_all;
-  keeps_all.hopeless = 2.0;
-  const auto rivals = [&](const std::vector<FoundObject>& known) {
-    const Looked looked = LookAt({can, box}, 3);
-    std::map<std::string, bool> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), keeps_all, known)) {
-      all[one.object] = one.runner_up > 0.0;
-    }
-    return all;
-  };
-  using Rivals = std::map<std::string, bool>;
-  EXPECT_EQ(rivals({}), (Rivals{{"box", true}, {"can", true}}));
-  auto known = Find(LookAt({can, box}, 3), Shelf());
+  const Looked looked = LookAt({can, box}, 3);
+  auto known = Find(looked, Shelf());
   std::erase_if(known, [](const FoundObject& one) { return one.object != "box"; });
-  EXPECT_EQ(rivals(known), (Rivals{{"box", false}, {"can", true}}));
-  // A wrong name is corrected: the segment is then compared with all.
-  known[0].object = "mug";
-  EXPECT_EQ(rivals(known), (Rivals{{"box", true}, {"can", true}}));
+  ASSERT_EQ(known.size(), 1u);
+  constexpr double kRival = 0.123;
+  known[0].runner_up = kRival;
+  const auto confirmed = [&](const FoundObject& before) {
+    const auto found = Recognize(looked.observation, looked.scene, Shelf(), {}, {before});
+    std::multiset<std::string> names, kept;
+    for (const FoundObject& one : found) {
+      names.insert(one.object);
+      if (one.runner_up == kRival) kept.insert(one.object);
+    }
+    EXPECT_EQ(names, (std::multiset<std::string>{"box", "can"}));
+    return kept;
+  };
+  EXPECT_EQ(confirmed(known[0]), (std::multiset<std::string>{"box"}));
+  FoundObject moved = known[0];
+  moved.X_CB = Eigen::Translation3d(0.01, 0.0, 0.0) * moved.X_CB;
+  EXPECT_TRUE(confirmed(moved).empty());
+  FoundObject misnamed = known[0];
+  misnamed.object = "mug";
+  EXPECT_TRUE(confirmed(misnamed).empty());
+  FoundObject doubtful = known[0];  // its rival was nearly as good as it is now
+  doubtful.runner_up = doubtful.score;
+  EXPECT_TRUE(confirmed(doubtful).empty());
 }
 
 // In another scan from the same place, objects that have not moved are known before they are found

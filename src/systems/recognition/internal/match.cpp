@@ -191,6 +191,10 @@ Vector3d MiddleOfExtents(const PreparedObject& object) {
 
 }  // namespace
 
+bool AreDistinct(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry) {
+  return !AreNear(a, b, symmetry, kDiffers_m, kDiffers_rad);
+}
+
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
                   const geometry::Indices& own, const RecognitionOptions& options) {
   Segment segment;

@@ -27,6 +27,7 @@ struct Segment {
 /// accuracy of 5 mm and 5 deg.
 inline constexpr double kDiffers_m = 0.006;
 inline constexpr double kDiffers_rad = 0.105;
+bool AreDistinct(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry);
 
 /// A pose and its score from the rays.
 struct Posed {
