@@ -79,9 +79,9 @@ void Prune(std::vector<Candidate>& candidates, double hopeless) {
   std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
 }
 
-/// The known objects that are not hopeless at a segment, best first. None if
-/// even the best guess explains little, as in most segments of merged objects: objects that were
-/// found had guesses of 0.74 or more.
+/// The known objects that are not hopeless at a segment, best first. None if even the best guess
+/// explains little, as in most segments of merged objects: in two piles, objects that were found
+/// had guesses of 0.74 or more.
 /// @param only  name of an object that is compared alone; empty: all are
 std::vector<Candidate> CandidatesAt(const Segment& segment, const Query& query,
                                     const std::string& only) {
@@ -252,6 +252,7 @@ std::vector<bool> Claim(const Query& query, std::vector<FoundObject>& known) {
 /// same pose. It was compared with the other objects before.
 std::optional<FoundObject> Confirm(const Query& query, const geometry::Indices& own,
                                    const std::vector<FoundObject>& known) {
+  if (known.empty()) return std::nullopt;
   SampleSet samples;
   for (const auto point : own) samples.insert(query.scene.SampleOf(point));
   for (const FoundObject& before : known) {
@@ -266,8 +267,7 @@ std::optional<FoundObject> Confirm(const Query& query, const geometry::Indices& 
   return std::nullopt;
 }
 
-/// Identifies each of these perceived objects, if possible. Objects that are known are
-/// confirmed first.
+/// Identifies each of these perceived objects, if possible. Known ones are confirmed first.
 std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
                                      const std::vector<FoundObject>& known = {}) {
   std::vector<FoundObject> all;
