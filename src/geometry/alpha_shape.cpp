@@ -182,7 +182,7 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Vector2d> poi
     std::vector<std::uint32_t> loop{start};
     std::uint32_t before = start;
     std::uint32_t at = start;
-    do {
+    while (true) {
       const auto edges = from.find(at);
       const auto pick = loop.size() == 1 ? edges->second.begin()
                                          : SharpestRight(points, before, at, edges->second);
@@ -190,9 +190,17 @@ std::vector<std::vector<std::uint32_t>> ChainLoops(std::span<const Vector2d> poi
       at = *pick;
       edges->second.erase(pick);
       if (edges->second.empty()) from.erase(edges);
-      loop.push_back(at);
-    } while (at != start);
-    loop.pop_back();
+      if (at == start) break;
+      const auto again = std::ranges::find(loop, at);
+      if (again == loop.end()) {
+        loop.push_back(at);
+        continue;
+      }
+      // The triangles on both sides touch in this point: a loop of its own.
+      loops.emplace_back(again, loop.end());
+      loop.erase(again + 1, loop.end());
+      before = *(again - 1);
+    }
     loops.push_back(std::move(loop));
   }
   return loops;

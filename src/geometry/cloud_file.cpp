@@ -403,6 +403,10 @@ void CheckFields(const RangeImage& image, const std::vector<CloudField>& fields)
 
 constexpr char kColor[] = "rgb";
 
+Eigen::Vector3d ViewpointOf(const RangeImage& image) {
+  return image.origins_C.empty() ? Eigen::Vector3d::Zero() : Centroid(image.origins_C);
+}
+
 std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fields) {
   std::string names, sizes, types, counts;
   for (const CloudField& field : fields) {
@@ -411,8 +415,7 @@ std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fie
     types += " U";
     counts += " 1";
   }
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  if (!image.origins_C.empty()) origin = Centroid(image.origins_C);
+  const Eigen::Vector3d origin = ViewpointOf(image);
   std::string bytes = fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z{}\n"
       "SIZE 4 4 4{}\nTYPE F F F{}\nCOUNT 1 1 1{}\nWIDTH {}\nHEIGHT {}\n"
@@ -432,6 +435,10 @@ std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fie
   std::string bytes = internal::PlyVertexHeader(measured.size());
   for (const CloudField& field : fields) {
     bytes += field.name == kColor ? internal::kPlyColor : "property uint " + field.name + "\n";
+  }
+  if (!image.origins_C.empty()) {
+    const Eigen::Vector3d origin = ViewpointOf(image);
+    bytes += fmt::format("comment viewpoint {:f} {:f} {:f}\n", origin.x(), origin.y(), origin.z());
   }
   bytes += "end_header\n";
   for (const std::uint32_t i : measured) {

@@ -22,7 +22,8 @@ struct CloudFile {
   std::vector<Rgb> colors;
   /// One per point, from PCD's integer field `label`; empty if the file has none.
   std::vector<std::uint32_t> labels;
-  /// Sensor position [m], from PCD's VIEWPOINT; absent if the file has none.
+  /// Sensor position [m], from PCD's VIEWPOINT or PLY's comment "viewpoint x y z"; absent if the
+  /// file has none.
   std::optional<Eigen::Vector3d> sensor_origin;
 };
 
@@ -41,7 +42,8 @@ struct CloudField {
 CloudField ColorField(const std::vector<Rgb>& colors);
 
 /// Writes binary PCD (organised like the image, with the mean sensor position as viewpoint) or, for
-/// the extension .ply, binary PLY of only the measured points. Coordinates are single precision.
+/// the extension .ply, binary PLY of only the measured points, with that position as a comment.
+/// Coordinates are single precision.
 /// @throws base::RunError naming the file if it cannot be written completely.
 /// @throws std::invalid_argument if the length of a column differs from the image's.
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,

@@ -105,8 +105,8 @@ double SeenSpace::UnseenVolume() const {
          cell_m_ * cell_m_;
 }
 
-/// Visits the cells along the line in order, with the distance [m] from `from_C` to where it leaves
-/// each, as long as visit returns true (Amanatides and Woo 1987).
+/// Visits the cells along the line in order, with the distances [m] from `from_C` to where it
+/// enters and leaves each, as long as visit returns true (Amanatides and Woo 1987).
 template <typename Visit>
 void SeenSpace::Walk(const Vector3d& from_C, const Vector3d& to_C, const Visit& visit) const {
   const Vector3d way = to_C - from_C;
@@ -123,10 +123,11 @@ void SeenSpace::Walk(const Vector3d& from_C, const Vector3d& to_C, const Visit& 
     each[axis] = along == 0.0 ? std::numeric_limits<double>::infinity() : 1.0 / std::abs(along);
     next[axis] = along == 0.0 ? each[axis] : enter + (face - start[axis]) / along;
   }
-  while (true) {
+  for (double in = enter;;) {
     int axis;
     const double out = next.minCoeff(&axis);
-    if (!visit(cell, std::min(out, leave) * length_m) || out >= leave) return;
+    if (!visit(cell, in * length_m, std::min(out, leave) * length_m) || out >= leave) return;
+    in = out;
     cell[axis] += way[axis] > 0.0 ? 1 : -1;
     if (cell[axis] < 0 || cell[axis] >= size_[axis]) return;
     next[axis] += each[axis];
@@ -140,7 +141,7 @@ void SeenSpace::Add(const View& view) {
     if (!p_C.allFinite()) continue;
     const Vector3d& origin_C = image.OriginOf(i);
     const double free_m = (p_C - origin_C).norm() - cell_m_;
-    Walk(origin_C, p_C, [&](const Vector3i& cell, double out_m) {
+    Walk(origin_C, p_C, [&](const Vector3i& cell, double, double out_m) {
       if (out_m > free_m) return false;
       Cell& state = cells_[Index(cell)];
       if (state == Cell::kUnseen) state = Cell::kFree;
@@ -158,22 +159,20 @@ double SeenSpace::GainFrom(const base::Pose& X_CS, const Field& field,
   const Vector3d origin_C = X_CS.translation();
   // Neighboring rays are one cell apart at the center of the region.
   const double step = cell_m_ / std::max((region_C.center() - origin_C).norm(), cell_m_);
-  const double right = std::tan(field.half_right_rad);
-  const double down = std::tan(field.half_down_rad);
   std::vector<float> chances(cells_.size(), 0.0F);
-  const double kept = std::exp(-cell_m_ / depth_m);
-  for (double y = -down; y <= down; y += step) {
-    for (double x = -right; x <= right; x += step) {
-      const Vector3d ray_C = X_CS.linear() * Vector3d(x, y, 1.0).normalized();
+  for (double down = -field.half_down_rad; down <= field.half_down_rad; down += step) {
+    for (double right = -field.half_right_rad; right <= field.half_right_rad; right += step) {
+      const Vector3d ray_S = Vector3d(std::tan(right), std::tan(down), 1.0).normalized();
+      const Vector3d end_C = origin_C + field.far_m * (X_CS.linear() * ray_S);
       double chance = 1.0;
-      Walk(origin_C, origin_C + field.far_m * ray_C, [&](const Vector3i& cell, double out) {
+      Walk(origin_C, end_C, [&](const Vector3i& cell, double in, double out) {
         const std::size_t i = Index(cell);
         if (cells_[i] == Cell::kSurface) return out < field.near_m;
         if (cells_[i] == Cell::kFree || out < field.near_m) return true;
         if (region_C.contains(MiddleOf(cell))) {
           chances[i] = std::max(chances[i], static_cast<float>(chance));
         }
-        chance *= kept;
+        chance *= std::exp(-(out - in) / depth_m);
         return chance > 0.01;  // the rest is negligible
       });
     }

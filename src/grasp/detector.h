@@ -92,7 +92,8 @@ perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m);
 /// Output of a detector, with data on how it was obtained, for the record.
 struct Detected {
   Detection detection;
-  std::size_t kept = 0;  ///< samples taken for parts of objects, after its filters
+  std::size_t kept = 0;      ///< samples taken for parts of objects, after its filters
+  std::size_t answered = 0;  ///< grasps in the answer of an outside detector
   int segments = 0;
   std::string why_none;  ///< why there is no grasp, if the detector says so; else empty
   bool has_turn = true;  ///< whether the first object may be grasped; if not, none may

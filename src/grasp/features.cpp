@@ -18,6 +18,7 @@ using geometry::SeenSpace;
 using robot::HandModel;
 
 constexpr double kSeenCell_m = 0.006;  // about three samples of a scan
+constexpr double kMaxCells = 1e7;      // a larger scene has larger cells
 constexpr double kAround_m = 0.06;     // margin around the measured points
 constexpr double kOnTable_m = 0.004;   // lower points are the table
 constexpr double kWayStep_m = 0.01;
@@ -179,6 +180,7 @@ struct FeatureMaker::Impl {
   const HandModel& hand;
   Vector3d up;
   Eigen::AlignedBox3d box;
+  double cell_m;
   SeenSpace seen;
   std::vector<std::uint8_t> things;  ///< per cell: 1 own points, 2 another's
   Points own, own_normals, others, wall;
@@ -202,7 +204,8 @@ struct FeatureMaker::Impl {
         hand(hand_),
         up(scene_.table.plane.normal),
         box(BoxOf(scene_, object)),
-        seen(box, kSeenCell_m) {
+        cell_m(std::max(kSeenCell_m, std::cbrt(box.volume() / kMaxCells))),
+        seen(box, cell_m) {
     for (const auto& view : observation.views) seen.Add(view);
     std::vector<char> is_own(scene.cloud.size(), 0);
     for (const auto i : object.points) is_own[i] = 1;
@@ -236,8 +239,7 @@ struct FeatureMaker::Impl {
   }
 
   std::optional<Eigen::Vector3i> CellOf(const Vector3d& p) const {
-    const Eigen::Vector3i cell =
-        ((p - box.min()) / kSeenCell_m).array().floor().matrix().cast<int>();
+    const Eigen::Vector3i cell = ((p - box.min()) / cell_m).array().floor().matrix().cast<int>();
     if ((cell.array() < 0).any() || (cell.array() >= seen.Size().array()).any()) {
       return std::nullopt;
     }

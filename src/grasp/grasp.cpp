@@ -66,8 +66,9 @@ bool HasNormals(const Scene& scene, const PerceivedObject& object) {
 void CollectRotational(Task& task, HandCollider& collider, Collected& out) {
   const ChoosingOptions& choosing = task.options.choosing;
   const int shared = std::max(1, task.options.max_candidates / choosing.rim_share);
+  const int cylindrical = std::max(1, task.options.max_candidates - 2 * shared);
   internal::ChooseFree(collider, task, internal::CylindricalCandidates(task),
-                       {task.options.max_candidates - 2 * shared, 1, choosing.max_checks}, out);
+                       {cylindrical, 1, choosing.max_checks}, out);
   if (task.object.open) collider.SetOwn(SpeckMesh(task.object.completed_C, kWallSpeckCell_m));
   internal::ChooseFree(collider, task, internal::RimCandidates(task),
                        {shared, 1, choosing.max_rim_checks}, out);

@@ -89,7 +89,6 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
   grasp.name = name;
   map.Read("for", grasp.uses, "uses of the grasp, in your own words: [drink, hand_over]");
   map.Read("upright", grasp.upright, "only if the object is upright; it is then kept upright");
-  for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
   const Vector3d at =
       base::kMm * Vector(map, "at_mm", Vector3d::Zero(), "center between the pads, x, y, z");
   const Vector3d approach =
@@ -110,6 +109,7 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
       Angles(map, "leans_deg", "also with the approach turned about `closing`: from, to, step");
   map.Read("either_way", ways.either_way, "also with thumb and fingers exchanged");
   map.Finish();
+  for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
   const Vector3d square = (closing - closing.dot(approach) * approach).normalized();
   grasp.ways_O = Expand(GraspFrame(at, approach, square), width_m, ways);
   return grasp;

@@ -246,7 +246,7 @@ class Filter {
   }
 
   /// Counts only as far as necessary: from N_a >= N_k d_a / d_k on, a point is not isolated, and an
-  /// isolated one with beta <= 1 is no outlier (alpha > beta^tau >= beta).
+  /// isolated one with beta, tau <= 1 is no outlier (alpha > beta^tau >= beta).
   bool Removes(std::uint32_t i, const CompressionRate& rate) {
     if (nearest_m_[i] < options_.keep_m) return false;
     const Vector3d& p = points_[i];
@@ -255,7 +255,7 @@ class Filter {
     if (!options_.isolated_only) {
       return IsOutlier(rate, CountKept(p, rate.d_a_m, points_.size()), n_k, options_.unit_m);
     }
-    if (OutlierBeta(rate, n_k, options_.unit_m) <= 1.0) return false;
+    if (rate.tau <= 1.0 && OutlierBeta(rate, n_k, options_.unit_m) <= 1.0) return false;
     const auto enough = static_cast<std::size_t>(static_cast<double>(n_k) / rate.tau) + 1;
     const std::size_t n_a = CountKept(p, rate.d_a_m, enough);
     return IsIsolated(rate, n_a, n_k) && IsOutlier(rate, n_a, n_k, options_.unit_m);

@@ -46,12 +46,14 @@ class Neighborhoods {
       found.points.push_back(within_.points[i]);
       found.squared_distance.push_back(within_.squared_distance[i]);
     }
-    guess_ = kGuess * *last;
+    guess_ = std::max(kGuess * *last, kLeastGuess);
     return found;
   }
 
  private:
   static constexpr double kGuess = 2.0;  ///< larger: more to sort; smaller: more second passes
+  /// [m^2] So small that it can only grow at first. Not 0: many points may be in one place.
+  static constexpr double kLeastGuess = 1e-8;
 
   /// Collects all points within the guess; returns whether they are enough.
   bool Collect(const Vector3d& middle) {
@@ -70,7 +72,7 @@ class Neighborhoods {
 
   PointSpan points_;
   std::size_t size_;
-  double guess_ = 1e-8;  ///< squared [m^2]; so small that it can only grow at first
+  double guess_ = kLeastGuess;  ///< squared [m^2]
   Neighborhood within_;
 };
 
@@ -152,6 +154,8 @@ NoisyPlane FitNoisy(const Plane& table, PointSpan points, double band_m,
       const double depth_m = -fit.plane.Distance(p);
       if (depth_m >= 0.0) depths.push_back(depth_m);
     }
+    // Without noise, all points may be rounded to one side.
+    if (depths.empty()) return {fit.plane, 0.0};
     const double before_m = fit.noise_m;
     fit.noise_m = base::MedianOf(std::move(depths)) / kMedianOfNormal;
     band_m = kBand * fit.noise_m;

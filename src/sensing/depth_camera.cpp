@@ -120,8 +120,8 @@ class Look {
   /// A part of the image that shows all distances. The median of all pixels would take longer.
   geometry::RangeImage MiddleColumns(const geometry::RangeImage& image) const {
     constexpr std::size_t kShare = 16;
-    const std::size_t first = width_ / 2 - width_ / (2 * kShare);
     const std::size_t columns = std::max<std::size_t>(width_ / kShare, 2);
+    const std::size_t first = std::min(width_ / 2 - width_ / (2 * kShare), width_ - columns);
     geometry::RangeImage middle{image.profiles, static_cast<int>(columns), {}, image.origins_C};
     for (std::size_t row = 0; row < Rows(); ++row) {
       const auto begin = image.points_C.begin() + (row * width_ + first);

@@ -6,19 +6,20 @@
 #include <vector>
 
 #include "sensing/depth_camera.h"
+#include "sensing/optics.h"
 
 namespace rangegrasp::sensing {
 namespace {
 
-/// The sensor's rows cover a range of 1 / z around 1 / focus distance.
+constexpr double kFarthest_m = 10.0;
+
 geometry::Field Field(const LineScannerOptions& scanner) {
-  const double span = 0.5 * scanner.sensor_pixels * scanner.pixel_pitch_m /
-                      (scanner.focal_length_m * scanner.baseline_m);
-  const double at_focus = 1.0 / scanner.focus_distance_m;
+  const CameraModel camera(scanner);
+  const double half_px = 0.5 * scanner.sensor_pixels;
   return {.half_right_rad = 0.5 * scanner.pan_range_rad,
           .half_down_rad = 0.5 * scanner.fan_rad,
-          .near_m = std::max(scanner.near_m, 1.0 / (at_focus + span)),
-          .far_m = at_focus > span ? 1.0 / (at_focus - span) : 10.0};
+          .near_m = std::max(scanner.near_m, camera.Depth(-half_px).value_or(0.0)),
+          .far_m = std::min(kFarthest_m, camera.Depth(half_px).value_or(kFarthest_m))};
 }
 
 geometry::Field Field(const DepthCameraOptions& camera) {

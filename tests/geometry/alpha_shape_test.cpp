@@ -287,12 +287,15 @@ TEST(Alpha2D, EachAlphaOfOneTriangulationHasItsOwnShape) {
 }
 
 TEST(Alpha2D, TrianglesThatTouchInAPointGiveSimpleLoops) {
-  const std::vector<Eigen::Vector2d> points = {
+  std::vector<Eigen::Vector2d> points = {
       {0.0, 0.0}, {1.0, 0.5}, {1.0, -0.5}, {-1.0, 0.5}, {-1.0, -0.5}};
-  const AlphaShape2 shape = BuildAlphaShape2(points, 0.7);
-  EXPECT_EQ(shape.triangles.size(), 2u);
-  EXPECT_EQ(shape.loops.size(), 2u);
-  for (const auto& loop : shape.loops) EXPECT_EQ(loop.size(), 3u);
+  for (std::size_t k = 0; k < points.size(); ++k) {  // at any place of the common point
+    const AlphaShape2 shape = BuildAlphaShape2(points, 0.7);
+    EXPECT_EQ(shape.triangles.size(), 2u);
+    EXPECT_EQ(shape.loops.size(), 2u) << k;
+    for (const auto& loop : shape.loops) EXPECT_EQ(loop.size(), 3u) << k;
+    std::ranges::rotate(points, points.begin() + 1);
+  }
   EXPECT_TRUE(BuildAlphaShape2({}, 1.0).loops.empty());
 }
 

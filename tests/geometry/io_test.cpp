@@ -148,7 +148,24 @@ TEST_F(Io, CloudsSurviveAWriteAndARead) {
     EXPECT_LE((pcd.points[i] - image.points_C[i]).norm(), 1e-7);
     EXPECT_LE((ply.points[i - (i > 5 ? 1 : 0)] - image.points_C[i]).norm(), 1e-7);
   }
+  ASSERT_TRUE(ply.sensor_origin);
+  EXPECT_LE((*ply.sensor_origin - image.origins_C[0]).norm(), 1e-6);  // 6 decimals
   EXPECT_THROW(WriteCloud(Path("x.pcd"), image, {{"label", {1}}}), std::invalid_argument);
+}
+
+TEST_F(Io, OnlyOurCommentIsAPlysViewpoint) {
+  const auto origin = [&](const std::string& comment) {
+    return ReadCloud(Write("a.ply", "ply\nformat ascii 1.0\ncomment " + comment +
+                                        "\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                        "property float z\nend_header\n1 2 3\n"),
+                     0.001)
+        .sensor_origin;
+  };
+  ASSERT_TRUE(origin("viewpoint 100 0 -250"));
+  EXPECT_EQ(*origin("viewpoint 100 0 -250"), Eigen::Vector3d(0.1, 0.0, -0.25));
+  for (const char* other : {"hi", "viewpoint", "viewpoint from the left", "viewpoint 1 2 nan"}) {
+    EXPECT_FALSE(origin(other)) << other;
+  }
 }
 
 std::vector<Rgb> RandomColors(std::size_t count, base::Rng& rng) {

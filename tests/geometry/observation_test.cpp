@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/rng.h"
+#include "base/units.h"
 #include "geometry/box_scan.h"
 
 namespace rangegrasp::geometry {
@@ -77,6 +78,7 @@ TEST(MedianSpacing, IsZeroWithoutNeighbors) {
 namespace rangegrasp::views {
 namespace {
 
+using geometry::Field;
 using geometry::SeenSpace;
 using geometry::samples::LookFrom;
 using geometry::samples::ScanBox;
@@ -156,6 +158,29 @@ TEST(SeenSpace, KnownSurfacesHideWhatIsBehindThem) {
   const SeenSpace space = SpaceSeenFrom({kFront}, 0.005);
   const double gain = space.GainFrom(LookFrom(kFront, kMiddle), {}, kRegion, kDepth_m);
   EXPECT_LT(gain, 0.2 * space.UnseenVolume());
+}
+
+TEST(SeenSpace, ARaysChanceFallsWithItsDistanceInAnyDirection) {
+  // In unseen space a ray reaches about depth / cell cells along an axis, and sqrt(3) times as many
+  // along the diagonal, which crosses more of them on the same way.
+  const SeenSpace unseen(kRegion, 0.01);
+  const Vector3d middle = kRegion.center() + Vector3d(0.0013, 0.0027, 0.0031);
+  const Field ray{.half_right_rad = 1e-4, .half_down_rad = 1e-4};
+  const auto gain = [&](const Vector3d& direction) {
+    const Vector3d from = middle - 0.4 * direction.normalized();
+    return unseen.GainFrom(LookFrom(from, middle), ray, kRegion, kDepth_m);
+  };
+  const double along = gain({-1.0, 1e-9, 0.0});
+  EXPECT_NEAR(along, kDepth_m / 0.01 * 1e-6, 0.25 * along);
+  EXPECT_NEAR(gain({-1.0, 1.0, -1.0}), std::sqrt(3.0) * along, 0.2 * along);
+}
+
+TEST(SeenSpace, AFieldMayBeHalfOfAllDirections) {
+  const SeenSpace unseen(kRegion, 0.02);
+  const Field half{.half_right_rad = base::kPi / 2.0, .half_down_rad = 0.3};
+  const base::Pose X_CS = LookFrom(kFront, kMiddle);
+  EXPECT_GE(unseen.GainFrom(X_CS, half, kRegion, kDepth_m),
+            unseen.GainFrom(X_CS, {}, kRegion, kDepth_m));
 }
 
 TEST(SeenSpace, ItsCeilingIsAboveTheBoxAndItsShadow) {

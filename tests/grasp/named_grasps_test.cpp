@@ -86,6 +86,7 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_THAT(error("    closing: [1, 0]\n    width_mm: 12\n"), HasSubstr("not 3"));
   EXPECT_THAT(error("    closing: [1, x, 0]\n    width_mm: 12\n"), HasSubstr("'x'"));
   EXPECT_THAT(error("    closing: [1, 0, 0]\n"), HasSubstr("width_mm"));
+  EXPECT_THAT(error("    closing: [1, 0, 0]\n    widht_mm: 12\n"), HasSubstr("'widht_mm'"));
   const std::string good = "    closing: [1, 0, 0]\n    width_mm: 12\n";
   EXPECT_THAT(error(good + "    turn_deg: [0, 1, 1]\n"), HasSubstr("turns_deg"));
   EXPECT_THAT(error(good + "    turns_deg: [0, 90, 0]\n"), HasSubstr("STEP"));

@@ -237,6 +237,10 @@ TEST(MergeRotational, TakesForTheUnionWhatItDidNotTakeAlone) {
   const auto parts = can.Parts(given);
   EXPECT_EQ(CountMerged(given, {parts[0], parts[1]}), 2u);
   EXPECT_EQ(CountMerged(given, parts), 1u);
+  // The order does not matter: the first part is compared again with the union of the others.
+  EXPECT_EQ(CountMerged(given, {parts[1], parts[0], parts[2]}), 1u);
+  EXPECT_EQ(CountMerged(given, {parts[1], parts[2], parts[0]}), 1u);
+  EXPECT_EQ(CountMerged(given, {parts[2], parts[1], parts[0]}), 1u);
 }
 
 TEST(MergeRotational, KeepsThePlaceOfTheFirst) {

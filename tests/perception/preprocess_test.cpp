@@ -241,6 +241,19 @@ Indices SlowFilter(const Points& all) {
   return kept;
 }
 
+// Where most distances are near the largest, tau is above 1.
+TEST(CompressionRateFilter, OfAnEvenCloudWithOneClosePairIsThatOfTheEquations) {
+  Points points;
+  for (int row = 0; row < 20; ++row) {
+    for (int column = 0; column < 20; ++column) points.emplace_back(1e-3 * row, 1e-3 * column, 0.0);
+  }
+  points.emplace_back(0.1, 0.0, 0.0);
+  points.emplace_back(0.1001, 0.0, 0.0);
+  points.emplace_back(0.2, 0.0, 0.0);
+  points.emplace_back(0.2008, 0.0, 0.0);
+  EXPECT_EQ(CompressionRateFilter(points), SlowFilter(points));
+}
+
 class SeededFilter : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededFilter, ::testing::Range<std::uint64_t>(0, 15));
 

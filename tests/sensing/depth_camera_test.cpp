@@ -61,6 +61,14 @@ double SigmaOf(const std::vector<double>& values) {
   return std::sqrt(square / static_cast<double>(values.size() - 1));
 }
 
+TEST(DepthCamera, SpacingOfAnImageOfTwoColumnsIsThatOfBoth) {
+  DepthCameraOptions options = Exact();
+  options.width = 2;
+  options.height = 100;
+  const Scan scan = LookAt({WallAt(0.8)}, options);
+  EXPECT_DOUBLE_EQ(scan.view.spacing_m, geometry::MedianSpacing(scan.view.image));
+}
+
 TEST(DepthCamera, WithoutNoiseMeasuresAWallOnThePixelsRays) {
   for (const DepthCameraOptions& options : {Exact(), ExactFlight()}) {
     const Scan scan = LookAt({WallAt(0.7, 3)}, options);

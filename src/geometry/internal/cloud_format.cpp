@@ -84,6 +84,7 @@ struct PlyHeader {
   bool in_vertex = false;
   Layout vertex;
   std::vector<Element> after;  // after vertex
+  std::optional<Eigen::Vector3d> viewpoint;
 
   bool IsAscii() const { return format == "ascii"; }
   bool IsLast() const { return elements == vertex.points; }  // no data after the vertices
@@ -169,6 +170,18 @@ void CheckHeader(const LineReader& lines, PlyHeader& header) {
   if (std::ranges::any_of(header.vertex.color, IsMissing)) header.vertex.color.clear();
 }
 
+// The place in our comment "viewpoint x y z"; others may use the word, too.
+std::optional<Eigen::Vector3d> ViewpointIn(const WordList& words) {
+  if (words.size() != 5 || words[1] != "viewpoint") return std::nullopt;
+  Eigen::Vector3d place;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto value = ParseNumber(words[axis + 2]);
+    if (!value || !std::isfinite(*value)) return std::nullopt;
+    place[axis] = *value;
+  }
+  return place;
+}
+
 PlyHeader ReadPlyHeader(LineReader& lines) {
   PlyHeader header;
   lines.Next();  // "ply"
@@ -176,7 +189,11 @@ PlyHeader ReadPlyHeader(LineReader& lines) {
     const auto line = lines.Next();
     if (!line || i >= kMaxHeaderLines) lines.Fail("the header ends without end_header");
     const auto words = Words(*line);
-    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+    if (words.empty() || words[0] == "obj_info") continue;
+    if (words[0] == "comment") {
+      if (const auto place = ViewpointIn(words)) header.viewpoint = place;
+      continue;
+    }
     if (words[0] == "end_header") break;
     if (words[0] == "format") {
       header.format = words.size() > 1 ? std::string(words[1]) : "";
@@ -465,6 +482,7 @@ CloudFile ReadPlyCloud(const std::filesystem::path& file, std::string_view bytes
   const PlyHeader header = ReadPlyHeader(lines);
   CloudFile cloud;
   cloud.width = static_cast<int>(header.vertex.points);
+  cloud.sensor_origin = header.viewpoint;
   ReadVertices(header, lines, cloud);
   return cloud;
 }

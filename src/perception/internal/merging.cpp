@@ -459,17 +459,29 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
 }
 
 void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
-  for (std::size_t a = 0; a < parts.size(); ++a) {
-    for (std::size_t b = a + 1; b < parts.size();) {
-      auto both = RotationalUnion(context, parts[a], parts[b], rng);
-      if (!both) {
-        ++b;
-        continue;
+  std::vector<std::size_t> names(parts.size());  // of the parts; a union has a new one
+  std::iota(names.begin(), names.end(), std::size_t{0});
+  std::size_t unused = parts.size();
+  std::set<std::pair<std::size_t, std::size_t>> apart;
+  const auto merge_one = [&] {
+    for (std::size_t a = 0; a < parts.size(); ++a) {
+      for (std::size_t b = a + 1; b < parts.size(); ++b) {
+        if (apart.contains({names[a], names[b]})) continue;
+        auto both = RotationalUnion(context, parts[a], parts[b], rng);
+        if (!both) {
+          apart.emplace(names[a], names[b]);
+          continue;
+        }
+        parts[a] = std::move(*both);
+        names[a] = unused++;
+        parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
+        names.erase(names.begin() + static_cast<std::ptrdiff_t>(b));
+        return true;
       }
-      parts[a] = std::move(*both);
-      parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
-      b = a + 1;  // The union may match a part that the single part did not.
     }
+    return false;
+  };
+  while (merge_one()) {  // the union may match a part that neither matched alone
   }
 }
 

@@ -104,7 +104,7 @@ Rectangle PrincipalRectangle(std::span<const Vector2d> points);
 Rectangle RectangleAlong(std::span<const Vector2d> points, const Vector2d& axis);
 
 /// Positions of the points on the convex hull, counter-clockwise (Andrew's monotone chain). If the
-/// points are collinear, all are returned, in order along the line.
+/// points are collinear, these are the two ends.
 std::vector<std::uint32_t> HullPositions(std::span<const Vector2d> points);
 
 /// The position along v of a fold or an edge along u: the median over 5 mm slices along u of the v

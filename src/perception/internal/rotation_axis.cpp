@@ -107,7 +107,8 @@ std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
 bool Any(const Circle2&) { return true; }
 
 /// The circle of a body seen along the frame's normal: two wall points with their normals give a
-/// center (as in eq. 5.7, with normals instead of a third point); refitted to all that agree.
+/// center (as in eq. 4.18 to 4.21, with normals instead of a third point); the circle with which
+/// most agree (eq. 5.7) is refitted to them.
 /// @return nullopt if the wall has too few points, or too few that agree.
 std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
                                     const PlanarFrame& frame,

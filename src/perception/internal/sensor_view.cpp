@@ -41,11 +41,12 @@ SensorView::SensorView(geometry::PointSpan points_C, const Vector3d& origin_C)
     const std::ptrdiff_t cell = Cell(p);
     if (cell < 0) continue;
     const auto range = static_cast<float>((p - origin_C_).norm());
-    for (std::ptrdiff_t row = -1; row <= 1; ++row) {
-      for (std::ptrdiff_t column = -1; column <= 1; ++column) {
-        const std::ptrdiff_t at = cell + row * kSide + column;
-        if (at < 0 || at >= static_cast<std::ptrdiff_t>(nearest_.size())) continue;
-        float& nearest = nearest_[static_cast<std::size_t>(at)];
+    const std::ptrdiff_t row = cell / kSide;
+    const std::ptrdiff_t column = cell % kSide;
+    for (std::ptrdiff_t y = std::max(row - 1, std::ptrdiff_t{0}); y <= row + 1 && y < kSide; ++y) {
+      for (std::ptrdiff_t x = std::max(column - 1, std::ptrdiff_t{0}); x <= column + 1 && x < kSide;
+           ++x) {
+        float& nearest = nearest_[static_cast<std::size_t>(y * kSide + x)];
         nearest = std::min(nearest, range);
       }
     }
