@@ -244,10 +244,14 @@ StepTest::StepTest(const LineGeometry& line, double period_s)
     : columns_(std::max(1, Whole(kBlock_m * line.columns_per_m))), period_s_(period_s) {}
 
 void StepTest::Take(const PreparedProfile& profile) {
-  while (recent_.size() >= kMinProfiles && recent_.front().time_s < profile.time_s - period_s_) {
-    recent_.pop_front();
+  times_.push_back(profile.time_s);
+  if (times_.size() > kMinProfiles) times_.pop_front();
+  const double oldest_s = std::min(times_.front(), profile.time_s - period_s_);
+  while (!recent_.empty() && recent_.front().time_s < oldest_s) recent_.pop_front();
+  if (!profile.Usable()) {
+    if (recent_.empty()) mean_ = {};
+    return;
   }
-  if (!profile.Usable()) return;
   Blocks blocks{profile.time_s, (profile.first_column + columns_ - 1) / columns_, {}};
   const int count = (profile.last_column + 1) / columns_ - blocks.first;
   if (count > 0) {

@@ -109,14 +109,15 @@ class StepTest {
   /// @param period_s  > 0; the profiles of this period are averaged, at least three.
   explicit StepTest(const LineGeometry& line, double period_s = StepOptions{}.period_s);
 
-  /// Takes the next profile. An unusable one is ignored, but old profiles are still dropped.
+  /// Takes the next profile. An unusable one is ignored, but it makes the others older: only the
+  /// last three profiles and those of the period are averaged.
   void Take(const PreparedProfile& profile);
   /// Height of the step at a column [m]: the highest within one block of it. Nothing if less than 3
   /// mm of the line were measured on either side.
   std::optional<double> HeightAt(double column);
   /// The column within a distance of `column` where a step fits best, if any step fits.
   std::optional<double> Locate(double column, double within_columns);
-  /// Time of the middle averaged profile. At least one usable profile must have been taken.
+  /// Time of the middle averaged profile. The last profile taken must have been usable.
   double MiddleTime() const { return recent_[recent_.size() / 2].time_s; }
 
  private:
@@ -140,6 +141,7 @@ class StepTest {
 
   int columns_;  // columns per block
   double period_s_;
+  std::deque<double> times_;  // of the last three profiles, usable or not
   std::deque<Blocks> recent_;
   Blocks mean_{};
   std::map<std::array<int, 3>, Kernel> kernels_;

@@ -1,5 +1,7 @@
 #include "seam/monitor.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
@@ -205,7 +207,10 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
   ReadMonitorNumbers(map, options);
   if (!WindowSuffices(options)) {
-    map.Fail("window", "must not be shorter than obstacle_profiles or mat_end_profiles");
+    map.Fail("window",
+             fmt::format("{} must not be shorter than obstacle_profiles ({}) or "
+                         "mat_end_profiles ({})",
+                         options.window, options.obstacle_profiles, options.mat_end_profiles));
   }
   map.Finish();
 }

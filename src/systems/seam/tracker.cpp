@@ -271,13 +271,13 @@ struct EdgeTracker::Impl {
   StepTest step_test;
   std::vector<float> weight;
   std::optional<double> last_time_s;
-  std::deque<double> times;         // of the last profiles
-  std::deque<TimedColumn> votes;    // of the last packet period
-  std::optional<TimedColumn> sent;  // the last position transmitted
-  std::optional<double> place;      // where the edge was followed to
-  bool followed = false;            // whether it was followed in this period
-  int strays = 0;                   // consecutive readings elsewhere
-  std::vector<double> recent;       // positions of the last steps, decided or not, oldest first
+  std::deque<double> times;          // of the last profiles
+  std::deque<TimedColumn> votes;     // of the last packet period
+  std::optional<TimedColumn> sent;   // the last position transmitted
+  std::optional<double> place;       // where the edge was followed to
+  std::optional<double> followed_s;  // when it was followed in this period
+  int strays = 0;                    // consecutive readings elsewhere
+  std::deque<TimedColumn> recent;    // of the last steps, decided or not
   std::vector<float> accumulated;
   std::vector<float> average;
   std::vector<double> history;  // decided positions, oldest first
@@ -329,11 +329,17 @@ struct EdgeTracker::Impl {
     return highest;
   }
 
-  void ForgetOldVotes(double time_s) {
+  void ForgetOld(double time_s) {
     times.push_back(time_s);
     if (times.size() > kRecent) times.pop_front();
     const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
-    while (!votes.empty() && votes.front().time_s < oldest_s) votes.pop_front();
+    const auto forget = [&](std::deque<TimedColumn>& old) {
+      while (!old.empty() && old.front().time_s < oldest_s) old.pop_front();
+    };
+    forget(votes);
+    forget(recent);
+    // Section 3.4 assumes a straight edge between two packets, not over longer times.
+    if (sent && sent->time_s < oldest_s - options.packet_period_s) sent.reset();
   }
 
   // The column as the sensor counts it.
@@ -410,12 +416,13 @@ struct EdgeTracker::Impl {
     const auto column = static_cast<int>(std::ranges::max_element(weight) - weight.begin());
     reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
     const double tolerance = ToColumns(options.vote_tolerance_m);
-    const bool goes_on = std::ranges::any_of(
-        recent, [&](double earlier) { return std::abs(column - earlier) <= tolerance; });
+    const bool goes_on = std::ranges::any_of(recent, [&](const auto& earlier) {
+      return std::abs(column - earlier.column) <= tolerance;
+    });
     // A step that none of the last profiles confirms is a disturbance.
     const bool step = IsStep(reading.step_m, goes_on);
-    if (step) recent.push_back(column);
-    if (recent.size() > kRecent) recent.erase(recent.begin());
+    if (step) recent.push_back({reading.time_s, static_cast<double>(column)});
+    if (recent.size() > kRecent) recent.pop_front();
     if (!step || (options.confirm && !goes_on)) {
       reading.status = ProfileStatus::kNoEdge;
       return;
@@ -510,7 +517,7 @@ struct EdgeTracker::Impl {
       place = *found;
       reading.followed_step_m = step_m;
     }
-    followed = followed || decided || goes_on;
+    if (decided || goes_on) followed_s = step_test.MiddleTime();
   }
 
   void EndPeriod(double time_s) {
@@ -520,7 +527,7 @@ struct EdgeTracker::Impl {
     if (options.refine_m > 0.0 && options.method != DecisionMethod::kSteps) {
       if (candidate) Refine();
       // Without a decision: the place to which the edge was followed in the period.
-      if (!candidate && followed) candidate = PacketOf(step_test.MiddleTime(), *place);
+      if (!candidate && followed_s) candidate = PacketOf(*followed_s, *place);
     }
     packet = candidate.value_or(EdgePacket{.time_s = time_s});
     if (candidate) {
@@ -528,7 +535,7 @@ struct EdgeTracker::Impl {
       packet->column = OfLine(*candidate->column);
     }
     candidate.reset();
-    followed = false;
+    followed_s.reset();
     candidate_weight = 0.0F;
     // Packets keep their period, independent of the profiles' times.
     *period_begin_s +=
@@ -558,7 +565,7 @@ Reading EdgeTracker::Update(const Profile& profile) {
   t.moved_columns = t.prepared.moved_m * t.options.line.columns_per_m;
   Reading reading;
   reading.time_s = profile.time_s;
-  t.ForgetOldVotes(profile.time_s);
+  t.ForgetOld(profile.time_s);
   t.Decide(reading);
   if (reading.column) reading.x_m = t.LateralAt(*reading.column);
   t.Offer(reading);
@@ -580,5 +587,6 @@ const std::array<DetectorResult, kDetectors>& EdgeTracker::results() const {
   return impl_->results;
 }
 const std::vector<float>& EdgeTracker::weight() const { return impl_->weight; }
+bool EdgeTracker::mirrored() const { return !impl_->options.positive_edge; }
 
 }  // namespace rangegrasp::seam

@@ -72,8 +72,8 @@ void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options);
 
 enum class ProfileStatus {
   kEdge,       ///< an edge position
-  kNoEdge,     ///< no step of the minimum height
-  kAmbiguous,  ///< steps, but no two detectors agree and nothing can be predicted
+  kNoEdge,     ///< no step of the minimum height, or none that counts
+  kAmbiguous,  ///< kVoting: steps in several profiles of a period, but not along one line
   kUnusable,   ///< too few points
 };
 constexpr std::array<std::string_view, 4> WordsOf(ProfileStatus) {
@@ -130,6 +130,8 @@ class EdgeTracker {
   const std::array<DetectorResult, kDetectors>& results() const;
   /// W or W_h of the last Update (eq. 3.16, 3.20); empty with kVoting and kSteps.
   const std::vector<float>& weight() const;
+  /// Whether these three count columns from the other end of the line: the edge falls.
+  bool mirrored() const;
 
  private:
   struct Impl;

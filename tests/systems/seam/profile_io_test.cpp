@@ -110,6 +110,25 @@ TEST(ProfileStream, TakesEverySeparatorAndEveryWayToSayNoValue) {
   }
 }
 
+// A separator at the end of a line may also stand before a missing last height.
+TEST(ProfileStream, ALastHeightMayBeMissingInAnyRow) {
+  const auto lasts = [](const std::string& text) {
+    std::string seen;
+    for (const auto& row : Stream(text)) {
+      const auto& heights = row.profile.height_m;
+      seen += !row.fault.empty() ? 'f' : std::isnan(heights.back()) ? '-' : '0';
+      seen += std::to_string(heights.size());
+    }
+    return seen;
+  };
+  EXPECT_EQ(lasts("1,2,3\n1,2,\n1,2,3\n"), "03-303");
+  EXPECT_EQ(lasts("1,2,\n1,2,3\n1,2,3\n"), "-30303");
+  EXPECT_EQ(lasts("1,2,\n1,2,\n1,2,3\n"), "-3-303");
+  EXPECT_EQ(lasts("1,2,\n1,2,\n1,2,\n"), "020202");  // no row has a third height
+  EXPECT_EQ(lasts("1,2\n1,2,\n1,2\n"), "020202");
+  EXPECT_EQ(lasts("1,2,,\n1,2,3,\n1,2,3,\n"), "-30303");
+}
+
 TEST(ProfileStream, NamesADamagedRowAndGoesOn) {
   const auto rows = Stream(
       "# mm\n"

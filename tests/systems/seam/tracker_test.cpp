@@ -251,6 +251,46 @@ TEST_P(EveryDecision, ProfilesWithoutPointsAreUnusableAndDoNotEndIt) {
   }
 }
 
+// 30 profiles with an edge, three seconds without one (or without any points), then a step in one
+// profile elsewhere. Returns the readings and packets after the pause.
+std::pair<std::vector<Reading>, std::vector<EdgePacket>> AfterAPause(DecisionMethod method,
+                                                                     bool points, double step_m) {
+  Rng rng(11);
+  EdgeTracker tracker(With(method));
+  std::pair<std::vector<Reading>, std::vector<EdgePacket>> after;
+  for (int i = 0; i < 240; ++i) {
+    Line line{.step_m = i < 30 ? 0.6e-3 : 0.0, .edge = 300.0};
+    if (i == 220) line = {.step_m = step_m, .edge = 700.0};
+    Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
+    const bool pause = i >= 30 && i < 220;
+    if (pause && !points) profile.height_m.assign(1024, kTrackerNone);
+    const Reading reading = tracker.Update(profile);
+    const auto packet = tracker.TakePacket();
+    if (i < 220) continue;
+    after.first.push_back(reading);
+    if (packet) after.second.push_back(*packet);
+  }
+  return after;
+}
+
+TEST(EdgeTracker, WhatIsLongAgoConfirmsNothing) {
+  for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {
+    const auto readings = AfterAPause(method, true, 2.5e-3).first;
+    EXPECT_NE(readings.front().status, ProfileStatus::kEdge) << base::Word(method);
+  }
+  for (const Reading& reading : AfterAPause(DecisionMethod::kVoting, true, 2.5e-3).first) {
+    EXPECT_NE(reading.status, ProfileStatus::kEdge);
+  }
+}
+
+TEST(EdgeTracker, AnOutageEndsWhatWasFollowed) {
+  for (const auto method : {DecisionMethod::kVoting, DecisionMethod::kWeights}) {
+    const auto packets = AfterAPause(method, false, 0.0).second;
+    ASSERT_GE(packets.size(), 3U);
+    for (const EdgePacket& packet : packets) EXPECT_FALSE(packet.column) << base::Word(method);
+  }
+}
+
 TEST(EdgeTracker, VotingIsTheLineThroughTheVotesOfAPeriod) {
   Rng rng(6);
   TrackerOptions options = With(DecisionMethod::kVoting);

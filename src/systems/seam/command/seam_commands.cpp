@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -123,8 +124,9 @@ void AddSeamGenerate(CLI::App& seam) {
   command->add_option("-o,--out", arguments->out, "output profiles: .csv, or .png with 16 bits")
       ->required();
   command->add_option("--seam", arguments->seam, "number of the seam, from 0")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment");
+      ->transform(WholeNumber(0, std::numeric_limits<int>::max()));
+  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
+      ->transform(WholeNumber());
   command->add_flag("--raw", arguments->raw,
                     "write camera rows, with the calibration in a file next to them");
   command->add_flag("--body", arguments->body, "scan the calibration body instead of a seam");
@@ -151,9 +153,9 @@ void AddSeamCalibrate(CLI::App& seam) {
       ->add_option("--step-heights-mm", arguments->step_heights_mm,
                    "heights of the body's steps above its base (0,2,5,9,5,2,0)")
       ->delimiter(',')
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(NumberBetween(0.0, 1000.0));
   command->add_option("--step-width-mm", arguments->step_width_mm, "width of each step (8)")
-      ->check(CLI::Range(0.01, 1000.0));
+      ->check(NumberBetween(0.01, 1000.0));
   command->add_option("-o,--out", arguments->out, "output calibration (YAML)")->required();
   command->footer(
       "Example: rangegrasp seam calibrate body.csv --bases body.bases.csv -o sensor.yaml");

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/draw/plot.h"
@@ -189,7 +190,7 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
   command
       .add_option(
           "--set", arguments.set,
-          "KEY=VALUE, overrides --options, e.g. monitor.window=20; keys: list formats, list keys")
+          "KEY=VALUE, overrides --options, e.g. monitor.window=40; keys: list formats, list keys")
       ->allow_extra_args(false)
       ->group(kBothGroup);
 }
@@ -236,7 +237,11 @@ class Detection {
       stop = seam::StopReason::kOutage;
     }
     if (arguments_.xml) {
-      if (const auto packet = tracker_->TakePacket()) PrintXml(*packet, stop);
+      gap_ = gap_ || row.gap_s;
+      if (const auto packet = tracker_->TakePacket()) {
+        PrintXml(*packet, !stop && gap_ ? seam::StopReason::kOutage : stop);
+        gap_ = false;
+      }
     } else if (arguments_.json) {
       PrintJson(reading, stop, row);
     } else {
@@ -360,6 +365,7 @@ class Detection {
   std::optional<seam::SurfaceMonitor> monitor_;
   double center_x_m_ = 0.0;  // middle of the line, in the sensor's own x
   bool drawn_ = false;
+  bool gap_ = false;  ///< in the file's times, since the last packet
 };
 
 // Damaged rows of a stream are reported and skipped.
@@ -441,10 +447,10 @@ void AddSeamDetect(CLI::App& seam) {
       command
           ->add_option("--columns-per-mm", arguments->columns_per_mm,
                        "columns per mm of the sensor's line (12; computed if the file has x)")
-          ->check(CLI::Range(0.1, 1000.0))
+          ->check(NumberBetween(0.1, 1000.0))
           ->excludes(options);
   command->add_option("--rate", arguments->rate_hz, "profiles per second (62)")
-      ->check(CLI::Range(0.1, 1e5));
+      ->check(NumberBetween(0.1, 1e5));
   auto* unit = AddUnit(*command, *arguments);
   command
       ->add_option("--calibration", arguments->calibration,
@@ -459,7 +465,7 @@ void AddSeamDetect(CLI::App& seam) {
   command->add_option("--picture", arguments->picture,
                       "SVG file of one profile with its detectors");
   command->add_option("--picture-row", arguments->picture_row, "number of this profile (1)")
-      ->check(CLI::PositiveNumber);
+      ->transform(WholeNumber(1, std::numeric_limits<int>::max()));
   AddFormatOptions(*command, *arguments);
   command->footer(
       "Example: rangegrasp seam detect profiles.csv --method weights --picture profile.svg\n"

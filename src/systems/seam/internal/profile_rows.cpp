@@ -204,22 +204,29 @@ class TextRows {
   };
 
   void FixWidth() {
-    std::vector<std::size_t> widths;
-    while (!settled_ && held_.size() < kMaxRowsHeld && widths.size() < kRowsOfWidth) {
+    std::vector<std::size_t> widths;  // that valid rows have or may have
+    for (std::size_t valid = 0; !settled_ && held_.size() < kMaxRowsHeld && valid < kRowsOfWidth;) {
       auto row = NextOfLayout();
       if (!row) break;
       held_.push_back(std::move(*row));
-      if (!held_.back().fault.empty()) continue;
-      const std::size_t width = held_.back().width;
-      settled_ = width == 0 || std::ranges::find(widths, width) != widths.end();
-      widths.push_back(width);
+      const RawRow& last = held_.back();
+      if (!last.fault.empty()) continue;
+      const auto agrees = [&](std::size_t width) { return width == last.width; };
+      settled_ = last.width == 0 || (!last.open_end && std::ranges::any_of(widths, agrees));
+      ++valid;
+      widths.push_back(last.width);
+      if (last.open_end) widths.push_back(last.width + 1);
     }
     if (widths.empty()) return;
-    const std::size_t width = settled_ ? widths.back() : widths.front();
+    const std::size_t width = settled_ ? held_.back().width : widths.front();
     options_.columns = static_cast<int>(width);
     for (RawRow& row : held_) {
       if (!row.fault.empty() || width == 0 || row.width == width) continue;
-      MarkDamaged(row, WidthFault(row.width, options_.columns));
+      if (row.open_end && row.width + 1 == width) {
+        row.height_m.push_back(std::numeric_limits<float>::quiet_NaN());
+      } else {
+        MarkDamaged(row, WidthFault(row.width, options_.columns));
+      }
     }
   }
 
@@ -280,14 +287,18 @@ class TextRows {
 
   // -- fields; an InputError says what is wrong with the row --
 
-  // Fields without the empty one after a separator at the end of the line.
-  Fields ValuesOf(const TextLine& line) const {
-    Fields fields = FieldsOf(line.text, options_.text);
-    const bool one_more = std::ssize(fields) == options_.columns + columns_->first + 1;
-    if (fields.size() > 1 && fields.back().empty() && (options_.columns == 0 || one_more)) {
-      fields.pop_back();
-    }
-    return fields;
+  // Whether the empty field after a separator at the end of a line is no missing height.
+  bool EndsWithSeparator(const Fields& fields) const {
+    if (fields.size() < 2 || !fields.back().empty()) return false;
+    const auto count = std::ssize(fields) - columns_->first;
+    const auto width = options_.columns != 0 ? options_.columns : std::ssize(RowX());
+    if (width != 0) return count == width + 1;
+    return options_.text.layout != TextLayout::kPairs || count % 2 != 0;
+  }
+
+  // x that all rows have in common; empty: none.
+  const std::vector<double>& RowX() const {
+    return columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
   }
 
   // NaN where there is no value.
@@ -349,7 +360,7 @@ class TextRows {
     for (int i = columns_->first; i < std::ssize(fields); ++i) {
       row.height_m.push_back(HeightAt(fields, i));
     }
-    row.x_m = columns_->axis >= 0 && !axis_x_m_.empty() ? axis_x_m_ : header_x_m_;
+    row.x_m = RowX();
     if (row.x_m.empty() || row.x_m.size() == row.width) return;
     throw InputError(fmt::format("has {} heights, but {} x values", row.width, row.x_m.size()));
   }
@@ -367,7 +378,12 @@ class TextRows {
   // False if the line is not a profile: its axis is not Z.
   bool ReadProfile(const TextLine& line, RawRow& row) {
     if (line.too_long) throw InputError("is too long for a profile");
-    const Fields fields = ValuesOf(line);
+    Fields fields = FieldsOf(line.text, options_.text);
+    if (EndsWithSeparator(fields)) {
+      fields.pop_back();
+      row.open_end =
+          options_.text.layout == TextLayout::kRows && options_.columns == 0 && RowX().empty();
+    }
     if (columns_->axis >= std::ssize(fields)) {
       throw InputError(
           fmt::format("has {} columns; axis_column is {}", fields.size(), columns_->axis + 1));
@@ -462,7 +478,9 @@ class TextRows {
   void ReadColumns() {
     std::size_t width = 0;
     while (const auto line = NextLine()) {
-      const Fields fields = ValuesOf(*line);
+      Fields fields = FieldsOf(line->text, options_.text);
+      const bool more = fields.size() > 1 && (width == 0 || fields.size() == width + 1);
+      if (more && fields.back().empty()) fields.pop_back();  // the line ends with a separator
       if (width == 0) width = fields.size();
       try {
         ReadAcross(fields, width);

@@ -21,7 +21,8 @@ struct RawRow {
   std::optional<double> position_m = {};  ///< encoder position
   std::vector<double> x_m = {};           ///< empty: evenly spaced; else one per height
   std::vector<float> height_m = {};       ///< NaN: no value
-  std::string fault = {};                 ///< empty if valid
+  bool open_end = false;   ///< the line ends with a separator: perhaps another height is missing
+  std::string fault = {};  ///< empty if valid
 };
 
 /// Clears the row's values and sets its fault: "row 3 (line 4), column 2: 'two' is not a number".
@@ -39,6 +40,7 @@ std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows);
 
 /// Returns the rows of a text as they arrive, and nullopt at its end. All rows have the same width:
 /// that of the options or, if not given, of two of the first three valid rows or else of the first.
+/// After a separator at the end of a line, a height is missing if the other rows have one more.
 /// A damaged row is returned with its fault. `in` must outlive the source.
 using RowSource = std::function<std::optional<RawRow>()>;
 RowSource RowsOfText(std::istream& in, const ProfileFileOptions& options);

@@ -405,25 +405,29 @@ std::string LabelsCsv(const Recording& recording) {
 
 std::vector<Panel> ProfilePanels(const EdgeTracker& tracker, const Reading& reading,
                                  const LineGeometry& line) {
+  // In the line's own columns, as the reading's.
+  const auto series = [&](std::vector<float> values, double scale, const std::string& name,
+                          const char* color) {
+    if (tracker.mirrored()) std::ranges::reverse(values);
+    return ColumnSeries(values, scale, name, color);
+  };
   const auto& prepared = tracker.prepared();
   Panel measured = PanelOf("Profile as measured", "", "height [mm]");
-  measured.series.push_back(ColumnSeries(prepared.original_m, kMmPerM, "", "#444444"));
+  measured.series.push_back(series(prepared.original_m, kMmPerM, "", "#444444"));
   Panel flat = PanelOf(fmt::format("Prepared: {}", base::Word(reading.status)), "", "height [mm]");
-  flat.series.push_back(ColumnSeries(prepared.height_m, kMmPerM, "", "#444444"));
+  flat.series.push_back(series(prepared.height_m, kMmPerM, "", "#444444"));
   if (reading.column) flat.markers.push_back({*reading.column, "edge", "#d62728"});
   Panel weights =
       PanelOf("Weight functions and positions of the three detectors",
               fmt::format("column ({} a mm)", std::lround(line.columns_per_m / kMmPerM)), "weight");
   for (std::size_t d = 0; d < kDetectors; ++d) {
     const std::string name(base::Word(static_cast<Detector>(d)));
-    weights.series.push_back(
-        ColumnSeries(tracker.results()[d].weight, 1.0, name, kDetectorColors[d]));
+    weights.series.push_back(series(tracker.results()[d].weight, 1.0, name, kDetectorColors[d]));
     const auto& column = reading.detected[d];
     if (column) weights.markers.push_back({static_cast<double>(*column), "", kDetectorColors[d]});
   }
   if (!tracker.weight().empty()) {
-    weights.series.push_back(
-        ColumnSeries(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
+    weights.series.push_back(series(tracker.weight(), 1.0, "sum, weighted by history", "#7f7f7f"));
   }
   return {measured, flat, weights};
 }

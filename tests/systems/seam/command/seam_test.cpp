@@ -232,6 +232,21 @@ TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
   EXPECT_NEAR(json["position_m"], 14e-3, 1e-9);
 }
 
+TEST_F(SeamTest, TheLastPointOfARowMayBeMissingWhereTheHeaderGivesX) {
+  std::string text = "Profile\nFrame Count\n3\nFrame,Time,Encoder,Axis";
+  for (int i = 0; i < 256; ++i) text += fmt::format(",{:.2f}", 0.1 * i);
+  text += "\n";
+  for (int k = 0; k < 3; ++k) {
+    text += fmt::format("{},{},0,Z", k, 16000 * k);
+    for (int i = 0; i < 255; ++i) text += i >= 120 ? ",31.0" : ",30.0";
+    text += k < 2 ? ",\n" : ",31.0\n";
+  }
+  const std::string file = folder_.Write("g.csv", text + "End\n");
+  const Ran ran =
+      Succeeded(RunProgram({"seam", "detect", file, "--preset", "gocator", "--method", "voting"}));
+  EXPECT_THAT(Lines(ran.out).back(), StartsWith("3,0.0320,edge,120.00,"));
+}
+
 TEST_F(SeamTest, PacketsTellTheSensorsOwnX) {
   std::string text;
   for (int k = 0; k < 20; ++k) {
@@ -256,6 +271,20 @@ TEST_F(SeamTest, AGapInTimeIsAnOutageThatIsNamed) {
   EXPECT_THAT(lines[5], testing::EndsWith(","));
   const Ran patient = Detect({file, "--time-column", "1", "--set", "file.max_gap_s=1.5"});
   EXPECT_THAT(patient.err, testing::Not(HasSubstr("outage")));
+}
+
+TEST_F(SeamTest, APacketTellsOfAGapThatItsRowDoesNotShow) {
+  std::string text;
+  double time_s = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    time_s += i == 25 || i == 45 ? 0.06 : 0.01;  // in the middle of a packet's period
+    text += fmt::format("{:.3f},", time_s) + Row(90);
+  }
+  const std::string file = folder_.Write("p.csv", text);
+  const Ran ran = Succeeded(Detect({file, "--time-column", "1", "--xml"}));
+  std::size_t outages = 0;
+  for (std::size_t at = 0; (at = ran.out.find("outage", at)) != std::string::npos; ++at) ++outages;
+  EXPECT_EQ(outages, 2U) << ran.out;
 }
 
 TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
@@ -284,6 +313,8 @@ TEST_F(SeamTest, FormatsThatDoNotFitAreRefused) {
   refused({text, "--time-column", "Time"}, text + ": time_column: 'Time' is neither");
   refused({text, "--set", "file.layouts=pairs"}, "unknown key 'layouts'");
   refused({text, "--set", "monitor.windows=3"}, "unknown key 'windows'");
+  refused({text, "--set", "monitor.window=20"},
+          "20 must not be shorter than obstacle_profiles (3) or mat_end_profiles (24)");
   refused({text, "--set", "layout"}, "must be KEY=VALUE");
   refused({text, "--columns-per-mm", "10", "--set", "columns_per_mm=12"},
           "--columns-per-mm excludes");

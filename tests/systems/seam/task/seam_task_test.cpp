@@ -208,6 +208,29 @@ TEST(SeamTask, AViewOfARunHasTheTruthAsFarAsTheSensorLooked) {
   EXPECT_LT(std::abs(view.panels[1].series[0].y.back()), 1.0);
 }
 
+TEST(SeamTask, APictureOfAFallingEdgeHasItsMarkerAtTheStep) {
+  TrackerOptions options;
+  options.method = DecisionMethod::kWeights;
+  options.positive_edge = false;
+  EdgeTracker tracker(options);
+  Reading reading;
+  for (int k = 0; k < 5; ++k) {
+    Profile profile;
+    profile.time_s = 0.01 * k;
+    for (int i = 0; i < 1024; ++i) profile.height_m.push_back(i < 300 ? 1e-3F : 0.0F);
+    reading = tracker.Update(profile);
+  }
+  const auto panels = ProfilePanels(tracker, reading, options.line);
+  ASSERT_EQ(panels[1].markers.size(), 1U);
+  const double marker = panels[1].markers[0].x;
+  EXPECT_NEAR(marker, 300.0, 2.0);
+  for (int panel : {0, 1}) {
+    const auto& heights = panels[static_cast<std::size_t>(panel)].series[0].y;
+    const auto at = [&](double column) { return heights[static_cast<std::size_t>(column)]; };
+    EXPECT_GT(at(marker - 20.0), at(marker + 20.0) + 0.5) << panel;
+  }
+}
+
 TEST(SeamTask, EveryKeyIsDocumented) {
   auto map = base::YamlMap::ForDocumentation();
   SeamTask().read_keys(map);
