@@ -158,12 +158,16 @@ geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
 }
 
 geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepared,
-                            const Barrel& barrel, double tolerance_m) {
+                            const Barrel& barrel, const RcfOptions& options) {
   geometry::PointCloud wall;
+  // The visible end is within the tolerance near its rim; its normals do not point to the axis.
+  const auto is_wall = [&](std::size_t i) {
+    return !prepared.curved[i] &&
+           std::abs(prepared.normals[i].dot(barrel.axis.direction)) <= kSquare;
+  };
   for (std::size_t i = 0; i < input.points.size(); ++i) {
-    if (prepared.curved[i] || std::abs(barrel.Distance(input.points[i])) > tolerance_m) continue;
-    // The visible end is within the tolerance near its rim; its normals do not point to the axis.
-    if (std::abs(prepared.normals[i].dot(barrel.axis.direction)) > kSquare) continue;
+    if (std::abs(barrel.Distance(input.points[i])) > options.tolerance_m) continue;
+    if (options.wall_only && !is_wall(i)) continue;
     wall.points.push_back(input.points[i]);
     wall.normals.push_back(prepared.normals[i]);
   }
@@ -177,6 +181,7 @@ RcfOptions RcfAsPrinted() {
   options.gate = RimGate::kSigned;
   options.barrel_rounds = 1;
   options.circle_again = false;
+  options.wall_only = false;
   return options;
 }
 
@@ -239,7 +244,7 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
   Circle circle = *drawn;
   Barrel barrel{{circle.center, circle.normal}, circle.radius_m};
   for (int round = 0; round < options.barrel_rounds; ++round) {
-    const geometry::PointCloud wall = WallOf(input, prepared, barrel, options.tolerance_m);
+    const geometry::PointCloud wall = WallOf(input, prepared, barrel, options);
     const auto line = FitLine(AxisPoints(wall.points, wall.normals, barrel.radius_m));
     if (!line) return std::nullopt;
     barrel.axis = *line;

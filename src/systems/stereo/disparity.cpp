@@ -66,12 +66,17 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
     matcher->compute(left, right, sixteenths);
     return sixteenths;
   }
+  // This matcher takes defaults of its own for a difference or a cost of 0 or less.
   const int window = o.semi_global_window_px;
   const double area = static_cast<double>(window) * window;
-  const auto matcher = cv::StereoSGBM::create(
-      min_px, disparities, window, static_cast<int>(std::lround(o.small_step_cost * area)),
-      static_cast<int>(std::lround(o.large_step_cost * area)), o.max_left_right_px, kPrefilterCap,
-      o.uniqueness_percent, /*speckleWindowSize=*/0, /*speckleRange=*/0, cv::StereoSGBM::MODE_HH);
+  const auto cost = [&](double per_pixel) {
+    return std::max(1, static_cast<int>(std::lround(per_pixel * area)));
+  };
+  const int difference = o.max_left_right_px < 0 ? disparities : std::max(1, o.max_left_right_px);
+  const auto matcher = cv::StereoSGBM::create(min_px, disparities, window, cost(o.small_step_cost),
+                                              cost(o.large_step_cost), difference, kPrefilterCap,
+                                              o.uniqueness_percent, /*speckleWindowSize=*/0,
+                                              /*speckleRange=*/0, cv::StereoSGBM::MODE_HH);
   matcher->compute(left, right, sixteenths);
   return sixteenths;
 }

@@ -43,7 +43,8 @@ void ReadMatch(base::YamlMap& map, MatchOptions& o) {
   map.Read("min_texture", o.min_texture, 0, 100000,
            "block: minimum texture of a window, the sum of its slopes");
   map.Read("max_left_right_px", o.max_left_right_px, -1, 100,
-           "maximum difference between left-to-right and right-to-left matches; -1: not checked");
+           "maximum difference between left-to-right and right-to-left matches; -1: not checked; "
+           "semi_global takes 0 for 1");
   map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "minimum size of a patch of matches");
   map.Read("patch_step_px", o.patch_step_px, 0, 100, "maximum disparity step inside a patch");
   map.Read("consensus_share", o.consensus_share, 0.0, 1.0,

@@ -217,6 +217,25 @@ TEST(Rcf, FindsACylinderThatIsSeenFromAbove) {
   EXPECT_LT(AngleBetween(fit->axis.direction, kAxis), base::Deg(0.5));
 }
 
+// As printed, points of the rim and of the end near it count for the axis as well, and tilt it.
+TEST(Rcf, AsPrintedTakesMoreThanTheWall) {
+  base::Rng points_rng(1);
+  const SeenCylinder truth;
+  const auto points = truth.Points(80, 60, true, 0.0, points_rng);
+  const FitInput input{points, truth.eye, kAxis};
+  const auto error = [&](bool wall_only) {
+    RcfOptions options;
+    options.barrel_rounds = 1;
+    options.circle_again = false;
+    options.wall_only = wall_only;
+    base::Rng rng(1);
+    const auto fit = FitRcf(input, PrepareRcf(input, options), options, rng);
+    return fit ? AngleBetween(fit->axis.direction, kAxis) : base::kPi;
+  };
+  EXPECT_FALSE(RcfAsPrinted().wall_only);
+  EXPECT_GT(error(false), error(true));
+}
+
 TEST(Rcf, WithoutARimThereIsNoFit) {
   base::Rng rng(1);
   const SeenCylinder truth;

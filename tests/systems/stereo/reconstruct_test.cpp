@@ -167,6 +167,17 @@ TEST(Reconstruct, TellsWhichPixelOfTheLeftPictureASampleComesFrom) {
   }
 }
 
+TEST(Reconstruct, WithoutTheCheckOfBothWaysMorePixelsMatch) {
+  ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
+  const auto matched = [&] {
+    const auto& grey = Made(options).disparity.grey;
+    return std::ranges::count_if(grey, [](float disparity) { return !std::isnan(disparity); });
+  };
+  const auto checked = matched();
+  options.match.max_left_right_px = -1;
+  EXPECT_GT(matched(), checked);
+}
+
 TEST(Reconstruct, SamePicturesGiveTheSameCloud) {
   const auto options = SmallCamera(MatchMethod::kSemiGlobal);
   const Reconstruction a = Made(options), b = Made(options);

@@ -139,6 +139,9 @@ void Detect(const CylindersArguments& arguments) {
   for (const std::string& text : arguments.given) given.push_back(ParseCylinder(text));
   auto file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
+  if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
   auto options = arguments.as_published ? cylinders::AsPublished() : cylinders::DetectOptions{};
   options.preprocess.up_C = UpOf(arguments);
   base::Rng rng(arguments.seed);
@@ -177,7 +180,7 @@ void AddCylindersCommand(CLI::App& app) {
   command->add_flag("--as-published", arguments->as_published,
                     "the dissertation's method with its lengths, without later additions");
   command->add_option("--seed", arguments->seed, "seed of the random draws")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->add_flag("--json", arguments->json, "print the result as JSON");
   command->add_option("-o,--out", arguments->out,
                       "output folder for cylinders.json and cylinders.png");

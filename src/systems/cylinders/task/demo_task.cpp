@@ -91,7 +91,7 @@ bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery) {
   if (attempt.outcome == trial::Outcome::kCrashed) return false;
   if (!attempt.log) return true;
   if (delivery == Delivery::kHandOver) return !attempt.log->hand_over;
-  return !attempt.log->aperture.holds_after_carry;
+  return !attempt.log->aperture.feels_object_after_carry;
 }
 
 namespace {

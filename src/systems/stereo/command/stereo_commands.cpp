@@ -152,10 +152,12 @@ void AddStereoCommand(CLI::App& app) {
                       "disparity16.png (256 levels per pixel)");
   command->add_option("--matching", a->matching, "stereo matching method (semi_global)")
       ->check(CLI::IsMember(base::WordList<MatchMethod>()));
-  command->add_option("--near-mm", a->near_mm, "minimum depth (400)")->check(CLI::Range(10.0, 1e5));
-  command->add_option("--far-mm", a->far_mm, "maximum depth (1600)")->check(CLI::Range(10.0, 1e5));
+  command->add_option("--near-mm", a->near_mm, "minimum depth (400)")
+      ->check(cli::NumberBetween(10.0, 1e5));
+  command->add_option("--far-mm", a->far_mm, "maximum depth (1600)")
+      ->check(cli::NumberBetween(10.0, 1e5));
   command->add_option("--step-px", a->step_px, "distance in pixels between points (4)")
-      ->check(CLI::Range(1, 64));
+      ->transform(cli::WholeNumber(1, 64));
   command->add_flag("--keep-blue", a->keep_blue,
                     "also match blue pixels (default: they belong to the table)");
   command->add_option("--table-mm", a->table_mm,
@@ -192,12 +194,13 @@ void AddCalibrateOptions(CLI::App& command, CalibrateArguments& a, const Calibra
   command.add_option("-o,--out", a.out, help.out)->required();
   command.add_option("--corners", a.corners, "inner corners of the chessboard (9x6)");
   command.add_option("--square-mm", a.square_mm, "edge length of its squares (25)")
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(cli::NumberBetween(1.0, 1000.0));
   if (help.camera) {
     command.add_option("--camera", a.camera, help.camera)->check(CLI::ExistingFile);
   }
-  command.add_option("--views", a.views, help.views)->check(CLI::Range(1, help.max_views));
-  command.add_option("--seed", a.seed, "seed of the simulation (1)")->check(CLI::NonNegativeNumber);
+  command.add_option("--views", a.views, help.views)
+      ->transform(cli::WholeNumber(1, help.max_views));
+  command.add_option("--seed", a.seed, "seed of the simulation (1)")->transform(cli::WholeNumber());
   command.add_option("--record", a.record, help.record);
 }
 

@@ -69,7 +69,7 @@ TEST(DemoTask, OnlyWhatTheRobotNoticesIsTriedAgain) {
   attempt.outcome = trial::Outcome::kNotLifted;
   EXPECT_TRUE(KnowsItFailed(attempt, Delivery::kHandOver));
   EXPECT_TRUE(KnowsItFailed(attempt, Delivery::kPlace));
-  attempt.log->aperture.holds_after_carry = true;
+  attempt.log->aperture.feels_object_after_carry = true;
   EXPECT_FALSE(KnowsItFailed(attempt, Delivery::kPlace));
   attempt.log->hand_over.emplace();  // nobody pulled: nothing more can be done
   EXPECT_FALSE(KnowsItFailed(attempt, Delivery::kHandOver));
