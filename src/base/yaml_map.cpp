@@ -102,6 +102,12 @@ struct YamlMap::Impl {
 
   // Sets "key.inner=value" in the tree below `node`.
   void Override(const std::string& text) {
+    // Results store each of them as one line.
+    if (text.find('\n') != std::string::npos) {
+      throw InputError(fmt::format(
+          "--set {:?}: must be on one line; write lists and maps as [a, b] and {{key: value}}",
+          text));
+    }
     const std::size_t sign = text.find('=');
     if (sign == std::string::npos || sign == 0) {
       throw InputError("--set '" + text + "': must be KEY=VALUE, e.g. physics.timestep_ms=1");
@@ -181,6 +187,10 @@ std::vector<std::string> YamlMap::Names() const {
 
 YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   impl_->Ask(key, "mapping", "", "", doc);
+  return Inner(key);
+}
+
+YamlMap YamlMap::Inner(const std::string& key) const {
   auto impl = std::make_unique<Impl>();
   impl->document = impl_->document;
   impl->prefix = impl_->prefix + key + ".";
@@ -194,6 +204,11 @@ YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
 
 void YamlMap::Fail(const std::string& key, const std::string& what) const {
   throw InputError(impl_->Where(key, impl_->MarkOf(key)) + "key '" + key + "': " + what);
+}
+
+void YamlMap::FailIn(const std::string& outer, const std::string& key,
+                     const std::string& what) const {
+  Inner(outer).Fail(key, what);
 }
 
 void YamlMap::Require(const std::string& key) {

@@ -36,7 +36,8 @@ struct KeyDoc {
 /// Every method throws InputError as "file:line: key 'x': what is wrong, what is expected".
 class YamlMap {
  public:
-  /// @param overrides  each "key.inner=value" replaces the file's value; the value is YAML.
+  /// @param overrides  each "key.inner=value" replaces the file's value; the value is YAML on one
+  /// line.
   static YamlMap FromFile(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
   /// @param file  named in errors; paths are relative to its folder
@@ -98,6 +99,9 @@ class YamlMap {
   void Finish() const;
   /// Throws an InputError for a key's value, with file and line.
   [[noreturn]] void Fail(const std::string& key, const std::string& what) const;
+  /// The same for a key of the mapping under `outer`.
+  [[noreturn]] void FailIn(const std::string& outer, const std::string& key,
+                           const std::string& what) const;
 
   /// All keys of the document read so far, in that order.
   const std::vector<KeyDoc>& Keys() const;
@@ -105,6 +109,7 @@ class YamlMap {
  private:
   struct Impl;
   explicit YamlMap(std::unique_ptr<Impl> impl);
+  YamlMap Inner(const std::string& key) const;
   void ReadWord(const std::string& key, std::size_t& position,
                 const std::vector<std::string>& words, const std::string& doc);
   void ReadWords(const std::string& key, std::vector<std::string>& values,

@@ -81,7 +81,8 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
   for (const std::string& group : wanted) {
     if (std::ranges::find(known, group) != known.end()) continue;
     throw base::InputError(file.string() + ": has no '" + group + "'; did you mean '" +
-                           base::NearestWord(group, known) + "'? It has " + base::Join(known));
+                           base::NearestWord(group, known) + "'? It has " + base::Join(known) +
+                           "; others need an experiment file that lists them");
   }
   std::erase_if(cases,
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
@@ -150,7 +151,8 @@ Experiment Open(const std::string& text, const fs::path& file, const Changes& ch
   e.stamp.build = {{"version", base::Version()}, {"commit", base::Commit()}};
   e.stamp.data = {{"experiment_file", fs::absolute(file).lexically_normal().string()},
                   {"experiment_text", text},
-                  {"set", base::Join(set, "\n")}};
+                  {"set", base::Join(set, "\n")},
+                  {kTrialsKey, e.kind->trials_key}};
   e.task->AddTo(e.stamp);
   return e;
 }

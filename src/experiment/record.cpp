@@ -144,12 +144,14 @@ std::string Difference(const std::string& name, const Stamp& stored, const Stamp
   const auto pair = [&](const std::string& was, const std::string& is) {
     return fmt::format("{} instead of {}", shown(was), shown(is));
   };
-  // What only one of them sets. More trials make no other run.
-  const auto set = [](const Stamp& of, const Stamp& other) {
+  // What only one of them sets. The hash leaves out the seed and the number of trials.
+  const std::string trials = ValueOr(wanted.data, kTrialsKey, "trials_per_object") + "=";
+  const auto set = [&](const Stamp& of, const Stamp& other) {
     auto words = base::Split(ValueOr(of.data, "set", ""), '\n');
     const auto others = base::Split(ValueOr(other.data, "set", ""), '\n');
     std::erase_if(words, [&](const std::string& word) {
-      return word.starts_with("trials_per_object=") || std::ranges::count(others, word) > 0;
+      return word.starts_with(trials) || word.starts_with("seed=") ||
+             std::ranges::count(others, word) > 0;
     });
     return base::Join(words);
   };

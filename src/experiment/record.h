@@ -88,6 +88,9 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
 };
 
+/// Name in Stamp::data of the key that --trials sets (TaskKind::trials_key). Older stamps lack it.
+inline constexpr const char* kTrialsKey = "trials_key";
+
 /// Name of a group's title for tables in Stamp::data: "title.<group>".
 inline constexpr const char* kTitlePrefix = "title.";
 /// The title of a group, or the group itself if it has none.

@@ -146,12 +146,26 @@ Test TestOf(const TimesEvidence& e, const PublishedFigure& figure) {
       "is less than 10 times as fast as the published 2 GHz Core 2 Duo), worse if slower"};
 }
 
+// Positive if what is tested is above the published value. For counts this is not always the
+// direction of the figures: an overall figure is the mean of rows, its counts are those of all
+// rows.
+double TestedDifference(const PublishedFigure& figure) {
+  const auto of_counts = [](const auto& e) {
+    return 1.0 * e.own.k * e.published.n - 1.0 * e.published.k * e.own.n;
+  };
+  if (const auto* trials = std::get_if<TrialsEvidence>(&figure.evidence)) return of_counts(*trials);
+  if (const auto* events = std::get_if<EventsEvidence>(&figure.evidence)) return of_counts(*events);
+  return *figure.own - figure.published;
+}
+
 Verdict VerdictOf(const PublishedFigure& figure, const std::optional<double>& p, double threshold) {
   if (std::holds_alternative<TimesEvidence>(figure.evidence)) {
     if (*figure.own * kComputersFactor < figure.published) return Verdict::kBetter;
     return *figure.own > figure.published ? Verdict::kWorse : Verdict::kSame;
   }
   if (!p || *p >= threshold) return Verdict::kSame;
+  // A test that finds a difference in one direction does not support a figure in the other.
+  if (TestedDifference(figure) * (*figure.own - figure.published) <= 0.0) return Verdict::kSame;
   return (*figure.own < figure.published) == figure.lower_is_better ? Verdict::kBetter
                                                                     : Verdict::kWorse;
 }
@@ -326,7 +340,7 @@ std::vector<std::string> TestNotes(const Reproduction& all) {
   if (!thresholds.empty()) {
     notes.push_back(
         "a verdict is better or worse if p is below 0.05 divided by the number of the table's "
-        "tests: " +
+        "tests, and what is tested differs in the direction of the figures: " +
         base::Join(thresholds));
   }
   return notes;

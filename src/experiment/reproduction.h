@@ -39,7 +39,7 @@ std::vector<PublishedTable> ChosenTables(const std::vector<std::string>& numbers
 
 enum class Verdict {
   kBetter,
-  kSame,  ///< no significant difference; few trials cannot show one
+  kSame,  ///< no significant difference, or not that of the figures; few trials cannot show one
   kWorse,
   kNoFigure,  ///< nothing was counted yet; after a complete run this is kWorse
 };

@@ -89,8 +89,10 @@ double EffectiveTrials(const std::vector<Count>& clusters) {
     filled += cluster.n > 0 ? 1 : 0;
     squares += std::pow(cluster.k - p * cluster.n, 2);
   }
-  const double variance = filled > 1 ? squares * filled / (filled - 1.0) / (1.0 * n * n) : 0.0;
-  const double effective = variance > 0.0 ? p * (1.0 - p) / variance : 0.0;
+  // One cluster, and all or no successes, say nothing about how much clusters differ.
+  if (filled == 1 || k == 0 || k == n) return filled;
+  const double variance = squares * filled / (filled - 1.0) / (1.0 * n * n);
+  const double effective = variance > 0.0 ? p * (1.0 - p) / variance : n;
   return std::clamp(effective, static_cast<double>(filled), static_cast<double>(n));
 }
 

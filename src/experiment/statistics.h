@@ -29,7 +29,9 @@ std::optional<std::pair<double, double>> MeanRateInterval(const std::vector<Coun
 
 /// The number of independent trials whose rate has the same variance as the rate of clustered
 /// trials, which depend on each other within a cluster (Korn and Graubard 1998: n over the design
-/// effect of a ratio of cluster totals). It is between the numbers of clusters and of trials.
+/// effect of a ratio of cluster totals). It is between the numbers of clusters and of trials: the
+/// former if all or no trials succeed, which says nothing about the clusters; the latter if all
+/// clusters have the same rate in between.
 /// @throws std::invalid_argument unless 0 <= k <= n for each and there is a trial.
 double EffectiveTrials(const std::vector<Count>& clusters);
 /// Wilson's 95 % interval of the rate of all trials, with EffectiveTrials trials.

@@ -31,6 +31,10 @@ constexpr double kTurnStiffness_Nm_rad = 1.0;
 // Critical damping of 0.4 kg, and of an object 0.2 m long.
 constexpr double kDamping_N_s_m = 20.0;
 constexpr double kTurnDamping_Nm_s_rad = 0.03;
+// The forces are constant during a step, so springs and dampers on a light object have to be
+// weaker: its frequency and the decay of its motion are at most these.
+constexpr double kMaxFrequency_rad_s = 100.0;
+constexpr double kMaxDecay_1_s = 300.0;
 // Share of the pulling distance at which the pull is done; the object lags behind the hand.
 constexpr double kDone = 0.8;
 
@@ -47,7 +51,15 @@ class User {
         direction_W_(direction_W),
         options_(options),
         start_W_(world.ObjectCenterOfMass(object)),
-        R_WO_(world.ObjectPose(object).linear()) {}
+        R_WO_(world.ObjectPose(object).linear()) {
+    const mjtNum* inertia = world.model()->body_inertia + 3 * world.object_body(object);
+    const double least_kg_m2 = std::min({inertia[0], inertia[1], inertia[2]});
+    const double stiffest_1_s2 = kMaxFrequency_rad_s * kMaxFrequency_rad_s;
+    stiffness_ = std::min(kStiffness_N_m, stiffest_1_s2 * world.ObjectMass(object));
+    damping_ = std::min(kDamping_N_s_m, kMaxDecay_1_s * world.ObjectMass(object));
+    turn_stiffness_ = std::min(kTurnStiffness_Nm_rad, stiffest_1_s2 * least_kg_m2);
+    turn_damping_ = std::min(kTurnDamping_Nm_s_rad, kMaxDecay_1_s * least_kg_m2);
+  }
   /// Lets go.
   ~User() { std::fill_n(world_.data()->xfrc_applied + 6 * world_.object_body(object_), 6, 0.0); }
   User(const User&) = delete;
@@ -61,24 +73,24 @@ class User {
     const Vector3d& along = direction_W_;
     const double dt = world_.physics().timestep_s;
     // The force rises at its rate to the given value; then the hand moves with the object.
-    const double rate_m_s = options_.force_N / options_.rise_s / kStiffness_N_m;
-    const double most_m = Drawn() + options_.force_N / kStiffness_N_m;
+    const double rate_m_s = options_.force_N / options_.rise_s / stiffness_;
+    const double most_m = Drawn() + options_.force_N / stiffness_;
     drawn_to_m_ = std::min({drawn_to_m_ + rate_m_s * dt, most_m, options_.draw_m});
 
     double velocity[6];  // angular, then linear, in W
     const int body = world_.object_body(object_);
     mj_objectVelocity(world_.model(), world_.data(), mjOBJ_BODY, body, velocity, 0);
     const Vector3d goal_W = start_W_ + drawn_to_m_ * along;
-    Vector3d force_W = kStiffness_N_m * (goal_W - world_.ObjectCenterOfMass(object_)) -
-                       kDamping_N_s_m * Vec3(velocity + 3) -
+    Vector3d force_W = stiffness_ * (goal_W - world_.ObjectCenterOfMass(object_)) -
+                       damping_ * Vec3(velocity + 3) -
                        world_.ObjectMass(object_) * Vec3(world_.model()->opt.gravity);
     pull_N_ = force_W.dot(along);
     if (pull_N_ > options_.force_N) force_W += (options_.force_N - pull_N_) * along;
     pull_N_ = std::min(pull_N_, options_.force_N);
     const Eigen::AngleAxisd turned =
         base::TurnOf(R_WO_ * world_.ObjectPose(object_).linear().transpose());
-    const Vector3d torque_W = kTurnStiffness_Nm_rad * turned.angle() * turned.axis() -
-                              kTurnDamping_Nm_s_rad * Vec3(velocity);
+    const Vector3d torque_W =
+        turn_stiffness_ * turned.angle() * turned.axis() - turn_damping_ * Vec3(velocity);
     Eigen::Map<Eigen::Vector<mjtNum, 6>>(world_.data()->xfrc_applied + 6 * body) << force_W,
         torque_W;
   }
@@ -91,8 +103,9 @@ class User {
   int object_;
   Vector3d direction_W_;
   UserOptions options_;
-  Vector3d start_W_;         ///< of the object's centre of mass
-  Matrix3d R_WO_;            ///< when the object was grasped
+  Vector3d start_W_;  ///< of the object's centre of mass
+  Matrix3d R_WO_;     ///< when the object was grasped
+  double stiffness_, damping_, turn_stiffness_, turn_damping_;
   double drawn_to_m_ = 0.0;  ///< position of the person's hand along the direction
   double pull_N_ = 0.0;
 };
@@ -165,8 +178,8 @@ class Execution {
   ExecutionLog Run() {
     Grasp();
     if (!Over()) Lift();
-    if (GoesOn(log_.held_after_lift, log_.aperture.holds_after_lift)) Carry();
-    if (GoesOn(log_.held_after_carry, log_.aperture.holds_after_carry)) {
+    if (GoesOn(log_.held_after_lift, log_.aperture.feels_object_after_lift)) Carry();
+    if (GoesOn(log_.held_after_carry, log_.aperture.feels_object_after_carry)) {
       program_.user ? HandOver() : Deliver();
     }
     if (ByAperture() && holding_) LetGo();
@@ -248,7 +261,7 @@ class Execution {
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
     log_.held_after_lift = !blocked_ && HeldNow();
     log_.aperture.lifted_rad = controller_.Aperture();
-    log_.aperture.holds_after_lift = !controller_.FeelsEmpty();
+    log_.aperture.feels_object_after_lift = !controller_.FeelsEmpty();
     RecordHold();
     carrying_ = true;
     Moment("lifted");
@@ -274,7 +287,7 @@ class Execution {
     Wait(kCarrySettle_s);
     log_.held_after_carry = !blocked_ && HeldNow();
     log_.aperture.carried_rad = controller_.Aperture();
-    log_.aperture.holds_after_carry = !controller_.FeelsEmpty();
+    log_.aperture.feels_object_after_carry = !controller_.FeelsEmpty();
     RecordHold();
     carrying_ = false;
   }

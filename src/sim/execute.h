@@ -46,7 +46,7 @@ struct GraspProgram {
 struct HandControlOptions {
   /// Initial and maximum force; if absent, the numeric "grip_force" of the hand's model.
   std::optional<double> initial_force_N, max_force_N;
-  double min_force_N = 10.0;
+  double min_force_N = 10.0;  ///< of a moving hand, unless the first grip is weaker
   double closing_speed_rad_s = 2.2;
   bool slip_control = true;
   double slip_gain_N = 10.0;  ///< force added per detected slip
@@ -121,7 +121,7 @@ struct Audit {
 struct ApertureLog {
   double lifted_rad = 0.0;   ///< angle from the closed end at the end of the lift
   double carried_rad = 0.0;  ///< the same above the delivery place; 0 if not carried
-  bool holds_after_lift = false, holds_after_carry = false;
+  bool feels_object_after_lift = false, feels_object_after_carry = false;
 };
 
 /// Result of a handover.

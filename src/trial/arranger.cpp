@@ -106,8 +106,8 @@ class WorldArranger : public Arranger {
   void NeedsObjects(int others) const {
     if (options_.objects.size() > static_cast<std::size_t>(others)) return;
     throw base::InputError(
-        fmt::format("arrangement: {} needs {} objects next to the target, but objects lists {}; "
-                    "list more{}",
+        fmt::format("arrangement: {} needs {} objects next to the target, but objects lists {} "
+                    "besides it; list more{}",
                     options_.arranger, others, options_.objects.size() - 1,
                     others > 1 ? ", or lower clutter.min_others and clutter.max_others" : ""));
   }
@@ -156,6 +156,7 @@ class SingleArranger : public WorldArranger {
     }
     return std::nullopt;
   }
+  int MaxObjects() const override { return 1; }
 
  private:
   // @return nullopt if it rests where it was put down, on that face and in view.
@@ -204,6 +205,9 @@ class ScatteredArranger : public WorldArranger {
       ++redraws[*wrong];
     }
     return std::nullopt;
+  }
+  int MaxObjects() const override {
+    return 1 + static_cast<int>(clutter_.always.size()) + clutter_.max_others;
   }
 
  private:
@@ -337,6 +341,7 @@ class SideBySideArranger : public WorldArranger {
     }
     return std::nullopt;
   }
+  int MaxObjects() const override { return 1 + options_.clutter.max_others; }
 
  private:
   // Resting pose of an object that is alone on the table.
@@ -663,6 +668,10 @@ class ClutterArranger : public WorldArranger {
       }
     }
     return std::nullopt;
+  }
+  int MaxObjects() const override {
+    return DrawsOthers() ? 1 + options_.clutter.max_others
+                         : static_cast<int>(options_.objects.size());
   }
 
  private:

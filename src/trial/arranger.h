@@ -57,6 +57,8 @@ class Arranger {
   /// @return nullopt if no drawn arrangement meets the experiment's conditions.
   virtual std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                              Redraws& redraws) const = 0;
+  /// Maximum number of objects of an arrangement, including the target.
+  virtual int MaxObjects() const = 0;
 };
 
 // The words of the key `arrangement` (docs/architecture.md, definitions).

@@ -78,7 +78,7 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
            "box, pile: also draw the number of other objects at random; off: use all others");
   map.Read("min_touching", o.min_touching, 0, 30,
            "touching: minimum number of objects that the target touches");
-  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.0, 5.0,
+  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.01, 5.0,
                  "maximum distance of surfaces that count as touching");
   map.ReadScaled("drop_height_mm", o.drop_height_m, kMm, 1.0, 300.0,
                  "height above the objects below from which objects are dropped");
@@ -168,14 +168,31 @@ void ReadDetector(YamlMap& map, Options& o) {
 
 // ---- files of objects ----
 
-// Adds an MJCF file and the files that its file="..." attributes refer to.
-void CollectModelFiles(const fs::path& file, std::set<fs::path>& files) {
+// The values of an attribute in an MJCF file.
+std::vector<std::string> ValuesIn(const std::string& text, const std::string& attribute) {
+  std::vector<std::string> values;
+  const std::string pattern = attribute + "\\s*=\\s*(?:\"([^\"]+)\"|'([^']+)')";
+  for (const auto& match : base::AllMatches(text, pattern)) {
+    values.push_back(match.groups[1] + match.groups[2]);  // one of them is empty
+  }
+  return values;
+}
+
+// Adds an MJCF file and the files that its attributes "file" refer to.
+// @param folders  in which they may be, in addition to its own folder and those of its <compiler>:
+// the folders of the files that include it
+void CollectModelFiles(const fs::path& file, std::set<fs::path>& files,
+                       std::vector<fs::path> folders = {}) {
   const auto path = file.lexically_normal();
   if (!fs::is_regular_file(path) || !files.insert(path).second) return;
   if (path.extension() != ".xml") return;
   const std::string text = base::ReadFile(path);
-  for (const auto& match : base::AllMatches(text, "file=\"([^\"]+)\"")) {
-    CollectModelFiles(path.parent_path() / match.groups[1], files);
+  folders.push_back(path.parent_path());
+  for (const std::string& folder : ValuesIn(text, "(?:mesh|texture|asset)dir")) {
+    folders.push_back(path.parent_path() / folder);
+  }
+  for (const std::string& name : ValuesIn(text, "file")) {
+    for (const fs::path& folder : folders) CollectModelFiles(folder / name, files, folders);
   }
 }
 
@@ -200,6 +217,17 @@ std::vector<std::string> KnownObjects(const Options& options) {
     }
   }
   return {known.begin(), known.end()};
+}
+
+// Names the first of the objects that no folder has; empty if there is none.
+std::string MissingObject(const std::vector<std::string>& objects, const Options& options) {
+  for (const std::string& object : objects) {
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    if (fs::is_regular_file(mjcf)) continue;
+    return fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
+                       base::NearestWord(object, KnownObjects(options)));
+  }
+  return "";
 }
 
 std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
@@ -347,19 +375,22 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 void CheckObjects(const YamlMap& map, const Options& options) {
   const auto& folders = options.object_folders;
   if (folders.size() == 1 && !fs::is_directory(folders.front())) {
-    map.Fail("object_folder", "no folder " + folders.front().string() +
-                                  " (it must contain NAME/NAME.xml for every object)");
+    map.Fail("object_folder",
+             fmt::format("no folder {} ({}it must contain NAME/NAME.xml for every object)",
+                         folders.front().string(),
+                         map.Has("object_folder") ? "" : "default; set object_folders; "));
   }
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {
     if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");
   }
-  for (const std::string& object : AllObjects(options)) {
-    const auto mjcf = ObjectModelOf(options, object).mjcf;
-    if (fs::is_regular_file(mjcf)) continue;
-    map.Fail("objects",
-             fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
-                         base::NearestWord(object, KnownObjects(options))));
+  const auto missing = MissingObject(options.objects, options);
+  if (!missing.empty()) map.Fail("objects", missing);
+  const ClutterOptions& clutter = options.clutter;
+  for (const auto& [key, names] :
+       {std::pair{"always", &clutter.always}, {"others", &clutter.others}}) {
+    const auto missing_other = MissingObject(*names, options);
+    if (!missing_other.empty()) map.FailIn("clutter", key, missing_other);
   }
 }
 

@@ -38,7 +38,7 @@ struct Published {
   std::optional<int> trials;
 };
 
-// Family-wise significance level of all comparisons of a table.
+// Significance level of all rows' comparisons of one kind of rate (detection or grasping).
 constexpr double kSignificance = 0.05;
 // Maximum for a published row: a larger number is a mistake in the file.
 constexpr double kMaxTrials = 1e6;
@@ -202,26 +202,28 @@ void Compare(Row& row) {
   }
 }
 
-// Compares the rows, and the pooled counts of the overall row if all rows have published counts.
+// Compares the rows, and the pooled counts of the overall row if all rows have published counts and
+// the published overall row is theirs.
 void ComparePooled(Table& table) {
   int compared = 0;
-  RowRate& detection = table.overall.text_detection;
-  RowRate& grasping = table.overall.text_grasping;
-  int trials = 0;
+  Count detection, grasping;  // published, of the compared rows
   for (Row& row : table.rows) {
     if (!row.published_trials) continue;
     Compare(row);
     ++compared;
-    trials += *row.published_trials;
-    detection.published_count.k += row.text_detection.published_count.k;
-    grasping.published_count.k += row.text_grasping.published_count.k;
+    detection.n += *row.published_trials;
+    detection.k += row.text_detection.published_count.k;
+    grasping.k += row.text_grasping.published_count.k;
   }
-  grasping.published_count.n = detection.published_count.k;
+  grasping.n = detection.k;
   if (compared > 0) table.p_threshold = kSignificance / compared;
   if (compared == 0 || compared < static_cast<int>(table.rows.size())) return;
-  table.overall.published_trials = trials;
-  detection.published_count.n = trials;
-  Compare(table.overall);
+  Row& overall = table.overall;
+  if (!overall.text_detection.published && !overall.text_grasping.published) return;
+  overall.published_trials = detection.n;
+  overall.text_detection.published_count = detection;
+  overall.text_grasping.published_count = grasping;
+  Compare(overall);
 }
 
 void CountOthers(const Record& record, const Data& data, Table& table) {
@@ -333,7 +335,7 @@ std::string ComparisonLine(const Table& table) {
   }
   return fmt::format(
       "p: one-sided Fisher's exact test for a rate below the published one (overall: counts of all "
-      "rows together); significantly below (* p < {:.4f} = 0.05 / rows): {}",
+      "rows together); significantly below (* p < {:.4f} = 0.05 / rows, for each kind of rate): {}",
       table.p_threshold, below.empty() ? "none" : base::Join(below));
 }
 
@@ -358,10 +360,18 @@ std::string OthersLine(const Table& table) {
       table.moved_others, table.pushed_off, table.brought_others);
 }
 
-constexpr const char* kTextNote =
-    "(text): the first object only has to contain a part of the target, as in the dissertation's "
-    "\"considered as one object. A grasp will disambiguate the situation\"; the published figures "
-    "are compared with this verdict";
+std::string TextNote(const Table& table) {
+  const auto is_published = [](const Row& row) {
+    return row.text_detection.published || row.text_grasping.published;
+  };
+  std::string note =
+      "(text): the first object only has to contain a part of the target, as in the dissertation's "
+      "\"considered as one object. A grasp will disambiguate the situation\"";
+  if (std::ranges::any_of(AllRows(table), is_published)) {
+    note += "; the published figures are compared with this verdict";
+  }
+  return note;
+}
 
 std::string TimesLine(const Table& table) {
   std::string line = "seconds, median (95 % quantile):";
@@ -671,7 +681,7 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
          by_friction});
   }
   report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
-  if (table.overall.text_detection.count.n > 0) report.notes.emplace_back(kTextNote);
+  if (table.overall.text_detection.count.n > 0) report.notes.push_back(TextNote(table));
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
   ordered_json json = JsonOf(table);
   json["friction_curve"] = JsonOf(curve, objects);

@@ -53,7 +53,8 @@ struct Table {
   std::vector<experiment::StageTime> stage_seconds;
   std::map<std::string, double> audit_max;  ///< maximum of each value over all executed trials
   /// A row with a lower p-value is significantly below the published one. The threshold is 0.05
-  /// divided by the number of compared rows (Bonferroni); 0 if no row is compared.
+  /// divided by the number of compared rows (Bonferroni for each kind of rate, detection and
+  /// grasping, without the overall row); 0 if no row is compared.
   double p_threshold = 0.0;
 };
 

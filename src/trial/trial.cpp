@@ -77,8 +77,8 @@ ordered_json JsonOf(const sim::ExecutionLog& log, const grasp::DetectedGrasp& gr
                        {"aperture",
                         {{"lifted_rad", log.aperture.lifted_rad},
                          {"carried_rad", log.aperture.carried_rad},
-                         {"holds_after_lift", log.aperture.holds_after_lift},
-                         {"holds_after_carry", log.aperture.holds_after_carry}}},
+                         {"feels_object_after_lift", log.aperture.feels_object_after_lift},
+                         {"feels_object_after_carry", log.aperture.feels_object_after_carry}}},
                        {"grasp",
                         {{"pitch_rad", grasp.pitch_rad},
                          {"width_m", grasp.width_m},
@@ -271,11 +271,10 @@ class AttemptRun {
     Eigen::VectorXd q = q_start_;
     before_W_ = CentersOf(world_);
     for (bool last = false; !last;) {
-      ++result_.approaches;
-      last = result_.approaches >= cell_.options.max_approaches;
+      last = result_.approaches + 1 >= cell_.options.max_approaches;
       Begin("plan");
       grasp::Move move = cell_.mover->Plan(known, q, rng);
-      if (!move.plan && result_.approaches > 1) {
+      if (!move.plan && result_.approaches > 0) {
         move = cell_.mover->Plan(result_.detected.detection, q, rng);
         last = true;
       }
@@ -284,6 +283,7 @@ class AttemptRun {
       result_.blind = move.blind;
       result_.brushes = move.brushes;
       if (!move.plan) return End(Outcome::kNoPath, move.failures);
+      ++result_.approaches;
       result_.executed.push_back(move.grasp);
       Execute(*move.plan, known.grasps[move.grasp], noise, last);
       const auto& met_W = result_.log->met_W;

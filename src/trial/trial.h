@@ -96,12 +96,12 @@ struct Attempt {
   std::size_t scan_points = 0;
   std::vector<LookRecord> looks = {};  ///< scans from the wrist
   Detected detected = {};
-  std::optional<int> target = {};                  ///< ground truth: the object of the attempt
-  bool accepted = false;                           ///< detected, with a collision-free grasp
-  int plans = 0;                                   ///< grasps that the mover tried to plan
-  int approaches = 0;                              ///< all but the last hit something and withdrew
-  bool blind = false;                              ///< grasp::Move
-  bool brushes = false;                            ///< grasp::Move
+  std::optional<int> target = {};  ///< ground truth: the object of the attempt
+  bool accepted = false;           ///< detected, with a collision-free grasp
+  int plans = 0;                   ///< grasps that the mover tried to plan
+  int approaches = 0;              ///< executed; all but the last hit something and withdrew
+  bool blind = false;              ///< grasp::Move
+  bool brushes = false;            ///< grasp::Move
   std::optional<grasp::DetectedGrasp> grasp = {};  ///< the last grasp that was executed
   std::vector<std::size_t> executed =
       {};  ///< the grasp of each approach: position in the detection's grasps

@@ -313,6 +313,22 @@ TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
   EXPECT_THAT(ErrorOf([&] { inner.Child("m").Finish(); }), StartsWith("--set m.k: unknown key"));
 }
 
+// Results keep one override a line.
+TEST_F(YamlMapTest, AnOverrideOfSeveralLinesIsRefused) {
+  const auto file = folder_.Write("o.yaml", "n: 1\n");
+  EXPECT_THAT(ErrorOf([&] { YamlMap::FromFile(file, {"words=\n- a\n- b"}); }),
+              StartsWith("--set \"words=\\n- a\\n- b\": must be on one line"));
+}
+
+TEST_F(YamlMapTest, AKeyOfAnInnerMapIsNamedWithItsLineOrOverride) {
+  const auto file = folder_.Write("o.yaml", "n: 1\nouter:\n  a: 1\n");
+  const auto map = YamlMap::FromFile(file, {"outer.b=2"});
+  EXPECT_EQ(ErrorOf([&] { map.FailIn("outer", "a", "is wrong"); }),
+            file.string() + ":3: key 'a': is wrong");
+  EXPECT_EQ(ErrorOf([&] { map.FailIn("outer", "b", "is wrong"); }),
+            "--set outer.b: key 'b': is wrong");
+}
+
 TEST_F(YamlMapTest, TheReadingCodeIsTheTableOfKeys) {
   auto map = YamlMap::ForDocumentation();
   double step_s = 0.002;

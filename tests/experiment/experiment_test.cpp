@@ -132,6 +132,10 @@ TEST_F(ExperimentTest, ItsHashLeavesOutSeedAndNumberOfTrialsAlone) {
   EXPECT_NE(hash("task: squares\ngroups: [a]\n"), plain);
 }
 
+TEST_F(ExperimentTest, ItsStampNamesTheKeyOfTheNumberOfTrials) {
+  EXPECT_EQ(Open("task: squares\n").stamp.data.at(kTrialsKey), "cases_each");
+}
+
 TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
   EXPECT_THAT(ErrorOf([&] { Open("task: square\n"); }), HasSubstr("demo.yaml:1: key 'task'"));
   EXPECT_THAT(ErrorOf([&] { Open("task: square\n"); }), HasSubstr("nearest: squares"));

@@ -64,8 +64,17 @@ TEST(CheckSameRun, AnotherExperimentIsNamedByWhatWasSet) {
   other.identity["experiment_hash"] = "x";
   EXPECT_THAT(StampErrorOf(other), HasSubstr("(the experiment files differ)"));
   other.data["set"] = "hand.initial_force_n=40\nseed=1";
-  EXPECT_THAT(StampErrorOf(other),
-              HasSubstr("(--set: hand.initial_force_n=40, seed=1 instead of none)"));
+  EXPECT_THAT(StampErrorOf(other), HasSubstr("(--set: hand.initial_force_n=40 instead of none)"));
+}
+
+// Seed and number of trials are no part of the hash, so they do not explain another one.
+TEST(CheckSameRun, ANumberOfTrialsIsNotNamedAsTheDifferenceOfFiles) {
+  Stamp stored = kStamp, wanted = kStamp;
+  stored.identity["experiment_hash"] = "x";
+  stored.data["set"] = "runs=1\nseed=1";
+  wanted.data = {{"set", "runs=2\nseed=2"}, {kTrialsKey, "runs"}};
+  EXPECT_THAT(MessageOf([&] { CheckSameRun(stored, wanted, "results/demo", "do that"); }),
+              HasSubstr("(the experiment files differ)"));
 }
 
 TEST(CheckSameRun, BuildAndDataMayDiffer) {

@@ -31,6 +31,18 @@ TEST(Judge, CountsAreBetterOrWorseOnlyWhereTheyDifferBeyondChance) {
   EXPECT_EQ(OnlyVerdict(RateOf({1, 1}, {2, 10})), Verdict::kSame);
 }
 
+// Rows of 900 of 1000 and 0 of 10: their mean is 45 %, below the published 60 %; their counts are
+// above those published.
+TEST(Judge, CountsThatDifferInTheOtherDirectionThanTheFiguresAreNoVerdict) {
+  PublishedFigure overall = RateOf({900, 1010}, {12, 20});
+  EXPECT_EQ(OnlyVerdict(overall), Verdict::kBetter);
+  overall.own = 45.0;
+  EXPECT_LT(Judge({overall}, false).rows[0].p.value(), 0.05);
+  EXPECT_EQ(OnlyVerdict(overall), Verdict::kSame);
+  overall.lower_is_better = true;
+  EXPECT_EQ(OnlyVerdict(overall), Verdict::kSame);
+}
+
 TEST(Judge, WhatAWholeRunDoesNotCountIsWorseAndNotMerelyMissing) {
   for (const bool lower_is_better : {false, true}) {
     const PublishedFigure none = RateOf({0, 0}, {2, 10}, lower_is_better);

@@ -127,6 +127,13 @@ TEST(EffectiveTrials, AreTheClustersWhereTheseAgreeAndAllTrialsWhereTheyDifferBy
                    5.0);  // never fewer
 }
 
+// The design effect is 0, so the trials are equivalent to infinitely many, at most to all.
+TEST(EffectiveTrials, AreAllTrialsWhereEachClusterHasTheSameRate) {
+  EXPECT_DOUBLE_EQ(EffectiveTrials({{5, 10}, {5, 10}}), 20.0);
+  EXPECT_DOUBLE_EQ(EffectiveTrials({{1, 3}, {2, 6}, {0, 0}}), 9.0);
+  EXPECT_DOUBLE_EQ(EffectiveTrials({{5, 10}}), 1.0);  // one cluster has nothing to differ from
+}
+
 TEST(McNemar, IsTheTwoSidedBinomialTail) {
   EXPECT_DOUBLE_EQ(McNemarExact(0, 0), 1.0);
   EXPECT_NEAR(McNemarExact(0, 5), 2.0 / 32.0, 1e-12);

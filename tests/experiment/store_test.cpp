@@ -360,6 +360,21 @@ TEST(ReadResults, PoolsTheSeedsOfAFolderInTheirOrder) {
   EXPECT_EQ(Row(results.records[2]), Row(SampleRecord("box", 0, 10)));
 }
 
+TEST(ReadResults, SeedsOfDifferentCommitsNameAllOfThem) {
+  TempFolder folder;
+  const auto fill = [&](std::uint64_t seed, const std::map<std::string, std::string>& build) {
+    Stamp stamp = StampOf(std::to_string(seed));
+    stamp.build = build;
+    Fill(SeedFolder(folder.path(), seed), seed, stamp);
+  };
+  fill(1, {{"commit", "aa"}});
+  fill(2, {{"commit", "bb"}, {"resumed_with", "aa,cc"}});
+  fill(3, {{"commit", "bb"}});
+  const auto build = ReadResults(folder.path()).stamp.build;
+  EXPECT_EQ(build.at("commit"), "aa");
+  EXPECT_EQ(build.at("resumed_with"), "bb,cc");
+}
+
 TEST(ReadResults, ACaseOfOneSeedIsPairedWithThatOfTheSameSeed) {
   TempFolder folder;
   for (const std::uint64_t seed : {1u, 2u}) {

@@ -74,6 +74,20 @@ TEST_F(TwoTips, AGeomThatTouchesNothingHasTheTargetsPair) {
   EXPECT_EQ(Friction("index_tip"), world_.glove_friction(0).static_mu);
 }
 
+// The engine gives the side of a contact that is a flex no geom, but -1.
+TEST_F(TwoTips, AFlexThatTouchesAnObjectIsNotTheHand) {
+  Under(0, -0.2);
+  Under(1, 0.2);
+  for (int i = 0; i < world_.data()->ncon; ++i) {
+    for (int& geom : world_.data()->contact[i].geom) geom = hand_.IsHand(geom) ? -1 : geom;
+  }
+  EXPECT_TRUE(ContactsOf(world_, hand_, 0).empty());
+  EXPECT_EQ(PressureOn(world_, hand_, 0), 0.0);
+  EXPECT_FALSE(TouchOf(world_, hand_, 0).hand);
+  EXPECT_TRUE(TouchOf(world_, hand_, 0).other);
+  EXPECT_NEAR(DeepestElsewhere(world_, hand_, 0), 0.0002, 1e-9);
+}
+
 HandControlOptions Quiet() {
   HandControlOptions options;
   options.slip_noise_m_s = 0.0;

@@ -99,11 +99,24 @@ TEST(GripControl, AStallBeforeAnOpeningDoesNotCountForTheNextClosing) {
   EXPECT_TRUE(hand.control.Closing());
 }
 
+// A first grip may be weaker than the minimum of a moving hand, and so may be the strongest.
+TEST(GripControl, AWeakFirstGripIsNotRaised) {
+  Script weak({}, {.first_force_N = 5.0, .max_force_N = 40.0});
+  weak.Grip();
+  EXPECT_DOUBLE_EQ(weak.control.force_N(), 5.0);
+  EXPECT_DOUBLE_EQ(weak.torque_Nm, 5.0 * 0.135);
+  Script weakest({}, {.first_force_N = 4.0, .max_force_N = 4.0});
+  weakest.Grip();
+  weakest.For(1.0, kSliding);
+  EXPECT_DOUBLE_EQ(weakest.control.force_N(), 4.0);
+}
+
 TEST(GripControl, TheForceIsNeverBelowTheMinimum) {
   HandControlOptions options;
   options.min_force_N = 8.0;
-  Script hand(options, {.first_force_N = 5.0});
-  hand.Grip();
+  Script hand(options, {.first_force_N = 9.0});
+  hand.control.Close();
+  hand.For(kStep_s, kPressed);
   EXPECT_DOUBLE_EQ(hand.control.force_N(), 8.0);
   EXPECT_DOUBLE_EQ(hand.torque_Nm, 8.0 * 0.135);
 }

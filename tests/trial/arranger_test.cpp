@@ -261,10 +261,11 @@ TEST(Scattered, NeedsEnoughOtherObjects) {
 }
 
 TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
-  EXPECT_THAT(testing_support::ErrorOf<base::InputError>(
-                  [] { Open("touching", {"objects=[spread, dextrose]"}); }),
-              testing::HasSubstr("needs 5 objects next to the target, but objects lists 1; list "
-                                 "more, or lower clutter.min_others and clutter.max_others"));
+  EXPECT_THAT(
+      testing_support::ErrorOf<base::InputError>(
+          [] { Open("touching", {"objects=[spread, dextrose]"}); }),
+      testing::HasSubstr("needs 5 objects next to the target, but objects lists 1 besides "
+                         "it; list more, or lower clutter.min_others and clutter.max_others"));
 }
 
 TEST(Arranger, CountsWhyItDrewAgain) {

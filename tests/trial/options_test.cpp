@@ -174,6 +174,11 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
        "cannot be used with object_folder"},
       {no_objects_ + "objects: [mog]\n", 4, "nearest: 'mug'"},
+      {good_ + "clutter:\n  always: [mug]\n  others: [box, mog]\n", 7,
+       "key 'others': no object 'mog'"},
+      {good_ + "clutter:\n  always: [mog]\n", 6, "key 'always': no object 'mog'"},
+      // Even objects in contact are not closer than 0.
+      {good_ + "clutter:\n  touch_mm: 0\n", 6, "from 0.01 to 5"},
       {no_objects_ + "objects: [mug, box, mug]\n", 4, "'mug' twice"},
   };
   for (const Case& c : cases) {
@@ -194,6 +199,13 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
   EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
   EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
   EXPECT_THAT(ErrorOf(both + "objects: [duk]\n"), HasSubstr("nearest: 'duck'"));
+}
+
+TEST_F(OptionsTest, AFolderThatTheFileDoesNotNameIsTheDefault) {
+  std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
+  EXPECT_THAT(ErrorOf(good_), HasSubstr("(default; set object_folders; it must contain"));
+  EXPECT_THAT(ErrorOf(good_ + "object_folder: ../yours\n"),
+              testing::Not(HasSubstr("object_folders")));
 }
 
 // Without a models/objects folder next to it, the experiment finds the program's objects.
@@ -228,6 +240,29 @@ TEST_F(OptionsTest, TheSceneHashFollowsEveryFileThatTheSceneRefersTo) {
   EXPECT_EQ(SceneHash(e), last);
   for (const char* file : {"scenes/table.xml", "models/arm.xml", "models/arm.stl",
                            "models/sensor.yaml", "models/objects/mug/mug.xml"}) {
+    folder_.Write(file, base::ReadFile(folder_ / file) + " ");
+    const std::string now = SceneHash(e);
+    EXPECT_NE(now, last) << file;
+    last = now;
+  }
+}
+
+// MJCF names files relative to the folders of its <compiler>, also of a file that includes it.
+TEST_F(OptionsTest, TheSceneHashFollowsFilesInFoldersOfTheCompilerInEitherQuotes) {
+  folder_.Write("scenes/table.xml",
+                "<mujoco><compiler meshdir=\"meshes\" texturedir='textures'/>"
+                "<mesh file=\"table.stl\"/><mesh file = 'leg.stl'/><texture file='wood.png'/>"
+                "<include file='parts/lamp.xml'/></mujoco>");
+  folder_.Write("scenes/parts/lamp.xml", "<mujoco><mesh file=\"lamp.stl\"/></mujoco>");
+  const std::vector<std::string> files = {"scenes/meshes/table.stl", "scenes/meshes/leg.stl",
+                                          "scenes/textures/wood.png", "scenes/parts/lamp.xml",
+                                          "scenes/meshes/lamp.stl"};
+  for (const std::string& file : files) {
+    if (!file.ends_with(".xml")) folder_.Write(file, file);
+  }
+  const Options e = OptionsRead(Write(good_));
+  std::string last = SceneHash(e);
+  for (const std::string& file : files) {
     folder_.Write(file, base::ReadFile(folder_ / file) + " ");
     const std::string now = SceneHash(e);
     EXPECT_NE(now, last) << file;

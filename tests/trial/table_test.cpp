@@ -270,6 +270,52 @@ TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
   EXPECT_NE(report.notes.back().find("Box (cuboid)"), std::string::npos);
 }
 
+// The published overall row may state its trials, too. They are those of the rows, once.
+TEST_F(TableTest, TrialsOfThePublishedOverallRowAreNotAddedToThoseOfTheRows) {
+  auto stamp = stamp_;
+  stamp.identity["groups"] = "box,mug";
+  stamp.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),40,100,10\n2,Mug,40,100,10\n"
+      "overall,,40.00,100.00,20\n";
+  const Table table = BuildTable(stamp, results_);
+  EXPECT_EQ(table.overall.published_trials, 20);
+  EXPECT_EQ(table.overall.text_detection.published_count.k, 8);
+  EXPECT_EQ(table.overall.text_detection.published_count.n, 20);
+  EXPECT_EQ(table.overall.text_grasping.published_count.k, 8);
+  EXPECT_EQ(table.overall.text_grasping.published_count.n, 8);
+}
+
+// Where the published figure of the overall row is missing, so is its p.
+TEST_F(TableTest, ARunOfSomeObjectsHasNoOverallP) {
+  auto some = stamp_;
+  some.identity["groups"] = "box,mug";
+  some.data["reference"] =
+      "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),100,100,10\n2,Mug,90,77.77,"
+      "10\n3,Bowl,50,50,10\noverall,,80.00,75.9,\n";
+  const auto report = ReportOf(some, results_);
+  const auto& grid = report.sections[0].grid;
+  int compared = 0;
+  for (std::size_t column = 0; column < grid.header.size(); ++column) {
+    if (grid.header[column] != "p") continue;
+    ++compared;
+    EXPECT_NE(grid.rows[0][column], "-");
+    EXPECT_EQ(grid.rows.back()[column], "-");
+  }
+  EXPECT_EQ(compared, 2);
+  EXPECT_FALSE(nlohmann::json::parse(report.json)["overall"].contains("grasp_p_below"));
+}
+
+TEST_F(TableTest, OnlyATableWithPublishedFiguresSaysWhatTheyAreComparedWith) {
+  const auto notes = [&](const experiment::Stamp& stamp) {
+    return base::Join(ReportOf(stamp, results_).notes, "\n");
+  };
+  EXPECT_NE(notes(stamp_).find("published figures are compared"), std::string::npos);
+  auto own = stamp_;
+  own.data.erase("reference");
+  EXPECT_EQ(notes(own).find("published figures"), std::string::npos);
+  EXPECT_NE(notes(own).find("(text): "), std::string::npos);
+}
+
 TEST_F(TableTest, WithoutPublishedCountsNothingIsCompared) {
   const auto report = ReportOf(stamp_, results_);
   const auto& header = report.sections[0].grid.header;

@@ -57,6 +57,23 @@ TEST(RunAttempt, ShowsTheStartOfAnAttemptThatEndsBeforeAnythingMoves) {
   EXPECT_EQ(moments, std::vector<std::string>{"start"});
 }
 
+TEST(RunAttempt, AHandThatNeverMovedMadeNoApproach) {
+  const auto experiment =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
+  const Cell& cell = CellOf(*experiment.task);
+  auto arranged = ArrangeTrial(cell, {"salt_cuboid", 0, 1});
+  ASSERT_TRUE(arranged);
+  AttemptOptions options;
+  options.target = arranged->target;
+  options.prefer = [](grasp::Detection& detection) {  // out of the arm's reach
+    for (auto& grasp : detection.grasps) grasp.X_CH.translation().y() += 5.0;
+  };
+  const Attempt attempt = RunAttempt(cell, arranged->world, options);
+  EXPECT_EQ(attempt.outcome, Outcome::kNoPath) << attempt.detail;
+  EXPECT_GT(attempt.plans, 0);
+  EXPECT_EQ(attempt.approaches, 0);
+}
+
 // The published mesh joins touching objects (section 5.1.2): "considered as one object. A grasp
 // will disambiguate the situation". Such a pile is grasped; only the stricter verdict ends before
 // that.
@@ -154,6 +171,18 @@ TEST(StraightDown, TakesTheHighestClusterAndNoNeighborThatDoesNotTouchIt) {
   ASSERT_EQ(pushed.objects.size(), 1u);
   for (const grasp::DetectedGrasp& grasp : pushed.grasps)
     EXPECT_TRUE(grasp.collides || grasp.width_m > 0.08);
+}
+
+TEST(StraightDown, NeedsNoAdaptedLengths) {
+  const auto experiment = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+      {.set = {"detector=straight_down", "perception.adapt_lengths=false"}});
+  base::Rng rng(1);
+  const auto found = CellOf(*experiment.task)
+                         .detector->Detect(BoxesOfDots({{{0.06, 0.03, 0.08}, 0.0}}), rng)
+                         .detection;
+  EXPECT_EQ(found.objects.size(), 1u);
+  EXPECT_FALSE(found.grasps.empty());
 }
 
 TEST(HandOverUser, PullsWithinTheSpreadOfStraightOutAndNotAlwaysAlike) {

@@ -336,7 +336,8 @@ class Checked {
           fmt::format("its mass of {:.4g} kg is implausible: {:.3g} kg/m3 in its hull, {:g} to "
                       "{:g} are possible",
                       mass, density, sim::kMinDensity_kg_m3, sim::kMaxDensity_kg_m3),
-          "state the mass in kg in <inertial> or in a geom's mass=\"...\"");
+          "state the mass in kg in <inertial> or in a geom's mass=\"...\"; `rangegrasp add-object "
+          "--mass` is in grams");
       return;
     }
     CheckInertia(density * filled.inertia_M, hull);
@@ -397,7 +398,7 @@ class Checked {
   void CheckSurface() {
     if (mj_name2id(model(), mjOBJ_TEXT, "surface") >= 0) return;
     Say(false, Body(), "has no surface: friction and reflection of cardboard are used",
-        "write <text name=\"surface\" data=\"plastic\"/> in <custom>, or another of "
+        "write <text name=\"surface\" data=\"cardboard\"/> in <custom>, or another of "
         "models/surfaces.yaml");
   }
 
@@ -422,10 +423,18 @@ Kind KindOf(const std::filesystem::path& mjcf) {
   return lines.longest_chain() > 0 ? Kind::kHand : Kind::kScene;
 }
 
+// Without a free joint, an object's file counts as a scene.
+void CheckIsScene(Model& model) {
+  if (model.Find(mjOBJ_SITE, "workspace") >= 0 || !model.arm_joints.empty()) return;
+  model.Error(model.file().string(), "scene", "has neither a workspace nor an arm",
+              "if this is an object, it lacks a <freejoint/>; use --as object");
+}
+
 std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
   std::vector<Finding> findings;
   try {
     Model model(mjcf, kind);
+    if (kind == Kind::kScene) CheckIsScene(model);
     if (kind == Kind::kScene) CheckSceneNames(model);
     if (model.HasArm()) CheckArmNames(model);
     CheckHandNames(model);
@@ -455,7 +464,8 @@ std::vector<Finding> CheckObject(const sim::ObjectModel& object, double min_tipp
     return Checked(object, min_tipping_rad).Findings();
   } catch (const base::InputError& error) {
     return {FindingOf(object.mjcf, error, "object",
-                      "docs/bring-your-own.md shows the content of an object's file")};
+                      "correct what is named above; docs/bring-your-own.md shows the content of "
+                      "an object's file")};
   }
 }
 

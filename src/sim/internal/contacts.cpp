@@ -20,7 +20,13 @@ constexpr double kPeriod_s = 0.008;
 // A time step may end a rounding error before a reading is due.
 constexpr double kRounding_s = 1e-9;
 
-// Calls `of` with the number of each load-bearing contact of an object, and the other geom.
+// Root body of a contact's geom; -1 for a flex, which has no geom.
+int RootOfGeom(const mjModel* model, int geom) {
+  return geom < 0 ? -1 : model->body_rootid[model->geom_bodyid[geom]];
+}
+
+// Calls `of` with the number of each load-bearing contact of an object, and the other geom (-1: a
+// flex).
 template <class Function>
 void ForContactsOf(const World& world, int object, const Function& of) {
   const mjModel* model = world.model();
@@ -29,8 +35,7 @@ void ForContactsOf(const World& world, int object, const Function& of) {
     const mjContact& contact = data->contact[i];
     if (contact.efc_address < 0) continue;
     for (const int side : {0, 1}) {
-      if (model->body_rootid[model->geom_bodyid[contact.geom[side]]] != world.object_body(object))
-        continue;
+      if (RootOfGeom(model, contact.geom[side]) != world.object_body(object)) continue;
       of(i, contact.geom[1 - side]);
     }
   }
@@ -128,7 +133,7 @@ Touch TouchOf(const World& world, const HandGeoms& hand, int object) {
     if (hand.IsHand(other)) {
       touch.hand = true;
       touch.deepest_m = std::max(touch.deepest_m, -world.data()->contact[i].dist);
-    } else if (model->body_rootid[model->geom_bodyid[other]] != world.object_body(object)) {
+    } else if (RootOfGeom(model, other) != world.object_body(object)) {
       touch.other = true;
     }
   });
@@ -139,8 +144,7 @@ double DeepestElsewhere(const World& world, const HandGeoms& hand, int object) {
   double deepest_m = 0.0;
   const mjModel* model = world.model();
   const auto is_held = [&](int geom) {
-    return hand.IsHand(geom) ||
-           model->body_rootid[model->geom_bodyid[geom]] == world.object_body(object);
+    return hand.IsHand(geom) || RootOfGeom(model, geom) == world.object_body(object);
   };
   for (int i = 0; i < world.data()->ncon; ++i) {
     const mjContact& contact = world.data()->contact[i];

@@ -22,7 +22,7 @@ class HandGeoms {
   /// "fingertips"), or a grip sensor that is not a touch sensor.
   explicit HandGeoms(const mjModel* model);
 
-  bool IsHand(int geom) const { return hand_[geom]; }
+  bool IsHand(int geom) const { return geom >= 0 && hand_[geom]; }  ///< -1: a contact's flex
   bool IsTip(int geom) const { return tip_[geom]; }
   bool IsThumb(int geom) const { return thumb_[geom]; }
   bool IsThumbBody(int body) const { return thumb_body_[body]; }

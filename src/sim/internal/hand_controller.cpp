@@ -191,7 +191,7 @@ double GripControl::TickGripping(const HandReading& reading) {
   } else if (LoadIsGone(reading)) {
     force_N_ = std::max(first_force_N_, force_N_ - step_N);
   }
-  force_N_ = std::clamp(force_N_, options_.min_force_N, drive_.max_force_N);
+  force_N_ = std::min(force_N_, drive_.max_force_N);
   return force_N_ * drive_.torque_per_force_Nm_N;
 }
 

@@ -214,7 +214,7 @@ class Run {
 
   void AfterGrasp(Step& step) {
     const Attempt& attempt = step.attempt;
-    step.felt = attempt.log->aperture.holds_after_carry;
+    step.felt = attempt.log->aperture.feels_object_after_carry;
     result_.homing_s += trial::GoHome(cell_, world_);
     TakeAway(step);
     ++EndOf(attempt.log->target).grasps;

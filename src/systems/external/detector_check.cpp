@@ -76,9 +76,9 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
     return workspace.Contains((g.X_CH * cell.robot.hand().X_HG_tip).translation());
   });
   return fmt::format(
-      "{}: {} objects{}; {} grasps of the first, {} in the workspace, {} free of collisions; {}; "
-      "{:.2f} s\n",
-      scene.object, detection.objects.size(),
+      "{}: {} grasps in the answer; {} objects{}; {} grasps of the first, {} in the workspace, {} "
+      "free of collisions; {}; {:.2f} s\n",
+      scene.object, detected.answered, detection.objects.size(),
       detection.objects.empty() || detection.objects.front().whole
           ? ""
           : " (none in the answer: the points between the fingers of the best grasp)",
@@ -150,8 +150,8 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   if (in_air == scenes.size()) return false;
   if (free == 0) {
     text +=
-        "no grasp of any scan is free of collisions; if the answers have grasps, z of X_WG must "
-        "point from the palm to the object\n";
+        "no grasp of any scan is free of collisions; if the answers have grasps, z of `rotation` "
+        "(its third column) must point from the palm to the object\n";
     return false;
   }
   return !failed;

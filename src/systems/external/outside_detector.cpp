@@ -237,6 +237,7 @@ class AnsweringDetector : public Detector {
                   Detected& detected) const {
     detected.detection.table_C = scene.table.plane;
     detected.kept = scene.cloud.size();
+    detected.answered = answer.grasps.size();
     if (!answer.grasps.empty() && HoldSomething(answer, scene, nullptr) == 0) {
       RefuseMistakes(answer, observation, scene);
       detected.why_none = fmt::format(

@@ -245,7 +245,10 @@ Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<s
                  const std::string& sensor) {
   Picked picked;
   experiment::Changes changes{.seed = seed};
-  if (!sensor.empty()) changes.set.push_back("sensor=" + SensorFile(sensor).string());
+  if (!sensor.empty()) {
+    const std::string path = SensorFile(sensor).string();
+    changes.set.push_back("sensor=" + nlohmann::json(path).dump());  // which is YAML
+  }
   picked.experiment = experiment::OpenExperiment(file, changes);
   const trial::Cell& cell = picked.cell();
   cell.sensor->Prepare();  // before the world is made, since its engine starts threads
@@ -288,7 +291,7 @@ void AddSnapshot(CLI::App& app) {
   command->add_option("--trial", arguments->trial,
                       "id of a trial of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
@@ -359,7 +362,7 @@ void AddView(CLI::App& app) {
   command->add_option("--trial", arguments->trial,
                       "id of a trial of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->footer("Example: rangegrasp view experiments/laser_pile.yaml --trial spread-0002");
   command->callback([arguments] { View(arguments->file, arguments->trial, arguments->seed); });
 }
@@ -443,7 +446,7 @@ void AddScan(CLI::App& app) {
   command->add_option("--trial", arguments->trial,
                       "id of a trial of the experiment (default: its first)");
   command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor,
                       "laser, stereo, or a sensor file (YAML), instead of the experiment's; for a "
@@ -508,7 +511,8 @@ void AddCheckCommand(CLI::App& app) {
   command->add_option("--detector", a->detector,
                       "check your own grasp detector on a few scans instead of a file, e.g. "
                       "\"python3 my_detector.py\"");
-  command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run");
+  command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run")
+      ->allow_extra_args(false);
   command->add_flag("--fix{copy}", a->fix,
                     "apply the unambiguous fixes to a copy, NAME.fixed.xml next to the file (also "
                     "to copies of files that it includes or attaches), and check the copy; "

@@ -21,6 +21,7 @@
 #include "base/file.h"
 #include "base/image/image.h"
 #include "base/installation.h"
+#include "base/pattern.h"
 #include "base/units.h"
 #include "base/words.h"
 #include "cli/output.h"
@@ -83,7 +84,8 @@ constexpr double kMaxSpacing_m = 0.05;
 constexpr double kMinSpacing_m = 2e-5;
 
 // Reasons to doubt the result.
-std::vector<std::string> Warnings(const perception::Scene& scene) {
+// @param of_origin  OriginWarning
+std::vector<std::string> Warnings(const perception::Scene& scene, const std::string& of_origin) {
   std::vector<std::string> warnings;
   const double spacing_m = scene.sampling.spacing_m;
   if (spacing_m > kMaxSpacing_m) {
@@ -93,11 +95,14 @@ std::vector<std::string> Warnings(const perception::Scene& scene) {
     warnings.push_back(
         fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM));
   }
+  const bool wrong_unit = !warnings.empty();  // sizes then mean nothing
+  if (!of_origin.empty()) warnings.push_back(of_origin);
   const auto points = static_cast<double>(scene.points_C.size());
   if (scene.objects.empty()) {
     warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
                                    scene.cloud.size(), scene.points_C.size()));
   }
+  if (wrong_unit) return warnings;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const double size_m = object.size_m.maxCoeff();
@@ -156,7 +161,7 @@ ordered_json Json(const grasp::Grasp& grasp) {
 }
 
 ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& scene,
-                  const GraspLists& grasps) {
+                  const GraspLists& grasps, const std::vector<std::string>& warnings) {
   const auto& table = scene.table;
   ordered_json json = {{"cloud", arguments.cloud},
                        {"unit", arguments.unit},
@@ -181,7 +186,7 @@ ordered_json Json(const PerceiveArguments& arguments, const perception::Scene& s
     for (const auto& grasp : grasps[i]) item["grasps"].push_back(Json(grasp));
     json["objects"].push_back(item);
   }
-  json["warnings"] = Warnings(scene);
+  json["warnings"] = warnings;
   json["seconds"] = ordered_json::object();
   for (const auto& [step, seconds] : scene.seconds) json["seconds"][step] = seconds;
   return json;
@@ -217,6 +222,19 @@ void WriteObject(const perception::Scene& scene, std::size_t object, const fs::p
       std::vector<std::array<std::uint8_t, 3>>(cloud.vertices.size(), {160, 160, 160}));
 }
 
+bool IsObjectsCloud(const fs::path& file) {
+  return base::FindMatch(file.filename().string(), R"(^object_[0-9]+\.ply$)").has_value();
+}
+
+// Removes the clouds of objects of an earlier run, which may have found more of them.
+void RemoveObjects(const fs::path& folder) {
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && IsObjectsCloud(entry.path())) old.push_back(entry.path());
+  }
+  for (const fs::path& file : old) fs::remove(file);
+}
+
 // Results that are printed for a cloud.
 struct Perceived {
   ordered_json json;
@@ -233,6 +251,10 @@ void Draw(const fs::path& file, const draw::Canvas& canvas, const draw::View& vi
 }
 
 Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& hand) {
+  const fs::path cloud(arguments.cloud);
+  if (!arguments.out.empty() && IsObjectsCloud(cloud)) {
+    RefuseOverwriting(cloud, fs::path(arguments.out) / cloud.filename());
+  }
   const auto file = ReadCloud(arguments);
   geometry::Points points = file.points;
   std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
@@ -252,10 +274,13 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
                                        grasp::Arm(2.0 * scene.objects[i].center_C - origin),
                                        grasp::GraspOptions{}));
   }
-  const Perceived perceived{Json(arguments, scene, grasps), Text(scene, grasps), Warnings(scene)};
+  const auto warnings = Warnings(scene, OriginWarning(arguments, file));
+  const Perceived perceived{Json(arguments, scene, grasps, warnings), Text(scene, grasps),
+                            warnings};
   if (arguments.out.empty()) return perceived;
   const fs::path folder(arguments.out);
   WriteResult(perceived.json.dump(2) + "\n", folder / "perceived.json");
+  RemoveObjects(folder);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     WriteObject(scene, i, folder / fmt::format("object_{}.ply", i + 1));
   }
@@ -380,7 +405,7 @@ void PerceiveAll(const std::vector<PerceiveArguments>& each, int jobs) {
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
   command.add_option(
       "--sensor-origin", arguments.origin,
-      "x,y,z of the sensor in the cloud's frame [m] (default: viewpoint of a PCD, else 0,0,0)");
+      "x,y,z of the sensor in the cloud's frame [m] (default: the file's viewpoint, else 0,0,0)");
   command
       .add_option("--crop", arguments.crop,
                   "use only points between x,y,z and x,y,z, e.g. -0.3,-0.3,-1,0.3,0.3,1 [m]")
@@ -420,6 +445,11 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
   return file.sensor_origin.value_or(Eigen::Vector3d::Zero());
 }
 
+std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {
+  if (!arguments.origin.empty() || file.sensor_origin) return "";
+  return "the file has no viewpoint: the sensor is assumed at 0,0,0 (--sensor-origin x,y,z)";
+}
+
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin) {
   // PCL also writes the viewpoint 0 0 0 for a cloud without one.
   if (!arguments.origin.empty() || !origin.isZero()) return "";
@@ -447,7 +477,7 @@ void AddPerceiveCommand(CLI::App& app) {
   command
       ->add_option("--noise-mm", arguments->noise_mm,
                    "noise of the sensor (default: measured from the cloud)")
-      ->check(CLI::Range(0.0, 50.0));
+      ->check(NumberBetween(0.0, 50.0));
   command
       ->add_option("--segmentation", arguments->segmentation,
                    "segmentation of the points above the table (convexity)")
@@ -455,7 +485,7 @@ void AddPerceiveCommand(CLI::App& app) {
   command->add_option("--scene", arguments->scene,
                       "scene with the hand (default: the installed tabletop.xml)");
   command->add_option("--seed", arguments->seed, "seed of the random draws")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->add_flag("--json", arguments->json, "print the result as JSON; one line per cloud");
   command->add_option("-o,--out", arguments->out,
                       "output folder for perceived.json, perceived.png and each object's "
@@ -463,7 +493,7 @@ void AddPerceiveCommand(CLI::App& app) {
   command
       ->add_option("--jobs", *jobs,
                    "number of clouds processed in parallel (default: number of cores)")
-      ->check(CLI::Range(1, 1024));
+      ->transform(WholeNumber(1, 1024));
   command->footer(
       "Example: rangegrasp perceive table.pcd --sensor-origin 0,0,0 --json -o results/table");
   command->callback([arguments, clouds, jobs] {

@@ -32,6 +32,9 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments);
 /// The sensor's position: from the option, else from the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
+/// Warning if neither the option nor the file states the sensor's position; else empty.
+std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file);
+
 /// Advice for errors of perception: "; ... give --sensor-origin" if neither the option nor the file
 /// states the sensor's position, else empty.
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin);

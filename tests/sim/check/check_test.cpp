@@ -412,7 +412,13 @@ TEST_F(CheckObjectTest, WhatStandsNowhereAndWhatNamesNoSurface) {
   ASSERT_THAT(Check(kSeen + kSolid), IsEmpty());
   ExpectOne(true, "no stable resting pose",
             CheckObject({"odd", folder_ / "odd/odd.xml"}, /*min_tipping_rad=*/1.0));
-  ExpectOne(false, "has no surface", Check(kSeen + kSolid, ""));
+  const auto none = Check(kSeen + kSolid, "");
+  ExpectOne(false, "has no surface: friction and reflection of cardboard", none);
+  EXPECT_THAT(none[0].cure, HasSubstr("data=\"cardboard\""));
+  const auto unknown =
+      Check(kSeen + kSolid, "<custom><text name='surface' data='velvet'/></custom>");
+  ExpectOne(true, "known surfaces: cardboard", unknown);
+  EXPECT_THAT(unknown[0].cure, HasSubstr("named above"));
 }
 
 // One mesh contains two separate boxes: its hull is solid, the mesh is not.

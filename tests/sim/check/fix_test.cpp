@@ -296,6 +296,23 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
 }
 
 // The layout around an edit stays unchanged.
+// Without an arm, the number of its speed limits is not known.
+TEST(Fixer, WritesNoValuesThatItDoesNotKnow) {
+  const TempFolder folder;
+  const auto file = folder.Write("odd.xml",
+                                 "<mujoco><worldbody><body name='odd'><geom size='0.02' "
+                                 "mass='0.1'/></body></worldbody></mujoco>");
+  ASSERT_EQ(KindOf(file), Kind::kScene);
+  auto findings = CheckModel(file, Kind::kScene);
+  EXPECT_THAT(TextOfAll(findings), HasSubstr("lacks a <freejoint/>; use --as object"));
+  const auto before = findings.size();
+  Fixer fixer(file, /*in_place=*/false);
+  fixer.Run(findings, [&] { return findings = CheckModel(fixer.file(), Kind::kScene); });
+  EXPECT_THAT(base::ReadFile(fixer.file()), testing::Not(HasSubstr("data=\"\"")));
+  EXPECT_LT(findings.size(), before);
+  EXPECT_THAT(TextOfAll(findings), HasSubstr("numeric \"joint_velocity\": is missing"));
+}
+
 TEST(ApplyEdit, KeepsAllOtherBytes) {
   const std::string text =
       "<!-- <joint name='a'/> -->\n<mujoco>\n\t<worldbody>\n\t\t<joint  name='a'\n\t\t\trange=\"0 "

@@ -107,7 +107,7 @@ TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
     EXPECT_EQ(step.try_number, ++tries);
     EXPECT_EQ(step.attempt.outcome, Outcome::kNotLifted);
     EXPECT_FALSE(step.felt);
-    EXPECT_FALSE(step.attempt.log->aperture.holds_after_lift);
+    EXPECT_FALSE(step.attempt.log->aperture.feels_object_after_lift);
   }
   EXPECT_EQ(run.objects[0].fate, Fate::kLeft);
   EXPECT_EQ(run.objects[0].why, "tries_used_up");

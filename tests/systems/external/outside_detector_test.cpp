@@ -395,11 +395,18 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");
   EXPECT_TRUE(empty.failed);
   EXPECT_THAT(empty.text, HasSubstr("no grasp of any scan is free"));
-  EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 objects; 0 grasps"));
+  EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 grasps in the answer; 0 objects; 0 grasps"));
+  EXPECT_THAT(empty.text, HasSubstr("z of `rotation` (its third column)"));
   EXPECT_THAT(empty.text, HasSubstr("sandbox: "));
   if (!process::WhyNoSandbox()) {
     EXPECT_THAT(empty.text, HasSubstr("the same answer"));
   }
+  const json grasp = {{"position_m", {0.4, 0.4, 0.9}},
+                      {"rotation", {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}},
+                      {"width_m", 0.05}};
+  const auto in_air = check("echo '" + json{{"grasps", json::array({grasp})}}.dump() + "'");
+  EXPECT_TRUE(in_air.failed);
+  EXPECT_THAT(in_air.text, HasSubstr("salt_cylinder: 1 grasps in the answer; 0 objects"));
   const auto broken = check("echo '{}'");
   EXPECT_TRUE(broken.failed);
   EXPECT_THAT(broken.text, HasSubstr("'grasps' is missing"));

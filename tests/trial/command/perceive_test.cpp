@@ -87,6 +87,29 @@ TEST_F(PerceiveTest, AnErrorNamesTheSensorsPlaceWhereNothingSaysIt) {
   EXPECT_THAT(Perceive(cloud).err, testing::Not(HasSubstr("sensor-origin")));
 }
 
+TEST_F(PerceiveTest, WarnsIfNothingSaysWhereTheSensorWas) {
+  const std::string cloud = Write(TableWithBox(0.08, 0.06));
+  EXPECT_THAT(RunProgram({"perceive", cloud, "--up", "0,0,1"}).err,
+              HasSubstr("no viewpoint: the sensor is assumed at 0,0,0 (--sensor-origin x,y,z)"));
+  EXPECT_THAT(Perceive(cloud).err, Not(HasSubstr("viewpoint")));
+  std::string text = base::ReadFile(cloud);
+  text.insert(text.find("element"), "comment viewpoint 0 0 1\n");
+  EXPECT_THAT(RunProgram({"perceive", folder_.Write("seen.ply", text)}).err,
+              Not(HasSubstr("viewpoint")));
+}
+
+TEST_F(PerceiveTest, CloudsOfObjectsOfAnEarlierRunAreRemoved) {
+  const std::string out = folder_ / "out";
+  for (const char* name : {"object_7.ply", "object_7.stl", "object_x.ply", "my_object_7.ply"}) {
+    folder_.Write(std::string("out/") + name, "old");
+  }
+  Succeeded(Perceive(Write(TableWithBox(0.08, 0.06)), {"-o", out}));
+  EXPECT_FALSE(std::filesystem::exists(out + "/object_7.ply"));
+  for (const char* name : {"object_1.ply", "object_7.stl", "object_x.ply", "my_object_7.ply"}) {
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
+  }
+}
+
 TEST_F(PerceiveTest, SaysThatThereAreNoObjects) {
   const Ran ran = Succeeded(Perceive(Write(Table())));
   EXPECT_THAT(ran.err, HasSubstr("no objects"));
@@ -109,7 +132,9 @@ TEST_F(PerceiveTest, SaysHowManyPointsTheBestPlaneHasWhereThereIsNoTable) {
 
 TEST_F(PerceiveTest, SaysThatTheUnitMayBeAnother) {
   const std::string cloud = Write(TableWithBox(0.08, 0.06), 0.001);
-  EXPECT_THAT(Perceive(cloud).err, HasSubstr("try --unit mm"));
+  const Ran wrong = Perceive(cloud);
+  EXPECT_THAT(wrong.err, HasSubstr("try --unit mm"));
+  EXPECT_THAT(wrong.err, Not(HasSubstr("m long")));  // sizes mean nothing
   const Ran ran = Succeeded(Perceive(cloud, {"--unit", "mm"}));
   EXPECT_THAT(ran.err, Not(HasSubstr("--unit")));
   EXPECT_THAT(Perceive(Write(TableWithBox(0.08, 0.06)), {"--unit", "mm"}).err,

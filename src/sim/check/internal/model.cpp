@@ -205,6 +205,7 @@ Cure Model::Replace(mjtObj type, int id, const std::string& block) const {
 
 Cure Model::SetNumeric(const std::string& name, const std::string& data,
                        const std::string& file) const {
+  if (data.empty()) return fmt::format("in <custom>: <numeric name=\"{}\" data=\"...\"/>", name);
   const int id = Find(mjOBJ_NUMERIC, name);
   if (id >= 0) return Set(mjOBJ_NUMERIC, id, {{"data", data}});
   return Cure::Insert(file, "/*/custom",

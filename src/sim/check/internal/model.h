@@ -110,7 +110,8 @@ class Model {
   Cure Set(mjtObj type, int id, const Attributes& attributes) const;
   /// Replaces an element by another one.
   Cure Replace(mjtObj type, int id, const std::string& block) const;
-  /// Sets a numeric's values; adds it to the file if there is none yet.
+  /// Sets a numeric's values; adds it to the file if there is none yet. The user writes values that
+  /// are not known (`data` is empty).
   Cure SetNumeric(const std::string& name, const std::string& data, const std::string& file) const;
   /// The same for a tuple. The user completes it if there are no elements, or ones without names.
   Cure SetTuple(const std::string& name, mjtObj type, const std::vector<int>& ids,

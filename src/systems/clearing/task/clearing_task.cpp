@@ -70,7 +70,9 @@ class ClearingExperiment : public experiment::Task {
   ClearingExperiment(const Options& options, const experiment::Common& common)
       : cell_(options.grasping), options_(options.clearing), seed_(common.seed) {}
 
-  // The objects take turns at being the target, which is dropped last and is the highest.
+  // The objects take turns at being the target, which is dropped last and is the highest. If a run
+  // leaves no record, all "objects" count as not delivered: an upper bound if their number is
+  // drawn.
   std::vector<Case> Cases() const override {
     const auto& objects = cell_.options.objects;
     const std::string group = cell_.options.arranger;
@@ -82,7 +84,7 @@ class ClearingExperiment : public experiment::Task {
            group,
            base::DeriveSeed(base::DeriveSeed(base::DeriveSeed(seed_, "clearing"), group),
                             static_cast<std::uint64_t>(i)),
-           {{"object", target}, {"index", i}, {"objects", ObjectsOfARun()}}});
+           {{"object", target}, {"index", i}, {"objects", cell_.arranger->MaxObjects()}}});
     }
     return cases;
   }
@@ -128,12 +130,6 @@ class ClearingExperiment : public experiment::Task {
   }
 
  private:
-  // Number of objects in a run. If the run leaves no record, all of them count as not delivered.
-  int ObjectsOfARun() const {
-    const bool alone = cell_.options.arranger == trial::kSingle;
-    return alone ? 1 : static_cast<int>(cell_.options.objects.size());
-  }
-
   Result RunCase(const Case& which, const ClearingObserver& observer) const {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
@@ -141,10 +137,9 @@ class ClearingExperiment : public experiment::Task {
     auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     const double arrange_s = watch.Restart();
-    const int max_grasps =
-        options_.max_grasps > 0
-            ? options_.max_grasps
-            : options_.tries_per_object * static_cast<int>(cell_.options.objects.size());
+    const int max_grasps = options_.max_grasps > 0
+                               ? options_.max_grasps
+                               : options_.tries_per_object * arranged->world.objects();
     const Clearing clearing =
         ClearTable(cell_, options_, max_grasps, arranged->world, which.seed, observer);
     Result result = ResultOf(clearing, spec.object);
