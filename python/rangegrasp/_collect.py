@@ -76,13 +76,22 @@ def _write_shard(file: Path, jobs: list[tuple[Any, ...]]) -> int:
     return len(grasps)
 
 
+def _make_room(folder: Path, before: int, scenes: int, scenes_per_shard: int) -> None:
+    """For more scenes than before, removes the last shard if it is not full, so that it is made again with them."""
+    if scenes < before:
+        raise _core.InputError(f"{folder}: has {before} scenes, more than {scenes}: give scenes={before} or more, or another folder")
+    if scenes > before and before % scenes_per_shard != 0:
+        (folder / f"shard-{before // scenes_per_shard:05d}.npz").unlink(missing_ok=True)
+
+
 def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: int = 100, grasps: int = 8, seed: int = 1,
             scenes_per_shard: int = 20, jobs: int | None = None, set: Sequence[str] = ()) -> Path:
     """Executes several candidate grasps in each of many scenes, each from the same settled state, and writes what came of them.
 
     Candidates are drawn evenly from the built-in method's free grasps of the topmost object. The folder holds `shard-00000.npz`, ...
     and `card.json`, which describes the arrays; NumPy alone reads them. Shards that are there are not made again, so that the same call
-    goes on with a run that was stopped. Neither the number of jobs nor a stop changes a shard.
+    goes on with a run that was stopped. Neither the number of jobs nor a stop changes a shard. With more `scenes` than before, the last
+    shard is made again if it was not full.
 
     Parameters
     ----------
@@ -91,7 +100,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     experiment : str or path
         As for `Scene`; its objects are taken in turn.
     scenes, grasps : int
-        How many scenes, and at most how many grasps in each.
+        How many scenes, not fewer than the folder has, and at most how many grasps in each.
     seed : int
     scenes_per_shard : int
     jobs : int, optional
@@ -120,6 +129,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
         for key in ("made_by", "experiment", "set", "seed", "grasps_per_scene", "scenes_per_shard"):
             if before.get(key) != card[key]:
                 raise _core.InputError(f"{file}: {key} is {before.get(key)!r}, not {card[key]!r}: write another data set elsewhere")
+        _make_room(folder, before.get("scenes", 0), scenes, scenes_per_shard)
     file.write_text(json.dumps(card, indent=2) + "\n")
     tasks = []
     for number, first in enumerate(range(0, scenes, scenes_per_shard)):

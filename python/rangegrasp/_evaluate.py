@@ -131,15 +131,6 @@ class _InParent:
 @contextlib.contextmanager
 def _serve(detect_batch: DetectBatch, batch: int, time_limit: float) -> Iterator[_InParent]:
     """Answers trials from a thread of this process, up to `batch` scans at once."""
-    folder = tempfile.mkdtemp(prefix="rangegrasp-")  # readable by its owner alone
-    listener = socket.socket(socket.AF_UNIX)
-    listener.bind(f"{folder}/ask")
-    listener.listen(128)
-    stop_read, stop_write = os.pipe()
-    selector = selectors.DefaultSelector()
-    selector.register(listener, selectors.EVENT_READ)
-    selector.register(stop_read, selectors.EVENT_READ)
-
     def answer(connections: list[socket.socket]) -> None:
         asked = []
         for connection in connections:
@@ -158,31 +149,42 @@ def _serve(detect_batch: DetectBatch, batch: int, time_limit: float) -> Iterator
             with contextlib.suppress(OSError):
                 _send(connection, pickle.dumps(reply))
 
-    def serve() -> None:
-        while True:
-            ready = [key.fileobj for key, _ in selector.select()]
-            if stop_read in ready:
-                return
-            connections: list[socket.socket] = []
-            listener.setblocking(False)
-            with contextlib.suppress(BlockingIOError):
-                while len(connections) < batch:
-                    connections.append(listener.accept()[0])
-            for connection in connections:
-                connection.settimeout(10.0)
-            answer(connections)
-            for connection in connections:
-                connection.close()
+    def serve(listener: socket.socket, selector: selectors.BaseSelector, stopped: socket.socket) -> None:
+        with listener, selector, stopped:  # closed here, since the detector may be busy for longer than the run
+            while True:
+                ready = [key.fileobj for key, _ in selector.select()]
+                if stopped in ready:
+                    return
+                connections: list[socket.socket] = []
+                listener.setblocking(False)
+                with contextlib.suppress(BlockingIOError):
+                    while len(connections) < batch:
+                        connections.append(listener.accept()[0])
+                for connection in connections:
+                    connection.settimeout(10.0)
+                answer(connections)
+                for connection in connections:
+                    connection.close()
 
-    thread = threading.Thread(target=serve, daemon=True, name="rangegrasp detector")
-    thread.start()
-    try:
-        yield _InParent(f"{folder}/ask", time_limit)
-    finally:
-        os.write(stop_write, b"x")
-        thread.join(timeout=1.0)
-        listener.close()
-        shutil.rmtree(folder, ignore_errors=True)
+    folder = tempfile.mkdtemp(prefix="rangegrasp-")  # readable by its owner alone
+    with contextlib.ExitStack() as ends, contextlib.ExitStack() as heard:
+        ends.callback(shutil.rmtree, folder, ignore_errors=True)
+        listener = heard.enter_context(socket.socket(socket.AF_UNIX))
+        listener.bind(f"{folder}/ask")
+        listener.listen(128)
+        stopped, stop = (one.enter_context(end) for one, end in zip((heard, ends), socket.socketpair()))
+        selector = heard.enter_context(selectors.DefaultSelector())
+        selector.register(listener, selectors.EVENT_READ)
+        selector.register(stopped, selectors.EVENT_READ)
+        thread = threading.Thread(target=serve, args=(listener, selector, stopped), daemon=True, name="rangegrasp detector")
+        thread.start()
+        heard.pop_all()
+        try:
+            yield _InParent(f"{folder}/ask", time_limit)
+        finally:
+            with contextlib.suppress(OSError):  # the thread has failed
+                stop.send(b"x")
+            thread.join(timeout=1.0)
 
 
 def _reply(found: Any) -> tuple[str, str]:
@@ -252,7 +254,7 @@ class Results:
 
     def compare(self, other: "Results") -> dict[str, float]:
         """This run and another one on the same trials: `pairs`, `both`, `only_first`, `only_second`, `same_outcome` and `p_value`
-        (McNemar's exact test of the success rate)."""
+        (McNemar's exact test of the success rate). InputError for a task without a success, e.g. times."""
         return _core.compare(str(self.folder), str(other.folder))
 
     def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1, run_detector: bool = False) -> Path:
@@ -352,16 +354,22 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
     KeyboardInterrupt
         After Ctrl-C. No process is left; `out` keeps what was done, for `resume`.
     """
-    folder = Path(out) if out is not None else Path(tempfile.mkdtemp(prefix="rangegrasp-"))
     seeds = [] if seed is None else [seed] if isinstance(seed, int) else list(seed)
     settings = list(set)
     show = progress if progress is not None else sys.stderr.isatty() or "ipykernel" in sys.modules
     detector = _Detector(detect, batch, time_limit, memory_mb)
-    with detector.asked() as ask:
-        if ask is not None:
-            settings.append("detector=python")
-        failed = _core.run(experiment_file(experiment), settings, trials, list(objects), seeds, str(folder),
-                           jobs or os.cpu_count() or 1, resume, overwrite, ask, detector.name, _progress(show))
+    folder = Path(out) if out is not None else Path(tempfile.mkdtemp(prefix="rangegrasp-"))
+    try:
+        with detector.asked() as ask:
+            if ask is not None:
+                settings.append("detector=python")
+            failed = _core.run(experiment_file(experiment), settings, trials, list(objects), seeds, str(folder),
+                               jobs or os.cpu_count() or 1, resume, overwrite, ask, detector.name, _progress(show))
+    except BaseException:
+        if out is None:
+            with contextlib.suppress(OSError):  # unless it was refused, it holds what was done
+                folder.rmdir()
+        raise
     if failed:
         logging.getLogger("rangegrasp").warning("%s", failed)
     return Results(folder, failed, detector)

@@ -1,6 +1,7 @@
 """A simulated scene to look at and to grasp in, and perception of any cloud."""
 from __future__ import annotations
 
+import difflib
 import os
 from pathlib import Path
 from typing import Any, Mapping, Sequence
@@ -17,8 +18,12 @@ __all__ = ["Scene", "perceive", "View", "Object"]
 def experiment_file(name: str | os.PathLike[str]) -> str:
     """The experiment of a word for an arrangement ("pile" is laser_pile), a name, or a file."""
     text = os.fspath(name)
-    if f"laser_{text}" in _core.experiments():
+    known = _core.experiments()
+    if f"laser_{text}" in known:
         return f"laser_{text}"
+    near = difflib.get_close_matches(text, [*(one.removeprefix("laser_") for one in known), *known], 1)
+    if text not in known and near and not Path(text).exists():
+        raise _core.InputError(f"{text}: no such arrangement, experiment or file; nearest: '{near[0]}'")
     return text
 
 
@@ -58,6 +63,8 @@ class Scene:
         if target is not None or index != 0:
             raise ValueError("target and index belong to a drawn arrangement, not to objects")
         pairs = list(objects.items() if isinstance(objects, Mapping) else objects)
+        if any(isinstance(pair, str) or len(pair) != 2 for pair in pairs):
+            raise ValueError('objects must give each object a pose, {"coffee_cup": X_WO} with X_WO a 4 x 4 matrix')
         poses = [(name, np.ascontiguousarray(pose, dtype=np.float64)) for name, pose in pairs]
         self._core = _core.Scene(file, list(set), seed, poses)
 
@@ -185,7 +192,7 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
     Raises
     ------
     InputError
-        If there are fewer than 100 points, or no table.
+        If there are fewer than 100 points, no table, or a noise below 0.
     """
     if isinstance(points, Scan):
         if X_WV is not None:

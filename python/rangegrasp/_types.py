@@ -160,7 +160,7 @@ class Object:
     points : (n, 3) float64 [m]
         Its measured points in W.
     samples : (n,) int64
-        Their positions in the scan's first view, `points.reshape(-1, 3)`.
+        Their positions in `points.reshape(-1, 3)` of the scan's views, one after the other.
     rotational, open : bool
         Whether it has an axis of rotation; whether it is a container.
     center, size : (3,) float64 [m]
@@ -221,8 +221,8 @@ class Detection:
     grasps : sequence of Grasp
         The best 200 of the first object are used.
     objects : sequence of (n,) int arrays, or None
-        Samples of each object, as positions in `scan.points.reshape(-1, 3)` (of several views: one after the other); the first object
-        is taken and scored. None: the object is what lies between the fingers of the best grasp.
+        Samples of each object, as positions in `points.reshape(-1, 3)` of the scan's views, one after the other, like
+        `Object.samples`; the first object is taken and scored. None: the object is what lies between the fingers of the best grasp.
     """
     grasps: Sequence[Grasp]
     objects: Sequence[Sequence[int] | NDArray[Any]] | None = None

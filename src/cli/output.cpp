@@ -115,6 +115,13 @@ void CheckEnding(const std::filesystem::path& file, const std::vector<std::strin
                                      file.string(), base::Join(endings, " or ")));
 }
 
+void RefuseOverwriting(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code absent;  // an output usually is
+  if (!std::filesystem::equivalent(input, output, absent)) return;
+  throw base::InputError(output.string() +
+                         ": is an input, which would be overwritten; write to another place");
+}
+
 std::pair<int, int> ParseSize(const std::string& text) {
   int width = 0;
   int height = 0;
@@ -138,12 +145,33 @@ experiment::TableFormat TableFormatFrom(const std::string& word) {
   return base::FromWord<experiment::TableFormat>(word, "--format");
 }
 
+CLI::Validator WholeNumber(std::uint64_t min, std::uint64_t max) {
+  const auto in_digits = [min, max](std::string& text) -> std::string {
+    const auto number = base::NumberFrom<std::uint64_t>(text);
+    if (!number || *number < min || *number > max) {
+      return fmt::format("'{}' must be a whole number from {} to {}", text, min, max);
+    }
+    text = std::to_string(*number);  // without leading zeros
+    return "";
+  };
+  return {in_digits, max == UINT64_MAX ? "NONNEGATIVE" : fmt::format("INT in [{} - {}]", min, max)};
+}
+
+CLI::Validator NumberBetween(double min, double max) {
+  const auto check = [min, max](const std::string& text) -> std::string {
+    const auto number = base::NumberFrom<double>(text);
+    if (number && *number >= min && *number <= max) return "";
+    return fmt::format("'{}' must be a number from {:g} to {:g}", text, min, max);
+  };
+  return {check, fmt::format("FLOAT in [{:g} - {:g}]", min, max)};
+}
+
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs) {
   jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command
       .add_option("--jobs", jobs,
                   fmt::format("number of {} run in parallel (default: number of cores)", cases))
-      ->check(CLI::Range(1, 1024));
+      ->transform(WholeNumber(1, 1024));
 }
 
 StepLine::StepLine(std::string title) : title_(std::move(title)) {

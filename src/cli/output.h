@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -16,6 +17,7 @@
 
 namespace CLI {
 class App;
+class Validator;
 }  // namespace CLI
 
 namespace rangegrasp::cli {
@@ -35,6 +37,10 @@ void WriteTables(const experiment::Report& report, const experiment::Stamp& stam
 /// @throws base::InputError naming the file and the endings.
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings);
 
+/// Refuses to write over an input, before anything is computed.
+/// @throws base::InputError naming the file.
+void RefuseOverwriting(const std::filesystem::path& input, const std::filesystem::path& output);
+
 /// "1280x960" -> {1280, 960}. @throws base::InputError.
 std::pair<int, int> ParseSize(const std::string& text);
 
@@ -43,6 +49,11 @@ std::pair<int, int> ParseSize(const std::string& text);
 void AddFormatOption(CLI::App& command, std::string& format);
 /// The format for the value of that option.
 experiment::TableFormat TableFormatFrom(const std::string& word);
+/// For Option::transform: a whole number from min to max in decimal digits. CLI11 itself would read
+/// 010 as 8 and 0x10 as 16, and clamp a number that does not fit.
+CLI::Validator WholeNumber(std::uint64_t min = 0, std::uint64_t max = UINT64_MAX);
+/// For Option::check: a number from min to max; CLI::Range lets nan pass.
+CLI::Validator NumberBetween(double min, double max);
 /// Adds `--jobs`, the number of `cases` run in parallel, with the number of cores as default.
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/installation.h"
 #include "base/process/program.h"
 #include "base/words.h"
@@ -38,6 +39,9 @@ void AddTable(CLI::App& app) {
                     "also write the table files and figures into the results folder");
   command->footer("Example: rangegrasp table results/laser_single --format markdown");
   command->callback([a] {
+    for (const auto& store : experiment::StoresIn(a->folder)) {
+      RefuseOverwriting(Store::Open(store).file(), a->out);
+    }
     const auto results = experiment::ReadResults(a->folder);
     const auto report = experiment::ReportOf(results);
     const auto format = TableFormatFrom(a->format);
@@ -112,6 +116,9 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
 
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
+  if (!arguments.camera.empty() && !arguments.snapshots && arguments.video.empty()) {
+    throw base::InputError("--camera needs --snapshots or --video");
+  }
   const Store store = Store::Open(arguments.folder);
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
@@ -120,6 +127,7 @@ void ReplayAll(const TrialArguments& arguments) {
                                     .snapshots = arguments.snapshots,
                                     .video = arguments.video,
                                     .camera = arguments.camera};
+  if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
   e.task->Hide(arguments.folder);
   // With several trials, each first gets its own video.
   const process::OwnFolder films;
@@ -152,8 +160,10 @@ void AddTrial(CLI::App& app) {
   command->add_option(
       "--video", a->video,
       "write an MP4 with the scene, the perceived objects and the state (needs ffmpeg)");
-  command->add_option("--camera", a->camera,
-                      "camera of the scene (default: one that keeps hand and object in view)");
+  command->add_option(
+      "--camera", a->camera,
+      "camera of the scene for --snapshots and --video (default: one that keeps hand and "
+      "object in view)");
   command->add_flag("--json", a->json, "print the whole records as JSON, a line each");
   AddRunDetectorOption(*command, a->run_detector);
   command->footer("Example: rangegrasp trial results/laser_single coffee_cup-0003 --snapshots");
@@ -172,7 +182,7 @@ void AddCompare(CLI::App& app) {
   command->footer(
       "Example: rangegrasp compare results/laser_single results/laser_single_as_published");
   command->callback([first, second] {
-    const auto c = experiment::CompareRuns(*first, *second);
+    const auto c = CompareSuccesses(*first, *second);
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(

@@ -247,20 +247,24 @@ void AddRunCommand(CLI::App& app) {
       ->add_option("--trials", a->changes.trials,
                    "number of trials of each object, of seams, or of models of each class; "
                    "overrides the file")
-      ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--objects", a->groups,
-                      "only these objects, shapes or classes, e.g. coffee_cup,cleaner");
+      ->transform(WholeNumber(1, 1'000'000));
+  command->add_option(
+      "--objects", a->groups,
+      "only these objects, shapes or classes, e.g. coffee_cup,cleaner; objects as targets: "
+      "the others of the file stay in the heap");
   AddJobsOption(*command, "cases", a->options.jobs);
   command->add_option("--seed", a->changes.seed, "overrides the seed of the file")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command
       ->add_option("--seeds", a->seeds,
                    "one run for each seed, e.g. 1,2,3, each in its own subfolder of the results "
                    "folder; the table combines them")
       ->excludes("--seed");
-  command->add_option(
-      "--set", a->changes.set,
-      "KEY=VALUE, overrides a key of the file, e.g. physics.timestep_ms=1; may be repeated");
+  command
+      ->add_option(
+          "--set", a->changes.set,
+          "KEY=VALUE, overrides a key of the file, e.g. physics.timestep_ms=1; may be repeated")
+      ->allow_extra_args(false);
   command->add_flag("--resume", a->options.resume, "continue a stopped run");
   command->add_flag("--overwrite", a->options.overwrite, "delete existing results in the folder");
   command->add_option("--shard", a->shard, "I/N: every N-th case, from the I-th (join with merge)");
@@ -299,6 +303,16 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
                                "(rangegrasp.evaluate(...).report())";
     throw base::InputError(folder + ": " + error.what() + of_python);
   }
+}
+
+experiment::RunComparison CompareSuccesses(const fs::path& first, const fs::path& second) {
+  auto compared = experiment::CompareRuns(first, second);
+  if (compared.success.empty()) {
+    throw base::InputError(first.string() +
+                           ": its task has no outcome that counts as success; compare the tables "
+                           "(`rangegrasp table`)");
+  }
+  return compared;
 }
 
 }  // namespace rangegrasp::cli

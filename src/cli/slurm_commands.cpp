@@ -238,13 +238,13 @@ void AddSubmit(CLI::App& app) {
   command->add_option("experiment", a->experiment, "experiment file (YAML)")->required();
   command->add_option("--tasks", a->tasks, "number of shards; each is a task of the array job")
       ->required()
-      ->check(CLI::Range(1, experiment::kMaxTasks));
+      ->transform(WholeNumber(1, experiment::kMaxTasks));
   command->add_option(
       "-o,--out", a->out,
       "results folder on a file system shared by all nodes (results/<experiment name>)");
   command->add_option("--trials", a->changes.trials, "same as for run")
-      ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--seed", a->changes.seed, "same as for run")->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber(1, 1'000'000));
+  command->add_option("--seed", a->changes.seed, "same as for run")->transform(WholeNumber());
   command->add_option("--objects", a->groups, "same as for run");
   command->add_option("--set", a->changes.set, "same as for run")->allow_extra_args(false);
   command->allow_extras();

@@ -1,9 +1,12 @@
 #include "perception/perceive.h"
 
+#include <fmt/format.h>
 #include <nanobind/stl/optional.h>
 
+#include <cmath>
 #include <map>
 
+#include "base/error.h"
 #include "base/installation.h"
 #include "base/words.h"
 #include "grasp/detector.h"
@@ -28,6 +31,9 @@ const robot::Robot& RobotOf(const std::string& scene) {
 nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
                   const std::optional<Vector3>& up, const std::string& segmentation,
                   const std::string& scene_file, std::uint64_t seed, std::size_t grasped) {
+  if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
+    throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
+  }
   const geometry::Observation observation = ObservationFrom(scan);
   perception::PerceptionOptions options;
   options.segment.method = base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
@@ -62,7 +68,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     const perception::PerceivedObject& object = scene.objects[i];
     nb::dict dict;
     dict["points"] = ArrayOf(geometry::Select(scene.cloud.points, object.points));
-    dict["samples"] = SamplesOf(scene.SamplesOf(object));
+    dict["samples"] = SamplesOf(scene.SamplesOf(object), observation);
     dict["rotational"] = object.kind == perception::ObjectKind::kRotational;
     dict["open"] = object.open;
     dict["center"] = ArrayOf(object.center_C);

@@ -2,6 +2,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 
+#include <atomic>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -154,7 +155,7 @@ class Scene {
       const Eigen::AlignedBox3d box = geometry::BoundsOf(points);
       nb::dict dict;
       dict["points"] = ArrayOf(points);
-      dict["samples"] = SamplesOf(object.samples);
+      dict["samples"] = SamplesOf(object.samples, sensed_->observation);
       dict["rotational"] = object.rotational;
       dict["open"] = object.open;
       dict["center"] = ArrayOf(Eigen::Vector3d(box.center()));
@@ -252,11 +253,11 @@ class Scene {
     std::shared_ptr<const sim::SavedWorld> world;
     std::shared_ptr<trial::Sensed> sensed;
     std::shared_ptr<const grasp::Detected> found;
-    const Scene* of = nullptr;
+    std::uint64_t of = 0;  // the scene's id
   };
-  Saved Save() const { return {world_->Save(), sensed_, found_, this}; }
+  Saved Save() const { return {world_->Save(), sensed_, found_, id_}; }
   void Restore(const Saved& saved) {
-    if (saved.of != this) throw std::invalid_argument("the state is of another scene");
+    if (saved.of != id_) throw std::invalid_argument("the state is of another scene");
     world_->Restore(*saved.world);
     sensed_ = saved.sensed;
     found_ = saved.found;
@@ -310,6 +311,10 @@ class Scene {
         cell_.robot);
   }
 
+  // No two scenes of a process share one: an address would be used again after a scene's end.
+  static inline std::atomic<std::uint64_t> last_id_ = 0;
+
+  std::uint64_t id_ = ++last_id_;
   experiment::Experiment experiment_;
   const trial::Cell& cell_;
   std::uint64_t seed_ = 0;

@@ -155,9 +155,13 @@ nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand)
 }
 
 nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
-    const std::vector<geometry::SampleId>& samples) {
+    const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation) {
+  std::vector<std::int64_t> first = {0};  // of each view
+  for (const geometry::View& view : observation.views) {
+    first.push_back(first.back() + static_cast<std::int64_t>(view.image.points_C.size()));
+  }
   std::vector<std::int64_t> positions;
-  for (const auto& id : samples) positions.push_back(id.sample);
+  for (const auto& id : samples) positions.push_back(first[id.view] + id.sample);
   return Copied(positions.data(), {positions.size()});
 }
 

@@ -56,9 +56,10 @@ nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand)
 /// Frame G of the proposal that gives the grasp's hand pose, including pitch and centering.
 base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
 
-/// Positions of the samples in the image of their view.
+/// Positions of the samples among those of all views, one view after the other, as a detector names
+/// them.
 nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
-    const std::vector<geometry::SampleId>& samples);
+    const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation);
 
 /// Adds the work cell's data to a scan: "center", "radius", "max_opening".
 void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan);

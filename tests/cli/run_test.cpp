@@ -203,6 +203,28 @@ TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
   EXPECT_THAT(ran.err, HasSubstr("/dev/full"));
 }
 
+TEST_F(RunTest, ATableIsNotWrittenOverTheResults) {
+  const std::string store = Folder("single/results.sqlite");
+  const std::string before = base::ReadFile(store);
+  testing_support::ExpectRefused({"table", Folder("single"), "--out", store},
+                                 store + ": is an input");
+  EXPECT_EQ(base::ReadFile(store), before);
+}
+
+TEST_F(RunTest, ACameraOfPicturesMustExist) {
+  testing_support::ExpectRefused(
+      {"trial", Folder("single"), "spread-0000", "--snapshots", "--camera", "nowhere"}, "overview");
+  testing_support::ExpectRefused({"trial", Folder("single"), "spread-0000", "--camera", "overview"},
+                                 "--camera needs --snapshots or --video");
+}
+
+TEST_F(RunTest, OnlyTasksWithASuccessAreCompared) {
+  Succeeded(RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/seam_base.yaml", "--trials", "1",
+                        "--out", Folder("seam")}));
+  testing_support::ExpectRefused({"compare", Folder("seam"), Folder("seam")},
+                                 "has no outcome that counts as success");
+}
+
 TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
   const Ran ran = Succeeded(RunProgram({"trial", Folder("single"), "spread-0000", "--json"}));
   EXPECT_EQ(ran.err, "");  // no warning about a difference

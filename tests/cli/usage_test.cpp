@@ -104,6 +104,41 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
   }
 }
 
+TEST(Usage, SetTakesOneValueSoThatTheFileMayFollow) {
+  for (const char* command : {"run", "check"}) {
+    ExpectRefused({command, "--set", "seed=1", "--set", "stop_after=3", "none.yaml"}, "none.yaml");
+  }
+}
+
+TEST(Usage, WholeNumbersAreDecimalAndFit) {
+  const TempFolder folder;
+  for (const char* option : {"--seed", "--trials", "--jobs"}) {
+    for (const char* number : {"0x10", "18446744073709551616", "1.5", "-1", "+1"}) {
+      ExpectRefused(
+          {"run", kLaserSingle, "--out", folder / "out", std::string(option) + "=" + number},
+          std::string(option) + ": '" + number + "' must be a whole number from ");
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Usage, LeadingZerosAreNotOctal) {
+  const TempFolder folder;
+  const auto drawn = [&](const std::string& seed) {
+    const std::string file = folder / ("seed_" + seed + ".png");
+    Succeeded(
+        RunProgram({"snapshot", kLaserSingle, "-o", file, "--size", "64x64", "--seed", seed}));
+    return base::ReadFile(file);
+  };
+  EXPECT_EQ(drawn("010"), drawn("10"));
+  EXPECT_NE(drawn("010"), drawn("8"));
+}
+
+TEST(Usage, ANumberThatIsNoneIsNotInARange) {
+  ExpectRefused({"perceive", "cloud.pcd", "--noise-mm", "nan"},
+                "--noise-mm: 'nan' must be a number from 0 to 50");
+}
+
 TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
   ExpectRefused({"scan", kTabletop, "-o", "s.xyz"},
                 "s.xyz: unsupported file type; the name must end with .pcd or .ply");

@@ -38,6 +38,16 @@ def test_jobs_and_stops_do_not_change_it(tmp_path):
     assert set(shard["outcome"]) <= {"delivered", "no_path", "not_lifted", "dropped", "misplaced", "invalid_physics", "no_grasp"}
 
 
+def test_more_scenes_fill_the_last_shard(tmp_path):
+    two = {**SMALL, "scenes": 2}
+    rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
+    again = arrays_of(rg.collect(tmp_path / "d", jobs=1, **two))
+    assert len(again["shard-00000.npz"]["target"]) == 2
+    same(again, arrays_of(rg.collect(tmp_path / "at_once", jobs=1, **two)))
+    with pytest.raises(rg.InputError, match="has 2 scenes"):
+        rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
+
+
 def test_the_card_describes_every_array(tmp_path):
     folder = rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1, "scenes_per_shard": 1})
     card = json.loads((folder / "card.json").read_text())

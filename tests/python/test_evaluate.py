@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -52,6 +53,21 @@ def test_a_batch_in_this_process_answers_the_same():
     same = [{key: row[key] for key in ("id", "outcome", "detail")} for row in forked.rows]
     assert same == [{key: row[key] for key in ("id", "outcome", "detail")} for row in batched.rows]
     assert sum(sizes) == 3 and max(sizes) <= 2
+
+
+def test_batches_leave_no_descriptor_open():
+    def open_after_a_run():
+        rg.evaluate(lambda scans: [[] for _ in scans], "single", batch=1, trials=1, objects=["salt_cuboid"], seed=SEED, progress=False)
+        return len(os.listdir("/proc/self/fd"))
+    assert len({open_after_a_run() for _ in range(3)}) == 1
+
+
+def test_a_refused_run_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for batch in (None, 1):
+        with pytest.raises(rg.InputError, match="nearest"):
+            rg.evaluate(lambda scans: [], "pille", batch=batch, progress=False)
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_a_detector_sees_the_scan_of_the_scene():

@@ -49,6 +49,18 @@ def test_samples_are_positions_in_the_scan():
         assert np.linalg.norm(flat[one.samples].mean(axis=0) - one.points.mean(axis=0)) < 0.002
 
 
+def test_samples_of_a_second_view_follow_those_of_the_first():
+    beside = pose_above()
+    beside[0, 3] = 0.3
+    views = [rg.View(cloud_of_a_box(), pose_above()), rg.View(cloud_of_a_box()[:, ::-1] + [0.0007, 0.0007, 0.0], beside)]
+    found = rg.perceive(rg.Scan(views))
+    assert len(found.objects) == 1
+    box, flat = found.objects[0], np.concatenate([view.points.reshape(-1, 3) for view in views])
+    assert len(np.unique(box.samples)) == len(box.samples)
+    assert {int(sample) // views[0].points[..., 0].size for sample in box.samples} == {0, 1}
+    assert np.linalg.norm(flat[box.samples] - box.points, axis=1).max() < 0.005
+
+
 def test_grasps_are_those_of_the_program(tmp_path):
     import rangegrasp._core as core
     command = [sys.executable, "-m", "rangegrasp"]
@@ -70,5 +82,8 @@ def test_errors_name_what_is_wrong():
         rg.perceive(np.zeros((5, 5, 2)))
     with pytest.raises(ValueError, match="rigid motion"):
         rg.perceive(cloud_of_a_box(), 3 * np.eye(4))
+    for noise in (-1.0, np.nan, np.inf):
+        with pytest.raises(rg.InputError, match="noise must be a number of metres >= 0"):
+            rg.perceive(cloud_of_a_box(), noise=noise)
     with pytest.raises(rg.InputError, match="convexity"):
         rg.perceive(cloud_of_a_box(), segmentation="convex")

@@ -1,4 +1,5 @@
 """A scene gives what a trial sees and does."""
+import gc
 import resource
 
 import numpy as np
@@ -81,6 +82,15 @@ def test_restoring_gives_the_same_outcome_again():
         rg.Scene("single", seed=SEED).restore(start)
 
 
+def test_a_state_is_not_that_of_a_scene_in_the_same_place():
+    scene = rg.Scene("single", seed=SEED)
+    start = scene.save()
+    del scene
+    gc.collect()
+    with pytest.raises(ValueError, match="the state is of another scene"):
+        rg.Scene("single", seed=SEED + 1).restore(start)
+
+
 def test_own_objects_stand_where_they_are_put():
     pose = np.eye(4)
     pose[:3, 3] = [0.03, -0.02, 0.08]
@@ -103,6 +113,8 @@ def test_a_picture_shows_the_scene(pile):
     (lambda: rg.Scene("single", set=["physics.timestep=1"]), rg.InputError, "timestep_ms"),
     (lambda: rg.Scene(objects={"cup": np.eye(4)}), rg.InputError, "cup"),
     (lambda: rg.Scene(objects={"coffee_cup": 2 * np.eye(4)}), ValueError, "rigid motion"),
+    (lambda: rg.Scene(objects=["beaker"]), ValueError, "X_WO a 4 x 4 matrix"),
+    (lambda: rg.Scene(objects=[("beaker",)]), ValueError, "X_WO a 4 x 4 matrix"),
     (lambda: rg.Scene(target="spread", objects={"coffee_cup": np.eye(4)}), ValueError, "arrangement"),
     (lambda: rg.Scene("single").grasp(rg.Grasp(np.eye(3), 0.05)), ValueError, "4 x 4"),
     (lambda: rg.Scene("single").render("nowhere"), rg.InputError, "overview"),

@@ -4,11 +4,16 @@
 
 #include "parts/baselines/baselines.h"
 #include "parts/hierarchy/hierarchy.h"
+#include "parts/shape/shape_graph.h"
 #include "parts/stretched/pose_invariant.h"
 
 namespace rangegrasp::parts {
 
-Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options) {
+Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& options) {
+  // Which edges are concave depends on it, and files often mix orientations. Mirroring needs no
+  // edges.
+  Shape shape = input;
+  if (shape.IsMesh() && method != Method::kMirror) shape.faces = TurnedOutwards(input);
   switch (method) {
     case Method::kMirror:
       if (options.pose_invariant) return SegmentPoseInvariant(shape, {});

@@ -26,8 +26,9 @@ constexpr bool ReadsClouds(Method method) {
   return method == Method::kMirror || method == Method::kHierarchy;
 }
 
-/// Segments a shape with a method; options of other methods are ignored.
+/// Segments a shape with a method; options of other methods are ignored. The faces of a mesh are
+/// turned outwards first.
 /// @throws whatever the method throws.
-Segmentation SegmentBy(Method method, const Shape& shape, const MethodOptions& options);
+Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& options);
 
 }  // namespace rangegrasp::parts

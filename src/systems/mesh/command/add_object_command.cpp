@@ -89,11 +89,14 @@ std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::str
                                          int trials) {
   const fs::path data = base::DataFolder();
   const fs::path file = objects / "lift_test.yaml";
-  base::WriteFile(file, fmt::format("name: lift_test\nscene: {}\nsensor: {}\nobject_folder: {}\n"
-                                    "objects: [{}]\ntrials_per_object: {}\n",
-                                    (data / "scenes/tabletop.xml").string(),
-                                    (data / "models/sensors/line_scanner.yaml").string(),
-                                    objects.string(), name, trials));
+  const nlohmann::ordered_json experiment = {
+      {"name", "lift_test"},
+      {"scene", (data / "scenes/tabletop.xml").string()},
+      {"sensor", (data / "models/sensors/line_scanner.yaml").string()},
+      {"object_folder", objects.string()},
+      {"objects", nlohmann::ordered_json::array({name})},
+      {"trials_per_object", trials}};
+  base::WriteFile(file, experiment.dump(2) + "\n");  // which is YAML
   const auto e = experiment::OpenExperiment(file, {});
   std::vector<experiment::Result> results;
   for (const experiment::Case& which : e.cases) {
@@ -278,7 +281,7 @@ void AddAddObjectCommand(CLI::App& app) {
   command->add_option("--texture", a->texture, "PNG texture");
   command->add_flag("--fill-holes", a->fill_holes, "close every hole, regardless of its size");
   command->add_option("--lift-trials", a->trials, "number of trials of the lift test; 0: none")
-      ->check(CLI::Range(0, 1000))
+      ->transform(WholeNumber(0, 1000))
       ->capture_default_str();
   command->add_flag("--overwrite", a->overwrite, "replace an existing object with this name");
   command->add_flag("--json", a->json, "print the result as JSON");

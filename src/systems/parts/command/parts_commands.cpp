@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/installation.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
 #include "cli/commands.h"
@@ -184,8 +185,8 @@ std::string NeighborsOf(const Segmented& result, const parts::PartDescription& p
 
 std::string TextOf(const Segmented& result) {
   const char* element = result.IsMesh() ? "face" : "point";
-  std::string text =
-      fmt::format("{} parts of {} {}s\n", result.found.parts, result.Elements(), element);
+  std::string text = fmt::format("{} part{} of {} {}s\n", result.found.parts,
+                                 result.found.parts == 1 ? "" : "s", result.Elements(), element);
   for (const auto& part : result.described) {
     text += fmt::format("part {}: {} {}s, {:.1f} %, {}", part.label, result.sizes[part.label],
                         element, 100.0 * result.Share(part.label), ColorOf(part.label));
@@ -266,40 +267,59 @@ Segmented SegmentFile(const std::string& file, const SegmentArguments& arguments
   return result;
 }
 
-/// Files with the same name would overwrite each other's results.
+/// Files with the same name would overwrite each other's results, and no input may be overwritten.
 void CheckNames(const SegmentArguments& arguments) {
   std::map<std::string, std::string> seen;
   for (const std::string& file : arguments.files) {
-    const auto [at, is_new] = seen.try_emplace(BaseOf(file, arguments), file);
+    const std::string base = BaseOf(file, arguments);
+    RefuseOverwriting(file, base + ".ply");  // of the endings written, the only one that is read
+    const auto [at, is_new] = seen.try_emplace(base, file);
     if (is_new) continue;
     throw base::InputError(fmt::format("{} and {} would both write {}.seg; give each its own -o",
                                        at->second, file, at->first));
   }
 }
 
+// An error in one of several files does not stop the others.
 void SegmentFiles(const SegmentArguments& arguments) {
   if (arguments.files.empty()) {
     throw base::InputError(
-        "parts: a FILE is missing (.off, .obj, .stl, .ply, .glb, .gltf or .pcd)");
+        "parts: a FILE is missing (.off, .obj, .stl, .ply, .glb, .gltf, .pcd, .npy or .xyz)");
   }
   CheckOptions(arguments);
   CheckNames(arguments);
+  const bool several = arguments.files.size() > 1;
   ordered_json all = ordered_json::array();
-  std::string text;
+  std::size_t failed = 0;
   for (const std::string& file : arguments.files) {
-    const Segmented result = SegmentFile(file, arguments);
-    all.push_back(JsonOf(file, arguments.method, result));
-    text += (arguments.files.size() > 1 ? file + ": " : "") + TextOf(result);
+    try {
+      const Segmented result = SegmentFile(file, arguments);
+      all.push_back(JsonOf(file, arguments.method, result));
+      if (!arguments.json) WriteResult((several ? file + ": " : "") + TextOf(result));
+    } catch (const base::NotBuilt&) {
+      throw;  // the script that started the program may build or install it
+    } catch (const base::NotInstalled&) {
+      throw;
+    } catch (const base::InputError& e) {
+      if (!several) throw;
+      spdlog::error(e.what());
+      all.push_back({{"file", file}, {"error", e.what()}});
+      ++failed;
+    }
   }
-  const ordered_json& json = all.size() == 1 ? all.front() : all;
-  WriteResult(arguments.json ? json.dump(2) + "\n" : text);
+  if (arguments.json) WriteResult((several ? all : all.front()).dump(2) + "\n");
+  if (failed > 0) {
+    throw base::InputError(
+        fmt::format("{} of {} shapes could not be segmented", failed, arguments.files.size()));
+  }
 }
 
 /// parts FILE
 void AddPartsCommands(CLI::App& app) {
   auto* command = app.add_subcommand("parts", "Segment a mesh or a point cloud into its parts.");
   auto arguments = std::make_shared<SegmentArguments>();
-  command->add_option("files", arguments->files, "OFF, OBJ, STL, PLY, glTF or PCD, one or more");
+  command->add_option("files", arguments->files,
+                      "OFF, OBJ, STL, PLY, glTF, PCD, NPY or XYZ, one or more");
   command
       ->add_option("--method", arguments->method,
                    "segmentation method; mirror and hierarchy also take clouds (mirror)")
@@ -308,16 +328,16 @@ void AddPartsCommands(CLI::App& app) {
       ->add_option(
           "--parts", arguments->options.clusters,
           "hierarchy: number of parts, best cuts first; kmeans, sdf: number of clusters (5)")
-      ->check(CLI::Range(1, 1000));
+      ->transform(WholeNumber(1, 1000));
   command
       ->add_option("--level", arguments->options.level,
                    "hierarchy: maximum depth of cuts; less gives coarser parts; core: levels (2)")
-      ->check(CLI::Range(0, 100));
+      ->transform(WholeNumber(0, 100));
   command
       ->add_option(
           "--cut-quality", arguments->options.cut_quality,
           "hierarchy: limit on the quality value of a cut (0.38); a larger limit gives more parts")
-      ->check(CLI::Range(0.001, 100.0));
+      ->check(NumberBetween(0.001, 100.0));
   command->add_flag("--meshes", arguments->meshes,
                     "also write each part as a mesh: NAME_part_<label>.stl");
   command->add_flag("--pose-invariant", arguments->options.pose_invariant,

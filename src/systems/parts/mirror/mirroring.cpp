@@ -252,7 +252,7 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   if (!core) {
     throw base::InputError(
         "neither the centre of the smallest enclosing sphere nor the centre of gravity is inside "
-        "the shape; use go_on_outside to segment it nevertheless");
+        "the shape; use --go-on-outside to segment it nevertheless");
   }
   const auto in_core = CoreElements(shape, *core);
   Segmentation result;

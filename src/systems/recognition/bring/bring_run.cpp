@@ -202,7 +202,7 @@ class Run {
         continue;
       }
       ++clear_tries_;
-      const bool felt = attempt.log->aperture.holds_after_carry;
+      const bool felt = attempt.log->aperture.feels_object_after_carry;
       if (!felt) failed_.Add(center_W);
       result_.cleared += felt;
       idle_ = 0;

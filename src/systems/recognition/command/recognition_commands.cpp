@@ -40,7 +40,8 @@ struct BringArguments {
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
   if (!a.scene.empty()) {
-    changes.set.push_back("scene=" + std::filesystem::absolute(a.scene).string());
+    const std::string file = std::filesystem::absolute(a.scene).string();
+    changes.set.push_back("scene=" + nlohmann::json(file).dump());  // which is YAML
   }
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
   changes.groups = {a.object};
@@ -69,12 +70,15 @@ void AddBringCommand(CLI::App& app) {
       "--experiment", a->experiment,
       "experiment of `task: bring`, with the objects on the table and the known objects");
   command->add_option("--scene", a->scene, "scene (MJCF), instead of the experiment's");
-  command->add_option("--arrangement", a->arrangement,
-                      "single, scattered, touching, box or pile, instead of the experiment's");
-  command->add_option("--run", a->run, "number of the run, from 0")->check(CLI::Range(0, 99'999));
+  command->add_option(
+      "--arrangement", a->arrangement,
+      "single, scattered, touching, side_by_side, box or pile, instead of the experiment's");
+  command->add_option("--run", a->run, "number of the run, from 0")
+      ->transform(WholeNumber(0, 99'999));
   command->add_option("--seed", a->changes.seed, "overrides the seed of the experiment")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--set", a->changes.set, "KEY=VALUE, overrides a key of the experiment");
+      ->transform(WholeNumber());
+  command->add_option("--set", a->changes.set, "KEY=VALUE, overrides a key of the experiment")
+      ->allow_extra_args(false);
   command->add_option("--pictures", a->pictures, "folder for pictures of the run");
   command->footer("Example: rangegrasp bring coffee_cup --arrangement pile --pictures results/cup");
   command->callback([a] { BringIt(*a); });
@@ -94,6 +98,9 @@ struct LearnArguments : CloudArguments {
 geometry::View ReadView(const CloudArguments& arguments) {
   geometry::CloudFile file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
+  if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
   geometry::View view;
   view.image = {file.height, file.width, std::move(file.points), {origin}};
   view.X_CV.translation() = origin;
@@ -117,15 +124,17 @@ base::Pose PoseOf(const std::vector<double>& rows) {
   constexpr double kRounding = 1e-6;  // of numbers written with ten digits
   const bool turns =
       (X.linear() * X.linear().transpose()).isIdentity(kRounding) && X.linear().determinant() > 0.0;
-  if (!turns || !matrix.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))) {
+  if (!turns || !matrix.allFinite() ||
+      !matrix.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0))) {
     throw base::InputError(
-        "--frame must be a 4 x 4 pose matrix, row by row: a rotation, a translation in metres, and "
-        "0,0,0,1");
+        "--frame must be a 4 x 4 pose matrix, row by row: a rotation, a finite translation in "
+        "metres, and 0,0,0,1");
   }
   return X;
 }
 
 void LearnModel(const LearnArguments& arguments) {
+  CheckEnding(arguments.out, {".stl"});
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);
   recognition::LearnOptions learn;
@@ -181,7 +190,7 @@ void AddLearnCommand(CLI::App& app) {
   command
       ->add_option("--spacing-mm", arguments->spacing_mm,
                    "spacing of the points that the mesh is made from (2)")
-      ->check(CLI::Range(0.2, 20.0));
+      ->check(NumberBetween(0.2, 20.0));
   command
       ->add_option("--frame", arguments->frame,
                    "pose of the mesh's frame in the clouds' frame: a 4 x 4 matrix, row by row [m] "
@@ -268,17 +277,18 @@ void AddRecognizeCommand(CLI::App& app) {
   auto arguments = std::make_shared<RecognizeArguments>();
   command->add_option("cloud", arguments->cloud, "PCD, PLY, NPY or XYZ file")->required();
   command
-      ->add_option("--library", arguments->library,
-                   "one or more folders of known objects (NAME/NAME.xml); of two objects with the "
-                   "same name the first is used")
+      ->add_option(
+          "--library", arguments->library,
+          "one or more folders of known objects (NAME/NAME.xml, or NAME.stl in metres); of "
+          "two objects with the same name the first is used")
       ->required();
   AddCloudOptions(*command, *arguments);
   command
       ->add_option("--tolerance-mm", arguments->tolerance_mm,
                    "maximum distance of explained samples from a model's surface (3)")
-      ->check(CLI::Range(0.5, 20.0));
+      ->check(NumberBetween(0.5, 20.0));
   command->add_option("--seed", arguments->seed, "seed of perception's random draws")
-      ->check(CLI::NonNegativeNumber);
+      ->transform(WholeNumber());
   command->add_flag("--json", arguments->json, "print the result as JSON");
   command->footer("Example: rangegrasp recognize table.pcd --library models/objects --json");
   command->callback([arguments] { RecognizeCloud(*arguments); });

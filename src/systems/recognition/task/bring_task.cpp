@@ -125,8 +125,10 @@ BringOptions ReadBringKeys(base::YamlMap& map) {
   keys.Read("absent", o.absent,
             "remove the wanted object before the program looks: it has to report that the object "
             "is absent");
-  keys.Read("use", o.use,
-            "use of the wanted object: only grasps in its grasps.yaml for this use; default: all");
+  keys.Read(
+      "use", o.use,
+      "use of the wanted object: of the grasps in its grasps.yaml only those for this use are "
+      "tried, before planned ones; default: all");
   keys.Read("max_tries", o.max_tries, 1, 20, "maximum number of grasps of the wanted object");
   keys.Read("max_clear", o.max_clear, 0, 1000,
             "maximum number of attempts to clear other objects away; 0: two for each object");
@@ -154,6 +156,22 @@ GraspsOf ReadGrasps(const trial::Options& grasping, const std::vector<std::strin
   return grasps;
 }
 
+/// A use that no object has is a misspelt one.
+void CheckUse(const std::string& use, const GraspsOf& grasps) {
+  if (use.empty()) return;
+  std::vector<std::string> known;
+  for (const auto& [object, named] : grasps) {
+    for (const auto& grasp : named.grasps) {
+      known.insert(known.end(), grasp.uses.begin(), grasp.uses.end());
+    }
+  }
+  if (std::ranges::find(known, use) != known.end()) return;
+  std::ranges::sort(known);
+  known.erase(std::ranges::unique(known).begin(), known.end());
+  throw base::InputError(fmt::format("bring.use: no grasps.yaml has a grasp for '{}'; they have {}",
+                                     use, known.empty() ? "none" : base::Join(known)));
+}
+
 /// The index of an object in the world; nullopt: it is absent.
 std::optional<int> NumberOf(const std::string& object, const sim::World& world) {
   for (int i = 0; i < world.objects(); ++i) {
@@ -170,7 +188,9 @@ class BringExperiment : public experiment::Task {
         cell_(grasping),
         library_(recognition::LibraryOf(grasping, options.known, options.library)),
         grasps_(ReadGrasps(grasping, options.known)),
-        seed_(common.seed) {}
+        seed_(common.seed) {
+    CheckUse(options.use, grasps_);
+  }
 
   std::vector<Case> Cases() const override {
     std::vector<Case> cases;
@@ -328,22 +348,23 @@ experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool pr
                              {"simulated_s", simulated_s},
                              {"homing_s", run.homing_s},
                              {"attempts", attempts}};
-  const std::string stage = run.steps.empty() ? "look" : run.steps.back().attempt.stage;
-  return {run.outcome, stage, run.detail, data.dump(), seconds};
+  if (run.steps.empty()) return {run.outcome, "look", run.detail, data.dump(), seconds};
+  const trial::Attempt& last = run.steps.back().attempt;
+  const bool as_last = run.detail.empty() && run.outcome == base::Word(last.outcome);
+  return {run.outcome, last.stage, as_last ? last.detail : run.detail, data.dump(), seconds};
 }
 
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
   std::vector<Row> rows;
   Row all{.title = "all"};
-  const std::string* group = nullptr;
+  std::map<std::string, std::size_t> row_of;
   for (const auto& record : records) {
-    if (!group || *group != record.which.group) {
-      group = &record.which.group;
-      rows.push_back({.title = experiment::TitleOf(stamp, *group)});
-    }
+    const std::string& group = record.which.group;
+    const auto [row, is_new] = row_of.try_emplace(group, rows.size());
+    if (is_new) rows.push_back({.title = experiment::TitleOf(stamp, group)});
     const auto data = ordered_json::parse(record.result.data, nullptr, false);
-    Add(record, data, rows.back());
+    Add(record, data, rows[row->second]);
     Add(record, data, all);
   }
   rows.push_back(all);

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "base/error.h"
@@ -214,22 +215,39 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
   return report;
 }
 
-std::filesystem::path MeshOf(const std::string& object, const LibraryOptions& library) {
-  return library.folder / (object + ".stl");
+/// The file of an object in a library's folder.
+std::filesystem::path FileIn(const std::filesystem::path& folder, const std::string& object) {
+  for (const auto& file : {folder / object / (object + ".xml"), folder / (object + ".stl")}) {
+    if (std::filesystem::is_regular_file(file)) return file;
+  }
+  throw base::InputError(fmt::format("{}: no model of '{}' (neither {}/{}.xml nor {}.stl)",
+                                     folder.string(), object, object, object, object));
+}
+
+/// The file, and all next to it if it is an object's own folder: its meshes. In order of names.
+std::set<std::filesystem::path> FilesOf(const std::filesystem::path& file) {
+  if (file.extension() != ".xml") return {file};
+  std::set<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path())) {
+    if (entry.is_regular_file()) files.insert(entry.path());
+  }
+  return files;
+}
+
+geometry::ColoredMesh SurfaceIn(const std::filesystem::path& file, const std::string& object) {
+  if (file.extension() == ".xml") return sim::ObjectSurface({object, file});
+  return {geometry::ReadMesh(file), {}};
 }
 
 KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& library = {}) {
-  geometry::ColoredMesh surface;
-  if (library.folder.empty()) {
-    surface = sim::ObjectSurface(model);
-  } else {
-    surface.mesh = geometry::ReadMesh(MeshOf(model.name, library));
-  }
+  const auto file = library.folder.empty() ? model.mjcf : FileIn(library.folder, model.name);
+  auto surface = SurfaceIn(file, model.name);
   if (library.distortion_m > 0.0) {
     base::Rng rng(base::DeriveSeed(base::DeriveSeed(library.seed, "distortion"), model.name));
     surface = Distorted(surface, library.distortion_m, rng);
   }
-  return MakeKnownObject(model.name, sim::ObjectTitle(model), std::move(surface.mesh),
+  std::string title = model.mjcf.extension() == ".xml" ? sim::ObjectTitle(model) : model.name;
+  return MakeKnownObject(model.name, std::move(title), std::move(surface.mesh),
                          std::move(surface.colors));
 }
 
@@ -430,8 +448,8 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options) {
   auto keys = map.Child("library", "models of the known objects");
   keys.ReadPath("folder", options.folder,
-                "folder with NAME.stl of each object, in metres, in the frame of its model; "
-                "default: the simulator's own meshes, which are exact");
+                "folder with NAME/NAME.xml of each object or NAME.stl, in metres, in the frame of "
+                "its model; default: the simulator's own meshes, which are exact");
   keys.ReadScaled("distortion_mm", options.distortion_m, kMm, 0.0, 20.0,
                   "smooth random displacement of the meshes' surfaces, root mean square");
   keys.Finish();
@@ -442,7 +460,9 @@ void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
   if (library.folder.empty()) return;
   std::uint64_t hash = base::Fnv1a("");
   for (const std::string& object : objects) {
-    hash = base::Fnv1a(object + base::ReadFile(MeshOf(object, library)), hash);
+    for (const auto& file : FilesOf(FileIn(library.folder, object))) {
+      hash = base::Fnv1a(object + base::ReadFile(file), hash);
+    }
   }
   stamp.identity["library_hash"] = base::Hex(hash);
 }
@@ -490,20 +510,23 @@ Library LoadLibrary(std::span<const std::filesystem::path> folders) {
   for (const auto& folder : folders) {
     if (!std::filesystem::is_directory(folder)) {
       throw base::InputError(folder.string() +
-                             ": no folder (it must contain NAME/NAME.xml for every known object)");
+                             ": no folder (it must contain NAME/NAME.xml or NAME.stl for every "
+                             "known object)");
     }
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const std::string name = entry.path().filename().string();
-      const auto mjcf = entry.path() / (name + ".xml");
-      if (std::filesystem::is_regular_file(mjcf)) files.try_emplace(name, mjcf);
+      const bool mesh = entry.is_regular_file() && entry.path().extension() == ".stl";
+      const std::string name = (mesh ? entry.path().stem() : entry.path().filename()).string();
+      if (mesh || std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) {
+        files.try_emplace(name, FileIn(folder, name));
+      }
     }
   }
   if (files.empty()) {
     throw base::InputError((folders.empty() ? std::string("no folder") : folders.front().string()) +
-                           ": contains no known object (NAME/NAME.xml)");
+                           ": contains no known object (NAME/NAME.xml or NAME.stl)");
   }
   std::vector<KnownObject> known;
-  for (const auto& [name, mjcf] : files) known.push_back(KnownFrom({name, mjcf}));
+  for (const auto& [name, file] : files) known.push_back(KnownFrom({name, file}));
   return Library(std::move(known));
 }
 

@@ -33,8 +33,8 @@ views::WristViewOptions WristViewsOf(const base::YamlMap& map, const trial::Opti
 bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wrist,
                 const experiment::Common& common);
 
-/// The library of one or more folders: each NAME/NAME.xml in them is a known object; of two with
-/// the same name, that of the first folder is used.
+/// The library of one or more folders: each NAME/NAME.xml in them, or NAME.stl in metres, is a
+/// known object; of two with the same name, that of the first folder is used.
 /// @throws base::InputError naming the folder if there is no known object or no such folder.
 Library LoadLibrary(std::span<const std::filesystem::path> folders);
 

@@ -222,6 +222,21 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
   }));
 }
 
+// Key of the data in an export's stamp, which a run's does not have.
+constexpr const char* kExport = "export";
+
+// Refuses a folder with anything but an export of the same run that was begun.
+void CheckOut(const fs::path& out, const experiment::Stamp& wanted) {
+  if (!Store::Exists(out)) return;
+  const auto begun = Store::Open(out).ReadStamp();
+  if (begun.identity.empty()) return;
+  const std::string cure = "choose another folder with --out";
+  if (!begun.data.contains(kExport)) {
+    throw base::InputError(out.string() + ": holds the results of a run; " + cure);
+  }
+  CheckSameRun(begun, wanted, out.string(), cure);
+}
+
 // Runs the trials again, each in its own process. Finished trials are kept in a store until all are
 // done, so that a stopped export can be continued.
 // @param stamp  of the records
@@ -230,11 +245,9 @@ void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& rec
   const trial::Cell& cell = trial::CellOf(*e.task);
   const auto cases = CasesOf(e, records);
   Store exported = Store::Create(out);
-  const auto begun = exported.ReadStamp();
-  if (!begun.identity.empty()) {
-    CheckSameRun(begun, e.stamp, out.string(), "choose another folder with --out");
-  }
-  exported.WriteStamp(e.stamp);
+  auto own = e.stamp;
+  own.data[kExport] = "clouds";
+  exported.WriteStamp(own);
   const auto missing = Missing(cases, exported, /*again_crashed=*/true);
   if (!missing.empty()) e.task->Prepare();
   RunCases(
@@ -273,6 +286,7 @@ void Export(const ExportArguments& arguments) {
       }
       // Before anything is written, because it may be refused.
       e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);
+      CheckOut(out, e->stamp);
       for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
     }
     const experiment::FolderLock lock(out);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/installation.h"
@@ -119,13 +120,26 @@ std::string NameOf(const PublishedTable& run, const std::vector<PublishedTable>&
 
 int JobsOf(const PublishedTable& run, int jobs) { return run.is_of_times ? 1 : jobs; }
 
+// The experiment's own message names a key that this command does not have.
+void CheckBenchmark(const fs::path& folder) {
+  for (const char* part : {"off", "seg"}) {
+    std::error_code error;
+    if (fs::is_directory(folder / part, error)) continue;
+    throw base::InputError(fmt::format(
+        "--psb: '{}' has no folder '{}'; the benchmark's files are off/ID.off and seg/ID/ID_K.seg",
+        folder.string(), part));
+  }
+}
+
+// @throws base::InputError naming --psb if the benchmark is not there
 experiment::Changes ChangesOf(const PublishedTable& run, const ReproduceArguments& arguments) {
   experiment::Changes changes;
   if (!run.group.empty()) changes.groups = {run.group};
   if (arguments.is_short) changes.trials = run.short_trials;
   if (!arguments.parts_data.empty() && run.experiment == "parts_psb") {
     const auto folder = fs::absolute(arguments.parts_data).lexically_normal();
-    changes.set.push_back("data=" + folder.string());
+    CheckBenchmark(folder);
+    changes.set.push_back("data=" + nlohmann::json(folder.string()).dump());  // which is YAML
   }
   return changes;
 }

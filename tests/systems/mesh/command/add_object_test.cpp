@@ -150,6 +150,7 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "--mass", {"--mass", "0"});
   ExpectRefused("box.off", "the unit is grams: use 200 for 0.2 kg", {"--mass", "0.2"});
   ExpectRefused("box.off", "implausible", {"--mass", "90000"});
+  ExpectRefused("box.off", "--mass` is in grams", {"--mass", "90000"});
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
   folder_.Write("label.png", "no picture");

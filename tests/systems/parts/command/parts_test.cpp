@@ -77,7 +77,7 @@ TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
 TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
   for (const char* method : {"mirror", "hierarchy", "kmeans", "sdf", "core"}) {
     const Ran ran = Succeeded(Parts({mesh_, "--method", method}));
-    EXPECT_THAT(ran.out, HasSubstr("parts of 1280 faces")) << method;
+    EXPECT_THAT(ran.out, testing::ContainsRegex("[0-9] parts? of 1280 faces")) << method;
   }
 }
 
@@ -124,6 +124,28 @@ TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
   const std::string again = folder_ / "again/other.off";
   std::filesystem::copy_file(mesh_, again);
   ExpectRefused({other, again}, "would both write");
+}
+
+TEST_F(PartsTest, AnErrorInOneFileDoesNotStopTheOthers) {
+  const std::string other = folder_ / "other.off";
+  std::filesystem::copy_file(mesh_, other);
+  const std::string broken = folder_.Write("broken.off", "no mesh");
+  const std::vector<std::string> all = {mesh_, broken, other, "--method", "kmeans", "--parts", "1"};
+  const Ran ran = Parts(all);
+  EXPECT_EQ(ran.code, 2);
+  for (const std::string& file : {mesh_, other}) {
+    EXPECT_THAT(ran.out, HasSubstr(file + ": 1 part of 1280 faces"));
+  }
+  EXPECT_THAT(ran.err, HasSubstr(broken));
+  EXPECT_THAT(ran.err, HasSubstr("1 of 3 shapes could not be segmented"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/other.seg"));
+  auto with_json = all;
+  with_json.emplace_back("--json");
+  const auto json = nlohmann::json::parse(Parts(with_json).out);
+  ASSERT_EQ(json.size(), 3U);
+  EXPECT_EQ(json[1]["file"], broken);
+  EXPECT_THAT(json[1]["error"].get<std::string>(), HasSubstr(broken));
+  EXPECT_EQ(json[2]["parts"].size(), 1U);
 }
 
 TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
@@ -198,6 +220,14 @@ TEST_F(PartsTest, APerceivedObjectIsAFileToTakeApart) {
   EXPECT_EQ(RunProgram({"perceive", cloud, "--crop", "1,0,0"}).code, 2);
 }
 
+TEST_F(PartsTest, AnInputIsNotOverwritten) {
+  const std::string cloud = folder_.Write("out/cloud.ply", PlyOf(Lollipop().points));
+  const std::string before = base::ReadFile(cloud);
+  ExpectRefused({cloud, "--method", "hierarchy"}, "cloud.ply: is an input");
+  EXPECT_EQ(base::ReadFile(cloud), before);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/cloud.seg"));
+}
+
 TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points));
   ExpectRefused({}, "a FILE");
@@ -207,6 +237,9 @@ TEST_F(PartsTest, BadUsageAndInputAreRefusedWithWhatWouldBeRight) {
   ExpectRefused({mesh_, "--method", "mirrow"}, "--method");
   ExpectRefused({mesh_, "--parts", "3"}, "kmeans and sdf");
   ExpectRefused({mesh_, "--method", "kmeans", "--parts", "0"}, "--parts");
+  for (const char* number : {"nan", "0", "1e9", "x"}) {
+    ExpectRefused({mesh_, "--method", "hierarchy", "--cut-quality", number}, "--cut-quality");
+  }
   ExpectRefused({mesh_, "--method", "kmeans", "--level", "1"}, "hierarchy and core");
   ExpectRefused({mesh_, "--method", "core", "--level", "0"}, "at least one level");
   ExpectRefused({mesh_, "--method", "sdf", "--cut-quality", "0.5"}, "--method hierarchy");

@@ -57,6 +57,19 @@ TEST(BringReport, EveryRunCounts) {
   EXPECT_EQ(RowNamed(report.csv, "all")[2], "3");
 }
 
+// Each seed has its own records of all objects.
+TEST(BringReport, RunsOfSeveralSeedsAreInOneRow) {
+  std::vector<experiment::Record> records;
+  for (const char* object : {"cup", "can", "cup", "can"}) {
+    records.push_back(RecordOf(object, "handed_over", {StepWith("", 0.0, false)}));
+  }
+  const auto rows = ReportOf({}, records).csv.rows;
+  ASSERT_EQ(rows.size(), 3u);  // with that of all
+  EXPECT_EQ(rows[0][0], "cup");
+  EXPECT_EQ(rows[1][0], "can");
+  for (const std::size_t row : {0u, 1u}) EXPECT_EQ(rows[row][1], "2");
+}
+
 TEST(BringReport, WhatThePersonTakesItByIsFreeOrNot) {
   Step touched = StepWith("", 0.0, false);
   touched.touched_kept_free = true;
@@ -74,6 +87,8 @@ std::string ErrorOf(const std::vector<std::string>& set) {
 TEST(BringOptions, KeysOfOtherTasksAreSentToTheirOwn) {
   EXPECT_THAT(ErrorOf({"trials_per_object=3"}), HasSubstr("runs_per_object"));
   EXPECT_THAT(ErrorOf({"views=2"}), HasSubstr("bring.max_looks"));
+  EXPECT_THAT(ErrorOf({"bring.use=clean"}),
+              testing::AllOf(HasSubstr("a grasp for 'clean'"), HasSubstr("drink")));
   EXPECT_THAT(ErrorOf({"grasp.take=handle"}), HasSubstr("task: grasping"));
   EXPECT_THAT(ErrorOf({"look.until_probability=0.8"}), HasSubstr("task: grasping"));
 }

@@ -18,9 +18,15 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
+using testing_support::ExpectRefused;
 using testing_support::RunProgram;
 
 const fs::path kRepository = RANGEGRASP_SOURCE_DIR;
+
+TEST(Bring, AnUnknownObjectNeedsAnExperimentThatListsIt) {
+  testing_support::ExpectRefused({"bring", "--set", "seed=1", "beaker"},
+                                 "others need an experiment file that lists them");
+}
 
 class RecognizeTest : public testing::Test {
  protected:
@@ -91,6 +97,18 @@ TEST_F(RecognizeTest, TwinsAreToldApartByTheirPrintAlone) {
   EXPECT_EQ(found[0]["object"], "dextrose");
 }
 
+TEST_F(RecognizeTest, AToleranceIsANumber) {
+  ExpectRefused(
+      {"recognize", "cloud.pcd", "--library", Path("models/objects"), "--tolerance-mm", "nan"},
+      "--tolerance-mm: 'nan' must be a number from 0.5 to 20");
+}
+
+// Such a name would be a map or end at the comment if it were written as it is into YAML.
+TEST_F(RecognizeTest, ASceneToBringInMayHaveAnyName) {
+  const std::string scene = (folder_ / "a: b #c/none.xml").string();
+  ExpectRefused({"bring", "coffee_cup", "--scene", scene}, scene);
+}
+
 TEST_F(RecognizeTest, AFolderWithoutObjectsIsNamed) {
   fs::create_directories(folder_ / "empty");
   const auto ran =
@@ -150,6 +168,19 @@ TEST_F(LearnTest, AFrameThatIsNoPoseIsRefused) {
       RunProgram({"learn", View(0.0), "-o", Mesh(), "--frame=2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1"});
   EXPECT_EQ(ran.code, 2);
   EXPECT_THAT(ran.err, HasSubstr("--frame must be a 4 x 4 pose matrix"));
+  for (const std::string place : {"nan", "inf"}) {
+    ExpectRefused(
+        {"learn", View(0.0), "-o", Mesh(), "--frame=1,0,0," + place + ",0,1,0,0,0,0,1,0,0,0,0,1"},
+        "--frame must be a 4 x 4 pose matrix");
+  }
+  ExpectRefused({"learn", View(0.0), "-o", Mesh(), "--spacing-mm", "nan"}, "--spacing-mm");
+}
+
+TEST_F(LearnTest, AnythingButAnStlIsNotWritten) {
+  const auto view = View(0.0);
+  const std::string before = base::ReadFile(view);
+  ExpectRefused({"learn", view, "-o", view}, "the name must end with .stl");
+  EXPECT_EQ(base::ReadFile(view), before);
 }
 
 TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {

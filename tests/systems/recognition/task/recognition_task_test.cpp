@@ -70,6 +70,28 @@ TEST(RecognitionTask, TheLibraryMayComeFromMeshesInAFolder) {
   EXPECT_NE(OutcomeWith({library}), "found");
 }
 
+TEST(RecognitionTask, TheLibraryMayBeAFolderOfObjects) {
+  EXPECT_EQ(OutcomeWith({"library.folder=" RANGEGRASP_SOURCE_DIR "/models/objects"}), "found");
+  const testing_support::TempFolder folder;
+  const std::filesystem::path objects = RANGEGRASP_SOURCE_DIR "/models/objects";
+  std::filesystem::create_directory(folder / "dextrose");  // another object under its name
+  std::filesystem::copy(objects / "spread", folder / "dextrose");
+  std::filesystem::rename(folder / "dextrose/spread.xml", folder / "dextrose/dextrose.xml");
+  EXPECT_NE(OutcomeWith({"library.folder=" + (folder / "").string()}), "found");
+}
+
+TEST(RecognitionTask, ALibraryMayBeOfMeshes) {
+  const testing_support::TempFolder folder;
+  const std::string object = RANGEGRASP_SOURCE_DIR "/models/objects/dextrose/dextrose.xml";
+  const auto mesh = sim::ObjectSurface({"dextrose", object}).mesh;
+  geometry::WriteStl(folder / "box.v2.stl", mesh);
+  std::filesystem::create_directory(folder / "not an object");
+  const std::vector<std::filesystem::path> folders = {folder / ""};
+  const auto library = LoadLibrary(folders);
+  EXPECT_EQ(library.Find("box.v2").mesh_B.triangles.size(), mesh.triangles.size());
+  EXPECT_EQ(library.Find("box.v2").title, "box.v2");
+}
+
 TEST(RecognitionTask, AModelThatIsFarOffFindsNothing) {
   EXPECT_EQ(OutcomeWith({}), "found");
   EXPECT_EQ(OutcomeWith({"library.distortion_mm=15"}), "unknown");

@@ -158,6 +158,16 @@ TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
   }
 }
 
+TEST_F(ExportTest, ResultsOfAnotherRunAreNotTouched) {
+  std::filesystem::copy(Folder("run"), Folder("other"));
+  const std::string before = base::ReadFile(Folder("other/results.sqlite"));
+  const Ran ran = RunProgram({"export", Folder("run"), "-o", Folder("other"), "--clouds"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("holds the results of a run; choose another folder with --out"));
+  EXPECT_EQ(base::ReadFile(Folder("other/results.sqlite")), before);
+  EXPECT_FALSE(std::filesystem::exists(Folder("other/records.csv")));
+}
+
 TEST_F(ExportTest, WhatItCannotExportIsTold) {
   const Ran itself = RunProgram({"export", Folder("run"), "-o", Folder("run"), "--clouds"});
   EXPECT_EQ(itself.code, 2);

@@ -47,15 +47,25 @@ class VideoTest : public testing::Test {
     const int code = command.Wait(580.0);
     return {code, command.Out(), command.Err()};
   }
-  // Makes a film with a script as ffmpeg.
-  Ran FilmWith(const std::string& script, const std::string& file) {
+  // Runs something with a script as ffmpeg.
+  template <typename Call>
+  Ran WithFfmpeg(const std::string& script, const Call& call) {
     const auto fake = folder_.Write("bin/ffmpeg", "#!/bin/sh\n" + script);
     std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
     const std::string path = getenv("PATH");
     setenv("PATH", (fake.parent_path().string() + ":" + path).c_str(), 1);
-    Ran ran = Film({"dextrose-0000"}, file);
+    Ran ran = call();
     setenv("PATH", path.c_str(), 1);
     return ran;
+  }
+  // Two trials in which nothing moves, since their detector fails.
+  std::string StillRun() {
+    const std::string run = (folder_ / "still").string();
+    const Ran ran = RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                                "--objects", "dextrose,salt_cuboid", "--trials", "1", "--seed",
+                                "11", "--set", "detector.command=[/bin/false]", "--out", run});
+    EXPECT_EQ(ran.code, 1) << ran.err;
+    return run;
   }
 
   static inline TempFolder* shared_ = nullptr;
@@ -80,12 +90,7 @@ TEST_F(WholeFilm, LastsAsLongAsTheExecution) {
 // A failing detector ends a trial before anything moves. The film shows each trial's start for 2 s.
 TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
   if (!process::Find("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
-  const std::string run = (folder_ / "still").string();
-  ASSERT_EQ(RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", "--objects",
-                        "dextrose,salt_cuboid", "--trials", "1", "--seed", "11", "--set",
-                        "detector.command=[/bin/false]", "--out", run})
-                .code,
-            1);
+  const std::string run = StillRun();
   const std::string file = (folder_ / "two.mp4").string();
   const Ran ran = RunProgram(
       {"trial", run, "dextrose-0000", "salt_cuboid-0000", "--run-detector", "--video", file});
@@ -95,12 +100,31 @@ TEST_F(VideoTest, SeveralTrialsAreOneFilmAlsoWhereNothingMoves) {
 
 TEST_F(VideoTest, AnFfmpegThatDiesIsToldAndLeavesNoFile) {
   const std::string file = (folder_ / "film.mp4").string();
-  const Ran full = FilmWith(
-      "head -c 1000000 >/dev/null; echo 'film.mp4: No space left on device' >&2; exit 1\n", file);
+  const Ran full = WithFfmpeg(
+      "head -c 1000000 >/dev/null; echo 'film.mp4: No space left on device' >&2; exit 1\n",
+      [&] { return Film({"dextrose-0000"}, file); });
   EXPECT_EQ(full.code, 1);
   EXPECT_THAT(full.err, HasSubstr("ended with code 1"));
   EXPECT_THAT(full.err, HasSubstr("No space left on device"));
   EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+// The fake encoder writes its output, and fails where it is to join.
+TEST_F(VideoTest, OneFilmOfSeveralTrialsHasItsFolderAndLeavesNoPart) {
+  const std::string run = StillRun();
+  const auto film = [&](const std::string& script, const std::string& file) {
+    return WithFfmpeg("cat >/dev/null; for last; do :; done; echo film >\"$last\"\n" + script, [&] {
+      return RunProgram(
+          {"trial", run, "dextrose-0000", "salt_cuboid-0000", "--run-detector", "--video", file});
+    });
+  };
+  const Ran made = film("", (folder_ / "new/two.mp4").string());
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "new/two.mp4"));
+  const Ran failed =
+      film("case \"$*\" in *concat*) exit 1;; esac\n", (folder_ / "none/two.mp4").string());
+  EXPECT_EQ(failed.code, 1) << failed.err;
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "none"));
 }
 
 TEST_F(VideoTest, WithoutFfmpegThePackageIsNamed) {

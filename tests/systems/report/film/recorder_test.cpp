@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "base/error.h"
 #include "base/image/image.h"
 #include "experiment/experiment.h"
 #include "sim/render.h"
@@ -66,6 +67,17 @@ TEST_P(RecordedTrial, ObjectAndHandAreWholeInEachPictureAndAllStandOnOneSheet) {
   }
   const auto sheet = image::ReadPng<image::Image>(folder / "trial_sheet.png");
   EXPECT_EQ(sheet.width, 3 * 480);
+}
+
+TEST(Recorder, AnUnknownCameraIsToldBeforeTheTrial) {
+  const auto e =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", {});
+  experiment::ReplayOptions options;
+  options.snapshots = true;
+  options.camera = "nowhere";
+  EXPECT_THROW(report::MakeRecorder(CellOf(*e.task), "trial", options), base::InputError);
+  options.camera = "overview";
+  EXPECT_NO_THROW(report::MakeRecorder(CellOf(*e.task), "trial", options));
 }
 
 TEST(Recorder, EachPictureOfARepeatedMomentIsKept) {

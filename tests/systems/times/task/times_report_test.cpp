@@ -67,6 +67,16 @@ TEST(SegmentationsReport, StandsBesideThePublishedSceneOfTheSameNumber) {
   EXPECT_THAT(report.files[1].second, testing::HasSubstr("<svg"));
 }
 
+TEST(SegmentationsReport, TakesTheMedianOfTheSeeds) {
+  const std::string data = R"({"scene": 3, "object_points": 28335, "table_points": 55151})";
+  const auto report = ReportOf(
+      StampOf("segmentations", "5.8_segmentation_runtime.csv"),
+      {RecordOf("mesh", data, {{"segments", 1.0}}), RecordOf("mesh", data, {{"segments", 3.0}})});
+  ASSERT_EQ(report.published.size(), 1u);
+  EXPECT_EQ(report.published[0].own, 2.0);
+  EXPECT_EQ(std::get<experiment::TimesEvidence>(report.published[0].evidence).measured, 2);
+}
+
 }  // namespace
 
 }  // namespace rangegrasp::times

@@ -124,6 +124,18 @@ class Video {
   std::unique_ptr<process::Feed> ffmpeg_;
 };
 
+// In a trial, an unknown camera would be a crash of that trial.
+// @throws base::InputError naming the camera and those that exist.
+void CheckCamera(const trial::Cell& cell, const std::string& camera) {
+  constexpr int kSide_px = 16;  // the picture is not used
+  std::vector<sim::ObjectModel> models;
+  for (const std::string& object : cell.options.objects) {
+    models.push_back(trial::ObjectModelOf(cell.options, object));
+  }
+  sim::World world(cell.options.scene, models, cell.options.physics);
+  sim::Renderer(world, kSide_px, kSide_px).Render(world, camera);
+}
+
 // What a film shows of one execution in addition to the scene: the perception, and the state from
 // its start until now.
 class FilmState {
@@ -180,6 +192,7 @@ class FilmRecorder : public trial::Recorder {
   FilmRecorder(const trial::Cell& cell, const std::string& prefix,
                const experiment::ReplayOptions& options)
       : Recorder(cell), options_(options), name_(prefix), prefix_(prefix), film_(prefix) {
+    if (!options.camera.empty()) CheckCamera(cell, options.camera);
     if (!options.video.empty()) video_ = std::make_unique<Video>(options.video);
     detector_ =
         trial::MakeDetector(cell.options, cell.robot, [this](auto&&... all) { OnScene(all...); });
@@ -339,12 +352,18 @@ void JoinVideos(const std::vector<fs::path>& files, const fs::path& into) {
   }
   base::WriteFile(folder.path() / "list", list);
   const auto part = PartOf(into);
-  process::Feed(ProgramOf({"-f", "concat", "-safe", "0", "-i", (folder.path() / "list").string(),
-                           "-c", "copy", part.string()},
-                          folder.path()),
-                into.string())
-      .Finish();
-  fs::rename(part, into);
+  try {
+    process::Feed(ProgramOf({"-f", "concat", "-safe", "0", "-i", (folder.path() / "list").string(),
+                             "-c", "copy", part.string()},
+                            folder.path()),
+                  into.string())
+        .Finish();
+    fs::rename(part, into);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    throw;
+  }
 }
 
 }  // namespace rangegrasp::report
