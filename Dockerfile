@@ -5,7 +5,7 @@
 FROM debian:12 AS program
 WORKDIR /opt/rangegrasp
 COPY . .
-RUN scripts/setup all && RANGEGRASP_SYSTEMS=all scripts/build release rangegrasp && \
+RUN apt-get update && apt-get install -y --no-install-recommends git && scripts/setup all && RANGEGRASP_SYSTEMS=all scripts/build release rangegrasp && \
     scripts/rangegrasp run experiments/laser_single.yaml --objects salt_cylinder --trials 1 && rm -rf results /var/lib/apt/lists/*
 ENTRYPOINT ["scripts/rangegrasp"]
 CMD ["--help"]
