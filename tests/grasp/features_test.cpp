@@ -127,6 +127,16 @@ TEST(GraspFeatures, SpaceBehindAnObjectIsUnseenAndBeforeItFree) {
   EXPECT_NEAR(turned.at("thumb_beyond_unseen"), f.at("fingers_beyond_unseen"), 0.25);
 }
 
+TEST(GraspFeatures, AnObjectMayBeMetresLarge) {
+  const Boxes boxes = {BoxAt(0.0, 0.0, kBox)};
+  const auto observation = LookAt(boxes);
+  auto scene = SceneOf(observation, boxes);
+  scene.objects.front().completed_C = {Vector3d(-3.0, -3.0, 0.0), Vector3d(3.0, 3.0, 3.0)};
+  const auto values = FeatureMaker(observation, scene, 0, Hand())
+                          .Of(GraspOf(boxes.front(), Vector3d::UnitX(), 0.05));
+  for (const double value : values) EXPECT_TRUE(std::isfinite(value));
+}
+
 TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
   const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
   EXPECT_GT(f.at("thumb_beyond_free"), 0.8);

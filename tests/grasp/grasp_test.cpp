@@ -189,6 +189,19 @@ TEST(PlanGrasps, HoldsACylinderOnItsAxis) {
   }
 }
 
+TEST(PlanGrasps, HoldsACylinderOnItsAxisIfOnlyFewGraspsAreWanted) {
+  SceneBuilder builder;
+  builder.AddUprightCylinder(0.026, 0.06, At(0.05, 0.0));
+  for (const int wanted : {1, 2, 3}) {
+    GraspOptions options;
+    options.max_candidates = wanted;
+    const auto grasps = Plan(builder, options);
+    ASSERT_FALSE(grasps.empty());
+    EXPECT_EQ(grasps.front().type, GraspType::kCylindrical) << wanted;
+    EXPECT_LE(std::ssize(grasps), wanted);
+  }
+}
+
 TEST(PlanGrasps, AsPublishedHoldsACylinderInTheMiddleOfItsHeight) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.026, 0.06, At(0.05, 0.0));

@@ -52,6 +52,28 @@ TEST(Sampling, OfTooFewPointsNothingIsKnown) {
   EXPECT_EQ(sampling.spacing_m, 0.0);
 }
 
+TEST(Sampling, ManyPointsInOnePlaceDoNotMatter) {
+  Points points(2000, {0.0, 0.0, 0.0});
+  const Points plane = TiltedPlane(0.002, 0.002, 0.0005);
+  points.insert(points.end(), plane.begin(), plane.end());
+  EXPECT_NEAR(MeasureSampling(points, SamplingOptions{}).spacing_m, 0.002, 0.0003);
+}
+
+TEST(FitNoisy, OfATableWithoutNoiseIsItsPlane) {
+  for (const double height_m : {0.1, 0.2, 0.7, -0.013, 0.0}) {
+    Points points;
+    for (int row = 0; row < 90; ++row) {
+      for (int column = 0; column < 90; ++column) {
+        points.emplace_back(0.003 * column - 0.1, 0.003 * row - 0.1, height_m);
+      }
+    }
+    const geometry::Plane near{Eigen::Vector3d::UnitZ(), -height_m + 0.001};
+    const NoisyPlane fit = FitNoisy(near, points, 0.005, SamplingOptions{});
+    EXPECT_LT(fit.noise_m, 1e-9);
+    EXPECT_NEAR(fit.plane.Distance({0.0, 0.0, height_m}), 0.0, 1e-9);
+  }
+}
+
 TEST(FitNoisy, CentersAPlaneThatWasFoundAtTheLowerSideOfANoisyTable) {
   base::Rng rng(3);
   Points points;
