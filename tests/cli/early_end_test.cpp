@@ -29,9 +29,11 @@ TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
 }
 
 TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
-  const auto ran =
-      Succeeded(Run({"--set", "stop_after=0", "--set", "physics.glove_friction=0.01"}));
+  experiment_ += "stop_after: 4\n";
+  const auto ran = Succeeded(Run({"--objects", "salt_cuboid", "--trials", "6", "--set",
+                                  "stop_after=0", "--set", "physics.glove_friction=0.01"}));
   EXPECT_THAT(ran.out, Not(HasSubstr("missing")));
+  EXPECT_THAT(ran.err, Not(HasSubstr("stopped after")));
 }
 
 TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {

@@ -476,6 +476,7 @@ TEST_F(ResumeTest, FewerTrialsAreRefusedAndNothingIsChanged) {
               HasSubstr("contains the case mug-0001"));
   EXPECT_EQ(store_.ReadStamp(), ResumeStampOf(4));
   const auto after = store_.ReadAll();
+  ASSERT_EQ(after.size(), before.size());
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(Row(before[i]), Row(after[i]));
 }
 

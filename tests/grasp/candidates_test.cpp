@@ -350,7 +350,9 @@ TEST(PublishedPowerCandidates, AFullyOpenHandIsAChoiceOfItsOwn) {
   GraspOptions options = AsPublished();
   options.preshape = false;
   Workbench bench(builder, options);
-  for (const Candidate& c : PowerCandidates(bench.task)) EXPECT_EQ(c.open_state, 0u);
+  const auto candidates = PowerCandidates(bench.task);
+  ASSERT_FALSE(candidates.empty());
+  for (const Candidate& c : candidates) EXPECT_EQ(c.open_state, 0u);
 }
 
 // The published cylindrical grasp: the midpoint of thumb and index tip is on the axis, halfway up.
@@ -358,7 +360,9 @@ TEST(PublishedCylindricalCandidates, BringTheTipsCentreOntoTheAxis) {
   SceneBuilder builder;
   builder.AddUprightCylinder(0.03, 0.14, At(0.1, 0.05));
   Workbench bench(builder, AsPublished());
-  for (const Candidate& c : CylindricalCandidates(bench.task)) {
+  const auto candidates = CylindricalCandidates(bench.task);
+  ASSERT_FALSE(candidates.empty());
+  for (const Candidate& c : candidates) {
     const auto& held = bench.hand.states[bench.hand.IndexAtGap(0.06)];
     const Vector3d tool = c.grasp.X_CH * held.tip_center_H;
     EXPECT_LT((tool - Vector3d(0.1, 0.05, tool.z())).norm(), 1e-9);
@@ -373,7 +377,9 @@ TEST(GraspAdditions, EachAloneChangesThePublishedCandidates) {
     GraspOptions options = AsPublished();
     options.*on = true;
     Workbench bench(builder, options);
-    return PowerCandidates(bench.task);
+    auto candidates = PowerCandidates(bench.task);
+    EXPECT_FALSE(candidates.empty());
+    return candidates;
   };
   for (const Candidate& c : with(&GraspAdditions::pitches)) EXPECT_GE(c.grasp.pitch_rad, 0.0);
   EXPECT_GT(with(&GraspAdditions::pitches).front().grasp.pitch_rad, 0.1);

@@ -197,7 +197,9 @@ TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
     const auto moved = FeaturesOf({BoxAt(0.0, y, kBox)}, Vector3d::UnitY(), 0.06);
     for (const auto& [name, value] : f) {
       if (name == "workspace_distance") continue;
-      EXPECT_NEAR(moved.at(name), value, name == "points" ? 0.2 : 0.12) << name;
+      // Shares change by a few of a hundred cells, lengths by part of the samples' spacing.
+      const double tolerance = name == "points" ? 0.2 : name.ends_with("_m") ? 0.003 : 0.12;
+      EXPECT_NEAR(moved.at(name), value, tolerance) << name;
     }
   }
 }

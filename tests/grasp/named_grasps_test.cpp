@@ -124,17 +124,19 @@ TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
   auto scene = SceneOf(
       {Extrude(Rectangle(0.012, 0.012), 0.08),
        geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
-                             base::MakePose(Eigen::Matrix3d::Identity(), {0.03, 0.0, 0.0}))});
+                             base::MakePose(Eigen::Matrix3d::Identity(), {0.05, 0.0, 0.0}))});
   const auto placed =
       PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, Hand(), GraspOptions{}, {});
-  // Closing along x hits the wall; closing across it is free.
+  ASSERT_FALSE(placed.empty());
+  // Closing along x hits the wall; closing across it is free in some turns of the hand.
   int free = 0;
   for (const PlacedGrasp& one : placed) {
     const bool along_x = std::abs(one.grasp.X_CG.linear().col(0).x()) > 0.9;
     free += one.grasp.collides ? 0 : 1;
     EXPECT_TRUE(!along_x || one.grasp.collides);
   }
-  EXPECT_FALSE(placed.front().grasp.collides && free > 0) << "free ones come first";
+  EXPECT_GT(free, 0);
+  EXPECT_FALSE(placed.front().grasp.collides) << "free ones come first";
 }
 
 TEST(KeptFree, IsTouchedByAHandThatReachesIntoIt) {

@@ -121,7 +121,9 @@ TEST(AdaptiveCount, IsAnAreaOfCoarserPointsBetweenItsBounds) {
   EXPECT_EQ(count, 3);
 }
 
-// This is the scanner that the published lengths were chosen for, so no length may change.
+// This is the scanner that the published lengths were chosen for, so no published length may
+// change. Five lengths do: filter_keep_m is 0 as published, and the four of convexity and of
+// containers, whose method is not published, begin with values for a finer scanner.
 TEST(AdaptLengths, LeavesThePublishedLengthsToThePublishedScanner) {
   PerceptionOptions adapted;
   AdaptLengths({.noise_m = 0.0003, .spacing_m = 0.0028, .gap_m = 0.0044}, adapted);
@@ -133,12 +135,29 @@ TEST(AdaptLengths, LeavesThePublishedLengthsToThePublishedScanner) {
   EXPECT_EQ(adapted.preprocess.table_clearance_m, published.preprocess.table_clearance_m);
   EXPECT_EQ(adapted.preprocess.normal_radius_m, published.preprocess.normal_radius_m);
   EXPECT_EQ(adapted.preprocess.filter_unit_m, published.preprocess.filter_unit_m);
+  EXPECT_EQ(adapted.preprocess.smooth_radius_m, published.preprocess.smooth_radius_m);
+  EXPECT_EQ(adapted.segment.min_alpha_m, published.segment.min_alpha_m);
   EXPECT_EQ(adapted.segment.max_alpha_m, published.segment.max_alpha_m);
   EXPECT_EQ(adapted.segment.min_points, published.segment.min_points);
+  EXPECT_EQ(a.top.plane_distance_m, p.top.plane_distance_m);
+  EXPECT_EQ(a.top.slab_m, p.top.slab_m);
   EXPECT_EQ(a.top.rim_alpha_m, p.top.rim_alpha_m);
+  EXPECT_EQ(a.top.bridged_rim_alpha_m, p.top.bridged_rim_alpha_m);
   EXPECT_EQ(a.circle.distance_m, p.circle.distance_m);
   EXPECT_EQ(a.axis.section_m, p.axis.section_m);
+  EXPECT_EQ(a.axis.max_sunk_m, p.axis.max_sunk_m);
+  EXPECT_EQ(a.axis.lid_distance_m, p.axis.lid_distance_m);
   EXPECT_EQ(a.merge.fragment_gap_m, p.merge.fragment_gap_m);
+  EXPECT_EQ(a.merge.footprint_margin_m, p.merge.footprint_margin_m);
+  EXPECT_EQ(a.merge.height_margin_m, p.merge.height_margin_m);
+  EXPECT_EQ(a.merge.max_in_front_m, p.merge.max_in_front_m);
+  EXPECT_EQ(a.container.rim_margin_m, p.container.rim_margin_m);
+  EXPECT_EQ(a.completion.free_margin_m, p.completion.free_margin_m);
+  EXPECT_EQ(a.completion.end_band_m, p.completion.end_band_m);
+  EXPECT_EQ(a.completion.wall_outline_m, p.completion.wall_outline_m);
+  EXPECT_EQ(a.completion.lean_margin_m, p.completion.lean_margin_m);
+  EXPECT_EQ(a.completion.cell_m, p.completion.cell_m);
+  EXPECT_EQ(a.completion.attached_m, p.completion.attached_m);
   EXPECT_EQ(a.completion.link_m, p.completion.link_m);
   EXPECT_EQ(a.completion.on_table_m, p.completion.on_table_m);
 }

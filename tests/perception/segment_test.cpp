@@ -314,6 +314,8 @@ TEST_P(TouchingThings, ABoxLeaningOnACylinderIsAnother) {
   const auto owners = See({At(synthetic::CylinderMesh(0.0375, 0.15), 0.0, {0.0, 0.03, 0.075}),
                            geometry::Transformed(synthetic::BoxMesh(0.10, 0.03, 0.13), leaning)});
   EXPECT_NE(owners[0].object, owners[1].object);
+  EXPECT_GT(owners[0].share, kMost);
+  EXPECT_GT(owners[1].share, kMost);
 }
 
 TEST_P(TouchingThings, ASmallBoxOnALargeOneIsAnother) {
@@ -329,6 +331,8 @@ TEST_P(TouchingThings, AThingThatHangsOverTheOneItLiesOnIsNoHandle) {
   const auto owners = See({At(synthetic::BoxMesh(0.09, 0.10, 0.09), 0.0, {0.0, -0.05, 0.045}),
                            At(synthetic::BoxMesh(0.07, 0.16, 0.03), 0.0, {0.0, 0.06, 0.105})});
   EXPECT_NE(owners[0].object, owners[1].object);
+  EXPECT_GT(owners[0].share, kMost);
+  EXPECT_GT(owners[1].share, kMost);
 }
 
 TEST_P(TouchingThings, ABoxStaysOne) {

@@ -73,6 +73,17 @@ def test_grasps_are_those_of_the_program(tmp_path):
     found = rg.perceive(scan)
     assert abs(len(found.objects[0].points) - told["objects"][0]["points"]) < 0.02 * told["objects"][0]["points"]
     assert np.allclose(found.objects[0].size, told["objects"][0]["size_m"], atol=0.003)
+    grasps = told["objects"][0]["grasps"]
+    assert abs(len(found.grasps) - len(grasps)) <= 4 and found.grasps[0].type == grasps[0]["type"]
+    # perceive orders them by the predicted probability, the program by the score; X_WG includes the shift by centering, here up to 11 mm.
+
+    def is_same(one, other):
+        return (one.type == other["type"] and abs(one.width - other["width_m"]) < 0.002
+                and one.approach @ np.array(other["rotation"])[:, 2] > 0.999
+                and np.linalg.norm(one.X_WG[:3, 3] - other["position_m"]) < 0.02)
+    assert sum(any(is_same(one, other) for one in found.grasps) for other in grasps) >= len(grasps) - 4
+    best, first = found.grasps[0], grasps[0]
+    assert np.linalg.norm(best.X_WG[:3, 3] - first["position_m"]) < 0.01 and abs(best.width - first["width_m"]) < 0.002
 
 
 def test_errors_name_what_is_wrong():

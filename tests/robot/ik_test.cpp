@@ -43,10 +43,12 @@ TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
   base::Rng rng(12);
   IkOptions options;
   options.max_solutions = 6;
+  int several = 0;
   for (int n = 0; n < 50; ++n) {
     const base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));
     const auto solutions = SolveIk(robot_, X_WH, robot_.home, options, rng);
     EXPECT_LE(solutions.size(), 6u);
+    several += solutions.size() > 1 ? 1 : 0;
     for (std::size_t i = 0; i < solutions.size(); ++i) {
       ExpectSolves(X_WH, solutions[i], {});
       for (std::size_t k = 0; k < i; ++k) {
@@ -55,6 +57,7 @@ TEST_P(Ik, GivesDistinctSolutionsNearestToTheSeedFirst) {
       }
     }
   }
+  EXPECT_GT(several, 25);
 }
 
 TEST_P(Ik, HasNoSolutionOutOfReach) {

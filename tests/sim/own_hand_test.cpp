@@ -68,11 +68,14 @@ TEST_P(OwnHand, NothingLocks) {
   const std::vector<mjtNum> ranges(model->jnt_range, model->jnt_range + 2 * model->njnt);
   const auto program = samples::MakeProgram(world, GraspOf(GetParam()));
   ExecutionObserver observer;
+  bool lifted = false;
   observer.on_moment = [&](const std::string& moment, World& w) {
     if (moment != "lifted") return;
+    lifted = true;
     EXPECT_TRUE(std::equal(ranges.begin(), ranges.end(), w.model()->jnt_range));
   };
   Execute(world, 0, program, {}, {}, base::Rng(1), observer);
+  EXPECT_TRUE(lifted);
 }
 
 // At zero, the jaws are closed.

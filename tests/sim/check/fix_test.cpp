@@ -52,14 +52,22 @@ class Files : public testing::Test {
     fixer.Run(findings, [&] { return findings = CheckModel(fixer.file(), kind); });
     return findings;
   }
+  // Whether an edit of this file replaced the line, or the lines of which it is one.
+  static bool IsEdited(const Fixer& fixer, const std::filesystem::path& file,
+                       const std::string& line) {
+    const std::size_t tag = line.find_first_not_of(' ');
+    return std::ranges::any_of(fixer.changes(), [&](const Change& c) {
+      if (c.file != file || c.before.empty()) return false;  // an insertion replaces no line
+      return line.find(c.before.substr(0, c.before.find('\n'))) != std::string::npos ||
+             (tag != std::string::npos && c.before.find(line.substr(tag)) != std::string::npos);
+    });
+  }
   // Lines that no edit names are unchanged and in order.
   void ExpectTheRestUnchanged(const Fixer& fixer) {
     for (const auto& [name, text] : files_) {
       EXPECT_EQ(base::ReadFile(folder_ / name), text) << "the original " << name;
       const auto copy = folder_ / (std::filesystem::path(name).stem().string() + ".fixed.xml");
       if (!std::filesystem::exists(copy)) continue;
-      std::string edited;
-      for (const Change& change : fixer.changes()) edited += change.before + "\n";
       const auto lines = base::Split(base::ReadFile(copy), '\n');
       auto at = lines.begin();
       for (const std::string& line : base::Split(text, '\n')) {
@@ -68,15 +76,7 @@ class Files : public testing::Test {
           at = found + 1;
           continue;
         }
-        const std::size_t tag = line.find_first_not_of(' ');
-        EXPECT_TRUE(std::ranges::any_of(
-            fixer.changes(),
-            [&](const Change& c) {
-              return line.find(c.before.substr(0, c.before.find('\n'))) != std::string::npos ||
-                     (tag != std::string::npos &&
-                      c.before.find(line.substr(tag)) != std::string::npos);
-            }))
-            << name << ": " << line;
+        EXPECT_TRUE(IsEdited(fixer, copy, line)) << name << ": " << line;
       }
     }
   }
@@ -295,7 +295,6 @@ TEST_F(FixedHand, FindsAllOfAFourFingeredHand) {
   }
 }
 
-// The layout around an edit stays unchanged.
 // Without an arm, the number of its speed limits is not known.
 TEST(Fixer, WritesNoValuesThatItDoesNotKnow) {
   const TempFolder folder;
@@ -313,6 +312,7 @@ TEST(Fixer, WritesNoValuesThatItDoesNotKnow) {
   EXPECT_THAT(TextOfAll(findings), HasSubstr("numeric \"joint_velocity\": is missing"));
 }
 
+// The layout around an edit stays unchanged.
 TEST(ApplyEdit, KeepsAllOtherBytes) {
   const std::string text =
       "<!-- <joint name='a'/> -->\n<mujoco>\n\t<worldbody>\n\t\t<joint  name='a'\n\t\t\trange=\"0 "

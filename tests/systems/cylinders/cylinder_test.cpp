@@ -188,14 +188,20 @@ TEST_F(SceneWithOneCylinder, AgreesWithItselfAndNotWithOthers) {
 
 TEST_F(SceneWithOneCylinder, PointsOnItAreThoseNearItsSurface) {
   const auto on = PointsOn(image_.points_C, there_, 0.002);
-  std::size_t high = 0;
+  std::size_t high = 0, beside = 0;
   for (std::uint32_t i = 0; i < image_.points_C.size(); ++i) {
     const Vector3d& p = image_.points_C[i];
-    if (p.z() < 0.01) continue;
-    EXPECT_TRUE(std::ranges::binary_search(on, i)) << p.transpose();
-    ++high;
+    const bool is_on = std::ranges::binary_search(on, i);
+    if (p.z() >= 0.01) {
+      EXPECT_TRUE(is_on) << p.transpose();
+      ++high;
+    } else if (p.head<2>().norm() > there_.radius_m + 0.005) {
+      EXPECT_FALSE(is_on) << p.transpose();
+      ++beside;
+    }
   }
   EXPECT_GT(high, 500u);
+  EXPECT_GT(beside, 500u);
 }
 
 TEST(Visibility, WhatIsSeenInsideAnOpenCylinderSaysNothing) {

@@ -100,6 +100,7 @@ TEST_F(Outside, TheQuestionSaysWhatItNeedsAndNoTruth) {
                                            "seed", "views", "workspace"));
   EXPECT_LT(question["seed"].get<double>(), 9007199254740992.0);
   EXPECT_NEAR(question["noise_m"], 0.0005, 0.0005);
+  EXPECT_GT(question["noise_m"].get<double>(), 1e-4);
   const auto& view = TheLook().sensed.observation.views.front();
   EXPECT_EQ(question["views"][0]["rows"], view.image.profiles);
   EXPECT_EQ(question["views"][0]["X_WV"][2][3], view.X_CV.translation().z());

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/statistics.h"
 #include "cylinders/task/cylinders_task.h"
 #include "experiment/experiment.h"
 
@@ -40,8 +41,8 @@ TEST(CylinderRecall, CountsHiddenOnesForNothingAndFalseOnesAgainstPrecision) {
   EXPECT_THAT(report.notes.at(0), HasSubstr("1 of 3 detections; of the 2 false ones 1 are other"));
 }
 
-// Synthetic rays. Of 40 given cylinders on 20 tables, nearly all visible ones are detected, to
-// within 1 mm.
+// Synthetic rays. Of 40 given cylinders on 20 tables, nearly all visible ones are detected, nine
+// tenths of them to within 1 mm.
 TEST(CylinderRecall, NearlyAllGivenCylindersAreDetected) {
   experiment::Changes changes;
   changes.set = {"source=noisy"};
@@ -49,20 +50,22 @@ TEST(CylinderRecall, NearlyAllGivenCylindersAreDetected) {
   changes.seed = 301;
   const auto experiment = experiment::OpenExperiment(
       RANGEGRASP_SOURCE_DIR "/experiments/cylinder_recall.yaml", changes);
-  int seen = 0, found = 0;
+  int seen = 0;
+  std::vector<double> errors_m;
   for (const auto& which : experiment.cases) {
     const auto data = ordered_json::parse(experiment.task->Run(which).data);
     for (const auto& one : data.at("cylinders")) {
       const std::string verdict = one.at("verdict");
       seen += verdict == "found" || verdict == "missed" ? 1 : 0;
-      if (verdict != "found") continue;
-      ++found;
-      EXPECT_LT(one.at("position_error_m").get<double>(), 0.02);
+      if (verdict == "found") errors_m.push_back(one.at("position_error_m").get<double>());
     }
   }
   EXPECT_GT(seen, 25);
   // On seeds 23 and 24, 99.2 % of 1,968 were detected: missing three or more of 40 has p < 0.005.
-  EXPECT_GE(found, seen - 2);
+  EXPECT_GE(std::ssize(errors_m), seen - 2);
+  // With these seeds, the median is 0.02 mm and the 90 % quantile 0.24 mm.
+  EXPECT_LT(base::MedianOf(errors_m), 1e-4);
+  EXPECT_LT(base::QuantileOf(errors_m, 0.9), 1e-3);
 }
 
 }  // namespace

@@ -186,11 +186,13 @@ TEST_F(PartsReportTest, TimesStandBesideThePublishedOnes) {
 
 TEST_F(PartsReportTest, WithoutRecordsThereAreDashesAndNoNumbers) {
   records_.clear();
-  for (const auto& section : Make().sections) {
+  const auto sections = Make().sections;
+  for (const auto& section : sections) {
     const std::string text = experiment::TextOf(section.grid);
     EXPECT_THAT(text, HasSubstr("-"));
     EXPECT_THAT(text, Not(HasSubstr("nan")));
   }
+  EXPECT_THAT(sections.at(2).grid.rows.at(0), ElementsAre("cup", "-", "-"));
 }
 
 TEST_F(PartsReportTest, AnExperimentWithOneSplitHasItsTablesOnce) {

@@ -74,7 +74,9 @@ TEST_P(SeededSeamPath, PointsWithoutAnyOrderAreNotBelieved) {
 
 TEST(SeamPath, AJumpStaysSharp) {
   const auto points = Sample([](double y) { return y < 0.2 ? 0.0 : -0.01; }, 3e-3, 0.4);
-  for (const Point& p : SmoothEdge(points)) EXPECT_NEAR(p.x(), p.y() < 0.2 ? 0.0 : -0.01, 1e-5);
+  const auto smooth = SmoothEdge(points);
+  ASSERT_GE(smooth.size(), points.size() - 4);
+  for (const Point& p : smooth) EXPECT_NEAR(p.x(), p.y() < 0.2 ? 0.0 : -0.01, 1e-5);
 }
 
 TEST(SeamPath, TooFewPointsAreNoEdge) {
@@ -83,9 +85,10 @@ TEST(SeamPath, TooFewPointsAreNoEdge) {
   EXPECT_FALSE(SmoothEdge(Sample(Wave, 3e-3, 0.030)).empty());
 }
 
-TEST(SeamPath, PointsAtOnePlaceDoNotBreakSmoothing) {
+// They determine no parabola.
+TEST(SeamPath, PointsAtOnePlaceAreNoEdge) {
   const std::vector<Point> same(20, Point(1e-3, 0.1));
-  for (const Point& p : SmoothEdge(same)) EXPECT_TRUE(p.allFinite());
+  EXPECT_TRUE(SmoothEdge(same).empty());
 }
 
 // Checks the definition of an offset curve by brute force.
