@@ -11,7 +11,7 @@ from typing import Any, Sequence
 import numpy as np
 
 from . import _core
-from ._scene import Scene, experiment_file
+from ._scene import Scene, experiment_file, words_of
 
 FIELDS = {
     "points": "(scenes, rows, columns, 3) float32 [m]: the scan in W, NaN where nothing was measured",
@@ -85,7 +85,7 @@ def _make_room(folder: Path, before: int, scenes: int, scenes_per_shard: int) ->
 
 
 def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: int = 100, grasps: int = 8, seed: int = 1,
-            scenes_per_shard: int = 20, jobs: int | None = None, set: Sequence[str] = ()) -> Path:
+            scenes_per_shard: int = 20, jobs: int | None = None, set: str | Sequence[str] = ()) -> Path:
     """Executes several candidate grasps in each of many scenes, each from the same settled state, and writes what came of them.
 
     Candidates are drawn evenly from the built-in method's free grasps of the topmost object. The folder holds `shard-00000.npz`, ...
@@ -105,7 +105,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     scenes_per_shard : int
     jobs : int, optional
         Processes; the number of cores if not given.
-    set : sequence of str
+    set : str or sequence of str
         Keys of the experiment to change.
 
     Returns
@@ -120,8 +120,9 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     """
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    names = _core.objects(experiment_file(experiment), list(set))
-    card = {"made_by": f"rangegrasp {_core.version()}", "experiment": str(experiment), "set": list(set), "seed": seed, "scenes": scenes,
+    settings = words_of(set)
+    names = _core.objects(experiment_file(experiment), settings)
+    card = {"made_by": f"rangegrasp {_core.version()}", "experiment": str(experiment), "set": settings, "seed": seed, "scenes": scenes,
             "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS, "feature_names": _core.feature_names()}
     file = folder / "card.json"
     if file.exists():
@@ -137,7 +138,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
         if shard.exists():
             continue
         numbers = range(first, min(first + scenes_per_shard, scenes))
-        tasks.append((shard, [(experiment, seed, names[i % len(names)], i // len(names), grasps, list(set)) for i in numbers]))
+        tasks.append((shard, [(experiment, seed, names[i % len(names)], i // len(names), grasps, settings) for i in numbers]))
     if (jobs or os.cpu_count()) == 1:
         for task in tasks:
             _write_shard(*task)

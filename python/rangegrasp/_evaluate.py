@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Sequence
 import numpy as np
 
 from . import _core
-from ._scene import experiment_file
-from ._types import Detection, Found, Grasp, Scan
+from ._scene import experiment_file, words_of
+from ._types import Detection, Found, Grasp, Scan, _positions
 
 if TYPE_CHECKING:
     import pandas
@@ -58,7 +58,7 @@ def _answer(found: Any) -> str:
             raise ValueError(f"grasps[{i}] holds NaN or an infinity: {grasp}")
     answer: dict[str, Any] = {"grasps": [grasp._json() for grasp in grasps]}
     if objects is not None:
-        answer["objects"] = [{"samples": np.asarray(samples, dtype=np.int64).ravel().tolist()} for samples in objects]
+        answer["objects"] = [{"samples": _positions(samples)} for samples in objects]
     return json.dumps(answer)
 
 
@@ -249,7 +249,10 @@ class Results:
     @property
     def records(self) -> "pandas.DataFrame":
         """The same as a table with one column a value, e.g. "data.log.lift_height_m"."""
-        import pandas
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError(f"records needs pandas: pip install 'rangegrasp[pandas]' ({error}); rows does not") from error
         return pandas.json_normalize(self.rows)
 
     def compare(self, other: "Results") -> dict[str, float]:
@@ -303,8 +306,8 @@ def _progress(show: bool) -> Callable[[int, int, str], None]:
 
 
 def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.PathLike[str] = "pile", *, trials: int | None = None,
-             objects: Sequence[str] = (), seed: int | Sequence[int] | None = None, jobs: int | None = None,
-             out: str | os.PathLike[str] | None = None, resume: bool = False, overwrite: bool = False, set: Sequence[str] = (),
+             objects: str | Sequence[str] = (), seed: int | Sequence[int] | None = None, jobs: int | None = None,
+             out: str | os.PathLike[str] | None = None, resume: bool = False, overwrite: bool = False, set: str | Sequence[str] = (),
              batch: int | None = None, time_limit: float = 20.0, memory_mb: int = 4096, progress: bool | None = None) -> Results:
     """Runs an experiment with a detector of your own, and scores it like the built-in one.
 
@@ -321,7 +324,7 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
         An arrangement ("pile"), the name of an experiment, or a file.
     trials : int, optional
         Of each object, instead of the experiment's.
-    objects : sequence of str
+    objects : str or sequence of str
         Only these objects; all if empty.
     seed : int or sequence of int, optional
         Instead of the experiment's; several are pooled.
@@ -331,7 +334,7 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
         Results folder; a new temporary one if not given.
     resume, overwrite : bool
         Go on with results in `out`, or throw them away.
-    set : sequence of str
+    set : str or sequence of str
         Keys of the experiment to change, "key.inner=value".
     batch : int, optional
         If given, `detect` is a function of a list of up to so many Scans, which returns one answer for each. It is called in this
@@ -349,13 +352,17 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
 
     Raises
     ------
+    TypeError
+        For a detector that is no function.
     InputError
         For a wrong experiment or key, or results in `out` that are neither to be resumed nor overwritten.
     KeyboardInterrupt
         After Ctrl-C. No process is left; `out` keeps what was done, for `resume`.
     """
+    if detect is not None and not callable(detect):
+        raise TypeError(f"detect must be a function of a Scan, or None, not {detect!r}; the experiment is the second argument")
     seeds = [] if seed is None else [seed] if isinstance(seed, int) else list(seed)
-    settings = list(set)
+    settings = words_of(set)
     show = progress if progress is not None else sys.stderr.isatty() or "ipykernel" in sys.modules
     detector = _Detector(detect, batch, time_limit, memory_mb)
     folder = Path(out) if out is not None else Path(tempfile.mkdtemp(prefix="rangegrasp-"))
@@ -363,7 +370,7 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
         with detector.asked() as ask:
             if ask is not None:
                 settings.append("detector=python")
-            failed = _core.run(experiment_file(experiment), settings, trials, list(objects), seeds, str(folder),
+            failed = _core.run(experiment_file(experiment), settings, trials, words_of(objects), seeds, str(folder),
                                jobs or os.cpu_count() or 1, resume, overwrite, ask, detector.name, _progress(show))
     except BaseException:
         if out is None:

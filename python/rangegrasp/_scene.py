@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._types import Floats, Found, Grasp, Object, Outcome, Scan, View
+from ._types import Floats, Found, Grasp, Object, Outcome, Scan, View, _matrix4, _positions
 
 __all__ = ["Scene", "perceive", "View", "Object"]
 
@@ -25,6 +25,11 @@ def experiment_file(name: str | os.PathLike[str]) -> str:
     if text not in known and near and not Path(text).exists():
         raise _core.InputError(f"{text}: no such arrangement, experiment or file; nearest: '{near[0]}'")
     return text
+
+
+def words_of(words: str | Sequence[str]) -> list[str]:
+    """A single word stands for a list of one; as a sequence it would be its letters."""
+    return [words] if isinstance(words, str) else list(words)
 
 
 class Scene:
@@ -43,7 +48,7 @@ class Scene:
         Which trial of that object, from 0.
     objects : mapping of str to (4, 4) array, or sequence of (str, (4, 4) array), optional
         In place of a drawn arrangement: these objects, at these poses in W, from which they settle.
-    set : sequence of str
+    set : str or sequence of str
         Keys of the experiment to change, "key.inner=value" (docs/experiment-file.md).
 
     Raises
@@ -55,18 +60,18 @@ class Scene:
     """
 
     def __init__(self, experiment: str | os.PathLike[str] = "single", seed: int = 1, *, target: str | None = None, index: int = 0,
-                 objects: Mapping[str, Any] | Sequence[tuple[str, Any]] | None = None, set: Sequence[str] = ()) -> None:
+                 objects: Mapping[str, Any] | Sequence[tuple[str, Any]] | None = None, set: str | Sequence[str] = ()) -> None:
         file = experiment_file(experiment)
         if objects is None:
-            self._core = _core.Scene(file, list(set), seed, target or "", index)
+            self._core = _core.Scene(file, words_of(set), seed, target or "", index)
             return
         if target is not None or index != 0:
             raise ValueError("target and index belong to a drawn arrangement, not to objects")
         pairs = list(objects.items() if isinstance(objects, Mapping) else objects)
         if any(isinstance(pair, str) or len(pair) != 2 for pair in pairs):
             raise ValueError('objects must give each object a pose, {"coffee_cup": X_WO} with X_WO a 4 x 4 matrix')
-        poses = [(name, np.ascontiguousarray(pose, dtype=np.float64)) for name, pose in pairs]
-        self._core = _core.Scene(file, list(set), seed, poses)
+        poses = [(name, _matrix4(pose, f"the pose of {name}")) for name, pose in pairs]
+        self._core = _core.Scene(file, words_of(set), seed, poses)
 
     @property
     def seed(self) -> int:
@@ -113,10 +118,8 @@ class Scene:
         seed : int, optional
             Of planning and of the hand's sensors; that of the trial if not given.
         """
-        X_WG = np.ascontiguousarray(grasp.X_WG, dtype=np.float64)
-        if X_WG.shape != (4, 4):
-            raise ValueError(f"X_WG must be a 4 x 4 matrix, not of shape {X_WG.shape}")
-        samples = [] if grasp.samples is None else np.asarray(grasp.samples, dtype=np.int64).ravel().tolist()
+        X_WG = _matrix4(grasp.X_WG, "X_WG")
+        samples = [] if grasp.samples is None else _positions(grasp.samples)
         return Outcome(*self._core.grasp(X_WG, float(grasp.width), grasp._approach, samples,
                                          self.seed if seed is None else seed))
 

@@ -10,6 +10,24 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+def _matrix4(value: Any, name: str) -> Floats:
+    matrix = np.ascontiguousarray(value, dtype=np.float64)
+    if matrix.shape != (4, 4):
+        raise ValueError(f"{name} must be a 4 x 4 matrix, not of shape {matrix.shape}")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{name} must be a 4 x 4 matrix of finite numbers, without NaN or infinity")
+    return matrix
+
+
+def _positions(samples: Any) -> list[int]:
+    """A mask would silently become positions 0 and 1."""
+    array = np.asarray(samples)
+    if array.dtype == np.bool_:
+        raise TypeError("objects must be positions of samples, e.g. np.flatnonzero(mask), not a mask of True and False")
+    positions: list[int] = array.astype(np.int64).ravel().tolist()
+    return positions
+
+
 @dataclass
 class View:
     """What one sensor measured from one place.
@@ -102,7 +120,7 @@ class Scan:
             return {"points": points,
                     "noise": None if view.noise is None else np.ascontiguousarray(view.noise, dtype=np.float32),
                     "colors": None if view.colors is None else np.ascontiguousarray(view.colors, dtype=np.uint8),
-                    "X_WV": np.ascontiguousarray(view.X_WV, dtype=np.float64)}
+                    "X_WV": _matrix4(view.X_WV, "X_WV")}
         return {"views": [of(view) for view in self.views], "radius": float(self.radius),
                 "center": np.ascontiguousarray(self.center, dtype=np.float64)}
 
@@ -144,9 +162,7 @@ class Grasp:
         return np.ascontiguousarray(of_hand if self.approach is None else self.approach, dtype=np.float64)
 
     def _json(self) -> dict[str, Any]:
-        X = np.asarray(self.X_WG, dtype=float)
-        if X.shape != (4, 4):
-            raise ValueError(f"X_WG must be a 4 x 4 matrix, not of shape {X.shape}")
+        X = _matrix4(self.X_WG, "X_WG")
         return {"object": int(self.object), "position_m": X[:3, 3].tolist(), "rotation": X[:3, :3].tolist(),
                 "width_m": float(self.width), "approach": self._approach.tolist(), "score": float(self.score)}
 

@@ -1,14 +1,14 @@
 """Gymnasium environments: `gym.make("rangegrasp/Pile-v0")`, and Single, Touching, SideBySide and Box (pip install 'rangegrasp[gym]')."""
 from __future__ import annotations
 
-from typing import Any, SupportsFloat
+from typing import Any, Sequence, SupportsFloat
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._scene import Scene, experiment_file
+from ._scene import Scene, experiment_file, words_of
 from ._types import Grasp, Outcome, Scan
 
 Observation = dict[str, NDArray[Any]]
@@ -61,25 +61,25 @@ class GraspEnv(gymnasium.Env[Observation, Any]):
     max_attempts : int
     target : str, optional
         The object that an arrangement is drawn for; drawn among the experiment's if not given.
-    set : sequence of str
+    set : str or sequence of str
         Keys of the experiment to change.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}
 
     def __init__(self, experiment: str = "pile", *, action: str = "proposal", until_cleared: bool = False, max_attempts: int = 30,
-                 target: str | None = None, set: tuple[str, ...] = (), render_mode: str | None = None) -> None:
+                 target: str | None = None, set: str | Sequence[str] = (), render_mode: str | None = None) -> None:
         if action not in ("pose", "proposal"):
             raise ValueError(f"action must be 'pose' or 'proposal', not {action!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode must be None or 'rgb_array', not {render_mode!r}")
         self.render_mode = render_mode
-        self._experiment, self._action, self._set, self._target = experiment, action, tuple(set), target
+        self._experiment, self._action, self._set, self._target = experiment, action, words_of(set), target
         self._attempts_left, self._max_attempts = 0, max_attempts if until_cleared else 1
-        self._names = _core.objects(experiment_file(experiment), list(set))
+        self._names = _core.objects(experiment_file(experiment), self._set)
         self._scene: Scene | None = None
         self._proposals: list[Grasp] = []
-        shape = Scene(experiment, 0, target=target or self._names[0], set=set).scan().points.shape
+        shape = Scene(experiment, 0, target=target or self._names[0], set=self._set).scan().points.shape
         spaces: dict[str, gymnasium.Space[Any]] = {
             "points": gymnasium.spaces.Box(-NEAR_M, NEAR_M, shape, np.float32),
             "mask": gymnasium.spaces.MultiBinary(shape[:2]),

@@ -86,6 +86,27 @@ struct YamlMap::Impl {
     }
   }
 
+  /// The key that an unknown one is meant for: also one of another mapping that was read before.
+  std::string Nearest(const std::string& key) const {
+    for (const KeyDoc& known : document->keys) {
+      if (known.path == key || known.path.ends_with("." + key)) return known.path;
+    }
+    return NearestWord(key, asked);
+  }
+
+  /// The first key that is not known so far and a misspelt form of this one; empty: none.
+  std::string MistakenFor(const std::string& key) const {
+    constexpr std::ptrdiff_t kLonger = 2;
+    std::vector<std::string> known = asked;
+    known.push_back(key);
+    for (const auto& entry : node) {
+      const std::string given = KeyOf(entry);
+      const bool alike = std::abs(std::ssize(given) - std::ssize(key)) <= kLonger;
+      if (alike && !Contains(known, given) && NearestWord(given, known) == key) return given;
+    }
+    return "";
+  }
+
   /// Undefined if the key is absent. (Non-const access would create the key.)
   YAML::Node ValueOf(const std::string& key) const { return node[key]; }
 
@@ -150,7 +171,8 @@ YamlMap YamlMap::FromText(const std::string& text, const std::filesystem::path& 
   try {
     impl->node = YAML::Load(text);
   } catch (const YAML::ParserException& e) {
-    throw InputError(impl->At(e.mark) + "not valid YAML: " + e.msg);
+    throw InputError(impl->At(e.mark) + "not valid YAML: " + e.msg +
+                     " (see also the line before: a space must follow ':', tabs are not allowed)");
   } catch (const YAML::Exception& e) {
     throw InputError(file.string() + ": cannot be read: " + e.what());
   }
@@ -215,8 +237,10 @@ void YamlMap::Require(const std::string& key) {
   impl_->document->Key(impl_->prefix + key).required = true;
   if (!Has(key) && !impl_->document->only_documentation) {
     const std::string& in = impl_->prefix;
+    const std::string given = impl_->MistakenFor(key);
     Fail(key, "is missing" + (in.empty() ? "" : " in '" + in.substr(0, in.size() - 1) + "'") +
-                  " and has no default");
+                  " and has no default" +
+                  (given.empty() ? "" : "; is '" + given + "' meant for it?"));
   }
 }
 
@@ -317,6 +341,29 @@ void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values
   }
 }
 
+namespace {
+
+/// ", the program has FILE" if a path that does not exist is that of a file of the program.
+std::string Shipped(const std::filesystem::path& text) {
+  std::filesystem::path inner;
+  for (const auto& part : text.lexically_normal()) {
+    if (part != "..") inner /= part;
+  }
+  if (inner.empty() || inner.is_absolute()) return "";
+  try {
+    for (const auto& folder : {DataFolder(), DataFolder() / "experiments"}) {
+      std::error_code error;
+      if (std::filesystem::exists(folder / inner, error)) {
+        return "; the program has " + (folder / inner).string();
+      }
+    }
+  } catch (const InputError&) {  // a program without data
+  }
+  return "";
+}
+
+}  // namespace
+
 void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
                        const std::string& doc) {
   const auto node = impl_->Ask(key, "path", value.generic_string(), "", doc);
@@ -328,7 +375,7 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
     Fail(key, "'" + text + "' does not exist (looked for " + path.string() +
-                  "; paths are relative to the YAML file)");
+                  "; paths are relative to the YAML file)" + Shipped(text));
   }
   // Results may name a device or pipe, which may never end.
   if (!std::filesystem::is_regular_file(path, error) &&
@@ -344,8 +391,8 @@ void YamlMap::Finish() const {
     if (Contains(impl_->asked, key)) continue;
     const std::string at = impl_->Where(key, entry.first.Mark());
     CheckBuilt("key", impl_->prefix + key, at);
-    throw InputError(at + "unknown key '" + key + "'; nearest valid key: '" +
-                     NearestWord(key, impl_->asked) + "'; valid: " + Join(impl_->asked));
+    throw InputError(at + "unknown key '" + key + "'; nearest valid key: '" + impl_->Nearest(key) +
+                     "'; valid: " + Join(impl_->asked));
   }
 }
 

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
 #include <memory>
 #include <tuple>
 
@@ -25,6 +29,43 @@ using experiment::Progress;
 using experiment::Record;
 using experiment::Stamp;
 using experiment::Store;
+
+// While it exists, Ctrl-C tells how many cases the run has done, and then ends the program as
+// usual. The store keeps the finished cases of a killed run.
+class TellsWhenStopped {
+ public:
+  TellsWhenStopped() {
+    process_ = getpid();
+    before_ = std::signal(SIGINT, Stop);
+    if (before_ == SIG_IGN) std::signal(SIGINT, SIG_IGN);  // in the background of a script
+  }
+  ~TellsWhenStopped() { std::signal(SIGINT, before_); }
+  TellsWhenStopped(const TellsWhenStopped&) = delete;
+  TellsWhenStopped& operator=(const TellsWhenStopped&) = delete;
+
+  static void Begin(std::size_t done, std::size_t total) {
+    done_ = done;
+    total_ = total;
+  }
+  static void CountOne() { ++done_; }
+
+ private:
+  static void Stop(int signal) {
+    if (getpid() == process_ && total_ > 0) {  // a worker is a fork with the same handler
+      std::array<char, 128> text{};            // without memory from the heap, as in any handler
+      const auto end = fmt::format_to_n(text.data(), text.size(),
+                                        "\nstopped after {} of {} cases; `--resume` continues\n",
+                                        done_.load(), total_.load());
+      std::ignore = write(STDERR_FILENO, text.data(), end.size);
+    }
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+
+  static inline std::atomic<std::size_t> done_ = 0, total_ = 0;
+  static inline pid_t process_ = 0;
+  void (*before_)(int) = SIG_DFL;
+};
 
 // Opens the store to write to: a new one, or the one of an earlier part of the run.
 Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Experiment& e) {
@@ -67,8 +108,12 @@ std::vector<Record> RecordsOf(const std::vector<Case>& cases, const Store& store
 }
 
 Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before, int total) {
-  if (options.progress) return options.progress(before, total);
-  return ProgressBar(before, total, e.kind->success);
+  Progress show = options.progress ? options.progress(before, total)
+                                   : ProgressBar(before, total, e.kind->success);
+  return [show = std::move(show)](int done, int of, const Record& last) {
+    TellsWhenStopped::CountOne();
+    show(done, of, last);
+  };
 }
 
 // @return why the run ended early; empty if it did not.
@@ -114,6 +159,7 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   Store store = OpenForRun(folder, options, e);
   const auto cases = ShardOf(e.cases, options.shard, options.shards);
   const auto before = Missing(cases, store, options.resume).size();
+  TellsWhenStopped::Begin(cases.size() - before, cases.size());
   const base::Stopwatch watch;
   std::string failed = RunTillHopeless(e, cases, store, options);
   store.Finish();
@@ -176,7 +222,10 @@ void Run(RunArguments a) {
   if (!a.groups.empty()) a.changes.groups = base::Split(a.groups, ',');
   std::tie(a.options.shard, a.options.shards) = ParseShard(a.shard);
   const fs::path file = base::FindExperiment(a.experiment);
-  const Ran ran = RunExperiment(file, a.changes, SeedsFrom(a.seeds), a.out, a.options);
+  const Ran ran = [&] {
+    const TellsWhenStopped tells;
+    return RunExperiment(file, a.changes, SeedsFrom(a.seeds), a.out, a.options);
+  }();
   const auto format = TableFormatFrom(a.format);
   if (ran.report) {
     WriteTables(*ran.report, ran.stamp, format);
@@ -206,6 +255,11 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
   };
   if (seeds.empty()) {
     const Experiment e = open(refuse_errors);
+    if (experiment::StoresIn(ran.folder).front() != ran.folder) {
+      throw base::InputError(ran.folder.string() +
+                             ": holds runs of several seeds, which its table would then no longer "
+                             "show; --seeds N adds a seed, --out DIR writes elsewhere");
+    }
     return RunInto(ran.folder, e, options);
   }
   for (const std::uint64_t seed : seeds) {

@@ -262,9 +262,10 @@ Report ReportOf(const Results& results) {
     throw base::InputError(where + ": the tables cannot be written: " + error.what());
   }
   if (records.size() < wanted) {
-    report.notes.push_back(
-        fmt::format("{} of {} cases are missing: the run was stopped, or this is a shard",
-                    wanted - records.size(), wanted));
+    report.notes.push_back(fmt::format(
+        "{} of {} cases are missing: the run was stopped (--resume continues it), or this "
+        "is a shard",
+        wanted - records.size(), wanted));
   }
   return report;
 }

@@ -263,6 +263,17 @@ void AllowManyFiles() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+// A folder without its own results may hold the folders of several seeds.
+[[noreturn]] void FailWithoutResults(const fs::path& folder) {
+  const auto stores = StoresIn(folder);
+  std::vector<std::string> seeds;
+  for (const auto& store : stores) seeds.push_back(store.string());
+  throw base::InputError(folder.string() + ": no results here (no results.sqlite); give " +
+                         (stores.front() == folder
+                              ? "the results folder of `run`"
+                              : "the folder of one seed: " + base::Join(seeds, " or ")));
+}
+
 void RefuseResultsIn(const fs::path& folder) {
   if (!Store::Exists(folder)) return;
   throw base::InputError(folder.string() + ": already contains results; name a new folder");
@@ -366,10 +377,7 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
 }
 
 Store Store::Open(const fs::path& folder) {
-  if (!Exists(folder)) {
-    throw base::InputError(folder.string() + ": no results here (no results.sqlite); " +
-                           "give the results folder of `run`");
-  }
+  if (!Exists(folder)) FailWithoutResults(folder);
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
   std::error_code error;

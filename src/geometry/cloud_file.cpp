@@ -366,6 +366,11 @@ CloudFile ReadAny(const std::filesystem::path& file, const std::string& bytes) {
     throw base::InputError(file.string() + ": byte 0: an NPY file starts with \\x93NUMPY");
   }
   if (ending == ".xyz" || ending == ".txt") return ReadXyz(file, bytes);
+  constexpr std::size_t kHeader = 4096;
+  if (ending != ".pcd" && bytes.substr(0, kHeader).find("FIELDS") == std::string::npos) {
+    throw base::InputError(file.string() +
+                           ": is no cloud: .pcd, .ply, .npy and .xyz (or .txt: x y z) are read");
+  }
   return ReadPcd(file, bytes);
 }
 

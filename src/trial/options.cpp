@@ -224,8 +224,10 @@ std::string MissingObject(const std::vector<std::string>& objects, const Options
   for (const std::string& object : objects) {
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     if (fs::is_regular_file(mjcf)) continue;
-    return fmt::format("no object '{}' (no file {}); nearest: '{}'", object, mjcf.string(),
-                       base::NearestWord(object, KnownObjects(options)));
+    return fmt::format(
+        "no object '{}' (no file {}); nearest: '{}'; object_folders: [FOLDER] finds "
+        "the program's objects as well",
+        object, mjcf.string(), base::NearestWord(object, KnownObjects(options)));
   }
   return "";
 }

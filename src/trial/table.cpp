@@ -103,14 +103,19 @@ void CountTrial(bool detected, bool delivered, RowRate& detection, RowRate& gras
   if (detected) Add(delivered, grasping.count);
 }
 
-// A record's reason without numbers, for counting: the first line (of a traceback, whose lines
-// process::LastWords joined by " | ", the last) up to ';' or '(', without words that have no
-// letter, or a digit and no underscore (as in "penetration_p95_m"). Only the first of several
-// counted reasons ("no_ik x3, no_carry x1") is kept.
-std::string ReasonWithoutFigures(std::string detail) {
+bool HasDigit(const std::string& word) {
+  return std::ranges::any_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+bool HasLetter(const std::string& word) {
+  return std::ranges::any_of(word, [](unsigned char c) { return std::isalpha(c) != 0; });
+}
+
+// A record's reason, short enough for a table: the first line (of a traceback, whose lines
+// process::LastWords joined by " | ", the last) up to ';' or '('. Only the first of several counted
+// reasons ("no_ik x3, no_carry x1") is kept.
+std::string ShortReason(std::string detail) {
   constexpr std::size_t kMaxLength = 60;  // of a table cell
-  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
   constexpr std::string_view kLines = " | ";
   const std::size_t last = detail.rfind(kLines);
   if (last != std::string::npos && (detail.starts_with("Traceback") || detail.starts_with("..."))) {
@@ -118,21 +123,46 @@ std::string ReasonWithoutFigures(std::string detail) {
   }
   std::string reason;
   for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
-    const bool is_figure =
-        std::ranges::any_of(word, is_digit) && word.find('_') == std::string::npos;
-    if ((is_figure && word[0] == 'x') || reason.size() + word.size() > kMaxLength) break;
-    if (!base::IsUtf8(word)) continue;
-    const bool is_code = reason.ends_with("code");  // "ended with code 1"
-    if (!is_code && (is_figure || !std::ranges::any_of(word, is_letter))) continue;
+    const bool is_count = word.starts_with('x') && HasDigit(word);
+    if (is_count || reason.size() + word.size() > kMaxLength) break;
+    if (word.empty() || !base::IsUtf8(word)) continue;
     reason += (reason.empty() ? "" : " ") + word;
   }
   return reason;
 }
 
+// A short reason without its numbers, for counting: without words that have no letter, or a digit
+// and no underscore (as in "penetration_p95_m").
+std::string ReasonWithoutFigures(const std::string& short_reason) {
+  std::string reason;
+  for (const std::string& word : base::Split(short_reason, ' ')) {
+    const bool is_figure = HasDigit(word) && word.find('_') == std::string::npos;
+    const bool is_code = reason.ends_with("code");  // "ended with code 1"
+    if (!is_code && (is_figure || !HasLetter(word))) continue;
+    reason += (reason.empty() ? "" : " ") + word;
+  }
+  return reason;
+}
+
+// The first reason, with its numbers, of those that are counted together. The keys are the object
+// ("overall": all objects), the outcome, and the reason without numbers.
+using Examples = std::map<std::array<std::string, 3>, std::string>;
+
+Examples ExamplesIn(const std::vector<Record>& records) {
+  Examples examples;
+  for (const Record& record : records) {
+    const std::string reason = ShortReason(record.result.detail);
+    const std::string counted = ReasonWithoutFigures(reason);
+    examples.try_emplace({record.which.group, record.result.outcome, counted}, reason);
+    examples.try_emplace({"overall", record.result.outcome, counted}, reason);
+  }
+  return examples;
+}
+
 void CountRecord(const Record& record, const Data& data, Row& row) {
   const std::string& outcome = record.result.outcome;
   ++row.outcomes[outcome];
-  const std::string reason = ReasonWithoutFigures(record.result.detail);
+  const std::string reason = ReasonWithoutFigures(ShortReason(record.result.detail));
   if (!reason.empty()) ++row.reasons[outcome][reason];
   CountTrial(data.value("detected", false), outcome == kDelivered, row.detection, row.grasping);
   // A record of an older version has no "text"; a trial that crashed has no data at all.
@@ -272,9 +302,9 @@ std::string PText(const Table& table, const Rate& p) {
   return Fixed(*p, 4) + (*p < table.p_threshold ? " *" : "");
 }
 
-// Counts of failures with the most frequent reason of each: "dropped 2 (slid out of the hand 2),
-// no_path 3 (no_ik 2)".
-std::string Failures(const Row& row) {
+// Counts of failures with the most frequent reason of each: "dropped 2 (2 x slid out of the hand),
+// no_path 3 (2 x no_ik)".
+std::string Failures(const Row& row, const Examples& examples) {
   std::vector<std::string> texts;
   for (const auto& [outcome, count] : row.outcomes) {
     if (outcome == kDelivered) continue;
@@ -283,7 +313,9 @@ std::string Failures(const Row& row) {
     if (reasons == row.reasons.end()) continue;
     const auto most =
         std::ranges::max_element(reasons->second, {}, [](const auto& one) { return one.second; });
-    text += fmt::format(" ({} {})", most->first, most->second);
+    const auto example = examples.find({row.object, outcome, most->first});
+    text += fmt::format(" ({} x {})", most->second,
+                        example == examples.end() ? most->first : example->second);
   }
   return base::Join(texts);
 }
@@ -294,7 +326,7 @@ std::vector<Row> AllRows(const Table& table) {
   return rows;
 }
 
-Grid GridOf(const Table& table) {
+Grid GridOf(const Table& table, const Examples& examples) {
   const auto rows = AllRows(table);
   std::vector<Column<Row>> columns = {
       {"no.", "",
@@ -322,7 +354,8 @@ Grid GridOf(const Table& table) {
   add_rate("grasping %", &Row::grasping);
   add_compared("detection (text) %", &Row::text_detection);
   add_compared("grasping (text) %", &Row::text_grasping);
-  columns.push_back({"failures", "", Failures, experiment::kLeft});
+  columns.push_back(
+      {"failures", "", [&](const Row& row) { return Failures(row, examples); }, experiment::kLeft});
   Grid grid = experiment::GridOf(columns, rows);
   grid.total = true;
   return grid;
@@ -382,7 +415,7 @@ std::string TimesLine(const Table& table) {
   return line;
 }
 
-Grid CsvGridOf(const Table& table) {
+Grid CsvGridOf(const Table& table, const Examples& examples) {
   std::vector<Column<Row>> columns = {
       {"object", "", &Row::object},
       {"title", "", &Row::title},
@@ -403,7 +436,7 @@ Grid CsvGridOf(const Table& table) {
   const auto published = [](const RowRate& rate) { return rate.published; };
   add("published_detection_rate", &Row::text_detection, published);
   add("published_grasp_rate", &Row::text_grasping, published);
-  columns.push_back({"failures", "", Failures});
+  columns.push_back({"failures", "", [&](const Row& row) { return Failures(row, examples); }});
   return experiment::GridOf(columns, AllRows(table), "");
 }
 
@@ -672,7 +705,8 @@ ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);
   experiment::Report report;
-  report.sections.push_back({"", GridOf(table)});
+  const Examples examples = ExamplesIn(records);
+  report.sections.push_back({"", GridOf(table, examples)});
   const auto objects = base::Split(experiment::Need(stamp.identity, "groups"), ',');
   const FrictionCurve curve = FrictionCurveOf(records);
   if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
@@ -686,7 +720,7 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   ordered_json json = JsonOf(table);
   json["friction_curve"] = JsonOf(curve, objects);
   report.json = json.dump();
-  report.csv = CsvGridOf(table);
+  report.csv = CsvGridOf(table, examples);
   report.published = FiguresOf(table);
   return report;
 }

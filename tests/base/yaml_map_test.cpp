@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/installation.h"
 #include "base/units.h"
 #include "error_of.h"
 #include "temp_folder.h"
@@ -216,6 +217,32 @@ TEST_F(YamlMapTest, AnUnknownKeyNamesTheNearestValidOne) {
       AllOf(StartsWith(file_.string() + ":2: "), HasSubstr("unknown key 'trials_per_objct'"),
             HasSubstr("nearest valid key: 'trials_per_object'; "
                       "valid: name, trials_per_object")));
+}
+
+TEST_F(YamlMapTest, AnUnknownKeyIsSearchedInOtherMappingsToo) {
+  YamlMap map = Parse("name: a\ntimestep_ms: 1\n");
+  std::string text;
+  double step = 0.0;
+  map.Read("name", text);
+  map.Child("physics").Read("timestep_ms", step, 0.0, 1.0);
+  EXPECT_THAT(ErrorOf([&] { map.Finish(); }),
+              HasSubstr("nearest valid key: 'physics.timestep_ms'"));
+}
+
+TEST_F(YamlMapTest, AMissingKeyNamesTheMisspeltOne) {
+  YamlMap map = Parse("object: [a]\nobject_folder: b\n");
+  EXPECT_THAT(ErrorOf([&] { map.Require("objects"); }), HasSubstr("is 'object' meant for it?"));
+  YamlMap other = Parse("object_folder: b\n");
+  EXPECT_THAT(ErrorOf([&] { other.Require("objects"); }), testing::Not(HasSubstr("meant")));
+}
+
+TEST_F(YamlMapTest, APathOfTheProgramsOwnFileIsNamed) {
+  YamlMap map = Parse("scene: ../scenes/tabletop.xml\nother: scenes/none.xml\n");
+  std::filesystem::path path;
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("scene", path); }),
+              HasSubstr("the program has " + (DataFolder() / "scenes/tabletop.xml").string()));
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("other", path); }),
+              testing::Not(HasSubstr("the program has")));
 }
 
 TEST_F(YamlMapTest, AnUnknownKeyOfAChildNamesItsOwnLineAndKeys) {

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include "base/error.h"
 #include "cli/own_cell.h"
+#include "experiment/store.h"
 
 namespace rangegrasp {
 namespace {
@@ -34,6 +36,23 @@ TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
                                   "stop_after=0", "--set", "physics.glove_friction=0.01"}));
   EXPECT_THAT(ran.out, Not(HasSubstr("missing")));
   EXPECT_THAT(ran.err, Not(HasSubstr("stopped after")));
+}
+
+TEST_F(OwnCell, CtrlCTellsHowFarTheRunIsAndEndsIt) {
+  const std::string out = folder_ / "out";
+  testing_support::Command run({"run", Write(), "--jobs", "1", "--out", out, "--trials", "1000"});
+  const auto has_a_case = [&] {
+    try {
+      return experiment::Store::Open(out).Count() > 0;
+    } catch (const base::InputError&) {  // not yet created, or without its tables
+      return false;
+    }
+  };
+  while (run.Runs() && !has_a_case()) usleep(10'000);
+  run.Interrupt();
+  EXPECT_EQ(run.Wait(), -SIGINT);
+  EXPECT_THAT(run.Err(),
+              testing::ContainsRegex("stopped after [0-9]+ of 2000 cases; `--resume` continues"));
 }
 
 TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {

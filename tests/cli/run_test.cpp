@@ -139,6 +139,17 @@ TEST_F(RunTest, SeveralSeedsStandInOneTable) {
   EXPECT_THAT(compared.out, HasSubstr("pairs 2\n"));
 }
 
+// Its results would hide those of the seeds from `table`.
+TEST_F(RunTest, AFolderOfSeveralSeedsTakesNoRunOfOne) {
+  const std::string of_seed = Folder("of_seeds/seed-1");
+  std::filesystem::create_directories(of_seed);
+  std::filesystem::copy(Folder("single/results.sqlite"), of_seed);
+  const Ran ran = RunInto("of_seeds", {"--seed", "3"});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("holds runs of several seeds"));
+  EXPECT_FALSE(Store::Exists(Folder("of_seeds")));
+}
+
 TEST_F(RunTest, WrongSeedsAreTold) {
   for (const char* seeds : {"1,x", "1,1", "", "1,,2", "-1"}) {
     const Ran ran = RunInto("wrong_seeds", {std::string("--seeds=") + seeds});

@@ -360,6 +360,16 @@ TEST(ReadResults, PoolsTheSeedsOfAFolderInTheirOrder) {
   EXPECT_EQ(Row(results.records[2]), Row(SampleRecord("box", 0, 10)));
 }
 
+TEST(Store, AFolderOfSeveralSeedsIsRefusedWithTheFoldersOfItsSeeds) {
+  const TempFolder folder;
+  for (const std::uint64_t seed : {10u, 2u}) {
+    Fill(SeedFolder(folder.path(), seed), seed, StampOf(std::to_string(seed)));
+  }
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder.path()); }),
+              HasSubstr("give the folder of one seed: " + (folder / "seed-2").string() + " or " +
+                        (folder / "seed-10").string()));
+}
+
 TEST(ReadResults, SeedsOfDifferentCommitsNameAllOfThem) {
   TempFolder folder;
   const auto fill = [&](std::uint64_t seed, const std::map<std::string, std::string>& build) {

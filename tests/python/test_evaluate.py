@@ -96,6 +96,7 @@ def fail(scan):
     (lambda scan: [rg.Grasp(np.eye(3), 0.05)], "detector_failed", "4 x 4|shape"),
     (lambda scan: [rg.Grasp(2 * np.eye(4), 0.05)], "detector_failed", "rotation"),
     (lambda scan: rg.Detection([], [[10**9]]), "detector_failed", "position of a sample"),
+    (lambda scan: rg.Detection([], [scan.mask]), "detector_failed", "TypeError: objects must be positions of samples, e.g. np.flatnonzero"),
     (lambda scan: 7, "detector_failed", "list of Grasp"),
     (lambda scan: [np.zeros((50_000, 50_000)) + 1.0], "detector_failed", "MemoryError|memory"),
     (loop, "detector_failed", "time"),
@@ -190,7 +191,20 @@ def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path, monkeypatch):
     assert "delivered" in [row["outcome"] for row in done.rows]
 
 
+def test_a_single_word_stands_for_a_list_of_one():
+    one = rg.evaluate(None, "single", **{**FEW, "objects": "salt_cuboid"}, set="stop_after=7")
+    assert [row["group"] for row in one.rows] == ["salt_cuboid"]
+
+
+def test_without_pandas_records_name_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"pip install 'rangegrasp\[pandas\]'"):
+        rg.Results(tmp_path).records
+
+
 def test_wrong_use_is_refused():
+    with pytest.raises(TypeError, match="detect must be a function of a Scan, or None, not 'det.py'"):
+        rg.evaluate("det.py", "pille", progress=False)
     with pytest.raises(rg.InputError, match="nearest"):
         rg.evaluate(None, "pille", progress=False)
     with pytest.raises(rg.InputError, match="evaluate"):

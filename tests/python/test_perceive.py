@@ -93,6 +93,10 @@ def test_errors_name_what_is_wrong():
         rg.perceive(np.zeros((5, 5, 2)))
     with pytest.raises(ValueError, match="rigid motion"):
         rg.perceive(cloud_of_a_box(), 3 * np.eye(4))
+    with pytest.raises(ValueError, match=r"X_WV must be a 4 x 4 matrix, not of shape \(3,\)"):
+        rg.perceive(cloud_of_a_box(), [0.8, 0, 0.62])
+    with pytest.raises(ValueError, match="X_WV must be a 4 x 4 matrix of finite numbers"):
+        rg.perceive(cloud_of_a_box(), np.full((4, 4), np.nan))
     for noise in (-1.0, np.nan, np.inf):
         with pytest.raises(rg.InputError, match="noise must be a number of metres >= 0"):
             rg.perceive(cloud_of_a_box(), noise=noise)

@@ -1,6 +1,7 @@
 #include "trial/table.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -170,14 +171,32 @@ TEST_F(TableTest, FailuresHaveTheirMostFrequentReason) {
   add("crashed", "Traceback (most recent call last): | File x, line 3 | ValueError: bad");
   const auto report = ReportOf(stamp_, results);
   const std::string failures =
-      "crashed 1 (ValueError: bad 1), detector_failed 1 (ended with code 3 without an answer 1), "
-      "dropped 1, invalid_physics 3 (penetration_p95_m 2), no_path 1 (no_ik 1), not_lifted 3 (slid "
-      "out of the hand 2), not_segmented 1";
+      "crashed 1 (1 x ValueError: bad), detector_failed 1 (1 x ended with code 3 without an "
+      "answer), dropped 1, invalid_physics 3 (2 x penetration_p95_m 0.0011 > 0.001), no_path 1 "
+      "(1 x no_ik), not_lifted 3 (2 x slid out of the hand), not_segmented 1";
   EXPECT_EQ(report.sections[0].grid.rows[0].back(), failures);
   EXPECT_EQ(report.csv.rows[0].back(), failures);
   const auto json = nlohmann::json::parse(report.json);
   EXPECT_EQ(json["rows"][0]["reasons"]["not_lifted"],
             nlohmann::json({{"lost without a felt slip", 1}, {"slid out of the hand", 2}}));
+}
+
+// Reasons that differ in their numbers alone are counted together; the first one is printed whole.
+TEST_F(TableTest, TheReasonIsPrintedWithTheNumbersOfItsFirstTrial) {
+  auto results = results_;
+  const auto add = [&](const std::string& object, const std::string& detail) {
+    results.push_back(TableTrial(object, 9, false, "detector_failed"));
+    results.back().result.detail = detail;
+  };
+  add("mug", "X_WG must be a 4 x 4 matrix, not of shape (3, 3)");
+  add("box", "no answer within 2 s");
+  add("box", "no answer within 20 s");
+  const auto report = ReportOf(stamp_, results);
+  const auto& rows = report.sections[0].grid.rows;
+  EXPECT_THAT(rows[0].back(), testing::HasSubstr("(2 x no answer within 2 s)"));
+  EXPECT_THAT(rows[1].back(),
+              testing::HasSubstr("(1 x X_WG must be a 4 x 4 matrix, not of shape)"));
+  EXPECT_THAT(rows.back().back(), testing::HasSubstr("(2 x no answer within 2 s)"));
 }
 
 // They are numbers in separate columns, for making figures from them.

@@ -30,7 +30,11 @@ struct CheckScene {
 
 std::vector<CheckScene> ScenesOf(const Cell& cell) {
   std::vector<CheckScene> scenes;
-  for (const std::string& object : cell.options.objects) {
+  // Spread over the list, whose neighbors are often alike.
+  const auto& objects = cell.options.objects;
+  const std::size_t step = std::max<std::size_t>(1, objects.size() / kScenes);
+  for (std::size_t i = 0; i < objects.size(); i += step) {
+    const std::string& object = objects[i];
     const std::uint64_t seed = trial::TrialSeed(kSeed, object, 0);
     auto arranged = ArrangeTrial(cell, {object, 0, seed});
     if (!arranged) continue;
@@ -130,12 +134,17 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   bool failed = false;
   std::size_t in_air = 0;
   std::ptrdiff_t free = 0;
+  std::size_t answered = 0;
   const auto scenes = ScenesOf(cell);
   for (const CheckScene& scene : scenes) {
     try {
       const Detected detected = Ask(*cell.detector, scene);
       text += Describe(cell, scene, detected);
       free += Free(detected.detection);
+      answered += detected.answered;
+      if (Free(detected.detection) == 0) {
+        text += fmt::format("{}: warning: no grasp is free of collisions\n", scene.object);
+      }
       if (!detected.why_none.empty()) {
         ++in_air;
         text += fmt::format("{}: {}\n", scene.object, detected.why_none);
@@ -150,8 +159,11 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   if (in_air == scenes.size()) return false;
   if (free == 0) {
     text +=
-        "no grasp of any scan is free of collisions; if the answers have grasps, z of `rotation` "
-        "(its third column) must point from the palm to the object\n";
+        answered == 0
+            ? "no answer has a grasp\n"
+            : "no grasp of any scan is free of collisions: is z of `rotation` (its third column) "
+              "from the palm to the object, and do `samples` count all samples of the scan, "
+              "also those without a point?\n";
     return false;
   }
   return !failed;

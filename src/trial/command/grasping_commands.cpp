@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/image/image.h"
 #include "base/installation.h"
 #include "base/process/program.h"
@@ -194,6 +195,12 @@ void Check(CheckArguments arguments) {
     throw base::InputError("check needs either a file or --detector");
   }
   if (!arguments.detector.empty()) return CheckDetectorAlone(arguments);
+  const std::string ending = base::EndingOf(arguments.file);
+  if (!ending.empty() && ending != ".xml" && ending != ".yaml" && ending != ".yml") {
+    throw base::InputError(arguments.file +
+                           ": check takes MJCF (.xml) and experiments (.yaml); a detector needs "
+                           "--detector, a mesh `rangegrasp add-object`");
+  }
   const Checked checked = arguments.fix.empty() ? CheckFile(arguments) : FixFile(arguments);
   const Findings& findings = checked.findings;
   const auto errors = std::ranges::count(findings, true, &base::Finding::error);
@@ -204,7 +211,7 @@ void Check(CheckArguments arguments) {
     std::string text;
     for (const check::Change& change : checked.changes) text += TextOf(change);
     for (const base::Finding& finding : findings) text += base::TextOf(finding) + "\n";
-    if (checked.tried) text += checked.tried->Text() + "\n";
+    if (checked.tried) text += checked.tried->Text() + " (generated objects, built-in detector)\n";
     text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
                         checked.kind.find_first_of("aeo") == 0 ? "an" : "a", checked.kind,
                         findings.empty() ? std::string("no errors")

@@ -97,6 +97,9 @@ std::vector<std::string> Warnings(const perception::Scene& scene, const std::str
   }
   const bool wrong_unit = !warnings.empty();  // sizes then mean nothing
   if (!of_origin.empty()) warnings.push_back(of_origin);
+  if (!of_origin.empty() && std::abs(scene.table.plane.Distance(Eigen::Vector3d::Zero())) < 0.02) {
+    warnings.push_back("0,0,0 lies in the table's plane, so its upper side is not known");
+  }
   const auto points = static_cast<double>(scene.points_C.size());
   if (scene.objects.empty()) {
     warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
@@ -426,6 +429,13 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
     throw base::InputError("--crop: the first three numbers must be below the last three");
   }
   bool any = false;
+  const std::size_t points = file.points.size();
+  Eigen::AlignedBox3d box;
+  for (const auto& p : file.points) {
+    if (p.allFinite()) box.extend(p);
+  }
+  const Eigen::Vector3d& from = box.min();
+  const Eigen::Vector3d& to = box.max();
   for (auto& p : file.points) {
     const bool inside = (p.array() >= low).all() && (p.array() <= high).all();
     if (!inside) p.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -433,9 +443,9 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
   }
   if (!any) {
     throw base::InputError(
-        fmt::format("--crop: the box contains none of the {} points; its corners are in metres in "
-                    "the cloud's frame",
-                    file.points.size()));
+        fmt::format("--crop: the box contains none of the {} points, which are from {:.3g},{:.3g},"
+                    "{:.3g} to {:.3g},{:.3g},{:.3g} m (another unit: --unit)",
+                    points, from.x(), from.y(), from.z(), to.x(), to.y(), to.z()));
   }
   return file;
 }

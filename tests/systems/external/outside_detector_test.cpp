@@ -269,6 +269,11 @@ TEST_F(Outside, WhatIsNoAnswerIsSaidWithItsReason) {
   EXPECT_THAT(FailureOf("echo loading model; echo '{}'"), HasSubstr("begins with: loading model"));
   EXPECT_THAT(FailureOf("printf '\\377\\376\\n'"), HasSubstr("not JSON"));
   EXPECT_THAT(FailureOf("echo '{\"grasps\": [{\"width_m\": NaN}]}'"), HasSubstr("NaN"));
+  EXPECT_THAT(FailureOf("echo '{\"grasps\": [{\"width_m\": NaN}]}'"),
+              HasSubstr("NaN is not JSON; it is at the end of: {\"grasps\": [{\"width_m\": NaN"));
+  EXPECT_THAT(FailureOf("echo '{\"grasps\": [{\"score\": -Infinity}]}'"),
+              HasSubstr("Infinity is not JSON"));
+  EXPECT_THAT(FailureOf("printf '{\\n \"grasps\": []\\n}\\n'"), HasSubstr("must be one line"));
   EXPECT_THAT(FailureOf("echo '{\"grasps\": [1e999]}'"), HasSubstr("not JSON"));
   EXPECT_THAT(FailureOf("echo '{}'"), HasSubstr("'grasps' is missing"));
   EXPECT_THAT(FailureOf("echo '[]'"), HasSubstr("must be {\"objects\""));
@@ -395,9 +400,9 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   };
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");
   EXPECT_TRUE(empty.failed);
-  EXPECT_THAT(empty.text, HasSubstr("no grasp of any scan is free"));
+  EXPECT_THAT(empty.text, HasSubstr("no answer has a grasp"));
   EXPECT_THAT(empty.text, HasSubstr("salt_cylinder: 0 grasps in the answer; 0 objects; 0 grasps"));
-  EXPECT_THAT(empty.text, HasSubstr("z of `rotation` (its third column)"));
+  EXPECT_THAT(empty.text, testing::Not(HasSubstr("`rotation`")));
   EXPECT_THAT(empty.text, HasSubstr("sandbox: "));
   if (!process::WhyNoSandbox()) {
     EXPECT_THAT(empty.text, HasSubstr("the same answer"));

@@ -177,6 +177,25 @@ AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
   return grasp;
 }
 
+/// Why a line is not JSON. The common mistakes of programs that are otherwise right come first.
+std::string WhyNoJson(const std::string& line, const json::parse_error& e) {
+  const std::size_t at = std::max<std::size_t>(e.byte, 1) - 1;  // of the first wrong character
+  for (const char* word : {"NaN", "Infinity"}) {
+    if (at >= line.size() || !line.substr(at).starts_with(word)) continue;
+    const std::size_t from = at - std::min(at, kShown / 2);
+    return fmt::format("answer: {} is not JSON; it is at the end of: {}{}", word,
+                       line.substr(from, at - from), word);
+  }
+  if (at >= line.size() && line.starts_with('{')) {
+    return fmt::format("answer: not JSON: it must be one line, but its first line ends early: {}",
+                       line.substr(0, kShown));
+  }
+  return fmt::format(
+      "answer: not JSON ({}); it begins with: {} (print nothing else on stdout; messages for "
+      "people go to stderr)",
+      e.what(), line.substr(0, kShown));
+}
+
 json ParseLine(const std::string& line) {
   const auto shallow = [](int depth, json::parse_event_t, const json&) {
     if (depth <= kMaxDepth) return true;
@@ -184,11 +203,10 @@ json ParseLine(const std::string& line) {
   };
   try {
     return json::parse(line, shallow);
-  } catch (const json::exception& e) {
-    throw grasp::DetectorFailed(
-        fmt::format("answer: not JSON ({}); it begins with: {} (print nothing else on stdout; "
-                    "messages for people go to stderr)",
-                    e.what(), line.substr(0, kShown)));
+  } catch (const json::parse_error& e) {
+    throw grasp::DetectorFailed(WhyNoJson(line, e));
+  } catch (const json::exception& e) {  // e.g. a number beyond the range of a double
+    throw grasp::DetectorFailed(fmt::format("answer: not JSON ({})", e.what()));
   }
 }
 

@@ -323,7 +323,8 @@ experiment::Result BringAloud(const experiment::Task& task, const Case& which,
                               const std::function<void(const std::string&)>& say,
                               const experiment::ReplayOptions& options) {
   const auto* bring = dynamic_cast<const BringExperiment*>(&task);
-  if (!bring) throw base::InputError("the experiment does not have `task: bring`");
+  if (!bring)
+    throw base::InputError("the experiment has another task; write `task: bring` into it");
   return bring->Aloud(which, say, options);
 }
 
