@@ -23,6 +23,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "experiment/internal/commits.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -222,13 +223,11 @@ std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running,
   return waits;
 }
 
-// Rows from different commits must not look as if they came from one commit.
+// The new stamp with the builds that made the stored rows and will make the others.
 Stamp WithBuildOf(const Stamp& stored, Stamp now) {
   const std::string is = now.build["commit"];
   now.build = stored.build;
-  if (now.build["commit"] == is) return now;
-  std::string& others = now.build["resumed_with"];
-  if (others.find(is) == std::string::npos) others += (others.empty() ? "" : ",") + is;
+  internal::AddCommit(is, now);
   return now;
 }
 

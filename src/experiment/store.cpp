@@ -17,6 +17,7 @@
 
 #include "base/error.h"
 #include "base/words.h"
+#include "experiment/internal/commits.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -219,13 +220,6 @@ void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
   if (sorted(groups) == sorted(wanted)) groups = wanted;
 }
 
-// Adds a commit to those that made a run's rows besides the first one.
-void AddCommit(const std::string& commit, Stamp& stamp) {
-  if (commit.empty() || commit == ValueOr(stamp.build, "commit", "")) return;
-  std::string& others = stamp.build["resumed_with"];
-  if (others.find(commit) == std::string::npos) others += (others.empty() ? "" : ",") + commit;
-}
-
 // Runs of several seeds may differ only in the seed, the number of cases, and the order of groups,
 // which hazards draw at random.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
@@ -238,10 +232,9 @@ void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   CheckSameRun(alike, pooled, folder, "only runs that differ in their seeds have a common table");
   pooled.identity["seed"] = seeds;
   pooled.identity["cases"] = std::to_string(cases);
-  // Rows from different commits must not look as if they came from one commit.
   const auto of = [&](const char* name) { return ValueOr(stamp.build, name, ""); };
   for (const std::string& commit : base::Split(of("commit") + "," + of("resumed_with"), ',')) {
-    AddCommit(commit, pooled);
+    internal::AddCommit(commit, pooled);
   }
 }
 

@@ -42,10 +42,9 @@ geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m
 /// Source of a task's library: the simulator's own meshes, which no real user has, or less accurate
 /// ones.
 struct LibraryOptions {
-  std::filesystem::path
-      folder;  ///< contains NAME/NAME.xml or NAME.stl; empty: the objects' own meshes
-  double distortion_m = 0.0;  ///< root mean square (Distorted)
-  std::uint64_t seed = 1;     ///< seed of the experiment
+  std::filesystem::path folder;  ///< has NAME/NAME.xml or NAME.stl; empty: the objects' own meshes
+  double distortion_m = 0.0;     ///< root mean square (Distorted)
+  std::uint64_t seed = 1;        ///< seed of the experiment
 };
 
 /// Known objects, prepared for recognition. Immutable; copies share their content. In a process

@@ -64,9 +64,8 @@ void ReadText(YamlMap& map, TextFormat& text) {
   map.Read(
       "layout", text.layout,
       "rows: a line is a profile. pairs: a line is a profile x, height, x, height, and all have "
-      "the "
-      "same number of points (else use points). points: a line is a point x, height. columns: the "
-      "first column is x, each other column is a profile");
+      "the same number of points (else use points). points: a line is a point x, height. columns: "
+      "the first column is x, each other column is a profile");
   map.Read("separator", text.separator,
            "separator of columns; auto: semicolons if there are any, else commas, else blanks");
   map.Read("decimal_comma", text.decimal_comma, "whether numbers have a decimal comma: 1,5");

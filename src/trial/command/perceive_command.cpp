@@ -429,14 +429,9 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
     throw base::InputError("--crop: the first three numbers must be below the last three");
   }
   bool any = false;
-  const std::size_t points = file.points.size();
-  Eigen::AlignedBox3d box;
-  for (const auto& p : file.points) {
-    if (p.allFinite()) box.extend(p);
-  }
-  const Eigen::Vector3d& from = box.min();
-  const Eigen::Vector3d& to = box.max();
+  Eigen::AlignedBox3d all;
   for (auto& p : file.points) {
+    if (p.allFinite()) all.extend(p);
     const bool inside = (p.array() >= low).all() && (p.array() <= high).all();
     if (!inside) p.setConstant(std::numeric_limits<double>::quiet_NaN());
     any = any || inside;
@@ -445,7 +440,8 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
     throw base::InputError(
         fmt::format("--crop: the box contains none of the {} points, which are from {:.3g},{:.3g},"
                     "{:.3g} to {:.3g},{:.3g},{:.3g} m (another unit: --unit)",
-                    points, from.x(), from.y(), from.z(), to.x(), to.y(), to.z()));
+                    file.points.size(), all.min().x(), all.min().y(), all.min().z(), all.max().x(),
+                    all.max().y(), all.max().z()));
   }
   return file;
 }
