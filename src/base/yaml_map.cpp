@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <ranges>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -343,19 +345,36 @@ void YamlMap::ReadWords(const std::string& key, std::vector<std::string>& values
 
 namespace {
 
-/// ", the program has FILE" if a path that does not exist is that of a file of the program.
+// Letters that the names of two files have in common at the start if one is meant for the other.
+constexpr std::size_t kSameStart = 3;
+
+/// "; the program has FILE" if a path that does not exist is that of a file of the program, or has
+/// the name of a scene or sensor of the program or one like it.
 std::string Shipped(const std::filesystem::path& text) {
   std::filesystem::path inner;
   for (const auto& part : text.lexically_normal()) {
     if (part != "..") inner /= part;
   }
-  if (inner.empty() || inner.is_absolute()) return "";
+  const auto has = [](const std::filesystem::path& file) {
+    return "; the program has " + file.string();
+  };
   try {
+    std::error_code error;
     for (const auto& folder : {DataFolder(), DataFolder() / "experiments"}) {
-      std::error_code error;
-      if (std::filesystem::exists(folder / inner, error)) {
-        return "; the program has " + (folder / inner).string();
+      if (inner.empty() || inner.is_absolute()) break;
+      if (std::filesystem::exists(folder / inner, error)) return has(folder / inner);
+    }
+    std::map<std::string, std::filesystem::path> files;
+    for (const auto& folder : {DataFolder() / "scenes", DataFolder() / "models/sensors"}) {
+      for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        files[entry.path().stem().string()] = entry.path();
       }
+    }
+    const auto names = std::views::keys(files);
+    const std::string stem = text.stem().string();
+    const std::string nearest = NearestWord(stem, {names.begin(), names.end()});
+    if (stem.size() >= kSameStart && nearest.starts_with(stem.substr(0, kSameStart))) {
+      return has(files.at(nearest));
     }
   } catch (const InputError&) {  // a program without data
   }

@@ -104,7 +104,8 @@ std::string SummaryOf(const Record& record, const std::string& success) {
 void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
             const experiment::ReplayOptions& options, bool json) {
   const Record replayed{which, e.task->Replay(which, options)};
-  WriteResult(json ? experiment::ToJson(replayed) + "\n" : SummaryOf(replayed, e.kind->success));
+  WriteResult(json ? experiment::ToJson(replayed) + "\n"
+                   : SummaryOf(replayed, SuccessOf(*e.kind, e.stamp)));
   for (const Record& stored : store.ReadAll()) {
     if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
     spdlog::warn(

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <csignal>
+#include <functional>
 #include <memory>
 #include <tuple>
 
@@ -98,18 +99,13 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
   return store;
 }
 
-// The records of these cases.
-std::vector<Record> RecordsOf(const std::vector<Case>& cases, const Store& store) {
-  auto records = store.ReadAll();
-  std::erase_if(records, [&](const Record& record) {
-    return std::ranges::find(cases, record.which.id, &Case::id) == cases.end();
-  });
-  return records;
+bool Contains(const std::vector<Case>& cases, const std::string& id) {
+  return std::ranges::find(cases, id, &Case::id) != cases.end();
 }
 
 Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int before, int total) {
   Progress show = options.progress ? options.progress(before, total)
-                                   : ProgressBar(before, total, e.kind->success);
+                                   : ProgressBar(before, total, SuccessOf(*e.kind, e.stamp));
   return [show = std::move(show)](int done, int of, const Record& last) {
     TellsWhenStopped::CountOne();
     show(done, of, last);
@@ -117,7 +113,7 @@ Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int befo
 }
 
 // @return why the run ended early; empty if it did not.
-std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store& store,
+std::string RunTillHopeless(const Experiment& e, const std::vector<Case>& cases, Store& store,
                             const RunIntoOptions& options) {
   const experiment::RunOptions how{
       .jobs = options.jobs, .case_limit_s = e.common.case_limit_s, .processes = options.processes};
@@ -132,12 +128,12 @@ std::string RunTillHopeless(const Experiment& e, std::vector<Case> cases, Store&
     first.resize(stop_after);
     const bool begun_before = Missing(first, store).empty();
     const auto now = Missing(first, store, options.resume);
-    std::erase_if(missing, [&](const Case& c) {
-      return std::ranges::find(now, c.id, &Case::id) != now.end();
-    });
+    std::erase_if(missing, [&](const Case& which) { return Contains(now, which.id); });
     done = static_cast<int>(now.size());
     RunCases(now, run, store, how, ProgressOf(options, e, 0, total));
-    const auto failure = experiment::SameFailure(RecordsOf(first, store), e.kind->success);
+    auto records = store.ReadAll();
+    std::erase_if(records, [&](const Record& record) { return !Contains(first, record.which.id); });
+    const auto failure = experiment::SameFailure(records, SuccessOf(*e.kind, e.stamp));
     if (failure && !begun_before) {
       return fmt::format(
           "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
@@ -169,7 +165,7 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   spdlog::info("{} cases in {:.1f} s (--jobs {}); results in {}",
                before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
                store.file().string());
-  const auto same = experiment::SameFailure(results.records, e.kind->success);
+  const auto same = experiment::SameFailure(results.records, SuccessOf(*e.kind, e.stamp));
   if (same && results.records.front().result.outcome == e.kind->unusable) {
     failed += (failed.empty() ? "" : "\n") + ("all cases ended in " + *same);
   }
@@ -181,8 +177,9 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   return {folder, std::move(failed), std::move(results.stamp), std::move(report)};
 }
 
-// Otherwise a run would find these only trial by trial. @throws base::InputError with all errors.
-void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
+// Otherwise a run would find these only trial by trial. @return true, to go on
+// @throws base::InputError with all errors.
+bool RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
   std::vector<std::string> errors;
   for (const base::Finding& finding : findings) {
     if (finding.error) {
@@ -191,7 +188,7 @@ void RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findin
       spdlog::warn(base::TextOf(finding));
     }
   }
-  if (errors.empty()) return;
+  if (errors.empty()) return true;
   throw base::InputError(
       fmt::format("{}: the experiment has errors:\n{}", file.string(), base::Join(errors, "\n")));
 }
@@ -249,10 +246,7 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
     e.task->Hide(ran.folder);
     return e;
   };
-  const auto refuse_errors = [&](const std::vector<base::Finding>& findings) {
-    RefuseErrors(file, findings);
-    return true;
-  };
+  const auto refuse_errors = std::bind_front(RefuseErrors, file);
   if (seeds.empty()) {
     const Experiment e = open(refuse_errors);
     if (experiment::StoresIn(ran.folder).front() != ran.folder) {

@@ -77,13 +77,8 @@ std::string Escaped(const std::string& text) {
   bool at_begin = true;
   for (const char c : text) {
     if (at_begin && (c == '.' || c == '\'')) escaped += "\\&";
-    if (c == '\\') {
-      escaped += "\\e";
-    } else if (c == '-') {
-      escaped += "\\-";
-    } else {
-      escaped += c;
-    }
+    if (c == '\\' || c == '-') escaped += '\\';
+    escaped += c == '\\' ? 'e' : c;  // a backslash is \e
     at_begin = c == '\n';
   }
   return escaped;

@@ -80,9 +80,11 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
   const auto known = GroupsOf(cases);
   for (const std::string& group : wanted) {
     if (std::ranges::find(known, group) != known.end()) continue;
-    throw base::InputError(file.string() + ": has no '" + group + "'; did you mean '" +
-                           base::NearestWord(group, known) + "'? It has " + base::Join(known) +
-                           "; others need an experiment file that lists them");
+    throw base::InputError(
+        file.string() + ": has no '" + group + "'; did you mean '" +
+        base::NearestWord(group, known) + "'? It has " + base::Join(known) +
+        "; others need an experiment file that lists them, or more trials if the " +
+        "objects take turns");
   }
   std::erase_if(cases,
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
@@ -211,6 +213,10 @@ const TaskKind& KindOf(const Stamp& stamp) {
                          base::Join(KindNames()));
 }
 
+std::string SuccessOf(const TaskKind& kind, const Stamp& stamp) {
+  return ValueOr(stamp.data, kSuccess, kind.success);
+}
+
 RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const Results one = ReadResults(first);
   const Results two = ReadResults(second);
@@ -219,7 +225,8 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
     throw base::InputError(fmt::format("{}: has another task than {} ({})", second.string(),
                                        first.string(), kind.name));
   }
-  RunComparison compared{Compare(one.records, two.records, kind.success), kind.success, {}};
+  const std::string success = SuccessOf(kind, one.stamp);
+  RunComparison compared{Compare(one.records, two.records, success), success, {}};
   if (compared.pairs == 0) {
     throw base::InputError(
         fmt::format("{}, {}: the two runs have no case with the same id and seed", first.string(),
@@ -232,6 +239,11 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
         "{} ({}) and {} ({}) are runs of different experiments: a pair has the same object and "
         "seed, perhaps not the same scene",
         first.string(), name, second.string(), other);
+  } else if (const std::string second_success = SuccessOf(kind, two.stamp);
+             second_success != success) {
+    compared.warning =
+        fmt::format("{} counts '{}' as success, {} '{}': both are compared by '{}'", first.string(),
+                    success, second.string(), second_success, success);
   }
   return compared;
 }
@@ -263,8 +275,8 @@ Report ReportOf(const Results& results) {
   }
   if (records.size() < wanted) {
     report.notes.push_back(fmt::format(
-        "{} of {} cases are missing: the run was stopped (--resume continues it), or this "
-        "is a shard",
+        "{} of {} cases are missing: the run has not ended (--resume continues one that was "
+        "stopped), or this is a shard",
         wanted - records.size(), wanted));
   }
   return report;

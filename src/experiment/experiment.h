@@ -61,6 +61,9 @@ std::string FileAsRun(const Stamp& stamp);
 /// The kind of the experiment of a store. @throws base::InputError if its name is unknown.
 const TaskKind& KindOf(const Stamp& stamp);
 
+/// The outcome that counts as success in a run of this kind; empty if there is none.
+std::string SuccessOf(const TaskKind& kind, const Stamp& stamp);
+
 /// The tables of a results folder, with a note of how many cases are missing.
 Report ReportOf(const Results& results);
 

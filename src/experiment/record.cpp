@@ -138,28 +138,53 @@ std::string TitleOf(const Stamp& stamp, const std::string& group) {
 
 namespace {
 
-// How two runs differ in a value of their identity.
+// Lines of an experiment file that a message shows.
+constexpr std::size_t kShownLines = 3;
+
+constexpr const char* kText = "experiment_text";
+
+// The lines of a stamp's value that decide results: not comments, the seed or the number of trials.
+std::vector<std::string> DecidingLines(const Stamp& stamp, const char* name,
+                                       const std::string& trials) {
+  auto lines = base::Split(ValueOr(stamp.data, name, ""), '\n');
+  for (std::string& line : lines) line.erase(line.find_last_not_of(" \t\r") + 1);
+  std::erase_if(lines, [&](const std::string& line) {
+    const std::string key = line.substr(0, line.find_first_of("=:"));
+    const auto first = line.find_first_not_of(" \t");
+    return first == std::string::npos || line[first] == '#' || key == trials || key == "seed";
+  });
+  return lines;
+}
+
+// The first of the lines that are not in `others`.
+std::string OnlyIn(std::vector<std::string> lines, const std::vector<std::string>& others) {
+  std::erase_if(lines,
+                [&](const std::string& line) { return std::ranges::count(others, line) > 0; });
+  for (std::string& line : lines) line.erase(0, line.find_first_not_of(" \t"));
+  if (lines.size() > kShownLines) lines[kShownLines] = "...";
+  lines.resize(std::min(lines.size(), kShownLines + 1));
+  return base::Join(lines);
+}
+
+// How two runs differ in a value of their identity; empty if they differ only in comments.
 std::string Difference(const std::string& name, const Stamp& stored, const Stamp& wanted) {
-  const auto shown = [](const std::string& value) { return value.empty() ? "none" : value; };
   const auto pair = [&](const std::string& was, const std::string& is) {
+    const auto shown = [](const std::string& value) { return value.empty() ? "none" : value; };
     return fmt::format("{} instead of {}", shown(was), shown(is));
   };
-  // What only one of them sets. The hash leaves out the seed and the number of trials.
-  const std::string trials = ValueOr(wanted.data, kTrialsKey, "trials_per_object") + "=";
-  const auto set = [&](const Stamp& of, const Stamp& other) {
-    auto words = base::Split(ValueOr(of.data, "set", ""), '\n');
-    const auto others = base::Split(ValueOr(other.data, "set", ""), '\n');
-    std::erase_if(words, [&](const std::string& word) {
-      return word.starts_with(trials) || word.starts_with("seed=") ||
-             std::ranges::count(others, word) > 0;
-    });
-    return base::Join(words);
-  };
-  if (name == "experiment_hash") {
-    const std::string was = set(stored, wanted), is = set(wanted, stored);
-    return was == is ? "the experiment files differ" : "--set: " + pair(was, is);
+  if (name != "experiment_hash") {
+    return name + " " +
+           pair(ValueOr(stored.identity, name, ""), ValueOr(wanted.identity, name, ""));
   }
-  return name + " " + pair(ValueOr(stored.identity, name, ""), ValueOr(wanted.identity, name, ""));
+  const std::string differs = "the experiment files differ";
+  const std::string trials = ValueOr(wanted.data, kTrialsKey, "trials_per_object");
+  for (const auto& [part, words] : {std::pair{"set", std::string("--set")}, {kText, differs}}) {
+    const auto was = DecidingLines(stored, part, trials), is = DecidingLines(wanted, part, trials);
+    if (was == is) continue;
+    const std::string only_was = OnlyIn(was, is), only_is = OnlyIn(is, was);
+    return only_was == only_is ? words + " in their order" : words + ": " + pair(only_was, only_is);
+  }
+  return stored.data.contains(kText) && wanted.data.contains(kText) ? "" : differs;
 }
 
 }  // namespace
@@ -170,8 +195,10 @@ void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& w
   names.insert(wanted.identity.begin(), wanted.identity.end());
   for (const auto& [name, value] : names) {
     if (ValueOr(stored.identity, name, "") == ValueOr(wanted.identity, name, "")) continue;
-    throw base::InputError(fmt::format("{}: contains results of another run ({}); {}", where,
-                                       Difference(name, stored, wanted), remedy));
+    const std::string difference = Difference(name, stored, wanted);
+    if (difference.empty()) continue;
+    throw base::InputError(
+        fmt::format("{}: contains results of another run ({}); {}", where, difference, remedy));
   }
 }
 

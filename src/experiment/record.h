@@ -90,12 +90,15 @@ struct Stamp {
 
 /// Name in Stamp::data of the key that --trials sets (TaskKind::trials_key). Older stamps lack it.
 inline constexpr const char* kTrialsKey = "trials_key";
+/// Name in Stamp::data of a run's success, if it is not TaskKind::success.
+inline constexpr const char* kSuccess = "success";
 
 /// Name of a group's title for tables in Stamp::data: "title.<group>".
 inline constexpr const char* kTitlePrefix = "title.";
 /// The title of a group, or the group itself if it has none.
 std::string TitleOf(const Stamp& stamp, const std::string& group);
 
+/// Experiment files that differ only in lines that are comments are the same.
 /// @throws base::InputError that begins with `where`, names the first value that differs, and ends
 /// with what to do.
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where,

@@ -356,11 +356,8 @@ CloudFile ReadXyz(const std::filesystem::path& file, std::string_view text) {
 }
 
 CloudFile ReadAny(const std::filesystem::path& file, const std::string& bytes) {
+  if (IsPly(file, bytes)) return ReadPlyCloud(file, bytes);
   const std::string ending = base::EndingOf(file);
-  if (IsPly(bytes)) return ReadPlyCloud(file, bytes);
-  if (ending == ".ply") {
-    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
-  }
   if (bytes.starts_with(kNpyMagic)) return ReadNpy(file, bytes);
   if (ending == ".npy") {
     throw base::InputError(file.string() + ": byte 0: an NPY file starts with \\x93NUMPY");
@@ -396,16 +393,6 @@ void Normalize(const std::filesystem::path& file, double unit_m, CloudFile& clou
   internal::CheckPlace(file, "VIEWPOINT [m]", *cloud.sensor_origin, internal::kMaxPoint_m);
 }
 
-void CheckFields(const RangeImage& image, const std::vector<CloudField>& fields) {
-  for (const CloudField& field : fields) {
-    if (field.values.size() != image.points_C.size()) {
-      throw std::invalid_argument(
-          fmt::format("WriteCloud: field {} has {} values; the image has {} points", field.name,
-                      field.values.size(), image.points_C.size()));
-    }
-  }
-}
-
 constexpr char kColor[] = "rgb";
 
 Eigen::Vector3d ViewpointOf(const RangeImage& image) {
@@ -435,8 +422,8 @@ std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fie
 }
 
 std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fields) {
-  Indices measured;
-  ToCloud(image, &measured);
+  const Indices measured =
+      PositionsWhere(image.points_C, [](const Eigen::Vector3d& p) { return p.allFinite(); });
   std::string bytes = internal::PlyVertexHeader(measured.size());
   for (const CloudField& field : fields) {
     bytes += field.name == kColor ? internal::kPlyColor : "property uint " + field.name + "\n";
@@ -486,7 +473,12 @@ CloudField ColorField(const std::vector<Rgb>& colors) {
 
 void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
                 const std::vector<CloudField>& fields) {
-  CheckFields(image, fields);
+  for (const CloudField& field : fields) {
+    if (field.values.size() == image.points_C.size()) continue;
+    throw std::invalid_argument(
+        fmt::format("WriteCloud: field {} has {} values; the image has {} points", field.name,
+                    field.values.size(), image.points_C.size()));
+  }
   base::WriteFile(
       file, base::EndingOf(file) == ".ply" ? PlyBytes(image, fields) : PcdBytes(image, fields));
 }

@@ -13,8 +13,11 @@
 namespace rangegrasp::geometry {
 namespace {
 
+/// Points and their metric for nanoflann. The metric is nanoflann::L2_Simple_Adaptor without its
+/// loop over axes, which is not a compile-time constant.
 struct Adaptor {
-  PointSpan points;
+  using ElementType = double;
+  using DistanceType = double;
 
   std::size_t kdtree_get_point_count() const { return points.size(); }
   double kdtree_get_pt(std::size_t i, std::size_t axis) const {
@@ -24,14 +27,6 @@ struct Adaptor {
   bool kdtree_get_bbox(Box&) const {
     return false;
   }
-};
-
-/// nanoflann::L2_Simple_Adaptor without its loop over axes, which is not a compile-time constant.
-struct SquaredDistance {
-  using ElementType = double;
-  using DistanceType = double;
-
-  explicit SquaredDistance(const Adaptor& adaptor) : points(adaptor.points) {}
   double evalMetric(const double* query, std::uint32_t i, std::size_t) const {
     const Eigen::Vector3d& p = points[i];
     const double dx = query[0] - p.x();
@@ -44,31 +39,18 @@ struct SquaredDistance {
   PointSpan points;
 };
 
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<SquaredDistance, Adaptor, 3, std::uint32_t>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<Adaptor, Adaptor, 3, std::uint32_t>;
 
 /// nanoflann searches up to worstDist() and may stop if addPoint() returns false.
+template <class Visit>
 struct WithinSet {
   double squared_radius;
-  std::vector<KdTree::Neighbor>& out;
+  Visit visit;  ///< visit(index, squared distance) returns whether to go on
 
   bool full() const { return true; }
   double worstDist() const { return squared_radius; }
   bool addPoint(double squared_distance, std::uint32_t index) {
-    if (squared_distance < squared_radius) out.push_back({index, squared_distance});
-    return true;
-  }
-};
-
-struct CountSet {
-  double squared_radius;
-  std::size_t limit;
-  std::size_t count = 0;
-
-  bool full() const { return true; }
-  double worstDist() const { return squared_radius; }
-  bool addPoint(double squared_distance, std::uint32_t) {
-    if (squared_distance < squared_radius) ++count;
-    return count < limit;
+    return !(squared_distance < squared_radius) || visit(index, squared_distance);
   }
 };
 
@@ -151,16 +133,20 @@ void KdTree::Within(const Eigen::Vector3d& query, double radius_m,
                     std::vector<Neighbor>& out) const {
   out.clear();
   if (!(radius_m > 0.0)) return;
-  WithinSet set{radius_m * radius_m, out};
+  WithinSet set{radius_m * radius_m, [&out](std::uint32_t index, double squared_distance) {
+                  out.push_back({index, squared_distance});
+                  return true;
+                }};
   impl_->Search(query, set);
 }
 
 std::size_t KdTree::CountWithin(const Eigen::Vector3d& query, double radius_m,
                                 std::size_t limit) const {
   if (!(radius_m > 0.0) || limit == 0) return 0;
-  CountSet set{radius_m * radius_m, limit};
+  std::size_t count = 0;
+  WithinSet set{radius_m * radius_m, [&](std::uint32_t, double) { return ++count < limit; }};
   impl_->Search(query, set);
-  return set.count;
+  return count;
 }
 
 NeighborDistances NearestNeighborDistances(PointSpan points, const KdTree& tree) {

@@ -5,7 +5,9 @@
 #include <CGAL/convex_hull_3.h>
 
 #include <algorithm>
+#include <iterator>
 
+#include "geometry/graph.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::geometry {
@@ -13,7 +15,6 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Face = SurfaceMesh::Face_index;
 using Halfedge = SurfaceMesh::Halfedge_index;
 using Vertex = SurfaceMesh::Vertex_index;
 
@@ -24,30 +25,19 @@ bool Coplanar(const SurfaceMesh& hull, Halfedge h) {
 }
 
 /// The facet of each triangle: neighboring triangles in exactly one plane form one facet.
-std::vector<std::size_t> FacetOfTriangle(const SurfaceMesh& hull) {
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> facet(hull.number_of_faces(), kNone);
-  std::vector<Face> front;
-  for (const Face first : hull.faces()) {
-    if (facet[first] != kNone) continue;
-    facet[first] = first;
-    front.push_back(first);
-    while (!front.empty()) {
-      const Face face = front.back();
-      front.pop_back();
-      for (const Halfedge h : hull.halfedges_around_face(hull.halfedge(face))) {
-        const Face next = hull.face(hull.opposite(h));
-        if (facet[next] != kNone || !Coplanar(hull, h)) continue;
-        facet[next] = first;
-        front.push_back(next);
-      }
-    }
+std::vector<std::uint32_t> FacetOfTriangle(const SurfaceMesh& hull) {
+  UnionFind facets(hull.num_faces());
+  for (const auto edge : hull.edges()) {
+    const Halfedge h = hull.halfedge(edge);
+    if (Coplanar(hull, h)) facets.Unite(hull.face(h), hull.face(hull.opposite(h)));
   }
+  std::vector<std::uint32_t> facet(hull.num_faces());
+  for (std::uint32_t f = 0; f < facet.size(); ++f) facet[f] = facets.Find(f);
   return facet;
 }
 
 /// The corners of a facet in order, starting at a triangle edge on its outline.
-std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size_t>& facet,
+std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::uint32_t>& facet,
                             Halfedge start) {
   std::vector<Vertex> outline;
   Halfedge h = start;
@@ -70,11 +60,11 @@ std::vector<Vertex> Corners(const SurfaceMesh& hull, const std::vector<std::size
 }
 
 std::vector<std::vector<Vertex>> Facets(const SurfaceMesh& hull) {
-  const std::vector<std::size_t> facet = FacetOfTriangle(hull);
+  const std::vector<std::uint32_t> facet = FacetOfTriangle(hull);
   std::vector<std::vector<Vertex>> facets;
   std::vector<bool> done(facet.size(), false);
   for (const Halfedge h : hull.halfedges()) {
-    const std::size_t f = facet[hull.face(h)];
+    const std::uint32_t f = facet[hull.face(h)];
     if (done[f] || f == facet[hull.face(hull.opposite(h))]) continue;
     done[f] = true;
     facets.push_back(Corners(hull, facet, h));
@@ -87,16 +77,13 @@ std::vector<std::vector<Vertex>> Facets(const SurfaceMesh& hull) {
 std::vector<std::uint32_t> AddVertices(const SurfaceMesh& hull,
                                        const std::vector<std::vector<Vertex>>& facets,
                                        TriangleMesh& mesh) {
-  constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
-  std::vector<std::uint32_t> number(hull.num_vertices(), kUnused);
-  std::vector<Vertex> order;
+  std::vector<std::uint32_t> number(hull.num_vertices(), 0);
   for (const auto& corners : facets) {
-    for (const Vertex v : corners) {
-      if (number[v] != kUnused) continue;
-      number[v] = 0;
-      order.push_back(v);
-    }
+    for (const Vertex v : corners) number[v] = 1;
   }
+  std::vector<Vertex> order;
+  std::ranges::copy_if(hull.vertices(), std::back_inserter(order),
+                       [&](Vertex v) { return number[v] == 1; });
   std::ranges::sort(order, [&](Vertex a, Vertex b) { return hull.point(a) < hull.point(b); });
   for (const Vertex v : order) {
     number[v] = static_cast<std::uint32_t>(mesh.vertices.size());

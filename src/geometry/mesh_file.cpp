@@ -48,42 +48,35 @@ bool CorrectFlags(const aiScene& scene) {
   return polygons;
 }
 
-TriangleMesh ToMesh(const aiMesh& source) {
-  TriangleMesh mesh;
+TexturedMesh ToMesh(const aiMesh& source) {
+  TexturedMesh result;
+  auto& [mesh, uv] = result;
   for (unsigned i = 0; i < source.mNumVertices; ++i) {
     const aiVector3D& p = source.mVertices[i];
     mesh.vertices.emplace_back(static_cast<double>(p.x), static_cast<double>(p.y),
                                static_cast<double>(p.z));
   }
+  const aiVector3D* coordinates = source.mTextureCoords[0];
   for (unsigned i = 0; i < source.mNumFaces; ++i) {
     const aiFace& face = source.mFaces[i];
     if (face.mNumIndices != 3) continue;  // points and lines
     mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
-  }
-  return mesh;
-}
-
-// Appends the texture coordinates of the corners of ToMesh's triangles.
-void AppendUv(const aiMesh& source, std::vector<std::array<Eigen::Vector2d, 3>>& uv) {
-  const aiVector3D* coordinates = source.mTextureCoords[0];
-  for (unsigned i = 0; i < source.mNumFaces; ++i) {
-    const aiFace& face = source.mFaces[i];
-    if (face.mNumIndices != 3) continue;
     auto& corners = uv.emplace_back();
     for (unsigned k = 0; k < 3; ++k) {
       const aiVector3D at = coordinates ? coordinates[face.mIndices[k]] : aiVector3D();
       corners.at(k) = {static_cast<double>(at.x), static_cast<double>(at.y)};
     }
   }
+  return result;
 }
 
 void Collect(const aiScene& scene, const aiNode& node, const base::Pose& X_WP,
              TexturedMesh& result) {
   const base::Pose X_WN = X_WP * ToPose(node.mTransformation);
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
-    Append(Transformed(ToMesh(mesh), X_WN), result.mesh);
-    AppendUv(mesh, result.uv);
+    const TexturedMesh part = ToMesh(*scene.mMeshes[node.mMeshes[i]]);
+    Append(Transformed(part.mesh, X_WN), result.mesh);
+    result.uv.insert(result.uv.end(), part.uv.begin(), part.uv.end());
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) {
     Collect(scene, *node.mChildren[i], X_WN, result);
@@ -146,11 +139,8 @@ void CheckGlb(const std::filesystem::path& file, const std::string& bytes) {
 // Reads formats with polygons and doubles, which assimp would triangulate and round to floats.
 std::optional<internal::PolygonSoup> ReadPolygons(const std::filesystem::path& file,
                                                   const std::string& bytes) {
+  if (internal::IsPly(file, bytes)) return internal::ReadPlyPolygons(file, bytes);
   const std::string ending = base::EndingOf(file);
-  if (internal::IsPly(bytes)) return internal::ReadPlyPolygons(file, bytes);
-  if (ending == ".ply") {
-    throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
-  }
   if (ending == ".off") return internal::ReadOff(file, bytes);
   if (ending == ".obj") return internal::ReadObj(file, bytes);
   return std::nullopt;
@@ -254,7 +244,7 @@ TexturedMesh Read(const std::filesystem::path& file, std::string bytes, bool tex
 
 bool PlyHoldsMesh(const std::filesystem::path& file) {
   const std::string bytes = base::ReadNonEmptyFile(file);
-  return internal::IsPly(bytes) && internal::CheckPlyHeader(file, bytes) > 0;
+  return internal::IsPly(file, bytes) && internal::CheckPlyHeader(file, bytes) > 0;
 }
 
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file) {

@@ -33,7 +33,7 @@ struct TexturedMesh {
 /// OFF, which has no texture.
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
-/// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for other files.
+/// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for other formats.
 /// @throws base::InputError if its header is invalid or the file cannot be read.
 bool PlyHoldsMesh(const std::filesystem::path& file);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -56,11 +57,10 @@ const Vector3d& RangeImage::OriginOf(std::size_t index) const {
   return origins_C[index / static_cast<std::size_t>(samples)];
 }
 
-PointCloud ToCloud(const RangeImage& image, Indices* source) {
-  Indices measured =
-      PositionsWhere(image.points_C, [](const Vector3d& p) { return p.allFinite(); });
-  PointCloud cloud{Select(image.points_C, measured), {}};
-  if (source != nullptr) *source = std::move(measured);
+PointCloud ToCloud(const RangeImage& image) {
+  PointCloud cloud;
+  std::ranges::copy_if(image.points_C, std::back_inserter(cloud.points),
+                       [](const Vector3d& p) { return p.allFinite(); });
   return cloud;
 }
 
@@ -94,6 +94,12 @@ SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m)
   }
   size_ = cells.cast<int>();
   cells_.assign(static_cast<std::size_t>(cells.prod()), Cell::kUnseen);
+}
+
+std::optional<Vector3i> SeenSpace::CellOf(const Vector3d& p_C) const {
+  const Vector3i cell = ((p_C - low_C_) / cell_m_).array().floor().cast<int>();
+  if ((cell.array() < 0).any() || (cell.array() >= size_.array()).any()) return std::nullopt;
+  return cell;
 }
 
 Vector3d SeenSpace::MiddleOf(const Vector3i& cell) const {
@@ -147,10 +153,7 @@ void SeenSpace::Add(const View& view) {
       if (state == Cell::kUnseen) state = Cell::kFree;
       return true;
     });
-    const Vector3d place = (p_C - low_C_) / cell_m_;
-    const Vector3i cell = place.array().floor().cast<int>();
-    if ((cell.array() < 0).any() || (cell.array() >= size_.array()).any()) continue;
-    cells_[Index(cell)] = Cell::kSurface;
+    if (const auto cell = CellOf(p_C)) cells_[Index(*cell)] = Cell::kSurface;
   }
 }
 

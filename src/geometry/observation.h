@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,9 +30,8 @@ struct RangeImage {
   const Eigen::Vector3d& OriginOf(std::size_t index) const;
 };
 
-/// The measured points of an image, in its order. If `source` is given, it receives their indices
-/// in the image.
-PointCloud ToCloud(const RangeImage& image, Indices* source = nullptr);
+/// The measured points of an image, in its order.
+PointCloud ToCloud(const RangeImage& image);
 
 /// The distance of neighbors in the image [m]: the median over the samples of the mean distance to
 /// the next sample of the profile and to the same sample of the next profile (only to one of them
@@ -99,6 +99,12 @@ class SeenSpace {
 
   Cell At(const Eigen::Vector3i& cell) const { return cells_[Index(cell)]; }
   const Eigen::Vector3i& Size() const { return size_; }
+  /// The cell that contains a point; nullopt outside the box.
+  std::optional<Eigen::Vector3i> CellOf(const Eigen::Vector3d& p_C) const;
+  /// Numbers the cells from 0, without gaps.
+  std::size_t Index(const Eigen::Vector3i& cell) const {
+    return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
+  }
   Eigen::Vector3d MiddleOf(const Eigen::Vector3i& cell) const;
   double UnseenVolume() const;  ///< [m^3]
 
@@ -114,9 +120,6 @@ class SeenSpace {
   TriangleMesh Ceiling(double margin_m) const;
 
  private:
-  std::size_t Index(const Eigen::Vector3i& cell) const {
-    return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
-  }
   template <typename Visit>
   void Walk(const Eigen::Vector3d& from_C, const Eigen::Vector3d& to_C, const Visit& visit) const;
 

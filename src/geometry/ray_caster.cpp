@@ -29,23 +29,22 @@ void CheckMesh(const TriangleMesh& mesh, std::size_t index) {
   }
 }
 
-void* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t stride,
-                std::size_t count) {
-  void* data = rtcSetNewGeometryBuffer(geometry, type, 0, format, stride, count);
+/// A new buffer of `count` triples of numbers.
+template <typename T>
+T* NewBuffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
+  void* data = rtcSetNewGeometryBuffer(geometry, type, 0, format, 3 * sizeof(T), count);
   if (data == nullptr) throw base::RunError("Embree: out of memory for a mesh");
-  return data;
+  return static_cast<T*>(data);
 }
 
 void FillGeometry(RTCGeometry geometry, const TriangleMesh& mesh) {
   auto* vertices =
-      static_cast<float*>(NewBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3,
-                                    3 * sizeof(float), mesh.vertices.size()));
+      NewBuffer<float>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.vertices.size());
   for (const Eigen::Vector3d& p : mesh.vertices) {
     for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(p[axis]);
   }
-  auto* indices =
-      static_cast<std::uint32_t*>(NewBuffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3,
-                                            3 * sizeof(unsigned), mesh.triangles.size()));
+  auto* indices = NewBuffer<std::uint32_t>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3,
+                                           mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) indices = std::ranges::copy(triangle, indices).out;
 }
 
@@ -116,12 +115,6 @@ struct RayCaster::Embree {
     rtcAttachGeometryByID(scene, geometry, id);
     rtcReleaseGeometry(geometry);
   }
-  void Commit() {
-    rtcCommitScene(scene);
-    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-      throw base::RunError("Embree: the scene could not be built");
-    }
-  }
 };
 
 RayCaster::RayCaster(std::span<const TriangleMesh* const> meshes) {
@@ -130,7 +123,10 @@ RayCaster::RayCaster(std::span<const TriangleMesh* const> meshes) {
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     embree_->Attach(*meshes[i], static_cast<unsigned>(i));
   }
-  embree_->Commit();
+  rtcCommitScene(embree_->scene);
+  if (rtcGetDeviceError(embree_->device) != RTC_ERROR_NONE) {
+    throw base::RunError("Embree: the scene could not be built");
+  }
 }
 
 RayCaster::~RayCaster() = default;
@@ -170,20 +166,18 @@ void RayCaster::Blocked(std::span<const Ray> rays, std::vector<std::uint8_t>& bl
   });
 }
 
-std::size_t Print::IndexAt(const Eigen::Vector2f& uv) const {
+std::optional<std::size_t> MeshColors::TexelAt(const Hit& hit) const {
+  if (!print) return std::nullopt;
+  const auto& [a, b, c] = uv[hit.triangle];
+  const Eigen::Vector2f at = (1.0f - hit.second - hit.third) * a + hit.second * b + hit.third * c;
+  if (!at.allFinite()) return std::nullopt;
   const auto texel = [](float place, int size) {
     const float wrapped = place - std::floor(place);
     return static_cast<std::size_t>(
         std::min(static_cast<int>(wrapped * static_cast<float>(size)), size - 1));
   };
-  return texel(uv.y(), height) * static_cast<std::size_t>(width) + texel(uv.x(), width);
-}
-
-std::optional<std::size_t> MeshColors::TexelAt(const Hit& hit) const {
-  if (!print) return std::nullopt;
-  const auto& [a, b, c] = uv[hit.triangle];
-  const Eigen::Vector2f at = (1.0f - hit.second - hit.third) * a + hit.second * b + hit.third * c;
-  return at.allFinite() ? std::optional(print->IndexAt(at)) : std::nullopt;
+  return texel(at.y(), print->height) * static_cast<std::size_t>(print->width) +
+         texel(at.x(), print->width);
 }
 
 std::optional<Rgb> MeshColors::PrintAt(const Hit& hit) const {

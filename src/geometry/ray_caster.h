@@ -63,15 +63,13 @@ struct Print {
   int width = 0;
   int height = 0;
   std::vector<Rgb> texels;
-
-  /// Index of the texel at a texture coordinate, which repeats outside [0, 1].
-  std::size_t IndexAt(const Eigen::Vector2f& uv) const;
 };
 
 /// The colors of a mesh's triangles.
 struct MeshColors {
   std::shared_ptr<const Print> print;  ///< null: nothing is printed
   /// Texture coordinates of triangles' corners (NaN: nothing is printed); empty without a print.
+  /// They repeat outside [0, 1].
   std::vector<std::array<Eigen::Vector2f, 3>> uv;
   std::vector<Rgb> plain;  ///< color of each triangle where nothing is printed; empty: unknown
 

@@ -20,21 +20,6 @@ using geometry::Points;
 using perception::PerceivedObject;
 using perception::Scene;
 
-DetectedGrasp GraspFrom(const Grasp& grasp, std::size_t object) {
-  return {object,
-          grasp.X_CH,
-          grasp.opening_m,
-          grasp.width_m,
-          grasp.quality.angles.Larger(),
-          grasp.X_CG.linear().col(2),
-          grasp.score,
-          grasp.type,
-          grasp.pitch_rad,
-          grasp.collides,
-          {},
-          grasp.probability};
-}
-
 // Largest distance of measured points of a fixture from its drawn surface: the calibration's error
 // (three times 0.1 deg and 1 mm at 1 m), the noise, and smearing at edges.
 constexpr double kFixture_m = 0.010;
@@ -98,7 +83,15 @@ class DissertationDetector : public Detector {
     if (detected.has_turn && !scene.objects.empty()) {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
       detected.seconds.emplace_back("obstacles", watch.Restart());
-      grasps = Grasps(scene, obstacles.measured_C, detected.why_none);
+      if (selector_) {
+        auto selected =
+            selector_->plan(scene, 0, robot_.hand(), options_.grasp, obstacles.measured_C);
+        grasps = std::move(selected.grasps);
+        detected.why_none = std::move(selected.why_none);
+      } else {
+        grasps =
+            PlanGrasps(scene, 0, robot_.hand(), Arm(robot_), options_.grasp, obstacles.measured_C);
+      }
       if (score_) score_->Rank(observation, scene, 0, robot_.hand(), grasps);
       detected.seconds.emplace_back("grasp", watch.Restart());
     }
@@ -111,16 +104,6 @@ class DissertationDetector : public Detector {
   }
 
  private:
-  std::vector<Grasp> Grasps(const Scene& scene, std::span<const geometry::TriangleMesh> obstacles_C,
-                            std::string& why_none) const {
-    if (selector_) {
-      auto selected = selector_->plan(scene, 0, robot_.hand(), options_.grasp, obstacles_C);
-      why_none = std::move(selected.why_none);
-      return std::move(selected.grasps);
-    }
-    return PlanGrasps(scene, 0, robot_.hand(), Arm(robot_), options_.grasp, obstacles_C);
-  }
-
   const DetectorOptions& options_;
   const robot::Robot& robot_;
   const GraspSelector* selector_;    ///< null: anywhere
@@ -188,22 +171,6 @@ class StraightDownDetector : public Detector {
   SceneObserver observer_;
 };
 
-std::string WhereTaken() {
-  std::string text = "where objects are grasped: anywhere";
-  for (const GraspSelector& selector : Selectors()) text += ", or " + selector.about;
-  return text;
-}
-
-void ReadScore(YamlMap& map, DetectorOptions& all) {
-  map.Read("score", all.score, "what ranks grasps; learned: the predicted probability of delivery");
-  map.ReadPath("score_model", all.score_model,
-               "file of the learned score, made by scripts/train-grasp-score; without it the "
-               "shipped one, models/grasp_score.json");
-  if (all.score == ScoreKind::kRules && !all.score_model.empty()) {
-    map.Fail("score_model", "is used with `score: learned` only");
-  }
-}
-
 }  // namespace
 
 perception::Workspace WorkspaceOf(const robot::Robot& robot, double margin_m) {
@@ -233,7 +200,20 @@ Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::
          .rotational = perceived.kind == perception::ObjectKind::kRotational,
          .open = perceived.open});
   }
-  for (const Grasp& grasp : grasps) detection.grasps.push_back(GraspFrom(grasp, object));
+  for (const Grasp& grasp : grasps) {
+    detection.grasps.push_back({.object = object,
+                                .X_CH = grasp.X_CH,
+                                .opening_m = grasp.opening_m,
+                                .width_m = grasp.width_m,
+                                .contact_angle_rad = grasp.quality.angles.Larger(),
+                                .approach_C = grasp.X_CG.linear().col(2),
+                                .score = grasp.score,
+                                .type = grasp.type,
+                                .pitch_rad = grasp.pitch_rad,
+                                .collides = grasp.collides,
+                                .name = {},
+                                .probability = grasp.probability});
+  }
   return detection;
 }
 
@@ -248,12 +228,6 @@ void AddGraspSelector(const GraspSelector& selector) { Selectors().push_back(sel
 const GraspSelector* FindGraspSelector(const std::string& word) {
   const auto found = std::ranges::find(Selectors(), word, &GraspSelector::word);
   return found == Selectors().end() ? nullptr : &*found;
-}
-
-std::vector<std::string> GraspSelectorWords() {
-  std::vector<std::string> words = {kAnywhere};
-  for (const GraspSelector& selector : Selectors()) words.push_back(selector.word);
-  return words;
 }
 
 Points PlacesOf(const Observation& observation) {
@@ -276,8 +250,20 @@ std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& option
 
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
   GraspOptions& options = all.grasp;
-  map.Read("take", all.take, GraspSelectorWords(), WhereTaken());
-  ReadScore(map, all);
+  std::vector<std::string> words = {kAnywhere};
+  std::string where = "where objects are grasped: anywhere";
+  for (const GraspSelector& selector : Selectors()) {
+    words.push_back(selector.word);
+    where += ", or " + selector.about;
+  }
+  map.Read("take", all.take, words, where);
+  map.Read("score", all.score, "what ranks grasps; learned: the predicted probability of delivery");
+  map.ReadPath("score_model", all.score_model,
+               "file of the learned score, made by scripts/train-grasp-score; without it the "
+               "shipped one, models/grasp_score.json");
+  if (all.score == ScoreKind::kRules && !all.score_model.empty()) {
+    map.Fail("score_model", "is used with `score: learned` only");
+  }
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "minimum distance between hand and table");
   map.Read("max_candidates", options.max_candidates, 1, 200,

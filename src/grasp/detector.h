@@ -82,8 +82,6 @@ struct GraspSelector {
 void AddGraspSelector(const GraspSelector& selector);
 /// The selector of a word of grasp.take; null: anywhere.
 const GraspSelector* FindGraspSelector(const std::string& word);
-/// kAnywhere and the words of all selectors.
-std::vector<std::string> GraspSelectorWords();
 
 /// The region within margin_m of the robot's workspace, in W, without the samples measured there on
 /// the work cell's fixtures (Robot::workcell).

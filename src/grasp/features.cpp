@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 
 #include "base/linear_algebra.h"
 #include "geometry/kd_tree.h"
@@ -63,101 +64,6 @@ struct Contact {
   double up = 0.0;
 };
 
-/// Shares of the object's points.
-struct Around {
-  double adjacent = 0.0;  ///< next to another thing
-  double shadow = 0.0;    ///< above unseen space
-};
-
-/// The data that features are computed from.
-struct Looked {
-  const Grasp& grasp;
-  const perception::PerceivedObject& object;
-  const Around& around;
-  double own_points;
-  Vector3d up, axis;    ///< axis: the measured object's longest one
-  Vector3d middle;      ///< between the pads
-  double off_center_m;  ///< horizontal distance from the object's center
-  double height_m;      ///< height of the middle above the table
-  Shares thumb_way, thumb_end, fingers_way, fingers_end, between;
-  Side thumb_beyond, fingers_beyond;
-  Contact at_thumb, at_fingers;
-  double thumb_neighbor_m, fingers_neighbor_m, wall_m;
-};
-
-using L = const Looked&;
-struct Feature {
-  std::string_view name;
-  double (*of)(L);
-};
-constexpr Feature kFeatures[] = {
-    // The grasp.
-    {"width", [](L l) { return l.grasp.width_m; }},
-    {"opening", [](L l) { return l.grasp.opening_m; }},
-    {"contact_angle", [](L l) { return l.grasp.quality.angles.Larger(); }},
-    {"score", [](L l) { return l.grasp.score; }},
-    {"pad_height", [](L l) { return l.height_m; }},
-    {"off_center", [](L l) { return l.off_center_m; }},
-    {"workspace_distance", [](L l) { return l.middle.head<2>().norm(); }},
-    // Contacts on the completed object.
-    {"above", [](L l) { return l.grasp.quality.above_m; }},
-    {"slope", [](L l) { return l.grasp.quality.slope_m; }},
-    {"finger_lean", [](L l) { return l.grasp.quality.finger_lean; }},
-    {"thumb_lean", [](L l) { return l.grasp.quality.thumb_lean; }},
-    {"top_margin", [](L l) { return l.grasp.quality.top_margin_m; }},
-    {"contact_area", [](L l) { return l.grasp.quality.contact_m2; }},
-    {"room", [](L l) { return l.grasp.quality.room_m; }},
-    // The object.
-    {"size_long", [](L l) { return l.object.size_m.x(); }},
-    {"size_short", [](L l) { return l.object.size_m.y(); }},
-    {"height", [](L l) { return l.object.height_m; }},
-    {"points", [](L l) { return std::log(std::max(1.0, l.own_points)); }},
-    {"rotational",
-     [](L l) { return l.object.kind == perception::ObjectKind::kRotational ? 1.0 : 0.0; }},
-    // Space on the way of thumb and fingers.
-    {"thumb_way_free", [](L l) { return l.thumb_way.Of(Space::kFree); }},
-    {"thumb_way_unseen", [](L l) { return l.thumb_way.Of(Space::kUnseen); }},
-    {"fingers_way_free", [](L l) { return l.fingers_way.Of(Space::kFree); }},
-    {"fingers_way_unseen", [](L l) { return l.fingers_way.Of(Space::kUnseen); }},
-    // Space where thumb and fingers end.
-    {"thumb_end_unseen", [](L l) { return l.thumb_end.Of(Space::kUnseen); }},
-    {"fingers_end_unseen", [](L l) { return l.fingers_end.Of(Space::kUnseen); }},
-    // Between the pads.
-    {"between_own", [](L l) { return l.between.Of(Space::kOwn); }},
-    {"between_unseen", [](L l) { return l.between.Of(Space::kUnseen); }},
-    {"between_other", [](L l) { return l.between.Of(Space::kOther); }},
-    {"between_free", [](L l) { return l.between.Of(Space::kFree); }},
-    // Beyond the object's ends.
-    {"thumb_beyond_free", [](L l) { return l.thumb_beyond.beyond.Of(Space::kFree); }},
-    {"thumb_beyond_unseen", [](L l) { return l.thumb_beyond.beyond.Of(Space::kUnseen); }},
-    {"thumb_beyond_unseen_m", [](L l) { return l.thumb_beyond.unseen_m; }},
-    {"thumb_beyond_missing_m", [](L l) { return l.thumb_beyond.missing_m; }},
-    {"fingers_beyond_free", [](L l) { return l.fingers_beyond.beyond.Of(Space::kFree); }},
-    {"fingers_beyond_unseen", [](L l) { return l.fingers_beyond.beyond.Of(Space::kUnseen); }},
-    {"fingers_beyond_unseen_m", [](L l) { return l.fingers_beyond.unseen_m; }},
-    {"fingers_beyond_missing_m", [](L l) { return l.fingers_beyond.missing_m; }},
-    // Neighbors.
-    {"thumb_neighbor_m", [](L l) { return l.thumb_neighbor_m; }},
-    {"fingers_neighbor_m", [](L l) { return l.fingers_neighbor_m; }},
-    {"adjacent", [](L l) { return l.around.adjacent; }},
-    {"shadow", [](L l) { return l.around.shadow; }},
-    // The measured surface where the pads close: its distance, and how it faces.
-    {"thumb_seen_m", [](L l) { return l.at_thumb.seen_m; }},
-    {"thumb_face", [](L l) { return l.at_thumb.face; }},
-    {"thumb_up", [](L l) { return l.at_thumb.up; }},
-    {"fingers_seen_m", [](L l) { return l.at_fingers.seen_m; }},
-    {"fingers_face", [](L l) { return l.at_fingers.face; }},
-    {"fingers_up", [](L l) { return l.at_fingers.up; }},
-    // The measured object's longest axis, and an open box's walls.
-    {"axis_up", [](L l) { return std::abs(l.axis.dot(l.up)); }},
-    {"hand_wall_m", [](L l) { return l.wall_m; }},
-};
-constexpr auto kNames = [] {
-  std::array<std::string_view, std::size(kFeatures)> names;
-  std::ranges::transform(kFeatures, names.begin(), &Feature::name);
-  return names;
-}();
-
 /// Points of the hand's shapes on one side, thinned.
 Points PointsOf(const HandModel::State& state, bool thumb) {
   Points all;
@@ -172,40 +78,54 @@ Points PointsOf(const HandModel::State& state, bool thumb) {
   return thin;
 }
 
-}  // namespace
+using Tree = std::unique_ptr<geometry::KdTree>;  ///< null: of no points
 
-struct FeatureMaker::Impl {
+Tree TreeOf(const Points& points) {
+  return points.empty() ? nullptr : std::make_unique<geometry::KdTree>(points);
+}
+
+/// The distance of the nearest point of a tree from any of the points, if below `nearest_m`.
+double NearestTo(const Tree& tree, const Points& points_C, double nearest_m) {
+  if (!tree) return nearest_m;
+  std::vector<geometry::KdTree::Neighbor> found;
+  for (const Vector3d& p : points_C) {
+    tree->Nearest(p, 1, found);
+    nearest_m = std::min(nearest_m, std::sqrt(found.front().squared_distance));
+  }
+  return nearest_m;
+}
+
+/// What was measured of an object and around it.
+struct ObjectSpace {
   const perception::Scene& scene;
   const perception::PerceivedObject& object;
   const HandModel& hand;
   Vector3d up;
-  Eigen::AlignedBox3d box;
-  double cell_m;
   SeenSpace seen;
   std::vector<std::uint8_t> things;  ///< per cell: 1 own points, 2 another's
   Points own, own_normals, others, wall;
-  std::unique_ptr<geometry::KdTree> own_tree, other_tree, wall_tree;  ///< of these points; or null
-  Around around;
-  Vector3d axis = Vector3d::Zero();
+  Tree own_tree, other_tree, wall_tree;  ///< of these points
+  double adjacent = 0.0;  ///< share of the object's points that are next to another thing
+  double shadow = 0.0;    ///< share of them that are above unseen space
+  Vector3d axis = Vector3d::Zero();         ///< the measured object's longest one
   std::vector<Points> thumbs_H, fingers_H;  ///< per state of the hand
 
-  static Eigen::AlignedBox3d BoxOf(const perception::Scene& scene,
-                                   const perception::PerceivedObject& object) {
+  static SeenSpace SpaceAround(const perception::Scene& scene,
+                               const perception::PerceivedObject& object) {
     Eigen::AlignedBox3d box = geometry::BoundsOf(object.completed_C);
     for (const auto i : object.points) box.extend(scene.cloud.points[i]);
     const Vector3d around = Vector3d::Constant(kAround_m + kFarthest_m / 2.0);
-    return {Vector3d(box.min() - around), Vector3d(box.max() + around)};
+    box = {Vector3d(box.min() - around), Vector3d(box.max() + around)};
+    return {box, std::max(kSeenCell_m, std::cbrt(box.volume() / kMaxCells))};
   }
 
-  Impl(const geometry::Observation& observation, const perception::Scene& scene_, std::size_t index,
-       const HandModel& hand_)
+  ObjectSpace(const geometry::Observation& observation, const perception::Scene& scene_,
+              std::size_t index, const HandModel& hand_)
       : scene(scene_),
         object(scene_.objects[index]),
         hand(hand_),
         up(scene_.table.plane.normal),
-        box(BoxOf(scene_, object)),
-        cell_m(std::max(kSeenCell_m, std::cbrt(box.volume() / kMaxCells))),
-        seen(box, cell_m) {
+        seen(SpaceAround(scene_, object)) {
     for (const auto& view : observation.views) seen.Add(view);
     std::vector<char> is_own(scene.cloud.size(), 0);
     for (const auto i : object.points) is_own[i] = 1;
@@ -214,7 +134,7 @@ struct FeatureMaker::Impl {
       const Vector3d& p = scene.cloud.points[i];
       (is_own[i] ? own : others).push_back(p);
       if (is_own[i]) own_normals.push_back(scene.cloud.normals[i]);
-      if (const auto cell = CellOf(p)) things[IndexOf(*cell)] = is_own[i] ? 1 : 2;
+      if (const auto cell = seen.CellOf(p)) things[seen.Index(*cell)] = is_own[i] ? 1 : 2;
     }
     for (const HandModel::State& state : hand.states) {
       thumbs_H.push_back(PointsOf(state, true));
@@ -224,67 +144,31 @@ struct FeatureMaker::Impl {
     own_tree = TreeOf(own);
     other_tree = TreeOf(others);
     wall_tree = TreeOf(wall);
-    LookAround();
-    axis = LongestAxis(own);
-  }
-
-  static std::unique_ptr<geometry::KdTree> TreeOf(const Points& points) {
-    return points.empty() ? nullptr : std::make_unique<geometry::KdTree>(points);
-  }
-
-  static Vector3d LongestAxis(const Points& points) {
-    if (points.empty()) return Vector3d::Zero();
-    return base::SymmetricEigen(geometry::Scatter(points, geometry::Centroid(points)))
-        .vectors.col(2);
-  }
-
-  std::optional<Eigen::Vector3i> CellOf(const Vector3d& p) const {
-    const Eigen::Vector3i cell = ((p - box.min()) / cell_m).array().floor().matrix().cast<int>();
-    if ((cell.array() < 0).any() || (cell.array() >= seen.Size().array()).any()) {
-      return std::nullopt;
+    if (own.empty()) return;
+    Shares below;
+    int adjacent_points = 0;
+    for (const Vector3d& p : own) {
+      below.Add(At(p - 0.5 * scene.table.plane.Distance(p) * up));
+      adjacent_points += other_tree && other_tree->CountWithin(p, kAdjacent_m, 1) > 0;
     }
-    return cell;
-  }
-  std::size_t IndexOf(const Eigen::Vector3i& cell) const {
-    const Eigen::Vector3i size = seen.Size();
-    return static_cast<std::size_t>((cell.z() * size.y() + cell.y()) * size.x() + cell.x());
+    adjacent = adjacent_points / static_cast<double>(own.size());
+    shadow = below.Of(Space::kUnseen);
+    axis = base::SymmetricEigen(geometry::Scatter(own, geometry::Centroid(own))).vectors.col(2);
   }
 
   Space At(const Vector3d& p) const {
     if (scene.table.plane.Distance(p) < kOnTable_m) return Space::kTable;
-    const auto cell = CellOf(p);
+    const auto cell = seen.CellOf(p);
     if (!cell) return Space::kFree;  // above, or far from the object
-    const std::uint8_t thing = things[IndexOf(*cell)];
+    const std::uint8_t thing = things[seen.Index(*cell)];
     if (thing != 0) return thing == 1 ? Space::kOwn : Space::kOther;
     return seen.At(*cell) == SeenSpace::Cell::kFree ? Space::kFree : Space::kUnseen;
-  }
-
-  void LookAround() {
-    Shares below;
-    int adjacent = 0;
-    for (const Vector3d& p : own) {
-      below.Add(At(p - 0.5 * scene.table.plane.Distance(p) * up));
-      adjacent += other_tree && other_tree->CountWithin(p, kAdjacent_m, 1) > 0;
-    }
-    around = {adjacent / std::max<double>(1.0, static_cast<double>(own.size())),
-              below.Of(Space::kUnseen)};
-  }
-
-  static double Nearest(const std::unique_ptr<geometry::KdTree>& tree, const Points& points_C,
-                        double nearest_m) {
-    if (!tree) return nearest_m;
-    std::vector<geometry::KdTree::Neighbor> found;
-    for (const Vector3d& p : points_C) {
-      tree->Nearest(p, 1, found);
-      nearest_m = std::min(nearest_m, std::sqrt(found.front().squared_distance));
-    }
-    return nearest_m;
   }
 
   // The measured surface where a pad closes; `out` points away from the object.
   Contact ContactOf(const Vector3d& pad, const Vector3d& out) const {
     Contact contact;
-    contact.seen_m = Nearest(own_tree, {pad}, kNeighbor_m);
+    contact.seen_m = NearestTo(own_tree, {pad}, kNeighbor_m);
     if (!own_tree) return contact;
     std::vector<geometry::KdTree::Neighbor> near;
     own_tree->Within(pad, kContact_m, near);
@@ -323,11 +207,97 @@ struct FeatureMaker::Impl {
     }
     return side;
   }
-
-  Looked LookAt(const Grasp& grasp) const;
 };
 
-Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
+/// The data that features are computed from.
+struct Looked {
+  const Grasp& grasp;
+  const ObjectSpace& space;
+  Vector3d middle;      ///< between the pads
+  double off_center_m;  ///< horizontal distance from the object's center
+  double height_m;      ///< height of the middle above the table
+  Shares thumb_way, thumb_end, fingers_way, fingers_end, between;
+  Side thumb_beyond, fingers_beyond;
+  Contact at_thumb, at_fingers;
+  double thumb_neighbor_m, fingers_neighbor_m, wall_m;
+};
+
+using L = const Looked&;
+struct Feature {
+  std::string_view name;
+  double (*of)(L);
+};
+constexpr Feature kFeatures[] = {
+    // The grasp.
+    {"width", [](L l) { return l.grasp.width_m; }},
+    {"opening", [](L l) { return l.grasp.opening_m; }},
+    {"contact_angle", [](L l) { return l.grasp.quality.angles.Larger(); }},
+    {"score", [](L l) { return l.grasp.score; }},
+    {"pad_height", [](L l) { return l.height_m; }},
+    {"off_center", [](L l) { return l.off_center_m; }},
+    {"workspace_distance", [](L l) { return l.middle.head<2>().norm(); }},
+    // Contacts on the completed object.
+    {"above", [](L l) { return l.grasp.quality.above_m; }},
+    {"slope", [](L l) { return l.grasp.quality.slope_m; }},
+    {"finger_lean", [](L l) { return l.grasp.quality.finger_lean; }},
+    {"thumb_lean", [](L l) { return l.grasp.quality.thumb_lean; }},
+    {"top_margin", [](L l) { return l.grasp.quality.top_margin_m; }},
+    {"contact_area", [](L l) { return l.grasp.quality.contact_m2; }},
+    {"room", [](L l) { return l.grasp.quality.room_m; }},
+    // The object.
+    {"size_long", [](L l) { return l.space.object.size_m.x(); }},
+    {"size_short", [](L l) { return l.space.object.size_m.y(); }},
+    {"height", [](L l) { return l.space.object.height_m; }},
+    {"points",
+     [](L l) { return std::log(std::max(1.0, static_cast<double>(l.space.own.size()))); }},
+    {"rotational",
+     [](L l) { return l.space.object.kind == perception::ObjectKind::kRotational ? 1.0 : 0.0; }},
+    // Space on the way of thumb and fingers.
+    {"thumb_way_free", [](L l) { return l.thumb_way.Of(Space::kFree); }},
+    {"thumb_way_unseen", [](L l) { return l.thumb_way.Of(Space::kUnseen); }},
+    {"fingers_way_free", [](L l) { return l.fingers_way.Of(Space::kFree); }},
+    {"fingers_way_unseen", [](L l) { return l.fingers_way.Of(Space::kUnseen); }},
+    // Space where thumb and fingers end.
+    {"thumb_end_unseen", [](L l) { return l.thumb_end.Of(Space::kUnseen); }},
+    {"fingers_end_unseen", [](L l) { return l.fingers_end.Of(Space::kUnseen); }},
+    // Between the pads.
+    {"between_own", [](L l) { return l.between.Of(Space::kOwn); }},
+    {"between_unseen", [](L l) { return l.between.Of(Space::kUnseen); }},
+    {"between_other", [](L l) { return l.between.Of(Space::kOther); }},
+    {"between_free", [](L l) { return l.between.Of(Space::kFree); }},
+    // Beyond the object's ends.
+    {"thumb_beyond_free", [](L l) { return l.thumb_beyond.beyond.Of(Space::kFree); }},
+    {"thumb_beyond_unseen", [](L l) { return l.thumb_beyond.beyond.Of(Space::kUnseen); }},
+    {"thumb_beyond_unseen_m", [](L l) { return l.thumb_beyond.unseen_m; }},
+    {"thumb_beyond_missing_m", [](L l) { return l.thumb_beyond.missing_m; }},
+    {"fingers_beyond_free", [](L l) { return l.fingers_beyond.beyond.Of(Space::kFree); }},
+    {"fingers_beyond_unseen", [](L l) { return l.fingers_beyond.beyond.Of(Space::kUnseen); }},
+    {"fingers_beyond_unseen_m", [](L l) { return l.fingers_beyond.unseen_m; }},
+    {"fingers_beyond_missing_m", [](L l) { return l.fingers_beyond.missing_m; }},
+    // Neighbors.
+    {"thumb_neighbor_m", [](L l) { return l.thumb_neighbor_m; }},
+    {"fingers_neighbor_m", [](L l) { return l.fingers_neighbor_m; }},
+    {"adjacent", [](L l) { return l.space.adjacent; }},
+    {"shadow", [](L l) { return l.space.shadow; }},
+    // The measured surface where the pads close: its distance, and how it faces.
+    {"thumb_seen_m", [](L l) { return l.at_thumb.seen_m; }},
+    {"thumb_face", [](L l) { return l.at_thumb.face; }},
+    {"thumb_up", [](L l) { return l.at_thumb.up; }},
+    {"fingers_seen_m", [](L l) { return l.at_fingers.seen_m; }},
+    {"fingers_face", [](L l) { return l.at_fingers.face; }},
+    {"fingers_up", [](L l) { return l.at_fingers.up; }},
+    // The measured object's longest axis, and an open box's walls.
+    {"axis_up", [](L l) { return std::abs(l.space.axis.dot(l.space.up)); }},
+    {"hand_wall_m", [](L l) { return l.wall_m; }},
+};
+constexpr auto kNames = [] {
+  std::array<std::string_view, std::size(kFeatures)> names;
+  std::ranges::transform(kFeatures, names.begin(), &Feature::name);
+  return names;
+}();
+
+Looked LookAt(const Grasp& grasp, const ObjectSpace& space) {
+  const HandModel& hand = space.hand;
   const std::size_t open = hand.IndexAtGap(grasp.opening_m);
   const HandModel::State& closed = hand.AtGap(grasp.width_m);
   const Vector3d thumb = grasp.X_CH * closed.thumb_pad_H;
@@ -339,12 +309,12 @@ Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
   const Vector3d across = approach.cross(x).normalized();
 
   Points thumb_C, fingers_C;
-  for (const Vector3d& p : thumbs_H[open]) thumb_C.push_back(grasp.X_CH * p);
-  for (const Vector3d& p : fingers_H[open]) fingers_C.push_back(grasp.X_CH * p);
+  for (const Vector3d& p : space.thumbs_H[open]) thumb_C.push_back(grasp.X_CH * p);
+  for (const Vector3d& p : space.fingers_H[open]) fingers_C.push_back(grasp.X_CH * p);
   const auto on_way = [&](const Points& points, int from, int to) {
     Shares shares;
     for (int step = from; step < to; ++step) {
-      for (const Vector3d& p : points) shares.Add(At(p - step * kWayStep_m * approach));
+      for (const Vector3d& p : points) shares.Add(space.At(p - step * kWayStep_m * approach));
     }
     return shares;
   };
@@ -353,46 +323,46 @@ Looked FeatureMaker::Impl::LookAt(const Grasp& grasp) const {
   for (double along = -half_m; along <= half_m; along += kSeenCell_m) {
     for (const double y : {-kPadHalf_m, 0.0, kPadHalf_m}) {
       for (const double z : {-kPadHalf_m, 0.0, kPadHalf_m}) {
-        between.Add(At(middle + along * x + y * across + z * approach));
+        between.Add(space.At(middle + along * x + y * across + z * approach));
       }
     }
   }
-  const Vector3d off = middle - object.center_C;
+  const Vector3d off = middle - space.object.center_C;
   return {.grasp = grasp,
-          .object = object,
-          .around = around,
-          .own_points = static_cast<double>(own.size()),
-          .up = up,
-          .axis = axis,
+          .space = space,
           .middle = middle,
-          .off_center_m = (off - up.dot(off) * up).norm(),
-          .height_m = scene.table.plane.Distance(middle),
+          .off_center_m = (off - space.up.dot(off) * space.up).norm(),
+          .height_m = space.scene.table.plane.Distance(middle),
           .thumb_way = on_way(thumb_C, 1, kWaySteps),
           .thumb_end = on_way(thumb_C, 0, 1),
           .fingers_way = on_way(fingers_C, 1, kWaySteps),
           .fingers_end = on_way(fingers_C, 0, 1),
           .between = between,
-          .thumb_beyond = SideOf(middle, x, across, half_m),
-          .fingers_beyond = SideOf(middle, -x, across, half_m),
-          .at_thumb = ContactOf(thumb, x),
-          .at_fingers = ContactOf(fingers, -x),
-          .thumb_neighbor_m = Nearest(other_tree, thumb_C, kNeighbor_m),
-          .fingers_neighbor_m = Nearest(other_tree, fingers_C, kNeighbor_m),
-          .wall_m = Nearest(wall_tree, thumb_C, Nearest(wall_tree, fingers_C, kNeighbor_m))};
+          .thumb_beyond = space.SideOf(middle, x, across, half_m),
+          .fingers_beyond = space.SideOf(middle, -x, across, half_m),
+          .at_thumb = space.ContactOf(thumb, x),
+          .at_fingers = space.ContactOf(fingers, -x),
+          .thumb_neighbor_m = NearestTo(space.other_tree, thumb_C, kNeighbor_m),
+          .fingers_neighbor_m = NearestTo(space.other_tree, fingers_C, kNeighbor_m),
+          .wall_m = NearestTo(space.wall_tree, thumb_C,
+                              NearestTo(space.wall_tree, fingers_C, kNeighbor_m))};
 }
+
+}  // namespace
 
 std::span<const std::string_view> FeatureNames() { return kNames; }
 
-FeatureMaker::FeatureMaker(const geometry::Observation& observation, const perception::Scene& scene,
-                           std::size_t object, const HandModel& hand)
-    : impl_(std::make_unique<Impl>(observation, scene, object, hand)) {}
-FeatureMaker::~FeatureMaker() = default;
-
-std::vector<double> FeatureMaker::Of(const Grasp& grasp) const {
-  const Looked looked = impl_->LookAt(grasp);
-  std::vector<double> values;
-  for (const Feature& feature : kFeatures) values.push_back(feature.of(looked));
-  return values;
+std::vector<std::vector<double>> FeaturesOf(const geometry::Observation& observation,
+                                            const perception::Scene& scene, std::size_t object,
+                                            const HandModel& hand, std::span<const Grasp> grasps) {
+  const ObjectSpace space(observation, scene, object, hand);
+  std::vector<std::vector<double>> features;
+  for (const Grasp& grasp : grasps) {
+    const Looked looked = LookAt(grasp, space);
+    auto& values = features.emplace_back();
+    for (const Feature& feature : kFeatures) values.push_back(feature.of(looked));
+  }
+  return features;
 }
 
 }  // namespace rangegrasp::grasp

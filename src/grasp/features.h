@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -16,22 +15,13 @@ namespace rangegrasp::grasp {
 /// "beyond" is the space past the object's end on that side, near and far.
 std::span<const std::string_view> FeatureNames();
 
-/// Computes the features of the grasps of one object. Space is free if a sensor ray passed through
-/// it, "own" or "other" if it contains measured points of the object or another thing, else unseen.
-class FeatureMaker {
- public:
-  /// All arguments must outlive it. It casts O(samples) rays through a grid of 6 mm, once.
-  /// @param object  position in scene.objects
-  FeatureMaker(const geometry::Observation& observation, const perception::Scene& scene,
-               std::size_t object, const robot::HandModel& hand);
-  ~FeatureMaker();
-
-  /// One value per name.
-  std::vector<double> Of(const Grasp& grasp) const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// The features of the grasps of one object, one value per name. Space is free if a sensor ray
+/// passed through it, "own" or "other" if it contains measured points of the object or another
+/// thing, else unseen. O(samples) rays are cast through a grid of 6 mm, once.
+/// @param object  position in scene.objects
+std::vector<std::vector<double>> FeaturesOf(const geometry::Observation& observation,
+                                            const perception::Scene& scene, std::size_t object,
+                                            const robot::HandModel& hand,
+                                            std::span<const Grasp> grasps);
 
 }  // namespace rangegrasp::grasp

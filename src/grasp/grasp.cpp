@@ -23,22 +23,15 @@ constexpr std::size_t kThinned = 5;
 /// Specks of a container's points, finer than a wall is thick (its surface closes the cavity).
 constexpr double kWallSpeckCell_m = 0.003;
 
-SurfaceSamples Thinned(const SurfaceSamples& samples) {
-  SurfaceSamples thin;
-  const std::size_t step = samples.points.size() > kSamples / kThinned ? kThinned : 1;
-  thin.area_m2 = samples.area_m2 * static_cast<double>(step);
-  for (std::size_t i = 0; i < samples.points.size(); i += step) {
-    thin.points.push_back(samples.points[i]);
-    thin.normals.push_back(samples.normals[i]);
-  }
-  return thin;
-}
-
 Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, const Arm& arm,
               const GraspOptions& options) {
   const PerceivedObject& object = scene.objects[index];
   SurfaceSamples samples = SampleObject(scene, object, kSamples);
-  SurfaceSamples coarse = Thinned(samples);
+  const std::size_t step = samples.points.size() > kSamples / kThinned ? kThinned : 1;
+  geometry::Points coarse;
+  for (std::size_t i = 0; i < samples.points.size(); i += step) {
+    coarse.push_back(samples.points[i]);
+  }
   const Vector3d com = CenterOfMass(object.surface_C, coarse);
   return {scene,
           object,
@@ -77,8 +70,8 @@ void CollectRotational(Task& task, HandCollider& collider, Collected& out) {
 
 void CollectCrowded(Task& task, HandCollider& collider, Collected& out) {
   const GraspOptions& options = task.options;
-  for (std::size_t round = 0; !Enough(out.free, options.choosing); ++round) {
-    if (round > options.power.crowded_leans_rad.size()) break;
+  const std::size_t rounds = 1 + options.power.crowded_leans_rad.size();
+  for (std::size_t round = 0; round < rounds && !Enough(out.free, options.choosing); ++round) {
     internal::ChooseFree(collider, task, internal::CrowdedCandidates(task, round),
                          {options.max_candidates, options.choosing.power_per_group,
                           options.choosing.max_crowded_checks},
@@ -99,14 +92,6 @@ void CollectFromAbove(Task& task, HandCollider& collider, Collected& out) {
       collider, task, internal::PowerCandidates(task),
       {options.max_candidates, options.choosing.power_per_group, options.choosing.max_checks}, out);
   if (options.crowded && HasNormals(task.scene, task.object)) CollectCrowded(task, collider, out);
-}
-
-/// Grasps from the side come after those from above; their scores are not compared.
-void CollectLateral(Task& task, HandCollider& collider, Collected& out) {
-  const ChoosingOptions& choosing = task.options.choosing;
-  internal::ChooseFree(
-      collider, task, internal::LateralCandidates(task),
-      {task.options.max_candidates, choosing.power_per_group, choosing.max_crowded_checks}, out);
 }
 
 }  // namespace
@@ -134,7 +119,11 @@ std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const Hand
   if (options.approach != ApproachKind::kSides) CollectFromAbove(task, collider, out);
   if (options.approach != ApproachKind::kAbove && HasNormals(scene, task.object) &&
       !Enough(out.free, options.choosing)) {
-    CollectLateral(task, collider, out);
+    // They come after those from above; their scores are not compared.
+    internal::ChooseFree(collider, task, internal::LateralCandidates(task),
+                         {options.max_candidates, options.choosing.power_per_group,
+                          options.choosing.max_crowded_checks},
+                         out);
   }
   std::vector<Grasp> grasps = std::move(out.free);
   grasps.insert(grasps.end(), out.unreachable.begin(), out.unreachable.end());

@@ -44,23 +44,18 @@ Vector3d Direction(YamlMap& map, const std::string& key, const Vector3d& otherwi
   return v.normalized();
 }
 
-/// The ways in which one grasp can be taken.
-struct Ways {
-  Vector3d axis_O = Vector3d::UnitZ();
-  std::vector<double> turns_rad;  ///< about the axis through the model's origin
-  std::vector<double> leans_rad;  ///< turns of the approach about the closing direction
-  bool either_way = false;        ///< also with thumb and fingers exchanged
-};
-
-std::vector<Proposal> Expand(const Pose& X_OG, double width_m, const Ways& given) {
-  const Vector3d closing_O = X_OG.linear().col(0);
+/// The ways in which a grasp can be taken: with the approach leaning about the closing direction,
+/// turned about an axis through the model's origin, and with thumb and fingers exchanged.
+std::vector<Proposal> WaysOf(const Pose& X_OG, double width_m, const std::vector<double>& leans_rad,
+                             const Vector3d& axis_O, const std::vector<double>& turns_rad,
+                             bool either_way) {
   std::vector<Proposal> ways;
-  for (const double lean : given.leans_rad) {
-    for (const double turn : given.turns_rad) {
-      for (int half = 0; half < (given.either_way ? 2 : 1); ++half) {
-        Pose X_leaning = X_OG;
-        X_leaning.linear() = Eigen::AngleAxisd(lean, closing_O) * X_OG.linear();
-        const Pose X_way = Eigen::AngleAxisd(turn, given.axis_O) * X_leaning *
+  for (const double lean : leans_rad) {
+    Pose X_leaning = X_OG;
+    X_leaning.linear() = Eigen::AngleAxisd(lean, X_OG.linear().col(0)) * X_OG.linear();
+    for (const double turn : turns_rad) {
+      for (int half = 0; half < (either_way ? 2 : 1); ++half) {
+        const Pose X_way = Eigen::AngleAxisd(turn, axis_O) * X_leaning *
                            Eigen::AngleAxisd(half * base::kPi, Vector3d::UnitZ());
         ways.push_back({X_way, width_m, X_way.linear().col(2), 1.0});
       }
@@ -100,18 +95,19 @@ NamedGrasp GraspFrom(YamlMap map, const std::string& name) {
   }
   double width_m = 0.0;
   map.ReadScaled("width_mm", width_m, base::kMm, 0.1, 1000.0, "width between the pads");
-  Ways ways;
-  ways.axis_O = Direction(map, "about", Vector3d::UnitZ(), "axis of `turns_deg`");
-  ways.turns_rad = Angles(map, "turns_deg",
-                          "also turned about `about` through the model's origin: from, to and step "
-                          "in degrees, e.g. [0, 345, 15]");
-  ways.leans_rad =
+  const Vector3d axis_O = Direction(map, "about", Vector3d::UnitZ(), "axis of `turns_deg`");
+  const auto turns_rad = Angles(map, "turns_deg",
+                                "also turned about `about` through the model's origin: from, to "
+                                "and step in degrees, e.g. [0, 345, 15]");
+  const auto leans_rad =
       Angles(map, "leans_deg", "also with the approach turned about `closing`: from, to, step");
-  map.Read("either_way", ways.either_way, "also with thumb and fingers exchanged");
+  bool either_way = false;
+  map.Read("either_way", either_way, "also with thumb and fingers exchanged");
   map.Finish();
   for (const char* key : {"at_mm", "approach", "closing", "width_mm"}) map.Require(key);
   const Vector3d square = (closing - closing.dot(approach) * approach).normalized();
-  grasp.ways_O = Expand(GraspFrame(at, approach, square), width_m, ways);
+  grasp.ways_O =
+      WaysOf(GraspFrame(at, approach, square), width_m, leans_rad, axis_O, turns_rad, either_way);
   return grasp;
 }
 
@@ -166,7 +162,6 @@ std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::s
     if (!IsFor(known.grasps[i], use) || (known.grasps[i].upright && !upright)) continue;
     for (Proposal way : known.grasps[i].ways_O) {
       way.X_CG = X_CO * way.X_CG;
-      way.approach_C = X_CO.linear() * way.approach_C;
       grasps.push_back(PlaceHand(way, hand, options));
       grasps.back().type = GraspType::kNamed;
       named.push_back(i);

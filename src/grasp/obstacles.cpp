@@ -113,9 +113,11 @@ void AddIfSolid(TriangleMesh mesh, std::vector<TriangleMesh>& meshes) {
   if (!mesh.triangles.empty()) meshes.push_back(std::move(mesh));
 }
 
-class Convex {
- public:
-  explicit Convex(const TriangleMesh& mesh) : bounds_(geometry::BoundsOf(mesh.vertices)) {
+struct Convex {
+  AlignedBox3d bounds;
+  std::vector<Eigen::Hyperplane<double, 3>> planes;
+
+  explicit Convex(const TriangleMesh& mesh) : bounds(geometry::BoundsOf(mesh.vertices)) {
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& vertex : mesh.vertices) {
       middle += vertex / static_cast<double>(mesh.vertices.size());
@@ -124,20 +126,15 @@ class Convex {
       const Vector3d& on = mesh.vertices[a];
       const Vector3d normal = (mesh.vertices[b] - on).cross(mesh.vertices[c] - on).normalized();
       const double sign = normal.dot(middle - on) > 0.0 ? -1.0 : 1.0;
-      planes_.emplace_back(sign * normal, on);
+      planes.emplace_back(sign * normal, on);
     }
   }
 
-  const AlignedBox3d& bounds() const { return bounds_; }
   bool Contains(const Vector3d& p) const {
-    return bounds_.contains(p) && std::ranges::all_of(planes_, [&](const auto& plane) {
+    return bounds.contains(p) && std::ranges::all_of(planes, [&](const auto& plane) {
              return plane.signedDistance(p) <= 0.0;
            });
   }
-
- private:
-  AlignedBox3d bounds_;
-  std::vector<Eigen::Hyperplane<double, 3>> planes_;
 };
 
 AlignedBox3d Measured(const Observation& observation) {
@@ -204,7 +201,7 @@ TriangleMesh UnseenByAll(const Observation& observation, std::span<const Triangl
   AlignedBox3d bounds;
   for (const auto& mesh : shadows_C) {
     shadows.emplace_back(mesh);
-    bounds.extend(shadows.back().bounds());
+    bounds.extend(shadows.back().bounds);
   }
   bounds = bounds.intersection(Measured(observation));
   if (bounds.isEmpty() || bounds.sizes().minCoeff() < cell_m) return unseen;
@@ -239,7 +236,7 @@ Obstacles ObstaclesOfViews(const Scene& scene, std::size_t target, const Observa
   if (observation.views.size() < 2 || obstacles.unseen_C.empty()) return obstacles;
   TriangleMesh unseen = UnseenByAll(observation, obstacles.unseen_C, kCell_m);
   obstacles.unseen_C.clear();
-  if (!unseen.triangles.empty()) obstacles.unseen_C.push_back(std::move(unseen));
+  AddIfSolid(std::move(unseen), obstacles.unseen_C);
   return obstacles;
 }
 

@@ -22,18 +22,6 @@ std::size_t OpenState(double width_m, double room_m, const HandModel& hand,
   return options.preshape ? hand.IndexAtGap(width_m + room_m) : 0;
 }
 
-/// The box about thumb and fingers, along the axes of G.
-Eigen::AlignedBox3d FingerBox(const HandModel::State& state, const Pose& X_GH) {
-  Eigen::AlignedBox3d box_G;
-  for (std::size_t i = 0; i < state.shapes.size(); ++i) {
-    if (!state.is_finger[i]) continue;
-    for (const auto& vertex_H : geometry::Tessellate(state.shapes[i]).vertices) {
-      box_G.extend(X_GH * vertex_H);
-    }
-  }
-  return box_G;
-}
-
 std::vector<double> Along(PointSpan points, const Vector3d& direction) {
   std::vector<double> along(points.size());
   std::ranges::transform(points, along.begin(),
@@ -44,17 +32,6 @@ std::vector<double> Along(PointSpan points, const Vector3d& direction) {
 /// Used by ProposeStraightDown: the first depth and the height of the shipped examples' grasps.
 constexpr double kPadsBelowTop_m = 0.030;
 constexpr double kPadsAboveTable_m = 0.010;
-
-/// The range of the points along a direction.
-struct Extent {
-  double low_m;
-  double high_m;
-  double Middle() const { return 0.5 * (low_m + high_m); }
-};
-Extent ExtentAlong(PointSpan points, const Vector3d& direction) {
-  const auto [low, high] = std::ranges::minmax(Along(points, direction));
-  return {low, high};
-}
 
 /// The unit direction in the plane in which the points spread most.
 Vector3d MajorInPlane(PointSpan points, const geometry::Plane& plane) {
@@ -111,7 +88,15 @@ Grasp PlaceHand(const Proposal& proposal, const HandModel& hand, const GraspOpti
 
 Indices BetweenFingers(const Grasp& grasp, const HandModel& hand, PointSpan points_C) {
   const Pose X_GC = grasp.X_CG.inverse();
-  const auto box_G = FingerBox(hand.AtGap(grasp.opening_m), X_GC * grasp.X_CH);
+  const Pose X_GH = X_GC * grasp.X_CH;
+  const HandModel::State& open = hand.AtGap(grasp.opening_m);
+  Eigen::AlignedBox3d box_G;
+  for (std::size_t i = 0; i < open.shapes.size(); ++i) {
+    if (!open.is_finger[i]) continue;
+    for (const auto& vertex_H : geometry::Tessellate(open.shapes[i]).vertices) {
+      box_G.extend(X_GH * vertex_H);
+    }
+  }
   return geometry::PositionsWhere(points_C,
                                   [&](const Vector3d& p_C) { return box_G.contains(X_GC * p_C); });
 }
@@ -121,13 +106,14 @@ std::vector<Proposal> ProposeStraightDown(PointSpan points_C, const geometry::Pl
   const Vector3d& up = table_C.normal;
   const Vector3d major = MajorInPlane(points_C, table_C);
   const Vector3d minor = up.cross(major);
-  const Extent across = ExtentAlong(points_C, minor);
-  const double top_m = ExtentAlong(points_C, up).high_m + table_C.offset_m;
+  const auto along = std::ranges::minmax(Along(points_C, major));
+  const auto across = std::ranges::minmax(Along(points_C, minor));
+  const double top_m = std::ranges::max(Along(points_C, up)) + table_C.offset_m;
   const double height_m =
       std::max(top_m - kPadsBelowTop_m, std::min(kPadsAboveTable_m, 0.5 * top_m));
-  const Bar bar{ExtentAlong(points_C, major).Middle() * major + across.Middle() * minor +
+  const Bar bar{0.5 * (along.min + along.max) * major + 0.5 * (across.min + across.max) * minor +
                     (height_m - table_C.offset_m) * up,
-                across.high_m - across.low_m};
+                across.max - across.min};
   return {Way(bar, -up, minor, 0.0), Way(bar, -up, -minor, 0.0)};
 }
 

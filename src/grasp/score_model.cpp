@@ -110,8 +110,8 @@ double ScoreModel::Probability(std::span<const double> features) const {
 void ScoreModel::Rank(const geometry::Observation& observation, const perception::Scene& scene,
                       std::size_t object, const robot::HandModel& hand,
                       std::vector<Grasp>& grasps) const {
-  const FeatureMaker maker(observation, scene, object, hand);
-  for (Grasp& grasp : grasps) grasp.probability = Probability(maker.Of(grasp));
+  const auto features = FeaturesOf(observation, scene, object, hand, grasps);
+  for (std::size_t i = 0; i < grasps.size(); ++i) grasps[i].probability = Probability(features[i]);
   std::ranges::stable_sort(grasps, std::ranges::greater(), [](const Grasp& grasp) {
     return std::pair(!grasp.collides, *grasp.probability);
   });

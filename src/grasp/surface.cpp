@@ -74,10 +74,10 @@ SurfaceSamples SampleObject(const Scene& scene, const PerceivedObject& object, s
   return samples;
 }
 
-Vector3d CenterOfMass(const TriangleMesh& mesh, const SurfaceSamples& samples) {
-  if (samples.points.empty()) return Vector3d::Zero();
-  const Vector3d mean = geometry::Centroid(samples.points);
-  const Eigen::AlignedBox3d box = geometry::BoundsOf(samples.points);
+Vector3d CenterOfMass(const TriangleMesh& mesh, geometry::PointSpan sampled) {
+  if (sampled.empty()) return Vector3d::Zero();
+  const Vector3d mean = geometry::Centroid(sampled);
+  const Eigen::AlignedBox3d box = geometry::BoundsOf(sampled);
   double six_volumes = 0.0;
   Vector3d moment = Vector3d::Zero();
   for (const auto& [a, b, c] : mesh.triangles) {

@@ -28,8 +28,8 @@ SurfaceSamples SampleObject(const perception::Scene& scene,
 
 /// The centre of the volume that the surface encloses (divergence theorem), which is the centre of
 /// mass of a homogeneous object. If the surface encloses none (open, mixed orientation), the mean
-/// of the samples.
-Eigen::Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, const SurfaceSamples& samples);
+/// of its sampled points.
+Eigen::Vector3d CenterOfMass(const geometry::TriangleMesh& mesh, geometry::PointSpan sampled);
 
 /// The cell that contains a point, in a grid that starts at the origin.
 std::array<long, 3> GridCell(const Eigen::Vector3d& p, double cell_m);

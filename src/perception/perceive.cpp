@@ -214,8 +214,8 @@ Scene Perceive(const Observation& observation, const PerceptionOptions& given, b
   }
   const internal::SensorViews views{ViewsFrom(begun.places_C, begun.place_of, scene.points_C),
                                     std::move(place_of)};
-  scene.objects = internal::BuildObjects(scene.cloud, scene.segments, scene.table.plane, views,
-                                         options.features, rng, scene.seconds);
+  scene.objects = internal::BuildObjects({scene.cloud, scene.table.plane, views, options.features},
+                                         scene.segments, rng, scene.seconds);
   return scene;
 }
 

@@ -1,6 +1,8 @@
 #include "perception/preprocess.h"
 
 #include <limits>
+#include <numeric>
+#include <ranges>
 #include <stdexcept>
 
 namespace rangegrasp::perception {
@@ -55,43 +57,38 @@ std::vector<Candidate> HullPlanes(const TriangleMesh& hull, const Vector3d& sens
   return merged;
 }
 
-std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m, std::size_t step) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    count += static_cast<std::size_t>(std::abs(plane.Distance(points[i])) <= distance_m);
-  }
-  return count;
+Points Thinned(PointSpan points, std::size_t count) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
+  Points thinned;
+  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
+  return thinned;
+}
+
+std::size_t CountNear(PointSpan points, const Plane& plane, double distance_m) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      points, [&](const Vector3d& p) { return std::abs(plane.Distance(p)) <= distance_m; }));
 }
 
 /// The candidate with the most points near it.
 std::optional<Plane> DeepestPlane(PointSpan points, const std::vector<Candidate>& candidates,
                                   const PreprocessOptions& options) {
   const double distance_m = options.preselection_m;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / options.table.ranking_points);
-  std::vector<std::pair<std::size_t, std::size_t>> ranking;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    ranking.emplace_back(CountNear(points, candidates[i].plane, distance_m, step), i);
+  const Points some = Thinned(points, options.table.ranking_points);
+  using Ranked = std::pair<std::size_t, Plane>;
+  std::vector<Ranked> ranking;
+  for (const Candidate& one : candidates) {
+    ranking.emplace_back(CountNear(some, one.plane, distance_m), one.plane);
   }
-  std::ranges::stable_sort(ranking, std::ranges::greater(),
-                           &std::pair<std::size_t, std::size_t>::first);
+  std::ranges::stable_sort(ranking, std::ranges::greater(), &Ranked::first);
   std::optional<Plane> best;
   std::size_t best_count = 0;
-  for (std::size_t k = 0; k < std::min(options.table.finalists, ranking.size()); ++k) {
-    const Plane& plane = candidates[ranking[k].second].plane;
-    const std::size_t count = CountNear(points, plane, distance_m, 1);
-    if (count > best_count) {
-      best_count = count;
-      best = plane;
-    }
+  for (const auto& [ranked, plane] : ranking | std::views::take(options.table.finalists)) {
+    const std::size_t count = CountNear(points, plane, distance_m);
+    if (count <= best_count) continue;
+    best_count = count;
+    best = plane;
   }
   return best;
-}
-
-Points Thinned(PointSpan points, std::size_t count) {
-  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
-  Points thinned;
-  for (std::size_t i = 0; i < points.size(); i += step) thinned.push_back(points[i]);
-  return thinned;
 }
 
 Points Near(PointSpan points, const Plane& plane, double distance_m) {
@@ -113,7 +110,7 @@ std::optional<Plane> FitNear(PointSpan points, const Plane& plane, const Preproc
 }
 
 bool IsTable(PointSpan points, const Plane& plane, const PreprocessOptions& options) {
-  const std::size_t on = CountNear(points, plane, options.plane_distance_m, 1);
+  const std::size_t on = CountNear(points, plane, options.plane_distance_m);
   const auto below = std::ranges::count_if(
       points, [&](const Vector3d& p) { return plane.Distance(p) < -options.preselection_m; });
   const auto n = static_cast<double>(points.size());
@@ -186,11 +183,11 @@ std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
   const double distance_m = options.plane_distance_m;
   const Points some = Thinned(points, options.table.ranking_points);
   const auto few = geometry::FitPlane(some);
-  if (!few || CountNear(some, *few, distance_m, 1) < some.size()) return std::nullopt;
+  if (!few || CountNear(some, *few, distance_m) < some.size()) return std::nullopt;
   const auto plane = geometry::FitPlane(points);
   if (!plane) return std::nullopt;
   const Plane up = TowardsSensor(*plane, sensor_origin);
-  const bool flat = IsUp(up, options) && CountNear(points, up, distance_m, 1) == points.size();
+  const bool flat = IsUp(up, options) && CountNear(points, up, distance_m) == points.size();
   return flat ? std::optional(up) : std::nullopt;
 }
 
@@ -222,16 +219,11 @@ class Filter {
 
  private:
   CompressionRate Rate() const {
-    double min_m = std::numeric_limits<double>::infinity();
-    double max_m = 0.0;
-    double sum_m = 0.0;
-    for (const auto i : Kept()) {
-      min_m = std::min(min_m, nearest_m_[i]);
-      max_m = std::max(max_m, nearest_m_[i]);
-      sum_m += nearest_m_[i];
-    }
-    return ComputeCompressionRate(min_m, max_m,
-                                  sum_m / static_cast<double>(points_.size() - removed_));
+    std::vector<double> kept_m;
+    for (const auto i : Kept()) kept_m.push_back(nearest_m_[i]);
+    const auto [min_m, max_m] = std::ranges::minmax(kept_m);
+    const double sum_m = std::accumulate(kept_m.begin(), kept_m.end(), 0.0);
+    return ComputeCompressionRate(min_m, max_m, sum_m / static_cast<double>(kept_m.size()));
   }
 
   /// The count of kept points within the radius, or `limit` if it is larger.
@@ -304,8 +296,7 @@ std::optional<Table> FindTable(PointSpan points_C, const Vector3d& sensor_origin
   if (!plane && options.robust_table) {
     plane = DominantPlane(points_C, sensor_origin_C, options, rng);
   }
-  if (!plane) return std::nullopt;
-  return TableOn(*plane, points_C, options);
+  return plane ? std::optional(TableOn(*plane, points_C, options)) : std::nullopt;
 }
 
 Table TableOn(const Plane& plane, PointSpan points_C, const PreprocessOptions& options) {

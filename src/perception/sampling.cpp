@@ -6,11 +6,11 @@
 #include <numbers>
 
 #include "base/statistics.h"
+#include "perception/internal/planar.h"
 
 namespace rangegrasp::perception {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 using geometry::Plane;
 using geometry::Points;
@@ -76,18 +76,11 @@ class Neighborhoods {
   Neighborhood within_;
 };
 
-std::vector<Vector2d> InPlane(const Plane& plane, const Points& points) {
-  const Vector3d u = plane.normal.unitOrthogonal();
-  const Vector3d v = plane.normal.cross(u);
-  std::vector<Vector2d> flat;
-  flat.reserve(points.size());
-  for (const auto& p : points) flat.emplace_back(p.dot(u), p.dot(v));
-  return flat;
-}
-
 /// The median distance in the plane from the inner points to their nearest neighbors.
 double NearestInPlane(const Plane& plane, const Neighborhood& round, double inner_share) {
-  const auto flat = InPlane(plane, round.points);
+  const Vector3d u = plane.normal.unitOrthogonal();
+  const auto flat =
+      internal::Flatten({Vector3d::Zero(), u, plane.normal.cross(u), plane.normal}, round.points);
   std::vector<double> nearest;
   for (std::size_t i = 0; i < flat.size(); ++i) {
     if (round.squared_distance[i] > inner_share * round.squared_radius) continue;

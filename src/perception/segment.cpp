@@ -218,6 +218,7 @@ struct Border {
   std::uint32_t links = 0;             ///< number of links across it: its length
   Vector3d across = Vector3d::Zero();  ///< mean of the links from a to b [m]
 };
+using Borders = std::map<std::pair<std::uint32_t, std::uint32_t>, Border>;
 
 /// Specks and slivers join the neighbor with the longest common border, the smallest first.
 class Specks {
@@ -309,10 +310,8 @@ class Specks {
   std::set<std::pair<std::uint32_t, std::uint32_t>> small_;  ///< points and root
 };
 
-std::map<std::pair<std::uint32_t, std::uint32_t>, Border> FindBorders(const PointCloud& cloud,
-                                                                      const Links& links,
-                                                                      const Patches& patches) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Border> found;
+Borders FindBorders(const PointCloud& cloud, const Links& links, const Patches& patches) {
+  Borders found;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     for (const auto k : links.Of(i)) {
       const std::uint32_t a = patches.patch_of[i];
@@ -347,24 +346,13 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
                                                      (options.concave_rad - options.concavity_rad));
 }
 
-/// The points of each label, for labels with enough of them (labels are in descending size).
-std::vector<Indices> Collect(const std::vector<std::int32_t>& label, std::int32_t labels,
-                             const SegmentOptions& options) {
-  std::vector<Indices> segments(static_cast<std::size_t>(labels));
-  for (std::uint32_t i = 0; i < label.size(); ++i) {
-    if (label[i] >= 0) segments[static_cast<std::size_t>(label[i])].push_back(i);
-  }
-  if (!options.drop_small_segments) return segments;
-  const auto min_points = static_cast<std::size_t>(std::max<int>(options.min_points, 0));
-  std::erase_if(segments, [&](const Indices& segment) { return segment.size() < min_points; });
+/// The segments with enough points, largest first, ties by first point.
+std::vector<Indices> LargestFirst(std::vector<Indices> segments, const SegmentOptions& options) {
+  const int min_points = options.drop_small_segments ? std::max<int>(options.min_points, 1) : 1;
+  std::erase_if(segments, [&](const Indices& one) { return std::ssize(one) < min_points; });
+  std::ranges::sort(segments, {},
+                    [](const Indices& one) { return std::pair(-std::ssize(one), one.front()); });
   return segments;
-}
-
-std::vector<Indices> Collect(geometry::UnionFind& regions, std::size_t points,
-                             const SegmentOptions& options) {
-  std::vector<std::int32_t> label;
-  const auto labels = geometry::LabelBySize(regions, std::vector<bool>(points, true), label);
-  return Collect(label, labels, options);
 }
 
 void Require(bool holds, const std::string& what) {
@@ -411,7 +399,12 @@ std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& optio
   const bool given = options.alpha_m > 0.0;
   const double d_max_m = given ? 0.0 : geometry::NearestNeighborDistances(points, tree).max_m;
   const auto parts = geometry::FindAlphaComponents(points, tree, MeshAlpha(d_max_m, options));
-  return Collect(parts.component, parts.components, options);
+  std::vector<Indices> segments(static_cast<std::size_t>(parts.components));
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto part = parts.component[i];
+    if (part >= 0) segments[static_cast<std::size_t>(part)].push_back(i);
+  }
+  return LargestFirst(std::move(segments), options);
 }
 
 double NormalWeight(const Vector3d& a, const Vector3d& b) {
@@ -439,7 +432,9 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
       }
     }
   }
-  return Collect(regions, points.size(), options);
+  std::vector<Indices> segments(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) segments[regions.Find(i)].push_back(i);
+  return LargestFirst(std::move(segments), options);
 }
 
 std::vector<Indices> SegmentByConvexity(const PointCloud& cloud, const SegmentOptions& options) {
@@ -460,15 +455,11 @@ std::vector<Indices> SegmentByConvexity(const PointCloud& cloud, const SegmentOp
   }
   geometry::UnionFind bodies = geometry::ContractGreedily(grown.patches.size(), edges);
   Specks(links, grown, options.convexity, bodies).Join();
-  geometry::UnionFind points(cloud.size());
-  // The other points of a body join its first point.
-  std::vector<std::optional<std::uint32_t>> first(grown.patches.size());
+  std::vector<Indices> segments(grown.patches.size());
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-    auto& of_body = first[bodies.Find(grown.patch_of[i])];
-    if (!of_body) of_body = i;
-    points.Unite(*of_body, i);
+    segments[bodies.Find(grown.patch_of[i])].push_back(i);
   }
-  return Collect(points, cloud.size(), options);
+  return LargestFirst(std::move(segments), options);
 }
 
 std::vector<Indices> Segment(const PointCloud& cloud, const SegmentOptions& options) {

@@ -135,9 +135,9 @@ class Scene {
                                 const std::vector<grasp::Grasp>& grasps,
                                 const geometry::Observation& observation) {
         if (scene.objects.empty()) return;
-        const grasp::FeatureMaker maker(observation, scene, 0, cell_.robot.hand());
-        for (const auto& one : grasps) {
-          std::ranges::copy(maker.Of(one), std::back_inserter(features));
+        for (const auto& of_grasp :
+             grasp::FeaturesOf(observation, scene, 0, cell_.robot.hand(), grasps)) {
+          std::ranges::copy(of_grasp, std::back_inserter(features));
         }
       };
       const auto describing =

@@ -19,6 +19,13 @@ using internal::Mjcf;
 /// Without limits, a joint gets this range on each side of zero and half on each side of home.
 constexpr double kContinuous_rad = 2.0 * base::kPi;
 
+/// A body's pose in its parent, as written in the file.
+base::Pose PoseInParent(const mjModel& m, int body) {
+  const mjtNum* q = m.body_quat + 4 * body;
+  return base::MakePose(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix(),
+                        mjcf::Vec3(m.body_pos + 3 * body));
+}
+
 /// The link's pose X_WB from its parent's X_WP, at joint positions q.
 base::Pose Advance(const base::Pose& X_WP, const Link& link, const VectorXd& q) {
   base::Pose X_WB = X_WP * link.X_PB;
@@ -67,13 +74,11 @@ int ArmJoint(const Mjcf& mjcf, int body, const std::vector<int>& arm_joints) {
   return static_cast<int>(found - arm_joints.begin());
 }
 
-Link MakeLink(const Mjcf& mjcf, int body, int parent, const std::vector<int>& arm_joints) {
+Link MakeLink(const Mjcf& mjcf, int body, bool is_base, const std::vector<int>& arm_joints) {
   const mjModel& m = mjcf.model();
   Link link;
   link.name = mjcf.Name(mjOBJ_BODY, body);
-  link.parent = parent;
-  link.X_PB = parent < 0 ? mjcf.BodyPose(body)
-                         : internal::FromPosQuat(m.body_pos + 3 * body, m.body_quat + 4 * body);
+  link.X_PB = is_base ? mjcf.BodyPose(body) : PoseInParent(m, body);
   link.joint = ArmJoint(mjcf, body, arm_joints);
   if (link.joint < 0) return link;
   const int id = m.body_jntadr[body];
@@ -253,9 +258,10 @@ void CheckStates(const HandModel& hand) {
 std::vector<base::Pose> Robot::LinkPoses(const VectorXd& q) const {
   std::vector<base::Pose> poses_W;
   poses_W.reserve(links_.size());
+  base::Pose X_WB = base::Pose::Identity();
   for (const Link& link : links_) {
-    const base::Pose X_WP = link.parent < 0 ? base::Pose::Identity() : poses_W[link.parent];
-    poses_W.push_back(Advance(X_WP, link, q));
+    X_WB = Advance(X_WB, link, q);
+    poses_W.push_back(X_WB);
   }
   return poses_W;
 }
@@ -293,8 +299,8 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
 
   Robot robot;
   ReadLimits(mjcf, arm_joints, robot);
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    robot.links_.push_back(MakeLink(mjcf, chain[i], static_cast<int>(i) - 1, arm_joints));
+  for (const int body : chain) {
+    robot.links_.push_back(MakeLink(mjcf, body, body == chain.front(), arm_joints));
   }
   if (chain.front() == 0) {
     // If the arm is mounted on the world itself, the base's frame is at the first link.
@@ -310,7 +316,7 @@ Robot Robot::Load(const std::filesystem::path& scene_mjcf) {
   }
   robot.self_pairs_ = SelfPairs(mjcf, chain, hand, geoms);
   const mjModel& m = mjcf.model();
-  robot.X_FH = internal::FromPosQuat(m.body_pos + 3 * hand, m.body_quat + 4 * hand);
+  robot.X_FH = PoseInParent(m, hand);
   robot.X_WScanner = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "scanner"));
   robot.X_HWristScanner = WristScanner(mjcf, hand);
   robot.X_WDelivery = mjcf.SitePose(mjcf.Require(mjOBJ_SITE, "delivery"));

@@ -50,8 +50,7 @@ constexpr double kRotationRadius_m = 0.25;
 /// A body of the arm and its collision shapes, in the body's frame.
 struct Link {
   std::string name;
-  int parent = -1;  ///< index in Robot::links(); -1: W (only for the base, links()[0])
-  base::Pose X_PB = base::Pose::Identity();  ///< at joint position 0 (for the base: X_WB)
+  base::Pose X_PB = base::Pose::Identity();  ///< at joint position 0; P: the link before (base: W)
   int joint = -1;  ///< the joint that moves this link, -1: fixed to its parent
   Eigen::Vector3d axis_B = Eigen::Vector3d::UnitZ();  ///< the joint's axis through anchor_B
   Eigen::Vector3d anchor_B = Eigen::Vector3d::Zero();
@@ -68,7 +67,7 @@ class Robot {
   static Robot Load(const std::filesystem::path& scene_mjcf);
 
   int dof() const { return static_cast<int>(lower.size()); }
-  const std::vector<Link>& links() const { return links_; }
+  const std::vector<Link>& links() const { return links_; }  ///< a chain, from the base
   const HandModel& hand() const { return hand_; }
   /// Fixed collision shapes of the work cell in W, without the table's plane (z = 0).
   const std::vector<geometry::Shape>& workcell() const { return workcell_; }

@@ -32,7 +32,6 @@ struct Spot {
   double brightness = 0.0;  ///< Lambert's law: albedo times the cosine towards the camera
 };
 
-/// Pose of the head at one profile.
 struct ProfilePose {
   Matrix3d R_WP;
   Vector3d laser_W, camera_W;

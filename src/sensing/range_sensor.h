@@ -29,7 +29,6 @@ geometry::Field FieldOf(const RangeSensor& sensor);
 /// The sensor's pose in a world. @throws base::InputError if the scene does not have its site
 base::Pose PoseIn(const sim::World& world, const RangeSensor& sensor);
 
-/// ScanScene of either sensor type.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const RangeSensor& sensor, base::Rng& rng);
 

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "base/linear_algebra.h"
-#include "robot/mjcf/hand.h"
 #include "sim/internal/audit.h"
 #include "sim/internal/contacts.h"
 #include "sim/internal/engine.h"
@@ -222,7 +221,7 @@ class Execution {
     if (program_.approach.positions.empty()) return;
     const Vector3d goal_W = HandAt(program_.approach.positions.back());
     const double start_s = world_.time_s();
-    const bool came = Follow(program_.approach, Start::kKeepOffset, Motion::kGuarded, [&] {
+    const bool came = Follow(program_.approach, Motion::kGuarded, [&] {
       if ((HandNow() - goal_W).norm() <= program_.withdraw_m) return false;
       log_.met_W = controller_.PressedPads(kMet_N);
       return !log_.met_W.empty();
@@ -238,7 +237,7 @@ class Execution {
     for (auto i = static_cast<std::size_t>(time_s / way.period_s) + 1; i > 0; --i) {
       if (i <= way.positions.size()) back.positions.push_back(way.positions[i - 1]);
     }
-    FollowToTheEnd(back, "withdrawal", Start::kKeepOffset, Motion::kPushing);
+    FollowToTheEnd(back, "withdrawal", Motion::kPushing);
   }
 
   // The hand may hold another object than its target; the figures are about the held one.
@@ -255,7 +254,7 @@ class Execution {
 
   void Lift() {
     stage_ = "lift";
-    FollowToTheEnd(program_.lift, "lift", Start::kKeepOffset, Motion::kPushing);
+    FollowToTheEnd(program_.lift, "lift", Motion::kPushing);
     Wait(kLiftSettle_s);
     if (ByAperture() ? !controller_.FeelsEmpty() : TouchNow().hand) Rest();
     log_.lift_height_m = world_.ObjectCenterOfMass(target_).z() - center_before_.z();
@@ -283,7 +282,7 @@ class Execution {
 
   void Carry() {
     stage_ = "carry";
-    FollowToTheEnd(program_.carry, "carry", Start::kRejoin);
+    FollowToTheEnd(program_.carry, "carry", Motion::kRejoining);
     Wait(kCarrySettle_s);
     log_.held_after_carry = !blocked_ && HeldNow();
     log_.aperture.carried_rad = controller_.Aperture();
@@ -316,16 +315,14 @@ class Execution {
     const mjModel* model = world_.model();
     const internal::DataPtr copy(mj_makeData(model));
     std::copy_n(world_.data()->qpos, model->nq, copy->qpos);
-    for (std::size_t i = 0; i < servo_.joints().size(); ++i) {
-      copy->qpos[model->jnt_qposadr[servo_.joints()[i]]] = q[i];
-    }
+    internal::SetJoints(model, copy.get(), servo_.joints(), q.data());
     mj_kinematics(model, copy.get());
     return internal::BodyPose(copy.get(), hand_.body()).translation();
   }
 
   void Deliver() {
     stage_ = "deliver";
-    if (!Follow(program_.lower, Start::kKeepOffset, Motion::kGuarded)) {
+    if (!Follow(program_.lower, Motion::kGuarded)) {
       log_.stopped_by_contact.emplace_back("lower");
     }
     GiveWayUntil([this] { return Ended(); }, kCarrySettle_s);
@@ -343,10 +340,9 @@ class Execution {
   // The arm feels the pull in its drives' torques; then the hand lets go.
   void HandOver() {
     stage_ = "hand over";
-    UserOptions options = *program_.user;
-    log_.hand_over.emplace();
-    HandOverLog& log = *log_.hand_over;
-    const VectorXd before = servo_.Torques(world_.model(), world_.data());
+    const UserOptions& options = *program_.user;
+    HandOverLog& log = log_.hand_over.emplace();
+    const VectorXd before = servo_.Torques(world_.data());
     const auto pulls = [&] { return FeltForce(before).norm() > kPull_N; };
     for (double t = 0.0; !lost_ && t < options.wait_s; t += Period()) {
       Tick();
@@ -375,11 +371,10 @@ class Execution {
   // The force f on the hand that best explains the change -J^T f of the drives' torques at rest,
   // where J is the Jacobian of the tool's centre.
   Vector3d FeltForce(const VectorXd& before) const {
-    const VectorXd change = servo_.Torques(world_.model(), world_.data()) - before;
-    const Vector3d tool_W =
-        internal::SitePose(world_.data(), mjcf::Find(world_.model(), mjOBJ_SITE, "tcp"))
-            .translation();
-    const Eigen::Matrix3Xd J = servo_.Jacobian(world_.model(), world_.data(), hand_.body(), tool_W);
+    const VectorXd change = servo_.Torques(world_.data()) - before;
+    const Eigen::Matrix3Xd J =
+        internal::JacobianOf(world_.model(), world_.data(), servo_.joints(), hand_.body(),
+                             world_.SitePose("tcp").translation());
     const Matrix3d levers = J * J.transpose() + kMinLever_m * kMinLever_m * Matrix3d::Identity();
     return -base::SolveLdlt<3, 1>(levers, J * change);
   }
@@ -407,35 +402,37 @@ class Execution {
     log_.audit = audit_.Finish(bounds_, log_.held_after_lift, log_.held_after_carry);
   }
 
-  // An arm that was stopped keeps its offset in lift and retreat: rejoining the plan would push
-  // once more against the obstacle. The carry returns to the planned path.
-  enum class Start { kKeepOffset, kRejoin };
-
+  // An arm that was stopped keeps its offset from the plan, or it would push once more against the
+  // obstacle; only kRejoining returns to the plan.
   enum class Motion {
-    kFree,     // nothing may be in the way
-    kPushing,  // neighbors may be in the way and are pushed aside
-    kGuarded,  // ends when it touches something
+    kFree,       // nothing may be in the way
+    kRejoining,  // the same
+    kPushing,    // neighbors may be in the way and are pushed aside
+    kGuarded,    // ends when it touches something
   };
-  static constexpr double kLimit_rad[] = {kBlocked_rad, kStuck_rad, kFelt_rad};  // by Motion
+  // By Motion.
+  static constexpr double kLimit_rad[] = {kBlocked_rad, kBlocked_rad, kStuck_rad, kFelt_rad};
 
   // @return false if the drives felt an obstacle, or if `stops` asked for a stop.
-  bool Follow(const base::JointTrajectory& trajectory, Start from, Motion motion,
+  bool Follow(const base::JointTrajectory& trajectory, Motion motion,
               const std::function<bool()>& stops = {}) {
     if (trajectory.positions.empty()) return true;
+    const bool rejoins = motion == Motion::kRejoining;
+    const bool moves_freely = rejoins || motion == Motion::kFree;
     const VectorXd offset = command_.position - trajectory.positions.front();
     const double start = world_.time_s();
     const double duration = trajectory.Duration();
     while (!Ended() && world_.time_s() - start < duration) {
       const double t = world_.time_s() - start + Period();
       command_ = internal::CommandAt(trajectory, t);
-      const double share = from == Start::kRejoin ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0;
-      command_.position += share * offset;
-      moves_freely_ = motion == Motion::kFree;
-      Tick();
-      moves_freely_ = false;
-      const VectorXd lags_rad = servo_.Lags(world_.model(), world_.data(), command_);
+      command_.position += (rejoins ? std::max(0.0, 1.0 - t / kRejoin_s) : 1.0) * offset;
+      Tick(moves_freely);
+      const VectorXd lags_rad = servo_.Lags(world_.data(), command_);
       const double lag_rad = lags_rad.maxCoeff();
-      if (motion == Motion::kFree || (!holding_ && !TouchNow().hand)) RecordLags(lags_rad);
+      if (moves_freely || (!holding_ && !TouchNow().hand)) {
+        if (log_.lags_rad.size() == 0) log_.lags_rad = lags_rad;
+        log_.lags_rad = log_.lags_rad.cwiseMax(lags_rad);
+      }
       if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
       if (lag_rad > kLimit_rad[static_cast<int>(motion)] || (stops && stops())) {
         command_.velocity.setZero();
@@ -446,15 +443,10 @@ class Execution {
     return true;
   }
 
-  void RecordLags(const VectorXd& lags_rad) {
-    if (log_.lags_rad.size() == 0) log_.lags_rad = lags_rad;
-    log_.lags_rad = log_.lags_rad.cwiseMax(lags_rad);
-  }
-
   // A motion that must be completed; if it is not, the grasp has failed.
   void FollowToTheEnd(const base::JointTrajectory& trajectory, const char* name,
-                      Start from = Start::kKeepOffset, Motion motion = Motion::kFree) {
-    if (Follow(trajectory, from, motion)) return;
+                      Motion motion = Motion::kFree) {
+    if (Follow(trajectory, motion)) return;
     log_.stopped_by_contact.emplace_back(name);
     blocked_ = true;
     command_.position = world_.ArmPositions();  // stops pushing
@@ -468,7 +460,7 @@ class Execution {
       const VectorXd q = world_.ArmPositions();
       command_.position = command_.position.cwiseMin((q.array() + kGives_rad).matrix())
                               .cwiseMax((q.array() - kGives_rad).matrix());
-      servo_.GiveWay(world_.model(), world_.data(), kGivesShare, command_.position);
+      servo_.GiveWay(world_.data(), kGivesShare, command_.position);
     }
   }
 
@@ -476,13 +468,13 @@ class Execution {
     for (double t = 0.0; !Ended() && t < duration_s; t += Period()) Tick();
   }
 
-  void Tick() {
+  void Tick(bool moves_freely = false) {
     if (user_) user_->Tick();
-    servo_.Command(world_.model(), world_.data(), command_);
+    servo_.Command(world_.data(), command_);
     glove_.Tick(world_);
     controller_.Tick(slip_sensor_.Tick(world_.time_s(), glove_.PadSpeed()), glove_.Load_W());
     world_.Step();
-    audit_.Step(holding_, moves_freely_ ? &command_ : nullptr);
+    audit_.Step(holding_, moves_freely ? &command_ : nullptr);
     if (holding_) {
       untouched_s_ = TouchNow().hand ? 0.0 : untouched_s_ + Period();
       if (untouched_s_ > kLost_s) {
@@ -550,7 +542,7 @@ class Execution {
   base::Pose closed_pose_ = base::Pose::Identity();
   Vector3d up_O_ = Vector3d::UnitZ();  // of the target, when the hand closed
   Vector3d center_before_ = Vector3d::Zero();
-  bool holding_ = false, carrying_ = false, moves_freely_ = false;
+  bool holding_ = false, carrying_ = false;
   bool lost_ = false, blocked_ = false;
   double untouched_s_ = 0.0, empty_s_ = 0.0, next_frame_s_ = 0.0;
   std::string stage_;    // for viewers
@@ -565,9 +557,9 @@ MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory) {
   MoveLog log;
   double lag_rad = 0.0;
   const auto step = [&](const internal::JointCommand& command) {
-    servo.Command(world.model(), world.data(), command);
+    servo.Command(world.data(), command);
     world.Step();
-    lag_rad = servo.TrackingError(world.model(), world.data(), command);
+    lag_rad = servo.Lags(world.data(), command).maxCoeff();
   };
   while (lag_rad <= kBlocked_rad && world.time_s() - start_s < trajectory.Duration()) {
     step(internal::CommandAt(trajectory, world.time_s() - start_s + world.physics().timestep_s));

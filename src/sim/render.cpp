@@ -150,6 +150,13 @@ struct Renderer::Impl {
     mjv_freeScene(&scene);
   }
 
+  void Update(const mjModel* model, mjData* state, mjvCamera camera) {
+    gl->MakeCurrent();
+    internal::CallEngine(nullptr, [&] {
+      mjv_updateScene(model, state, &option, nullptr, &camera, mjCAT_ALL, &scene);
+    });
+  }
+
   image::Image Draw() {
     const mjrRect viewport = {0, 0, width, height};
     const std::ptrdiff_t row = std::ptrdiff_t{3} * width;
@@ -181,26 +188,19 @@ Renderer::Renderer(const World& world, int width, int height, const RenderQualit
 Renderer::~Renderer() = default;
 
 image::Image Renderer::Render(World& world, const std::string& camera_name) {
-  impl_->gl->MakeCurrent();
-  mjvCamera camera = CameraOf(world.model(), camera_name);
-  internal::CallEngine(nullptr, [&] {
-    mjv_updateScene(world.model(), world.data(), &impl_->option, nullptr, &camera, mjCAT_ALL,
-                    &impl_->scene);
-  });
+  impl_->Update(world.model(), world.data(), CameraOf(world.model(), camera_name));
   return impl_->Draw();
 }
 
 image::Image Renderer::Render(const World& world, const PinholeView& view) {
-  impl_->gl->MakeCurrent();
-  mjvCamera any;
-  mjv_defaultCamera(&any);
   // The engine needs data that it may write to.
   internal::CallEngine(nullptr, [&] {
     if (!impl_->data) impl_->data.reset(mj_makeData(world.model()));
     mj_copyData(impl_->data.get(), world.model(), world.data());
-    mjv_updateScene(world.model(), impl_->data.get(), &impl_->option, nullptr, &any, mjCAT_ALL,
-                    &impl_->scene);
   });
+  mjvCamera any;
+  mjv_defaultCamera(&any);
+  impl_->Update(world.model(), impl_->data.get(), any);
   const mjvGLCamera camera =
       PinholeCamera(view, impl_->scene.camera[0], impl_->width, impl_->height);
   std::fill(std::begin(impl_->scene.camera), std::end(impl_->scene.camera), camera);

@@ -192,14 +192,8 @@ class Hull {
 // Convex hull of the collision geometry in the root body's frame; the object is at its zero pose.
 geometry::TriangleMesh CollisionHull(const mjModel* model, const mjData* data, int root) {
   const base::Pose X_BW = internal::BodyPose(data, root).inverse();
-  geometry::Points points;
-  for (int geom = 0; geom < model->ngeom; ++geom) {
-    if (!internal::Collides(model, geom)) continue;
-    const base::Pose X_WG = internal::GeomPose(data, geom);
-    for (const Vector3d& v : internal::GeomSurface(model, geom, kHullSegments).vertices) {
-      points.push_back(X_BW * (X_WG * v));
-    }
-  }
+  geometry::Points points = internal::CollisionVertices(model, data, kHullSegments);
+  for (Vector3d& p : points) p = X_BW * p;
   return geometry::ConvexHull(points);
 }
 
@@ -239,11 +233,6 @@ bool Symmetric(const Hull& hull, const Facet& a, const Facet& b) {
   });
 }
 
-bool RollsOver(const Facet& a, const Facet& b) {
-  return std::abs(a.offset - b.offset) < kSameHeight_m &&
-         a.normal.dot(b.normal) > std::cos(kRolls_rad);
-}
-
 struct PoseClass {
   std::vector<std::size_t> facets;
   std::size_t lowest = 0;  // the lowest of them represents the class
@@ -255,14 +244,17 @@ std::vector<PoseClass> ClassesOf(const Hull& hull) {
   std::vector<PoseClass> classes;
   for (std::size_t f = 0; f < hull.facets().size(); ++f) {
     if (!hull.facets()[f].Stable()) continue;
+    const Facet& facet = hull.facets()[f];
+    const auto rolls_onto_it = [&](std::size_t other) {
+      const Facet& from = hull.facets()[other];
+      return std::abs(from.offset - facet.offset) < kSameHeight_m &&
+             from.normal.dot(facet.normal) > std::cos(kRolls_rad);
+    };
     PoseClass joined{{f}, f, 0.0};
     // This face may belong to several classes, which it joins.
     std::erase_if(classes, [&](const PoseClass& c) {
-      const Facet& facet = hull.facets()[f];
       const bool same = Symmetric(hull, hull.facets()[c.lowest], facet) ||
-                        std::ranges::any_of(c.facets, [&](std::size_t g) {
-                          return RollsOver(hull.facets()[g], facet);
-                        });
+                        std::ranges::any_of(c.facets, rolls_onto_it);
       if (same) {
         joined.facets.insert(joined.facets.end(), c.facets.begin(), c.facets.end());
         if (hull.facets()[c.lowest].offset <= hull.facets()[joined.lowest].offset) {

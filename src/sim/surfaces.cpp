@@ -18,6 +18,13 @@ FrictionPair PairOf(const GloveRange& range, double static_mu) {
   return {static_mu, static_mu * range.kinetic / range.middle};
 }
 
+double Triangular(const GloveRange& range, double u) {
+  const double width = range.high - range.low;
+  const double at_mode = (range.middle - range.low) / width;
+  return u < at_mode ? range.low + std::sqrt(u * width * (range.middle - range.low))
+                     : range.high - std::sqrt((1.0 - u) * width * (range.high - range.middle));
+}
+
 constexpr const char* kFileName = "surfaces.yaml";
 constexpr double kMaxFriction = 3.0;  // rubber on rubber
 
@@ -61,15 +68,6 @@ Surface ReadSurface(base::YamlMap map, const std::string& name) {
 
 }  // namespace
 
-FrictionPair DrawnFriction(const GloveRange& range, double u) {
-  const double width = range.high - range.low;
-  const double at_mode = (range.middle - range.low) / width;
-  const double mu = u < at_mode
-                        ? range.low + std::sqrt(u * width * (range.middle - range.low))
-                        : range.high - std::sqrt((1.0 - u) * width * (range.high - range.middle));
-  return PairOf(range, mu);
-}
-
 FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options,
                            std::optional<double> u) {
   if (options.glove_friction) return {*options.glove_friction, *options.glove_friction};
@@ -81,11 +79,11 @@ FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& option
     case FrictionChoice::kKinetic:
       return {range.kinetic, range.kinetic};
     case FrictionChoice::kDrawn:
+      return PairOf(range, u ? Triangular(range, *u) : range.middle);
     case FrictionChoice::kMiddle:
       break;
   }
-  const bool drawn = options.friction == FrictionChoice::kDrawn && u;
-  return drawn ? DrawnFriction(range, *u) : PairOf(range, range.middle);
+  return PairOf(range, range.middle);
 }
 
 std::filesystem::path ShippedSurfaces() { return base::DataFolder() / "models" / kFileName; }

@@ -21,12 +21,10 @@ struct GloveRange {
 /// The surface of the scene, which the glove may also touch: the table's laminate.
 inline constexpr std::string_view kTableSurface = "laminate";
 
-/// The friction pair for a random u from 0 to 1. The static coefficient is distributed triangularly
-/// over its range with the middle as mode; the kinetic one keeps its tabulated ratio to it.
-FrictionPair DrawnFriction(const GloveRange& range, double u);
-
-/// The glove's friction pair on a surface, as the options choose it. A drawn pair depends on u from
-/// 0 to 1; without u it is the middle of the range. glove_friction overrides both coefficients.
+/// The glove's friction pair on a surface, as the options choose it. A drawn one depends on a
+/// random u from 0 to 1, by which the static coefficient is distributed triangularly over its range
+/// with the middle as mode; without u it is the middle. The kinetic coefficient keeps its tabulated
+/// ratio to the static one. glove_friction overrides both.
 FrictionPair GloveFriction(const GloveRange& range, const PhysicsOptions& options,
                            std::optional<double> u = {});
 

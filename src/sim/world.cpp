@@ -66,7 +66,6 @@ struct World::Impl {
     std::size_t warnings = 0;
   } before;
 
-  const ObjectEntry& at(int object) const { return objects.at(object); }
   ObjectEntry& at(int object) { return objects.at(object); }
 
   // A velocity of -0.0 wakes a tree and what it touches, and changes nothing else.
@@ -76,14 +75,6 @@ struct World::Impl {
         q.x(), q.y(), q.z();
     std::fill_n(data->qvel + object.dof, 6, -0.0);
     std::fill_n(data->qacc_warmstart + object.dof, 6, 0.0);
-  }
-
-  // Trees with drives never sleep otherwise.
-  void LetRobotSleep(bool may_sleep) {
-    for (int tree = 0; tree < model->ntree; ++tree) {
-      if (IsObject(model->tree_bodyadr[tree])) continue;
-      model->tree_sleep_policy[tree] = may_sleep ? mjSLEEP_ALLOWED : mjSLEEP_AUTO_NEVER;
-    }
   }
 
   // Wakes them in the same way as SetPose. Parked objects do not move and fall asleep again.
@@ -99,16 +90,27 @@ struct World::Impl {
     });
   }
 
-  // Distance of an object's collision geometry from the geoms for which `of` holds.
+  // Reach of an object's collision geometry along a unit direction [m].
+  double Reach(int object, const Vector3d& direction_W) {
+    double reach = -std::numeric_limits<double>::infinity();
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      if (model->body_rootid[model->geom_bodyid[geom]] != at(object).body) continue;
+      if (!internal::Collides(model.get(), geom)) continue;
+      reach = std::max(reach, internal::ReachOfGeom(model.get(), data.get(), geom, direction_W));
+    }
+    return reach;
+  }
+
+  // Distance of an object's collision geometry from that of the bodies for which `of` holds.
   template <typename Predicate>
   double Distance(int object, double limit_m, const Predicate& of) {
     std::vector<int> own, others;
     for (int geom = 0; geom < model->ngeom; ++geom) {
       if (!internal::Collides(model.get(), geom)) continue;
-      const int root = model->body_rootid[model->geom_bodyid[geom]];
-      if (root == at(object).body) {
+      const int body = model->geom_bodyid[geom];
+      if (model->body_rootid[body] == at(object).body) {
         own.push_back(geom);
-      } else if (of(geom)) {
+      } else if (of(body)) {
         others.push_back(geom);
       }
     }
@@ -244,48 +246,33 @@ double World::ObjectMass(int object) const {
   return model()->body_subtreemass[impl_->at(object).body];
 }
 
-double World::ObjectReach(int object, const Vector3d& direction_W) const {
-  const int root = impl_->at(object).body;
-  double reach = -std::numeric_limits<double>::infinity();
-  for (int geom = 0; geom < model()->ngeom; ++geom) {
-    if (model()->body_rootid[model()->geom_bodyid[geom]] != root) continue;
-    if (!internal::Collides(model(), geom)) continue;
-    reach = std::max(reach, internal::ReachOfGeom(model(), data(), geom, direction_W));
-  }
-  return reach;
-}
+double World::ObjectTop(int object) const { return impl_->Reach(object, Vector3d::UnitZ()); }
 
-double World::ObjectTop(int object) const { return ObjectReach(object, Vector3d::UnitZ()); }
-
-double World::ObjectBottom(int object) const { return -ObjectReach(object, -Vector3d::UnitZ()); }
+double World::ObjectBottom(int object) const { return -impl_->Reach(object, -Vector3d::UnitZ()); }
 
 Eigen::AlignedBox3d World::ObjectBounds(int object) const {
   Eigen::AlignedBox3d bounds;
   for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d direction = Vector3d::Unit(axis);
-    bounds.min()[axis] = -ObjectReach(object, -direction);
-    bounds.max()[axis] = ObjectReach(object, direction);
+    bounds.min()[axis] = -impl_->Reach(object, -Vector3d::Unit(axis));
+    bounds.max()[axis] = impl_->Reach(object, Vector3d::Unit(axis));
   }
   return bounds;
 }
 
 double World::ObjectDistance(int object, int other, double limit_m) const {
-  return impl_->Distance(object, limit_m, [&](int geom) {
-    return model()->body_rootid[model()->geom_bodyid[geom]] == object_body(other);
-  });
+  return impl_->Distance(
+      object, limit_m, [&](int body) { return model()->body_rootid[body] == object_body(other); });
 }
 
 double World::RobotDistance(int object, double limit_m) const {
-  return impl_->Distance(object, limit_m, [&](int geom) {
-    const int body = model()->geom_bodyid[geom];
+  return impl_->Distance(object, limit_m, [&](int body) {
     return model()->body_weldid[body] != 0 && !impl_->IsObject(body);
   });
 }
 
 double World::SceneDistance(int object, double limit_m) const {
-  return impl_->Distance(object, limit_m, [&](int geom) {
-    return model()->body_weldid[model()->geom_bodyid[geom]] == 0;
-  });
+  return impl_->Distance(object, limit_m,
+                         [&](int body) { return model()->body_weldid[body] == 0; });
 }
 
 std::optional<Container> World::container() const {
@@ -411,7 +398,7 @@ bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
       if (entry.parked) continue;
       if (data()->qpos[entry.qpos + 2] < kLost_m) return false;
       rests = rests && ObjectSpeed(object) < rest_speed_m_s;
-      asleep = asleep && data()->tree_asleep[entry.tree] >= 0;
+      asleep = asleep && data()->tree_asleep[model()->body_treeid[entry.body]] >= 0;
     }
     if (asleep) return true;
     if (!rests) rest_since = time_s();
@@ -425,7 +412,11 @@ void World::StepCoarsely(bool coarsely) {
   option.timestep = coarsely ? kCoarseStep_s : impl_->scene_option.timestep;
   option.noslip_iterations = coarsely ? 0 : impl_->scene_option.noslip_iterations;
   option.impratio = coarsely ? 1.0 : impl_->scene_option.impratio;
-  impl_->LetRobotSleep(coarsely);
+  for (int tree = 0; tree < model()->ntree; ++tree) {
+    if (impl_->IsObject(model()->tree_bodyadr[tree])) continue;
+    // Trees with drives never sleep otherwise.
+    model()->tree_sleep_policy[tree] = coarsely ? mjSLEEP_ALLOWED : mjSLEEP_AUTO_NEVER;
+  }
   if (!coarsely) impl_->WakeAll();
 }
 

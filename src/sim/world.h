@@ -135,9 +135,6 @@ class World {
   const PhysicsOptions& physics() const;
 
  private:
-  // Reach of its collision geometry along a unit direction [m].
-  double ObjectReach(int object, const Eigen::Vector3d& direction_W) const;
-
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -88,12 +88,6 @@ class WorldArranger : public Arranger {
                 const sensing::LineScannerOptions& scanner)
       : options_(options), robot_(robot), scanner_(scanner) {}
 
-  sim::World WorldOf(const std::vector<std::string>& objects) const {
-    std::vector<sim::ObjectModel> models;
-    for (const std::string& object : objects) models.push_back(ObjectModelOf(options_, object));
-    return sim::World(options_.scene, models, options_.physics);
-  }
-
   // Keeps a random number of them, in random order.
   void DrawSome(std::vector<std::string>& others, base::Rng& rng) const {
     const ClutterOptions& clutter = options_.clutter;
@@ -118,7 +112,7 @@ class WorldArranger : public Arranger {
     std::erase(names, target);
     if (!all) DrawSome(names, rng);
     names.insert(names.begin(), target);
-    return WorldOf(names);
+    return WorldOf(options_, names);
   }
 
   bool AllInView(const sim::World& world) const {
@@ -143,15 +137,11 @@ class SingleArranger : public WorldArranger {
 
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
-    Arrangement trial{WorldOf({target})};
+    Arrangement trial{WorldOf(options_, {target})};
     trial.world.SetArm(robot_.home);
     for (int draw = 0; draw < kMaxDraws; ++draw) {
-      const auto rest = resting_.Drop(trial.world, trial.target, rng);
-      const auto wrong = rest ? PutDown(*rest->face, rng, trial) : Redraw::kOtherPose;
-      if (!wrong) {
-        trial.pose_class = rest->pose->label;
-        return trial;
-      }
+      const auto wrong = DropAndPutDown(rng, trial);
+      if (!wrong) return trial;
       ++redraws[*wrong];
     }
     return std::nullopt;
@@ -159,11 +149,13 @@ class SingleArranger : public WorldArranger {
   int MaxObjects() const override { return 1; }
 
  private:
-  // @return nullopt if it rests where it was put down, on that face and in view.
-  std::optional<Redraw> PutDown(const sim::RestingFace& face, base::Rng& rng,
-                                Arrangement& trial) const {
+  // @return nullopt if it rests where it was put down, on the face of its drop and in view.
+  std::optional<Redraw> DropAndPutDown(base::Rng& rng, Arrangement& trial) const {
+    const auto rest = resting_.Drop(trial.world, trial.target, rng);
+    if (!rest) return Redraw::kOtherPose;
+    trial.pose_class = rest->pose->label;
     const base::Pose X_WO =
-        resting_.PutDown(face, robot_.workspace_radius_m, trial.world, trial.target, rng);
+        resting_.PutDown(*rest->face, robot_.workspace_radius_m, trial.world, trial.target, rng);
     if (!trial.world.Settle()) return Redraw::kNotAtRest;
     if (!Resting::IsAsPutDown(X_WO, trial.world, trial.target)) return Redraw::kOtherPose;
     if (!AllInView(trial.world)) return Redraw::kOutOfView;
@@ -227,7 +219,7 @@ class ScatteredArranger : public WorldArranger {
     std::vector<std::string> others = Choice(target);
     DrawSome(others, rng);
     AddOnce(others, names);
-    return WorldOf(names);
+    return WorldOf(options_, names);
   }
 
   /// @return why the arrangement must be redrawn, if it must.
@@ -344,49 +336,44 @@ class SideBySideArranger : public WorldArranger {
   int MaxObjects() const override { return 1 + options_.clutter.max_others; }
 
  private:
-  // Resting pose of an object that is alone on the table.
-  struct Alone {
-    base::Pose X_WO;
-    double top_m = 0.0;
-    std::string pose_class;
-  };
-
   // @return why the arrangement must be redrawn, if it must.
   std::optional<Redraw> PutTogether(base::Rng& rng, Arrangement& trial) const {
     sim::World& world = trial.world;
-    std::vector<Alone> alone;
+    std::vector<base::Pose> alone_W;  // how each comes to rest when it is alone on the table
+    double max_top_m = std::numeric_limits<double>::infinity();
     for (const int object : Numbers(world)) {
-      const double max_top_m =
-          alone.empty() ? std::numeric_limits<double>::infinity() : alone.front().top_m;
-      auto dropped = DropLower(object, max_top_m, world, rng);
-      if (!dropped) return alone.empty() ? Redraw::kOtherPose : Redraw::kNotHighest;
-      alone.push_back(std::move(*dropped));
+      const auto rest = DropLower(object, max_top_m, world, rng);
+      if (!rest) return object == 0 ? Redraw::kOtherPose : Redraw::kNotHighest;
+      if (object == 0) {
+        trial.pose_class = rest->pose->label;
+        max_top_m = world.ObjectTop(object);
+      }
+      alone_W.push_back(world.ObjectPose(object));
+      world.ParkObject(object);
     }
     const Eigen::Vector3d place_W =
         PlaceInDisc(robot_.X_WWorkspace, robot_.workspace_radius_m, rng);
     for (const int object : Numbers(world)) {
-      world.PlaceObject(object, alone[static_cast<std::size_t>(object)].X_WO);
+      world.PlaceObject(object, alone_W[static_cast<std::size_t>(object)]);
       if (object == 0) {
         MoveTo(place_W, object, world);
       } else if (!SlideTo(place_W, object, rng, world)) {
         return Redraw::kDoesNotFit;
       }
     }
-    if (const auto wrong = Settle(alone, world)) return wrong;
-    trial.pose_class = alone.front().pose_class;
+    if (const auto wrong = Settle(alone_W, world)) return wrong;
     trial.touching = Touching(world, options_.clutter.touch_m);
     return WrongAmongOthers(options_, robot_, scanner_, world);
   }
 
-  // @return nullopt if no drop ends in a stable pose lower than max_top_m.
-  std::optional<Alone> DropLower(int object, double max_top_m, sim::World& world,
-                                 base::Rng& rng) const {
+  // @return nullopt, and the object is parked, if no drop ends in a stable pose lower than
+  // max_top_m.
+  std::optional<sim::AtRest> DropLower(int object, double max_top_m, sim::World& world,
+                                       base::Rng& rng) const {
     for (int drop = 0; drop < kMaxLowerDrops; ++drop) {
       const auto rest = resting_.Drop(world, object, rng);
-      const base::Pose X_WO = world.ObjectPose(object);
-      const double top_m = world.ObjectTop(object);
+      if (rest && world.ObjectTop(object) < max_top_m) return rest;
       world.ParkObject(object);
-      if (rest && top_m < max_top_m) return Alone{X_WO, top_m, rest->pose->label};
     }
     return std::nullopt;
   }
@@ -417,13 +404,13 @@ class SideBySideArranger : public WorldArranger {
     return false;
   }
 
-  std::optional<Redraw> Settle(const std::vector<Alone>& alone, sim::World& world) const {
+  std::optional<Redraw> Settle(const std::vector<base::Pose>& alone_W, sim::World& world) const {
     const ClutterOptions& clutter = options_.clutter;
     if (!world.Settle(clutter.settle_limit_s, clutter.rest_speed_m_s, clutter.rest_time_s)) {
       return Redraw::kNotAtRest;
     }
     for (const int object : Numbers(world)) {
-      const base::Pose& X_WO = alone[static_cast<std::size_t>(object)].X_WO;
+      const base::Pose& X_WO = alone_W[static_cast<std::size_t>(object)];
       if (!Resting::IsAsPutDown(X_WO, world, object)) return Redraw::kOtherPose;
     }
     return std::nullopt;
@@ -630,7 +617,7 @@ class ClutterArranger : public WorldArranger {
                   const sensing::LineScannerOptions& scanner)
       : WorldArranger(options, robot, scanner) {
     NeedsObjects(DrawsOthers() ? options.clutter.max_others : 1);
-    if (options.arranger == kBox && !sim::World(options.scene, {}, options.physics).container()) {
+    if (options.arranger == kBox && !WorldOf(options, {}).container()) {
       throw base::InputError(options.scene.string() +
                              ": arrangement: box needs a scene with a box, such as "
                              "scenes/tabletop_box.xml (marked by a box-shaped site \"container\" "
@@ -682,12 +669,6 @@ class ClutterArranger : public WorldArranger {
   std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
 };
 
-template <typename Own>
-std::unique_ptr<Arranger> MakeOf(const Options& options, const robot::Robot& robot,
-                                 const sensing::LineScannerOptions& scanner) {
-  return std::make_unique<Own>(options, robot, scanner);
-}
-
 }  // namespace
 
 int Total(const Redraws& redraws) {
@@ -697,27 +678,28 @@ int Total(const Redraws& redraws) {
 }
 
 std::string Text(const Redraws& redraws) {
-  std::string text;
+  std::vector<std::string> counts;
   for (const auto& [reason, count] : redraws) {
-    text += fmt::format("{}{} x{}", text.empty() ? "" : ", ", base::Word(reason), count);
+    counts.push_back(fmt::format("{} x{}", base::Word(reason), count));
   }
-  return text;
+  return base::Join(counts);
 }
 
-std::vector<ArrangerKind>& ArrangerKinds() {
-  static std::vector<ArrangerKind> kinds = {
-      {kSingle, MakeOf<SingleArranger>},    {kScattered, MakeOf<ScatteredArranger>},
-      {kTouching, MakeOf<ClutterArranger>}, {kSideBySide, MakeOf<SideBySideArranger>},
-      {kBox, MakeOf<ClutterArranger>},      {kPile, MakeOf<ClutterArranger>}};
-  return kinds;
+sim::World WorldOf(const Options& options, const std::vector<std::string>& objects) {
+  std::vector<sim::ObjectModel> models;
+  for (const std::string& object : objects) models.push_back(ObjectModelOf(options, object));
+  return sim::World(options.scene, models, options.physics);
 }
 
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner) {
   // Throws before the first trial if the scene does not have the walls.
-  if (options.physics.box_wall_m) sim::World(options.scene, {}, options.physics);
-  return std::ranges::find(ArrangerKinds(), options.arranger, &ArrangerKind::word)
-      ->make(options, robot, scanner);
+  if (options.physics.box_wall_m) WorldOf(options, {});
+  const std::string& kind = options.arranger;
+  if (kind == kSingle) return std::make_unique<SingleArranger>(options, robot, scanner);
+  if (kind == kScattered) return std::make_unique<ScatteredArranger>(options, robot, scanner);
+  if (kind == kSideBySide) return std::make_unique<SideBySideArranger>(options, robot, scanner);
+  return std::make_unique<ClutterArranger>(options, robot, scanner);
 }
 
 }  // namespace rangegrasp::trial

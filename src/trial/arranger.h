@@ -40,6 +40,9 @@ using Redraws = std::map<Redraw, int>;
 int Total(const Redraws& redraws);
 std::string Text(const Redraws& redraws);  ///< "not_at_rest x2, out_of_view x1"
 
+/// The experiment's scene with these objects, where their models place them.
+sim::World WorldOf(const Options& options, const std::vector<std::string>& objects);
+
 /// A settled world with the target in it.
 struct Arrangement {
   sim::World world;
@@ -84,15 +87,6 @@ inline constexpr const char* kTouching = "touching";
 inline constexpr const char* kSideBySide = "side_by_side";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
-
-/// A kind of arranger: a word of the key `arrangement`.
-struct ArrangerKind {
-  std::string word;
-  std::unique_ptr<Arranger> (*make)(const Options& options, const robot::Robot& robot,
-                                    const sensing::LineScannerOptions& scanner) = nullptr;
-};
-/// All kinds; a system adds its own.
-std::vector<ArrangerKind>& ArrangerKinds();
 
 /// The arranger selected by the options. The arguments must outlive it.
 /// @throws base::InputError if an object has no resting pose, there are too few objects, or the

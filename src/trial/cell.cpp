@@ -107,10 +107,8 @@ std::unique_ptr<Sensor> MakeDepthCamera(const Cell& cell) {
 
 std::vector<geometry::CloudField> TruthFields(const geometry::View& view,
                                               const sensing::ScanTruth& truth) {
-  geometry::CloudField label{"label", truth.label};
-  geometry::CloudField state{"state", {}};
-  for (const auto s : truth.state) state.values.push_back(static_cast<std::uint32_t>(s));
-  std::vector<geometry::CloudField> fields = {label, state};
+  std::vector<geometry::CloudField> fields = {{"label", truth.label}, {"state", {}}};
+  for (const auto s : truth.state) fields[1].values.push_back(static_cast<std::uint32_t>(s));
   if (!view.colors.empty()) fields.push_back(geometry::ColorField(view.colors));
   return fields;
 }

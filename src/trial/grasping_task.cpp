@@ -18,11 +18,7 @@ using experiment::Stamp;
 
 // All objects of the experiment at the center of the workspace, for rendering only.
 sim::World WorldOfAll(const Cell& cell) {
-  std::vector<sim::ObjectModel> models;
-  for (const std::string& object : cell.options.objects) {
-    models.push_back(ObjectModelOf(cell.options, object));
-  }
-  sim::World world(cell.options.scene, models, cell.options.physics);
+  sim::World world = WorldOf(cell.options, cell.options.objects);
   for (int i = 0; i < world.objects(); ++i) world.PlaceObject(i, cell.robot.X_WWorkspace);
   world.Refresh();
   return world;
@@ -78,10 +74,9 @@ class Grasping : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  Options options = ReadOptions(map);
+  Options options = ReadOptions(map, common.seed);
   if (!ModelsPass(map, options, common)) return nullptr;
   FindDetector(options.detector)->check(map, options, common.case_limit_s);
-  options.seed = common.seed;
   return std::make_unique<Grasping>(std::move(options), common);
 }
 
@@ -113,7 +108,7 @@ const experiment::TaskKind& GraspingTask() {
       .stops_when_hopeless = true,
       .unusable = std::string(base::Word(Outcome::kDetectorFailed)),
       .read = Read,
-      .read_keys = [](base::YamlMap& map) { ReadOptions(map); },
+      .read_keys = [](base::YamlMap& map) { ReadOptions(map, experiment::Common().seed); },
       .report = ReportOf,
       .charts = ChartsOf,
       .has_views = true};

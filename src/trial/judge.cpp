@@ -58,28 +58,23 @@ std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
 
 std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,
                            const sim::World& world) {
-  if (detection.objects.empty()) return std::nullopt;
-  Eigen::Vector3d center_W = Eigen::Vector3d::Zero();
-  const auto& samples = detection.objects.front().samples;
-  auto votes = ObjectVotes(samples, sensed);
-  for (const auto& id : samples) {
-    center_W += sensed.observation.views[id.view].image.points_C[id.sample];
-  }
-  center_W /= std::max(1.0, static_cast<double>(samples.size()));
-  std::optional<int> best;
-  for (const auto& [object, count] : votes) {
-    if (object >= 0 && object < world.objects() && !world.parked(object) &&
-        (!best || count > votes[*best]))
-      best = object;
-  }
-  if (best) return best;
   std::vector<int> there;
   for (int object = 0; object < world.objects(); ++object) {
     if (!world.parked(object)) there.push_back(object);
   }
-  const auto nearest = std::ranges::min_element(
+  if (detection.objects.empty() || there.empty()) return std::nullopt;
+  const auto& samples = detection.objects.front().samples;
+  auto votes = ObjectVotes(samples, sensed);
+  const auto votes_of = [&](int object) { return votes[object]; };
+  const int most = *std::ranges::max_element(there, {}, votes_of);
+  if (votes[most] > 0) return most;
+  Eigen::Vector3d center_W = Eigen::Vector3d::Zero();
+  for (const auto& id : samples) {
+    center_W += sensed.observation.views[id.view].image.points_C[id.sample];
+  }
+  center_W /= std::max(1.0, static_cast<double>(samples.size()));
+  return *std::ranges::min_element(
       there, {}, [&](int object) { return (world.ObjectCenterOfMass(object) - center_W).norm(); });
-  return nearest == there.end() ? std::nullopt : std::optional(*nearest);
 }
 
 bool IsAtDelivery(const sim::World& world, int object) {

@@ -292,14 +292,14 @@ std::vector<MethodDifference> MethodDifferences() {
   return keys;
 }
 
-Options ReadOptions(YamlMap& map) {
+Options ReadOptions(YamlMap& map, std::uint64_t seed) {
   Options o;
+  o.seed = seed;
   for (const char* key : {"scene", "sensor", "objects"}) map.Require(key);
   map.ReadPath("scene", o.scene, "MJCF file with table, arm, hand and scanner");
   o.arranger = kSingle;
-  std::vector<std::string> arrangements;
-  for (const auto& kind : ArrangerKinds()) arrangements.push_back(kind.word);
-  map.Read("arrangement", o.arranger, arrangements, "arrangement of the objects of a trial");
+  map.Read("arrangement", o.arranger, {kSingle, kScattered, kTouching, kSideBySide, kBox, kPile},
+           "arrangement of the objects of a trial");
   map.ReadPath(
       "sensor", o.sensor,
       "file of the sensor: a line scanner, a depth camera, a stereo camera, or laser and stereo");

@@ -88,7 +88,7 @@ struct Options : grasp::DetectorOptions, grasp::MoverOptions {
   double early_m = 0.006;  ///< a smaller distance is within the error of perception
 
   bool color = false;
-  std::uint64_t seed = 1;  ///< of the experiment; for computations made once before all trials
+  std::uint64_t seed = 1;  ///< of the experiment; for what is drawn once, before all trials
   sim::PhysicsOptions physics;
   sim::HandControlOptions hand;
   /// Contact angle above which the hand grips with its maximum force at once. 90 deg: never, like
@@ -114,8 +114,9 @@ T Of(const Options& options, const std::string& name) {
 }
 
 /// Reads all keys of a grasping experiment except the common ones, to the end of the map.
+/// @param seed  of the experiment
 /// @throws base::InputError naming file, line, key, value and the nearest valid key.
-Options ReadOptions(base::YamlMap& map);
+Options ReadOptions(base::YamlMap& map, std::uint64_t seed);
 
 /// Sets all options in which the methods differ.
 void SetMethod(MethodKind method, Options& options);

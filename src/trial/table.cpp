@@ -35,7 +35,7 @@ using Interval = std::optional<std::pair<double, double>>;
 
 struct Published {
   Rate detection, grasping;
-  std::optional<int> trials;
+  int trials = 0;
 };
 
 // Significance level of all rows' comparisons of one kind of rate (detection or grasping).
@@ -54,12 +54,12 @@ Rate PublishedRate(const base::CsvTable& csv, std::size_t row, const char* name)
   return *percent / 100.0;
 }
 
-// Number of trials of a row; nullopt if the table does not state it.
-std::optional<int> PublishedTrials(const base::CsvTable& csv, std::size_t row) {
-  if (std::ranges::find(csv.header(), "trials") == csv.header().end()) return std::nullopt;
+// Number of trials of a row; 0 if the table does not state it.
+int PublishedTrials(const base::CsvTable& csv, std::size_t row) {
+  if (std::ranges::find(csv.header(), "trials") == csv.header().end()) return 0;
   const std::size_t column = csv.Column("trials");
   const auto trials = csv.OptionalNumber(row, column);
-  if (!trials) return std::nullopt;
+  if (!trials) return 0;
   if (!(*trials >= 1.0 && *trials == std::floor(*trials) && *trials <= kMaxTrials)) {
     csv.Fail(row, column, "must be a whole number of trials, 1 or more");
   }
@@ -144,26 +144,13 @@ std::string ReasonWithoutFigures(const std::string& short_reason) {
   return reason;
 }
 
-// The first reason, with its numbers, of those that are counted together. The keys are the object
-// ("overall": all objects), the outcome, and the reason without numbers.
-using Examples = std::map<std::array<std::string, 3>, std::string>;
-
-Examples ExamplesIn(const std::vector<Record>& records) {
-  Examples examples;
-  for (const Record& record : records) {
-    const std::string reason = ShortReason(record.result.detail);
-    const std::string counted = ReasonWithoutFigures(reason);
-    examples.try_emplace({record.which.group, record.result.outcome, counted}, reason);
-    examples.try_emplace({"overall", record.result.outcome, counted}, reason);
-  }
-  return examples;
-}
-
 void CountRecord(const Record& record, const Data& data, Row& row) {
   const std::string& outcome = record.result.outcome;
   ++row.outcomes[outcome];
-  const std::string reason = ReasonWithoutFigures(ShortReason(record.result.detail));
-  if (!reason.empty()) ++row.reasons[outcome][reason];
+  const std::string reason = ShortReason(record.result.detail);
+  if (const std::string counted = ReasonWithoutFigures(reason); !counted.empty()) {
+    ++row.reasons[outcome].try_emplace(counted, Reason{0, reason}).first->second.count;
+  }
   CountTrial(data.value("detected", false), outcome == kDelivered, row.detection, row.grasping);
   // A record of an older version has no "text"; a trial that crashed has no data at all.
   const auto text = data.find("text");
@@ -206,12 +193,10 @@ void AddPublished(const std::map<std::string, Published>& published, const std::
   const auto& [detection, grasping, trials] = found->second;
   row.text_detection.published = detection;
   row.text_grasping.published = grasping;
-  row.published_trials = trials;
-  if (!trials) return;
-  row.text_detection.published_count.n = *trials;
-  if (!detection || !grasping) return;
+  row.text_detection.published_count.n = trials;
+  if (trials == 0 || !detection || !grasping) return;
   // The counts are whole numbers: 77.77 % of 9 detected objects are 7.
-  row.text_detection.published_count = PublishedCount(*detection, *trials);
+  row.text_detection.published_count = PublishedCount(*detection, trials);
   row.text_grasping.published_count =
       PublishedCount(*grasping, row.text_detection.published_count.k);
 }
@@ -238,11 +223,12 @@ void ComparePooled(Table& table) {
   int compared = 0;
   Count detection, grasping;  // published, of the compared rows
   for (Row& row : table.rows) {
-    if (!row.published_trials) continue;
+    const Count& of_row = row.text_detection.published_count;
+    if (of_row.n == 0) continue;
     Compare(row);
     ++compared;
-    detection.n += *row.published_trials;
-    detection.k += row.text_detection.published_count.k;
+    detection.n += of_row.n;
+    detection.k += of_row.k;
     grasping.k += row.text_grasping.published_count.k;
   }
   grasping.n = detection.k;
@@ -250,7 +236,6 @@ void ComparePooled(Table& table) {
   if (compared == 0 || compared < static_cast<int>(table.rows.size())) return;
   Row& overall = table.overall;
   if (!overall.text_detection.published && !overall.text_grasping.published) return;
-  overall.published_trials = detection.n;
   overall.text_detection.published_count = detection;
   overall.text_grasping.published_count = grasping;
   Compare(overall);
@@ -304,18 +289,17 @@ std::string PText(const Table& table, const Rate& p) {
 
 // Counts of failures with the most frequent reason of each: "dropped 2 (2 x slid out of the hand),
 // no_path 3 (2 x no_ik)".
-std::string Failures(const Row& row, const Examples& examples) {
+std::string Failures(const Row& row) {
   std::vector<std::string> texts;
   for (const auto& [outcome, count] : row.outcomes) {
     if (outcome == kDelivered) continue;
     std::string& text = texts.emplace_back(fmt::format("{} {}", outcome, count));
     const auto reasons = row.reasons.find(outcome);
     if (reasons == row.reasons.end()) continue;
-    const auto most =
-        std::ranges::max_element(reasons->second, {}, [](const auto& one) { return one.second; });
-    const auto example = examples.find({row.object, outcome, most->first});
-    text += fmt::format(" ({} x {})", most->second,
-                        example == examples.end() ? most->first : example->second);
+    const Reason& most = std::ranges::max_element(reasons->second, {}, [](const auto& one) {
+                           return one.second.count;
+                         })->second;
+    text += fmt::format(" ({} x {})", most.count, most.example);
   }
   return base::Join(texts);
 }
@@ -326,7 +310,7 @@ std::vector<Row> AllRows(const Table& table) {
   return rows;
 }
 
-Grid GridOf(const Table& table, const Examples& examples) {
+Grid GridOf(const Table& table) {
   const auto rows = AllRows(table);
   std::vector<Column<Row>> columns = {
       {"no.", "",
@@ -354,8 +338,7 @@ Grid GridOf(const Table& table, const Examples& examples) {
   add_rate("grasping %", &Row::grasping);
   add_compared("detection (text) %", &Row::text_detection);
   add_compared("grasping (text) %", &Row::text_grasping);
-  columns.push_back(
-      {"failures", "", [&](const Row& row) { return Failures(row, examples); }, experiment::kLeft});
+  columns.push_back({"failures", "", Failures, experiment::kLeft});
   Grid grid = experiment::GridOf(columns, rows);
   grid.total = true;
   return grid;
@@ -415,7 +398,7 @@ std::string TimesLine(const Table& table) {
   return line;
 }
 
-Grid CsvGridOf(const Table& table, const Examples& examples) {
+Grid CsvGridOf(const Table& table) {
   std::vector<Column<Row>> columns = {
       {"object", "", &Row::object},
       {"title", "", &Row::title},
@@ -436,7 +419,7 @@ Grid CsvGridOf(const Table& table, const Examples& examples) {
   const auto published = [](const RowRate& rate) { return rate.published; };
   add("published_detection_rate", &Row::text_detection, published);
   add("published_grasp_rate", &Row::text_grasping, published);
-  columns.push_back({"failures", "", [&](const Row& row) { return Failures(row, examples); }});
+  columns.push_back({"failures", "", Failures});
   return experiment::GridOf(columns, AllRows(table), "");
 }
 
@@ -469,9 +452,12 @@ ordered_json RowJson(const Table& table, const Row& row) {
   json["published_detection_rate"] = Json(by_text.published);
   json["published_grasp_rate"] = Json(text_grasping.published);
   json["outcomes"] = row.outcomes;
-  json["reasons"] = row.reasons;
-  if (!row.published_trials) return json;
-  json["published_trials"] = *row.published_trials;
+  json["reasons"] = ordered_json::object();
+  for (const auto& [outcome, reasons] : row.reasons) {
+    for (const auto& [reason, of] : reasons) json["reasons"][outcome][reason] = of.count;
+  }
+  if (by_text.published_count.n == 0) return json;
+  json["published_trials"] = by_text.published_count.n;
   json["published_detected"] = by_text.published_count.k;
   json["published_delivered"] = text_grasping.published_count.k;
   json["detection_p_below"] = Json(by_text.p_below);
@@ -505,7 +491,7 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
   for (const Row& row : AllRows(table)) {
     for (const auto& [what, rate] :
          {std::pair{"detection", &row.text_detection}, {"grasping", &row.text_grasping}}) {
-      if (!rate->published || !row.published_trials) continue;
+      if (!rate->published || row.text_detection.published_count.n == 0) continue;
       figures.push_back(
           {.row = row.title + ", " + what,
            .unit = "%",
@@ -519,6 +505,8 @@ std::vector<experiment::PublishedFigure> FiguresOf(const Table& table) {
 
 // ---- what the rates depend on ----
 
+// Width of a bin of the static friction. A bin's number is its lower end divided by the width.
+constexpr double kFrictionBin = 0.05;
 // A coefficient at the boundary of two bins belongs to the upper bin despite rounding errors.
 constexpr double kRounding = 1e-9;
 
@@ -529,22 +517,6 @@ const std::vector<double> kTiltEnds_deg = {1, 2, 5, 10, 20, 45};
 const std::vector<double> kTenths_percent = {10, 20, 30, 40, 50, 60, 70, 80, 90};
 
 std::string BinTitle(int bin) { return fmt::format("{:.2f}", bin * kFrictionBin); }
-
-FrictionBins BinsOf(const FrictionCurve& curve, const std::string& object) {
-  const auto found = curve.find(object);
-  return found == curve.end() ? FrictionBins() : found->second;
-}
-
-FrictionBins SumOf(const FrictionCurve& curve) {
-  FrictionBins sum;
-  for (const auto& [object, bins] : curve) {
-    for (const auto& [bin, count] : bins) {
-      sum[bin].k += count.k;
-      sum[bin].n += count.n;
-    }
-  }
-  return sum;
-}
 
 // Data of a record that counts as detected.
 struct Tried {
@@ -619,6 +591,67 @@ std::optional<int> FrictionBin(const Data& data) {
   const auto friction = data.find("friction");
   if (friction == data.end() || !friction->is_number()) return std::nullopt;
   return static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
+}
+
+// An object, and delivered / detected for each bin of the friction.
+using FrictionCurve = std::pair<std::string, std::map<int, Count>>;
+
+// Trials with an undetected target are left out, since the hand did not touch it.
+std::vector<FrictionCurve> FrictionCurvesOf(const std::vector<std::string>& objects,
+                                            const std::vector<Record>& records) {
+  std::map<std::string, std::map<int, Count>> bins;
+  for (const Record& record : records) {
+    const auto data = DataOf(record);
+    const auto bin = FrictionBin(data);
+    if (!bin || !data.value("detected", false)) continue;
+    Add(record.result.outcome == kDelivered, bins[record.which.group][*bin]);
+  }
+  std::vector<FrictionCurve> curves;
+  for (const std::string& object : objects) curves.emplace_back(object, bins[object]);
+  return curves;
+}
+
+// One row per object, and one for all objects. Has no rows if the trials of each object are in one
+// bin (friction was not drawn).
+Grid GridOf(std::vector<FrictionCurve> rows) {
+  const auto is_one_bin = [](const FrictionCurve& curve) { return curve.second.size() < 2; };
+  if (std::ranges::all_of(rows, is_one_bin)) return {};
+  std::map<int, Count> all;
+  for (const auto& [object, bins] : rows) {
+    for (const auto& [bin, count] : bins) {
+      all[bin].k += count.k;
+      all[bin].n += count.n;
+    }
+  }
+  std::vector<Column<FrictionCurve>> columns = {
+      {"static friction from", "", &FrictionCurve::first, experiment::kLeft}};
+  for (const auto& [bin, count] : all) {
+    columns.push_back({BinTitle(bin), "", [bin = bin](const FrictionCurve& row) {
+                         const auto found = row.second.find(bin);
+                         if (found == row.second.end()) return std::string("-");
+                         return fmt::format("{}/{}", found->second.k, found->second.n);
+                       }});
+  }
+  rows.emplace_back("all", std::move(all));
+  Grid grid = experiment::GridOf(columns, rows);
+  grid.total = true;
+  return grid;
+}
+
+// JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
+ordered_json JsonOf(const std::vector<FrictionCurve>& curves) {
+  auto json = ordered_json::array();
+  for (const auto& [object, of_object] : curves) {
+    auto bins = ordered_json::array();
+    for (const auto& [bin, count] : of_object) {
+      bins.push_back({{"low", bin * kFrictionBin},
+                      {"high", (bin + 1) * kFrictionBin},
+                      {"detected", count.n},
+                      {"delivered", count.k}});
+    }
+    json.push_back({{"object", object}, {"bins", bins}});
+  }
+  return json;
 }
 
 // A number of the execution's log, if the record has it.
@@ -705,11 +738,10 @@ ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Table table = BuildTable(stamp, records);
   experiment::Report report;
-  const Examples examples = ExamplesIn(records);
-  report.sections.push_back({"", GridOf(table, examples)});
+  report.sections.push_back({"", GridOf(table)});
   const auto objects = base::Split(experiment::Need(stamp.identity, "groups"), ',');
-  const FrictionCurve curve = FrictionCurveOf(records);
-  if (Grid by_friction = GridOf(curve, objects); !by_friction.rows.empty()) {
+  const std::vector<FrictionCurve> curves = FrictionCurvesOf(objects, records);
+  if (Grid by_friction = GridOf(curves); !by_friction.rows.empty()) {
     report.sections.push_back(
         {"Delivered / detected by static friction between hand and object, in bins of 0.05",
          by_friction});
@@ -718,58 +750,11 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   if (table.overall.text_detection.count.n > 0) report.notes.push_back(TextNote(table));
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
   ordered_json json = JsonOf(table);
-  json["friction_curve"] = JsonOf(curve, objects);
+  json["friction_curve"] = JsonOf(curves);
   report.json = json.dump();
-  report.csv = CsvGridOf(table, examples);
+  report.csv = CsvGridOf(table);
   report.published = FiguresOf(table);
   return report;
-}
-
-FrictionCurve FrictionCurveOf(const std::vector<Record>& records) {
-  FrictionCurve curve;
-  for (const Record& record : records) {
-    const auto data = DataOf(record);
-    const auto bin = FrictionBin(data);
-    if (!bin || !data.value("detected", false)) continue;
-    Add(record.result.outcome == kDelivered, curve[record.which.group][*bin]);
-  }
-  return curve;
-}
-
-Grid GridOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
-  const auto is_one_bin = [](const auto& of_object) { return of_object.second.size() < 2; };
-  if (std::ranges::all_of(curve, is_one_bin)) return {};
-  using Bins = std::pair<std::string, FrictionBins>;
-  std::vector<Bins> rows;
-  for (const std::string& object : objects) rows.emplace_back(object, BinsOf(curve, object));
-  rows.emplace_back("all", SumOf(curve));
-  std::vector<Column<Bins>> columns = {
-      {"static friction from", "", &Bins::first, experiment::kLeft}};
-  for (const auto& [bin, all] : rows.back().second) {
-    columns.push_back({BinTitle(bin), "", [bin = bin](const Bins& row) {
-                         const auto found = row.second.find(bin);
-                         if (found == row.second.end()) return std::string("-");
-                         return fmt::format("{}/{}", found->second.k, found->second.n);
-                       }});
-  }
-  Grid grid = experiment::GridOf(columns, rows);
-  grid.total = true;
-  return grid;
-}
-
-ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects) {
-  auto json = ordered_json::array();
-  for (const std::string& object : objects) {
-    auto bins = ordered_json::array();
-    for (const auto& [bin, count] : BinsOf(curve, object)) {
-      bins.push_back({{"low", bin * kFrictionBin},
-                      {"high", (bin + 1) * kFrictionBin},
-                      {"detected", count.n},
-                      {"delivered", count.k}});
-    }
-    json.push_back({{"object", object}, {"bins", bins}});
-  }
-  return json;
 }
 
 std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& records) {

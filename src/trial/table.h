@@ -20,10 +20,17 @@ struct RowRate {
   /// Wilson interval of the counts; overall row: of the mean (experiment::MeanRateInterval).
   std::optional<std::pair<double, double>> interval;
   std::optional<double> published;
-  experiment::Count published_count;  ///< zero without Row::published_trials
+  /// The published rate times the trials of the published row; zero if it does not state them.
+  experiment::Count published_count;
   /// One-sided p-value of Fisher's exact test: probability of a count this low or lower if the true
   /// rate is the published one.
   std::optional<double> p_below;
+};
+
+/// How often the same thing failed.
+struct Reason {
+  int count = 0;
+  std::string example;  ///< the first trial's reason, with its numbers
 };
 
 /// Counts and rates of one object (or of all). The published rates are compared with the verdict by
@@ -36,11 +43,8 @@ struct Row {
   RowRate text_detection;  ///< the same by the text's verdict
   RowRate text_grasping;
   std::map<std::string, int> outcomes;  ///< only those that occurred
-  /// For each outcome: count of each reason, without the reason's numbers.
-  std::map<std::string, std::map<std::string, int>> reasons;
-  /// Number of trials of the published row, if the published table states it. The published counts
-  /// are the published rates times this number.
-  std::optional<int> published_trials;
+  /// For each outcome: its reasons, by their text without numbers.
+  std::map<std::string, std::map<std::string, Reason>> reasons;
 };
 
 /// A table in the dissertation's form (e.g. 5.2), with the published rates.
@@ -67,28 +71,12 @@ bool IsBelowPublished(const Table& table, const Row& row);
 /// @throws base::InputError if the reference in the stamp is not a published table.
 Table BuildTable(const experiment::Stamp& stamp, const std::vector<experiment::Record>& records);
 
-/// The same table, ready to print.
+/// The same table, ready to print, and one of the rates by static friction if it was drawn.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 
 /// {"scan": {"median": s, "p95": s}, ...}
 nlohmann::ordered_json JsonOf(const std::vector<experiment::StageTime>& times);
-
-/// Width of a bin of the coefficient. A bin's number is its lower end divided by the width.
-inline constexpr double kFrictionBin = 0.05;
-/// Delivered / detected, for each bin of the static friction.
-using FrictionBins = std::map<int, experiment::Count>;
-/// For each object. Trials with an undetected target are left out, since the hand did not touch it.
-using FrictionCurve = std::map<std::string, FrictionBins>;
-
-FrictionCurve FrictionCurveOf(const std::vector<experiment::Record>& records);
-
-/// One row per object in the given order, and one for all objects. Has no rows if the trials of
-/// each object are in one bin (friction was not drawn).
-experiment::Grid GridOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
-
-/// JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
-nlohmann::ordered_json JsonOf(const FrictionCurve& curve, const std::vector<std::string>& objects);
 
 /// Charts of the rates of each object with the published ones, then of the rates by resting pose,
 /// kind of grasp, friction, slip and tilt in the hand. Charts without data are left out.

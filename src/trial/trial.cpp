@@ -229,7 +229,8 @@ class AttemptRun {
     if (options_.on_sensed) options_.on_sensed(sensed);
 
     Begin("perceive");
-    Detect(sensed.observation);
+    if (sensed.observation.views.size() != considered_views_) Consider(sensed.observation);
+    if (options_.prefer) options_.prefer(result_.detected.detection);
     if (own) {  // the verdict is on the views of the kept detection
       own->observation.views.resize(detected_views_);
       own->truth.resize(detected_views_);
@@ -271,10 +272,11 @@ class AttemptRun {
     Eigen::VectorXd q = q_start_;
     before_W_ = CentersOf(world_);
     for (bool last = false; !last;) {
-      last = result_.approaches + 1 >= cell_.options.max_approaches;
+      const auto approach = static_cast<int>(result_.executed.size()) + 1;
+      last = approach >= cell_.options.max_approaches;
       Begin("plan");
       grasp::Move move = cell_.mover->Plan(known, q, rng);
-      if (!move.plan && result_.approaches > 0) {
+      if (!move.plan && approach > 1) {
         move = cell_.mover->Plan(result_.detected.detection, q, rng);
         last = true;
       }
@@ -283,7 +285,6 @@ class AttemptRun {
       result_.blind = move.blind;
       result_.brushes = move.brushes;
       if (!move.plan) return End(Outcome::kNoPath, move.failures);
-      ++result_.approaches;
       result_.executed.push_back(move.grasp);
       Execute(*move.plan, known.grasps[move.grasp], noise, last);
       const auto& met_W = result_.log->met_W;
@@ -291,11 +292,6 @@ class AttemptRun {
       known.obstacles.measured_C.push_back(grasp::SpeckMesh(met_W, kMet_m));
       q = world_.ArmPositions();
     }
-  }
-
-  void Detect(const geometry::Observation& observation) {
-    if (observation.views.size() != considered_views_) Consider(observation);
-    if (options_.prefer) options_.prefer(result_.detected.detection);
   }
 
   // Detects, and keeps the detection unless one from fewer views has a better best grasp.
@@ -503,7 +499,7 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"candidates", detection.grasps.size()},
       {"free_candidates", FreeGrasps(detection)},
       {"plans", attempt.plans},
-      {"approaches", attempt.approaches},
+      {"approaches", attempt.executed.size()},
       {"blind", attempt.blind},
       {"brushes", attempt.brushes},
       {"grasp_type", attempt.grasp ? std::string(base::Word(attempt.grasp->type)) : std::string()},
@@ -571,8 +567,8 @@ sim::UserOptions UserOf(const HandOverOptions& options, const robot::Robot& robo
 std::string HandOverOutcome(const Attempt& attempt) {
   const std::string word(base::Word(attempt.outcome));
   const bool offered = attempt.log && attempt.log->hand_over && attempt.log->held_after_carry;
-  if (!offered) return word;
-  if (attempt.outcome == Outcome::kInvalidPhysics || attempt.outcome == Outcome::kCrashed) {
+  if (!offered || attempt.outcome == Outcome::kInvalidPhysics ||
+      attempt.outcome == Outcome::kCrashed) {
     return word;
   }
   const sim::HandOverLog& log = *attempt.log->hand_over;

@@ -96,15 +96,15 @@ struct Attempt {
   std::size_t scan_points = 0;
   std::vector<LookRecord> looks = {};  ///< scans from the wrist
   Detected detected = {};
-  std::optional<int> target = {};  ///< ground truth: the object of the attempt
-  bool accepted = false;           ///< detected, with a collision-free grasp
-  int plans = 0;                   ///< grasps that the mover tried to plan
-  int approaches = 0;              ///< executed; all but the last hit something and withdrew
-  bool blind = false;              ///< grasp::Move
-  bool brushes = false;            ///< grasp::Move
+  std::optional<int> target = {};                  ///< ground truth: the object of the attempt
+  bool accepted = false;                           ///< detected, with a collision-free grasp
+  int plans = 0;                                   ///< grasps that the mover tried to plan
+  bool blind = false;                              ///< grasp::Move
+  bool brushes = false;                            ///< grasp::Move
   std::optional<grasp::DetectedGrasp> grasp = {};  ///< the last grasp that was executed
-  std::vector<std::size_t> executed =
-      {};  ///< the grasp of each approach: position in the detection's grasps
+  /// The grasp of each approach, by its position in the detection's grasps. All approaches but the
+  /// last hit something and withdrew.
+  std::vector<std::size_t> executed = {};
   std::optional<sim::ExecutionLog> log = {};
   OthersVerdict others = {};
   std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage

@@ -48,45 +48,21 @@ constexpr std::uint64_t kSeed = 101;
 // CPU time of this process, so that other processes do not influence the findings.
 double Computed_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-struct Thing {
-  std::string name;
-  std::vector<std::string> geoms;
-};
-
-std::vector<Thing> Things(double opening_m) {
-  std::vector<Thing> things;
-  for (const double share : kWidths) {
-    const double w = share * std::min(opening_m, kWidest_m);
-    const int mm = static_cast<int>(std::lround(w * kMmPerM));
-    const double r = 0.5 * w;
-    const double half_m = 0.5 * kHeight_m;
-    things.push_back(
-        {fmt::format("box_{}_mm", mm),
-         {fmt::format("type=\"box\" size=\"{:.5f} {:.5f} {:.5f}\"", r, 0.6 * w, half_m)}});
-    things.push_back({fmt::format("cylinder_{}_mm", mm),
-                      {fmt::format("type=\"cylinder\" size=\"{:.5f} {:.5f}\"", r, half_m)}});
-    things.push_back({fmt::format("ball_{}_mm", mm),
-                      {fmt::format("type=\"sphere\" size=\"{:.5f}\"", r),
-                       fmt::format("type=\"cylinder\" size=\"{:.5f} 0.001\" pos=\"0 0 {:.5f}\"",
-                                   kFoot * r, 0.001 - r)}});
-  }
-  return things;
-}
-
-void Write(const std::filesystem::path& folder, const Thing& thing) {
-  std::string geoms;
-  for (const std::string& geom : thing.geoms) {
-    geoms += fmt::format(
+void WriteObject(const std::filesystem::path& folder, const std::string& name,
+                 const std::vector<std::string>& geoms) {
+  std::string elements;
+  for (const std::string& geom : geoms) {
+    elements += fmt::format(
         "<geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" {0}/>"
         "<geom group=\"3\" condim=\"6\" friction=\"0.25 0.003 0.0005\" solref=\"0.005 1\" "
         "solimp=\"0.95 0.99 0.001 0.5 2\" density=\"{1:g}\" {0}/>",
         geom, kDensity_kg_m3);
   }
-  base::WriteFile(folder / thing.name / (thing.name + ".xml"),
+  base::WriteFile(folder / name / (name + ".xml"),
                   fmt::format("<mujoco model=\"{0}\"><custom><text name=\"surface\" "
                               "data=\"cardboard\"/></custom><worldbody><body name=\"{0}\">"
                               "<freejoint/>{1}</body></worldbody></mujoco>",
-                              thing.name, geoms));
+                              name, elements));
 }
 
 // Options for the generated objects alone on the table, with the method of chapter 5.
@@ -94,9 +70,19 @@ Options Generated(Options options, const std::filesystem::path& folder) {
   const double opening_m = robot::Robot::Load(options.scene).hand().MaxGap();
   options.object_folders = {folder};
   options.objects.clear();
-  for (const Thing& thing : Things(opening_m)) {
-    Write(folder, thing);
-    options.objects.push_back(thing.name);
+  for (const double share : kWidths) {
+    const double w = share * std::min(opening_m, kWidest_m);
+    const double r = 0.5 * w;
+    const double half_m = 0.5 * kHeight_m;
+    const auto add = [&](const char* shape, const std::vector<std::string>& geoms) {
+      options.objects.push_back(fmt::format("{}_{}_mm", shape, std::lround(w * kMmPerM)));
+      WriteObject(folder, options.objects.back(), geoms);
+    };
+    add("box", {fmt::format("type=\"box\" size=\"{:.5f} {:.5f} {:.5f}\"", r, 0.6 * w, half_m)});
+    add("cylinder", {fmt::format("type=\"cylinder\" size=\"{:.5f} {:.5f}\"", r, half_m)});
+    add("ball", {fmt::format("type=\"sphere\" size=\"{:.5f}\"", r),
+                 fmt::format("type=\"cylinder\" size=\"{:.5f} 0.001\" pos=\"0 0 {:.5f}\"",
+                             kFoot * r, 0.001 - r)});
   }
   options.arranger = kSingle;
   options.detector = kDissertation;
@@ -133,10 +119,8 @@ std::string CureOf(const std::string& failed) {
       {"grip", "a lower \"grip_force\", or a narrower forcerange of the hand's drives"},
       {"", "a smaller timestep, and armature and damping in the joints of hand and arm"},
   }};
-  for (const auto& [word, cure] : cures) {
-    if (failed.find(word) != std::string::npos) return cure;
-  }
-  return "";
+  const auto fits = [&](const auto& cure) { return failed.find(cure.first) != std::string::npos; };
+  return std::ranges::find_if(cures, fits)->second;
 }
 
 const char* const kStronger =
@@ -245,9 +229,14 @@ class Trying {
     int count = 0;
   };
 
-  void Try(const TrialSpec& spec) {
+  Attempt AttemptAt(const TrialSpec& spec) const {
     Attempt attempt;
     RunTrial(cell_, spec, nullptr, {}, &attempt);
+    return attempt;
+  }
+
+  void Try(const TrialSpec& spec) {
+    const Attempt attempt = AttemptAt(spec);
     if (attempt.stage == "arrange") return;  // a fault of the objects, not of the cell
     ++tried_.trials;
     tried_.detected += attempt.accepted ? 1 : 0;
@@ -289,8 +278,7 @@ class Trying {
     cell_.options.physics.min_noslip = kMoreNoslip;
     for (const experiment::Case& which : cases) {
       if (trials == tried_.trials) break;
-      Attempt attempt;
-      RunTrial(cell_, SpecOf(which), nullptr, {}, &attempt);
+      const Attempt attempt = AttemptAt(SpecOf(which));
       trials += attempt.stage == "arrange" ? 0 : 1;
       invalid += attempt.outcome == Outcome::kInvalidPhysics ? 1 : 0;
     }
@@ -348,8 +336,7 @@ class Trying {
         robot.acceleration[i] = Rounded(slower * robot.acceleration[i]);
         if (round > 0) robot.velocity[i] = Rounded(slower * robot.velocity[i]);
       }
-      Attempt attempt;
-      RunTrial(cell_, worst_, nullptr, {}, &attempt);
+      const Attempt attempt = AttemptAt(worst_);
       if (!attempt.log || attempt.log->lags_rad.size() == 0) break;
       lags_rad = attempt.log->lags_rad;
     }

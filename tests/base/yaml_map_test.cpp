@@ -237,8 +237,15 @@ TEST_F(YamlMapTest, AMissingKeyNamesTheMisspeltOne) {
 }
 
 TEST_F(YamlMapTest, APathOfTheProgramsOwnFileIsNamed) {
-  YamlMap map = Parse("scene: ../scenes/tabletop.xml\nother: scenes/none.xml\n");
+  YamlMap map = Parse(
+      "scene: ../scenes/tabletop.xml\nother: scenes/none.xml\n"
+      "name: tabletop\nmisspelt: /home/me/line_scaner.yaml\n");
   std::filesystem::path path;
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("name", path); }),
+              HasSubstr("the program has " + (DataFolder() / "scenes/tabletop.xml").string()));
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("misspelt", path); }),
+              HasSubstr("the program has " + (DataFolder() / "models/sensors").string() +
+                        "/line_scanner.yaml"));
   EXPECT_THAT(ErrorOf([&] { map.ReadPath("scene", path); }),
               HasSubstr("the program has " + (DataFolder() / "scenes/tabletop.xml").string()));
   EXPECT_THAT(ErrorOf([&] { map.ReadPath("other", path); }),

@@ -11,6 +11,7 @@
 #include "base/rng.h"
 #include "parts/baselines/baselines.h"
 #include "parts/hierarchy/hierarchy.h"
+#include "parts/mirror/mirroring.h"
 #include "parts/shape/shape_file.h"
 #include "parts/stretched/pose_invariant.h"
 
@@ -51,9 +52,7 @@ BENCHMARK(MirrorCloud)
 
 void PoseInvariantCloudOf3000(benchmark::State& state) {
   const parts::Shape cloud = ArmedCloud(3000);
-  parts::PoseInvariantOptions options;
-  options.mirror.go_on_outside = true;
-  for (auto _ : state) benchmark::DoNotOptimize(parts::SegmentPoseInvariant(cloud, options));
+  for (auto _ : state) benchmark::DoNotOptimize(parts::SegmentPoseInvariant(cloud));
 }
 BENCHMARK(PoseInvariantCloudOf3000)->Unit(benchmark::kMillisecond);
 
@@ -99,7 +98,7 @@ void HierarchyModels(benchmark::State& state) {
 BENCHMARK(HierarchyModels)->Unit(benchmark::kSecond)->Iterations(1);
 
 void SdfModels(benchmark::State& state) {
-  OverModels(state, [](const parts::Shape& model) { return parts::SegmentBySdf(model, {}); });
+  OverModels(state, [](const parts::Shape& model) { return parts::SegmentBySdf(model); });
 }
 BENCHMARK(SdfModels)->Unit(benchmark::kSecond)->Iterations(1);
 

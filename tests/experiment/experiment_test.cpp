@@ -132,6 +132,13 @@ TEST_F(ExperimentTest, ItsHashLeavesOutSeedAndNumberOfTrialsAlone) {
   EXPECT_NE(hash("task: squares\ngroups: [a]\n"), plain);
 }
 
+TEST_F(ExperimentTest, ARunMayCountAnotherOutcomeAsSuccessThanItsKind) {
+  auto e = Open("task: squares\n");
+  EXPECT_EQ(SuccessOf(*e.kind, e.stamp), e.kind->success);
+  e.stamp.data[kSuccess] = "absent";
+  EXPECT_EQ(SuccessOf(*e.kind, e.stamp), "absent");
+}
+
 TEST_F(ExperimentTest, ItsStampNamesTheKeyOfTheNumberOfTrials) {
   EXPECT_EQ(Open("task: squares\n").stamp.data.at(kTrialsKey), "cases_each");
 }

@@ -67,6 +67,24 @@ TEST(CheckSameRun, AnotherExperimentIsNamedByWhatWasSet) {
   EXPECT_THAT(StampErrorOf(other), HasSubstr("(--set: hand.initial_force_n=40 instead of none)"));
 }
 
+TEST(CheckSameRun, AChangedExperimentFileIsNamedByTheLinesThatDiffer) {
+  Stamp stored = kStamp, wanted = kStamp;
+  stored.identity["experiment_hash"] = "x";
+  stored.data = {{"experiment_text", "# A demo.\nseed: 1\nplanner:\n  runs: 3\nhand: three\n"}};
+  wanted.data = {{"experiment_text", "seed: 2\nplanner:\n  runs: 4\nhand: three\n"}};
+  EXPECT_THAT(MessageOf([&] { CheckSameRun(stored, wanted, "results/demo", "do that"); }),
+              HasSubstr("(the experiment files differ: runs: 3 instead of runs: 4)"));
+  wanted.data = {{"experiment_text", "seed: 2\r\nplanner:\r\n  runs: 3\r\n\n # Why.\nhand: three"}};
+  EXPECT_EQ(MessageOf([&] { CheckSameRun(stored, wanted, "results/demo", "do that"); }), "");
+  wanted.data = {{"experiment_text", "planner:\nhand: three\n  runs: 3\n"}};
+  EXPECT_THAT(MessageOf([&] { CheckSameRun(stored, wanted, "results/demo", "do that"); }),
+              HasSubstr("(the experiment files differ in their order)"));
+  wanted.data = {{"experiment_text", "seed: 2\na: 1\nb: 2\nc: 3\nd: 4\ne: 5\n"}};
+  EXPECT_THAT(
+      MessageOf([&] { CheckSameRun(stored, wanted, "results/demo", "do that"); }),
+      HasSubstr("differ: planner:, runs: 3, hand: three instead of a: 1, b: 2, c: 3, ...)"));
+}
+
 // Seed and number of trials are no part of the hash, so they do not explain another one.
 TEST(CheckSameRun, ANumberOfTrialsIsNotNamedAsTheDifferenceOfFiles) {
   Stamp stored = kStamp, wanted = kStamp;

@@ -25,7 +25,7 @@ class Workbench {
              Vector3d::UnitZ(),
              options,
              SampleObject(builder.scene, builder.scene.objects.front(), 10000),
-             SampleObject(builder.scene, builder.scene.objects.front(), 2000),
+             SampleObject(builder.scene, builder.scene.objects.front(), 2000).points,
              geometry::Centroid(builder.scene.objects.front().completed_C),
              HandProfiles(hand)} {}
 
@@ -134,8 +134,8 @@ TEST(Place, PutsThePadsOnBothSidesOfABoxAtTheAimedDepth) {
     EXPECT_NEAR(placed->grasp.width_m, 0.06, 0.003);
     EXPECT_NEAR(placed->grasp.X_CG.translation().x(), off_m, 0.002);
     EXPECT_GE(placed->grasp.opening_m, 0.08);
-    EXPECT_EQ(placed->grasp.opening_m, bench.hand.states[placed->open_state].gap_m);
-    EXPECT_GE(bench.hand.states[placed->narrow_state].gap_m, 0.068);
+    EXPECT_EQ(placed->grasp.opening_m, bench.hand.states[placed->states.wide].gap_m);
+    EXPECT_GE(bench.hand.states[placed->states.narrow].gap_m, 0.068);
   }
 }
 
@@ -215,7 +215,7 @@ TEST(RimCandidates, HoldTheWallBetweenThePads) {
     EXPECT_LE(0.095 - g.X_CG.translation().z(), 0.014 + 1e-9);
     const Vector2d radial = (g.X_CG.translation().head<2>() - axis).normalized();
     EXPECT_NEAR(std::abs(g.X_CG.linear().col(0).head<2>().dot(radial)), 1.0, 1e-9);
-    const auto& held = bench.hand.states[c.held_state];
+    const auto& held = bench.hand.states[c.states.held];
     const double thumb = radius(g.X_CH * held.thumb_pad_H);
     const double finger = radius(g.X_CH * held.finger_pad_H);
     EXPECT_LT((thumb - 0.039) * (finger - 0.039), 0.0);
@@ -228,7 +228,7 @@ TEST(RimCandidates, HoldTheWallBetweenThePads) {
   const Vector2d to_arm = (ArmBase().head<2>() - axis).normalized();
   const Vector2d at = (best->grasp.X_CG.translation().head<2>() - axis).normalized();
   EXPECT_GT(at.dot(to_arm), std::cos(base::Deg(7.6)));
-  EXPECT_GT(radius(best->grasp.X_CH * bench.hand.states[best->held_state].finger_pad_H), 0.039);
+  EXPECT_GT(radius(best->grasp.X_CH * bench.hand.states[best->states.held].finger_pad_H), 0.039);
 }
 
 TEST(RimCandidates, HoldAClosedTopAcrossItsMiddle) {
@@ -306,7 +306,7 @@ TEST(PublishedPowerCandidates, BringTheTipsCentreOverTheTopWithTheBoxBetween) {
     double sides = 0.0;
     for (const Candidate& c : candidates) {
       EXPECT_TRUE(c.to_contact);
-      const auto& open = bench.hand.states[c.open_state];
+      const auto& open = bench.hand.states[c.states.wide];
       EXPECT_GE(open.gap_m, width_m);
       // The tool centre when the hand is as wide as the box; two states are 4 mm apart.
       const auto& held = bench.hand.states[bench.hand.IndexAtGap(width_m)];
@@ -352,7 +352,7 @@ TEST(PublishedPowerCandidates, AFullyOpenHandIsAChoiceOfItsOwn) {
   Workbench bench(builder, options);
   const auto candidates = PowerCandidates(bench.task);
   ASSERT_FALSE(candidates.empty());
-  for (const Candidate& c : candidates) EXPECT_EQ(c.open_state, 0u);
+  for (const Candidate& c : candidates) EXPECT_EQ(c.states.wide, 0u);
 }
 
 // The published cylindrical grasp: the midpoint of thumb and index tip is on the axis, halfway up.
@@ -392,7 +392,7 @@ TEST(GraspAdditions, EachAloneChangesThePublishedCandidates) {
   EXPECT_GT(with(&GraspAdditions::offsets).size(), 2u);
   EXPECT_EQ(with(&GraspAdditions::contact_ranking).size(), 2u);
   for (const Candidate& c : with(&GraspAdditions::narrow_openings)) {
-    EXPECT_GT(c.narrow_state, c.open_state) << "states close as they go on";
+    EXPECT_GT(c.states.narrow, c.states.wide) << "states close as they go on";
   }
 }
 
@@ -413,7 +413,7 @@ Candidate Standing(const robot::HandModel& hand, double score, int group, bool f
   c.grasp.X_CH = Move(0.0, 0.0, free ? 1.0 : -1.0);
   c.grasp.score = score;
   c.group = group;
-  c.held_state = hand.states.size() - 1;
+  c.states.held = hand.states.size() - 1;
   return c;
 }
 
@@ -491,7 +491,7 @@ TEST(ChooseFree, LiftsAHandThatGrazesTheObject) {
     const auto plate = geometry::Transformed(Extrude(Rectangle(0.5, 0.5), 0.001), Move(0, 0, 0.5));
     const collision::HandCollider collider(bench.hand, {}, plate, {}, {});
     Candidate c = Standing(bench.hand, 1.0, 0, true);
-    c.held_state = 0;
+    c.states.held = 0;
     c.grasp.X_CG.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
     c.grasp.X_CH = Move(0.0, 0.0, 0.501 - deep_m - lowest);
     Collected found;

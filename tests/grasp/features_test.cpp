@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -95,14 +96,15 @@ Grasp GraspOf(const Eigen::AlignedBox3d& box, const Vector3d& closing, double wi
 }
 
 /// @param wall  index of the box that is a container's wall
-std::map<std::string_view, double> FeaturesOf(const Boxes& boxes, const Vector3d& closing,
-                                              double width_m,
-                                              std::optional<std::size_t> wall = {}) {
+std::map<std::string_view, double> NamedFeatures(const Boxes& boxes, const Vector3d& closing,
+                                                 double width_m,
+                                                 std::optional<std::size_t> wall = {}) {
   const auto observation = LookAt(boxes);
   auto scene = SceneOf(observation, boxes);
   if (wall) scene.container = scene.objects[*wall].points;
-  const auto values =
-      FeatureMaker(observation, scene, 0, Hand()).Of(GraspOf(boxes.front(), closing, width_m));
+  const auto values = FeaturesOf(observation, scene, 0, Hand(),
+                                 std::array{GraspOf(boxes.front(), closing, width_m)})
+                          .front();
   std::map<std::string_view, double> named;
   EXPECT_EQ(values.size(), FeatureNames().size());
   for (std::size_t i = 0; i < values.size(); ++i) named[FeatureNames()[i]] = values[i];
@@ -114,14 +116,14 @@ const Vector3d kBox(0.05, 0.06, 0.10);
 
 TEST(GraspFeatures, SpaceBehindAnObjectIsUnseenAndBeforeItFree) {
   // The thumb, at +x, is on the sensor's side.
-  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
+  const auto f = NamedFeatures({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
   EXPECT_GT(f.at("thumb_beyond_free"), 0.9);
   EXPECT_LT(f.at("thumb_beyond_unseen"), 0.1);
   EXPECT_LT(f.at("thumb_beyond_missing_m"), 0.006);
   EXPECT_GT(f.at("fingers_beyond_unseen"), 0.5);
   EXPECT_GT(f.at("fingers_beyond_unseen_m"), 0.02);
   EXPECT_GT(f.at("thumb_way_free"), f.at("fingers_way_free"));
-  const auto turned = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, -Vector3d::UnitX(), 0.05);
+  const auto turned = NamedFeatures({BoxAt(0.0, 0.0, kBox)}, -Vector3d::UnitX(), 0.05);
   // A mirrored hand does not occupy the same cells.
   EXPECT_NEAR(turned.at("fingers_beyond_free"), f.at("thumb_beyond_free"), 0.25);
   EXPECT_NEAR(turned.at("thumb_beyond_unseen"), f.at("fingers_beyond_unseen"), 0.25);
@@ -132,13 +134,14 @@ TEST(GraspFeatures, AnObjectMayBeMetresLarge) {
   const auto observation = LookAt(boxes);
   auto scene = SceneOf(observation, boxes);
   scene.objects.front().completed_C = {Vector3d(-3.0, -3.0, 0.0), Vector3d(3.0, 3.0, 3.0)};
-  const auto values = FeatureMaker(observation, scene, 0, Hand())
-                          .Of(GraspOf(boxes.front(), Vector3d::UnitX(), 0.05));
+  const auto values = FeaturesOf(observation, scene, 0, Hand(),
+                                 std::array{GraspOf(boxes.front(), Vector3d::UnitX(), 0.05)})
+                          .front();
   for (const double value : values) EXPECT_TRUE(std::isfinite(value));
 }
 
 TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
-  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
+  const auto f = NamedFeatures({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
   EXPECT_GT(f.at("thumb_beyond_free"), 0.8);
   EXPECT_GT(f.at("fingers_beyond_free"), 0.8);
   EXPECT_EQ(f.at("adjacent"), 0.0);
@@ -147,7 +150,7 @@ TEST(GraspFeatures, BothSidesAreFreeAcrossTheLineOfSight) {
 
 TEST(GraspFeatures, ANeighborStandsInTheWayOfItsSide) {
   const Boxes boxes{BoxAt(0.0, 0.0, kBox), BoxAt(0.0, 0.07, {0.06, 0.06, 0.12})};
-  const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
+  const auto f = NamedFeatures(boxes, Vector3d::UnitY(), 0.06);
   EXPECT_EQ(f.at("thumb_beyond_free"), 0.0);
   EXPECT_GT(f.at("fingers_beyond_free"), 0.8);
   EXPECT_LT(f.at("thumb_neighbor_m"), 0.02);
@@ -157,8 +160,8 @@ TEST(GraspFeatures, ANeighborStandsInTheWayOfItsSide) {
 
 TEST(GraspFeatures, WhatStandsBeforeTheObjectHidesIt) {
   const Boxes boxes{BoxAt(-0.05, 0.0, kBox), BoxAt(0.03, 0.0, {0.03, 0.12, 0.12})};
-  const auto f = FeaturesOf(boxes, Vector3d::UnitY(), 0.06);
-  const auto alone = FeaturesOf({boxes.front()}, Vector3d::UnitY(), 0.06);
+  const auto f = NamedFeatures(boxes, Vector3d::UnitY(), 0.06);
+  const auto alone = NamedFeatures({boxes.front()}, Vector3d::UnitY(), 0.06);
   EXPECT_GT(f.at("thumb_beyond_unseen"), alone.at("thumb_beyond_unseen") + 0.3);
   EXPECT_LT(f.at("between_own"), alone.at("between_own") + 1e-9);
   EXPECT_LT(f.at("points"), alone.at("points"));
@@ -166,7 +169,7 @@ TEST(GraspFeatures, WhatStandsBeforeTheObjectHidesIt) {
 
 TEST(GraspFeatures, TheSurfaceUnderAPadIsKnownWhereItWasMeasured) {
   // The thumb's face points to the sensor. The fingers' face was not seen; the top's edge is next.
-  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
+  const auto f = NamedFeatures({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitX(), 0.05);
   EXPECT_LT(f.at("thumb_seen_m"), 0.006);
   EXPECT_NEAR(f.at("thumb_face"), 1.0, 0.01);
   EXPECT_NEAR(f.at("thumb_up"), 0.0, 1e-9);
@@ -175,26 +178,27 @@ TEST(GraspFeatures, TheSurfaceUnderAPadIsKnownWhereItWasMeasured) {
 }
 
 TEST(GraspFeatures, TheLongestAxisIsThatOfWhatWasMeasured) {
-  const auto lying = FeaturesOf({BoxAt(0.0, 0.0, {0.04, 0.16, 0.05})}, Vector3d::UnitX(), 0.04);
+  const auto lying = NamedFeatures({BoxAt(0.0, 0.0, {0.04, 0.16, 0.05})}, Vector3d::UnitX(), 0.04);
   EXPECT_LT(lying.at("axis_up"), 0.1);
-  const auto upright = FeaturesOf({BoxAt(0.0, 0.0, {0.04, 0.05, 0.18})}, Vector3d::UnitX(), 0.04);
+  const auto upright =
+      NamedFeatures({BoxAt(0.0, 0.0, {0.04, 0.05, 0.18})}, Vector3d::UnitX(), 0.04);
   EXPECT_GT(upright.at("axis_up"), 0.9);
 }
 
 TEST(GraspFeatures, WallsOfAContainerAreKnownAsWalls) {
   const Boxes boxes{BoxAt(0.0, 0.0, kBox), BoxAt(0.0, 0.045, {0.3, 0.02, 0.12})};
-  const auto f = FeaturesOf(boxes, Vector3d::UnitX(), 0.05, 1);
+  const auto f = NamedFeatures(boxes, Vector3d::UnitX(), 0.05, 1);
   EXPECT_LT(f.at("hand_wall_m"), 0.03);
-  const auto thing = FeaturesOf(boxes, Vector3d::UnitX(), 0.05);
+  const auto thing = NamedFeatures(boxes, Vector3d::UnitX(), 0.05);
   EXPECT_EQ(thing.at("hand_wall_m"), 0.05) << "none";
   EXPECT_GT(f.at("adjacent"), 0.0);
   EXPECT_EQ(thing.at("adjacent"), f.at("adjacent"));
 }
 
 TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
-  const auto f = FeaturesOf({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
+  const auto f = NamedFeatures({BoxAt(0.0, 0.0, kBox)}, Vector3d::UnitY(), 0.06);
   for (const double y : {-0.012, 0.012}) {
-    const auto moved = FeaturesOf({BoxAt(0.0, y, kBox)}, Vector3d::UnitY(), 0.06);
+    const auto moved = NamedFeatures({BoxAt(0.0, y, kBox)}, Vector3d::UnitY(), 0.06);
     for (const auto& [name, value] : f) {
       if (name == "workspace_distance") continue;
       // Shares change by a few of a hundred cells, lengths by part of the samples' spacing.

@@ -37,7 +37,7 @@ TEST(SampleSurface, MovesWithTheMesh) {
 TEST(CenterOfMass, OfAHalfCylinderIsFourRadiiOverThreePiAboveItsFlatSide) {
   const double radius = 0.04;
   const auto mesh = Lay(Extrude(HalfDisc(radius, 200), 0.17), 0.17, 0.0);
-  const auto com = CenterOfMass(mesh, SampleSurface(mesh, 3000));
+  const auto com = CenterOfMass(mesh, SampleSurface(mesh, 3000).points);
   // With 199 chords of 0.9 deg, the area, and so the centre, is right within 1e-4 of the radius.
   EXPECT_NEAR(com.z(), 4.0 * radius / (3.0 * base::kPi), 2e-5);
   EXPECT_NEAR(com.head<2>().norm(), 0.0, 1e-4);
@@ -47,7 +47,7 @@ TEST(CenterOfMass, OfAnOpenSurfaceIsTheMeanOfItsSamples) {
   geometry::TriangleMesh sheet;
   sheet.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
-  const auto com = CenterOfMass(sheet, SampleSurface(sheet, 4000));
+  const auto com = CenterOfMass(sheet, SampleSurface(sheet, 4000).points);
   EXPECT_LT((com - Vector3d(0.05, 0.05, 0.0)).norm(), 5e-4);
 }
 

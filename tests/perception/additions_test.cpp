@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 using geometry::Indices;
 using samples::All;
 using samples::Analytic;
+using samples::Given;
 using samples::LevelAt;
 
 FeatureOptions AsPublished() {
@@ -37,7 +38,7 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   bowl.AddDisc({0.0, 0.0, 0.06}, 0.06, 0.052);
   const auto height = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    return FindTopSurface(bowl.cloud, All(bowl.cloud), LevelAt(0.0), options, rng)->center_C.z();
+    return FindTopSurface(Given(bowl.cloud, options).Context(), All(bowl.cloud), rng)->center_C.z();
   };
   EXPECT_NEAR(height(AsPublished()), 0.02, 1e-9);
   EXPECT_NEAR(height(With(&FeatureAdditions::higher_tops)), 0.06, 1e-9);
@@ -54,9 +55,9 @@ TEST(SlabTops, AloneGiveASteepRoofATop) {
     }
   }
   base::Rng rng(1);
-  EXPECT_FALSE(FindTopSurface(roof.cloud, All(roof.cloud), LevelAt(0.0), AsPublished(), rng));
-  const auto top = FindTopSurface(roof.cloud, All(roof.cloud), LevelAt(0.0),
-                                  With(&FeatureAdditions::slab_tops), rng);
+  EXPECT_FALSE(FindTopSurface(Given(roof.cloud, AsPublished()).Context(), All(roof.cloud), rng));
+  const Given with_slabs(roof.cloud, With(&FeatureAdditions::slab_tops));
+  const auto top = FindTopSurface(with_slabs.Context(), All(roof.cloud), rng);
   ASSERT_TRUE(top);
   EXPECT_GT(top->center_C.z(), 0.045);
 }
@@ -69,7 +70,7 @@ TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {
   shape.AddRectangle({-0.03, 0.03, 0.05}, {0.01, 0.0, 0.0}, {0.0, 0.022, 0.0});
   const auto tilt = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    const auto top = FindTopSurface(shape.cloud, All(shape.cloud), LevelAt(0.0), options, rng);
+    const auto top = FindTopSurface(Given(shape.cloud, options).Context(), All(shape.cloud), rng);
     return std::abs(top->major_C.y());
   };
   EXPECT_GT(tilt(AsPublished()), std::sin(base::Deg(10.0)));
@@ -114,7 +115,7 @@ TEST(ArcRule, AloneRefusesAQuarterOfALid) {
   }
   const auto found = [&](const FeatureOptions& options) {
     base::Rng rng(1);
-    return FindRotationAxis(quarter.cloud, All(quarter.cloud), top, LevelAt(0.0), options, rng)
+    return FindRotationAxis(Given(quarter.cloud, options).Context(), top.points, top, rng)
         .has_value();
   };
   EXPECT_TRUE(found(AsPublished()));
@@ -132,9 +133,12 @@ TEST(OpenStrays, AloneForgiveAPointInTheSphere) {
   top.center_C = {0.0, 0.0, 0.1};
   top.points = rim;
   top.rim = rim;
-  EXPECT_TRUE(IsOpen(cup.cloud, rim, top, AsPublished()));
-  EXPECT_FALSE(IsOpen(cup.cloud, all, top, AsPublished()));
-  EXPECT_TRUE(IsOpen(cup.cloud, all, top, With(&FeatureAdditions::open_strays)));
+  const auto is_open = [&](const Indices& object, const FeatureOptions& options) {
+    return IsOpen(Given(cup.cloud, options).Context(), object, top);
+  };
+  EXPECT_TRUE(is_open(rim, AsPublished()));
+  EXPECT_FALSE(is_open(all, AsPublished()));
+  EXPECT_TRUE(is_open(all, With(&FeatureAdditions::open_strays)));
 }
 
 TEST(SegmentAdditions, BoundAlphaAndDropSmallSegments) {

@@ -107,6 +107,9 @@ struct Given {
     views.places.emplace_back(measured.empty() ? cloud.points : measured, sensor);
     views.place_of.assign(cloud.size(), 0);
   }
+  Given(geometry::PointCloud of, const FeatureOptions& with) : Given(std::move(of)) {
+    options = with;
+  }
   internal::ObjectContext Context() const { return {cloud, table, views, options}; }
   internal::Part Describe(geometry::Indices points, std::uint64_t seed = 1) const {
     base::Rng rng(seed);

@@ -14,8 +14,8 @@ using samples::Analytic;
 constexpr double kHeight_m = 0.1;
 
 BodyProfile Profile(const Analytic& shape, const Indices& points) {
-  return ProfileBody(shape.cloud, points, samples::LevelAt(kHeight_m), {0.0, 0.0, kHeight_m},
-                     Vector3d::UnitZ(), {});
+  return ProfileBody(samples::Given(shape.cloud).Context(), points, samples::LevelAt(kHeight_m),
+                     {{0.0, 0.0, kHeight_m}, Vector3d::UnitZ()});
 }
 
 TEST(ProfileBody, GivesTheRadiiOfACone) {

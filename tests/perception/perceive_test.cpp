@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "perception/internal/objects.h"
+#include "perception/analytic.h"
 #include "perception/raster_scan.h"
 
 namespace rangegrasp::perception {
@@ -358,15 +358,12 @@ TEST(BuildObjects, SurvivesDegenerateSegments) {
   for (int i = 0; i < 100; ++i) plane.emplace_back(0.002 * (i % 10), -0.1, 0.02 + 0.002 * (i / 10));
   add(line);
   add(plane);
-  const Vector3d sensor(0.8, 0, 0.62);
   for (const Vector3d& normal : {Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(0, 0, -1)}) {
     for (auto& n : cloud.normals) n = normal;
     base::Rng rng(1);
     StageSeconds seconds;
-    const internal::SensorViews views{{internal::SensorView(cloud.points, sensor)},
-                                      geometry::Indices(cloud.size(), 0)};
-    const auto objects =
-        internal::BuildObjects(cloud, segments, {Vector3d::UnitZ(), 0.0}, views, {}, rng, seconds);
+    const samples::Given given(cloud);
+    const auto objects = internal::BuildObjects(given.Context(), segments, rng, seconds);
     EXPECT_GE(objects.size(), 1u);
     for (const auto& object : objects) {
       EXPECT_TRUE(object.center_C.allFinite() && object.size_m.allFinite());

@@ -156,7 +156,7 @@ TEST(FindRotationAxis, BridgesAGapInTheRim) {
 }
 
 // The lid is 1 mm off the body's center, as happens with a rim seen at a grazing angle.
-TEST(FindRotationAxis, IsRefinedByTheBody) {
+TEST(DescribePart, RefinesTheAxisByTheBody) {
   Analytic can;
   const Indices lid = can.AddDisc({0.001, 0.0, kLid_m}, kRadius_m);
   const Indices wall = can.AddWall({0.0, 0.0}, kRadius_m, 0.01, 0.096, -1.3, 1.3);
@@ -279,7 +279,7 @@ TEST(RefineAxis, MovesAnAxisThatTheRimPutWrongBackToTheBody) {
   RotationAxis axis = *part.axis;
   axis.center_C += Vector3d(0.0008, -0.0006, 0.0);
   axis.radius_m -= 0.0007;
-  RefineAxis(given.cloud, part.points, *part.top, given.options, axis);
+  RefineAxis(given.Context(), part.points, *part.top, axis);
   // Gauss-Newton, started 1 mm off for 40 mm, converges at least by (1 / 40) per iteration.
   EXPECT_NEAR(axis.center_C.head<2>().norm(), 0.0, 1e-6);
   EXPECT_NEAR(axis.radius_m, kRadius_m, 1e-6);
@@ -291,7 +291,7 @@ TEST(RefineAxis, LeavesAnAxisThatIsFurtherOffThanARimCanBe) {
   RotationAxis axis = *part.axis;
   axis.center_C += Vector3d(0.006, 0.0, 0.0);
   const RotationAxis before = axis;
-  RefineAxis(given.cloud, part.points, *part.top, given.options, axis);
+  RefineAxis(given.Context(), part.points, *part.top, axis);
   EXPECT_EQ(axis.center_C, before.center_C);
 }
 
@@ -351,7 +351,7 @@ Analytic LyingCylinder(double yaw, double from_rad, double to_rad,
 
 std::optional<RotationAxis> AxisOf(const Given& given, std::uint64_t seed = 1) {
   base::Rng rng(seed);
-  return FindLyingAxis(given.cloud, samples::All(given.cloud), given.table, given.options, rng);
+  return FindLyingAxis(given.Context(), samples::All(given.cloud), rng);
 }
 
 TEST(FindLyingAxis, IsThatOfTheCylinderWhateverItsYaw) {
@@ -421,8 +421,7 @@ TEST(AxisFromBody, IsExactForAnExactWallWhateverTheDraws) {
   ASSERT_TRUE(part.top);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     base::Rng rng(seed);
-    const auto axis =
-        AxisFromBody(cup.cloud, part.points, *part.top, given.table, given.options, rng);
+    const auto axis = AxisFromBody(given.Context(), part.points, *part.top, rng);
     ASSERT_TRUE(axis);
     EXPECT_NEAR((axis->center_C - Vector3d(0.02, -0.03, 0.1)).norm(), 0.0, 1e-9);
     EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-9);
@@ -451,7 +450,7 @@ TEST(AxisFromBody, TakesWhatFacesOutwardOnTheCircleAlone) {
   TopSurface top;
   top.center_C = {0.02, -0.03, 0.1};
   base::Rng rng(1);
-  const auto axis = AxisFromBody(cup.cloud, points, top, given.table, given.options, rng);
+  const auto axis = AxisFromBody(given.Context(), points, top, rng);
   ASSERT_TRUE(axis);
   EXPECT_NEAR((axis->center_C - top.center_C).head<2>().norm(), 0.0, 1e-9);
   EXPECT_NEAR(axis->radius_m, kRadius_m, 1e-9);
@@ -467,7 +466,7 @@ TEST(AxisFromBody, NeedsAWallOfSixtyPointsThatIsNoWiderThanATabletopObject) {
     TopSurface top;
     top.center_C = {0.0, 0.0, 0.1};
     base::Rng rng(1);
-    return AxisFromBody(wall.cloud, points, top, given.table, given.options, rng).has_value();
+    return AxisFromBody(given.Context(), points, top, rng).has_value();
   };
   EXPECT_FALSE(found(0.05, 59));
   EXPECT_TRUE(found(0.05, 60));
@@ -483,7 +482,7 @@ TEST(AxisFromBody, RefusesFlatWalls) {
   const Given given(box.cloud);
   const Part part = given.Describe(points);
   base::Rng rng(1);
-  EXPECT_FALSE(AxisFromBody(box.cloud, part.points, *part.top, given.table, given.options, rng));
+  EXPECT_FALSE(AxisFromBody(given.Context(), part.points, *part.top, rng));
 }
 
 TEST(IsThinRing, EveryConditionCounts) {
@@ -494,7 +493,7 @@ TEST(IsThinRing, EveryConditionCounts) {
     top.center_C = {0.0, 0.0, 0.1};
     top.points = ring.AddDisc(top.center_C, kRadius_m, kRadius_m - wall_m);
     const RotationAxis axis{top.center_C, Vector3d::UnitZ(), radius_m, 0.0, 0.0};
-    return IsThinRing(ring.cloud, top, axis, options);
+    return IsThinRing(Given(ring.cloud, options).Context(), top, axis);
   };
   EXPECT_TRUE(thin(0.004, kRadius_m, {}));
   EXPECT_FALSE(thin(0.004, 0.03, {}));  // outside of the circle
@@ -520,7 +519,7 @@ TEST(IsThinRing, IsALipAndNotALid) {
     for (std::uint32_t i = 0; i < cup.cloud.size(); ++i) {
       if (cup.cloud.points[i].z() == 0.1) top.points.push_back(i);
     }
-    EXPECT_EQ(IsThinRing(given.cloud, top, axis, given.options), thin) << wall;
+    EXPECT_EQ(IsThinRing(given.Context(), top, axis), thin) << wall;
   }
 }
 

@@ -15,6 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using geometry::Indices;
 using samples::Analytic;
+using samples::Given;
 
 constexpr double kAlpha_m = 0.006;
 
@@ -99,13 +100,13 @@ TEST(FindTopSurface, IsTheRimAboveTheFullerFloor) {
   all = samples::Joined(all, rim);
   base::Rng rng(1);
   FeatureOptions options;
-  const auto top = FindTopSurface(bowl.cloud, all, samples::LevelAt(0.0), options, rng);
+  const auto top = FindTopSurface(Given(bowl.cloud, options).Context(), all, rng);
   ASSERT_TRUE(top);
   EXPECT_EQ(top->points, rim);
   EXPECT_NEAR(top->center_C.head<2>().norm(), 0.0, 1e-9);
   EXPECT_NEAR(top->major_m, 0.12, 0.001);
   options.top_plane_share = 1.0;  // as published
-  const auto published = FindTopSurface(bowl.cloud, all, samples::LevelAt(0.0), options, rng);
+  const auto published = FindTopSurface(Given(bowl.cloud, options).Context(), all, rng);
   ASSERT_TRUE(published);
   EXPECT_NEAR(published->center_C.z(), 0.02, 1e-9);
 }
@@ -123,7 +124,7 @@ TEST(FindTopSurface, HasABridgedRimWhereThatIsAskedFor) {
   const auto find = [&](bool bridged_rims) {
     base::Rng rng(1);
     options.bridged_rims = bridged_rims;
-    return FindTopSurface(lip.cloud, all, samples::LevelAt(0.0), options, rng);
+    return FindTopSurface(Given(lip.cloud, options).Context(), all, rng);
   };
   const auto top = find(true);
   ASSERT_TRUE(top);
@@ -158,15 +159,16 @@ struct Cup {
   bool IsOpenWith(const Vector3d& p, int times, const FeatureOptions& options) {
     Indices all = points;
     for (int i = 0; i < times; ++i) all.push_back(shape.Add(p, Vector3d::UnitZ()));
-    return IsOpen(shape.cloud, all, top, options);
+    return IsOpen(Given(shape.cloud, options).Context(), all, top);
   }
 };
 
 TEST(IsOpen, HasASphereOfTwoThirdsOfTheDistanceToTheNearestRimPoint) {
   Cup cup;
-  EXPECT_NEAR(OpenSphereRadius(cup.shape.cloud, cup.top, {}), 0.020, 1e-12);  // eq. 5.9
+  EXPECT_NEAR(OpenSphereRadius(Given(cup.shape.cloud).Context(), cup.top), 0.020,
+              1e-12);  // eq. 5.9
   cup.top.rim.clear();
-  EXPECT_EQ(OpenSphereRadius(cup.shape.cloud, cup.top, {}), 0.0);
+  EXPECT_EQ(OpenSphereRadius(Given(cup.shape.cloud).Context(), cup.top), 0.0);
 }
 
 TEST(IsOpen, AsPublishedOnePointInTheSphereCloses) {
@@ -192,10 +194,8 @@ TEST(IsOpen, WithoutARimNothingIs) {
   EXPECT_FALSE(cup.IsOpenWith({1.0, 0.0, 0.0}, 1, {}));
 }
 
-const geometry::Plane kTable{Vector3d::UnitZ(), 0.0};
-
 std::optional<Ridge> RidgeOf(const Analytic& shape) {
-  return FindRidge(shape.cloud, samples::All(shape.cloud), kTable, {});
+  return FindRidge(Given(shape.cloud).Context(), samples::All(shape.cloud));
 }
 
 /// A strip of a lying elliptic cylinder with half width a and half height b, along `yaw` through

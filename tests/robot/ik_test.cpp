@@ -65,7 +65,7 @@ TEST_P(Ik, HasNoSolutionOutOfReach) {
   // The stretched arm is shorter than the sum of all offsets between its frames.
   double reach_m = robot_.X_FH.translation().norm();
   for (const Link& link : robot_.links()) {
-    if (link.parent >= 0) reach_m += link.X_PB.translation().norm();
+    if (&link != &robot_.links().front()) reach_m += link.X_PB.translation().norm();
   }
   for (int n = 0; n < 50; ++n) {
     base::Pose X_WH = robot_.HandPose(RandomJoints(robot_, rng));

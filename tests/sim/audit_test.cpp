@@ -253,10 +253,10 @@ TEST_F(AuditBound, ADriveThatGivesWayIsNotAtItsLimit) {
     for (int i = 0; i < 4; ++i) {
       world_.data()->ctrl[0] = position[0];
       Forward();
-      servo_.GiveWay(world_.model(), world_.data(), 0.9, position);
+      servo_.GiveWay(world_.data(), 0.9, position);
     }
     EXPECT_NEAR(position[0], std::clamp(sent_m, -0.0045, 0.0045), 1e-9);
-    EXPECT_FALSE(servo_.AtLimit(world_.model(), world_.data(), 0));
+    EXPECT_FALSE(servo_.AtLimit(world_.data(), 0));
   }
 }
 
@@ -275,11 +275,11 @@ TEST(DriveLimit, IsThatOfTheActuatorOrOfTheJoint) {
     EXPECT_EQ(DriveLimit(world.model(), servo.joints()[0], servo.actuators()[0]), 5.0) << scene;
     world.data()->ctrl[0] = 0.5;
     mj_forward(world.model(), world.data());
-    EXPECT_TRUE(servo.AtLimit(world.model(), world.data(), 0)) << scene;
+    EXPECT_TRUE(servo.AtLimit(world.data(), 0)) << scene;
     Eigen::VectorXd position = Eigen::VectorXd::Constant(1, 0.006);
     world.data()->ctrl[0] = position[0];
     mj_forward(world.model(), world.data());
-    servo.GiveWay(world.model(), world.data(), 0.9, position);
+    servo.GiveWay(world.data(), 0.9, position);
     EXPECT_LT(position[0], 0.006) << scene;
   }
 }

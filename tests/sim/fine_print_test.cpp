@@ -10,8 +10,8 @@ namespace {
 constexpr double kTexel_mm = 0.45;  // each becomes three texels of print
 
 /// A white label, with a red square in its middle if `marked`.
-Texture Label(int size, bool marked) {
-  Texture label{size, size, {}};
+image::Image Label(int size, bool marked) {
+  image::Image label{size, size, {}};
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
       const bool red =
@@ -25,7 +25,7 @@ Texture Label(int size, bool marked) {
 }
 
 /// Share of texels whose green channel differs by more than 20 levels from `green`.
-double ShareOff(const Texture& texture, int green) {
+double ShareOff(const image::Image& texture, int green) {
   int off = 0;
   for (std::size_t i = 1; i < texture.rgb.size(); i += 3) {
     off += std::abs(texture.rgb[i] - green) > 20;
@@ -34,8 +34,8 @@ double ShareOff(const Texture& texture, int green) {
 }
 
 TEST(FinePrint, LeavesTheLabelsOwnMarksWhereTheyAre) {
-  const Texture label = Label(120, true);
-  const Texture printed = WithFinePrint(label, kTexel_mm, FinePrint{}, 1);
+  const image::Image label = Label(120, true);
+  const image::Image printed = WithFinePrint(label, kTexel_mm, FinePrint{}, 1);
   const int factor = printed.width / label.width;
   ASSERT_EQ(factor, 3);
   for (int y = 0; y < label.height; ++y) {
@@ -50,7 +50,7 @@ TEST(FinePrint, LeavesTheLabelsOwnMarksWhereTheyAre) {
 
 // Letters and bars cover a third to a half of their blocks with ink.
 TEST(FinePrint, FillsTheWantedShareOfAnEmptyLabel) {
-  const Texture label = Label(400, false);
+  const image::Image label = Label(400, false);
   for (const double coverage : {0.1, 0.3}) {
     const double inked = ShareOff(WithFinePrint(label, kTexel_mm, {coverage, 0, 0.0}, 2), 230);
     EXPECT_GT(inked, 0.2 * coverage);
@@ -59,18 +59,18 @@ TEST(FinePrint, FillsTheWantedShareOfAnEmptyLabel) {
 }
 
 TEST(FinePrint, LeavesALabelThatIsFullAlone) {
-  Texture full = Label(200, false);
+  image::Image full = Label(200, false);
   for (std::size_t i = 0; i < full.rgb.size(); ++i) {  // stripes of 4 texels
     if (i / 3 % 200 / 4 % 2 == 0) full.rgb[i] = 30;
   }
-  const Texture plain = WithFinePrint(full, kTexel_mm, FinePrint{}, 3);
+  const image::Image plain = WithFinePrint(full, kTexel_mm, FinePrint{}, 3);
   EXPECT_EQ(WithFinePrint(full, kTexel_mm, {0.3, 0, 0.0}, 3).rgb, plain.rgb);
 }
 
 TEST(FinePrint, IsTheSameForOneSeed) {
-  const Texture label = Label(200, true);
+  const image::Image label = Label(200, true);
   const FinePrint print{0.3, 2, 2.5};
-  const Texture once = WithFinePrint(label, kTexel_mm, print, 4);
+  const image::Image once = WithFinePrint(label, kTexel_mm, print, 4);
   EXPECT_EQ(once.rgb, WithFinePrint(label, kTexel_mm, print, 4).rgb);
   EXPECT_NE(once.rgb, WithFinePrint(label, kTexel_mm, print, 5).rgb);
 }

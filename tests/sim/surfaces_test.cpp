@@ -70,15 +70,15 @@ TEST(Friction, DrawnOnesAreTriangularOverTheRange) {
   double sum = 0.0;
   int below = 0;
   for (int i = 0; i < kDraws; ++i) {
-    const FrictionPair pair = DrawnFriction(range, (i + 0.5) / kDraws);
+    const FrictionPair pair = GloveFriction(range, {}, (i + 0.5) / kDraws);
     EXPECT_NEAR(pair.kinetic_mu / pair.static_mu, 0.50 / 0.60, 1e-12);
     sum += pair.static_mu;
     below += pair.static_mu < 0.60 ? 1 : 0;
   }
   EXPECT_NEAR(sum / kDraws, (0.45 + 0.60 + 0.80) / 3.0, 1e-4);
   EXPECT_NEAR(static_cast<double>(below) / kDraws, 3.0 / 7.0, 1e-3);
-  EXPECT_DOUBLE_EQ(DrawnFriction(range, 0.0).static_mu, 0.45);
-  EXPECT_NEAR(DrawnFriction(range, 1.0 - 1e-15).static_mu, 0.80, 1e-7);
+  EXPECT_DOUBLE_EQ(GloveFriction(range, {}, 0.0).static_mu, 0.45);
+  EXPECT_NEAR(GloveFriction(range, {}, 1.0 - 1e-15).static_mu, 0.80, 1e-7);
 }
 
 TEST(Friction, AnUnknownSurfaceIsNamedWithTheKnownOnes) {

@@ -32,7 +32,8 @@ Options OptionsRead(const std::filesystem::path& file) {
   map.Read("name", text);
   map.Read("seed", seed);
   map.Read("trial_limit_s", limit_s, 0.0, 1e9);
-  const Options options = ReadOptions(map);
+  const Options options = ReadOptions(map, seed);
+  EXPECT_EQ(options.seed, seed);
   CheckObjects(map, options);
   return options;
 }
@@ -60,7 +61,7 @@ TEST(ReadOptions, Table52HasTwelveObjectsOfTenTrials) {
 
 TEST(ReadOptions, EveryKeyIsDocumented) {
   auto map = base::YamlMap::ForDocumentation();
-  ReadOptions(map);
+  ReadOptions(map, 1);
   EXPECT_GT(map.Keys().size(), 40u);
   for (const auto& key : map.Keys()) EXPECT_FALSE(key.doc.empty()) << key.path;
 }
@@ -312,7 +313,7 @@ base::YamlMap MapOf(const std::string& file, const std::vector<std::string>& set
 
 Options Read(const std::string& file, const std::vector<std::string>& settings = {}) {
   auto map = MapOf(file, settings);
-  return ReadOptions(map);
+  return ReadOptions(map, 1);
 }
 
 TEST(Additions, AreAllOnInTheImprovedMethodAndAllOffInThePublishedOne) {
@@ -326,7 +327,7 @@ TEST(Additions, AreAllOnInTheImprovedMethodAndAllOffInThePublishedOne) {
 // Every key of the file with its default value for the file's method.
 std::map<std::string, std::string> DefaultsOf(const std::string& file) {
   auto map = MapOf(file);
-  ReadOptions(map);
+  ReadOptions(map, 1);
   std::map<std::string, std::string> defaults;
   for (const base::KeyDoc& key : map.Keys()) defaults[key.path] = key.default_value;
   return defaults;

@@ -274,7 +274,7 @@ TEST_F(TableTest, RowsAreComparedWithPublishedCountsByFishersTest) {
   EXPECT_EQ(table.rows[1].text_grasping.published_count.k, 7);
   EXPECT_FALSE(IsBelowPublished(table, table.rows[1]));
   // The overall test uses the counts of all rows, 15 of 20 against 17 of 19.
-  EXPECT_EQ(table.overall.published_trials, 20);
+  EXPECT_EQ(table.overall.text_detection.published_count.n, 20);
   EXPECT_DOUBLE_EQ(*table.overall.text_grasping.p_below,
                    experiment::FisherExactLower(15, 20, 17, 19));
 
@@ -297,7 +297,6 @@ TEST_F(TableTest, TrialsOfThePublishedOverallRowAreNotAddedToThoseOfTheRows) {
       "object,name,detection_rate,grasping_rate,trials\n1,Box (cuboid),40,100,10\n2,Mug,40,100,10\n"
       "overall,,40.00,100.00,20\n";
   const Table table = BuildTable(stamp, results_);
-  EXPECT_EQ(table.overall.published_trials, 20);
   EXPECT_EQ(table.overall.text_detection.published_count.k, 8);
   EXPECT_EQ(table.overall.text_detection.published_count.n, 20);
   EXPECT_EQ(table.overall.text_grasping.published_count.k, 8);
@@ -372,44 +371,45 @@ Record Trial(const std::string& object, double friction, bool detected,
                   fmt::format(R"({{"friction":{},"detected":{}}})", friction, detected));
 }
 
-const std::vector<std::string> kObjects = {"prism", "box"};
+// The report of trials of a prism and a box, of which no figures are published.
+experiment::Report FrictionReport(const std::vector<Record>& records) {
+  experiment::Stamp stamp;
+  stamp.identity["groups"] = "prism,box";
+  return ReportOf(stamp, records);
+}
 
 TEST(FrictionCurve, CountsTheDetectedByBins) {
-  const auto curve = FrictionCurveOf(
+  const auto report = FrictionReport(
       {Trial("prism", 0.50, true, "dropped"), Trial("prism", 0.549, true, "delivered"),
        Trial("prism", 0.55, true, "delivered"), Trial("prism", 0.56, false, "not_segmented"),
        Trial("box", 0.60, true, "invalid_physics"), Trial("box", 0.5, true, "delivered")});
-  EXPECT_EQ(curve.at("prism").at(10).n, 2);
-  EXPECT_EQ(curve.at("prism").at(10).k, 1);
-  EXPECT_EQ(curve.at("prism").at(11).n, 1);
   // 0.60 / 0.05 is slightly below 12.
-  EXPECT_EQ(curve.at("box").at(12).n, 1);
-  EXPECT_EQ(curve.at("box").at(12).k, 0);
-
-  const auto grid = GridOf(curve, kObjects);
+  const auto& grid = report.sections.at(1).grid;
   const std::vector<std::vector<std::string>> rows = {
       {"prism", "1/2", "1/1", "-"}, {"box", "1/1", "-", "0/1"}, {"all", "2/3", "1/1", "0/1"}};
   EXPECT_EQ(grid.header,
             (std::vector<std::string>{"static friction from", "0.50", "0.55", "0.60"}));
   EXPECT_EQ(grid.rows, rows);
 
-  const auto json = JsonOf(curve, kObjects);
+  const auto json = nlohmann::json::parse(report.json)["friction_curve"];
   EXPECT_EQ(json[0]["object"], "prism");
   EXPECT_NEAR(json[0]["bins"][0]["low"].get<double>(), 0.50, 1e-12);
+  EXPECT_EQ(json[0]["bins"][0]["detected"], 2);
   EXPECT_EQ(json[0]["bins"][0]["delivered"], 1);
 }
 
 TEST(FrictionCurve, ThereIsNoneWhereFrictionWasNotDrawn) {
-  const auto curve =
-      FrictionCurveOf({Trial("prism", 0.6, true, "dropped"), Trial("prism", 0.6, true, "delivered"),
-                       Trial("box", 0.5, true, "delivered")});
-  EXPECT_TRUE(GridOf(curve, kObjects).rows.empty());
+  const auto report =
+      FrictionReport({Trial("prism", 0.6, true, "dropped"), Trial("prism", 0.6, true, "delivered"),
+                      Trial("box", 0.5, true, "delivered")});
+  EXPECT_EQ(report.sections.size(), 1u);
 }
 
 TEST(FrictionCurve, ATrialThatDiedBeforeItsDrawIsLeftOut) {
   Record died = Trial("box", 0.6, true, "crashed");
   died.result.data = "{}";
-  EXPECT_TRUE(FrictionCurveOf({died}).empty());
+  const auto json = nlohmann::json::parse(FrictionReport({died}).json)["friction_curve"];
+  EXPECT_TRUE(json[1]["bins"].empty());
 }
 
 using experiment::Chart;

@@ -12,6 +12,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/words.h"
 
 namespace rangegrasp::geometry::internal {
@@ -443,8 +444,10 @@ void AppendPoint(const Eigen::Vector3d& p, std::string& bytes) {
   for (const double value : p) AppendRaw(static_cast<float>(value), bytes);
 }
 
-bool IsPly(std::string_view bytes) {
-  return bytes.starts_with("ply\n") || bytes.starts_with("ply\r");
+bool IsPly(const std::filesystem::path& file, std::string_view bytes) {
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return true;
+  if (base::EndingOf(file) != ".ply") return false;
+  throw base::InputError(file.string() + ":1: a PLY file starts with the line \"ply\"");
 }
 
 std::string PlyVertexHeader(std::size_t vertices) {

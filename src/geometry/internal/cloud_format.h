@@ -116,7 +116,9 @@ void AppendRaw(const T& value, std::string& bytes) {
 /// Appends x, y and z in single precision.
 void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);
 
-bool IsPly(std::string_view bytes);
+/// Whether a file starts as a PLY does.
+/// @throws base::InputError naming the file if it does not, although its name ends in .ply.
+bool IsPly(const std::filesystem::path& file, std::string_view bytes);
 
 constexpr const char* kPlyColor = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 /// The header of a binary little-endian PLY up to its vertices' x, y and z (float); the caller adds

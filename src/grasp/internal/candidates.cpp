@@ -16,8 +16,6 @@ constexpr Eigen::Index kMinNeighbors = 6;
 /// [m^2] Points on a line have no second principal axis; a smaller spread along it is rounding.
 constexpr double kMinSpread_m2 = 1e-12;
 
-double WrappedAngle(double a) { return std::remainder(a, 2.0 * base::kPi); }
-
 /// A point in cylindrical coordinates about the rotation axis.
 struct Polar {
   double angle_rad, radius_m, height_m;
@@ -90,20 +88,20 @@ void MeasureWall(const std::vector<Polar>& wall, double rim_radius_m, const RimO
 }
 
 /// A grasp of the wall at one sector. `out`: the thumb's side, +1 outside, -1 in the cavity.
-Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSector& sector,
-                        const Vector3d& axis, const Vector3d& radial, double out, double pitch) {
+Candidate WallCandidate(Task& task, PointSpan wall_C, const RimSector& sector, const Vector3d& axis,
+                        const Vector3d& radial, double out) {
   const RimOptions& options = task.options.rim;
-  const View view = MakeView(task, samples, task.object.axis->center_C, -axis, out * radial);
+  const View view = MakeView(task, wall_C, task.object.axis->center_C, -axis, out * radial);
   const std::size_t open = task.hand.IndexAtGap(sector.wall_m + options.opening_m);
   const std::size_t held = task.hand.IndexAtGap(sector.wall_m);
-  const Vector3d pads = task.profiles.PadCenter_T(pitch, held);
+  const Vector3d pads = task.profiles.PadCenter_T(0.0, held);
   Vector3d origin(out * sector.radius_m - pads.x(), -pads.y(), 0.0);
-  const double limit = DepthLimit(task, view, task.profiles.LowerSide(pitch, open),
-                                  ReachDown(task, view, pitch, open, held), origin.x(), origin.y());
+  const double limit = DepthLimit(task, view, task.profiles.LowerSide(0.0, open),
+                                  ReachDown(task, view, 0.0, open, held), origin.x(), origin.y());
   const double wanted = options.grip_depth_m - pads.z();
   origin.z() = std::min(limit, wanted);
-  Candidate candidate = MakeCandidate(task, view, origin, origin + pads, pitch, GraspType::kRim);
-  SetStates(task, open, held, sector.wall_m, candidate);
+  Candidate candidate = MakeCandidate(task, view, origin, origin + pads, 0.0, {open, open, held},
+                                      sector.wall_m, GraspType::kRim);
   const double near_arm = 0.5 * (1.0 + std::cos(sector.angle_rad));
   candidate.grasp.score =
       options.curvature_weight * sector.curvature + options.arm_weight * near_arm +
@@ -115,17 +113,14 @@ Candidate WallCandidate(Task& task, const SurfaceSamples& samples, const RimSect
 std::vector<Candidate> OpenRim(Task& task, const Vector3d& axis, const Vector3d& zero,
                                const std::vector<RimSector>& rim) {
   // The points themselves are used, because the surface may close the cavity.
-  SurfaceSamples samples;
+  Points wall_C;
   const TriangleMesh specks = SpeckMesh(task.object.completed_C, task.options.rim.speck_cell_m);
-  for (std::size_t i = 0; i < specks.vertices.size(); i += 3) {
-    samples.points.push_back(specks.vertices[i]);
-    samples.normals.push_back(axis);
-  }
+  for (std::size_t i = 0; i < specks.vertices.size(); i += 3) wall_C.push_back(specks.vertices[i]);
   std::vector<Candidate> candidates;
   for (std::size_t k = 0; k < rim.size(); ++k) {
     const Vector3d radial = Eigen::AngleAxisd(rim[k].angle_rad, axis) * zero;
     for (const double out : {-1.0, 1.0}) {
-      candidates.push_back(WallCandidate(task, samples, rim[k], axis, radial, out, 0.0));
+      candidates.push_back(WallCandidate(task, wall_C, rim[k], axis, radial, out));
       candidates.back().group = static_cast<int>(k);
     }
   }
@@ -182,8 +177,8 @@ std::vector<Candidate> OverTheTop(Task& task) {
     const std::size_t held = std::min(last, task.hand.IndexAtGap(top.minor_m) + 1);
     origin.z() = DepthLimit(task, view, task.profiles.LowerSide(0.0, 0),
                             ReachDown(task, view, 0.0, 0, held), origin.x(), origin.y());
-    Candidate candidate = MakeCandidate(task, view, origin, origin + tool, 0.0, GraspType::kPower);
-    SetStates(task, 0, held, top.minor_m, candidate);
+    Candidate candidate = MakeCandidate(task, view, origin, origin + tool, 0.0, {0, 0, held},
+                                        top.minor_m, GraspType::kPower);
     candidate.group = side > 0.0 ? 0 : 1;
     candidate.to_contact = true;
     candidates.push_back(candidate);
@@ -200,7 +195,7 @@ Vector3d Narrowest(const Task& task, const Vector3d& approach, const Vector3d& f
     const double turn = base::Deg(180.0 * k / options.narrow_steps);
     const Vector3d x = Eigen::AngleAxisd(turn, approach) * first;
     const auto [low, high] = std::ranges::minmax(
-        task.coarse.points | std::views::transform([&](const Vector3d& p) { return x.dot(p); }));
+        task.coarse | std::views::transform([&](const Vector3d& p) { return x.dot(p); }));
     // Ties, e.g. between all directions of a cylinder, go to the first direction.
     if (high - low < min_width - options.same_width_m) {
       min_width = high - low;
@@ -215,7 +210,7 @@ Vector3d MinSpread(const Task& task, const Vector3d& approach) {
   const Vector3d u = approach.unitOrthogonal();
   const Vector3d v = approach.cross(u);
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  for (const Vector3d& p : task.coarse.points) {
+  for (const Vector3d& p : task.coarse) {
     const Eigen::Vector2d q(u.dot(p - task.com_C), v.dot(p - task.com_C));
     covariance += q * q.transpose();
   }
@@ -236,13 +231,6 @@ void AddClosing(const PowerOptions& options, const Vector3d& approach, const Vec
     list.push_back({approach, x});
     list.push_back({approach, -x});
   }
-}
-
-/// Against the top surface, closing across its principal axis, from the left and from the right.
-std::vector<Direction> PublishedDirections(const Task& task) {
-  if (!task.object.top) return {};
-  const Vector3d approach = -UpNormal(task);
-  return {{approach, task.object.top->minor_C}, {approach, -task.object.top->minor_C}};
 }
 
 /// Straight down, and against the top surface if it is tilted.
@@ -275,10 +263,15 @@ Vector3d Across(const Task& task, const Vector3d& approach) {
 }
 
 /// All approaches, closing across the narrowest side, the principal axis and the axis normal to it.
+/// As published: against the top surface, closing across its principal axis, both ways round.
 std::vector<Direction> Directions(const Task& task) {
   const PowerOptions& options = task.options.power;
-  if (!task.options.directions) return PublishedDirections(task);
   std::vector<Direction> directions;
+  if (!task.options.directions) {
+    if (!task.object.top) return directions;
+    const Vector3d& across = task.object.top->minor_C;
+    return {{-UpNormal(task), across}, {-UpNormal(task), -across}};
+  }
   for (const Vector3d& approach : Approaches(task)) {
     const Vector3d across = Across(task, approach);
     AddClosing(options, approach, Narrowest(task, approach, across), directions);
@@ -310,12 +303,6 @@ double MainPitch(const Task& task) {
   return task.options.pitches ? task.options.power.pitch_rad : 0.0;
 }
 
-/// The best candidate's pitch, or the measured best one if there is none.
-double BestPitch(const std::vector<Candidate>& candidates, double main_pitch_rad) {
-  const auto best = std::ranges::max_element(candidates, {}, ScoreOf);
-  return best == candidates.end() ? main_pitch_rad : best->grasp.pitch_rad;
-}
-
 /// Position along the fingers' row: the centre of mass, or the top's (then the view's origin).
 double MiddleOf(const Task& task, const View& view) {
   return task.options.centering || !task.object.top ? view.com.y() : 0.0;
@@ -340,43 +327,14 @@ void Search(Task& task, const View& view, int group, std::vector<Candidate>& can
                                candidates.end());
   std::ranges::copy_if(candidates, std::back_inserter(found),
                        [&](const Candidate& c) { return c.group == group; });
-  const double pitch = BestPitch(found, main);
+  const auto best = std::ranges::max_element(found, {}, ScoreOf);
+  const double pitch = best == found.end() ? main : best->grasp.pitch_rad;
   for (const double offset : options.offsets_m) {
     const double y = y0 + offset;
     if (y < view.y_min_m + options.end_m || y > view.y_max_m - options.end_m) continue;
     PlaceAtDepths(task, view, MakeBand(task, view, y), {pitch, main}, Depths(task, view),
                   GraspType::kPower, group, candidates);
   }
-}
-
-std::vector<Candidate> SearchedCandidates(Task& task) {
-  const PowerOptions& options = task.options.power;
-  const bool at_top = !task.options.centering && task.object.top;
-  const Vector3d& middle_C = at_top ? task.object.top->center_C : task.com_C;
-  const std::vector<Direction> directions = Directions(task);
-  std::vector<View> views;
-  std::vector<std::pair<double, int>> order;
-  std::vector<Candidate> candidates;
-  for (std::size_t k = 0; k < directions.size(); ++k) {
-    views.push_back(
-        MakeView(task, task.coarse, middle_C, directions[k].approach, directions[k].closing));
-    const View& view = views.back();
-    const std::size_t before = candidates.size();
-    PlaceAtDepths(task, view, MakeBand(task, view, MiddleOf(task, view)),
-                  {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
-                  static_cast<int>(k), candidates);
-    double best = -kInfinity;
-    for (const Candidate& c : std::span(candidates).subspan(before)) {
-      best = std::max(best, c.grasp.score);
-    }
-    order.emplace_back(-best, static_cast<int>(k));
-  }
-  std::ranges::sort(order);
-  for (std::size_t i = 0; i < std::min(order.size(), options.max_fine_directions); ++i) {
-    const int k = order[i].second;
-    Search(task, views[static_cast<std::size_t>(k)], k, candidates);
-  }
-  return candidates;
 }
 
 struct SideApproach {
@@ -447,7 +405,7 @@ std::vector<double> SmoothAround(std::span<const double> angles_rad, std::span<c
     double sum = 0.0;
     double weights = 0.0;
     for (std::size_t j = 0; j < values.size(); ++j) {
-      const double d = WrappedAngle(angles_rad[i] - angles_rad[j]) / sigma_rad;
+      const double d = std::remainder(angles_rad[i] - angles_rad[j], 2.0 * base::kPi) / sigma_rad;
       const double weight = std::exp(-0.5 * d * d);
       sum += weight * values[j];
       weights += weight;
@@ -520,7 +478,32 @@ std::vector<Candidate> RimCandidates(Task& task) {
 }
 
 std::vector<Candidate> PowerCandidates(Task& task) {
-  std::vector<Candidate> candidates = SearchedCandidates(task);
+  const PowerOptions& options = task.options.power;
+  const bool at_top = !task.options.centering && task.object.top;
+  const Vector3d& middle_C = at_top ? task.object.top->center_C : task.com_C;
+  const std::vector<Direction> directions = Directions(task);
+  std::vector<View> views;
+  std::vector<std::pair<double, int>> order;
+  std::vector<Candidate> candidates;
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    views.push_back(
+        MakeView(task, task.coarse, middle_C, directions[k].approach, directions[k].closing));
+    const View& view = views.back();
+    const std::size_t before = candidates.size();
+    PlaceAtDepths(task, view, MakeBand(task, view, MiddleOf(task, view)),
+                  {MainPitch(task), MainPitch(task)}, Depths(task, view), GraspType::kPower,
+                  static_cast<int>(k), candidates);
+    double best = -kInfinity;
+    for (const Candidate& c : std::span(candidates).subspan(before)) {
+      best = std::max(best, c.grasp.score);
+    }
+    order.emplace_back(-best, static_cast<int>(k));
+  }
+  std::ranges::sort(order);
+  for (std::size_t i = 0; i < std::min(order.size(), options.max_fine_directions); ++i) {
+    const int k = order[i].second;
+    Search(task, views[static_cast<std::size_t>(k)], k, candidates);
+  }
   return candidates.empty() ? OverTheTop(task) : candidates;
 }
 

@@ -82,6 +82,9 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
       task.options.preshape ? task.hand.IndexAtGap(width_m + options.opening_m) : 0;
   const std::size_t held = task.hand.IndexAtGap(width_m);
   const std::size_t last = std::min(held + 1, task.hand.states.size() - 1);
+  const std::size_t narrow = task.options.narrow_openings
+                                 ? task.hand.IndexAtGap(width_m + options.narrow_opening_m)
+                                 : open;
   const bool centering = task.options.centering;
   const Descent descent{
       open, task.profiles.LowerSide(aim.pitch_rad, open),
@@ -94,12 +97,9 @@ std::optional<Candidate> PlaceIn(Task& task, const View& view, const Band& band,
   if (!closing && (centering || task.options.contact_ranking)) return std::nullopt;
   const Vector3d middle =
       centering ? Vector3d(0.5 * (closing->finger_T + closing->thumb_T)) : descent.pads;
-  Candidate candidate = MakeCandidate(task, view, origin, origin + middle, aim.pitch_rad, type);
-  SetStates(task, open, closing ? closing->state : held, closing ? closing->gap_m : width_m,
-            candidate);
-  if (task.options.narrow_openings) {
-    candidate.narrow_state = task.hand.IndexAtGap(width_m + options.narrow_opening_m);
-  }
+  Candidate candidate = MakeCandidate(task, view, origin, origin + middle, aim.pitch_rad,
+                                      {open, narrow, closing ? closing->state : held},
+                                      closing ? closing->gap_m : width_m, type);
   candidate.depth_m = origin.z() + descent.pads.z();
   candidate.to_contact = aim.depth_m == kToContact_m;
   if (closing) {
@@ -128,16 +128,15 @@ std::vector<double> LiftsOf(const Task& task, const Candidate& candidate) {
 /// Whether it is free, in place or a little higher (PlacingOptions::lifts_m); sets its opening.
 bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate) {
   const Vector3d approach = candidate.grasp.X_CG.linear().col(2);
-  const Openings openings{candidate.open_state, candidate.narrow_state, candidate.held_state};
   for (const double lift : LiftsOf(task, candidate)) {
     Pose X_CH = candidate.grasp.X_CH;
     X_CH.translation() -= lift * approach;
-    if (HitsTableClosing(collider, task.hand, X_CH, openings)) {
+    if (HitsTableClosing(collider, task.hand, X_CH, candidate.states)) {
       if (candidate.to_contact) continue;
       return false;
     }
-    if (collider.HitsObstacle(X_CH, candidate.held_state)) return false;
-    const auto opening = FreeOpening(collider, X_CH, openings);
+    if (collider.HitsObstacle(X_CH, candidate.states.held)) return false;
+    const auto opening = FreeOpening(collider, X_CH, candidate.states);
     if (!opening) continue;
     candidate.grasp.opening_m = task.hand.states[*opening].gap_m;
     candidate.grasp.X_CH = X_CH;
@@ -179,7 +178,7 @@ std::optional<Vector3d> UprightAxis(const Task& task) {
   return axis;
 }
 
-View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& origin_C,
+View MakeView(const Task& task, geometry::PointSpan coarse_C, const Vector3d& origin_C,
               const Vector3d& approach_C, const Vector3d& closing_C) {
   const Vector3d z = approach_C.normalized();
   const Vector3d x = NormalPart(closing_C, z);
@@ -187,8 +186,8 @@ View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& or
   view.X_CA = GraspFrame(origin_C, z, x);
   const Pose X_AC = view.X_CA.inverse();
   Eigen::AlignedBox3d box;
-  view.coarse.reserve(coarse.points.size());
-  for (const Vector3d& p_C : coarse.points) {
+  view.coarse.reserve(coarse_C.size());
+  for (const Vector3d& p_C : coarse_C) {
     view.coarse.push_back(X_AC * p_C);
     box.extend(view.coarse.back());
   }
@@ -273,22 +272,18 @@ double DepthLimit(const Task& task, const View& view, const HandProfiles::Lower&
 }
 
 Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
-                        const Vector3d& center_A, double pitch_rad, GraspType type) {
+                        const Vector3d& center_A, double pitch_rad, const Openings& states,
+                        double width_m, GraspType type) {
   const auto pose_at = [&](const Vector3d& p_A) {
     return base::MakePose(view.X_CA.linear(), view.X_CA * p_A);
   };
   return {.grasp = {.type = type,
                     .X_CG = pose_at(center_A),
                     .X_CH = pose_at(origin_A) * HandProfiles::X_TH(task.hand, pitch_rad),
-                    .pitch_rad = pitch_rad}};
-}
-
-void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
-               Candidate& candidate) {
-  candidate.open_state = candidate.narrow_state = open;
-  candidate.held_state = held;
-  candidate.grasp.opening_m = task.hand.states[open].gap_m;
-  candidate.grasp.width_m = width_m;
+                    .pitch_rad = pitch_rad,
+                    .opening_m = task.hand.states[states.wide].gap_m,
+                    .width_m = width_m},
+          .states = states};
 }
 
 std::optional<Candidate> Place(Task& task, const View& view, const Band& band, const Aim& aim,
@@ -348,6 +343,7 @@ void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Cand
   std::ranges::stable_sort(candidates, std::ranges::greater(), ScoreOf);
   std::map<int, int> of_group;
   std::map<int, int> tried;
+  const bool must_reach = task.options.reachable && task.arm.reaches;
   int taken = 0;
   int checks = 0;
   for (Candidate& candidate : candidates) {
@@ -357,7 +353,7 @@ void ChooseFree(const HandCollider& collider, const Task& task, std::vector<Cand
     if (!IsFree(collider, task, candidate)) {
       candidate.grasp.collides = true;
       if (++tried[candidate.group] == 1) out.colliding.push_back(candidate.grasp);
-    } else if (!task.Reaches(candidate.grasp.X_CH)) {
+    } else if (must_reach && !task.arm.reaches(candidate.grasp.X_CH)) {
       out.unreachable.push_back(candidate.grasp);
     } else {
       ++of_group[candidate.group];

@@ -31,14 +31,11 @@ struct Task {
   const Arm& arm;
   Vector3d up_C;  ///< the table's normal
   const GraspOptions& options;
-  SurfaceSamples samples;  ///< dense, for contacts
-  SurfaceSamples coarse;   ///< for extents and the descent
+  SurfaceSamples samples;   ///< dense, for contacts
+  geometry::Points coarse;  ///< a part of them, for extents and the descent
   Vector3d com_C;
   HandProfiles profiles;
 
-  bool Reaches(const Pose& X_CH) const {
-    return !options.reachable || !arm.reaches || arm.reaches(X_CH);
-  }
   double MaxWidth() const { return hand.MaxGap() - 2.0 * options.object_clearance_m; }
 };
 
@@ -55,7 +52,7 @@ struct View {
   double thumb_to_arm;  ///< cosine
 };
 /// @param closing_C  must not be parallel to the approach, but need not be normal to it
-View MakeView(const Task& task, const SurfaceSamples& coarse, const Vector3d& origin_C,
+View MakeView(const Task& task, geometry::PointSpan coarse_C, const Vector3d& origin_C,
               const Vector3d& approach_C, const Vector3d& closing_C);
 
 /// The dense samples that pads at y0 may touch, in A.
@@ -100,11 +97,16 @@ Vector3d NormalPart(const Vector3d& v, const Vector3d& axis);
 /// (CylindricalOptions::max_tilt_rad) for an approach along it from above.
 std::optional<Vector3d> UprightAxis(const Task& task);
 
+/// States of the hand.
+struct Openings {
+  std::size_t wide = 0;    ///< before closing
+  std::size_t narrow = 0;  ///< the same, tried if the wide opening collides
+  std::size_t held = 0;    ///< the state that is expected to hold
+};
+
 struct Candidate {
   Grasp grasp;
-  std::size_t open_state = 0;
-  std::size_t narrow_state = 0;  ///< tried if the open state collides
-  std::size_t held_state = 0;
+  Openings states;
   double depth_m = 0.0;     ///< z of the pads' middle in the view
   bool to_contact = false;  ///< comes down until it meets something, at any depth
   int group = 0;            ///< candidates of one group are alike; see ChooseFree
@@ -112,12 +114,10 @@ struct Candidate {
 
 inline double ScoreOf(const Candidate& candidate) { return candidate.grasp.score; }
 
-/// The candidate with T at origin_A; its states, widths and score must still be set.
+/// The candidate with T at origin_A that closes around center_A; its score must still be set.
 Candidate MakeCandidate(const Task& task, const View& view, const Vector3d& origin_A,
-                        const Vector3d& center_A, double pitch_rad, GraspType type);
-/// Sets the candidate's state before closing, the state that is expected to hold, and its width.
-void SetStates(const Task& task, std::size_t open, std::size_t held, double width_m,
-               Candidate& candidate);
+                        const Vector3d& center_A, double pitch_rad, const Openings& states,
+                        double width_m, GraspType type);
 
 /// The target of a placement.
 struct Aim {
@@ -149,13 +149,6 @@ struct Quota {
   int max_free = 24;     ///< free candidates in all
   int max_of_group = 1;  ///< free candidates of one group
   int max_checks = 120;  ///< candidates checked
-};
-
-/// States of the hand: two openings before it closes, and the state that is expected to hold.
-struct Openings {
-  std::size_t wide = 0;
-  std::size_t narrow = 0;
-  std::size_t held = 0;
 };
 
 /// The first of the wide and the narrow opening that clears obstacles and the object itself.

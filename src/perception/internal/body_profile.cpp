@@ -41,9 +41,10 @@ Agreement Agree(std::vector<Member>& members, double distance_m) {
   return best;
 }
 
-Members BySection(const PointCloud& cloud, const Indices& points, const Plane& top,
-                  const Vector3d& center_C, const Vector3d& direction_C,
-                  const FeatureOptions& options) {
+Members BySection(const ObjectContext& context, const Indices& points, const Plane& top,
+                  const RotationAxis& axis) {
+  const auto& [cloud, table, views, options] = context;
+  const Vector3d& direction_C = axis.direction_C;
   Members sections;
   for (const auto i : points) {
     const Vector3d& normal = cloud.normals[i];
@@ -51,14 +52,14 @@ Members BySection(const PointCloud& cloud, const Indices& points, const Plane& t
         std::abs(normal.dot(direction_C)) > options.axis.max_along_axis) {
       continue;
     }
-    const Vector3d d = cloud.points[i] - center_C;
+    const Vector3d d = cloud.points[i] - axis.center_C;
     const double depth = -d.dot(direction_C);
     const Vector3d radial = d + depth * direction_C;
     const bool passes_axis =
         !options.radial_normals || std::abs(normal.dot(direction_C.cross(radial))) <=
                                        options.axis.max_tangential * radial.norm();
     sections[{SectionOf(depth, options), normal.dot(radial) < 0.0}].push_back(
-        {AxisDistance(cloud.points[i], center_C, direction_C), i, passes_axis});
+        {AxisDistance(cloud.points[i], axis.center_C, direction_C), i, passes_axis});
   }
   return sections;
 }
@@ -153,11 +154,11 @@ Plane EndPlane(const RotationAxis& axis, const TopSurface& top) {
   return axis.Lies() ? geometry::PlaneAt(axis.direction_C, axis.center_C) : top.plane;
 }
 
-BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Plane& top,
-                        const Vector3d& center_C, const Vector3d& direction_C,
-                        const FeatureOptions& options) {
+BodyProfile ProfileBody(const ObjectContext& context, const Indices& points, const Plane& top,
+                        const RotationAxis& axis) {
+  const FeatureOptions& options = context.options;
   BodyProfile profile;
-  Members sections = BySection(cloud, points, top, center_C, direction_C, options);
+  Members sections = BySection(context, points, top, axis);
   for (auto& [key, members] : sections) {
     const double depth = (key.first + 0.5) * options.axis.section_m;
     if (profile.sections.empty() || profile.sections.back().depth_m != depth) {
@@ -177,27 +178,25 @@ BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Pl
   return profile;
 }
 
-void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface& top,
-                const FeatureOptions& options, RotationAxis& axis) {
+void RefineAxis(const ObjectContext& context, const Indices& points, const TopSurface& top,
+                RotationAxis& axis) {
+  const FeatureOptions& options = context.options;
   const Vector3d u = axis.direction_C.unitOrthogonal();
   const Vector3d v = axis.direction_C.cross(u);
   const double min_fraction = std::min(axis.body_fraction, options.axis.body_share);
   const Plane end = EndPlane(axis, top);
   RotationAxis refined = axis;
-  const auto profile = [&] {
-    return ProfileBody(cloud, points, end, refined.center_C, refined.direction_C, options);
-  };
   for (int round = 0; round < options.axis.refine_rounds; ++round) {
-    const BodyProfile body = profile();
+    const BodyProfile body = ProfileBody(context, points, end, refined);
     const auto min_points = static_cast<std::size_t>(options.axis.min_body_points);
     if (body.fraction < min_fraction || body.agreeing.size() < min_points) return;
-    const auto outer = OuterPoints(cloud, body, refined, u, v, options);
+    const auto outer = OuterPoints(context.cloud, body, refined, u, v, options);
     const auto shift = CenterShift(outer, body, options);
     if (!shift) return;
     refined.center_C += shift->x() * u + shift->y() * v;
     if ((refined.center_C - axis.center_C).norm() > options.axis.max_shift_m) return;
   }
-  const BodyProfile body = profile();
+  const BodyProfile body = ProfileBody(context, points, end, refined);
   if (body.fraction < min_fraction) return;
   refined.body_fraction = body.fraction;
   const double radius_m = RadiusUnderRim(body, options.axis);

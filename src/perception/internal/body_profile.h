@@ -1,7 +1,6 @@
 #pragma once
 
-#include "perception/internal/planar.h"
-#include "perception/scene.h"
+#include "perception/internal/objects.h"
 
 namespace rangegrasp::perception::internal {
 
@@ -32,9 +31,8 @@ struct BodyProfile {
 /// most of them lie, within the circle distance. Points that face outward and points that face
 /// inward (the inside of a cup) have separate radii. The top surface and points that face along the
 /// axis are not part of the body. O(n log n).
-BodyProfile ProfileBody(const PointCloud& cloud, const Indices& points, const Plane& top,
-                        const Vector3d& center_C, const Vector3d& direction_C,
-                        const FeatureOptions& options);
+BodyProfile ProfileBody(const ObjectContext& context, const Indices& points, const Plane& top,
+                        const RotationAxis& axis);
 
 /// The points on their sections' circles, whatever their normals; ascending.
 Indices OnCircle(const BodyProfile& body);
@@ -50,7 +48,7 @@ int SectionOf(double depth_m, const FeatureOptions& options);
 /// The body locates the axis better: concentric circles, one radius per section, are fitted by
 /// least squares (Gauss-Newton over the center; the radii follow). Leaves the axis unchanged if the
 /// body has too little information or contradicts it.
-void RefineAxis(const PointCloud& cloud, const Indices& points, const TopSurface& top,
-                const FeatureOptions& options, RotationAxis& axis);
+void RefineAxis(const ObjectContext& context, const Indices& points, const TopSurface& top,
+                RotationAxis& axis);
 
 }  // namespace rangegrasp::perception::internal

@@ -51,18 +51,11 @@ struct ProfilePoint {
   double radius_m;
 };
 
-/// The frame in which a profile is rotated.
-struct Revolution {
-  Vector3d center;
-  Vector3d direction;
-  Vector3d u;
-  Vector3d v;
-
-  Vector3d At(const ProfilePoint& p, double angle) const {
-    return center - p.depth_m * direction +
-           p.radius_m * (std::cos(angle) * u + std::sin(angle) * v);
-  }
-};
+/// A profile's point, rotated about the normal of the frame at the rim.
+Vector3d Rotated(const PlanarFrame& rim, const ProfilePoint& p, double angle) {
+  return rim.origin - p.depth_m * rim.n +
+         p.radius_m * (std::cos(angle) * rim.u + std::sin(angle) * rim.v);
+}
 
 /// The outer wall from the rim to the base.
 std::vector<ProfilePoint> OuterProfile(const BodyProfile& body, double radius_m, double length_m,
@@ -122,12 +115,12 @@ std::vector<ProfilePoint> InnerProfile(const ObjectContext& context, const Part&
 }
 
 /// Counter-clockwise from outside for profiles that run from the top's middle outward and down.
-TriangleMesh Revolve(const Revolution& r, const std::vector<ProfilePoint>& profile,
+TriangleMesh Revolve(const PlanarFrame& rim, const std::vector<ProfilePoint>& profile,
                      const Plane& table, int sides) {
   TriangleMesh mesh;
   for (const ProfilePoint& p : profile) {
     for (int k = 0; k < sides; ++k) {
-      Vector3d vertex = r.At(p, 2.0 * base::kPi * k / sides);
+      Vector3d vertex = Rotated(rim, p, 2.0 * base::kPi * k / sides);
       if (table.Distance(vertex) < 0.0) vertex = table.Project(vertex);
       mesh.vertices.push_back(vertex);
     }
@@ -164,12 +157,12 @@ std::vector<Points> Attachments(const ObjectContext& context, const Part& part,
   return groups;
 }
 
-void AddRing(const ObjectContext& context, const Revolution& r, const ProfilePoint& p,
+void AddRing(const ObjectContext& context, const PlanarFrame& rim, const ProfilePoint& p,
              Points& points) {
   const double step_rad = context.options.completion.step_rad;
   const auto steps = static_cast<int>(std::lround(2.0 * base::kPi / step_rad));
   for (int k = 0; k < steps; ++k) {
-    const Vector3d q = r.At(p, k * step_rad);
+    const Vector3d q = Rotated(rim, p, k * step_rad);
     if (context.table.Distance(q) >= 0.0) points.push_back(q);
   }
 }
@@ -399,10 +392,9 @@ Points SymmetricImage(const ObjectContext& context, const Part& part) {
 
 Completion CompleteRotational(const ObjectContext& context, const Part& part, double base_m) {
   const RotationAxis& axis = *part.axis;
-  const BodyProfile body = ProfileBody(context.cloud, part.points, EndPlane(axis, *part.top),
-                                       axis.center_C, axis.direction_C, context.options);
+  const auto body = ProfileBody(context, part.points, EndPlane(axis, *part.top), axis);
   const Vector3d u = axis.direction_C.unitOrthogonal();
-  const Revolution revolution{axis.center_C, axis.direction_C, u, axis.direction_C.cross(u)};
+  const PlanarFrame rim{axis.center_C, u, axis.direction_C.cross(u), axis.direction_C};
   const CompletionOptions& options = context.options.completion;
   const double length = LengthOf(context, axis, base_m);
   const auto outer = OuterProfile(body, axis.radius_m, length, options);
@@ -410,18 +402,18 @@ Completion CompleteRotational(const ObjectContext& context, const Part& part, do
   Completion completion;
   completion.points_C = Select(context.cloud.points, part.points);
   for (const ProfilePoint& p : Filled(outer, context.options.axis.section_m)) {
-    AddRing(context, revolution, p, completion.points_C);
+    AddRing(context, rim, p, completion.points_C);
   }
   std::vector<ProfilePoint> profile{{0.0, 0.0}};
-  if (!axis.Lies() && IsOpen(context.cloud, part.points, *part.top, context.options)) {
+  if (!axis.Lies() && IsOpen(context, part.points, *part.top)) {
     profile = InnerProfile(context, part, body, length);
     for (const ProfilePoint& p : profile) {
-      if (p.radius_m > 0.0) AddRing(context, revolution, p, completion.points_C);
+      if (p.radius_m > 0.0) AddRing(context, rim, p, completion.points_C);
     }
   }
   profile.insert(profile.end(), outer.begin(), outer.end());
   profile.push_back({length, 0.0});
-  completion.surface_C = Revolve(revolution, profile, context.table, options.sides);
+  completion.surface_C = Revolve(rim, profile, context.table, options.sides);
   for (const Points& attachment : Attachments(context, part, body)) {
     geometry::Append(geometry::ConvexHull(attachment), completion.surface_C);
   }

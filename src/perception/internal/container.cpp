@@ -62,10 +62,13 @@ std::vector<double> Directions(const Seen& seen, const ContainerOptions& options
   return directions;
 }
 
-Flat Turned(const Flat& points, double by_rad) {
+/// The same in a frame that is turned about the table's normal; `facing` is left as it is.
+Seen Turned(const Seen& seen, double by_rad) {
   const Eigen::Matrix2d back = Eigen::Rotation2Dd(-by_rad).toRotationMatrix();
-  Flat turned = points;
-  for (auto& q : turned) q = back * q;
+  Seen turned = seen;
+  for (Flat* points : {&turned.all, &turned.upright}) {
+    for (auto& q : *points) q = back * q;
+  }
   return turned;
 }
 
@@ -105,16 +108,10 @@ struct Line {
 /// One axis of the search; positions are along it, steps are across it.
 class Axis {
  public:
-  Axis(const Flat& all, const std::vector<double>& height_m, const Flat& upright, Eigen::Index axis,
-       const ContainerOptions& options)
-      : options_(options),
-        all_(all),
-        height_m_(height_m),
-        upright_(upright),
-        at_(axis),
-        along_(1 - axis) {
+  Axis(const Seen& seen, Eigen::Index axis, const ContainerOptions& options)
+      : options_(options), seen_(seen), at_(axis), along_(1 - axis) {
     Eigen::AlignedBox2d box(Vector2d::Zero().eval());
-    for (const auto& q : all) box.extend(q);
+    for (const auto& q : seen.all) box.extend(q);
     first_step_ = StepOf(box.min()[along_]);
     steps_ = static_cast<std::size_t>(StepOf(box.max()[along_]) - first_step_ + 1);
   }
@@ -122,14 +119,14 @@ class Axis {
   /// Finds the sheets: windows as wide as a wall that have more steps with upright points than
   /// their neighbors, and enough for a wall; and the ends of each along the other axis.
   void FindSheets(std::vector<double>& at, std::vector<double>& ends) const {
-    if (upright_.empty()) return;
+    if (seen_.upright.empty()) return;
     const double half_m = 0.5 * options_.wall_m;
     const auto [low, high] = std::ranges::minmax(
-        upright_ | std::views::transform([this](const Vector2d& q) { return q[at_]; }));
+        seen_.upright | std::views::transform([this](const Vector2d& q) { return q[at_]; }));
     const auto bins = static_cast<std::size_t>((high - low) / half_m) + 2;
-    std::vector<std::vector<std::uint32_t>> in(bins);
-    for (std::uint32_t i = 0; i < upright_.size(); ++i) {
-      in[static_cast<std::size_t>((upright_[i][at_] - low) / half_m)].push_back(i);
+    std::vector<Flat> in(bins);
+    for (const Vector2d& q : seen_.upright) {
+      in[static_cast<std::size_t>((q[at_] - low) / half_m)].push_back(q);
     }
     std::vector<int> support;
     for (std::size_t k = 0; k + 1 < bins; ++k) support.push_back(Support(in[k], in[k + 1]));
@@ -139,10 +136,10 @@ class Axis {
       if (k + 1 < support.size() && support[k + 1] > support[k]) continue;
       std::vector<double> positions;
       std::vector<double> along;
-      for (const auto* bin : {&in[k], &in[k + 1]}) {
-        for (const auto i : *bin) {
-          positions.push_back(upright_[i][at_]);
-          along.push_back(upright_[i][along_]);
+      for (const Flat* bin : {&in[k], &in[k + 1]}) {
+        for (const Vector2d& q : *bin) {
+          positions.push_back(q[at_]);
+          along.push_back(q[along_]);
         }
       }
       at.push_back(base::UpperMedianOf(std::move(positions)));
@@ -161,12 +158,12 @@ class Axis {
       if (!lines.empty() && at - lines.back().at_m < 0.5 * options_.wall_m) continue;
       lines.push_back({at, std::vector<double>(steps_, kNothing)});
     }
-    for (std::size_t i = 0; i < all_.size(); ++i) {
-      const double at = all_[i][at_];
+    for (std::size_t i = 0; i < seen_.all.size(); ++i) {
+      const double at = seen_.all[i][at_];
       auto line = std::ranges::lower_bound(lines, at - options_.wall_m, {}, &Line::at_m);
       for (; line != lines.end() && line->at_m <= at + options_.wall_m; ++line) {
-        double& highest_m = line->highest_m[Step(all_[i])];
-        highest_m = std::max(highest_m, height_m_[i]);
+        double& highest_m = line->highest_m[Step(seen_.all[i])];
+        highest_m = std::max(highest_m, seen_.height_m[i]);
       }
     }
     return lines;
@@ -200,18 +197,16 @@ class Axis {
   }
 
   /// The number of steps with points in a window of two bins; single points are strays.
-  int Support(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) const {
+  int Support(const Flat& a, const Flat& b) const {
     if (a.empty() && b.empty()) return 0;
     std::vector<int> points(steps_, 0);
-    for (const auto i : a) ++points[Step(upright_[i])];
-    for (const auto i : b) ++points[Step(upright_[i])];
+    for (const auto& q : a) ++points[Step(q)];
+    for (const auto& q : b) ++points[Step(q)];
     return static_cast<int>(std::ranges::count_if(points, [](int n) { return n > 1; }));
   }
 
   const ContainerOptions& options_;
-  const Flat& all_;
-  const std::vector<double>& height_m_;
-  const Flat& upright_;
+  const Seen& seen_;
   Eigen::Index at_;
   Eigen::Index along_;
   long first_step_ = 0;
@@ -259,10 +254,8 @@ void SearchRim(const Axis& axis, const std::vector<double>& sheets, const Axis& 
 }
 
 /// The rectangle with two sheets as opposite sides and the largest level share of its border.
-RimBox FindRimBox(const Flat& all, const std::vector<double>& height_m, const Flat& upright,
-                  const ContainerOptions& options) {
-  const std::array<Axis, 2> axes{Axis(all, height_m, upright, 0, options),
-                                 Axis(all, height_m, upright, 1, options)};
+RimBox FindRimBox(const Seen& seen, const ContainerOptions& options) {
+  const std::array<Axis, 2> axes{Axis(seen, 0, options), Axis(seen, 1, options)};
   std::array<std::vector<double>, 2> sheets;
   std::array<std::vector<double>, 2> ends;  // of the sheets of the other axis
   axes[0].FindSheets(sheets[0], ends[1]);
@@ -324,19 +317,18 @@ std::optional<Container> FindWalls(const Seen& seen, const PlanarFrame& frame,
   double best_rad = 0.0;
   for (double direction : Directions(seen, options)) {
     for (int round = 0; round <= options.turn_rounds; ++round) {
-      const Flat upright = Turned(seen.upright, direction);
-      const RimBox border =
-          FindRimBox(Turned(seen.all, direction), seen.height_m, upright, options);
+      const Seen turned = Turned(seen, direction);
+      const RimBox border = FindRimBox(turned, options);
       if (border.coverage == 0.0) break;
       if (border.coverage > best.coverage) {
         best = border;
         best_rad = direction;
       }
-      direction += TurnOf(border, upright, options.wall_m);
+      direction += TurnOf(border, turned.upright, options.wall_m);
     }
   }
   if (best.coverage < options.min_coverage) return std::nullopt;
-  if (IsRound(best, Turned(seen.upright, best_rad), options.wall_m)) return std::nullopt;
+  if (IsRound(best, Turned(seen, best_rad).upright, options.wall_m)) return std::nullopt;
   const Eigen::Rotation2Dd turn(best_rad);
   const Vector2d sides = best.box.sizes();
   const bool along_x = sides.x() >= sides.y();

@@ -211,61 +211,35 @@ Kinship KinshipOf(const ObjectContext& context, const Part& fragment, const Foot
   return static_cast<double>(continuing) > enough ? Kinship::kSurface : Kinship::kNone;
 }
 
-/// Joins fragments to hosts. Results for two parts are valid until one of them changes.
-class Joining {
+/// Remembers pairs of parts that are no union, until one of them changes. O(log n).
+class Tried {
  public:
-  Joining(const ObjectContext& context, std::vector<Part>& parts)
-      : context_(context), parts_(parts) {
-    for (const Part& part : parts) {
-      footprints_.push_back(MakeFootprint(context, part));
-      names_.push_back(next_name_++);
-    }
+  explicit Tried(std::size_t parts) : names_(parts), next_name_(parts) {
+    std::iota(names_.begin(), names_.end(), std::size_t{0});
   }
-
-  /// Joins the first pair with a kinship, fragments with fewer points first.
-  bool JoinOne(base::Rng& rng) {
-    std::vector<std::size_t> order(parts_.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {}, [&](std::size_t a) { return parts_[a].points.size(); });
-    for (std::size_t a = 0; a < order.size(); ++a) {
-      for (std::size_t b = order.size(); b-- > a + 1;) {
-        if (AreStrangers(order[a], order[b])) continue;
-        Join(order[a], order[b], rng);
-        return true;
-      }
-    }
-    return false;
+  bool Contains(std::size_t a, std::size_t b) const {
+    return pairs_.contains({names_[a], names_[b]});
+  }
+  void Add(std::size_t a, std::size_t b) { pairs_.emplace(names_[a], names_[b]); }
+  /// The part `kept` has become the union of both, and `gone` is erased.
+  void Unite(std::size_t kept, std::size_t gone) {
+    names_[kept] = next_name_++;
+    names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(gone));
   }
 
  private:
-  bool AreStrangers(std::size_t fragment, std::size_t host) {
-    const std::pair pair(names_[fragment], names_[host]);
-    if (strangers_.contains(pair)) return true;
-    if (KinshipOf(context_, parts_[fragment], footprints_[fragment], parts_[host],
-                  footprints_[host]) != Kinship::kNone) {
-      return false;
-    }
-    strangers_.insert(pair);
-    return true;
-  }
-
-  void Join(std::size_t fragment, std::size_t host, base::Rng& rng) {
-    parts_[host] = DescribeUnion(context_, parts_[host], parts_[fragment], rng);
-    footprints_[host] = MakeFootprint(context_, parts_[host]);
-    names_[host] = next_name_++;
-    const auto at = static_cast<std::ptrdiff_t>(fragment);
-    parts_.erase(parts_.begin() + at);
-    footprints_.erase(footprints_.begin() + at);
-    names_.erase(names_.begin() + at);
-  }
-
-  const ObjectContext& context_;
-  std::vector<Part>& parts_;
-  std::vector<Footprint> footprints_;  ///< one per part
-  std::vector<std::uint32_t> names_;   ///< one per part; a union has a new one
-  std::set<std::pair<std::uint32_t, std::uint32_t>> strangers_;  ///< fragment and host, by name
-  std::uint32_t next_name_ = 0;
+  std::vector<std::size_t> names_;  ///< of the parts; a union has a new one
+  std::size_t next_name_;
+  std::set<std::pair<std::size_t, std::size_t>> pairs_;  ///< by name
 };
+
+/// Positions of the parts, those with fewer points first.
+std::vector<std::size_t> SmallestFirst(const std::vector<Part>& parts) {
+  std::vector<std::size_t> order(parts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t a) { return parts[a].points.size(); });
+  return order;
+}
 
 /// Two parts, and the pairs of points across the gap between them.
 struct Touch {
@@ -349,7 +323,7 @@ bool OnRim(const ObjectContext& context, const Part& a, const Part& b, const Par
 /// Whether a part's share of the union's top is on its lip: a wide lip's rim is only one side.
 bool OnLip(const ObjectContext& context, const Part& part, const Part& both) {
   const Indices own = Shared(both.top->points, part.points);
-  return !own.empty() && IsOnLip(context.cloud, own, *both.axis, context.options);
+  return !own.empty() && IsOnLip(context, own, *both.axis);
 }
 
 bool Agrees(const ObjectContext& context, const Part& part, const BodyProfile& body) {
@@ -368,17 +342,15 @@ bool OnBody(const ObjectContext& context, const Part& part, const BodyProfile& b
 /// The union of both, if it is rotational and both parts agree with it.
 std::optional<Part> RotationalUnion(const ObjectContext& context, const Part& a, const Part& b,
                                     base::Rng& rng) {
-  const auto& [cloud, table, views, options] = context;
   if (!MayBeOne(context, a, b)) return std::nullopt;
   Part both = DescribeUnion(context, a, b, rng);
   if (!both.axis) return std::nullopt;
-  const BodyProfile body = ProfileBody(cloud, both.points, EndPlane(*both.axis, *both.top),
-                                       both.axis->center_C, both.axis->direction_C, options);
+  const auto body = ProfileBody(context, both.points, EndPlane(*both.axis, *both.top), *both.axis);
   if (!Agrees(context, a, body) || !Agrees(context, b, body)) return std::nullopt;
   // An axis from the body alone has no rim to test the parts with. Where things lie about, a few
   // points of one agree with the body of another.
   if (both.axis->rim_fraction == 0.0) {
-    PartSurface surface(Select(cloud.points, a.points));
+    PartSurface surface(Select(context.cloud.points, a.points));
     const bool one = OnBody(context, a, body) && OnBody(context, b, body) &&
                      ComesWithin(context, b, surface, 2.0 * both.axis->radius_m);
     return one ? std::optional(std::move(both)) : std::nullopt;
@@ -416,8 +388,34 @@ Kinship FindKinship(const ObjectContext& context, const Part& fragment, const Pa
 }
 
 void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
-  Joining joining(context, parts);
-  while (joining.JoinOne(rng)) {
+  std::vector<Footprint> footprints;
+  for (const Part& part : parts) footprints.push_back(MakeFootprint(context, part));
+  Tried strangers(parts.size());
+  const auto join = [&](std::size_t fragment, std::size_t host) {
+    parts[host] = DescribeUnion(context, parts[host], parts[fragment], rng);
+    footprints[host] = MakeFootprint(context, parts[host]);
+    strangers.Unite(host, fragment);
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(fragment));
+    footprints.erase(footprints.begin() + static_cast<std::ptrdiff_t>(fragment));
+  };
+  const auto join_one = [&] {
+    const std::vector<std::size_t> order = SmallestFirst(parts);
+    for (std::size_t a = 0; a < order.size(); ++a) {
+      for (const std::size_t host : order | std::views::drop(a + 1) | std::views::reverse) {
+        const std::size_t fragment = order[a];
+        if (strangers.Contains(fragment, host)) continue;
+        if (KinshipOf(context, parts[fragment], footprints[fragment], parts[host],
+                      footprints[host]) == Kinship::kNone) {
+          strangers.Add(fragment, host);
+          continue;
+        }
+        join(fragment, host);
+        return true;
+      }
+    }
+    return false;
+  };
+  while (join_one()) {
   }
 }
 
@@ -459,23 +457,19 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
 }
 
 void MergeRotational(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
-  std::vector<std::size_t> names(parts.size());  // of the parts; a union has a new one
-  std::iota(names.begin(), names.end(), std::size_t{0});
-  std::size_t unused = parts.size();
-  std::set<std::pair<std::size_t, std::size_t>> apart;
+  Tried apart(parts.size());
   const auto merge_one = [&] {
     for (std::size_t a = 0; a < parts.size(); ++a) {
       for (std::size_t b = a + 1; b < parts.size(); ++b) {
-        if (apart.contains({names[a], names[b]})) continue;
+        if (apart.Contains(a, b)) continue;
         auto both = RotationalUnion(context, parts[a], parts[b], rng);
         if (!both) {
-          apart.emplace(names[a], names[b]);
+          apart.Add(a, b);
           continue;
         }
         parts[a] = std::move(*both);
-        names[a] = unused++;
         parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
-        names.erase(names.begin() + static_cast<std::ptrdiff_t>(b));
+        apart.Unite(a, b);
         return true;
       }
     }

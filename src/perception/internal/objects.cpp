@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include "base/stopwatch.h"
+#include "perception/internal/body_profile.h"
 #include "perception/internal/completion.h"
 #include "perception/internal/merging.h"
 #include "perception/internal/rotation_axis.h"
@@ -49,8 +50,7 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
   object.height_m = TopHeight(context.cloud, part.points, context.table);
   object.base_m = std::min(base_m, object.height_m);
   const bool lies = part.axis && part.axis->Lies();
-  object.open = part.top && !part.top->ridge && !lies &&
-                IsOpen(context.cloud, part.points, *part.top, context.options);
+  object.open = part.top && !part.top->ridge && !lies && IsOpen(context, part.points, *part.top);
   Completion completion = part.axis ? CompleteRotational(context, part, object.base_m)
                                     : CompleteOther(context, part, object.base_m);
   object.completed_C = std::move(completion.points_C);
@@ -62,17 +62,17 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
 }  // namespace
 
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng) {
-  const auto& [cloud, table, views, options] = context;
   Part part{std::move(points), std::nullopt, std::nullopt};
-  part.top = FindTopSurface(cloud, part.points, table, options, rng);
-  if (part.top) {
-    part.axis = FindRotationAxis(cloud, part.points, *part.top, table, options, rng);
+  part.top = FindTopSurface(context, part.points, rng);
+  if (part.top) part.axis = FindRotationAxis(context, part.points, *part.top, rng);
+  if (!part.axis && context.options.lip_tops) {
+    auto lip = FindLip(context, part.points);
+    if (lip) part.axis = FindStandingAxis(context, part.points, *lip, rng);
+    if (part.axis) part.top = std::move(lip);
   }
-  if (part.axis || !options.lip_tops) return part;
-  auto lip = FindLip(cloud, part.points, table, options);
-  if (!lip) return part;
-  part.axis = FindStandingAxis(cloud, part.points, *lip, table, options, rng);
-  if (part.axis) part.top = std::move(lip);
+  if (part.axis && context.options.refine_axis) {
+    RefineAxis(context, part.points, *part.top, *part.axis);
+  }
   return part;
 }
 
@@ -82,12 +82,11 @@ Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, b
   return DescribePart(context, std::move(both), rng);
 }
 
-std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
-                                          const std::vector<Indices>& segments, const Plane& table,
-                                          const SensorViews& views, const FeatureOptions& options,
-                                          base::Rng& rng, StageSeconds& seconds) {
+std::vector<PerceivedObject> BuildObjects(const ObjectContext& context,
+                                          const std::vector<Indices>& segments, base::Rng& rng,
+                                          StageSeconds& seconds) {
+  const FeatureOptions& options = context.options;
   base::Stopwatch watch;
-  const ObjectContext context{cloud, table, views, options};
   std::vector<Part> parts;
   for (const Indices& segment : segments) parts.push_back(DescribePart(context, segment, rng));
   seconds.emplace_back("top surfaces", watch.Restart());

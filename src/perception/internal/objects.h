@@ -23,7 +23,7 @@ struct Part {
   std::optional<RotationAxis> axis;
 };
 
-/// Top surface and rotation axis of a set of points.
+/// Top surface and refined rotation axis of a set of points.
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng);
 
 /// The same for the points of both.
@@ -33,9 +33,8 @@ Part DescribeUnion(const ObjectContext& context, const Part& a, const Part& b, b
 /// parts and of fragments, completion, and order: topmost first, to the millimetre, then larger
 /// first. Appends the seconds of its steps.
 /// @param segments  none is empty; positions in the cloud, each ascending
-std::vector<PerceivedObject> BuildObjects(const PointCloud& cloud,
-                                          const std::vector<Indices>& segments, const Plane& table,
-                                          const SensorViews& views, const FeatureOptions& options,
-                                          base::Rng& rng, StageSeconds& seconds);
+std::vector<PerceivedObject> BuildObjects(const ObjectContext& context,
+                                          const std::vector<Indices>& segments, base::Rng& rng,
+                                          StageSeconds& seconds);
 
 }  // namespace rangegrasp::perception::internal

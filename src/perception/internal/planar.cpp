@@ -7,7 +7,6 @@
 #include <set>
 
 #include "base/linear_algebra.h"
-#include "base/statistics.h"
 
 namespace rangegrasp::perception::internal {
 namespace {
@@ -42,8 +41,7 @@ std::optional<Circle> Refit(PointSpan inliers) {
   const PlanarFrame frame{geometry::Centroid(inliers), u, plane->normal.cross(u), plane->normal};
   const auto fit = FitCircle2(Flatten(frame, inliers));
   if (!fit) return std::nullopt;
-  return Circle{frame.origin + fit->center.x() * u + fit->center.y() * frame.v, plane->normal,
-                fit->radius_m};
+  return Circle{frame.Lift(fit->center), plane->normal, fit->radius_m};
 }
 
 }  // namespace

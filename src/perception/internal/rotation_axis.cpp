@@ -24,13 +24,13 @@ struct Wall {
 };
 
 /// The part of the wall that was seen about the frame's normal, in the frame.
-std::vector<Wall> WallOf(const PointCloud& cloud, const Indices& points, const PlanarFrame& frame,
-                         const FeatureOptions& options) {
+std::vector<Wall> WallOf(const ObjectContext& context, const Indices& points,
+                         const PlanarFrame& frame) {
   std::vector<Wall> wall;
   for (const auto i : points) {
-    const Vector3d& normal = cloud.normals[i];
-    if (std::abs(normal.dot(frame.n)) > options.axis.max_along_axis) continue;
-    wall.push_back({frame.Flat(cloud.points[i]),
+    const Vector3d& normal = context.cloud.normals[i];
+    if (std::abs(normal.dot(frame.n)) > context.options.axis.max_along_axis) continue;
+    wall.push_back({frame.Flat(context.cloud.points[i]),
                     Vector2d(normal.dot(frame.u), normal.dot(frame.v)).normalized()});
   }
   return wall;
@@ -90,13 +90,11 @@ Circle2 Refit(const std::vector<Wall>& walls, const Circle2& circle,
 /// The drawn circle with most wall points on it; nullopt if they are below half of the minimum.
 std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
                                   const std::function<std::optional<Circle2>()>& candidate,
-                                  const std::function<bool(const Circle2&)>& admissible,
                                   const FeatureOptions& options) {
   if (walls.size() < static_cast<std::size_t>(options.axis.min_wall_points)) return std::nullopt;
-  const auto draw = [&]() -> std::optional<Circle2> {
+  const auto draw = [&] {
     const auto circle = candidate();
-    const bool narrow = circle && circle->radius_m <= options.circle.max_radius_m;
-    return narrow && admissible(*circle) ? circle : std::nullopt;
+    return circle && circle->radius_m <= options.circle.max_radius_m ? circle : std::nullopt;
   };
   const auto is_on = [&](const Circle2& c, const Wall& wall) { return IsOn(c, wall, options); };
   const auto [best, count] = BestOfDraws(draws, draw, walls, is_on);
@@ -104,24 +102,23 @@ std::optional<Circle2> DrawCircle(int draws, const std::vector<Wall>& walls,
   return count < enough ? std::nullopt : best;
 }
 
-bool Any(const Circle2&) { return true; }
-
 /// The circle of a body seen along the frame's normal: two wall points with their normals give a
 /// center (as in eq. 4.18 to 4.21, with normals instead of a third point); the circle with which
 /// most agree (eq. 5.7) is refitted to them.
 /// @return nullopt if the wall has too few points, or too few that agree.
-std::optional<Circle2> CircleAcross(const PointCloud& cloud, const Indices& points,
+std::optional<Circle2> CircleAcross(const ObjectContext& context, const Indices& points,
                                     const PlanarFrame& frame,
                                     const std::function<bool(const Circle2&)>& admissible,
-                                    const FeatureOptions& options, base::Rng& rng) {
-  const std::vector<Wall> walls = WallOf(cloud, points, frame, options);
+                                    base::Rng& rng) {
+  const FeatureOptions& options = context.options;
+  const std::vector<Wall> walls = WallOf(context, points, frame);
   const auto draw = [&] {
     const Wall& a = walls[rng.Index(walls.size())];
     const Wall& b = walls[rng.Index(walls.size())];
-    return NormalsMeet(a, b, options);
+    const auto circle = NormalsMeet(a, b, options);
+    return circle && admissible(*circle) ? circle : std::nullopt;
   };
-  auto circle =
-      DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, admissible, options);
+  auto circle = DrawCircle(kDrawsPerCircleDraw * options.circle.draws, walls, draw, options);
   if (!circle) return std::nullopt;
   // Two normals locate the center poorly; all that agree locate it better.
   for (int round = 0; round < kWallRefits; ++round) {
@@ -149,8 +146,8 @@ Vector3d SquareTo(const PointCloud& cloud, const Indices& points) {
 }
 
 /// First from the body's upper side (its ends face sideways); nullopt if it is too steep to lie.
-std::optional<Vector3d> Direction(const PointCloud& cloud, const Indices& points,
-                                  const Plane& table, const FeatureOptions& options) {
+std::optional<Vector3d> Direction(const ObjectContext& context, const Indices& points) {
+  const auto& [cloud, table, views, options] = context;
   Indices square = UpwardPoints(cloud, points, table.normal, options.ridge.window_rad);
   Vector3d direction = Vector3d::Zero();
   for (int round = 0; round < kDirectionRounds; ++round) {
@@ -184,7 +181,7 @@ std::optional<Circle2> Touching(const Wall& wall, double table_v) {
 std::optional<Circle2> CircleOnTable(const std::vector<Wall>& walls, double table_v,
                                      const FeatureOptions& options, base::Rng& rng) {
   const auto draw = [&] { return Touching(walls[rng.Index(walls.size())], table_v); };
-  return DrawCircle(options.circle.draws, walls, draw, Any, options);
+  return DrawCircle(options.circle.draws, walls, draw, options);
 }
 
 /// A cylinder that lies on the table: the frame across it, with its origin on the axis.
@@ -196,8 +193,8 @@ struct Lying {
 /// One step of Gauss-Newton over the wall points on the cylinder: with e the direction from the
 /// axis to a point that is s along it, the distance from the surface changes by e_u, s e_u, s e_v
 /// and e_v + 1 for a shift along u, a turn, a slope, and a radius that lifts the axis with it.
-Lying Refitted(const PointCloud& cloud, const Indices& points, const Lying& body,
-               const FeatureOptions& options) {
+Lying Refitted(const ObjectContext& context, const Indices& points, const Lying& body) {
+  const auto& [cloud, table, views, options] = context;
   Eigen::Matrix4d left = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   const PlanarFrame& frame = body.frame;
@@ -234,21 +231,21 @@ RotationAxis AxisOf(const Lying& body, const PointCloud& cloud, const Indices& p
 }
 
 /// The second rule, with its normals; the body must also be seen over a large enough arc.
-bool Agrees(const PointCloud& cloud, const Indices& points, const FeatureOptions& options,
-            RotationAxis& axis) {
+bool Agrees(const ObjectContext& context, const Indices& points, RotationAxis& axis) {
   if (!axis.Lies()) return false;
+  const AxisOptions& options = context.options.axis;
   const Plane end = geometry::PlaneAt(axis.direction_C, axis.center_C);
-  const auto body = ProfileBody(cloud, points, end, axis.center_C, axis.direction_C, options);
+  const auto body = ProfileBody(context, points, end, axis);
   axis.body_fraction = body.fraction;
-  return body.fraction >= options.axis.lying_body_share &&
-         body.normal_fraction >= options.axis.normal_share &&
-         ArcOf(cloud, body.agreeing, CircleOf(axis)) >= options.axis.min_lying_arc_rad;
+  return body.fraction >= options.lying_body_share &&
+         body.normal_fraction >= options.normal_share &&
+         ArcOf(context.cloud, body.agreeing, CircleOf(axis)) >= options.min_lying_arc_rad;
 }
 
 /// The first rule.
-std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& rim,
-                                        const TopSurface& top, double min_arc_rad,
-                                        const FeatureOptions& options, base::Rng& rng) {
+std::optional<RotationAxis> AxisFromRim(const ObjectContext& context, const Indices& rim,
+                                        const TopSurface& top, double min_arc_rad, base::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
   const auto fit = FitCircle(Select(cloud.points, rim), options.circle, rng);
   if (!fit) return std::nullopt;
   const double share = static_cast<double>(fit->inliers.size()) / static_cast<double>(rim.size());
@@ -260,35 +257,32 @@ std::optional<RotationAxis> AxisFromRim(const PointCloud& cloud, const Indices& 
 }
 
 /// Profiles the body about the axis and about the vertical; the better one becomes the axis.
-BodyProfile BodyOf(const PointCloud& cloud, const Indices& points, const TopSurface& top,
-                   const Plane& table, const FeatureOptions& options, RotationAxis& axis) {
-  auto body = ProfileBody(cloud, points, top.plane, axis.center_C, axis.direction_C, options);
+BodyProfile BodyOf(const ObjectContext& context, const Indices& points, const TopSurface& top,
+                   RotationAxis& axis) {
+  const auto& [cloud, table, views, options] = context;
+  auto body = ProfileBody(context, points, top.plane, axis);
   if (options.upright_axes &&
       axis.direction_C.dot(table.normal) > std::cos(options.axis.upright_rad)) {
-    auto upright = ProfileBody(cloud, points, top.plane, axis.center_C, table.normal, options);
-    if (upright.fraction >= body.fraction) {
-      axis.direction_C = table.normal;
-      body = std::move(upright);
+    RotationAxis upright = axis;
+    upright.direction_C = table.normal;
+    auto about_upright = ProfileBody(context, points, top.plane, upright);
+    if (about_upright.fraction >= body.fraction) {
+      axis = upright;
+      body = std::move(about_upright);
     }
   }
   axis.body_fraction = body.fraction;
   return body;
 }
 
-/// The second rule, and the test of the normals.
-bool Agrees(const BodyProfile& body, double min_share, const FeatureOptions& options) {
-  return body.fraction >= min_share &&
-         (!options.radial_normals || body.normal_fraction >= options.axis.normal_share);
-}
-
 /// The mean over points of their section's arc: a round cap does not make a flat bottle round.
-double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationAxis& axis,
-               const FeatureOptions& options) {
+double MeanArc(const ObjectContext& context, const BodyProfile& body, const RotationAxis& axis) {
+  const PointCloud& cloud = context.cloud;
   std::map<int, Indices> sections;
   const Indices on_circle = OnCircle(body);
   for (const auto i : on_circle) {
     const double depth = (axis.center_C - cloud.points[i]).dot(axis.direction_C);
-    sections[SectionOf(depth, options)].push_back(i);
+    sections[SectionOf(depth, context.options)].push_back(i);
   }
   double sum = 0.0;
   for (const auto& [section, points] : sections) {
@@ -297,102 +291,103 @@ double MeanArc(const PointCloud& cloud, const BodyProfile& body, const RotationA
   return sum / static_cast<double>(std::max<std::size_t>(1, on_circle.size()));
 }
 
-/// Whether the points on the circles go this far around the axis. A lid alone cannot show that.
-bool GoesRound(const PointCloud& cloud, const BodyProfile& body, const RotationAxis& axis,
-               double min_arc_rad, const FeatureOptions& options) {
-  if (!options.arc_rule) return true;
+/// The second rule and the test of the normals, and whether the points on the circles go this far
+/// around the axis; a lid alone cannot show that. May turn the axis (BodyOf).
+bool BodyAgrees(const ObjectContext& context, const Indices& points, const TopSurface& top,
+                double min_share, double min_arc_rad, RotationAxis& axis) {
+  const FeatureOptions& options = context.options;
+  const BodyProfile body = BodyOf(context, points, top, axis);
+  if (body.fraction < min_share ||
+      (options.radial_normals && body.normal_fraction < options.axis.normal_share)) {
+    return false;
+  }
   const auto seen = body.agreeing.size() + body.turned.size();
-  return seen < static_cast<std::size_t>(options.axis.min_body_points) ||
-         MeanArc(cloud, body, axis, options) >= min_arc_rad;
+  return !options.arc_rule || seen < static_cast<std::size_t>(options.axis.min_body_points) ||
+         MeanArc(context, body, axis) >= min_arc_rad;
 }
 
 /// Whether the top is a lid: its rim is within the circle, and covers a large enough arc of it.
-bool IsLid(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
-           const FeatureOptions& options) {
-  const double distance_m = options.axis.lid_distance_m;
-  const auto within = [&](auto i) { return Inside(cloud, i, axis) >= -distance_m; };
-  if (!HoldsForShare(options.axis.rim_share, top.rim, within)) return false;
-  const Indices on_circle =
-      Where(top.rim, [&](auto i) { return std::abs(Inside(cloud, i, axis)) <= distance_m; });
-  return ArcOf(cloud, on_circle, CircleOf(axis)) >= options.axis.min_lid_arc_rad;
+bool IsLid(const ObjectContext& context, const TopSurface& top, const RotationAxis& axis) {
+  const PointCloud& cloud = context.cloud;
+  const AxisOptions& options = context.options.axis;
+  const auto within = [&](auto i) { return Inside(cloud, i, axis) >= -options.lid_distance_m; };
+  if (!HoldsForShare(options.rim_share, top.rim, within)) return false;
+  const Indices on_circle = Where(
+      top.rim, [&](auto i) { return std::abs(Inside(cloud, i, axis)) <= options.lid_distance_m; });
+  return ArcOf(cloud, on_circle, CircleOf(axis)) >= options.min_lid_arc_rad;
 }
 
 /// The axis of a body whose rim gives no circle: its lip is too thin, or its lid has holes.
-std::optional<RotationAxis> AxisOfWall(const PointCloud& cloud, const Indices& points,
-                                       const TopSurface& top, const Plane& table,
-                                       const FeatureOptions& options, base::Rng& rng) {
-  auto axis = AxisFromBody(cloud, points, top, table, options, rng);
+std::optional<RotationAxis> AxisOfWall(const ObjectContext& context, const Indices& points,
+                                       const TopSurface& top, base::Rng& rng) {
+  auto axis = AxisFromBody(context, points, top, rng);
   if (!axis) return std::nullopt;
-  const bool ring = IsThinRing(cloud, top, *axis, options);
-  if (!ring && !IsLid(cloud, top, *axis, options)) return std::nullopt;
-  const BodyProfile body = BodyOf(cloud, points, top, table, options, *axis);
-  const double min_share = ring ? options.axis.ring_body_share : options.axis.body_share;
-  const double min_arc = ring ? options.axis.min_ring_arc_rad : options.axis.min_body_arc_rad;
-  if (!Agrees(body, min_share, options) || !GoesRound(cloud, body, *axis, min_arc, options)) {
-    return std::nullopt;
-  }
-  return axis;
-}
-
-/// The axis from the rim, else from the wall; not refined yet.
-std::optional<RotationAxis> StandingAxis(const PointCloud& cloud, const Indices& points,
-                                         const TopSurface& top, const Plane& table,
-                                         const FeatureOptions& options, base::Rng& rng) {
-  for (const bool bridged : {false, true}) {
-    if (top.ridge || (bridged && !options.bridged_rims)) break;
-    const Indices& rim = bridged ? top.bridged_rim : top.rim;
-    const double min_arc = bridged ? options.axis.min_bridged_arc_rad : options.axis.min_arc_rad;
-    auto axis = AxisFromRim(cloud, rim, top, min_arc, options, rng);
-    if (!axis) continue;
-    const BodyProfile body = BodyOf(cloud, points, top, table, options, *axis);
-    if (Agrees(body, options.axis.body_share, options) &&
-        GoesRound(cloud, body, *axis, options.axis.min_body_arc_rad, options)) {
-      return axis;
-    }
-  }
-  if (!options.axis_from_body) return std::nullopt;
-  return AxisOfWall(cloud, points, top, table, options, rng);
+  const bool ring = IsThinRing(context, top, *axis);
+  if (!ring && !IsLid(context, top, *axis)) return std::nullopt;
+  const AxisOptions& options = context.options.axis;
+  const double min_share = ring ? options.ring_body_share : options.body_share;
+  const double min_arc_rad = ring ? options.min_ring_arc_rad : options.min_body_arc_rad;
+  return BodyAgrees(context, points, top, min_share, min_arc_rad, *axis) ? axis : std::nullopt;
 }
 
 }  // namespace
 
-std::optional<RotationAxis> AxisFromBody(const PointCloud& cloud, const Indices& points,
-                                         const TopSurface& top, const Plane& table,
-                                         const FeatureOptions& options, base::Rng& rng) {
+std::optional<RotationAxis> FindStandingAxis(const ObjectContext& context, const Indices& points,
+                                             const TopSurface& top, base::Rng& rng) {
+  const FeatureOptions& options = context.options;
+  for (const bool bridged : {false, true}) {
+    if (top.ridge || (bridged && !options.bridged_rims)) break;
+    const Indices& rim = bridged ? top.bridged_rim : top.rim;
+    const double min_arc = bridged ? options.axis.min_bridged_arc_rad : options.axis.min_arc_rad;
+    auto axis = AxisFromRim(context, rim, top, min_arc, rng);
+    if (!axis) continue;
+    if (BodyAgrees(context, points, top, options.axis.body_share, options.axis.min_body_arc_rad,
+                   *axis)) {
+      return axis;
+    }
+  }
+  if (!options.axis_from_body) return std::nullopt;
+  return AxisOfWall(context, points, top, rng);
+}
+
+std::optional<RotationAxis> AxisFromBody(const ObjectContext& context, const Indices& points,
+                                         const TopSurface& top, base::Rng& rng) {
+  const Plane& table = context.table;
   const PlanarFrame frame = MakePlanarFrame(table, top.center_C);
-  const auto circle = CircleAcross(cloud, points, frame, Any, options, rng);
+  const auto any = [](const Circle2&) { return true; };
+  const auto circle = CircleAcross(context, points, frame, any, rng);
   if (!circle) return std::nullopt;
   const Vector2d& q = circle->center;
   const Vector3d on_table = top.center_C + q.x() * frame.u + q.y() * frame.v;
-  const double height = TopHeight(cloud, points, table) - table.Distance(on_table);
+  const double height = TopHeight(context.cloud, points, table) - table.Distance(on_table);
   return RotationAxis{on_table + height * table.normal, table.normal, circle->radius_m, 0.0, 0.0};
 }
 
-bool IsOnLip(const PointCloud& cloud, const Indices& points, const RotationAxis& axis,
-             const FeatureOptions& options) {
+bool IsOnLip(const ObjectContext& context, const Indices& points, const RotationAxis& axis) {
+  const FeatureOptions& options = context.options;
   return HoldsForShare(options.axis.rim_share, points, [&](auto i) {
-    const double inside = Inside(cloud, i, axis);
+    const double inside = Inside(context.cloud, i, axis);
     return inside >= -options.circle.distance_m && inside <= options.axis.max_wall_m;
   });
 }
 
-bool IsThinRing(const PointCloud& cloud, const TopSurface& top, const RotationAxis& axis,
-                const FeatureOptions& options) {
-  if (!IsOnLip(cloud, top.points, axis, options)) return false;
+bool IsThinRing(const ObjectContext& context, const TopSurface& top, const RotationAxis& axis) {
+  if (!IsOnLip(context, top.points, axis)) return false;
+  const FeatureOptions& options = context.options;
   const auto flat =
-      Flatten(MakePlanarFrame(top.plane, top.center_C), Select(cloud.points, top.points));
+      Flatten(MakePlanarFrame(top.plane, top.center_C), Select(context.cloud.points, top.points));
   return geometry::BuildAlphaShape2(flat, options.top.rim_alpha_m).area_m2 <
          options.axis.ring_share * base::kPi * axis.radius_m * axis.radius_m;
 }
 
-std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices& points,
-                                          const Plane& table, const FeatureOptions& options,
+std::optional<RotationAxis> FindLyingAxis(const ObjectContext& context, const Indices& points,
                                           base::Rng& rng) {
-  const auto direction = Direction(cloud, points, table, options);
+  const auto& [cloud, table, views, options] = context;
+  const auto direction = Direction(context, points);
   if (!direction) return std::nullopt;
   const PlanarFrame frame = FrameAcross(cloud, points, *direction, table.normal);
-  const auto on_table = CircleOnTable(WallOf(cloud, points, frame, options),
-                                      -table.Distance(frame.origin), options, rng);
+  const auto on_table =
+      CircleOnTable(WallOf(context, points, frame), -table.Distance(frame.origin), options, rng);
   const auto about = [&](const Circle2& circle) {
     PlanarFrame about_axis = frame;
     about_axis.origin = frame.Lift(circle.center);
@@ -400,18 +395,18 @@ std::optional<RotationAxis> FindLyingAxis(const PointCloud& cloud, const Indices
   };
   if (on_table) {
     Lying body = about(*on_table);
-    for (int round = 0; round < kRefits; ++round) body = Refitted(cloud, points, body, options);
+    for (int round = 0; round < kRefits; ++round) body = Refitted(context, points, body);
     RotationAxis axis = AxisOf(body, cloud, points);
-    if (Agrees(cloud, points, options, axis)) return axis;
+    if (Agrees(context, points, axis)) return axis;
   }
   // The body lies on something else than the table. A flatter arc that reaches under it also fits.
   const auto above_table = [&](const Circle2& circle) {
     return table.Distance(frame.Lift(circle.center)) >= circle.radius_m - options.axis.max_sunk_m;
   };
-  const auto above = CircleAcross(cloud, points, frame, above_table, options, rng);
+  const auto above = CircleAcross(context, points, frame, above_table, rng);
   if (!above) return std::nullopt;
   RotationAxis axis = AxisOf(about(*above), cloud, points);
-  return Agrees(cloud, points, options, axis) ? std::optional(axis) : std::nullopt;
+  return Agrees(context, points, axis) ? std::optional(axis) : std::nullopt;
 }
 
 double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circle& circle,
@@ -422,22 +417,10 @@ double ShareOnCircle(const PointCloud& cloud, const Indices& points, const Circl
   return static_cast<double>(on) / static_cast<double>(points.size());
 }
 
-std::optional<RotationAxis> FindStandingAxis(const PointCloud& cloud, const Indices& points,
-                                             const TopSurface& top, const Plane& table,
-                                             const FeatureOptions& options, base::Rng& rng) {
-  auto axis = StandingAxis(cloud, points, top, table, options, rng);
-  if (axis && options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
-  return axis;
-}
-
-std::optional<RotationAxis> FindRotationAxis(const PointCloud& cloud, const Indices& points,
-                                             const TopSurface& top, const Plane& table,
-                                             const FeatureOptions& options, base::Rng& rng) {
-  auto axis = FindStandingAxis(cloud, points, top, table, options, rng);
-  if (axis || !options.lying_axes) return axis;
-  axis = FindLyingAxis(cloud, points, table, options, rng);
-  if (axis && options.refine_axis) RefineAxis(cloud, points, top, options, *axis);
-  return axis;
+std::optional<RotationAxis> FindRotationAxis(const ObjectContext& context, const Indices& points,
+                                             const TopSurface& top, base::Rng& rng) {
+  const auto axis = FindStandingAxis(context, points, top, rng);
+  return axis || !context.options.lying_axes ? axis : FindLyingAxis(context, points, rng);
 }
 
 }  // namespace rangegrasp::perception::internal

@@ -1,7 +1,7 @@
 #include "perception/internal/top_surface.h"
 
 #include <Eigen/Geometry>
-#include <functional>
+#include <iterator>
 #include <ranges>
 #include <tuple>
 
@@ -11,8 +11,6 @@
 
 namespace rangegrasp::perception::internal {
 namespace {
-
-using base::QuantileOf;
 
 std::size_t MinPlanePoints(const FeatureOptions& options) {
   return static_cast<std::size_t>(options.top.min_plane_points);
@@ -27,10 +25,6 @@ constexpr double kSpreadTo = 0.8;
 /// A variance of sines below this is no spread and gives no slope.
 constexpr double kNoVariance = 1e-9;
 
-double Between(const std::vector<double>& values, double from, double to) {
-  return QuantileOf(values, to) - QuantileOf(values, from);
-}
-
 /// The direction that the normals are most nearly perpendicular to, and their mean square along it.
 std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices& points) {
   Matrix3d scatter = Matrix3d::Zero();
@@ -40,17 +34,36 @@ std::pair<Vector3d, double> CommonSquare(const PointCloud& cloud, const Indices&
   return {vectors.col(0), values[0]};
 }
 
+/// An upward point, seen along the axis that the normals are perpendicular to.
+struct Spot {
+  double angle_rad;  ///< of its normal about the axis, 0 along Body::normal
+  double sine;       ///< of the angle
+  double offset_m;   ///< along Body::lateral
+  double along_m;    ///< along the axis
+  double height_m;   ///< along Body::normal
+};
+
+double Quantile(const std::vector<Spot>& spots, double Spot::*value, double share) {
+  std::vector<double> values(spots.size());
+  std::ranges::transform(spots, values.begin(), value);
+  return base::QuantileOf(std::move(values), share);
+}
+
+double Between(const std::vector<Spot>& spots, double Spot::*value, double from, double to) {
+  return Quantile(spots, value, to) - Quantile(spots, value, from);
+}
+
+/// Sums over x, the sines, and y, the offsets.
 struct Sums {
   double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
 
-  Sums(const std::vector<double>& xs, const std::vector<double>& ys)
-      : n(static_cast<double>(xs.size())) {
-    for (std::size_t i = 0; i < xs.size(); ++i) {
-      x += xs[i];
-      y += ys[i];
-      xx += xs[i] * xs[i];
-      yy += ys[i] * ys[i];
-      xy += xs[i] * ys[i];
+  explicit Sums(const std::vector<Spot>& spots) : n(static_cast<double>(spots.size())) {
+    for (const Spot& spot : spots) {
+      x += spot.sine;
+      y += spot.offset_m;
+      xx += spot.sine * spot.sine;
+      yy += spot.offset_m * spot.offset_m;
+      xy += spot.sine * spot.offset_m;
     }
   }
   double Correlation() const {
@@ -73,16 +86,13 @@ struct Body {
   Vector3d lateral;  ///< axis x normal
   Vector3d origin;   ///< one of the points
   Indices points;
-  std::vector<double> angles;   ///< of the normals about the axis, 0 along `normal`
-  std::vector<double> sines;    ///< of the angles
-  std::vector<double> offsets;  ///< along `lateral`
-  std::vector<double> along;    ///< along the axis
-  std::vector<double> heights;  ///< along `normal`
+  std::vector<Spot> spots;  ///< the points
 };
 
 /// The axis and the points whose normals are perpendicular to it; nullopt if they are few or steep.
-std::optional<Body> AboutOneAxis(const PointCloud& cloud, const Indices& segment,
-                                 const Vector3d& up, const FeatureOptions& options) {
+std::optional<Body> AboutOneAxis(const ObjectContext& context, const Indices& segment) {
+  const auto& [cloud, table, views, options] = context;
+  const Vector3d& up = table.normal;
   const Indices upward = UpwardPoints(cloud, segment, up, options.ridge.window_rad);
   // Each side of the ridge is a surface.
   if (upward.size() < 2 * MinPlanePoints(options)) return std::nullopt;
@@ -109,34 +119,21 @@ void Measure(const PointCloud& cloud, const Vector3d& up, Body& body) {
   for (const auto i : body.points) {
     const Vector3d& n = cloud.normals[i];
     const Vector3d d = cloud.points[i] - body.origin;
-    body.angles.push_back(std::atan2(n.dot(body.lateral), n.dot(body.normal)));
-    body.sines.push_back(std::sin(body.angles.back()));
-    body.offsets.push_back(d.dot(body.lateral));
-    body.along.push_back(d.dot(body.axis));
-    body.heights.push_back(d.dot(body.normal));
+    const double angle_rad = std::atan2(n.dot(body.lateral), n.dot(body.normal));
+    body.spots.push_back({angle_rad, std::sin(angle_rad), d.dot(body.lateral), d.dot(body.axis),
+                          d.dot(body.normal)});
   }
-}
-
-Body Strip(const Body& body, double half_angle_rad) {
-  Body strip;
-  for (std::size_t k = 0; k < body.points.size(); ++k) {
-    if (std::abs(body.angles[k]) > half_angle_rad) continue;
-    strip.sines.push_back(body.sines[k]);
-    strip.offsets.push_back(body.offsets[k]);
-    strip.along.push_back(body.along[k]);
-    strip.heights.push_back(body.heights[k]);
-  }
-  return strip;
 }
 
 /// Descent of points off the ridge, over that of an arc with their normals; 1 if none is off.
-double DropOverArc(const Body& body, double off_ridge_rad, double height_m, double radius_m) {
+double DropOverArc(const std::vector<Spot>& spots, double off_ridge_rad, double height_m,
+                   double radius_m) {
   double drop = 0.0;
   double arc = 0.0;
-  for (std::size_t k = 0; k < body.points.size(); ++k) {
-    if (std::abs(body.angles[k]) < off_ridge_rad) continue;
-    drop += height_m - body.heights[k];
-    arc += radius_m * (1.0 - std::cos(body.angles[k]));
+  for (const Spot& spot : spots) {
+    if (std::abs(spot.angle_rad) < off_ridge_rad) continue;
+    drop += height_m - spot.height_m;
+    arc += radius_m * (1.0 - std::cos(spot.angle_rad));
   }
   return arc > 0.0 ? drop / arc : 1.0;
 }
@@ -155,14 +152,14 @@ Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
 }
 
 /// Eq. 5.5 among planes within the angle of the table; refitted.
-std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candidates,
-                                  const Vector3d& up, const FeatureOptions& options,
+std::optional<Plane> FullestPlane(const ObjectContext& context, const Indices& candidates,
                                   base::Rng& rng) {
   if (candidates.size() < kMinCorners) return std::nullopt;
+  const auto& [cloud, table, views, options] = context;
   const double distance_m = options.top.plane_distance_m;
   const double min_cosine = std::cos(options.top.normal_angle_rad);
   const auto is_level = [&](const std::optional<Plane>& plane) {
-    return plane && std::abs(plane->normal.dot(up)) >= min_cosine;
+    return plane && std::abs(plane->normal.dot(table.normal)) >= min_cosine;
   };
   const auto draw = [&] {
     const auto a = candidates[rng.Index(candidates.size())];
@@ -179,19 +176,20 @@ std::optional<Plane> FullestPlane(const PointCloud& cloud, const Indices& candid
   const auto refit =
       geometry::FitPlane(Select(cloud.points, Near(cloud, candidates, *best, distance_m)));
   if (is_level(refit) && Near(cloud, candidates, *refit, distance_m).size() >= count) best = refit;
-  return geometry::TurnedLike({up, 0.0}, *best);
+  return geometry::TurnedLike(table, *best);
 }
 
 /// The fullest plane, or one above it that has the options' share of its points.
-std::optional<Plane> TopPlane(const PointCloud& cloud, const Indices& candidates,
-                              const Plane& table, const FeatureOptions& options, base::Rng& rng) {
+std::optional<Plane> TopPlane(const ObjectContext& context, const Indices& candidates,
+                              base::Rng& rng) {
+  const auto& [cloud, table, views, options] = context;
   const double separation_m = options.top.plane_separation * options.top.plane_distance_m;
   Indices left = candidates;
   std::optional<Plane> top;
   double top_height = 0.0;
   std::size_t fullest = 0;
   for (int round = 0; round < options.top.planes; ++round) {
-    const auto plane = FullestPlane(cloud, left, table.normal, options, rng);
+    const auto plane = FullestPlane(context, left, rng);
     if (!plane) break;
     const Indices inliers = Near(cloud, left, *plane, options.top.plane_distance_m);
     const double share = static_cast<double>(inliers.size()) / static_cast<double>(fullest);
@@ -225,8 +223,8 @@ Indices OuterLoop(const std::vector<Vector2d>& points, const geometry::AlphaShap
 }
 
 /// Fills in all values that follow from the points, the plane and (for a ridge) the axis.
-void Describe(const PointCloud& cloud, const std::optional<Vector3d>& axis,
-              const FeatureOptions& options, TopSurface& top) {
+void Describe(const ObjectContext& context, const std::optional<Vector3d>& axis, TopSurface& top) {
+  const auto& [cloud, table, views, options] = context;
   const Points points = Select(cloud.points, top.points);
   top.center_C = geometry::Centroid(points);
   const PlanarFrame frame =
@@ -246,8 +244,9 @@ void Describe(const PointCloud& cloud, const std::optional<Vector3d>& axis,
   if (options.bridged_rims) top.bridged_rim = std::move(rims.back());
 }
 
-std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segment,
-                                   const Ridge& ridge, const FeatureOptions& options) {
+std::optional<TopSurface> RidgeTop(const ObjectContext& context, const Indices& segment,
+                                   const Ridge& ridge) {
+  const auto& [cloud, table, views, options] = context;
   TopSurface top;
   top.ridge = true;
   const Vector3d lateral = ridge.axis.cross(ridge.normal);
@@ -259,7 +258,7 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
   });
   if (top.points.size() < MinPlanePoints(options)) return std::nullopt;
   top.plane = geometry::PlaneAt(ridge.normal, geometry::Centroid(Select(cloud.points, top.points)));
-  Describe(cloud, ridge.axis, options, top);
+  Describe(context, ridge.axis, top);
   if (top.major_m < top.minor_m) return std::nullopt;
   // The scan is denser on the sensor's side, but the ridge is not off center.
   top.center_C += (ridge.point - top.center_C).dot(lateral) * lateral;
@@ -267,8 +266,8 @@ std::optional<TopSurface> RidgeTop(const PointCloud& cloud, const Indices& segme
 }
 
 /// The highest points if no plane is near the table's inclination.
-std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segment,
-                                  const Plane& table, const FeatureOptions& options) {
+std::optional<TopSurface> SlabTop(const ObjectContext& context, const Indices& segment) {
+  const auto& [cloud, table, views, options] = context;
   const double height = TopHeight(cloud, segment, table);
   TopSurface top;
   top.points = Where(segment, [&](auto i) {
@@ -276,7 +275,7 @@ std::optional<TopSurface> SlabTop(const PointCloud& cloud, const Indices& segmen
   });
   if (top.points.size() < kMinCorners) return std::nullopt;
   top.plane = geometry::PlaneAt(table.normal, geometry::Centroid(Select(cloud.points, top.points)));
-  Describe(cloud, std::nullopt, options, top);
+  Describe(context, std::nullopt, top);
   if (top.major_m <= 0.0 || top.rim.size() < kMinCorners) return std::nullopt;
   top.ridge = top.major_m > options.top.fold_elongation * top.minor_m;
   if (!top.ridge) return top;
@@ -294,41 +293,48 @@ Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vect
   return Where(segment, [&](auto i) { return cloud.normals[i].dot(up) >= min_cosine; });
 }
 
-std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
-                               const FeatureOptions& options) {
-  const RidgeOptions& asked = options.ridge;
-  auto body = AboutOneAxis(cloud, segment, table.normal, options);
+std::optional<Ridge> FindRidge(const ObjectContext& context, const Indices& segment) {
+  const RidgeOptions& asked = context.options.ridge;
+  auto body = AboutOneAxis(context, segment);
   if (!body) return std::nullopt;
-  Measure(cloud, table.normal, *body);
-  if (Between(body->angles, kSpreadFrom, kSpreadTo) < asked.min_spread_rad) return std::nullopt;
-  if (Sums(body->sines, body->offsets).Correlation() < asked.min_correlation) return std::nullopt;
+  Measure(context.cloud, context.table.normal, *body);
+  const std::vector<Spot>& spots = body->spots;
+  if (Between(spots, &Spot::angle_rad, kSpreadFrom, kSpreadTo) < asked.min_spread_rad ||
+      Sums(spots).Correlation() < asked.min_correlation) {
+    return std::nullopt;
+  }
+  std::vector<Spot> strip;
+  std::ranges::copy_if(spots, std::back_inserter(strip), [&](const Spot& spot) {
+    return std::abs(spot.angle_rad) <= asked.half_angle_rad;
+  });
+  if (strip.size() < MinPlanePoints(context.options)) return std::nullopt;
+  const auto length = [](const std::vector<Spot>& of) {
+    return Between(of, &Spot::along_m, kEndShare, 1.0 - kEndShare);
+  };
+  if (length(strip) < asked.min_length_share * length(spots)) return std::nullopt;
 
-  const Body strip = Strip(*body, asked.half_angle_rad);
-  if (strip.sines.size() < MinPlanePoints(options)) return std::nullopt;
-  const auto length = [](const Body& b) { return Between(b.along, kEndShare, 1.0 - kEndShare); };
-  if (length(strip) < asked.min_length_share * length(*body)) return std::nullopt;
-
-  const auto [u, radius] = Sums(strip.sines, strip.offsets).Line();
-  const double height = QuantileOf(strip.heights, kHeightShare);
+  const auto [u, radius] = Sums(strip).Line();
+  const double height = Quantile(strip, &Spot::height_m, kHeightShare);
   // A flat top would require a descent for which its edges are too near.
-  const double half_width = 0.5 * Between(body->offsets, kWidthEndShare, 1.0 - kWidthEndShare);
-  if (DropOverArc(*body, asked.off_ridge_rad, height, std::min(radius, half_width)) <
+  const double half_width =
+      0.5 * Between(spots, &Spot::offset_m, kWidthEndShare, 1.0 - kWidthEndShare);
+  if (DropOverArc(spots, asked.off_ridge_rad, height, std::min(radius, half_width)) <
       asked.min_drop_share) {
     return std::nullopt;
   }
   return Ridge{body->axis, body->normal, body->origin + u * body->lateral + height * body->normal};
 }
 
-double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
-                        const FeatureOptions& options) {
+double OpenSphereRadius(const ObjectContext& context, const TopSurface& top) {
   if (top.rim.empty()) return 0.0;
-  const auto distance = [&](auto i) { return (cloud.points[i] - top.center_C).norm(); };
-  return options.open_sphere_factor * std::ranges::min(top.rim | std::views::transform(distance));
+  const auto distance = [&](auto i) { return (context.cloud.points[i] - top.center_C).norm(); };
+  return context.options.open_sphere_factor *
+         std::ranges::min(top.rim | std::views::transform(distance));
 }
 
-bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
-            const FeatureOptions& options) {
-  const double radius = OpenSphereRadius(cloud, top, options);
+bool IsOpen(const ObjectContext& context, const Indices& object, const TopSurface& top) {
+  const auto& [cloud, table, views, options] = context;
+  const double radius = OpenSphereRadius(context, top);
   if (radius <= 0.0) return false;
   const auto inside = std::ranges::count_if(
       object, [&](auto i) { return (cloud.points[i] - top.center_C).norm() < radius; });
@@ -367,19 +373,18 @@ std::vector<Indices> OuterRims(const PointCloud& cloud, const Indices& points, c
   return rims;
 }
 
-std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
-                                  const Plane& table, const FeatureOptions& options) {
-  auto lip = SlabTop(cloud, segment, table, options);
+std::optional<TopSurface> FindLip(const ObjectContext& context, const Indices& segment) {
+  auto lip = SlabTop(context, segment);
   return lip && lip->ridge ? std::nullopt : lip;
 }
 
-std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
-                                         const Plane& table, const FeatureOptions& options,
+std::optional<TopSurface> FindTopSurface(const ObjectContext& context, const Indices& segment,
                                          base::Rng& rng) {
   if (segment.size() < kMinCorners) return std::nullopt;
+  const auto& [cloud, table, views, options] = context;
   if (options.ridge_tops) {
-    const auto ridge = FindRidge(cloud, segment, table, options);
-    auto top = ridge ? RidgeTop(cloud, segment, *ridge, options) : std::nullopt;
+    const auto ridge = FindRidge(context, segment);
+    auto top = ridge ? RidgeTop(context, segment, *ridge) : std::nullopt;
     if (top) return top;
   }
   const Indices candidates =
@@ -387,16 +392,16 @@ std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices&
   const auto min_upward =
       static_cast<std::size_t>(options.top.min_upward_share * static_cast<double>(segment.size()));
   if (!options.slab_tops || candidates.size() >= std::max(MinPlanePoints(options), min_upward)) {
-    if (const auto plane = TopPlane(cloud, candidates, table, options, rng)) {
+    if (const auto plane = TopPlane(context, candidates, rng)) {
       TopSurface top;
       top.plane = *plane;
       top.points = Near(cloud, segment, *plane, options.top.plane_distance_m);
-      Describe(cloud, std::nullopt, options, top);
+      Describe(context, std::nullopt, top);
       if (top.major_m > 0.0 && top.rim.size() >= kMinCorners) return top;
     }
   }
   if (!options.slab_tops) return std::nullopt;
-  return SlabTop(cloud, segment, table, options);
+  return SlabTop(context, segment);
 }
 
 }  // namespace rangegrasp::perception::internal

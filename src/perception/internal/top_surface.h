@@ -1,7 +1,6 @@
 #pragma once
 
-#include "perception/internal/planar.h"
-#include "perception/scene.h"
+#include "perception/internal/objects.h"
 
 namespace rangegrasp::perception::internal {
 
@@ -17,8 +16,7 @@ struct Ridge {
 /// about it, u is fitted by a line over sin(theta). The ridge is at theta = 0, the highest line of
 /// a circle, an ellipse or a roof alike.
 /// @return nullopt if the upward points form no ridge (RidgeOptions has the conditions).
-std::optional<Ridge> FindRidge(const PointCloud& cloud, const Indices& segment, const Plane& table,
-                               const FeatureOptions& options);
+std::optional<Ridge> FindRidge(const ObjectContext& context, const Indices& segment);
 
 /// The points of the segment whose normals are within the angle of `up`.
 Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vector3d& up,
@@ -26,27 +24,23 @@ Indices UpwardPoints(const PointCloud& cloud, const Indices& segment, const Vect
 
 /// The radius [m] of the sphere of eq. 5.9: the options' factor times the distance from the top
 /// surface's center of gravity to the nearest rim point; 0 without a rim.
-double OpenSphereRadius(const PointCloud& cloud, const TopSurface& top,
-                        const FeatureOptions& options);
+double OpenSphereRadius(const ObjectContext& context, const TopSurface& top);
 
 /// Open or closed by that sphere in the top surface's center of gravity: open if no point (except
 /// for the options' strays) is inside.
-bool IsOpen(const PointCloud& cloud, const Indices& object, const TopSurface& top,
-            const FeatureOptions& options);
+bool IsOpen(const ObjectContext& context, const Indices& object, const TopSurface& top);
 
 /// The top surface of a segment: RANSAC plane over the points whose normals are near the table's
 /// (eq. 5.5), its principal axis, extents and rim. Takes the strip along the ridge if the top
 /// curves about a lying axis, and the highest points if no plane is near enough to the table's
 /// inclination (a lying prism), both with `ridge` set.
 /// @return nullopt if the segment has fewer than three points or they lie on one line.
-std::optional<TopSurface> FindTopSurface(const PointCloud& cloud, const Indices& segment,
-                                         const Plane& table, const FeatureOptions& options,
+std::optional<TopSurface> FindTopSurface(const ObjectContext& context, const Indices& segment,
                                          base::Rng& rng);
 
 /// The highest points as a top surface, even if another plane has more points: a bowl's lip has
 /// fewer points than its floor. nullopt if they are a fold.
-std::optional<TopSurface> FindLip(const PointCloud& cloud, const Indices& segment,
-                                  const Plane& table, const FeatureOptions& options);
+std::optional<TopSurface> FindLip(const ObjectContext& context, const Indices& segment);
 
 /// The outer boundary of points on a plane by the 2-D alpha shape, in order; positions in the
 /// cloud. The convex hull's corners if the alpha shape is empty. One rim per alpha.

@@ -27,13 +27,12 @@ constexpr double kFacet_m = 0.00015;
 bool IsMesh(Kind kind) { return kind == Kind::kConvex || kind == Kind::kMesh; }
 
 geometry::Shape Faceted(const geometry::Shape& shape, const SolidOptions& options) {
-  geometry::Shape out;
-  out.kind = Kind::kMesh;
-  out.X_BS = shape.X_BS;
   geometry::Shape bare = geometry::Grown(shape, options.margin_m + kFacet_m);
   bare.X_BS = base::Pose::Identity();
-  out.mesh = geometry::Tessellate(bare, options.sides);
-  return out;
+  return {.kind = Kind::kMesh,
+          .X_BS = shape.X_BS,
+          .mesh = geometry::Tessellate(bare, options.sides),
+          .name = {}};
 }
 
 std::shared_ptr<fcl::CollisionGeometryd> MakeTree(const geometry::TriangleMesh& mesh) {
@@ -94,17 +93,11 @@ std::vector<PlacedSolid> PlaceAll(const std::vector<Solid>& solids, const base::
 Solid::Solid(geometry::Shape shape, const SolidOptions& options)
     : shape_(options.sides > 0 ? Faceted(shape, options)
                                : geometry::Grown(std::move(shape), options.margin_m)),
-      geometry_(MakeGeometry(shape_)) {
-  box_ = geometry::BoundsOf(shape_.mesh.vertices);
-}
+      box_(geometry::BoundsOf(shape_.mesh.vertices)),
+      geometry_(MakeGeometry(shape_)) {}
 
 Solid::Solid(geometry::TriangleMesh mesh)
-    : Solid([&] {
-        geometry::Shape surface;
-        surface.kind = Kind::kMesh;
-        surface.mesh = std::move(mesh);
-        return surface;
-      }()) {}
+    : Solid(geometry::Shape{.kind = Kind::kMesh, .mesh = std::move(mesh), .name = {}}) {}
 
 AlignedBox3d Solid::BoxAt(const base::Pose& X_WS) const {
   if (IsMesh(shape_.kind)) return box_.isEmpty() ? box_ : box_.transformed(X_WS);
@@ -146,14 +139,6 @@ std::vector<PlacedSolid> HandSolids::At(const base::Pose& X_WH, std::size_t stat
     placed.push_back(PlaceAt(solids_[i], X_WH * hand_->states[state].shapes[i].X_BS));
   }
   return placed;
-}
-
-double HandSolids::LowestAt(const base::Pose& X_WH, std::size_t state) const {
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const PlacedSolid& part : At(X_WH, state)) {
-    lowest = std::min(lowest, part.solid->LowestAt(part.X_WS));
-  }
-  return lowest;
 }
 
 HandCollider::HandCollider(const robot::HandModel& hand,
@@ -220,9 +205,9 @@ RobotCollider::RobotCollider(const robot::Robot& robot, double margin_m, double 
     for (const geometry::Shape& shape : link.shapes) {
       solids.emplace_back(shape, SolidOptions{margin_m});
     }
-    const bool parent_fixed = link.parent < 0 || fixed_[link.parent];
-    fixed_.push_back(parent_fixed && link.joint < 0);
+    fixed_.push_back((fixed_.empty() || fixed_.back()) && link.joint < 0);
   }
+  fixed_.push_back(false);
   for (const geometry::Shape& shape : robot.workcell()) {
     workcell_solids_.emplace_back(shape);
     grown_workcell_solids_.emplace_back(shape, SolidOptions{cell_margin_m});
@@ -254,11 +239,10 @@ bool RobotCollider::IsBelowTable(const PlacedSolid& part) const {
 
 std::optional<Touch> RobotCollider::TouchOfTable(const Contacts& contacts) const {
   for (std::size_t i = 0; i < placed_.size(); ++i) {
-    const bool hand = i == fixed_.size();
-    if (robot_.IgnoresTable(i) || (hand ? contacts.may_touch_table : fixed_[i])) continue;
-    if (std::ranges::any_of(placed_[i],
-                            [&](const PlacedSolid& part) { return IsBelowTable(part); })) {
-      return Touch{i, Touch::Other::kTable};
+    const bool may_touch = i == links_.size() && contacts.may_touch_table;
+    if (fixed_[i] || may_touch || robot_.IgnoresTable(i)) continue;
+    for (const PlacedSolid& part : placed_[i]) {
+      if (IsBelowTable(part)) return Touch{i, Touch::Other::kTable};
     }
   }
   return std::nullopt;
@@ -277,8 +261,8 @@ std::optional<Touch> RobotCollider::TouchOfItself() const {
 std::optional<Touch> RobotCollider::TouchOfScene(const Contacts& contacts) const {
   const PlacedSolid target = Place(target_, kWorld);
   for (std::size_t i = 0; i < placed_.size(); ++i) {
-    const bool hand = i == fixed_.size();
-    if (!hand && fixed_[i]) continue;
+    if (fixed_[i]) continue;
+    const bool hand = i == links_.size();
     const bool with_target = contacts.target == Contacts::Target::kObstacle ||
                              (contacts.target == Contacts::Target::kHandMayTouch && !hand);
     const auto& workcell = hand && contacts.cell_margin ? grown_workcell_ : workcell_;
@@ -375,7 +359,11 @@ std::vector<char> RobotCollider::TouchedByTarget(const base::Pose& X_WH,
 }
 
 double RobotCollider::LowestOfHand(const base::Pose& X_WH, std::size_t state) const {
-  return std::min(X_WH.translation().z(), bare_hand_.LowestAt(X_WH, state));
+  double lowest = X_WH.translation().z();
+  for (const PlacedSolid& part : bare_hand_.At(X_WH, state)) {
+    lowest = std::min(lowest, part.solid->LowestAt(part.X_WS));
+  }
+  return lowest;
 }
 
 }  // namespace rangegrasp::collision

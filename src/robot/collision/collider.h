@@ -75,7 +75,6 @@ class HandSolids {
 
   /// All solids, with the hand's root body at X_WH, in one of its states.
   std::vector<PlacedSolid> At(const base::Pose& X_WH, std::size_t state) const;
-  double LowestAt(const base::Pose& X_WH, std::size_t state) const;  ///< lowest z
 
  private:
   const robot::HandModel* hand_;
@@ -85,8 +84,7 @@ class HandSolids {
 struct HandColliderOptions {
   double object_clearance_m = 0.002;  ///< between the hand and other objects
   double table_clearance_m = 0.004;   ///< of the hand's lowest point above the table
-  /// Sides of the hand's round shapes, see SolidOptions. 0: exact.
-  int sides = 12;
+  int sides = 12;                     ///< of the hand's round shapes, see SolidOptions
 };
 
 /// Checks the hand in any of its states against surfaces and the table, for hundreds of grasps. C
@@ -103,7 +101,6 @@ class HandCollider {
                const geometry::TriangleMesh& own_C, const geometry::Plane& table_C,
                const HandColliderOptions& options);
 
-  /// Changes the surface of the object to be grasped.
   void SetOwn(const geometry::TriangleMesh& own_C) { own_ = Solid(own_C); }
 
   bool HitsObstacle(const base::Pose& X_CH, std::size_t state) const;
@@ -145,7 +142,6 @@ struct Contacts {
   bool may_touch_table = false;  ///< the hand and the held object may; the arm must not
 };
 
-/// A contact between two things.
 struct Touch {
   enum class Other { kTable, kRobot, kWorkcell, kObstacle, kTarget };
   std::size_t part = 0;  ///< index in Robot::links(); then the hand, then the held object
@@ -173,9 +169,8 @@ class RobotCollider {
   bool Hits(const std::vector<base::Pose>& links_W, const Contacts& contacts) {
     return FirstTouch(links_W, contacts).has_value();
   }
-  /// The first contact that is found.
   std::optional<Touch> FirstTouch(const std::vector<base::Pose>& links_W, const Contacts& contacts);
-  /// The same as text: "arm/link6 and hand", "hand and the table", with the names of the MJCF.
+  /// A contact as text: "arm/link6 and hand", "hand and the table", with the names of the MJCF.
   std::string TextOf(const Touch& touch) const;
 
   /// Per obstacle: whether the held target touches it with the hand at X_WH.
@@ -197,7 +192,7 @@ class RobotCollider {
   HandSolids grown_hand_;
   HandSolids bare_hand_;
   std::vector<std::vector<Solid>> links_;
-  std::vector<bool> fixed_;  ///< per link: it does not move
+  std::vector<bool> fixed_;  ///< per link: it does not move; false for the hand
   std::vector<Solid> workcell_solids_, grown_workcell_solids_;
   std::vector<PlacedSolid> workcell_, grown_workcell_;
   std::vector<Solid> obstacle_solids_;

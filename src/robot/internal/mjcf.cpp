@@ -242,11 +242,6 @@ double PalmDepth(const Mjcf& mjcf, const Parts& parts, const base::Pose& X_WG) {
 
 }  // namespace
 
-base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat) {
-  const Eigen::Quaterniond q(quat[0], quat[1], quat[2], quat[3]);
-  return base::MakePose(q.normalized().toRotationMatrix(), {pos[0], pos[1], pos[2]});
-}
-
 Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
   char text[1000] = "";
   // With a relative path, the engine loses the files that an included file refers to.

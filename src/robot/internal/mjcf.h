@@ -58,9 +58,6 @@ class Mjcf {
   mjcf::DataPtr data_;
 };
 
-/// A pose from MuJoCo's position and quaternion.
-base::Pose FromPosQuat(const mjtNum* pos, const mjtNum* quat);
-
 /// Closes the hand below `hand_body` step by step and records its states as a caliper. Joint
 /// equalities hold; passive joints are where their springs pull them. Changes mjcf's positions.
 HandModel SampleHand(const Mjcf& mjcf, int hand_body);

@@ -130,12 +130,10 @@ constexpr double kArmature = 1000.0;  // of everything except the hand, to keep 
 
 /// Effect of one unit of an actuator's force on each degree of freedom.
 VectorXd MomentOf(const mjModel* model, const mjData* data, int actuator) {
-  VectorXd moment = VectorXd::Zero(model->nv);
+  VectorXd moment(model->nv);
   const int out = model->actuator_outadr[actuator];
-  for (int i = 0; i < data->moment_rownnz[out]; ++i) {
-    const int at = data->moment_rowadr[out] + i;
-    moment[data->moment_colind[at]] = data->actuator_moment[at];
-  }
+  mju_sparse2dense(moment.data(), data->actuator_moment, 1, static_cast<int>(model->nv),
+                   data->moment_rownnz + out, data->moment_rowadr + out, data->moment_colind);
   return moment;
 }
 
@@ -274,23 +272,18 @@ std::pair<std::size_t, double> Place(const std::vector<HandClosing::Point>& poin
 
 /// Column k: effect of one unit of force of the k-th drive, then equality, on the joints.
 MatrixXd Columns(const mjModel* model, const mjData* data, const std::vector<HandMotor>& motors) {
-  const std::size_t drives = motors.size();
-  MatrixXd all = MatrixXd::Zero(model->nv, drives + data->ne);
-  for (std::size_t k = 0; k < drives; ++k) {
-    all.col(static_cast<Eigen::Index>(k)) = MomentOf(model, data, motors[k].actuator);
+  MatrixXd all(model->nv, std::ssize(motors) + data->ne);
+  for (Eigen::Index k = 0; k < std::ssize(motors); ++k) {
+    all.col(k) = MomentOf(model, data, motors[k].actuator);
   }
-  for (int row = 0; row < data->ne; ++row) {
-    if (!mj_isSparse(model)) {
-      for (int dof = 0; dof < model->nv; ++dof) {
-        all(dof, drives + row) = data->efc_J[static_cast<std::ptrdiff_t>(row) * model->nv + dof];
-      }
-      continue;
-    }
-    for (int i = 0; i < data->efc_J_rownnz[row]; ++i) {
-      const int at = data->efc_J_rowadr[row] + i;
-      all(data->efc_J_colind[at], drives + row) = data->efc_J[at];
-    }
+  MatrixXd equalities(model->nv, data->ne);  // in the engine's arrays, an equality is a row
+  if (mj_isSparse(model)) {
+    mju_sparse2dense(equalities.data(), data->efc_J, data->ne, static_cast<int>(model->nv),
+                     data->efc_J_rownnz, data->efc_J_rowadr, data->efc_J_colind);
+  } else {
+    std::copy_n(data->efc_J, equalities.size(), equalities.data());
   }
+  all.rightCols(data->ne) = equalities;
   return all;
 }
 

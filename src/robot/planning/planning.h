@@ -81,7 +81,6 @@ struct PickPlan {
   base::JointTrajectory retreat;   ///< straight back along the approach axis after release
 };
 
-/// The stage that a plan ended in.
 enum class PlanFailure {
   kNone,
   kNoIk,             ///< no arm configuration reaches the grasp

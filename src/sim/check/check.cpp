@@ -11,7 +11,6 @@
 #include "sim/check/internal/arm.h"
 #include "sim/check/internal/cell.h"
 #include "sim/check/internal/hand.h"
-#include "sim/check/internal/motion.h"
 #include "sim/internal/engine.h"
 #include "sim/internal/scene_builder.h"
 #include "sim/resting_poses.h"
@@ -50,9 +49,14 @@ bool CheckOne(Model& model, const Wanted& wanted, const std::string& file) {
   return false;
 }
 
-// Sites and cameras as in scenes/tabletop.xml.
+// Sites and cameras as in scenes/tabletop.xml. Without a free joint, an object's file counts as a
+// scene.
 void CheckSceneNames(Model& model) {
   const std::string file = model.file().string();
+  if (model.Find(mjOBJ_SITE, "workspace") < 0 && model.arm_joints.empty()) {
+    model.Error(file, "scene", "has neither a workspace nor an arm",
+                "if this is an object, it lacks a <freejoint/>; use --as object");
+  }
   const auto in_world = [&](const char* block, const char* said = "") {
     return Cure::Insert(file, "/*/worldbody", block) + said;
   };
@@ -260,13 +264,7 @@ class Checked {
     data_ = sim::internal::DataAtZero(model());
     sim::internal::ColorsOfGeoms colors(model());
     seen_ = sim::internal::VisualOfTree(model(), data_.get(), root(), colors).mesh_W.vertices;
-    for (int geom = 0; geom < model()->ngeom; ++geom) {
-      if (!sim::internal::Collides(model(), geom)) continue;
-      const auto surface =
-          geometry::Transformed(sim::internal::GeomSurface(model(), geom, kSegments),
-                                sim::internal::GeomPose(data_.get(), geom));
-      solid_.insert(solid_.end(), surface.vertices.begin(), surface.vertices.end());
-    }
+    solid_ = sim::internal::CollisionVertices(model(), data_.get(), kSegments);
   }
 
   std::vector<Finding> Findings() {
@@ -294,45 +292,45 @@ class Checked {
     return fmt::format("body \"{}\"", mj_id2name(model(), mjOBJ_BODY, root()));
   }
 
+  void Error(const std::string& what, const std::string& cure) { Say(true, Body(), what, cure); }
+
   void CheckSize() {
     const double size = LongestEdge(solid_);
     if (size > kMaxSize_m) {
-      Say(true, Body(),
+      Error(
           fmt::format("the collision geometry is {:.4g} m long: is the mesh in millimetres?", size),
           "write scale=\"0.001 0.001 0.001\" in each <mesh>, and correct mass and inertia; "
           "`rangegrasp add-object` does both");
     } else if (size < kMinSize_m) {
-      Say(true, Body(),
-          fmt::format("the collision geometry is {} long: too small for a hand", Mm(size)),
-          "write a scale in each <mesh>, e.g. scale=\"1000 1000 1000\"");
+      Error(fmt::format("the collision geometry is {} long: too small for a hand", Mm(size)),
+            "write a scale in each <mesh>, e.g. scale=\"1000 1000 1000\"");
     }
   }
 
   void CheckSeen() {
     if (seen_.empty()) {
-      Say(true, Body(), "no visible geom: sensors see the groups 0 to 2",
-          "add <geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" .../> of its shape");
+      Error("no visible geom: sensors see the groups 0 to 2",
+            "add <geom group=\"2\" contype=\"0\" conaffinity=\"0\" mass=\"0\" .../> of its shape");
       return;
     }
     const double seen = LongestEdge(seen_), solid = LongestEdge(solid_);
     if (std::abs(seen - solid) <= kMaxMismatch * std::max(seen, solid)) return;
-    Say(true, Body(),
-        fmt::format("the visible geometry is {} long, the collision geometry {}", Mm(seen),
-                    Mm(solid)),
-        "give both the same shape and, in <mesh>, the same scale");
+    Error(fmt::format("the visible geometry is {} long, the collision geometry {}", Mm(seen),
+                      Mm(solid)),
+          "give both the same shape and, in <mesh>, the same scale");
   }
 
   void CheckMass() {
     const geometry::TriangleMesh hull = geometry::ConvexHull(solid_);
     const geometry::MassProperties filled = geometry::MassPropertiesOf(hull);
     if (!(filled.volume_m3 > 0.0)) {
-      Say(true, Body(), "the collision geometry has no volume", "give it a solid shape");
+      Error("the collision geometry has no volume", "give it a solid shape");
       return;
     }
     const double mass = model()->body_subtreemass[root()];
     const double density = mass / filled.volume_m3;
     if (density < sim::kMinDensity_kg_m3 || density > sim::kMaxDensity_kg_m3) {
-      Say(true, Body(),
+      Error(
           fmt::format("its mass of {:.4g} kg is implausible: {:.3g} kg/m3 in its hull, {:g} to "
                       "{:g} are possible",
                       mass, density, sim::kMinDensity_kg_m3, sim::kMaxDensity_kg_m3),
@@ -352,30 +350,28 @@ class Checked {
     for (int axis = 0; axis < 3; ++axis) {
       const double share = own[axis] / even[axis];
       if (share >= kMinInertia && share <= kMaxInertia) continue;
-      Say(true, Body(),
-          fmt::format(
-              "its inertia is implausible: a principal moment of {:.3g} kg m2, {:.3g} times that "
-              "of a homogeneous hull of the same mass ({:g} to {:g} are possible)",
-              own[axis], share, kMinInertia, kMaxInertia),
-          fmt::format("diaginertia=\"{:.3g} {:.3g} {:.3g}\" of its hull; or omit <inertial> and "
-                      "set the mass of the collision geoms",
-                      even[0], even[1], even[2]));
+      Error(fmt::format(
+                "its inertia is implausible: a principal moment of {:.3g} kg m2, {:.3g} times that "
+                "of a homogeneous hull of the same mass ({:g} to {:g} are possible)",
+                own[axis], share, kMinInertia, kMaxInertia),
+            fmt::format("diaginertia=\"{:.3g} {:.3g} {:.3g}\" of its hull; or omit <inertial> and "
+                        "set the mass of the collision geoms",
+                        even[0], even[1], even[2]));
       return;
     }
     geometry::Points with_center = hull.vertices;
     with_center.push_back(sim::internal::CenterOfMass(model(), data_.get(), root()));
     const double inside = geometry::Volume(hull);
     if (geometry::Volume(geometry::ConvexHull(with_center)) <= inside * (1.0 + 1e-6)) return;
-    Say(true, Body(), "its center of mass is outside the collision geometry",
-        "correct pos=\"...\" of <inertial>");
+    Error("its center of mass is outside the collision geometry",
+          "correct pos=\"...\" of <inertial>");
   }
 
   void CheckResting() {
     if (!sim::StableRestingPoses(object_, min_tipping_rad_).empty()) return;
-    Say(true, Body(),
-        fmt::format("it has no stable resting pose: every pose tips over at less than {:.0f} deg",
-                    base::ToDeg(min_tipping_rad_)),
-        "give it a flat side, or lower min_tipping_deg in the experiment");
+    Error(fmt::format("it has no stable resting pose: every pose tips over at less than {:.0f} deg",
+                      base::ToDeg(min_tipping_rad_)),
+          "give it a flat side, or lower min_tipping_deg in the experiment");
   }
 
   void CheckConvex() {
@@ -386,8 +382,8 @@ class Checked {
       const double hull = geometry::Volume(geometry::ConvexHull(mesh.vertices));
       const double share = std::abs(geometry::Volume(mesh)) / hull;
       if (!(share < kMinConvexity)) continue;
-      const char* name = mj_id2name(model(), mjOBJ_MESH, model()->geom_dataid[geom]);
-      Say(false, fmt::format("mesh \"{}\"", name == nullptr ? "" : name),
+      Say(false,
+          fmt::format("mesh \"{}\"", mjcf::NameOf(model(), mjOBJ_MESH, model()->geom_dataid[geom])),
           fmt::format(
               "is not convex: its convex hull is used for collisions, of which it fills {:.0f} %",
               100.0 * share),
@@ -423,18 +419,10 @@ Kind KindOf(const std::filesystem::path& mjcf) {
   return lines.longest_chain() > 0 ? Kind::kHand : Kind::kScene;
 }
 
-// Without a free joint, an object's file counts as a scene.
-void CheckIsScene(Model& model) {
-  if (model.Find(mjOBJ_SITE, "workspace") >= 0 || !model.arm_joints.empty()) return;
-  model.Error(model.file().string(), "scene", "has neither a workspace nor an arm",
-              "if this is an object, it lacks a <freejoint/>; use --as object");
-}
-
 std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
   std::vector<Finding> findings;
   try {
     Model model(mjcf, kind);
-    if (kind == Kind::kScene) CheckIsScene(model);
     if (kind == Kind::kScene) CheckSceneNames(model);
     if (model.HasArm()) CheckArmNames(model);
     CheckHandNames(model);

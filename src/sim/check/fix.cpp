@@ -20,7 +20,6 @@ using sim::internal::LineAt;
 
 // Rounds of fixes: names first, then how the hand closes, motions, trials.
 constexpr int kRounds = 8;
-constexpr int kMaxNesting = 8;  // the engine refuses files that attach each other in a ring
 
 std::size_t StartOf(const pugi::xml_node& node) {
   return static_cast<std::size_t>(node.offset_debug()) - 1;
@@ -51,7 +50,8 @@ std::string Indented(const std::string& block, const std::string& indent) {
   return indent + base::Join(base::Split(block, '\n'), "\n" + indent);
 }
 
-Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string& text) {
+std::vector<Change> AddBlock(const base::Edit& edit, const pugi::xml_node& node,
+                             std::string& text) {
   const std::size_t begin = StartOf(node);
   const std::string tag = TagAt(text, begin);
   const std::size_t line = text.rfind('\n', begin) + 1;
@@ -63,8 +63,9 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
     const std::size_t end = tag.ends_with("/>") ? inner : text.find(close, inner) + close.size();
     const std::string before = text.substr(begin, end - begin);
     const std::string block = Indented(edit.block, indent).substr(indent.size());
+    if (before == block) return {};
     text.replace(begin, end - begin, block);
-    return {{}, LineAt(text, begin), before, before == block ? "" : block};
+    return {{{}, LineAt(text, begin), before, block}};
   }
   const std::string block =
       "\n" + Indented(edit.block, indent + (indent.starts_with('\t') ? "\t" : "  "));
@@ -73,7 +74,7 @@ Change AddBlock(const base::Edit& edit, const pugi::xml_node& node, std::string&
   } else {
     text.insert(inner, block);
   }
-  return {{}, LineAt(text, inner) + 1, "", edit.block};
+  return {{{}, LineAt(text, inner) + 1, "", edit.block}};
 }
 
 // FILE.bak, or the first of FILE.bak2, FILE.bak3, ... that does not exist.
@@ -110,10 +111,7 @@ std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {
     text.insert(end, fmt::format("  <{}/>\n", edit.element.substr(3)));
     return ApplyEdit(edit, text);
   }
-  if (!edit.block.empty()) {
-    const Change change = AddBlock(edit, nodes.first().node(), text);
-    return change.after.empty() ? std::vector<Change>{} : std::vector{change};
-  }
+  if (!edit.block.empty()) return AddBlock(edit, nodes.first().node(), text);
   std::vector<Change> changes;
   nodes.sort(/*reverse=*/true);  // from the end, so that earlier positions stay valid
   for (const auto& found : nodes) {
@@ -163,7 +161,7 @@ void Fixer::Edit(const fs::path& original, const base::Edit& edit) {
 
 // Makes a file refer to the copies of what it includes or attaches. Returns whether it has a copy.
 bool Fixer::Refer(const fs::path& original, int depth) {
-  if (depth > kMaxNesting || !fs::is_regular_file(original)) return false;
+  if (depth > internal::kMaxDepth || !fs::is_regular_file(original)) return false;
   pugi::xml_document document;
   document.load_string(Text(original).c_str());
   for (const auto& found : document.select_nodes("//include[@file]|//asset/model[@file]")) {

@@ -80,7 +80,7 @@ void AuditRecorder::LookAtJoints() {
     const mjtNum* range = model->jnt_range + 2 * joint;
     const double near = model->jnt_type[joint] == mjJNT_SLIDE ? kNearEnd_m : kNearEnd_rad;
     const bool at_end = model->jnt_limited[joint] && (q < range[0] + near || q > range[1] - near);
-    const bool at_limit = servo_->AtLimit(model, world_->data(), i);
+    const bool at_limit = servo_->AtLimit(world_->data(), i);
     drive_at_limit = drive_at_limit || at_limit;
     if (at_end || at_limit) at_limit_[i] = 1;
   }
@@ -90,8 +90,8 @@ void AuditRecorder::LookAtJoints() {
 void AuditRecorder::Step(bool holding, const JointCommand* free_motion) {
   LookAtJoints();
   if (free_motion) {
-    const double error = servo_->TrackingError(world_->model(), world_->data(), *free_motion);
-    audit_.tracking_error_rad = std::max(audit_.tracking_error_rad, error);
+    const double error_rad = servo_->Lags(world_->data(), *free_motion).maxCoeff();
+    audit_.tracking_error_rad = std::max(audit_.tracking_error_rad, error_rad);
   }
   elsewhere_.push_back(DeepestElsewhere(*world_, *hand_, target_));
   if (!holding) return;

@@ -13,8 +13,6 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
-constexpr double kFarApart_m = 1.0;  // beyond any hand; the engine searches no further
-
 // Period of the readings: 5 of them in the time after which a force may be raised again.
 constexpr double kPeriod_s = 0.008;
 // A time step may end a rounding error before a reading is due.
@@ -41,20 +39,12 @@ void ForContactsOf(const World& world, int object, const Function& of) {
   }
 }
 
-// Normal force of contact number i [N].
-double NormalForce(const mjModel* model, const mjData* data, int i) {
-  mjtNum force[6] = {0};
-  mj_contactForce(model, data, i, force);
-  return force[0];
-}
-
-// Force of contact i on its second geom, in W [N]; the first geom receives the opposite force.
+// Force of contact i on its second geom, in the contact's frame, whose x is the normal [N]; the
+// first geom receives the opposite force.
 Eigen::Vector3d ContactForce(const mjModel* model, const mjData* data, int i) {
   mjtNum force[6] = {0};
   mj_contactForce(model, data, i, force);
-  mjtNum force_W[3];
-  mju_mulMatTVec3(force_W, data->contact[i].frame, force);
-  return Vec3(force_W);
+  return Vec3(force);
 }
 
 }  // namespace
@@ -69,7 +59,7 @@ double SlipSpeed(const mjModel* model, const mjData* data, const mjContact& cont
 }
 
 HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand")) {
-  for (auto* of : {&hand_, &tip_, &thumb_, &pad_}) of->assign(model->ngeom, 0);
+  for (auto* of : {&hand_, &tip_, &pad_}) of->assign(model->ngeom, 0);
   for (const int geom : TupleOf(model, mjOBJ_GEOM, "fingertips")) tip_[geom] = 1;
   if (TryFind(model, mjOBJ_TUPLE, "grip_sensors") >= 0) {
     touch_sensors_ = TupleOf(model, mjOBJ_SENSOR, "grip_sensors");
@@ -92,17 +82,16 @@ HandGeoms::HandGeoms(const mjModel* model) : body_(Find(model, mjOBJ_BODY, "hand
     all_.push_back(geom);
     hand_[geom] = 1;
     pad_[geom] = pad_bodies.contains(model->geom_bodyid[geom]);
-    thumb_[geom] = IsThumbBody(model->geom_bodyid[geom]);
   }
 }
 
 double HandGeoms::Gap(const mjModel* model, mjData* data) const {
-  double gap = kFarApart_m;
+  const auto of_thumb = [&](int geom) { return IsThumbBody(model->geom_bodyid[geom]); };
+  double gap = mjcf::kFarApart_m;
   for (const int a : all_) {
-    if (!IsTip(a) || !IsThumb(a)) continue;
     for (const int b : all_) {
-      if (IsTip(b) && !IsThumb(b))
-        gap = std::min(gap, mj_geomDistance(model, data, a, b, gap, nullptr));
+      if (!IsTip(a) || !IsTip(b) || !of_thumb(a) || of_thumb(b)) continue;
+      gap = std::min(gap, mj_geomDistance(model, data, a, b, gap, nullptr));
     }
   }
   return gap;
@@ -121,7 +110,7 @@ std::vector<ContactPoint> ContactsOf(const World& world, const HandGeoms& hand, 
 double PressureOn(const World& world, const HandGeoms& hand, int object) {
   double pressure_N = 0.0;
   ForContactsOf(world, object, [&](int i, int other) {
-    if (hand.IsHand(other)) pressure_N += NormalForce(world.model(), world.data(), i);
+    if (hand.IsHand(other)) pressure_N += ContactForce(world.model(), world.data(), i).x();
   });
   return pressure_N;
 }
@@ -183,8 +172,11 @@ void Glove::ReadContacts(const World& world) {
       const int root = model->body_rootid[model->geom_bodyid[other]];
       Contact& contact = ContactOf(part_of_[geom], object_of_body_[root]);
       contact.speed_m_s = std::max(contact.speed_m_s, SlipSpeed(model, data, met));
-      contact.pressure_N += NormalForce(model, data, i);
-      load_W_ += (side == 1 ? 1.0 : -1.0) * ContactForce(model, data, i);
+      const Eigen::Vector3d force = ContactForce(model, data, i);
+      contact.pressure_N += force.x();
+      mjtNum force_W[3];
+      mju_mulMatTVec3(force_W, met.frame, force.data());
+      load_W_ += (side == 1 ? 1.0 : -1.0) * Vec3(force_W);
     }
   }
 }

@@ -24,7 +24,6 @@ class HandGeoms {
 
   bool IsHand(int geom) const { return geom >= 0 && hand_[geom]; }  ///< -1: a contact's flex
   bool IsTip(int geom) const { return tip_[geom]; }
-  bool IsThumb(int geom) const { return thumb_[geom]; }
   bool IsThumbBody(int body) const { return thumb_body_[body]; }
   /// Distal pads: geoms of bodies with touch sensors of "grip_sensors"; without these, no feeling.
   bool IsPad(int geom) const { return pad_[geom]; }
@@ -37,8 +36,8 @@ class HandGeoms {
 
  private:
   int body_;
-  std::vector<char> hand_, tip_, thumb_, pad_;  // by geom
-  std::vector<char> thumb_body_;                // by body
+  std::vector<char> hand_, tip_, pad_;  // by geom
+  std::vector<char> thumb_body_;        // by body
   std::vector<int> touch_sensors_, all_;
 };
 

@@ -14,13 +14,21 @@ namespace {
 
 using Eigen::Vector3d;
 
+struct Recovery;
+thread_local Recovery* recovery = nullptr;  // of the innermost call
+
 struct Recovery {
+  explicit Recovery(std::vector<std::string>* collected) : warnings(collected) { recovery = this; }
+  ~Recovery() { recovery = outer; }
+  Recovery(const Recovery&) = delete;
+  Recovery& operator=(const Recovery&) = delete;
+
   std::jmp_buf point;
   char message[1024];
   std::vector<std::string>* warnings;
+  Recovery* outer = recovery;  // set before the constructor's body replaces it
 };
 
-thread_local Recovery* recovery = nullptr;
 mjfLogHandler previous_handler = nullptr;
 
 void Handle(const mjLogMessage* message) {
@@ -64,18 +72,17 @@ geometry::TriangleMesh PlaneOf(const mjtNum* size) {
   return result;
 }
 
-// Mean color of a material's print, in 0..1; white if it has none.
-Eigen::Vector3f MeanPrint(const mjModel* model, int material) {
+// The 2-D texture of a material; -1 for none.
+int TextureOfMaterial(const mjModel* model, int material) {
   const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
-  if (texture < 0 || model->tex_type[texture] != mjTEXTURE_2D) return Eigen::Vector3f::Ones();
-  const int channels = model->tex_nchannel[texture];
-  const auto texels = std::ptrdiff_t{model->tex_width[texture]} * model->tex_height[texture];
-  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
+  return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
+}
+
+// Mean color of a print, in 0..1.
+Eigen::Vector3f MeanOf(const geometry::Print& print) {
   Vector3d sum = Vector3d::Zero();
-  for (std::ptrdiff_t i = 0; i < texels; ++i, texel += channels) {
-    for (int c = 0; c < 3; ++c) sum[c] += texel[channels < 3 ? 0 : c];
-  }
-  return (sum / (255.0 * static_cast<double>(texels))).cast<float>();
+  for (const geometry::Rgb& c : print.texels) sum += Vector3d(c[0], c[1], c[2]);
+  return (sum / (255.0 * static_cast<double>(print.texels.size()))).cast<float>();
 }
 
 geometry::Rgb RgbOf(const Eigen::Vector4f& color) {
@@ -93,20 +100,6 @@ void AppendGeom(const mjModel* model, const mjData* data, int geom, ColorsOfGeom
   visual.colors.plain.resize(visual.mesh_W.triangles.size(), RgbOf(colors.Of(geom)));
 }
 
-std::shared_ptr<const geometry::Print> PrintOf(const mjModel* model, int texture) {
-  auto print = std::make_shared<geometry::Print>();
-  print->width = model->tex_width[texture];
-  print->height = model->tex_height[texture];
-  const int channels = model->tex_nchannel[texture];
-  const mjtByte* texel = model->tex_data + model->tex_adr[texture];
-  print->texels.resize(std::size_t(print->width) * print->height);
-  for (geometry::Rgb& color : print->texels) {
-    color = {texel[0], texel[channels < 3 ? 0 : 1], texel[channels < 3 ? 0 : 2]};
-    texel += channels;
-  }
-  return print;
-}
-
 // Appends the texture coordinates of the triangles of a geom's mesh, in their order.
 void AppendUv(const mjModel* model, int geom, std::vector<std::array<Eigen::Vector2f, 3>>& uv) {
   const int mesh = model->geom_dataid[geom];
@@ -122,9 +115,9 @@ void AppendUv(const mjModel* model, int geom, std::vector<std::array<Eigen::Vect
   }
 }
 
-// The body that holds the site "container"; -1 if there is none.
-int ContainerBody(const mjModel* model) {
-  const int site = TryFind(model, mjOBJ_SITE, "container");
+// The body that holds a site; -1 if there is none.
+int BodyOfSite(const mjModel* model, std::string_view name) {
+  const int site = TryFind(model, mjOBJ_SITE, name);
   return site >= 0 ? model->site_bodyid[site] : -1;
 }
 
@@ -133,15 +126,8 @@ bool IsObject(const mjModel* model, int body) {
   return model->body_jntnum[root] > 0 && model->jnt_type[model->body_jntadr[root]] == mjJNT_FREE;
 }
 
-// Custom numerics "<prefix>_albedo" and "<prefix>_gloss", else those of the blue laminate.
-OpticalSurface SurfaceOf(const mjModel* model, const std::string& prefix) {
-  const auto albedo = NumericOf(model, prefix + "_albedo");
-  const auto gloss = NumericOf(model, prefix + "_gloss");
-  return {.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0],
-          .gloss = gloss.empty() ? kLaminateGloss : gloss[0]};
-}
-
-// Visible geoms of the bodies for which `holds` is true; surface by the numerics "<prefix>_...".
+// Visible geoms of the bodies for which `holds` is true; surface by the custom numerics
+// "<prefix>_albedo" and "<prefix>_gloss", else that of the blue laminate.
 template <typename Predicate>
 VisualMesh VisualOfBodies(const mjModel* model, const mjData* data, const std::string& prefix,
                           ColorsOfGeoms& colors, const Predicate& holds) {
@@ -150,7 +136,10 @@ VisualMesh VisualOfBodies(const mjModel* model, const mjData* data, const std::s
     if (!Visible(model, geom) || !holds(model->geom_bodyid[geom])) continue;
     AppendGeom(model, data, geom, colors, visual);
   }
-  visual.surface = SurfaceOf(model, prefix);
+  const auto albedo = NumericOf(model, prefix + "_albedo");
+  const auto gloss = NumericOf(model, prefix + "_gloss");
+  visual.surface.albedo = albedo.empty() ? kLaminateAlbedo : albedo[0];
+  visual.surface.gloss = gloss.empty() ? kLaminateGloss : gloss[0];
   return visual;
 }
 
@@ -176,20 +165,8 @@ double Support(int type, const mjtNum* size, const Vector3d& u) {
 void CallEngine(std::vector<std::string>* warnings, const std::function<void()>& call) {
   static std::once_flag installed;
   std::call_once(installed, [] { previous_handler = mju_setLogHandler(Handle); });
-  Recovery here;
-  here.message[0] = '\0';
-  here.warnings = warnings;
-  Recovery* const outer = recovery;
-  recovery = &here;
-  bool ok = false;
-  try {
-    ok = RunRecoverably(here, call);
-  } catch (...) {
-    recovery = outer;
-    throw;
-  }
-  recovery = outer;
-  if (!ok) throw base::RunError(std::string("MuJoCo: ") + here.message);
+  Recovery here(warnings);
+  if (!RunRecoverably(here, call)) throw base::RunError(std::string("MuJoCo: ") + here.message);
 }
 
 DataPtr MakeData(const mjModel* model) {
@@ -207,6 +184,22 @@ DataPtr DataAtZero(const mjModel* model) {
   return data;
 }
 
+void SetJoints(const mjModel* model, mjData* data, const std::vector<int>& joints,
+               const double* positions) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    data->qpos[model->jnt_qposadr[joints[i]]] = positions[i];
+  }
+}
+
+Eigen::Matrix3Xd JacobianOf(const mjModel* model, const mjData* data,
+                            const std::vector<int>& joints, int body, const Vector3d& point_W) {
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> all(3, model->nv);
+  mj_jac(model, data, all.data(), nullptr, point_W.data(), body);
+  Eigen::Matrix3Xd J(3, joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) J.col(i) = all.col(model->jnt_dofadr[joints[i]]);
+  return J;
+}
+
 Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
   Vector3d moment = Vector3d::Zero();
   for (int body = root; body < model->nbody && model->body_rootid[body] == root; ++body) {
@@ -218,17 +211,29 @@ Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root) {
 Eigen::Vector4f ColorsOfGeoms::Of(int geom) {
   const int material = model_->geom_matid[geom];
   if (material < 0) return Eigen::Map<const Eigen::Vector4f>(model_->geom_rgba + 4 * geom);
-  const auto [mean, is_new] = means_.try_emplace(material);
-  if (is_new) mean->second = MeanPrint(model_, material);
   Eigen::Vector4f color = Eigen::Map<const Eigen::Vector4f>(model_->mat_rgba + 4 * material);
+  const int texture = TextureOfMaterial(model_, material);
+  if (texture < 0) return color;
+  const auto [mean, is_new] = means_.try_emplace(texture);
+  if (is_new) mean->second = MeanOf(*Print(texture));
   color.head<3>().array() *= mean->second.array();
   return color;
 }
 
 std::shared_ptr<const geometry::Print> ColorsOfGeoms::Print(int texture) {
-  auto& print = prints_[texture];
-  if (!print) print = PrintOf(model_, texture);
-  return print;
+  auto& known = prints_[texture];
+  if (known) return known;
+  auto print = std::make_shared<geometry::Print>();
+  print->width = model_->tex_width[texture];
+  print->height = model_->tex_height[texture];
+  const int channels = model_->tex_nchannel[texture];
+  const mjtByte* texel = model_->tex_data + model_->tex_adr[texture];
+  print->texels.resize(std::size_t(print->width) * print->height);
+  for (geometry::Rgb& color : print->texels) {
+    color = {texel[0], texel[channels < 3 ? 0 : 1], texel[channels < 3 ? 0 : 2]};
+    texel += channels;
+  }
+  return known = print;
 }
 
 bool Visible(const mjModel* model, int geom) {
@@ -242,8 +247,7 @@ int TextureOf(const mjModel* model, int geom) {
   const int material = model->geom_matid[geom];
   if (material < 0 || model->geom_type[geom] != mjGEOM_MESH) return -1;
   if (model->mesh_texcoordadr[model->geom_dataid[geom]] < 0) return -1;
-  const int texture = model->mat_texid[material * mjNTEXROLE + mjTEXROLE_RGB];
-  return texture >= 0 && model->tex_type[texture] == mjTEXTURE_2D ? texture : -1;
+  return TextureOfMaterial(model, material);
 }
 
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments) {
@@ -255,6 +259,16 @@ geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments)
   shape.kind = mjcf::KindOf(type).value_or(geometry::Shape::Kind::kSphere);
   shape.size = Vec3(size);
   return geometry::Tessellate(shape, segments);
+}
+
+geometry::Points CollisionVertices(const mjModel* model, const mjData* data, int segments) {
+  geometry::TriangleMesh all;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (!Collides(model, geom)) continue;
+    geometry::Append(
+        geometry::Transformed(GeomSurface(model, geom, segments), GeomPose(data, geom)), all);
+  }
+  return all.vertices;
 }
 
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
@@ -306,7 +320,7 @@ VisualMesh VisualOfTree(const mjModel* model, const mjData* data, int root, Colo
 }
 
 VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfGeoms& colors) {
-  const int container = ContainerBody(model);
+  const int container = BodyOfSite(model, "container");
   VisualMesh visual =
       VisualOfBodies(model, data, "container", colors, [&](int body) { return body == container; });
   visual.label = kContainerLabel;
@@ -314,12 +328,11 @@ VisualMesh VisualOfContainer(const mjModel* model, const mjData* data, ColorsOfG
 }
 
 VisualMesh VisualOfScene(const mjModel* model, const mjData* data, ColorsOfGeoms& colors) {
-  const int container = ContainerBody(model);
-  const int site = TryFind(model, mjOBJ_SITE, "scanner");
-  const int scanner = site >= 0 ? model->site_bodyid[site] : 0;
+  const int container = BodyOfSite(model, "container");
+  const int scanner = BodyOfSite(model, "scanner");
   return VisualOfBodies(model, data, "scene", colors, [&](int body) {
-    // Never leave out the world itself.
-    return !IsObject(model, body) && body != container && (scanner == 0 || body != scanner);
+    // A scanner in the world itself does not leave that out.
+    return !IsObject(model, body) && body != container && (body == 0 || body != scanner);
   });
 }
 

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "base/frames.h"
 #include "geometry/shape.h"
 #include "robot/mjcf/hand.h"
 #include "sim/visual_mesh.h"
@@ -42,6 +41,14 @@ using mjcf::TryFind;
 using mjcf::TupleOf;
 using mjcf::Vec3;
 
+/// Sets the positions of hinges and slides; the caller updates the kinematics.
+void SetJoints(const mjModel* model, mjData* data, const std::vector<int>& joints,
+               const double* positions);
+/// Jacobian of a point that moves with a body, for some hinges and slides: p_W' = J q'.
+Eigen::Matrix3Xd JacobianOf(const mjModel* model, const mjData* data,
+                            const std::vector<int>& joints, int body,
+                            const Eigen::Vector3d& point_W);
+
 /// Center of mass in W of a root body and its subtree.
 Eigen::Vector3d CenterOfMass(const mjModel* model, const mjData* data, int root);
 
@@ -57,7 +64,7 @@ class ColorsOfGeoms {
 
  private:
   const mjModel* model_;
-  std::map<int, Eigen::Vector3f> means_;  // by material
+  std::map<int, Eigen::Vector3f> means_;  // by texture
   std::map<int, std::shared_ptr<const geometry::Print>> prints_;
 };
 
@@ -67,6 +74,8 @@ bool Visible(const mjModel* model, int geom);
 int TextureOf(const mjModel* model, int geom);
 /// The surface of a geom in its frame; a plane is cut at its size, or at 10 m if infinite.
 geometry::TriangleMesh GeomSurface(const mjModel* model, int geom, int segments);
+/// Vertices in W of the surfaces of all geoms that take part in collisions.
+geometry::Points CollisionVertices(const mjModel* model, const mjData* data, int segments);
 /// Reach of a geom along a unit direction [m].
 double ReachOfGeom(const mjModel* model, const mjData* data, int geom,
                    const Eigen::Vector3d& direction_W);

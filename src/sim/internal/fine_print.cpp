@@ -17,6 +17,8 @@
 namespace rangegrasp::sim::internal {
 namespace {
 
+using image::Image;
+
 constexpr double kFineTexel_mm = 0.17;  // half a pixel of a camera with 3 pixels per mm
 constexpr int kMaxTexels = 2048;        // per edge
 constexpr double kLinePitch_mm = 2.4;   // line spacing of ingredient lists
@@ -49,7 +51,7 @@ std::uint32_t Hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
 
 class Printer {
  public:
-  Printer(const Texture& label, double mm_per_texel, std::uint64_t seed)
+  Printer(const Image& label, double mm_per_texel, std::uint64_t seed)
       : rng_(seed), seed_(static_cast<std::uint32_t>(seed)) {
     const int longest = std::max(label.width, label.height);
     factor_ = std::clamp(static_cast<int>(std::lround(mm_per_texel / kFineTexel_mm)), 1,
@@ -92,12 +94,12 @@ class Printer {
     }
   }
 
-  Texture Take() { return std::move(page_); }
+  Image Take() { return std::move(page_); }
 
  private:
   int Texels(double mm) const { return static_cast<int>(std::lround(mm * texels_per_mm_)); }
   std::uint8_t* At(int x, int y) {
-    return page_.rgb.data() + kChannels * (static_cast<std::ptrdiff_t>(y) * page_.width + x);
+    return page_.rgb.data() + kChannels * image::IndexAt(x, y, page_.width);
   }
   static void Shift(std::uint8_t* texel, int levels) {
     for (int c = 0; c < kChannels; ++c) {
@@ -108,10 +110,10 @@ class Printer {
     return (2 * texel[0] + 5 * texel[1] + texel[2]) / 8;
   }
 
-  void Enlarge(const Texture& label) {
+  void Enlarge(const Image& label) {
     page_.width = label.width * factor_;
     page_.height = label.height * factor_;
-    page_.rgb.resize(std::size_t(page_.width) * page_.height * kChannels);
+    page_.rgb.resize(kChannels * image::IndexAt(0, page_.height, page_.width));
     // The center of texel i lies at factor * (i + 1/2). Two texels mix with weights that add up to
     // 2 * factor, first along columns, then along rows.
     const int whole = 2 * factor_;
@@ -237,7 +239,7 @@ class Printer {
   std::uint32_t seed_;
   int factor_ = 1;
   double texels_per_mm_ = 1.0;
-  Texture page_;
+  Image page_;
   std::vector<Rectangle> blocks_;
 };
 
@@ -248,17 +250,16 @@ int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
     if (model->body_rootid[model->geom_bodyid[geom]] != root || texture < 0) continue;
     if (model->tex_nchannel[texture] != kChannels) continue;
     const int mesh = model->geom_dataid[geom];
-    const float* vertices = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+    const geometry::TriangleMesh surface = mjcf::MeshOf(model, mesh);
     const float* places = model->mesh_texcoord + 2 * model->mesh_texcoordadr[mesh];
-    const int* corners = model->mesh_face + 3 * model->mesh_faceadr[mesh];
     const int* at = model->mesh_facetexcoord + 3 * model->mesh_faceadr[mesh];
     double area_m2 = 0.0, share = 0.0;
-    for (int f = 0; f < model->mesh_facenum[mesh]; ++f, corners += 3, at += 3) {
+    for (const auto& corners : surface.triangles) {
       std::array<Eigen::Vector3d, 3> p;
       std::array<Eigen::Vector2d, 3> uv;
       for (std::size_t i = 0; i < 3; ++i) {
-        p[i] = Eigen::Map<const Eigen::Vector3f>(vertices + 3 * corners[i]).cast<double>();
-        uv[i] = Eigen::Map<const Eigen::Vector2f>(places + 2 * at[i]).cast<double>();
+        p[i] = surface.vertices[corners[i]];
+        uv[i] = Eigen::Map<const Eigen::Vector2f>(places + 2 * *at++).cast<double>();
       }
       const Eigen::Vector2d a = uv[1] - uv[0], b = uv[2] - uv[0];
       const double printed = 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
@@ -274,26 +275,27 @@ int LabelOf(const mjModel* model, int root, double& mm_per_texel) {
   return -1;
 }
 
-Texture TextureIn(const mjModel* model, int texture) {
-  Texture result{model->tex_width[texture], model->tex_height[texture], {}};
+Image TextureIn(const mjModel* model, int texture) {
+  const int width = model->tex_width[texture], height = model->tex_height[texture];
   const mjtByte* first = model->tex_data + model->tex_adr[texture];
-  result.rgb.assign(first, first + kChannels * result.width * result.height);
-  return result;
+  return {width, height, {first, first + kChannels * width * height}};
 }
 
 // Printed once in this process or the one it was forked from: it takes a tenth of a picture's time.
-const Texture& Printed(const Texture& label, double mm_per_texel, const FinePrint& print) {
+const Image& Printed(const Image& label, double mm_per_texel, const FinePrint& print) {
   // The print depends only on the label: it is the same in all scenes.
   const std::uint64_t seed = base::DeriveSeed(
       0, std::string_view(reinterpret_cast<const char*>(label.rgb.data()), label.rgb.size()));
   using Key = std::tuple<std::uint64_t, double, double, int, double>;
-  static std::map<Key, Texture> printed;
+  static std::map<Key, Image> printed;
   static std::mutex one_at_a_time;
   const std::scoped_lock lock(one_at_a_time);
   const Key key(seed, mm_per_texel, print.coverage, print.pictures, print.grain_levels);
-  const auto found = printed.find(key);
-  if (found != printed.end()) return found->second;
-  return printed.emplace(key, WithFinePrint(label, mm_per_texel, print, seed)).first->second;
+  auto found = printed.find(key);
+  if (found == printed.end()) {
+    found = printed.emplace(key, WithFinePrint(label, mm_per_texel, print, seed)).first;
+  }
+  return found->second;
 }
 
 // Cardboard is printed all over, metal and tubs less. Bottles have a small label at the back,
@@ -308,8 +310,8 @@ FinePrint FinePrintOf(std::string_view surface) {
 
 }  // namespace
 
-Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint& print,
-                      std::uint64_t seed) {
+Image WithFinePrint(const Image& label, double mm_per_texel, const FinePrint& print,
+                    std::uint64_t seed) {
   Printer printer(label, mm_per_texel, seed);
   printer.Pictures(print.pictures);
   printer.Fill(print.coverage);
@@ -321,13 +323,13 @@ TextureSet::TextureSet(const World& world) {
   const mjModel* model = world.model();
   width_.assign(model->tex_width, model->tex_width + model->ntex);
   height_.assign(model->tex_height, model->tex_height + model->ntex);
-  std::vector<const Texture*> replaced(model->ntex, nullptr);
+  std::vector<const Image*> replaced(model->ntex, nullptr);
   for (int object = 0; object < world.objects(); ++object) {
     double mm_per_texel = 0.0;
     const int texture = LabelOf(model, world.object_body(object), mm_per_texel);
     const FinePrint print = FinePrintOf(world.object_surface(object));
     if (texture < 0 || (print.coverage == 0.0 && print.grain_levels == 0.0)) continue;
-    const Texture& printed = Printed(TextureIn(model, texture), mm_per_texel, print);
+    const Image& printed = Printed(TextureIn(model, texture), mm_per_texel, print);
     width_[texture] = printed.width;
     height_[texture] = printed.height;
     replaced[texture] = &printed;

@@ -5,16 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/image/image.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim::internal {
-
-/// A texture: rgb, row by row.
-struct Texture {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgb;
-};
 
 /// What makers print into the empty regions of a package, in addition to the large print of its
 /// label. Estimates from packages in a kitchen; coverage matters most.
@@ -29,8 +23,8 @@ struct FinePrint {
 /// stay. O(texels); the result depends only on the arguments.
 /// @param mm_per_texel  of the label.
 /// @param seed          of this label's print.
-Texture WithFinePrint(const Texture& label, double mm_per_texel, const FinePrint& print,
-                      std::uint64_t seed);
+image::Image WithFinePrint(const image::Image& label, double mm_per_texel, const FinePrint& print,
+                           std::uint64_t seed);
 
 /// Textures of a world's model, with fine print on the objects' labels, for the engine's renderer.
 class TextureSet {

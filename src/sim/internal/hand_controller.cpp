@@ -466,6 +466,8 @@ bool HandController::FeelsEmpty() {
   if (!empty_angle_) empty_angle_ = AngleOfGap(kLeastFelt_m, kGapHalvings);
   return Angle() > *empty_angle_;
 }
-bool HandController::FullyOpen() const { return Angle() < OpenEnd() + kAtTarget_rad; }
+bool HandController::FullyOpen() const {
+  return Angle() < (motors_ ? 0.0 : open_limit_[0]) + kAtTarget_rad;
+}
 
 }  // namespace rangegrasp::sim::internal

@@ -51,7 +51,6 @@ class GripControl {
 
   enum class Mode { kPreshape, kClosing, kGripping, kOpening };
   Mode mode() const { return mode_; }
-  bool Closing() const { return mode_ == Mode::kClosing; }
   bool Ratchets() const { return mode_ == Mode::kClosing || mode_ == Mode::kGripping; }
   bool Gripping() const;  ///< the initial grip force is reached
   double force_N() const { return force_N_; }
@@ -181,7 +180,6 @@ class HandController {
   void FeelPressure(HandReading& reading) const;
   void RatchetJoints();
   void DriveMotors();
-  double OpenEnd() const { return motors_ ? 0.0 : open_limit_[0]; }
   double ClosedEnd() const;
 
   World* world_;

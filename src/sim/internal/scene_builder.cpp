@@ -66,11 +66,6 @@ std::vector<mjsElement*> Children(const mjsBody* body, mjtObj type, bool recurse
   return children;
 }
 
-bool ElementCollides(mjsElement* geom) {
-  const mjsGeom* g = mjs_asGeom(geom);
-  return g->contype != 0 || g->conaffinity != 0;
-}
-
 mjsElement* FindSo(mjSpec* spec, mjtObj type, std::string_view suffix) {
   mjsElement* e = mjs_firstElement(spec, type);
   while (e && Suffix(mjs_getString(mjs_getName(e))) != suffix) e = mjs_nextElement(spec, e);
@@ -140,36 +135,34 @@ void SetBoxWalls(mjSpec* spec, const std::filesystem::path& file, double height_
   }
 }
 
-bool HasFreeJointOnly(const mjsBody* body) {
-  const auto joints = Children(body, mjOBJ_JOINT, false);
-  return joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE;
-}
-
-// The root body of an object's spec, after checking that it is an object.
-mjsBody* ObjectRoot(mjSpec* spec, const std::filesystem::path& file) {
+// Why a file does not hold one free body and nothing else; empty if it does.
+std::string WhyNotAnObject(const mjSpec* spec) {
   const mjsBody* world = mjs_findBody(spec, "world");
   const auto roots = Children(world, mjOBJ_BODY, false);
   if (roots.size() != 1) {
-    throw Wrong(file,
-                fmt::format("an object must have one root body in its worldbody, this file has {}",
-                            roots.size()));
+    return fmt::format("an object must have one root body in its worldbody, this file has {}",
+                       roots.size());
   }
   if (!Children(world, mjOBJ_GEOM, false).empty()) {
-    throw Wrong(
-        file,
-        "an object's geoms must belong to its root body, but this file has some in the worldbody");
+    return "an object's geoms must belong to its root body, but this file has some in the "
+           "worldbody";
   }
-  mjsBody* root = mjs_asBody(roots[0]);
-  if (!HasFreeJointOnly(root)) {
-    throw Wrong(file, "an object's root body must have one <freejoint/> and no other joint");
-  }
-  const auto geoms = Children(root, mjOBJ_GEOM, true);
-  if (std::ranges::none_of(geoms, ElementCollides)) {
-    throw Wrong(
-        file,
-        "an object must have at least one collision geom (contype or conaffinity other than 0)");
-  }
-  return root;
+  const auto joints = Children(mjs_asBody(roots[0]), mjOBJ_JOINT, false);
+  if (joints.size() == 1 && mjs_asJoint(joints[0])->type == mjJNT_FREE) return "";
+  return "an object's root body must have one <freejoint/> and no other joint";
+}
+
+// The root body of an object's spec, after checking that it is an object.
+mjsBody* ObjectRoot(const mjSpec* spec, const std::filesystem::path& file) {
+  if (const std::string why = WhyNotAnObject(spec); !why.empty()) throw Wrong(file, why);
+  mjsBody* root = mjs_asBody(mjs_firstChild(mjs_findBody(spec, "world"), mjOBJ_BODY, false));
+  const auto collides = [](mjsElement* geom) {
+    return mjs_asGeom(geom)->contype != 0 || mjs_asGeom(geom)->conaffinity != 0;
+  };
+  if (std::ranges::any_of(Children(root, mjOBJ_GEOM, true), collides)) return root;
+  throw Wrong(
+      file,
+      "an object must have at least one collision geom (contype or conaffinity other than 0)");
 }
 
 double Numeric(const mjSpec* spec, const std::filesystem::path& file, const char* name,
@@ -198,19 +191,19 @@ ObjectEntry ReadEntry(const ObjectModel& object, const mjSpec* spec) {
   ObjectEntry entry;
   entry.name = object.name;
   entry.surface = SurfaceOf(spec, object.mjcf);
-  const OpticalSurface& usual = entry.surface.optical;
-  entry.optical.albedo = Numeric(spec, object.mjcf, "albedo", usual.albedo);
-  entry.optical.gloss = Numeric(spec, object.mjcf, "gloss", usual.gloss);
-  entry.optical.clarity = Numeric(spec, object.mjcf, "clarity", usual.clarity);
+  OpticalSurface& optical = entry.optical;
+  optical = entry.surface.optical;
+  optical.albedo = Numeric(spec, object.mjcf, "albedo", optical.albedo);
+  optical.gloss = Numeric(spec, object.mjcf, "gloss", optical.gloss);
+  optical.clarity = Numeric(spec, object.mjcf, "clarity", optical.clarity);
   // Absorbed light does not come back either, whatever is printed on the surface.
   const double absorption = Numeric(spec, object.mjcf, "absorption", 0.0);
-  entry.optical.clarity = 1.0 - (1.0 - entry.optical.clarity) * (1.0 - absorption);
+  optical.clarity = 1.0 - (1.0 - optical.clarity) * (1.0 - absorption);
   return entry;
 }
 
 void Locate(mjModel* model, int body, const std::filesystem::path& file, ObjectEntry& entry) {
   entry.body = body;
-  entry.tree = model->body_treeid[body];
   const int joint = model->body_jntadr[body];
   entry.qpos = model->jnt_qposadr[joint];
   entry.dof = model->jnt_dofadr[joint];
@@ -312,11 +305,7 @@ BuiltScene BuildObject(const ObjectModel& object) {
 }
 
 bool IsObject(const std::filesystem::path& mjcf) {
-  const SpecPtr spec = Parse(mjcf);
-  const mjsBody* world = mjs_findBody(spec.get(), "world");
-  const auto roots = Children(world, mjOBJ_BODY, false);
-  return roots.size() == 1 && Children(world, mjOBJ_GEOM, false).empty() &&
-         HasFreeJointOnly(mjs_asBody(roots[0]));
+  return WhyNotAnObject(Parse(mjcf).get()).empty();
 }
 
 }  // namespace rangegrasp::sim::internal

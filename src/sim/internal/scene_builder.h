@@ -16,10 +16,10 @@ namespace rangegrasp::sim::internal {
 struct ObjectEntry {
   std::string name;
   Surface surface;
-  OpticalSurface optical;    ///< from its file if given there, else from its surface
-  int body = -1, tree = -1;  ///< root body, kinematic tree
-  int qpos = -1, dof = -1;   ///< addresses of the free joint's 7 coordinates and 6 velocities
-  double radius_m = 0.0;     ///< of a sphere about the body's origin with all collision geometry
+  OpticalSurface optical;   ///< from its file if given there, else from its surface
+  int body = -1;            ///< root body
+  int qpos = -1, dof = -1;  ///< addresses of the free joint's 7 coordinates and 6 velocities
+  double radius_m = 0.0;    ///< of a sphere about the body's origin with all collision geometry
   bool parked = true;
 };
 

@@ -50,7 +50,8 @@ double DriveLimit(const mjModel* model, int joint, int actuator) {
 }
 
 ArmServo::ArmServo(const mjModel* model)
-    : joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
+    : model_(model),
+      joints_(TupleOf(model, mjOBJ_JOINT, "arm_joints")),
       actuators_(TupleOf(model, mjOBJ_ACTUATOR, "arm_actuators")) {
   if (joints_.size() != actuators_.size()) {
     throw base::InputError(
@@ -58,58 +59,45 @@ ArmServo::ArmServo(const mjModel* model)
   }
 }
 
-void ArmServo::Command(const mjModel* model, mjData* data, const JointCommand& command) const {
+void ArmServo::Command(mjData* data, const JointCommand& command) const {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const int actuator = actuators_[i];
-    const double kp = model->actuator_gainprm[actuator * mjNGAIN];
-    const double kv = -model->actuator_biasprm[actuator * mjNBIAS + 2];
-    const double damping = model->dof_damping[model->jnt_dofadr[joints_[i]]];
+    const double kp = model_->actuator_gainprm[actuator * mjNGAIN];
+    const double kv = -model_->actuator_biasprm[actuator * mjNBIAS + 2];
+    const double damping = model_->dof_damping[model_->jnt_dofadr[joints_[i]]];
     const double lead = kp > 0.0 ? (kv + damping) / kp * command.velocity[i] : 0.0;
     data->ctrl[actuator] = command.position[i] + lead;
   }
 }
 
-bool ArmServo::AtLimit(const mjModel* model, const mjData* data, std::size_t i) const {
+bool ArmServo::AtLimit(const mjData* data, std::size_t i) const {
   // The engine clamps the torque at this limit, so that it never exceeds it.
-  const double limit = (1.0 - kRounding) * DriveLimit(model, joints_[i], actuators_[i]);
-  return std::abs(data->qfrc_actuator[model->jnt_dofadr[joints_[i]]]) >= limit;
+  const double limit = (1.0 - kRounding) * DriveLimit(model_, joints_[i], actuators_[i]);
+  return std::abs(data->qfrc_actuator[model_->jnt_dofadr[joints_[i]]]) >= limit;
 }
 
-void ArmServo::GiveWay(const mjModel* model, const mjData* data, double share,
-                       VectorXd& position) const {
-  const VectorXd torques = Torques(model, data);
+void ArmServo::GiveWay(const mjData* data, double share, VectorXd& position) const {
+  const VectorXd torques = Torques(data);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const double most = share * DriveLimit(model, joints_[i], actuators_[i]);
-    const double kp = model->actuator_gainprm[actuators_[i] * mjNGAIN];
+    const double most = share * DriveLimit(model_, joints_[i], actuators_[i]);
+    const double kp = model_->actuator_gainprm[actuators_[i] * mjNGAIN];
     if (kp > 0.0) position[i] -= (torques[i] - std::clamp(torques[i], -most, most)) / kp;
   }
 }
 
-VectorXd ArmServo::Torques(const mjModel* model, const mjData* data) const {
+VectorXd ArmServo::Torques(const mjData* data) const {
   VectorXd torques(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    torques[i] = data->qfrc_actuator[model->jnt_dofadr[joints_[i]]];
+    torques[i] = data->qfrc_actuator[model_->jnt_dofadr[joints_[i]]];
   }
   return torques;
 }
 
-Eigen::Matrix3Xd ArmServo::Jacobian(const mjModel* model, const mjData* data, int body,
-                                    const Eigen::Vector3d& point_W) const {
-  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> all(3, model->nv);
-  mj_jac(model, data, all.data(), nullptr, point_W.data(), body);
-  Eigen::Matrix3Xd J(3, joints_.size());
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    J.col(i) = all.col(model->jnt_dofadr[joints_[i]]);
-  }
-  return J;
-}
-
-VectorXd ArmServo::Lags(const mjModel* model, const mjData* data,
-                        const JointCommand& command) const {
+VectorXd ArmServo::Lags(const mjData* data, const JointCommand& command) const {
   VectorXd lags(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const double ahead = command.velocity[i] * model->opt.timestep;
-    const double off = data->qpos[model->jnt_qposadr[joints_[i]]] - command.position[i];
+    const double ahead = command.velocity[i] * model_->opt.timestep;
+    const double off = data->qpos[model_->jnt_qposadr[joints_[i]]] - command.position[i];
     lags[i] = std::abs(off - std::clamp(off, std::min(ahead, 0.0), std::max(ahead, 0.0)));
   }
   return lags;

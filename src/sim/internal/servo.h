@@ -27,29 +27,22 @@ class ArmServo {
  public:
   /// @throws base::InputError if a tuple is missing, or they differ in length
   explicit ArmServo(const mjModel* model);
-  void Command(const mjModel* model, mjData* data, const JointCommand& command) const;
+  void Command(mjData* data, const JointCommand& command) const;
   const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& actuators() const { return actuators_; }
   /// Whether the drive of joint number i is at its torque or force limit.
-  bool AtLimit(const mjModel* model, const mjData* data, std::size_t i) const;
+  bool AtLimit(const mjData* data, std::size_t i) const;
   /// Moves a command towards the present joint positions so that no drive gives more than a share
   /// of its limit, including the load of gravity.
-  void GiveWay(const mjModel* model, const mjData* data, double share,
-               Eigen::VectorXd& position) const;
+  void GiveWay(const mjData* data, double share, Eigen::VectorXd& position) const;
   /// Torques or forces of the drives [Nm, N].
-  Eigen::VectorXd Torques(const mjModel* model, const mjData* data) const;
-  /// Jacobian of a point that moves with a body, for the arm's joints: p_W' = J q'.
-  Eigen::Matrix3Xd Jacobian(const mjModel* model, const mjData* data, int body,
-                            const Eigen::Vector3d& point_W) const;
+  Eigen::VectorXd Torques(const mjData* data) const;
   /// Distance of each joint from its command [rad, m]. The servo sees the joint's position of the
   /// step before, so a lead of up to one step's motion (6 mrad at 3 rad/s) is not an error.
-  Eigen::VectorXd Lags(const mjModel* model, const mjData* data, const JointCommand& command) const;
-  double TrackingError(const mjModel* model, const mjData* data,
-                       const JointCommand& command) const {
-    return Lags(model, data, command).maxCoeff();
-  }
+  Eigen::VectorXd Lags(const mjData* data, const JointCommand& command) const;
 
  private:
+  const mjModel* model_;
   std::vector<int> joints_, actuators_;
 };
 

@@ -50,7 +50,7 @@ int TriedObjects::TriesAt(const Samples& object) const {
 }
 
 std::optional<int> TriedObjects::TurnOf(const Samples& object) const {
-  if (!MayBeTaken(object)) return std::nullopt;
+  if (StateOf(object) != Passed::kNotYet) return std::nullopt;
   return options_->retry == Retry::kAfterOthers ? TriesAt(object) : 0;
 }
 
@@ -119,9 +119,10 @@ class Run {
         world_(world),
         seed_(seed),
         observer_(observer),
-        tried_(options),
-        ends_(static_cast<std::size_t>(world.objects())) {
-    for (int i = 0; i < world.objects(); ++i) EndOf(i).object = world.object_name(i);
+        tried_(options) {
+    for (int i = 0; i < world.objects(); ++i) {
+      result_.objects.emplace_back().object = world.object_name(i);
+    }
   }
 
   Clearing Go() {
@@ -130,12 +131,11 @@ class Run {
     result_.stop = *stop;
     DescribeLeft();
     if (observer_.on_end) observer_.on_end(world_);
-    result_.objects = std::move(ends_);
     return std::move(result_);
   }
 
  private:
-  ObjectEnd& EndOf(int object) { return ends_[static_cast<std::size_t>(object)]; }
+  ObjectEnd& EndOf(int object) { return result_.objects[static_cast<std::size_t>(object)]; }
 
   // Makes one attempt. @return why the run ends, if it does.
   std::optional<Stop> Next() {
@@ -285,7 +285,6 @@ class Run {
   const ClearingObserver& observer_;
   TriedObjects tried_;
   Clearing result_;
-  std::vector<ObjectEnd> ends_;
   std::optional<Sensed> sensed_;
   bool fresh_ = false;     // nothing was deleted from the current scan
   grasp::Detection last_;  // in the current scan

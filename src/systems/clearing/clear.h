@@ -69,7 +69,6 @@ class TriedObjects {
   explicit TriedObjects(const ClearingOptions& options) : options_(&options) {}
 
   Passed StateOf(const Samples& object) const;
-  bool MayBeTaken(const Samples& object) const { return StateOf(object) == Passed::kNotYet; }
   /// nullopt if it may not be taken; else 0, or its number of failed tries (Retry::kAfterOthers).
   std::optional<int> TurnOf(const Samples& object) const;
   int TriesAt(const Samples& object) const;

@@ -1,14 +1,7 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
-#include "base/rng.h"
 #include "base/units.h"
 #include "cylinders/cylinder.h"
-#include "geometry/point_cloud.h"
 #include "perception/sampling.h"
 
 /// Barrel of a cylinder whose axis is approximately known: its points, its pose and its ends.

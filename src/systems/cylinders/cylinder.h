@@ -1,9 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
 #include <optional>
-#include <span>
 
 #include "geometry/point_cloud.h"
 

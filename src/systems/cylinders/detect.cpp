@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include "base/error.h"
@@ -393,11 +394,10 @@ void Filter(const DetectOptions& options, CylinderScene& scene) {
       options.preprocess.filter_unit_m,
       options.repeated_filter ? double{options.preprocess.filter_keep_m} : 0.0};
   const Points points = geometry::Select(scene.points_C, above);
-  std::vector<bool> kept(above.size(), false);
-  for (const auto k : perception::CompressionRateFilter(points, as_options)) kept[k] = true;
-  for (std::size_t k = 0; k < above.size(); ++k) {
-    (kept[k] ? scene.source : scene.outliers).push_back(above[k]);
+  for (const auto k : perception::CompressionRateFilter(points, as_options)) {
+    scene.source.push_back(above[k]);
   }
+  std::ranges::set_difference(above, scene.source, std::back_inserter(scene.outliers));
   scene.cloud.points = geometry::Select(scene.points_C, scene.source);
 }
 
@@ -443,8 +443,7 @@ void KeepTops(const Measured& measured, const DetectOptions& options, const Cyli
 /// fragment are used (section 4.2.4). With table_gate, only the top ones are segmented.
 void FindFragments(const Measured& measured, const DetectOptions& options, CylinderScene& scene) {
   Indices curved;
-  std::set_union(scene.curved.begin(), scene.curved.end(), scene.edges.begin(), scene.edges.end(),
-                 std::back_inserter(curved));
+  std::ranges::set_union(scene.curved, scene.edges, std::back_inserter(curved));
   if (options.table_gate) KeepTops(measured, options, scene, curved);
   FragmentOptions as_options = options.fragments;
   if (!options.wide_links) as_options.link = 0.0;
@@ -492,8 +491,9 @@ void TakeNearestRims(const CandidateContext& context, std::span<const GivenCylin
 }
 
 /// All possible poses of a given cylinder: from rims of its radius, and from barrels.
-std::vector<Candidate> CandidatesFor(const CylinderScene& scene, const GivenCylinder& given,
-                                     const DetectOptions& options, base::Rng& rng) {
+std::vector<Candidate> CandidatesFor(const CandidateContext& context, const GivenCylinder& given,
+                                     base::Rng& rng) {
+  const auto& [scene, rays, options] = context;
   std::vector<Candidate> candidates;
   const Eigen::Vector3d& up = scene.table.plane.normal;
   for (const Rim& rim : scene.rims) {
@@ -543,7 +543,7 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
                base::Rng& rng, CylinderScene& scene) {
   std::vector<FoundCylinder> found;
   for (std::size_t g = 0; g < given.size(); ++g) {
-    for (const Candidate& candidate : CandidatesFor(scene, given[g], context.options, rng)) {
+    for (const Candidate& candidate : CandidatesFor(context, given[g], rng)) {
       auto one = Examination(context, given[g]).Of(candidate);
       if (!one) continue;
       one->given = g;

@@ -1,22 +1,8 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <optional>
-#include <span>
-#include <vector>
-
-#include "base/rng.h"
-#include "base/units.h"
-#include "base/words.h"
 #include "cylinders/barrel.h"
-#include "cylinders/cylinder.h"
 #include "cylinders/rims.h"
-#include "geometry/observation.h"
 #include "perception/perceive.h"
-#include "perception/perception_options.h"
-#include "perception/sampling.h"
-#include "perception/scene.h"
 
 namespace rangegrasp::cylinders {
 

@@ -1,14 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
-#include <vector>
-
-#include "base/rng.h"
-#include "base/units.h"
 #include "cylinders/cylinder.h"
 #include "cylinders/rims.h"
-#include "geometry/point_cloud.h"
 
 /// Fits of one cylinder to the points of its visible side, compared in tables 4.3 and 4.4.
 

@@ -1,15 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
-#include "base/rng.h"
 #include "base/units.h"
-#include "geometry/kd_tree.h"
-#include "geometry/plane.h"
-#include "geometry/point_cloud.h"
 #include "perception/sampling.h"
 
 /// Curvature points: where a surface bends or ends (section 4.2.3).

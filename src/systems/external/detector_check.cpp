@@ -17,6 +17,7 @@ using grasp::Detector;
 using grasp::DetectorFailed;
 using trial::Cell;
 
+constexpr const char* kExternal = "external";  // name of the options in trial::Options
 constexpr std::size_t kScenes = 3;
 // The reported tables use other seeds.
 constexpr std::uint64_t kSeed = 11;

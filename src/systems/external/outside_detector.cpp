@@ -159,38 +159,36 @@ geometry::Indices GrownFrom(const geometry::Indices& seeds, geometry::PointSpan 
 // Number of best grasps that are enough to detect a wrong unit or frame.
 constexpr std::size_t kJudged = 20;
 constexpr double kWorkCell_m = 2.0;
+// No hand opens so far: a width above this is in another unit.
+constexpr double kWidest_m = 1.0;
 
-// A common mistake of detectors, and how to correct a grasp for it.
+// How to correct a grasp for a mistake; nullopt if the grasp cannot have it.
+using Correction = std::function<std::optional<grasp::Proposal>(grasp::Proposal)>;
+
+// A common mistake of detectors.
 struct Mistake {
   std::string words;
-  std::function<grasp::Proposal(const grasp::Proposal&)> corrected;
-  std::function<bool(const grasp::Proposal&)> possible;
+  Correction correction;
 };
 
 std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
-  const auto in_unit = [](double unit_m) {
-    return [unit_m](const grasp::Proposal& given) {
-      grasp::Proposal meant = given;
-      meant.X_CG.translation() *= unit_m;
-      meant.width_m *= unit_m;
-      return meant;
-    };
-  };
-  const base::Pose X_WV = observation.views.front().X_CV;
-  const auto in_sensor = [X_WV](const grasp::Proposal& given) {
-    grasp::Proposal meant = given;
-    meant.X_CG = X_WV * given.X_CG;
-    return meant;
-  };
   // Coordinates larger than a work cell are in another unit. Centimetres are tested first: read as
   // millimetres, they would all be near the origin, where an object may be.
-  const auto beyond = [](const grasp::Proposal& given) {
-    return given.X_CG.translation().norm() > kWorkCell_m;
+  const auto in_unit = [](double unit_m) -> Correction {
+    return [unit_m](grasp::Proposal given) -> std::optional<grasp::Proposal> {
+      if (!(given.X_CG.translation().norm() > kWorkCell_m)) return std::nullopt;
+      given.X_CG.translation() *= unit_m;
+      given.width_m *= unit_m;
+      return given;
+    };
   };
-  const auto anywhere = [](const grasp::Proposal&) { return true; };
-  return {{"centimetres, not metres", in_unit(1e-2), beyond},
-          {"millimetres, not metres", in_unit(1e-3), beyond},
-          {"the sensor's frame, not the cloud's, W", in_sensor, anywhere}};
+  const auto in_sensor = [X_WV = observation.views.front().X_CV](grasp::Proposal given) {
+    given.X_CG = X_WV * given.X_CG;
+    return given;
+  };
+  return {{"centimetres, not metres", in_unit(1e-2)},
+          {"millimetres, not metres", in_unit(1e-3)},
+          {"the sensor's frame, not the cloud's, W", in_sensor}};
 }
 
 // An answer to a question, or why there is none.
@@ -235,14 +233,14 @@ class AnsweringDetector : public Detector {
   void Understand(const Answer& answer, const fs::path& folder,
                   const geometry::Observation& observation, const Turn& turn, Scene& scene,
                   Detected& detected) const {
-    detected.detection.table_C = scene.table.plane;
     detected.kept = scene.cloud.size();
     detected.answered = answer.grasps.size();
-    if (!answer.grasps.empty() && HoldSomething(answer, scene, nullptr) == 0) {
+    if (!answer.grasps.empty() && HoldSomething(answer, scene, std::identity()) == 0) {
       RefuseMistakes(answer, observation, scene);
       detected.why_none = fmt::format(
           "none of the {} best grasps has a measured point between its fingers", Judged(answer));
     }
+    RefuseWidths(answer);
     const auto first = answer.objects
                            ? FirstOfObjects(answer, folder, observation, turn, scene, detected)
                            : FirstOfGrasps(answer, turn, scene, detected);
@@ -276,16 +274,15 @@ class AnsweringDetector : public Detector {
   static std::size_t Judged(const Answer& answer) {
     return std::min(answer.grasps.size(), kJudged);
   }
-  // Number of the best grasps with a measured point above the table between their fingers.
-  // @param mistake  corrects the grasps for this mistake; null: unchanged grasps
+  // Number of the best grasps that, corrected, have a measured point above the table between their
+  // fingers.
   std::size_t HoldSomething(const Answer& answer, const Scene& scene,
-                            const Mistake* mistake) const {
+                            const Correction& correction) const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < Judged(answer); ++i) {
-      const grasp::Proposal& given = answer.grasps[i].proposal;
-      if (mistake && !mistake->possible(given)) continue;
-      const grasp::Grasp placed = grasp::PlaceHand(mistake ? mistake->corrected(given) : given,
-                                                   robot_.hand(), options_.grasp);
+      const auto proposal = correction(answer.grasps[i].proposal);
+      if (!proposal) continue;
+      const auto placed = grasp::PlaceHand(*proposal, robot_.hand(), options_.grasp);
       count += BetweenFingers(placed, robot_.hand(), scene.cloud.points).empty() ? 0 : 1;
     }
     return count;
@@ -294,12 +291,24 @@ class AnsweringDetector : public Detector {
   void RefuseMistakes(const Answer& answer, const geometry::Observation& observation,
                       const Scene& scene) const {
     for (const Mistake& mistake : LikelyMistakes(observation)) {
-      const std::size_t count = HoldSomething(answer, scene, &mistake);
+      const std::size_t count = HoldSomething(answer, scene, mistake.correction);
       if (2 * count < Judged(answer)) continue;
       throw DetectorFailed(
           fmt::format("answer: seems to be in {}; none of the {} best grasps has a measured point "
                       "between its fingers, {} of them would otherwise",
                       mistake.words, Judged(answer), count));
+    }
+  }
+
+  // Checked after the other mistakes, since wrong units of all lengths are named better there.
+  // @throws DetectorFailed if a width can only be in another unit
+  void RefuseWidths(const Answer& answer) const {
+    for (const auto& one : answer.grasps) {
+      if (one.proposal.width_m <= kWidest_m) continue;
+      throw DetectorFailed(
+          fmt::format("answer: the width_m of a grasp is {:g}: far wider than the hand opens "
+                      "({:.3g} m); it must be in metres: is it in millimetres?",
+                      one.proposal.width_m, robot_.hand().MaxGap()));
     }
   }
 

@@ -22,9 +22,6 @@ struct OutsideOptions {
   std::vector<std::filesystem::path> hidden;  ///< folders of results, hidden in a sandbox
 };
 
-/// Name of these options in trial::Options.
-inline constexpr const char* kExternal = "external";
-
 /// Reads the keys below `detector`, to the end of the map. Words of the command that name a file
 /// relative to the experiment's folder are replaced by its path; the program is searched in PATH.
 /// @throws base::InputError also if the program does not exist.
@@ -40,7 +37,6 @@ std::unique_ptr<grasp::Detector> MakeOutsideDetector(const OutsideOptions& outsi
                                                      const robot::Robot& robot,
                                                      grasp::SceneObserver observer = {});
 
-/// A question to a detector about one scan.
 struct Question {
   const geometry::Observation& observation;
   const robot::Robot& robot;

@@ -86,14 +86,6 @@ const Coacd& Library() {
   return library;
 }
 
-geometry::TriangleMesh HullOf(const CoacdMesh& part) {
-  geometry::Points points;
-  for (std::uint64_t i = 0; i < part.vertex_count; ++i) {
-    points.emplace_back(part.vertices[3 * i], part.vertices[3 * i + 1], part.vertices[3 * i + 2]);
-  }
-  return geometry::ConvexHull(points);
-}
-
 bool IsGltf(const std::filesystem::path& file) {
   const std::string ending = base::EndingOf(file);
   return ending == ".gltf" || ending == ".glb";
@@ -141,9 +133,6 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
                   base::Word(*guess), longest));
   return MetersOf(*guess);
 }
-
-// Limits for objects to grasp: longest edge of the bounding box.
-constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
 
 double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
                const MeshObjectOptions& options, std::vector<std::string>& said) {
@@ -348,7 +337,12 @@ std::vector<geometry::TriangleMesh> ConvexParts(const geometry::TriangleMesh& so
   const double min_volume = kMinPart * geometry::Volume(solid);
   std::vector<geometry::TriangleMesh> parts;
   for (std::uint64_t i = 0; i < found.count; ++i) {
-    geometry::TriangleMesh hull = HullOf(found.meshes[i]);
+    const CoacdMesh& part = found.meshes[i];
+    geometry::Points corners;
+    for (std::uint64_t k = 0; k < part.vertex_count; ++k) {
+      corners.push_back(Eigen::Map<const Vector3d>(part.vertices + 3 * k));
+    }
+    geometry::TriangleMesh hull = geometry::ConvexHull(corners);
     if (geometry::Volume(hull) > min_volume) parts.push_back(std::move(hull));
   }
   coacd.free(found);
@@ -368,7 +362,7 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
 
   geometry::Repaired repaired;
   try {
-    repaired = geometry::RepairMesh(given.mesh, options.repair);
+    repaired = geometry::RepairMesh(given.mesh, options.max_hole);
   } catch (const base::InputError& error) {
     throw base::InputError(file.string() + ": " + error.what());
   }

@@ -19,6 +19,9 @@ namespace rangegrasp::objects {
 enum class LengthUnit { kMm, kCm, kM, kInch };
 constexpr std::array<std::string_view, 4> WordsOf(LengthUnit) { return {"mm", "cm", "m", "inch"}; }
 
+/// Limits for objects to grasp: longest edge of the bounding box.
+inline constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
+
 /// A unit's length [m].
 double MetersOf(LengthUnit unit);
 
@@ -52,7 +55,7 @@ struct MeshObjectOptions {
   std::optional<Up> up;             ///< default: z; for glTF y, by its standard
   std::optional<double> mass_kg;    ///< overrides the density
   double density_kg_m3 = 900.0;
-  geometry::RepairOptions repair;
+  double max_hole = geometry::kMaxHole;  ///< geometry::RepairMesh
 };
 
 /// An object made from a mesh: a solid in the object's frame O, z up, with its origin at the center

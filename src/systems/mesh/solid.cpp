@@ -40,6 +40,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "geometry/plane.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -201,7 +202,7 @@ void CloseByFan(Surface::Halfedge_index border, Surface& surface) {
 }
 
 // Closes small holes. The error for a too large hole states the width of the largest one.
-void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std::string>& done) {
+void CloseHoles(double max_hole, Surface& surface, std::vector<std::string>& done) {
   std::vector<Surface::Halfedge_index> borders;
   pmp::extract_boundary_cycles(surface, std::back_inserter(borders));
   if (borders.empty()) return;
@@ -210,7 +211,7 @@ void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std:
   for (const auto border : borders) {
     if (!IsSlit(surface, border)) widest = std::max(widest, WidthOf(surface, border));
   }
-  if (widest > options.max_hole * diagonal) {
+  if (widest > max_hole * diagonal) {
     throw base::InputError(fmt::format(
         "is open: the widest of {} is {:.0f} % of its size across. Close it in a mesh editor (a "
         "cup's wall needs a thickness), or close every hole with --fill-holes",
@@ -225,11 +226,9 @@ void CloseHoles(const RepairOptions& options, Surface& surface, std::vector<std:
                              Times(borders.size(), "hole"), 100.0 * widest / diagonal));
 }
 
-Surface SurfaceOf(const TriangleMesh& mesh) { return ToSurface(ToSoup(mesh)); }
-
-/// A closed convex mesh as planes.
+/// A closed convex mesh as planes that face outward.
 struct Convex {
-  std::vector<Eigen::Vector4d> planes;  // n . x <= d as (n, d)
+  std::vector<Plane> planes;
   Eigen::AlignedBox3d box;
 
   explicit Convex(const TriangleMesh& mesh) : box(BoundsOf(mesh.vertices)) {
@@ -237,12 +236,12 @@ struct Convex {
       const Eigen::Vector3d normal = (mesh.vertices[b] - mesh.vertices[a])
                                          .cross(mesh.vertices[c] - mesh.vertices[a])
                                          .normalized();
-      planes.emplace_back(normal.x(), normal.y(), normal.z(), normal.dot(mesh.vertices[a]));
+      planes.push_back(PlaneAt(normal, mesh.vertices[a]));
     }
   }
   bool Holds(const Eigen::Vector3d& p) const {
-    return box.contains(p) && std::all_of(planes.begin(), planes.end(), [&](const auto& plane) {
-             return plane.template head<3>().dot(p) <= plane[3];
+    return box.contains(p) && std::ranges::all_of(planes, [&](const Plane& plane) {
+             return plane.Distance(p) <= 0.0;
            });
   }
 };
@@ -290,19 +289,25 @@ Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double 
 
 }  // namespace
 
-Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
+Repaired RepairMesh(const TriangleMesh& mesh, double max_hole) {
+  // Shares of the diagonal: 0.3 mm for 170 mm, the noise of a good scanner. The wrap bridges gaps
+  // ten times as wide.
+  constexpr double kWrapOffset = 0.0018;
+  constexpr double kWrapGap = 0.018;
+  // A mesh with less volume than this share of the diagonal cubed is a sheet (paper: 4e-5).
+  constexpr double kMinVolume = 1e-5;
   Repaired result;
   Surface surface = Assemble(mesh, result.done);
-  CloseHoles(options, surface, result.done);
+  CloseHoles(max_hole, surface, result.done);
   if (pmp::does_self_intersect(surface)) {
     const double diagonal = DiagonalOf(surface);
     Surface wrap;
-    CGAL::alpha_wrap_3(surface, options.wrap_gap * diagonal, options.wrap_offset * diagonal, wrap);
+    CGAL::alpha_wrap_3(surface, kWrapGap * diagonal, kWrapOffset * diagonal, wrap);
     surface = std::move(wrap);
     result.done.push_back(
         fmt::format("it intersects itself: replaced by a wrapped surface, up to {:.2f} % of its "
                     "size outside the mesh",
-                    100.0 * options.wrap_offset));
+                    100.0 * kWrapOffset));
   } else {
     const double before = CGAL::to_double(pmp::volume(surface));
     pmp::orient_to_bound_a_volume(surface);
@@ -311,7 +316,7 @@ Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options) {
       result.done.emplace_back("it was inside out: orientation reversed");
   }
   const double volume = CGAL::to_double(pmp::volume(surface));
-  if (!(volume > options.min_volume * std::pow(DiagonalOf(surface), 3))) {
+  if (!(volume > kMinVolume * std::pow(DiagonalOf(surface), 3))) {
     throw base::InputError("encloses almost no volume: it is a sheet, not a solid");
   }
   result.mesh = FromSurface(surface);
@@ -327,7 +332,7 @@ TriangleMesh AlphaWrap(const TriangleMesh& mesh, double gap, double offset) {
 
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles) {
   if (mesh.triangles.size() <= max_triangles) return mesh;
-  Surface surface = SurfaceOf(mesh);
+  Surface surface = ToSurface(ToSoup(mesh));
   // A closed triangle mesh has three edges for every two triangles.
   const sms::Count_stop_predicate<Surface> stop(max_triangles * 3 / 2);
   const sms::GarlandHeckbert_plane_policies<Surface, Kernel> policies(surface);
@@ -338,7 +343,7 @@ TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t max_triangles) {
 }
 
 Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& parts) {
-  const Surface surface = SurfaceOf(mesh);
+  const Surface surface = ToSurface(ToSoup(mesh));
   const CGAL::Side_of_triangle_mesh<Surface, Kernel> side(surface);
   std::vector<Convex> solids(parts.begin(), parts.end());
   Eigen::AlignedBox3d box = BoundsOf(mesh.vertices);
@@ -351,12 +356,12 @@ Overlap OverlapOf(const TriangleMesh& mesh, const std::vector<TriangleMesh>& par
     for (double y = box.min().y() + step / 2; y < box.max().y(); y += step) {
       for (double z = box.min().z() + step / 2; z < box.max().z(); z += step) {
         const bool in = side(Point(x, y, z)) != CGAL::ON_UNBOUNDED_SIDE;
-        const bool held = std::any_of(solids.begin(), solids.end(), [&](const Convex& solid) {
+        const bool held = std::ranges::any_of(solids, [&](const Convex& solid) {
           return solid.Holds({x, y, z});
         });
-        inside += in ? 1 : 0;
-        covered += in && held ? 1 : 0;
-        beyond += !in && held ? 1 : 0;
+        inside += in;
+        covered += in && held;
+        beyond += !in && held;
       }
     }
   }

@@ -9,18 +9,9 @@
 
 namespace rangegrasp::geometry {
 
-struct RepairOptions {
-  /// Holes up to this share of the mesh's diagonal are closed: those that scanners and exporters
-  /// leave. A larger hole may be the mouth of a cup whose wall has no thickness.
-  double max_hole = 0.2;
-  /// A surface that intersects itself is replaced by an alpha wrap, with an offset of this share of
-  /// the diagonal (0.3 mm for 170 mm: the noise of a good scanner). It bridges gaps ten times as
-  /// wide.
-  double wrap_offset = 0.0018;
-  double wrap_gap = 0.018;
-  /// A mesh with less volume than this share of the diagonal cubed is a sheet (paper: 4e-5).
-  double min_volume = 1e-5;
-};
+/// Holes up to this share of the mesh's diagonal are closed: those that scanners and exporters
+/// leave. A larger hole may be the mouth of a cup whose wall has no thickness.
+inline constexpr double kMaxHole = 0.2;
 
 /// A mesh that bounds a solid: closed, each edge between two triangles, no intersecting triangles,
 /// faces outward.
@@ -33,8 +24,9 @@ struct Repaired {
 /// Merges equal vertices, removes triangles without area, makes orientations consistent, stitches
 /// borders, closes small holes, turns faces outward (CGAL). The same mesh gives the same bytes.
 /// @param mesh  in any unit; all coordinates finite.
+/// @param max_hole  1: every hole is closed
 /// @throws base::InputError with the reason if the repair fails: a large hole, no volume.
-Repaired RepairMesh(const TriangleMesh& mesh, const RepairOptions& options = {});
+Repaired RepairMesh(const TriangleMesh& mesh, double max_hole = kMaxHole);
 
 /// A closed surface around a mesh: CGAL's alpha wrap (Portaneri et al. 2022). It bridges gaps and
 /// gives thickness to sheets. Its faces grow with `gap`. The same mesh gives the same bytes.

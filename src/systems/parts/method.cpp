@@ -4,6 +4,7 @@
 
 #include "parts/baselines/baselines.h"
 #include "parts/hierarchy/hierarchy.h"
+#include "parts/mirror/mirroring.h"
 #include "parts/shape/shape_graph.h"
 #include "parts/stretched/pose_invariant.h"
 
@@ -16,23 +17,20 @@ Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& o
   if (shape.IsMesh() && method != Method::kMirror) shape.faces = TurnedOutwards(input);
   switch (method) {
     case Method::kMirror:
-      if (options.pose_invariant) return SegmentPoseInvariant(shape, {});
+      if (options.pose_invariant) return SegmentPoseInvariant(shape);
       return SegmentByMirroring(shape, {.go_on_outside = options.go_on_outside});
     case Method::kHierarchy: {
-      HierarchyOptions hierarchy;
-      hierarchy.parts = options.clusters;
+      HierarchyOptions hierarchy{.parts = options.clusters};
       hierarchy.cut_quality = options.cut_quality.value_or(hierarchy.cut_quality);
       Segmentation found = SegmentHierarchy(shape, hierarchy);
       return options.level ? AtLevel(found, *options.level) : found;
     }
     case Method::kKMeans:
-      return SegmentByKMeans(shape,
-                             {.clusters = options.clusters.value_or(KMeansOptions{}.clusters)});
+      return SegmentByKMeans(shape, {.clusters = options.clusters.value_or(kDefaultClusters)});
     case Method::kSdf:
-      return SegmentBySdf(shape, {.clusters = options.clusters.value_or(SdfOptions{}.clusters)});
+      return SegmentBySdf(shape, options.clusters.value_or(kDefaultClusters));
     case Method::kCore:
-      return SegmentByCoreExtraction(
-          shape, {.levels = options.level.value_or(CoreExtractionOptions{}.levels)});
+      return SegmentByCoreExtraction(shape, options.level.value_or(kDefaultLevels));
   }
   throw std::invalid_argument("SegmentBy: no such method");
 }

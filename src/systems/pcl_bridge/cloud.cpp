@@ -12,18 +12,11 @@
 #include "pcl_bridge/internal/cloud_data.h"
 
 namespace rangegrasp::pcl_bridge {
-namespace {
-
-void Silence() {
-  static std::once_flag once;
-  std::call_once(once, [] { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); });
-}
-
-}  // namespace
 
 Cloud::Cloud(geometry::PointSpan points, const Eigen::Vector3d& origin) {
   Demand(origin.allFinite(), "a cloud's origin must be finite");
-  Silence();
+  static std::once_flag silenced;
+  std::call_once(silenced, [] { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); });
   auto data = std::make_shared<Data>();
   data->size = points.size();
   data->origin = origin;

@@ -116,30 +116,6 @@ void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small
   }
 }
 
-/// The points of a cloud that have a normal. The library's sorts and fits do not tolerate NaN.
-struct OrientedCloud {
-  Cloud cloud;
-  pcl::PointCloud<pcl::Normal>::Ptr normals;  ///< one for each of cloud.data().finite
-};
-/// Positions still refer to the given cloud.
-OrientedCloud WithNormals(const Cloud& cloud, const geometry::Points& normals) {
-  Demand(normals.size() == cloud.size(), "there must be one normal for each point of the cloud");
-  const Cloud::Data& all = cloud.data();
-  auto data = std::make_shared<Cloud::Data>();
-  data->size = all.size;
-  data->origin = all.origin;
-  const pcl::PointCloud<pcl::Normal>::Ptr converted(new pcl::PointCloud<pcl::Normal>);
-  for (std::size_t k = 0; k < all.source.size(); ++k) {
-    const auto i = all.source[k];
-    if (!normals[i].allFinite()) continue;
-    const Eigen::Vector3f n = normals[i].cast<float>();
-    converted->push_back({n.x(), n.y(), n.z(), 0.0F});
-    data->finite->push_back((*all.finite)[k]);
-    data->source.push_back(i);
-  }
-  return {Cloud(std::move(data)), converted};
-}
-
 struct Model {
   Eigen::VectorXd values;  ///< in the library's frame; empty without a model
   pcl::PointIndices inliers;
@@ -275,18 +251,28 @@ std::optional<CylinderFit> FitCylinder(const Cloud& cloud, const geometry::Point
          "FitCylinder: normal_weight must be in [0, 1]");
   Demand(options.min_radius_m >= 0.0 && options.max_radius_m > options.min_radius_m,
          "FitCylinder: radii must hold 0 <= min_radius_m < max_radius_m");
-  const OrientedCloud oriented = WithNormals(cloud, normals);
-  const auto& points = oriented.cloud.data().finite;
+  Demand(normals.size() == cloud.size(), "there must be one normal for each point of the cloud");
+  // The library's sorts and fits do not tolerate NaN.
+  const geometry::Indices with_normal =
+      geometry::PositionsWhere(normals, [](const auto& n) { return n.allFinite(); });
+  const Cloud oriented = cloud.Select(with_normal);
+  const auto& points = oriented.data().finite;
   if (points->size() < 2) return std::nullopt;
+  const pcl::PointCloud<pcl::Normal>::Ptr converted(new pcl::PointCloud<pcl::Normal>);
+  for (const std::uint32_t i : oriented.data().source) {
+    const Eigen::Vector3f n = normals[with_normal[i]].cast<float>();
+    converted->push_back({n.x(), n.y(), n.z(), 0.0F});
+  }
   pcl::SACSegmentationFromNormals<pcl::PointXYZ, pcl::Normal> sac;
-  sac.setInputNormals(oriented.normals);
+  sac.setInputNormals(converted);
   sac.setNormalDistanceWeight(options.normal_weight);
   sac.setRadiusLimits(options.min_radius_m, options.max_radius_m);
   const Model model = Fit(sac, pcl::SACMODEL_CYLINDER, points, options);
   if (model.inliers.indices.empty()) return std::nullopt;
+  geometry::Indices inliers = ToSource(oriented, model.inliers.indices);
+  for (std::uint32_t& i : inliers) i = with_normal[i];
   const Eigen::Vector3d mean = Mean(*points, model.inliers.indices);
-  return CylinderFit{ToCylinder(model.values, mean, cloud.origin()),
-                     ToSource(oriented.cloud, model.inliers.indices)};
+  return CylinderFit{ToCylinder(model.values, mean, cloud.origin()), std::move(inliers)};
 }
 
 }  // namespace rangegrasp::pcl_bridge

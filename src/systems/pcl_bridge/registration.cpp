@@ -1,5 +1,6 @@
 #include "pcl_bridge/registration.h"
 
+#include <pcl/common/io.h>
 #include <pcl/registration/icp.h>
 #include <pcl/search/kdtree.h>
 
@@ -90,11 +91,7 @@ Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& t
   const PclCloud& points = *source.data().finite;
   Demand(points.size() >= 3, "RegisterPointToPlane: the source needs 3 points or more");
   const PclOriented::Ptr oriented(new PclOriented);
-  for (const pcl::PointXYZ& point : points) {
-    pcl::PointNormal p;
-    p.getVector3fMap() = point.getVector3fMap();
-    oriented->push_back(p);
-  }
+  pcl::copyPointCloud(points, *oriented);
   PointToPlane method;
   method.setInputSource(oriented);
   method.setInputTarget(target.data().points);

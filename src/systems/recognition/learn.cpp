@@ -19,13 +19,10 @@ constexpr std::size_t kMinPoints = 200;  // fewer are noise, or the scan is too 
 /// A place on the surface was seen if a measured point is within this many spacings.
 constexpr double kSeen = 2.5;
 constexpr double kMaxSize = 1000.0;  // in spacings; a distant outlier keeps the mesher from ending
-constexpr double kFacesUp = 0.5;     // z of a normal; the foot's upper end is inside the object
-
-/// A frame in the table's plane, with z away from it.
-base::Pose TableFrame(const geometry::Plane& table) {
-  const auto R = base::TurnOnto(Eigen::Vector3d::UnitZ(), table.normal);
-  return base::MakePose(R.toRotationMatrix(), table.Project(Eigen::Vector3d::Zero()));
-}
+/// The lowest points of the sides are classified as table. The body is therefore assumed to stand
+/// where it was seen below this height above the table.
+constexpr double kFoot_m = 0.008;
+constexpr double kFacesUp = 0.5;  // z of a normal; the foot's upper end is inside the object
 
 /// All perceived objects in the table's frame: one object may be split into several segments.
 PointCloud ThingOf(const perception::Scene& scene, const base::Pose& X_CT) {
@@ -67,15 +64,15 @@ PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
 
 /// Adds the side below the lowest seen points, and the bottom, both from the hull of the foot
 /// points. An object that is hollow from below looks the same from above.
-void AddFoot(const LearnOptions& options, PointCloud& thing) {
+void AddFoot(double spacing_m, PointCloud& thing) {
   const double lowest_m = geometry::BoundsOf(thing.points).min().z();
   geometry::Points feet;
   for (const Eigen::Vector3d& p : thing.points) {
-    if (p.z() > options.foot_m) continue;
+    if (p.z() > kFoot_m) continue;
     feet.emplace_back(p.x(), p.y(), 0.0);
     feet.emplace_back(p.x(), p.y(), lowest_m);
   }
-  const PointCloud foot = SampledSurface(geometry::ConvexHull(feet), options.spacing_m);
+  const PointCloud foot = SampledSurface(geometry::ConvexHull(feet), spacing_m);
   for (std::size_t i = 0; i < foot.size(); ++i) {
     if (foot.normals[i].z() > kFacesUp) continue;
     thing.points.push_back(foot.points[i]);
@@ -83,8 +80,7 @@ void AddFoot(const LearnOptions& options, PointCloud& thing) {
   }
 }
 
-double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing,
-                 const LearnOptions& options) {
+double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing, double spacing_m) {
   const geometry::KdTree measured(thing.points);
   double seen_m2 = 0.0, all_m2 = 0.0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -93,38 +89,39 @@ double ShareSeen(const geometry::TriangleMesh& mesh, const PointCloud& thing,
     const Eigen::Vector3d& pc = mesh.vertices[c];
     const Eigen::Vector3d middle = (pa + pb + pc) / 3.0;
     const Eigen::Vector3d twice = (pb - pa).cross(pc - pa);
-    if (middle.z() < options.foot_m) continue;  // no sensor can see it there
+    if (middle.z() < kFoot_m) continue;  // no sensor can see it there
     all_m2 += 0.5 * twice.norm();
-    if (measured.CountWithin(middle, kSeen * options.spacing_m, 1) > 0)
-      seen_m2 += 0.5 * twice.norm();
+    if (measured.CountWithin(middle, kSeen * spacing_m, 1) > 0) seen_m2 += 0.5 * twice.norm();
   }
   return all_m2 > 0.0 ? seen_m2 / all_m2 : 0.0;
 }
 
 }  // namespace
 
-LearntModel Learn(const perception::Scene& scene, const LearnOptions& options) {
-  const base::Pose X_CT = TableFrame(scene.table.plane);
-  const PointCloud thing = MeanOfEachCell(ThingOf(scene, X_CT), options.spacing_m);
+LearntModel Learn(const perception::Scene& scene, double spacing_m) {
+  const geometry::Plane& table = scene.table.plane;
+  const auto R_CT = base::TurnOnto(Eigen::Vector3d::UnitZ(), table.normal).toRotationMatrix();
+  const base::Pose X_CT = base::MakePose(R_CT, table.Project(Eigen::Vector3d::Zero()));
+  const PointCloud thing = MeanOfEachCell(ThingOf(scene, X_CT), spacing_m);
   if (thing.size() < kMinPoints) {
     throw base::InputError(
         fmt::format("only {} points belong to an object on the table (one per cell of {:g} mm); at "
                     "least {} are needed",
-                    thing.size(), options.spacing_m * 1e3, kMinPoints));
+                    thing.size(), spacing_m * 1e3, kMinPoints));
   }
   const double size_m = geometry::BoundsOf(thing.points).sizes().maxCoeff();
-  if (size_m > kMaxSize * options.spacing_m) {
+  if (size_m > kMaxSize * spacing_m) {
     throw base::InputError(
         fmt::format("the points above the table are {:g} m across, more than {:g} cells of {:g} "
                     "mm: is an outlier among them? --crop excludes it",
-                    size_m, kMaxSize, options.spacing_m * 1e3));
+                    size_m, kMaxSize, spacing_m * 1e3));
   }
   PointCloud closed = thing;
-  AddFoot(options, closed);
-  auto surface = geometry::PoissonSurface(closed, options.spacing_m);
+  AddFoot(spacing_m, closed);
+  auto surface = geometry::PoissonSurface(closed, spacing_m);
   if (!surface) throw base::InputError("no closed surface fits the points");
   LearntModel model;
-  model.share_seen = ShareSeen(*surface, thing, options);
+  model.share_seen = ShareSeen(*surface, thing, spacing_m);
   Eigen::Vector3d middle = geometry::BoundsOf(surface->vertices).center();
   middle.z() = 0.0;
   const base::Pose X_TB = base::MakePose(Eigen::Matrix3d::Identity(), middle);

@@ -5,12 +5,8 @@
 
 namespace rangegrasp::recognition {
 
-struct LearnOptions {
-  double spacing_m = 0.002;  ///< of the points from which the surface is made
-  /// The lowest points of the sides are classified as table. The body is therefore assumed to stand
-  /// where it was seen below this height above the table.
-  double foot_m = 0.008;
-};
+/// Default spacing of the points from which a model is made: one point in each cell of this size.
+inline constexpr double kLearnSpacing_m = 0.002;
 
 /// A model of an object, learned from views of it.
 struct LearntModel {
@@ -23,7 +19,8 @@ struct LearntModel {
 /// Makes a model of the only object on a table from all views of a scene: its measured points with
 /// their normals, and the table under it, closed by Poisson reconstruction (mesh/solid.h). Parts
 /// that no view saw are closed smoothly.
+/// @param spacing_m  of the points from which the surface is made
 /// @throws base::InputError if there is nothing on the table, or no surface fits.
-LearntModel Learn(const perception::Scene& scene, const LearnOptions& options = {});
+LearntModel Learn(const perception::Scene& scene, double spacing_m = kLearnSpacing_m);
 
 }  // namespace rangegrasp::recognition

@@ -153,14 +153,18 @@ Library::Library(std::vector<KnownObject> objects) {
   prepared_ = std::move(prepared);
 }
 
-const KnownObject& Library::Find(const std::string& name) const {
+const internal::PreparedObject& Library::Prepared::Find(const std::string& name) const {
   std::vector<std::string> known;
-  for (const auto& one : prepared_->ready) {
-    if (one->object.name == name) return one->object;
+  for (const auto& one : ready) {
+    if (one->object.name == name) return *one;
     known.push_back(one->object.name);
   }
   throw base::InputError(
       fmt::format("unknown object '{}'; known objects: {}", name, base::Join(known)));
+}
+
+const KnownObject& Library::Find(const std::string& name) const {
+  return prepared_->Find(name).object;
 }
 
 }  // namespace rangegrasp::recognition

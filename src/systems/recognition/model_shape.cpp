@@ -298,20 +298,24 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
   return symmetry;
 }
 
-PoseDifference Difference(const base::Pose& X_CB, const base::Pose& other_CB,
-                          const Symmetry& symmetry) {
-  PoseDifference difference{(X_CB * symmetry.center_B - other_CB * symmetry.center_B).norm(),
-                            std::numbers::pi};
-  const Matrix3d between = X_CB.linear().transpose() * other_CB.linear();
+double AngleBetween(const Matrix3d& R_CB, const Matrix3d& other_CB, const Symmetry& symmetry) {
+  double smallest = std::numbers::pi;
+  const Matrix3d between = R_CB.transpose() * other_CB;
   for (const Matrix3d& turn : symmetry.rotations) {
     const Matrix3d left = between * turn;
     const double angle =
         symmetry.axis_B
             ? std::acos(std::clamp((left * *symmetry.axis_B).dot(*symmetry.axis_B), -1.0, 1.0))
             : AngleOf(left);
-    difference.angle_rad = std::min(difference.angle_rad, angle);
+    smallest = std::min(smallest, angle);
   }
-  return difference;
+  return smallest;
+}
+
+PoseDifference Difference(const base::Pose& X_CB, const base::Pose& other_CB,
+                          const Symmetry& symmetry) {
+  return {(X_CB * symmetry.center_B - other_CB * symmetry.center_B).norm(),
+          AngleBetween(X_CB.linear(), other_CB.linear(), symmetry)};
 }
 
 std::optional<Axis> AxisOfRevolution(const geometry::PointCloud& surface_B) {

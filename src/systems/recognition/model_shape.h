@@ -31,10 +31,15 @@ struct Symmetry {
 /// nearest samples, so that its spacing may exceed the tolerance of a rotation (1.5 mm)
 Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B);
 
+/// Angle of the rotation between two orientations, modulo symmetry; solid of revolution: between
+/// the axes.
+double AngleBetween(const Eigen::Matrix3d& R_CB, const Eigen::Matrix3d& other_CB,
+                    const Symmetry& symmetry);
+
 /// Difference between two poses, modulo symmetry.
 struct PoseDifference {
   double distance_m = 0.0;  ///< between the centers
-  double angle_rad = 0.0;   ///< of the rotation; solid of revolution: between the axes
+  double angle_rad = 0.0;   ///< AngleBetween
 };
 PoseDifference Difference(const base::Pose& X_CB, const base::Pose& other_CB,
                           const Symmetry& symmetry);

@@ -1,5 +1,7 @@
 #include "recognition/recognize.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <iterator>
@@ -8,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "base/units.h"
 #include "geometry/kd_tree.h"
 #include "recognition/internal/match.h"
 
@@ -33,13 +36,16 @@ struct Query {
   const RecognitionOptions& options;
 };
 
-std::size_t CountIn(const SampleSet& set, const std::vector<geometry::SampleId>& samples) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      samples, [&](const geometry::SampleId& id) { return set.contains(id); }));
+/// Whether more than half of a find's samples are in the set.
+bool IsMostlyIn(const SampleSet& set, const FoundObject& found) {
+  const auto in_set = std::ranges::count_if(
+      found.samples, [&](const geometry::SampleId& id) { return set.contains(id); });
+  return 2 * static_cast<std::size_t>(in_set) > found.samples.size();
 }
 
-FoundObject FoundAt(const Match& match, const Posed& posed, const Segment& segment,
-                    const Query& query) {
+/// The object in its best pose.
+FoundObject FoundAt(const Match& match, const Segment& segment, const Query& query) {
+  const Posed& posed = match.posed().front();
   geometry::Indices explained;
   const Evidence evidence =
       internal::Weigh(match.object(), posed.X_CB, segment.rays, query.options.tolerance_m,
@@ -56,56 +62,54 @@ FoundObject FoundAt(const Match& match, const Posed& posed, const Segment& segme
   return found;
 }
 
-/// A known object matched to a segment: its poses, best first.
-struct Candidate {
-  Match match;
-  std::vector<Posed> posed;
-
-  double Score() const { return posed.empty() ? 0.0 : posed.front().score; }
-  const std::string& Name() const { return match.object().object.name; }
-};
-
-void Sort(std::vector<Candidate>& candidates) {
-  std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {
-    return a.Score() != b.Score() ? a.Score() > b.Score() : a.Name() < b.Name();
+/// Best first; notes the best one.
+void Sort(std::vector<Match>& candidates, UnknownObject& noted) {
+  std::ranges::sort(candidates, [](const Match& a, const Match& b) {
+    if (a.Score() != b.Score()) return a.Score() > b.Score();
+    return a.object().object.name < b.object().object.name;
   });
+  if (candidates.empty()) return;
+  noted.nearest = candidates.front().object().object.name;
+  noted.score = candidates.front().Score();
 }
 
-/// Removes candidates that are hopeless compared with the best one.
-void Prune(std::vector<Candidate>& candidates, double hopeless) {
-  Sort(candidates);
-  if (candidates.empty()) return;
+/// Sorts, and removes candidates that are hopeless compared with the best one; all of them if even
+/// the best is below min_score.
+void Prune(std::vector<Match>& candidates, double min_score, double hopeless,
+           UnknownObject& noted) {
+  Sort(candidates, noted);
+  if (candidates.empty() || candidates.front().Score() < min_score) {
+    candidates.clear();
+    return;
+  }
   const double least = std::max(1e-6, candidates.front().Score() - hopeless);
-  std::erase_if(candidates, [&](const Candidate& one) { return one.Score() < least; });
+  std::erase_if(candidates, [&](const Match& one) { return one.Score() < least; });
 }
 
 /// The known objects that are not hopeless at a segment, best first. None if even the best guess
 /// explains little, as in most segments of merged objects: in two piles, objects that were found
 /// had guesses of 0.74 or more.
 /// @param only  name of an object that is compared alone; empty: all are
-std::vector<Candidate> CandidatesAt(const Segment& segment, const Query& query,
-                                    const std::string& only) {
+/// @param noted  receives the best one, also if it is hopeless
+std::vector<Match> CandidatesAt(const Segment& segment, const Query& query, const std::string& only,
+                                UnknownObject& noted) {
   const RecognitionOptions& options = query.options;
-  std::vector<Candidate> candidates;
+  std::vector<Match> candidates;
   for (const auto& object : query.library.prepared().ready) {
-    if (!only.empty() && only != object->object.name) continue;
-    const Match match(*object, segment, options);
-    candidates.push_back({match, match.Guesses()});
+    const std::string& name = object->object.name;
+    if (name == options.left_out || (!only.empty() && name != only)) continue;
+    candidates.emplace_back(*object, segment, options);
   }
   const double near_enough = kNearEnough * options.hopeless;
-  const auto all_hopeless = [&] {
-    return candidates.empty() || candidates.front().Score() < options.min_score - near_enough;
-  };
-  Prune(candidates, options.hopeless);
-  if (all_hopeless()) return {};
-  for (Candidate& one : candidates) one.posed = one.match.Registered(std::move(one.posed));
-  Prune(candidates, near_enough);
-  if (all_hopeless()) return {};
-  for (Candidate& one : candidates) {
-    one.match.AddTurned(one.posed);
-    one.match.Settle(one.posed);
+  const double min_score = options.min_score - near_enough;
+  Prune(candidates, min_score, options.hopeless, noted);
+  for (Match& one : candidates) one.Register();
+  Prune(candidates, min_score, near_enough, noted);
+  for (Match& one : candidates) {
+    one.AddTurned();
+    one.Settle();
   }
-  Sort(candidates);
+  Sort(candidates, noted);
   return candidates;
 }
 
@@ -129,30 +133,58 @@ double Hugging(const FoundObject& found, const geometry::Indices& own, const Que
   return static_cast<double>(hugging) / static_cast<double>(own.size());
 }
 
-/// True if it is seen well enough to be named, and is not another shape of similar size.
-bool IsPlausible(const FoundObject& found, const RecognitionOptions& options) {
-  return found.samples.size() >= options.min_samples &&
-         found.score - found.runner_up >= options.margin / std::max(0.1, found.share_seen) &&
-         found.violations <= options.max_violations &&
-         found.rms_m <= options.max_rms * options.tolerance_m &&
-         found.hugging <= options.max_hugging &&
-         (options.color_weight == 0.0 || found.color >= options.min_color) &&
-         found.share_seen >= options.min_share_seen;
+/// Why it is not seen well enough to be named, or may be another shape of similar size; empty if
+/// neither holds.
+std::string FlawOf(const FoundObject& found, const RecognitionOptions& options) {
+  const double lead = options.margin / std::max(0.1, found.share_seen);
+  const double max_rms_m = options.max_rms * options.tolerance_m;
+  if (found.samples.size() < options.min_samples) {
+    return fmt::format("it explains {} samples, at least {} are needed", found.samples.size(),
+                       options.min_samples);
+  }
+  if (found.score - found.runner_up < lead) {
+    return fmt::format("another object scores {:.3f}, it must score at least {:.3f} more",
+                       found.runner_up, lead);
+  }
+  if (found.violations > options.max_violations) {
+    return fmt::format("{:.1f} % of the rays passed through it, at most {:.1f} % may",
+                       100.0 * found.violations, 100.0 * options.max_violations);
+  }
+  if (found.rms_m > max_rms_m) {
+    return fmt::format("the samples are {:.2f} mm off its surface, at most {:.2f} mm is allowed",
+                       found.rms_m * base::kMmPerM, max_rms_m * base::kMmPerM);
+  }
+  if (found.hugging > options.max_hugging) {
+    return fmt::format(
+        "{:.1f} % of the samples are close to it but not on it, at most {:.1f} % may be",
+        100.0 * found.hugging, 100.0 * options.max_hugging);
+  }
+  if (options.color_weight != 0.0 && found.color < options.min_color) {
+    return fmt::format("its colors agree by {:.2f}, at least {:.2f} is needed", found.color,
+                       options.min_color);
+  }
+  if (found.share_seen < options.min_share_seen) {
+    return fmt::format("{:.0f} % of it was seen, at least {:.0f} % is needed",
+                       100.0 * found.share_seen, 100.0 * options.min_share_seen);
+  }
+  return "";
 }
 
-/// The known object at a segment; nullopt if none is good enough, or two are about equally good.
+/// The known object at a segment; nullopt, and why in `unknown`, if none is good enough, or two are
+/// about equally good.
 std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
-                                    const std::string& only = {}) {
+                                    UnknownObject& unknown, const std::string& only = {}) {
   const RecognitionOptions& options = query.options;
   const Segment segment = internal::SegmentOf(query.observation, query.scene, own, options);
-  const auto candidates = CandidatesAt(segment, query, only);
-  if (candidates.empty() || candidates.front().posed.empty()) return std::nullopt;
-  const Candidate& best = candidates.front();
-  if (best.match.ShapeScore(best.posed.front().X_CB) < options.min_score) return std::nullopt;
-  const KnownObject& known = best.match.object().object;
-  FoundObject found = FoundAt(best.match, best.posed.front(), segment, query);
-  std::vector<Posed> others = best.match.Moved(best.posed.front());
-  others.insert(others.begin(), best.posed.begin(), best.posed.end());
+  const auto candidates = CandidatesAt(segment, query, only, unknown);
+  unknown.reason = fmt::format("its shape must score at least {:.2f}", options.min_score);
+  if (candidates.empty()) return std::nullopt;
+  const Match& best = candidates.front();
+  if (best.ShapeScore(best.posed().front().X_CB) < options.min_score) return std::nullopt;
+  const KnownObject& known = best.object().object;
+  FoundObject found = FoundAt(best, segment, query);
+  std::vector<Posed> others = best.Moved();
+  others.insert(others.begin(), best.posed().begin(), best.posed().end());
   for (const Posed& other : others) {
     const bool differs = internal::AreDistinct(other.X_CB, found.X_CB, known.symmetry);
     if (differs && other.score > found.score - options.margin) {
@@ -161,7 +193,8 @@ std::optional<FoundObject> Identify(const Query& query, const geometry::Indices&
   }
   found.hugging = Hugging(found, own, query);
   if (candidates.size() > 1) found.runner_up = candidates[1].Score();
-  return IsPlausible(found, options) ? std::optional(found) : std::nullopt;
+  unknown.reason = FlawOf(found, options);
+  return unknown.reason.empty() ? std::optional(found) : std::nullopt;
 }
 
 /// An object's points with those of small pieces near it, e.g. a handle; empty if there are none.
@@ -189,7 +222,7 @@ void DropPieces(std::vector<FoundObject>& all) {
                            [](const FoundObject& found) { return found.samples.size(); });
   SampleSet taken;
   std::erase_if(all, [&](const FoundObject& found) {
-    if (2 * CountIn(taken, found.samples) > found.samples.size()) return true;
+    if (IsMostlyIn(taken, found)) return true;
     taken.insert(found.samples.begin(), found.samples.end());
     return false;
   });
@@ -202,8 +235,7 @@ std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
                                        std::vector<FoundObject>& now) {
   std::erase_if(before, [&](const FoundObject& one) {
     const auto again = std::ranges::find_if(now, [&](const FoundObject& other) {
-      const SampleSet samples(other.samples.begin(), other.samples.end());
-      return 2 * CountIn(samples, one.samples) > one.samples.size();
+      return IsMostlyIn(SampleSet(other.samples.begin(), other.samples.end()), one);
     });
     if (again == now.end()) return false;
     if (again->score >= one.score - kMuchWorse) return true;
@@ -216,12 +248,10 @@ std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
 /// True if the new views agree with an earlier find: they see its surface, and nothing behind it.
 bool StillFits(const FoundObject& found, const geometry::Indices& own, const Query& query) {
   const RecognitionOptions& options = query.options;
-  const auto prepared =
-      std::ranges::find_if(query.library.prepared().ready,
-                           [&](const auto& object) { return object->object.name == found.object; });
+  const auto& prepared = query.library.prepared().Find(found.object);
   const auto rays = internal::RaysAbout(query.observation, query.scene, own, options.beside_m);
   const Evidence evidence =
-      internal::Weigh(**prepared, found.X_CB, rays, options.tolerance_m, options.color_tolerance);
+      internal::Weigh(prepared, found.X_CB, rays, options.tolerance_m, options.color_tolerance);
   return evidence.explained >= static_cast<double>(options.min_samples) &&
          evidence.violated / evidence.Visible() <= options.max_violations &&
          evidence.Rms_m() <= options.max_rms * options.tolerance_m;
@@ -255,44 +285,60 @@ std::optional<FoundObject> Confirm(const Query& query, const geometry::Indices& 
   if (known.empty()) return std::nullopt;
   SampleSet samples;
   for (const auto point : own) samples.insert(query.scene.SampleOf(point));
+  UnknownObject ignored;
   for (const FoundObject& before : known) {
-    if (2 * CountIn(samples, before.samples) <= before.samples.size()) continue;
-    auto found = Identify(query, own, before.object);
+    if (!IsMostlyIn(samples, before)) continue;
+    auto found = Identify(query, own, ignored, before.object);
     if (!found) continue;
     const Symmetry& symmetry = query.library.Find(before.object).symmetry;
     if (internal::AreDistinct(found->X_CB, before.X_CB, symmetry)) continue;
     found->runner_up = before.runner_up;
-    if (IsPlausible(*found, query.options)) return found;
+    if (FlawOf(*found, query.options).empty()) return found;
   }
   return std::nullopt;
 }
 
 /// Identifies each of these perceived objects, if possible. Known ones are confirmed first.
+/// @param unknown  the others are appended to it
 std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::size_t>& which,
+                                     std::vector<UnknownObject>& unknown,
                                      const std::vector<FoundObject>& known = {}) {
   std::vector<FoundObject> all;
   for (const std::size_t i : which) {
     const geometry::Indices& own = query.scene.objects[i].points;
-    if (own.size() < query.options.min_samples) continue;
-    const geometry::Indices whole = WithPieces(query.scene, i, query.options);
-    auto found = Confirm(query, whole.empty() ? own : whole, known);
-    if (!found && !whole.empty()) found = Identify(query, whole);
-    if (!found) found = Identify(query, own);
-    if (found) all.push_back(std::move(*found));
+    UnknownObject one{.object = i};
+    std::optional<FoundObject> found;
+    if (own.size() < query.options.min_samples) {
+      one.reason = fmt::format("it has {} points, at least {} are needed", own.size(),
+                               query.options.min_samples);
+    } else {
+      const geometry::Indices whole = WithPieces(query.scene, i, query.options);
+      found = Confirm(query, whole.empty() ? own : whole, known);
+      if (!found && !whole.empty()) found = Identify(query, whole, one);
+      if (!found) found = Identify(query, own, one);
+    }
+    if (found) {
+      all.push_back(std::move(*found));
+    } else {
+      unknown.push_back(std::move(one));
+    }
   }
   DropPieces(all);
   return all;
 }
 
-/// Removes claimed points from the perceived objects. @return the objects that lost points
-std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::Scene& scene) {
-  std::vector<std::size_t> changed;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const auto taken =
-        std::erase_if(scene.objects[i].points, [&](std::uint32_t point) { return claimed[point]; });
-    if (taken > 0) changed.push_back(i);
-  }
-  return changed;
+SampleSet SamplesOf(const std::vector<FoundObject>& found) {
+  SampleSet samples;
+  for (const FoundObject& one : found) samples.insert(one.samples.begin(), one.samples.end());
+  return samples;
+}
+
+/// Whether the set has at least half of a perceived object's samples.
+bool IsExplained(const perception::Scene& scene, std::size_t object, const SampleSet& samples) {
+  const geometry::Indices& own = scene.objects[object].points;
+  const auto in_set = std::ranges::count_if(
+      own, [&](std::uint32_t point) { return samples.contains(scene.SampleOf(point)); });
+  return 2 * static_cast<std::size_t>(in_set) >= own.size();
 }
 
 }  // namespace
@@ -300,21 +346,36 @@ std::vector<std::size_t> TakeOff(const std::vector<bool>& claimed, perception::S
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
                                    const RecognitionOptions& options,
-                                   std::vector<FoundObject> known) {
+                                   std::vector<FoundObject> known,
+                                   std::vector<UnknownObject>* unknown) {
   std::vector<std::size_t> which(scene.objects.size());
   std::iota(which.begin(), which.end(), std::size_t{0});
   const Query query{observation, scene, library, options};
-  auto all = IdentifyAll(query, which, known);
+  std::vector<UnknownObject> unnamed;
+  auto all = IdentifyAll(query, which, unnamed, known);
   known = NotFoundAgain(std::move(known), all);
   const auto claimed = Claim(query, known);
   if (!known.empty()) {
     // The rest of their segments are other objects.
     perception::Scene rest = scene;
-    const auto changed = TakeOff(claimed, rest);
-    auto beside = IdentifyAll({observation, rest, library, options}, changed);
+    std::vector<std::size_t> changed;
+    for (std::size_t i = 0; i < rest.objects.size(); ++i) {
+      const auto taken = std::erase_if(rest.objects[i].points,
+                                       [&](std::uint32_t point) { return claimed[point]; });
+      if (taken > 0) changed.push_back(i);
+    }
+    std::vector<UnknownObject> ignored;
+    auto beside = IdentifyAll({observation, rest, library, options}, changed, ignored);
     std::ranges::move(beside, std::back_inserter(all));
     DropPieces(all);
     std::ranges::move(known, std::back_inserter(all));
+  }
+  if (unknown) {
+    const SampleSet explained = SamplesOf(all);
+    std::erase_if(unnamed, [&](const UnknownObject& one) {
+      return IsExplained(scene, one.object, explained);
+    });
+    *unknown = std::move(unnamed);
   }
   std::ranges::stable_sort(all, std::greater{}, &FoundObject::score);
   return all;
@@ -323,17 +384,11 @@ std::vector<FoundObject> Recognize(const geometry::Observation& observation,
 std::vector<std::size_t> OpenObjects(const perception::Scene& scene,
                                      const std::vector<FoundObject>& found,
                                      const RecognitionOptions& options) {
-  SampleSet sure;
-  for (const FoundObject& one : SureOnes(found)) {
-    sure.insert(one.samples.begin(), one.samples.end());
-  }
+  const SampleSet sure = SamplesOf(SureOnes(found));
   std::vector<std::size_t> open;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const geometry::Indices& own = scene.objects[i].points;
-    if (own.size() < options.min_samples) continue;
-    const auto known = std::ranges::count_if(
-        own, [&](std::uint32_t point) { return sure.contains(scene.SampleOf(point)); });
-    if (2 * static_cast<std::size_t>(known) < own.size()) open.push_back(i);
+    if (scene.objects[i].points.size() < options.min_samples) continue;
+    if (!IsExplained(scene, i, sure)) open.push_back(i);
   }
   return open;
 }

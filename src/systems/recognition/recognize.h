@@ -58,6 +58,7 @@ struct RecognitionOptions {
   /// cream differ by 0.1, orange and yellow by 0.2, red and white by 0.7.
   double color_tolerance = 0.25;
   double max_sunk_m = 0.003;  ///< maximum depth of an object in the table
+  std::string left_out;       ///< a known object that is not compared; empty: none
 };
 
 /// A known object that was found.
@@ -77,6 +78,14 @@ struct FoundObject {
   /// Other poses of it that explain the samples equally well, within RecognitionOptions::margin,
   /// since the distinguishing part was not seen, e.g. a handle.
   std::vector<base::Pose> alternatives_CB;
+};
+
+/// A perceived object that was not named.
+struct UnknownObject {
+  std::size_t object = 0;    ///< position in Scene::objects
+  std::string nearest = {};  ///< the known object with the highest score; empty: none was compared
+  double score = 0.0;        ///< its score, or that of a rough pose if this was hopeless
+  std::string reason = {};   ///< the first condition of RecognitionOptions that it does not meet
 };
 
 /// Finds known objects in a perceived scene. Each perceived object is compared with each known one.
@@ -105,11 +114,14 @@ struct FoundObject {
 /// With more points two objects may become one segment. Known ones that are not found again are
 /// therefore kept as long as the new views agree with them; points within two tolerances of them
 /// are theirs, and the rest of their segment is recognized separately
+/// @param unknown  receives the perceived objects that were not named, unless finds explain half of
+/// their points, in the scene's order; may be null
 /// @return best first
 std::vector<FoundObject> Recognize(const geometry::Observation& observation,
                                    const perception::Scene& scene, const Library& library,
                                    const RecognitionOptions& options,
-                                   std::vector<FoundObject> known = {});
+                                   std::vector<FoundObject> known = {},
+                                   std::vector<UnknownObject>* unknown = nullptr);
 
 /// The perceived objects that need another view: those of which no find explains half of the
 /// points, or only one whose pose is ambiguous (FoundObject::alternatives_CB). Objects too small to

@@ -61,14 +61,12 @@ void FitHeights(std::span<const HeightSample> samples, Calibration& calibration)
 }
 
 void CheckSamples(std::span<const HeightSample> heights, std::span<const LateralSample> laterals) {
-  const auto whole = [](const auto& samples, const auto& sum) {
-    return std::ranges::all_of(samples, [&](const auto& s) { return std::isfinite(sum(s)); });
-  };
-  if (whole(heights, [](const HeightSample& s) { return s.row_px + s.height_m; }) &&
-      whole(laterals, [](const LateralSample& s) { return s.column + s.height_m + s.x_m; })) {
-    return;
+  bool finite = true;
+  for (const auto& [row, height] : heights) finite = finite && std::isfinite(row + height);
+  for (const auto& [column, height, x] : laterals) {
+    finite = finite && std::isfinite(column + height + x);
   }
-  throw base::InputError("calibration: a sample is not a finite number");
+  if (!finite) throw base::InputError("calibration: a sample is not a finite number");
 }
 
 void CheckMonotone(const Calibration& calibration) {
@@ -138,9 +136,8 @@ constexpr double kMaxChange = 2.0;
 
 double MedianRow(const std::vector<float>& rows, int begin, int end) {
   std::vector<double> finite;
-  for (int i = std::max(0, begin); i < std::min(static_cast<int>(rows.size()), end); ++i) {
-    const auto row = static_cast<double>(rows[static_cast<std::size_t>(i)]);
-    if (std::isfinite(row)) finite.push_back(row);
+  for (const float row : Within(rows, begin, end)) {
+    if (std::isfinite(row)) finite.push_back(static_cast<double>(row));
   }
   if (finite.size() < kMinBodyPoints) return std::numeric_limits<double>::quiet_NaN();
   return base::MedianOf(std::move(finite));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "base/statistics.h"
 #include "seam/internal/vectorised.h"
@@ -29,18 +30,15 @@ std::vector<TimedColumn> SpreadOver(std::span<const TimedColumn> points, std::si
   return some;
 }
 
-struct Support {
-  int inliers = 0;
-  double squares = 0.0;
-};
-
-Support SupportOf(const TimedLine& line, std::span<const TimedColumn> points, double tolerance) {
-  Support support;
+// Number of inliers of a line, and minus the sum of their squared errors: a greater pair is better.
+std::pair<int, double> SupportOf(const TimedLine& line, std::span<const TimedColumn> points,
+                                 double tolerance) {
+  std::pair support(0, 0.0);
   for (const TimedColumn& p : points) {
     const double error = p.column - line.At(p.time_s);
     if (std::abs(error) > tolerance) continue;
-    ++support.inliers;
-    support.squares += error * error;
+    ++support.first;
+    support.second -= error * error;
   }
   return support;
 }
@@ -143,7 +141,7 @@ std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, 
                                             const LinePredictionOptions& options) {
   if (found.empty()) return std::nullopt;
   TimedLine best{found.back().time_s, found.back().column, 0.0};
-  Support best_support;
+  std::pair best_support(0, 0.0);
   const std::vector<TimedColumn> tried = SpreadOver(found, kTried);
   for (std::size_t a = 0; a < tried.size(); ++a) {
     for (std::size_t b = a + 1; b < tried.size(); ++b) {
@@ -152,9 +150,8 @@ std::optional<LinePrediction> PredictByLine(std::span<const TimedColumn> found, 
       const TimedLine line{tried[a].time_s, tried[a].column,
                            (tried[b].column - tried[a].column) / dt};
       if (std::abs(line.slope) > options.max_slope_columns_per_s) continue;
-      const Support support = SupportOf(line, found, options.inlier_columns);
-      if (support.inliers > best_support.inliers ||
-          (support.inliers == best_support.inliers && support.squares < best_support.squares)) {
+      const auto support = SupportOf(line, found, options.inlier_columns);
+      if (support > best_support) {
         best_support = support;
         best = line;
       }
@@ -231,9 +228,8 @@ double StepHeight(std::span<const float> f, int column, const StepOptions& optio
   float low = std::numeric_limits<float>::infinity();
   float high = -low;
   for (int i = begin; i < end; ++i) {
-    const int first = std::max(0, i - options.median_half_width);
-    const int last = std::min(m, i + options.median_half_width + 1);
-    const float middle = base::UpperMedianOf(std::vector(f.begin() + first, f.begin() + last));
+    const auto near = Within(f, i - options.median_half_width, i + options.median_half_width + 1);
+    const float middle = base::UpperMedianOf(std::vector(near.begin(), near.end()));
     low = std::min(low, middle);
     high = std::max(high, middle);
   }

@@ -19,7 +19,6 @@ namespace rangegrasp::seam {
 std::optional<double> VoteTwoOfThree(const std::array<std::optional<int>, kDetectors>& columns,
                                      double tolerance_columns);
 
-/// An edge position and its time.
 struct TimedColumn {
   double time_s;
   double column;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "seam/internal/vectorised.h"
+#include "seam/profile.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -30,64 +31,47 @@ double SumOf(std::span<const float> f) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-// Running values for the fit of a step at column j.
-struct RunningFigures {
-  std::vector<float> min_left;   // min of f(i), i < j; j >= 1
-  std::vector<float> max_right;  // max of f(i), i >= j
-  std::vector<double> left;      // sum of f(i) - mean, i < j
-  float min = 0.0F;              // min of all f(i)
-  double mean, total, squares;   // of f; sum and sum of squares of f(i) - mean
-
-  explicit RunningFigures(std::span<const float> f)
-      : min_left(f.size()), max_right(f.size()), left(f.size()) {
-    const std::size_t m = f.size();
-    mean = SumOf(f) / static_cast<double>(m);
-    float low = std::numeric_limits<float>::infinity();
-    float high = -low;
-    double sum = 0.0;
-    double sum_of_squares = 0.0;
-    // Both directions in one loop, so that the chains of dependent operations overlap.
-    for (std::size_t j = 0; j < m; ++j) {
-      min_left[j] = low;
-      left[j] = sum;
-      low = std::min(low, f[j]);
-      // Relative to the mean, so that sums of squares keep their precision.
-      const double z = static_cast<double>(f[j]) - mean;
-      sum += z;
-      sum_of_squares += z * z;
-      high = std::max(high, f[m - 1 - j]);
-      max_right[m - 1 - j] = high;
-    }
-    min = low;
-    total = sum;
-    squares = sum_of_squares;
-  }
-};
-
 // Sum over n values x, whose sum is `sum`, of (x - level)^2 - x^2.
 double Shifted(double n, double sum, double level) { return level * (n * level - 2.0 * sum); }
 
 // S(j) for j = 1 .. m-1 (eq. 3.2); S(0) is left at 0.
 std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels levels) {
-  const RunningFigures figures(f);
   const std::size_t m = f.size();
+  const double mean = SumOf(f) / static_cast<double>(m);
+  std::vector<float> min_left(m);   // min of f(i), i < j; j >= 1
+  std::vector<float> max_right(m);  // max of f(i), i >= j
+  std::vector<double> sum_left(m);  // sum of f(i) - mean, i < j
+  float min = std::numeric_limits<float>::infinity();
+  float max = -min;
+  double total = 0.0;
+  double squares = 0.0;
+  // Both directions in one loop, so that the chains of dependent operations overlap.
+  for (std::size_t j = 0; j < m; ++j) {
+    min_left[j] = min;
+    sum_left[j] = total;
+    min = std::min(min, f[j]);
+    // Relative to the mean, so that sums of squares keep their precision.
+    const double z = static_cast<double>(f[j]) - mean;
+    total += z;
+    squares += z * z;
+    max = std::max(max, f[m - 1 - j]);
+    max_right[m - 1 - j] = max;
+  }
   std::vector<double> S(m, 0.0);
   for (std::size_t j = 1; j < m; ++j) {
     // Via 32 bits, which vector instructions can convert.
     const auto n_left = static_cast<double>(static_cast<std::int32_t>(j));
     const auto n_right = static_cast<double>(static_cast<std::int32_t>(m - j));
-    const double left = figures.left[j];
-    const double right = figures.total - left;
+    const double left = sum_left[j];
+    const double right = total - left;
     if (levels == ModelLevels::kMeans) {
-      S[j] = figures.squares - left * left / n_left - right * right / n_right;
+      S[j] = squares - left * left / n_left - right * right / n_right;
     } else {
       // Running extremes at j, or those of the whole profile.
       const bool running = levels == ModelLevels::kRunningExtremes;
-      const float lowest = running ? figures.min_left[j] : figures.min;
-      const float highest = running ? figures.max_right[j] : figures.max_right[0];
-      const double low = static_cast<double>(lowest) - figures.mean;
-      const double high = static_cast<double>(highest) - figures.mean;
-      S[j] = figures.squares + Shifted(n_left, left, low) + Shifted(n_right, right, high);
+      const double low = static_cast<double>(running ? min_left[j] : min) - mean;
+      const double high = static_cast<double>(running ? max_right[j] : max) - mean;
+      S[j] = squares + Shifted(n_left, left, low) + Shifted(n_right, right, high);
     }
   }
   return S;
@@ -123,9 +107,7 @@ double CandidateWeight(std::span<const float> f, int j, int step_columns) {
 double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
   const int begin = std::max(0, j - n);
   const int end = std::min(static_cast<int>(f.size()), j + n + 1);
-  const auto window =
-      f.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
-  const double average = SumOf(window) / (end - begin);
+  const double average = SumOf(Within(f, begin, end)) / (end - begin);
   const float* z = f.data();
   int votes = 0;
   for (int i = begin; i < j; ++i) votes += static_cast<double>(z[i]) < average ? j - i : 0;

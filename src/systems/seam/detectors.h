@@ -58,7 +58,6 @@ struct DetectorOptions {
   LocalWeightedVotingOptions local_weighted_voting;
   double kernel = 0.1;  ///< of gradient accumulation
 };
-/// Runs all three detectors.
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
                                                    const DetectorOptions& options);
 

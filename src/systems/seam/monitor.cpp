@@ -111,8 +111,7 @@ Curve Through(const SurfacePoint& p, const SurfacePoint& q, const SurfacePoint& 
 
 // The parabola that most points support: neither an obstacle on a third of the line nor points off
 // the surface bend it.
-Curve FitSurface(std::span<const float> height) {
-  const SurfacePoints points(height);
+Curve FitSurface(std::span<const float> height, const SurfacePoints& points) {
   const auto squares = FitQuadratic(height);
   Curve best(squares[0], squares[1], squares[2]);
   auto max_support = SupportOf(points, best);
@@ -132,12 +131,6 @@ Curve FitSurface(std::span<const float> height) {
   return best;
 }
 
-bool IsBorneOut(std::span<const float> height, const Curve& curve) {
-  const auto support = SupportOf(SurfacePoints(height), curve);
-  return static_cast<double>(support * kStride) >=
-         kSurfaceShare * static_cast<double>(height.size());
-}
-
 // Height of each column above a curve that was `shift` columns further to the right.
 RANGEGRASP_VECTORISED std::vector<float> Above(std::span<const float> height, const Curve& curve,
                                                double shift) {
@@ -154,8 +147,7 @@ RANGEGRASP_VECTORISED std::vector<float> Above(std::span<const float> height, co
 }
 
 // Reads the keys, or checks them (base::RangeCheck).
-template <typename Map>
-void ReadMonitorNumbers(Map& map, MonitorOptions& options) {
+void ReadMonitorNumbers(auto& map, MonitorOptions& options) {
   map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
                  "minimum height of an obstacle above the surface");
   map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
@@ -180,7 +172,7 @@ bool WindowSuffices(const MonitorOptions& options) {
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
   std::vector<float> above = profile.original_m;
   if (above.size() < 2 * kStride) return std::vector<float>(above.size(), 0.0F);
-  return Above(above, FitSurface(above), 0.0);
+  return Above(above, FitSurface(above, SurfacePoints(above)), 0.0);
 }
 
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height) {
@@ -233,7 +225,8 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
   const auto& now = profile.original_m;
   if (now.size() < 2 * kStride) return false;
   const double moved_m = profile.moved_m + (seen_.empty() ? 0.0 : seen_.back().moved_m);
-  Curve surface = FitSurface(now);
+  const SurfacePoints points(now);
+  Curve surface = FitSurface(now, points);
   // The head moves along the line; over a curved mould, this changes the heights of the columns.
   const auto rising_above = [&](const Curve& curve, double since_m) {
     return RisingColumns(Above(now, curve, (moved_m - since_m) * columns_per_m_), width_,
@@ -245,7 +238,10 @@ bool SurfaceMonitor::SeesObstacle(const PreparedProfile& profile) {
     const auto second = rising_above(seen_[1].surface, seen_[1].moved_m);
     for (std::size_t i = 0; i < now.size(); ++i) rising[i] = rising[i] || (first[i] && second[i]);
   }
-  if (!IsBorneOut(now, surface)) surface.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (static_cast<double>(SupportOf(points, surface) * kStride) <
+      kSurfaceShare * static_cast<double>(now.size())) {
+    surface.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
   seen_.push_back({surface, moved_m, std::move(rising)});
   if (seen_.size() > static_cast<std::size_t>(options_.window)) seen_.pop_front();
   for (std::size_t i = 0; i < now.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -35,6 +36,13 @@ struct Profile {
   /// no pose is known.
   double moved_m = 0.0;
 };
+
+/// The part of a line from column `begin` to before `end`, without columns beyond its ends.
+inline std::span<const float> Within(std::span<const float> line, long begin, long end) {
+  const long first = std::clamp(begin, 0L, std::ssize(line));
+  const long last = std::clamp(end, first, std::ssize(line));
+  return line.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first));
+}
 
 struct FilterOptions {
   int half_width_columns = 12;  ///< >= 1, of the rectangular window: 1 mm with the base sensor

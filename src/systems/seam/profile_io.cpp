@@ -135,8 +135,6 @@ struct EvenGrid {
   double first_m = 0.0;
   double pitch_m = 0.0;
   std::size_t columns = 0;
-
-  double CenterX() const { return first_m + 0.5 * pitch_m * static_cast<double>(columns - 1); }
 };
 
 // Maximum distance of neighboring points, relative to the usual one. Points with missing ones
@@ -269,7 +267,8 @@ class ProfileRows {
 
   std::optional<ProfileGrid> grid() const {
     if (!grid_) return std::nullopt;
-    return ProfileGrid{1.0 / grid_->pitch_m, grid_->CenterX()};
+    const double half_m = 0.5 * grid_->pitch_m * static_cast<double>(grid_->columns - 1);
+    return ProfileGrid{1.0 / grid_->pitch_m, grid_->first_m + half_m};
   }
 
  private:

@@ -23,7 +23,8 @@ constexpr double kFewPlaces = 0.25;
 // Only a few wide windows are independent, so their lowest quarter may be low by chance. Narrow
 // ones are many: no window's inflation may be less than this share of theirs.
 constexpr double kNarrowShare = 0.33;
-// A profile counts for no more evidence than this (StepTrackOptions::most_evidence).
+// A step with more evidence than this is certain. If the greatest evidence of a profile is above
+// this, all of its evidence is scaled down to this, so that an edge that ends is soon forgotten.
 constexpr double kBeyondDoubt = 15.0;
 // In place of the squared t-value: no fit, and more than any value.
 constexpr double kNoFit = -1.0;
@@ -117,19 +118,25 @@ struct PlaceSums {
   }
 };
 
-// Results of the least-squares fits in windows of one width, for each place.
-struct Fits {
+// Windows of one width, with the least-squares fit in each place's window and the factor that
+// reduces their squared t-values.
+struct Windows {
+  std::size_t half;                                                // [places]
   std::vector<double> points, height_mm, variance_mm2, t_squared;  // t_squared < 0: no fit
+  double inflation = 1.0;
 
-  explicit Fits(std::size_t places)
-      : points(places), height_mm(places), variance_mm2(places), t_squared(places) {}
+  Windows(std::size_t half_width, std::size_t places)
+      : half(half_width),
+        points(places),
+        height_mm(places),
+        variance_mm2(places),
+        t_squared(places) {}
 };
 
 // z = c0 + c1 u + c2 u^2 + h [u >= 0], u = x - place: the parabola is projected out of the step and
 // of the heights (Frisch and Waugh 1933); then h is a quotient. Divisions by zero are harmless
 // where nothing fits: the loop has no branch, so that it vectorises over places.
-RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, double spacing,
-                                      Fits& fits) {
+RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, double spacing, Windows& fits) {
   const auto before = [&](std::size_t kind) { return sums.before[kind].data() + sums.pad; };
   const double *const n = before(0), *const x = before(1), *const xx = before(2);
   const double *const xxx = before(3), *const xxxx = before(4), *const z = before(5);
@@ -139,7 +146,7 @@ RANGEGRASP_VECTORISED void FitWindows(const PlaceSums& sums, std::size_t half, d
   double* const variance = fits.variance_mm2.data();
   double* const t_squared = fits.t_squared.data();
   const auto places = static_cast<int>(sums.places);
-  const auto reach = static_cast<int>(half);
+  const auto reach = static_cast<int>(fits.half);
 #pragma GCC ivdep
   for (int place = 0; place < places; ++place) {
     const auto all = [=](const double* sum) { return sum[place + reach] - sum[place - reach]; };
@@ -217,46 +224,40 @@ void TakeOff(std::size_t place, double height_mm, PlaceSums& sums) {
   less(7, 2);
 }
 
-// The fits in windows of one width, and the factor that reduces their squared t-values.
-struct Windows {
-  std::size_t half;
-  Fits fits;
-  double inflation = 1.0;
-};
-
 // The edge itself increases the t-values of all places with the edge in their windows: of all
 // places if windows are wide, or if a mould returns light over only 20 mm. The inflation is
 // therefore computed from the t-values without the edge.
-void TakeOffTheirStep(PlaceSums& sums, double spacing, double min_inflation, Fits& rest,
+void TakeOffTheirStep(PlaceSums& sums, double spacing, double min_inflation, Windows& rest,
                       Windows& windows) {
-  const std::vector<double>& t_squared = windows.fits.t_squared;
+  const std::vector<double>& t_squared = windows.t_squared;
   const auto fitted = std::ranges::count_if(t_squared, [](double t2) { return t2 >= 0.0; });
   if (fitted == 0) return;
   if (2.0 * static_cast<double>(windows.half) < kFewPlaces * static_cast<double>(fitted)) return;
   const auto best = std::ranges::max_element(t_squared);
   const auto place = static_cast<std::size_t>(best - t_squared.begin());
-  const double height_mm = windows.fits.height_mm[place];
+  const double height_mm = windows.height_mm[place];
   TakeOff(place, height_mm, sums);
-  FitWindows(sums, windows.half, spacing, rest);
+  rest.half = windows.half;
+  FitWindows(sums, spacing, rest);
   TakeOff(place, -height_mm, sums);
   windows.inflation = std::max(min_inflation, Inflation(rest.t_squared));
 }
 
 void KeepBetter(const Windows& windows, std::vector<LocalStep>& best) {
-  const Fits& fits = windows.fits;
   for (std::size_t i = 0; i < best.size(); ++i) {
-    const double h = fits.height_mm[i];
-    if (fits.t_squared[i] < 0.0) continue;
-    const double precision = kMm_1_m * kMm_1_m / (fits.variance_mm2[i] * windows.inflation);
+    const double h = windows.height_mm[i];
+    if (windows.t_squared[i] < 0.0) continue;
+    const double precision = kMm_1_m * kMm_1_m / (windows.variance_mm2[i] * windows.inflation);
     if (precision > best[i].surest_precision_m2) {
       best[i].surest_height_m = h / kMm_1_m;
       best[i].surest_precision_m2 = precision;
     }
     if (h <= 0.0) continue;
-    const double ratio = fits.t_squared[i] / (windows.inflation * (fits.points[i] - kParameters));
+    const double ratio =
+        windows.t_squared[i] / (windows.inflation * (windows.points[i] - kParameters));
     // log(1 + x) <= x avoids most logarithms.
-    if (0.5 * fits.points[i] * ratio <= best[i].evidence) continue;
-    const double evidence = 0.5 * fits.points[i] * std::log1p(ratio);
+    if (0.5 * windows.points[i] * ratio <= best[i].evidence) continue;
+    const double evidence = 0.5 * windows.points[i] * std::log1p(ratio);
     if (evidence <= best[i].evidence) continue;
     best[i].evidence = evidence;
     best[i].height_m = h / kMm_1_m;
@@ -340,16 +341,16 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
   PlaceSums sums(height_m, stride, half_of(std::ranges::max(options.half_windows)));
   std::vector<Windows> widths;
   for (const int columns : options.half_windows) {
-    Windows& windows = widths.emplace_back(half_of(columns), Fits(sums.places));
-    FitWindows(sums, windows.half, spacing, windows.fits);
-    windows.inflation = Inflation(windows.fits.t_squared);
+    Windows& windows = widths.emplace_back(half_of(columns), sums.places);
+    FitWindows(sums, spacing, windows);
+    windows.inflation = Inflation(windows.t_squared);
   }
   std::vector<LocalStep> best = BestOf(widths, sums.places);
   const auto beyond_doubt = [](const LocalStep& step) { return step.evidence >= kBeyondDoubt; };
   if (std::ranges::none_of(best, beyond_doubt)) {
     const double min_inflation =
         kNarrowShare * std::ranges::min_element(widths, {}, &Windows::half)->inflation;
-    Fits rest(sums.places);
+    Windows rest(0, sums.places);
     for (Windows& windows : widths) {
       TakeOffTheirStep(sums, spacing, min_inflation, rest, windows);
     }
@@ -395,7 +396,7 @@ std::vector<StepTrack::Way> StepTrack::Moved(int shift, double period_s) const {
 }
 
 void StepTrack::Continue(const std::vector<LocalStep>& steps, double strongest, double period_s) {
-  const double share = std::min(1.0, options_.most_evidence / std::max(strongest, 1e-9));
+  const double share = std::min(1.0, kBeyondDoubt / std::max(strongest, 1e-9));
   const int shift = static_cast<int>(std::lround(moved_places_));
   moved_places_ -= shift;
   ways_ = Moved(shift, period_s);

@@ -50,10 +50,7 @@ std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
 /// The keys of `step_track` describe each option.
 struct StepTrackOptions {
   LocalStepOptions steps;
-  double memory = 0.9;  ///< in [0, 1)
-  /// > 0. If the greatest evidence of a profile is above this, all of its evidence is scaled down
-  /// to this, so that an edge that ends is soon forgotten.
-  double most_evidence = 15.0;
+  double memory = 0.9;                     ///< in [0, 1)
   double uneven = 0.2;                     ///< > 0
   double speed_columns_per_s = 240.0;      ///< > 0; 20 mm/s at 12 columns per mm
   double max_speed_columns_per_s = 600.0;  ///< > 0

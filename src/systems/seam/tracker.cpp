@@ -46,8 +46,7 @@ void CheckSteps(const TrackerOptions& options) {
                   least_1_m * kMm, options.line.columns_per_m * kMm));
 }
 
-template <typename Map>
-void ReadFilter(Map map, FilterOptions& options) {
+void ReadFilter(auto map, FilterOptions& options) {
   map.Read("half_width_columns", options.half_width_columns, 1, 512,
            "half width of the neighborhood of a point, in columns");
   map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
@@ -57,8 +56,7 @@ void ReadFilter(Map map, FilterOptions& options) {
   map.Finish();
 }
 
-template <typename Map>
-void ReadDetectors(Map map, DetectorOptions& options) {
+void ReadDetectors(auto map, DetectorOptions& options) {
   map.Read("model_levels", options.model_levels, "the two heights of the step in model fitting");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
            "number of columns on each side that vote for a candidate (n of eq. 3.6)");
@@ -71,8 +69,7 @@ void ReadDetectors(Map map, DetectorOptions& options) {
   map.Finish();
 }
 
-template <typename Map>
-void ReadStep(Map map, StepOptions& options) {
+void ReadStep(auto map, StepOptions& options) {
   map.Read("rule", options.rule,
            "method for measuring the height: fit is a least-squares fit over the millimetres "
            "beside the step, range is as published");
@@ -88,8 +85,7 @@ void ReadStep(Map map, StepOptions& options) {
   map.Finish();
 }
 
-template <typename Map>
-void ReadStepTrack(Map map, StepTrackOptions& options) {
+void ReadStepTrack(auto map, StepTrackOptions& options) {
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "minimum height of an edge");
   map.Read("memory", options.memory, 0.0, 0.999,
            "share of the evidence for an edge that is kept from profile to profile");
@@ -105,8 +101,7 @@ void ReadStepTrack(Map map, StepTrackOptions& options) {
   map.Finish();
 }
 
-template <typename Map>
-void ReadOtherKeys(Map& map, TrackerOptions& options) {
+void ReadOtherKeys(auto& map, TrackerOptions& options) {
   ReadFilter(map.Child("filter", "geometric filter that removes isolated points"),
              options.preprocess.filter);
   map.Read("border_columns", options.border_columns, 0, 4096,
@@ -209,10 +204,8 @@ std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepa
 
 double HeightAround(std::span<const float> height_m, double column) {
   const long middle = std::lround(column);
-  const long end = std::min<long>(std::ssize(height_m), middle + kHeightHalf + 1);
   std::vector<float> heights;
-  for (long c = std::max(0L, middle - kHeightHalf); c < end; ++c) {
-    const float height = height_m[static_cast<std::size_t>(c)];
+  for (const float height : Within(height_m, middle - kHeightHalf, middle + kHeightHalf + 1)) {
     if (std::isfinite(height)) heights.push_back(height);
   }
   return heights.empty() ? 0.0 : base::UpperMedianOf(std::move(heights));
@@ -266,18 +259,17 @@ struct EdgeTracker::Impl {
   StepTrack step_track;
   PreparedProfile prepared;
   std::optional<double> at_once;  // method steps: position to send for this profile
-  double moved_columns = 0.0;     // motion of the line since the last one, in prepared columns
   std::array<DetectorResult, kDetectors> results;
   StepTest step_test;
   std::vector<float> weight;
-  std::optional<double> last_time_s;
-  std::deque<double> times;          // of the last profiles
-  std::deque<TimedColumn> votes;     // of the last packet period
+  std::deque<double> times;  // of the last profiles
+  // Positions with a step in the last packet period, at most kRecent with weights. They confirm the
+  // next ones and, with voting, are the votes for a line.
+  std::deque<TimedColumn> steps;
   std::optional<TimedColumn> sent;   // the last position transmitted
   std::optional<double> place;       // where the edge was followed to
   std::optional<double> followed_s;  // when it was followed in this period
   int strays = 0;                    // consecutive readings elsewhere
-  std::deque<TimedColumn> recent;    // of the last steps, decided or not
   std::vector<float> accumulated;
   std::vector<float> average;
   std::vector<double> history;  // decided positions, oldest first
@@ -292,7 +284,7 @@ struct EdgeTracker::Impl {
       throw base::InputError(fmt::format("the profile has {} columns, the sensor's line has {}",
                                          profile.height_m.size(), options.line.columns));
     }
-    if (!std::isfinite(profile.time_s) || (last_time_s && profile.time_s < *last_time_s)) {
+    if (!std::isfinite(profile.time_s) || (!times.empty() && profile.time_s < times.back())) {
       throw base::InputError(
           fmt::format("the profile's time {} s must be finite and not before that of the last one",
                       profile.time_s));
@@ -333,11 +325,7 @@ struct EdgeTracker::Impl {
     times.push_back(time_s);
     if (times.size() > kRecent) times.pop_front();
     const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
-    const auto forget = [&](std::deque<TimedColumn>& old) {
-      while (!old.empty() && old.front().time_s < oldest_s) old.pop_front();
-    };
-    forget(votes);
-    forget(recent);
+    while (!steps.empty() && steps.front().time_s < oldest_s) steps.pop_front();
     // Section 3.4 assumes a straight edge between two packets, not over longer times.
     if (sent && sent->time_s < oldest_s - options.packet_period_s) sent.reset();
   }
@@ -354,10 +342,10 @@ struct EdgeTracker::Impl {
   }
 
   std::optional<double> PredictFromVotes(double time_s) {
-    if (votes.empty()) return std::nullopt;  // the last position sent is too old to be used alone
+    if (steps.empty()) return std::nullopt;  // the last position sent is too old to be used alone
     std::vector<TimedColumn> found;
     if (sent) found.push_back(*sent);
-    found.insert(found.end(), votes.begin(), votes.end());
+    found.insert(found.end(), steps.begin(), steps.end());
     // A single position may be a disturbance: two must confirm each other.
     const auto prediction = PredictByLine(found, time_s, options.line_prediction);
     if (!prediction || (options.confirm && prediction->inliers < 2)) return std::nullopt;
@@ -374,7 +362,7 @@ struct EdgeTracker::Impl {
     const auto expected = PredictFromVotes(reading.time_s);
     const bool goes_on = vote && expected && std::abs(*vote - *expected) <= tolerance;
     const bool step = IsStep(reading.step_m, goes_on);
-    if (vote && step) votes.push_back({reading.time_s, *vote});
+    if (vote && step) steps.push_back({reading.time_s, *vote});
     reading.column = PredictFromVotes(reading.time_s);
     if (reading.column && !step && !FitsAt(*reading.column)) reading.column.reset();
     if (reading.column) {
@@ -382,7 +370,7 @@ struct EdgeTracker::Impl {
       if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
     } else {
       // A step that no other profile of the period confirms is a disturbance.
-      const bool several = vote && step && votes.size() >= 2;
+      const bool several = vote && step && steps.size() >= 2;
       reading.status = several ? ProfileStatus::kAmbiguous : ProfileStatus::kNoEdge;
     }
   }
@@ -416,13 +404,12 @@ struct EdgeTracker::Impl {
     const auto column = static_cast<int>(std::ranges::max_element(weight) - weight.begin());
     reading.step_m = StepAt(column, averaged ? Average() : prepared.height_m);
     const double tolerance = ToColumns(options.vote_tolerance_m);
-    const bool goes_on = std::ranges::any_of(recent, [&](const auto& earlier) {
-      return std::abs(column - earlier.column) <= tolerance;
-    });
+    const bool goes_on = std::ranges::any_of(
+        steps, [&](const auto& earlier) { return std::abs(column - earlier.column) <= tolerance; });
     // A step that none of the last profiles confirms is a disturbance.
     const bool step = IsStep(reading.step_m, goes_on);
-    if (step) recent.push_back({reading.time_s, static_cast<double>(column)});
-    if (recent.size() > kRecent) recent.pop_front();
+    if (step) steps.push_back({reading.time_s, static_cast<double>(column)});
+    if (steps.size() > kRecent) steps.pop_front();
     if (!step || (options.confirm && !goes_on)) {
       reading.status = ProfileStatus::kNoEdge;
       return;
@@ -438,7 +425,7 @@ struct EdgeTracker::Impl {
     const auto points =
         std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
     const StepTrack::Estimate found =
-        step_track.Update(prepared.original_m, reading.time_s, moved_columns);
+        step_track.Update(prepared.original_m, reading.time_s, ToColumns(prepared.moved_m));
     at_once.reset();
     if (points < kMinColumns) return;
     at_once = found.at_once;
@@ -464,9 +451,8 @@ struct EdgeTracker::Impl {
     if (!prepared.Usable()) return;
     results = DetectWithin(prepared, options);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
-    const bool votes_decide = options.method == DecisionMethod::kVoting ||
-                              options.method == DecisionMethod::kVotingAsPublished;
-    if (votes_decide) {
+    if (options.method == DecisionMethod::kVoting ||
+        options.method == DecisionMethod::kVotingAsPublished) {
       DecideByVoting(reading);
     } else {
       DecideByWeights(reading);
@@ -555,14 +541,12 @@ EdgeTracker::EdgeTracker(EdgeTracker&&) noexcept = default;
 Reading EdgeTracker::Update(const Profile& profile) {
   Impl& t = *impl_;
   t.CheckProfile(profile);
-  t.last_time_s = profile.time_s;
   Profile mirrored = profile;
   if (!t.options.positive_edge) {
     std::ranges::reverse(mirrored.height_m);
     mirrored.moved_m = -profile.moved_m;
   }
   t.prepared = Prepare(mirrored, t.options.preprocess);
-  t.moved_columns = t.prepared.moved_m * t.options.line.columns_per_m;
   Reading reading;
   reading.time_s = profile.time_s;
   t.ForgetOld(profile.time_s);

@@ -80,7 +80,6 @@ constexpr std::array<std::string_view, 4> WordsOf(ProfileStatus) {
   return {"edge", "no_edge", "ambiguous", "unusable"};
 }
 
-/// Result for one profile.
 struct Reading {
   double time_s = 0.0;
   ProfileStatus status = ProfileStatus::kUnusable;

@@ -267,13 +267,13 @@ void CheckBoards(std::span<const BoardSighting> boards, const ChessboardOptions&
 }
 
 void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& options) {
-  const double worst_px = std::max(result.camera_px, result.stereo_px);
-  if (!(worst_px <= options.max_reprojection_px)) {
+  const StereoCalibration& calibration = result.calibration;
+  if (!(calibration.reprojection_px <= options.max_reprojection_px)) {
     throw base::InputError(
         fmt::format("the chessboard's corners have a reprojection error of {:.2f} px rms (at most "
                     "{:.2f} is allowed): is the board flat, and did one camera take all pictures, "
                     "turning by the same angles each time?",
-                    worst_px, options.max_reprojection_px));
+                    calibration.reprojection_px, options.max_reprojection_px));
   }
   constexpr double kSurely = 3.0;  // standard errors
   if (std::abs(result.scale - 1.0) >
@@ -283,11 +283,11 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
         "planes fit squares of {:.2f} mm",
         options.square_m * base::kMmPerM, result.scale * options.square_m * base::kMmPerM));
   }
-  if (!(result.registration_m <= options.max_registration_m)) {
+  if (!(calibration.registration_m <= options.max_registration_m)) {
     throw base::InputError(fmt::format(
         "the chessboard's corners are {:.2f} mm off the laser's planes (rms; maximum {:.2f}): are "
         "its squares {:g} mm, and was the same board scanned at the same position?",
-        result.registration_m * base::kMmPerM, options.max_registration_m * base::kMmPerM,
+        calibration.registration_m * base::kMmPerM, options.max_registration_m * base::kMmPerM,
         options.square_m * base::kMmPerM));
   }
 }
@@ -412,14 +412,13 @@ CalibrationResult CalibrateStereo(std::span<const BoardSighting> boards, int wid
   const base::Pose X_LR = CalibrateTurn(corners, lens, size, result.stereo_px);
   const std::vector<CornerOnPlane> pairs = CornersOnPlanes(boards, lens, X_LR, options);
   const base::Pose X_WL = Register(FirstRegistration(NormalsOf(lens, boards.size()), pairs), pairs);
-  result.registration_m = RootMeanSquare(pairs, X_WL);
   std::tie(result.scale, result.scale_error) = ScaleOf(X_WL, pairs, boards.size());
   result.views = static_cast<int>(boards.size());
   result.calibration = {.camera = CameraOf(lens, width, height),
                         .X_WL = X_WL,
                         .X_WR = X_WL * X_LR,
                         .reprojection_px = std::max(result.camera_px, result.stereo_px),
-                        .registration_m = result.registration_m};
+                        .registration_m = RootMeanSquare(pairs, X_WL)};
   result.triangulated_m =
       RootMeanSquare(TriangulatedOnPlanes(boards, result.calibration.camera, X_LR), X_WL);
   CheckResiduals(result, options);

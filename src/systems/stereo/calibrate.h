@@ -53,7 +53,6 @@ struct BoardSighting {
 std::vector<Eigen::Vector2d> FindChessboard(const image::Image& picture, const std::string& name,
                                             const ChessboardOptions& options);
 
-/// Finds the board's corners and its plane.
 /// @throws base::InputError like FindChessboard, or if the laser did not measure the board.
 BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options);
 
@@ -63,13 +62,12 @@ BoardSighting FindBoard(const BoardView& view, const ChessboardOptions& options)
 base::Pose RightInLeft(const base::Pose& X_LBoard, const base::Pose& X_RBoard);
 
 struct CalibrationResult {
-  StereoCalibration calibration;
-  double camera_px = 0.0;       ///< residual of the lens, with a separate pose for each picture
-  double stereo_px = 0.0;       ///< residual with the same relative pose for all pairs
-  double registration_m = 0.0;  ///< distance of corners to the laser's planes, by one camera
-  double triangulated_m = 0.0;  ///< distance of corners to the laser's planes, triangulated
-  double scale = 1.0;           ///< factor of all lengths that fits the planes best
-  double scale_error = 0.0;     ///< its standard error
+  StereoCalibration calibration;  ///< its registration_m: corners to the laser's planes, one camera
+  double camera_px = 0.0;         ///< residual of the lens, with a separate pose for each picture
+  double stereo_px = 0.0;         ///< residual with the same relative pose for all pairs
+  double triangulated_m = 0.0;    ///< distance of corners to the laser's planes, triangulated
+  double scale = 1.0;             ///< factor of all lengths that fits the planes best
+  double scale_error = 0.0;       ///< its standard error
   int views = 0;
 };
 

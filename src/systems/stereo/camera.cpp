@@ -189,11 +189,6 @@ struct Rectifier::Maps {
   } left, right;
 };
 
-Eigen::Vector3d RectifiedCameras::Triangulate(double x, double y, double disparity) const {
-  const double z = f * baseline_m / disparity;
-  return X_WS * Eigen::Vector3d((x - cx) / f * z, (y - cy) / f * z, z);
-}
-
 RectifiedCameras Rectify(const StereoCalibration& calibration) {
   CheckCalibration(calibration, "the stereo calibration");
   const base::Pose X_LR = RightInLeft(calibration);
@@ -224,7 +219,7 @@ RectifiedCameras Rectify(const StereoCalibration& calibration) {
 Rectifier::Rectifier(const StereoCalibration& calibration)
     : camera_(calibration.camera), cameras_(Rectify(calibration)) {
   const internal::SingleThread single;
-  auto maps = std::make_unique<Maps>();
+  auto maps = std::make_shared<Maps>();
   const cv::Matx33d projection(cameras_.f, 0.0, cameras_.cx, 0.0, cameras_.f, cameras_.cy, 0.0, 0.0,
                                1.0);
   const cv::Size size(cameras_.width, cameras_.height);
@@ -237,8 +232,6 @@ Rectifier::Rectifier(const StereoCalibration& calibration)
   fill(cameras_.R_RS, maps->right);
   maps_ = std::move(maps);
 }
-
-Rectifier::~Rectifier() = default;
 
 PicturePair Rectifier::Apply(const image::Image& left, const image::Image& right) const {
   const internal::SingleThread single;

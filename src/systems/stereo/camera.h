@@ -43,7 +43,6 @@ Eigen::Vector2d Project(const Camera& camera, const Eigen::Vector3d& p_S);
 /// The direction (z = 1) of a pixel's ray; NaN like Undistort.
 Eigen::Vector3d RayOf(const Camera& camera, const Eigen::Vector2d& pixel);
 
-/// Two pictures of one scene.
 struct PicturePair {
   image::Image left, right;
   bool colour = true;  ///< false: from grey files; each channel has the brightness, nothing is blue
@@ -96,7 +95,9 @@ struct RectifiedCameras {
   Eigen::Vector3d RayAt(double x, double y) const { return {(x - cx) / f, (y - cy) / f, 1.0}; }
   /// The point that the left camera sees at (x, y) and the right one at (x - disparity, y). Its
   /// depth is z = f baseline / disparity. The dissertation's d of equation 5.15 is -disparity.
-  Eigen::Vector3d Triangulate(double x, double y, double disparity) const;
+  Eigen::Vector3d Triangulate(double x, double y, double disparity) const {
+    return X_WS * (f * baseline_m / disparity * RayAt(x, y));
+  }
   /// Change of depth [m] per pixel of disparity at a depth: z^2 / (f baseline).
   double DepthPerPixel(double depth_m) const { return depth_m * depth_m / (f * baseline_m); }
   double DisparityAt(double depth_m) const { return f * baseline_m / depth_m; }
@@ -114,7 +115,6 @@ class Rectifier {
  public:
   /// O(pixels). @throws base::InputError like Rectify.
   explicit Rectifier(const StereoCalibration& calibration);
-  ~Rectifier();
 
   const RectifiedCameras& cameras() const { return cameras_; }
 
@@ -129,7 +129,7 @@ class Rectifier {
   struct Maps;
   Camera camera_;
   RectifiedCameras cameras_;
-  std::unique_ptr<const Maps> maps_;
+  std::shared_ptr<const Maps> maps_;
 };
 
 }  // namespace rangegrasp::stereo

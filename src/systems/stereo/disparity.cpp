@@ -173,9 +173,10 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
                 const image::Image& whole_left, double min_px, double max_px,
                 const MatchOptions& options) {
   CheckOptions(options, min_px, max_px);
-  if (left.width != right.width || left.height != right.height || left.width != left_mask.width ||
-      left.height != left_mask.height || left.width != whole_left.width ||
-      left.height != whole_left.height) {
+  const auto differs = [&](const auto& picture) {
+    return picture.width != left.width || picture.height != left.height;
+  };
+  if (differs(right) || differs(left_mask) || differs(whole_left)) {
     throw std::invalid_argument("pictures and mask must have the same size");
   }
   Disparity result{left.width, left.height, {}};

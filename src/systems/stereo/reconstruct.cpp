@@ -95,24 +95,24 @@ Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) 
   return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
 }
 
-/// Range of depths of interest along a ray [m].
-struct DepthRange {
-  double near_m = 0.0;
-  double far_m = 0.0;
+/// A range of depths [m] or disparities [px]; without values if high is not above low.
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+  bool Any() const { return high > low; }
 };
 
 /// Range of t in which one coordinate of origin + t direction lies between low and high.
-DepthRange Between(double origin, double direction, double low, double high) {
+Range Between(double origin, double direction, double low, double high) {
   if (direction == 0.0) {
-    return low <= origin && origin <= high ? DepthRange{0.0, kInfinity} : DepthRange{};
+    return low <= origin && origin <= high ? Range{0.0, kInfinity} : Range{};
   }
   const double a = (low - origin) / direction, b = (high - origin) / direction;
   return {std::min(a, b), std::max(a, b)};
 }
 
-/// Depths at which the ray of a pixel of the left rectified camera is inside the volume; near_m is
-/// not below far_m if it misses.
-DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double x, double y) {
+/// Depths at which the ray of a pixel of the left rectified camera is inside the volume.
+Range Inside(const Volume& volume, const RectifiedCameras& cameras, double x, double y) {
   const base::Pose X_VS = volume.X_WV.inverse() * cameras.X_WS;
   const Eigen::Vector3d o = X_VS.translation();
   const Eigen::Vector3d d =  // of depth 1, so that lengths along it are depths
@@ -120,14 +120,14 @@ DepthRange Inside(const Volume& volume, const RectifiedCameras& cameras, double 
   const double a = d.head<2>().squaredNorm();
   const double b = d.head<2>().dot(o.head<2>());
   const double c = o.head<2>().squaredNorm() - volume.radius_m * volume.radius_m;
-  DepthRange round{0.0, c <= 0.0 ? kInfinity : 0.0};  // of a ray along the axis
+  Range round{0.0, c <= 0.0 ? kInfinity : 0.0};  // of a ray along the axis
   if (a > 0.0) {
     const double discriminant = b * b - a * c;
     if (!(discriminant > 0.0)) return {};
     round = {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a};
   }
-  const DepthRange level = Between(o.z(), d.z(), 0.0, volume.height_m);
-  return {std::max({round.near_m, level.near_m, 0.0}), std::min(round.far_m, level.far_m)};
+  const Range level = Between(o.z(), d.z(), 0.0, volume.height_m);
+  return {std::max({round.low, level.low, 0.0}), std::min(round.high, level.high)};
 }
 
 // Mean of those values that are near their median; nullopt if there are too few.
@@ -146,44 +146,37 @@ std::optional<double> CommonValue(const std::vector<float>& values, int min_coun
   return sum / count;
 }
 
-/// The disparities that a sample may have; none if max_px is not above min_px.
-struct Search {
-  double min_px = 0.0;
-  double max_px = 0.0;
-  bool Any() const { return max_px > min_px; }
-};
-
-/// The samples of a picture: squares of step_px pixels, and the disparities to search in each.
+/// The samples of a picture: squares of step_px pixels, and the disparities that each may have.
 class Grid {
  public:
   Grid(const RectifiedCameras& cameras, const ReconstructOptions& options)
       : step_px(options.step_px), rows(cameras.height / step_px), columns(cameras.width / step_px) {
     // Noise may move a measured point of the volume this far outside.
     const double slack_px = kNoiseDeviations * options.disparity_sigma_px;
-    const Search all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
+    const Range all{cameras.DisparityAt(options.far_m), cameras.DisparityAt(options.near_m)};
     searches_.assign(IndexOf(0, rows), all);
     if (!options.volume) return;
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
-        const DepthRange range = Inside(*options.volume, cameras, MiddleOf(column), MiddleOf(row));
-        Search& search = searches_[IndexOf(column, row)];
-        if (!(range.near_m < range.far_m)) {
+        const Range depths = Inside(*options.volume, cameras, MiddleOf(column), MiddleOf(row));
+        Range& search = searches_[IndexOf(column, row)];
+        if (!depths.Any()) {
           search = {};
           continue;
         }
-        search.min_px = std::max(search.min_px, cameras.DisparityAt(range.far_m) - slack_px);
-        search.max_px = std::min(search.max_px, cameras.DisparityAt(range.near_m) + slack_px);
+        search.low = std::max(search.low, cameras.DisparityAt(depths.high) - slack_px);
+        search.high = std::min(search.high, cameras.DisparityAt(depths.low) + slack_px);
       }
     }
   }
 
   double MiddleOf(int sample) const { return sample * step_px + 0.5 * (step_px - 1); }
   std::size_t IndexOf(int column, int row) const { return image::IndexAt(column, row, columns); }
-  const Search& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
+  const Range& SearchOf(int column, int row) const { return searches_[IndexOf(column, row)]; }
   double MaxDisparity() const {
     double max_px = 0.0;
-    for (const Search& search : searches_) {
-      if (search.Any()) max_px = std::max(max_px, search.max_px);
+    for (const Range& search : searches_) {
+      if (search.Any()) max_px = std::max(max_px, search.high);
     }
     return max_px;
   }
@@ -209,7 +202,7 @@ class Grid {
   const int columns;
 
  private:
-  std::vector<Search> searches_;
+  std::vector<Range> searches_;
 };
 
 // The blue pixels that show the table: those in large patches.
@@ -269,7 +262,7 @@ class Sampler {
   }
 
   std::optional<double> DisparityOf(int column, int row) {
-    const Search& search = grid_.SearchOf(column, row);
+    const Range& search = grid_.SearchOf(column, row);
     if (!search.Any()) return std::nullopt;
     std::vector<float> values;
     for (const float d :
@@ -277,7 +270,7 @@ class Sampler {
       if (!std::isnan(d)) values.push_back(d);
     }
     const auto value = CommonValue(values, min_count_, o_.max_spread_px);
-    if (value && (*value < search.min_px || *value > search.max_px)) return std::nullopt;
+    if (value && (*value < search.low || *value > search.high)) return std::nullopt;
     return value;
   }
 
@@ -323,7 +316,6 @@ Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels
 
 Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
                            const Rectifier& rectifier, const ReconstructOptions& options) {
-  CheckOptions(options);
   const internal::SingleThread single;
   Reconstruction result;
   result.rectified = rectifier.Apply(left, right);

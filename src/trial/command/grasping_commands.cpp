@@ -20,13 +20,16 @@
 #include "base/installation.h"
 #include "base/process/program.h"
 #include "base/stopwatch.h"
+#include "base/units.h"
 #include "base/words.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
+#include "grasp/named_grasps.h"
 #include "sensing/line_scanner.h"
 #include "sensing/range_sensor.h"
+#include "sim/bodies.h"
 #include "sim/check/check.h"
 #include "sim/check/fix.h"
 #include "sim/render.h"
@@ -109,6 +112,39 @@ struct Checked {
   }
 };
 
+std::string PlaceText(const Eigen::Vector3d& place_m) {
+  const Eigen::Vector3d mm = place_m * base::kMmPerM;
+  return fmt::format("({:.0f}, {:.0f}, {:.0f})", mm.x(), mm.y(), mm.z());
+}
+
+// Warns of grasps whose center between the pads is farther outside the object than any pad reaches.
+void AddMisplacedGrasps(const grasp::NamedGrasps& known, const fs::path& mjcf, Findings& findings) {
+  constexpr double kMargin_m = 0.02;
+  const auto surface_O = sim::ObjectSurface({mjcf.stem().string(), mjcf}).mesh;
+  const Eigen::AlignedBox3d box_O = geometry::BoundsOf(surface_O.vertices);
+  for (const grasp::NamedGrasp& grasp : known.grasps) {
+    const Eigen::Vector3d center_O = grasp.ways_O.front().X_CG.translation();
+    if (box_O.exteriorDistance(center_O) <= kMargin_m) continue;
+    findings.push_back(
+        {false, mjcf.string(), fmt::format("known grasps: grasp '{}'", grasp.name),
+         fmt::format("its center {} mm is outside the model, which reaches from {} to {} mm",
+                     PlaceText(center_O), PlaceText(box_O.min()), PlaceText(box_O.max())),
+         "at_mm is in millimetres in the model's frame"});
+  }
+}
+
+// Checks the known grasps next to an object's file, with their places if the object has no errors.
+void CheckKnownGrasps(const fs::path& mjcf, Findings& findings) {
+  try {
+    const auto known = grasp::ReadNamedGrasps(mjcf.parent_path() / "grasps.yaml");
+    if (!known.grasps.empty() && !base::HasError(findings)) {
+      AddMisplacedGrasps(known, mjcf, findings);
+    }
+  } catch (const base::InputError& error) {
+    findings.push_back({true, mjcf.string(), "known grasps", error.what(), ""});
+  }
+}
+
 Checked CheckFile(const CheckArguments& arguments) {
   Checked checked;
   const fs::path file = arguments.file;
@@ -131,6 +167,7 @@ Checked CheckFile(const CheckArguments& arguments) {
   checked.findings = what == check::Kind::kObject ? check::CheckObject({file.stem().string(), file})
                                                   : check::CheckModel(file, what);
   if (what == check::Kind::kScene) checked.Try(arguments, trial::OptionsOf(file));
+  if (what == check::Kind::kObject) CheckKnownGrasps(file, checked.findings);
   return checked;
 }
 

@@ -87,18 +87,14 @@ constexpr double kMinSpacing_m = 2e-5;
 // @param of_origin  OriginWarning
 std::vector<std::string> Warnings(const perception::Scene& scene, const std::string& of_origin) {
   std::vector<std::string> warnings;
-  const double spacing_m = scene.sampling.spacing_m;
-  if (spacing_m > kMaxSpacing_m) {
-    warnings.push_back(fmt::format("the points are {:.1f} m apart: try --unit mm", spacing_m));
-  }
-  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
-    warnings.push_back(
-        fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM));
-  }
-  const bool wrong_unit = !warnings.empty();  // sizes then mean nothing
+  const std::string of_unit = UnitWarning(scene.sampling.spacing_m);
+  const bool wrong_unit = !of_unit.empty();  // sizes then mean nothing
+  if (wrong_unit) warnings.push_back(of_unit);
   if (!of_origin.empty()) warnings.push_back(of_origin);
   if (!of_origin.empty() && std::abs(scene.table.plane.Distance(Eigen::Vector3d::Zero())) < 0.02) {
-    warnings.push_back("0,0,0 lies in the table's plane, so its upper side is not known");
+    warnings.push_back(
+        "0,0,0 lies in the table's plane, so its upper side is not known: give --sensor-origin or "
+        "--up");
   }
   const auto points = static_cast<double>(scene.points_C.size());
   if (scene.objects.empty()) {
@@ -449,6 +445,16 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file) {
   if (!arguments.origin.empty()) return ParseVector(arguments.origin, "--sensor-origin");
   return file.sensor_origin.value_or(Eigen::Vector3d::Zero());
+}
+
+std::string UnitWarning(double spacing_m) {
+  if (spacing_m > kMaxSpacing_m) {
+    return fmt::format("the points are {:.1f} m apart: try --unit mm", spacing_m);
+  }
+  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
+    return fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM);
+  }
+  return "";
 }
 
 std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {

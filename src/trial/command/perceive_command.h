@@ -32,6 +32,10 @@ geometry::CloudFile ReadCloud(const CloudArguments& arguments);
 /// The sensor's position: from the option, else from the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
+/// Warning if points this far apart (perception::Sampling) are not those of a tabletop, so that the
+/// file has another unit; else empty.
+std::string UnitWarning(double spacing_m);
+
 /// Warning if neither the option nor the file states the sensor's position; else empty.
 std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file);
 

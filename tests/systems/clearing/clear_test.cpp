@@ -212,15 +212,15 @@ TEST(SharedSamples, IsTheShareOfThoseThatEitherHas) {
 TEST(TriedObjects, AnObjectIsPassedOverForGoodAfterItsTries) {
   const ClearingOptions options{.tries_per_object = 2};
   TriedObjects tried(options);
-  EXPECT_TRUE(tried.MayBeTaken(Range(0, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
   tried.Failed(Range(0, 100), At(0.0));
   EXPECT_EQ(tried.TriesAt(Range(0, 100)), 1);
-  EXPECT_TRUE(tried.MayBeTaken(Range(0, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
   tried.Failed(Range(3, 100), At(0.0));  // seen again with a little noise
   EXPECT_EQ(tried.StateOf(Range(0, 100)), Passed::kTriesUsedUp);
   tried.SceneChanged();
-  EXPECT_FALSE(tried.MayBeTaken(Range(0, 100)));
-  EXPECT_TRUE(tried.MayBeTaken(Range(80, 100)));  // its neighbor
+  EXPECT_FALSE(tried.TurnOf(Range(0, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(80, 100)));  // its neighbor
 }
 
 TEST(TriedObjects, WhatHasFailedComesAfterTheOthersOrAtOnce) {
@@ -244,8 +244,8 @@ TEST(TriedObjects, WhatHasNoGraspIsPassedOverUntilTheSceneChanges) {
   EXPECT_EQ(tried.StateOf(Range(0, 100)), Passed::kNoGrasp);
   EXPECT_EQ(tried.StateOf(Range(200, 100)), Passed::kNoPath);
   tried.SceneChanged();
-  EXPECT_TRUE(tried.MayBeTaken(Range(0, 100)));
-  EXPECT_TRUE(tried.MayBeTaken(Range(200, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(200, 100)));
 }
 
 TEST(TriedObjects, WhatIsSeenInThePlaceOfATakenObjectIsNew) {
@@ -253,7 +253,7 @@ TEST(TriedObjects, WhatIsSeenInThePlaceOfATakenObjectIsNew) {
   TriedObjects tried(options);
   tried.Failed(Range(0, 100), At(0.0));
   tried.Taken(Range(0, 100));
-  EXPECT_TRUE(tried.MayBeTaken(Range(0, 100)));
+  EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
 }
 
 TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {

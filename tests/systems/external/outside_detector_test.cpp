@@ -145,6 +145,14 @@ TEST_F(Outside, AWrongUnitOrFrameIsNamed) {
   EXPECT_TRUE(Answer({{"grasps", {grasp}}}).why_none.empty());
 }
 
+TEST_F(Outside, AWidthInMillimetresIsNamedAlthoughThePositionIsRight) {
+  json grasp = GraspAtTarget();
+  grasp["width_m"] = 45;
+  EXPECT_THAT(
+      FailureOfAnswer({{"grasps", {GraspAtTarget(), grasp}}}),
+      ::testing::AllOf(HasSubstr("width_m of a grasp is 45"), HasSubstr("is it in millimetres?")));
+}
+
 TEST_F(Outside, GraspsOfAirAreNamed) {
   json grasp = GraspAtTarget();
   grasp["position_m"] = {0.05, 0.05, 0.4};

@@ -95,9 +95,7 @@ TEST(Repair, RefusesALargeHoleUnlessTold) {
     return box.vertices[t[0]].z() > 0 && box.vertices[t[1]].z() > 0 && box.vertices[t[2]].z() > 0;
   });
   EXPECT_THAT(Complaint(box), HasSubstr("is open"));
-  RepairOptions any;
-  any.max_hole = 1.0;
-  EXPECT_NEAR(Volume(RepairMesh(box, any).mesh), 8.0, 1e-9);
+  EXPECT_NEAR(Volume(RepairMesh(box, 1.0).mesh), 8.0, 1e-9);
 }
 
 // Two boxes that overlap by about half: 12 of volume, while the sum of both would be 16.

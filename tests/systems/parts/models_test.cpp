@@ -31,7 +31,7 @@ TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
     const Shape shape = ReadShape(kData / "off" / (std::to_string(id) + ".off"));
-    const int limbs = SegmentPoseInvariant(shape, {}).parts - 1;
+    const int limbs = SegmentPoseInvariant(shape).parts - 1;
     EXPECT_EQ(limbs, id == 381 || id == 382 ? 5 : 6) << id;
   }
 }
@@ -55,7 +55,7 @@ TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
 TEST(PoseInvariant, TheHeadBetweenAnArmadillosShouldersComesOffWhole) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
   const Shape shape = ReadShape(kData / "off/283.off");
-  const Segmentation found = SegmentPoseInvariant(shape, {});
+  const Segmentation found = SegmentPoseInvariant(shape);
   const FaceFrames frames = BuildFaceFrames(shape);
   std::map<std::int32_t, double> share;
   for (std::size_t f = 0; f < found.label.size(); ++f) {

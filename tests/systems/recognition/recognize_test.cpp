@@ -164,14 +164,26 @@ TEST(Recognize, APoseIsOpenWhereTheHandleIsHidden) {
   }
 }
 
+// A can and a box next to each other.
+TriangleMesh CanAside() {
+  return geometry::Transformed(Shelf().Find("can").mesh_B,
+                               synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
+}
+TriangleMesh BoxAside() {
+  return geometry::Transformed(Shelf().Find("box").mesh_B,
+                               synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
+}
+
+std::multiset<std::string> NamesOf(const std::vector<FoundObject>& found) {
+  std::multiset<std::string> names;
+  for (const FoundObject& one : found) names.insert(one.object);
+  return names;
+}
+
 // With more points, two objects form one segment: an earlier result is kept, and the rest of the
 // segment is the other object. An earlier result is dropped if the view sees through its place.
 TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
-  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
-                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
-  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
-                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
-  auto looked = LookAt({can, box}, 3);
+  auto looked = LookAt({CanAside(), BoxAside()}, 3);
   const auto before = Find(looked, Shelf());
   ASSERT_EQ(before.size(), 2u);
   auto& objects = looked.scene.objects;
@@ -180,11 +192,7 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
   }
   objects.resize(1);
   const auto names = [&](std::vector<FoundObject> known) {
-    std::multiset<std::string> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, Shelf(), {}, known)) {
-      all.insert(one.object);
-    }
-    return all;
+    return NamesOf(Recognize(looked.observation, looked.scene, Shelf(), {}, known));
   };
   EXPECT_LT(names({}).size(), 2u);
   EXPECT_EQ(names({before[0]}), (std::multiset<std::string>{"box", "can"}));
@@ -198,11 +206,7 @@ TEST(Recognize, WhatWasFoundBeforeStaysAsLongAsTheViewsAgree) {
 
 // What is found again in the same pose keeps its rival's score; anything else is compared with all.
 TEST(Recognize, WhatIsKnownIsConfirmedInItsPose) {
-  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
-                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
-  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
-                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
-  const Looked looked = LookAt({can, box}, 3);
+  const Looked looked = LookAt({CanAside(), BoxAside()}, 3);
   auto known = Find(looked, Shelf());
   std::erase_if(known, [](const FoundObject& one) { return one.object != "box"; });
   ASSERT_EQ(known.size(), 1u);
@@ -210,12 +214,11 @@ TEST(Recognize, WhatIsKnownIsConfirmedInItsPose) {
   known[0].runner_up = kRival;
   const auto confirmed = [&](const FoundObject& before) {
     const auto found = Recognize(looked.observation, looked.scene, Shelf(), {}, {before});
-    std::multiset<std::string> names, kept;
+    EXPECT_EQ(NamesOf(found), (std::multiset<std::string>{"box", "can"}));
+    std::multiset<std::string> kept;
     for (const FoundObject& one : found) {
-      names.insert(one.object);
       if (one.runner_up == kRival) kept.insert(one.object);
     }
-    EXPECT_EQ(names, (std::multiset<std::string>{"box", "can"}));
     return kept;
   };
   EXPECT_EQ(confirmed(known[0]), (std::multiset<std::string>{"box"}));
@@ -233,11 +236,7 @@ TEST(Recognize, WhatIsKnownIsConfirmedInItsPose) {
 // In another scan from the same place, objects that have not moved are known before they are found
 // again. Objects that were taken away are not.
 TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
-  const auto can = geometry::Transformed(Shelf().Find("can").mesh_B,
-                                         synthetic::Standing(0.0, {0.06, 0.07, 0.0575}));
-  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
-                                         synthetic::Standing(0.3, {-0.05, -0.05, 0.0675}));
-  auto before = Find(LookAt({can, box}, 3), Shelf());
+  auto before = Find(LookAt({CanAside(), BoxAside()}, 3), Shelf());
   ASSERT_EQ(before.size(), 2u);
   before[0].samples.push_back({.view = 1, .sample = 7});
   const auto kept = AsFirstSeen(before);
@@ -248,15 +247,10 @@ TEST(Recognize, WhatHasNotMovedIsKnownInAnotherScan) {
   RecognitionOptions finds_nothing;
   finds_nothing.min_score = 1.1;
   const auto names = [&](const Looked& looked) {
-    std::multiset<std::string> all;
-    for (const auto& one :
-         Recognize(looked.observation, looked.scene, Shelf(), finds_nothing, kept)) {
-      all.insert(one.object);
-    }
-    return all;
+    return NamesOf(Recognize(looked.observation, looked.scene, Shelf(), finds_nothing, kept));
   };
-  EXPECT_EQ(names(LookAt({can, box}, 4)), (std::multiset<std::string>{"box", "can"}));
-  EXPECT_EQ(names(LookAt({box}, 4)), (std::multiset<std::string>{"box"}));
+  EXPECT_EQ(names(LookAt({CanAside(), BoxAside()}, 4)), (std::multiset<std::string>{"box", "can"}));
+  EXPECT_EQ(names(LookAt({BoxAside()}, 4)), (std::multiset<std::string>{"box"}));
 }
 
 // Pairs of points vote for poses of a round body that slide along it and roll into the table during
@@ -368,6 +362,47 @@ TEST(Recognize, ColorsOfAnotherMeshAreRefused) {
   geometry::MeshColors colors = Plain(mesh, kRed);
   colors.plain.pop_back();
   EXPECT_THROW(MakeKnownObject("box", "Box", mesh, colors), std::invalid_argument);
+}
+
+TEST(Recognize, WhatIsLeftOutIsAsIfTheLibraryLackedIt) {
+  const auto looked = LookAt({CanAside(), BoxAside()}, 3);
+  auto objects = Objects();
+  std::erase_if(objects, [](const KnownObject& one) { return one.name == "can"; });
+  RecognitionOptions options;
+  options.left_out = "can";
+  const auto found = Recognize(looked.observation, looked.scene, Shelf(), options);
+  EXPECT_TRUE(NamesOf(found).contains("box"));
+  EXPECT_FALSE(NamesOf(found).contains("can"));
+  EXPECT_TRUE(Same(found, Find(looked, Library(std::move(objects)))));
+}
+
+TEST(Recognize, AnUnknownObjectHasItsNearestKnownOneAndAReason) {
+  const auto looked = LookAt({BoxAside()}, 3);
+  std::vector<UnknownObject> unknown;
+  RecognitionOptions options;
+  const auto recognize = [&] {
+    return Recognize(looked.observation, looked.scene, Shelf(), options, {}, &unknown);
+  };
+  const auto found = recognize();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(unknown.empty());
+  options.min_share_seen = 1.1;  // which no scan reaches
+  EXPECT_TRUE(recognize().empty());
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_EQ(unknown[0].object, 0u);
+  EXPECT_EQ(unknown[0].nearest, "box");
+  EXPECT_EQ(unknown[0].score, found[0].score);
+  EXPECT_THAT(unknown[0].reason, testing::HasSubstr("at least 110 % is needed"));
+  options.min_score = 2.0;  // even the guesses are hopeless
+  EXPECT_TRUE(recognize().empty());
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_FALSE(unknown[0].nearest.empty());
+  EXPECT_THAT(unknown[0].reason, testing::HasSubstr("at least 2.00"));
+  options.min_samples = looked.scene.objects[0].points.size() + 1;
+  EXPECT_TRUE(recognize().empty());
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_TRUE(unknown[0].nearest.empty());
+  EXPECT_THAT(unknown[0].reason, testing::HasSubstr("points"));
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {

@@ -184,7 +184,7 @@ TEST(StereoCalibrator, FindsTheLensTheTurnAndThePlace) {
   EXPECT_LT(exact.camera_px, 1e-3);
   EXPECT_TRUE(exact.calibration.X_WL.isApprox(PlaceUsed(), 1e-4));
   EXPECT_TRUE(exact.calibration.X_WR.isApprox(PlaceUsed() * TurnUsed(), 1e-4));
-  EXPECT_LT(exact.registration_m, 1e-5);
+  EXPECT_LT(exact.calibration.registration_m, 1e-5);
 }
 
 // The residual comes from the noise of the corners. It is sigma sqrt(2) in the plane, reduced by

@@ -138,6 +138,35 @@ TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   EXPECT_THAT(ran.err, HasSubstr("fix: "));
 }
 
+TEST_F(OwnCell, CheckOfAnObjectReadsItsKnownGrasps) {
+  const auto file = folder_.Write(
+      "can/can.xml",
+      "<mujoco><worldbody><body name=\"can\"><freejoint/><geom type=\"cylinder\" size=\".03 .05\" "
+      "mass=\"0.3\"/></body></worldbody></mujoco>");
+  EXPECT_EQ(RunProgram({"check", file}).code, 0);
+  folder_.Write("can/grasps.yaml", "grasps:\n  side:\n    at_mm: [0, 0, 0]\n    width: 60\n");
+  const auto ran = RunProgram({"check", file});
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.out, testing::AllOf(HasSubstr("grasps.yaml:4"), HasSubstr("'width_mm'")));
+}
+
+TEST_F(OwnCell, CheckOfAnObjectNamesAKnownGraspOutsideIt) {
+  const auto file = folder_.Write(
+      "bar/bar.xml",
+      "<mujoco><worldbody><body name=\"bar\" pos=\"1 2 3\"><freejoint/><geom type=\"box\" "
+      "size=\".02 .03 .05\" mass=\"0.1\"/></body></worldbody></mujoco>");
+  const auto grasp = [](const std::string& name, const std::string& at_mm) {
+    return "  " + name + ":\n    at_mm: " + at_mm +
+           "\n    approach: [0, 0, -1]\n    closing: [1, 0, 0]\n    width_mm: 40\n";
+  };
+  folder_.Write("bar/grasps.yaml",
+                "grasps:\n" + grasp("rim", "[0, 0, 60]") + grasp("neck", "[0, 0, 850]"));
+  const auto ran = Succeeded(RunProgram({"check", file}));
+  EXPECT_THAT(ran.out, HasSubstr("grasp 'neck': its center (0, 0, 850) mm is outside the model, "
+                                 "which reaches from (-20, -30, -50) to (20, 30, 50) mm"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("'rim'"))) << "10 mm above it";
+}
+
 // The hand that this arm attaches has other options than the arm, which the engine would print and
 // log.
 TEST_F(OwnCell, TheEngineLeavesNoLogFile) {

@@ -36,40 +36,27 @@ Eigen::Map<const VectorXd> Values(const ob::State* state, Eigen::Index dof) {
   return {state->as<JointSpace::StateType>()->values, dof};
 }
 
-/// Draws from our own stream: OMPL's generators are seeded once for the whole process.
-class Sampler : public ob::StateSampler {
+/// Draws from our own stream: OMPL's generators are seeded once for the whole process. RRTConnect
+/// only asks for uniform samples.
+class Sampler : public ob::RealVectorStateSampler {
  public:
   Sampler(const ob::StateSpace* space, const robot::Robot& robot, const JointQuery& query,
           base::Rng& rng)
-      : ob::StateSampler(space), robot_(robot), query_(query), rng_(rng) {}
+      : ob::RealVectorStateSampler(space), robot_(robot), query_(query), draws_(rng) {}
 
   void sampleUniform(ob::State* state) override {
     VectorXd q(robot_.dof());
     for (Eigen::Index i = 0; i < q.size(); ++i) {
-      q[i] = rng_.Uniform(robot_.lower[i], robot_.upper[i]);
+      q[i] = draws_.Uniform(robot_.lower[i], robot_.upper[i]);
     }
     if (query_.project) query_.project(q);
-    Set(state, q);
-  }
-  void sampleUniformNear(ob::State* state, const ob::State* near, double distance) override {
-    VectorXd q = Values(near, robot_.dof());
-    for (double& value : q) value += rng_.Uniform(-distance, distance);
-    Set(state, q);
-  }
-  void sampleGaussian(ob::State* state, const ob::State* mean, double deviation) override {
-    VectorXd q = Values(mean, robot_.dof());
-    for (double& value : q) value += deviation * rng_.Normal();
-    Set(state, q);
-  }
-
- private:
-  void Set(ob::State* state, const VectorXd& q) const {
     Values(state, q.size()) = q.cwiseMax(robot_.lower).cwiseMin(robot_.upper);
   }
 
+ private:
   const robot::Robot& robot_;
   const JointQuery& query_;
-  base::Rng& rng_;
+  base::Rng& draws_;
 };
 
 std::shared_ptr<JointSpace> MakeSpace(const robot::Robot& robot, const JointQuery& query,

@@ -109,31 +109,29 @@ Seen LookAtWorkspace(Model& model) {
   const mjModel& m = model.m();
   int rays = 0;
   int hidden = 0;
-  const auto look = [&](const mjtNum* target, bool to_workspace) {
-    mjtNum ray[3] = {target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]};
-    const double length = mju_normalize3(ray);
-    int geom = -1;
-    const double distance = mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
-    rays += to_workspace;
-    if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) return;
-    if (to_workspace && distance < length) {
-      ++hidden;
-      if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
-    }
-    const double x = eye[0] + distance * ray[0] - middle[0];
-    const double y = eye[1] + distance * ray[1] - middle[1];
-    if (std::hypot(x, y) >= reach_m) return;
-    seen.in_the_way = true;
-    seen.body = m.geom_bodyid[geom];
-  };
   for (const double height_m : kHeights_m) {
     for (int i = 0; i < kRays * kRays; ++i) {
       const double x = reach_m * (2.0 * (i % kRays) / (kRays - 1) - 1.0);
       const double y = reach_m * (2.0 * (i / kRays) / (kRays - 1) - 1.0);
       if (std::hypot(x, y) > reach_m) continue;
       const bool to_workspace = height_m == 0.0 && std::hypot(x, y) <= radius_m;
-      const mjtNum target[3] = {middle[0] + x, middle[1] + y, middle[2] + height_m};
-      look(target, to_workspace);
+      mjtNum ray[3] = {middle[0] + x - eye[0], middle[1] + y - eye[1],
+                       middle[2] + height_m - eye[2]};
+      const double length = mju_normalize3(ray);
+      int geom = -1;
+      const double distance =
+          mj_ray(&m, &model.d(), eye, ray, kVisibleGroups, 1, -1, &geom, nullptr);
+      rays += to_workspace;
+      if (geom < 0 || !model.IsRobot(m.geom_bodyid[geom])) continue;
+      if (to_workspace && distance < length) {
+        ++hidden;
+        if (!seen.in_the_way) seen.body = m.geom_bodyid[geom];
+      }
+      const double hit_x = eye[0] + distance * ray[0] - middle[0];
+      const double hit_y = eye[1] + distance * ray[1] - middle[1];
+      if (std::hypot(hit_x, hit_y) >= reach_m) continue;
+      seen.in_the_way = true;
+      seen.body = m.geom_bodyid[geom];
     }
   }
   if (rays > 0) seen.hidden = static_cast<double>(hidden) / rays;
@@ -168,22 +166,10 @@ constexpr double kMinGyration = 0.02;
 constexpr double kSmallBody_m = 0.005;  // for which the shares mean nothing
 constexpr int kMaxVisibleGroup = 2;     // MuJoCo's viewers and the sensors see groups 0 to 2
 
-std::vector<int> RobotBodies(const Model& model) {
-  std::vector<int> bodies;
-  for (int body = 1; body < model.m().nbody; ++body) {
-    if (model.IsRobot(body)) bodies.push_back(body);
-  }
-  return bodies;
-}
-
 std::vector<int> GeomsOf(const mjModel& m, int body) {
   std::vector<int> geoms;
   for (int g = 0; g < m.body_geomnum[body]; ++g) geoms.push_back(m.body_geomadr[body] + g);
   return geoms;
-}
-
-bool IsSeen(const mjModel& m, int geom) {
-  return m.geom_group[geom] <= kMaxVisibleGroup && m.geom_rgba[4 * geom + 3] > 0.0F;
 }
 
 // @return whether meshes are of a size that a robot may have
@@ -248,7 +234,9 @@ void CheckGeoms(Model& model, const std::vector<int>& bodies) {
   bool seen = false, collides = false;
   for (const int body : bodies) {
     const auto geoms = GeomsOf(m, body);
-    seen = seen || std::ranges::any_of(geoms, [&](int g) { return IsSeen(m, g); });
+    seen = seen || std::ranges::any_of(geoms, [&](int g) {
+             return m.geom_group[g] <= kMaxVisibleGroup && m.geom_rgba[4 * g + 3] > 0.0F;
+           });
     const bool solid = std::ranges::any_of(geoms, [&](int g) { return model.Collides(g); });
     collides = collides || solid;
     if (!geoms.empty() && !solid) bare.push_back(body);
@@ -263,8 +251,7 @@ void CheckGeoms(Model& model, const std::vector<int>& bodies) {
     model.Error(model.file().string(), name, "has no collision geom: it passes through everything",
                 "geoms with group=\"3\" and without contype=\"0\" conaffinity=\"0\"");
   } else if (!bare.empty()) {
-    model.Warn(model.Where(mjOBJ_BODY, bare.front()), "bodies " + model.NamesOf(mjOBJ_BODY, bare),
-               "have no collision geoms: they pass through everything",
+    model.Warn(mjOBJ_BODY, bare, "have no collision geoms: they pass through everything",
                "a capsule or a box with group=\"3\" in each, or contype=\"1\" on one of its geoms");
   }
 }
@@ -313,20 +300,13 @@ struct Draw {
   std::vector<double> q;
 };
 
-void Pose(Model& model, const std::vector<double>& q) {
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    model.d().qpos[model.m().jnt_qposadr[model.arm_joints[i]]] = q[i];
-  }
-  mj_kinematics(&model.m(), &model.d());
-}
-
-void Pose(Model& model, base::Rng& rng) {
+void DrawAnyPose(Model& model, base::Rng& rng) {
   std::vector<double> q;
   for (const int joint : model.arm_joints) {
     const auto [low, high] = model.RangeOf(joint, mjPI);
     q.push_back(rng.Uniform(low, high));
   }
-  Pose(model, q);
+  model.SetArm(q.data());
 }
 
 // Cost of a pose: the hand's distance and the joints' bends; negative if it is not allowed.
@@ -371,7 +351,7 @@ void CheckCell(Model& model) {
 }
 
 void CheckBodies(Model& model) {
-  const auto bodies = RobotBodies(model);
+  const auto bodies = model.RobotBodies();
   if (bodies.empty()) return;
   if (CheckSizes(model, bodies)) CheckMasses(model, bodies);
   CheckGeoms(model, bodies);
@@ -387,7 +367,7 @@ void CheckContacts(Model& model) {
   std::map<Pair, int> counts;
   base::Rng rng(1);
   for (int i = 0; i < kPoses; ++i) {
-    Pose(model, rng);
+    DrawAnyPose(model, rng);
     for (const auto& [pair, distance_m] : Touching(model, kMargin_m)) ++counts[pair];
   }
   std::ranges::copy(margins, m.geom_margin);
@@ -423,7 +403,7 @@ Cure SuggestHome(Model& model) {
   std::vector<Draw> draws;
   for (int i = 0; i < kDraws; ++i) {
     const auto q = DrawPose(model, rng);
-    Pose(model, q);
+    model.SetArm(q.data());
     const double cost = CostOf(model, q, tool, workspace);
     if (cost >= 0.0) draws.push_back({cost, q});
   }
@@ -432,7 +412,7 @@ Cure SuggestHome(Model& model) {
   for (std::size_t i = 0; found.empty() && i < draws.size() && i < kClosely; ++i) {
     // Checks the rounded values that are printed.
     for (double& q : draws[i].q) q = std::round(100.0 * q) / 100.0;
-    Pose(model, draws[i].q);
+    model.SetArm(draws[i].q.data());
     if (Touching(model, mjMAXVAL).empty() && LookAtWorkspace(model).IsFree()) {
       found = model.SetNumeric("home", fmt::format("{:g}", fmt::join(draws[i].q, " ")),
                                model.file().string());

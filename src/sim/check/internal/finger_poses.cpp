@@ -154,7 +154,7 @@ class Hand {
   }
 
   void Set(const VectorXd& q) {
-    for (Eigen::Index i = 0; i < q.size(); ++i) data_->qpos[m_.jnt_qposadr[joints_[i]]] = q[i];
+    sim::internal::SetJoints(&m_, data_.get(), joints_, q.data());
     mj_kinematics(&m_, data_.get());
     mj_comPos(&m_, data_.get());
   }
@@ -170,13 +170,7 @@ class Hand {
   }
 
   MatrixXd JacobianAt(const Vector3d& point, int body) const {
-    MatrixXd columns(3, natural_.size());
-    Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> whole(3, m_.nv);
-    mj_jac(&m_, data_.get(), whole.data(), nullptr, point.data(), body);
-    for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-      columns.col(i) = whole.col(m_.jnt_dofadr[joints_[i]]);
-    }
-    return columns;
+    return sim::internal::JacobianOf(&m_, data_.get(), joints_, body, point);
   }
 
   /// Jacobians of all points.
@@ -344,7 +338,7 @@ std::optional<std::vector<mjcf::HandMotor>> FingerPoses(const Model& model,
   std::vector<int> roots;  // of the fingers, in the order of their tips
   std::vector<Finger> fingers;
   for (const int geom : fingertips) {
-    const int root = mjcf::HandBranch(&m, m.geom_bodyid[geom], model.hand);
+    const int root = model.Finger(m.geom_bodyid[geom]);
     const auto found = std::ranges::find(roots, root);
     const std::size_t at = found - roots.begin();
     if (found == roots.end()) {

@@ -92,13 +92,6 @@ std::string SiteText(const Model& model, const mjData* data, const Tool& tool) {
       Rounded(p.x()), Rounded(p.y()), Rounded(p.z()), fmt::join(axes, " "));
 }
 
-// Inserts a block in the body "hand".
-Cure InHand(const Model& model, const std::string& block) {
-  const auto edit = model.lines().EditOf("body", model.Name(mjOBJ_BODY, model.hand));
-  return edit ? Cure::Insert(edit->file, edit->element, block)
-              : Cure("in the body \"hand\": " + block);
-}
-
 // @return false: reported that it does not
 bool CheckCollides(Model& model, int fingertip) {
   if (model.Collides(fingertip)) return true;
@@ -324,7 +317,6 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
   if (force.size() != 2) return;
   const DataPtr half = At(model, closing, kGripped * closing.Touching());
   const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
-  const auto finger = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
   double times = 1.0;
   std::vector<int> soft;
   for (const auto& motor : motors) {
@@ -334,7 +326,7 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
     if (m.jnt_type[joint] != mjJNT_HINGE) continue;
     double lever_m = 0.0;
     for (const int tip : tips) {
-      if (finger(m.geom_bodyid[tip]) != finger(m.jnt_bodyid[joint])) continue;
+      if (model.Finger(m.geom_bodyid[tip]) != model.Finger(m.jnt_bodyid[joint])) continue;
       const Vector3d arm = Vec3(half->geom_xpos + 3 * tip) - Vec3(half->xanchor + 3 * joint);
       lever_m = std::max(lever_m, arm.norm());
     }
@@ -346,8 +338,7 @@ void CheckStiffness(Model& model, const mjcf::HandClosing& closing,
   if (soft.empty()) return;
   Cure cure;
   for (const int actuator : soft) cure += model.Stiffer(actuator, times);
-  model.Warn(model.Where(mjOBJ_ACTUATOR, soft.front()),
-             "actuators " + model.NamesOf(mjOBJ_ACTUATOR, soft),
+  model.Warn(mjOBJ_ACTUATOR, soft,
              fmt::format("are so soft that fingers give way at a grip of {:g} N", force[0]), cure);
 }
 
@@ -395,7 +386,7 @@ void CheckFingersSettle(Model& model, const mjcf::HandClosing& closing,
   }
   if (joints.empty()) return;
   model.Error(
-      model.Where(mjOBJ_JOINT, joints.front()), "joints " + model.NamesOf(mjOBJ_JOINT, joints),
+      mjOBJ_JOINT, joints,
       fmt::format("swing too fast for the time step of {:g} ms, or without end: they have too "
                   "little armature (the inertia of motor and gear) or damping for the "
                   "stiffness of their drives",
@@ -484,10 +475,7 @@ bool IsLink(const mjModel& m, int body) {
 
 // The thumb's tip is the one furthest from all others.
 void PutThumbFirst(const Model& model, std::vector<int>& tips) {
-  const mjModel& m = model.m();
-  const auto finger = [&](int geom) {
-    return mjcf::HandBranch(&m, m.geom_bodyid[geom], model.hand);
-  };
+  const auto finger = [&](int geom) { return model.Finger(model.m().geom_bodyid[geom]); };
   const auto place = [&](int geom) { return Vec3(model.d().geom_xpos + 3 * geom); };
   const auto apart_m = [&](int geom) {
     double sum_m = 0.0;
@@ -554,8 +542,8 @@ std::set<int> DrivenBodies(const Model& model, const std::vector<int>& joints) {
         continue;
       }
       // A linkage moves all bodies from its ground on.
-      const auto top = [&](int body) { return mjcf::HandBranch(&m, body, model.hand); };
-      if (driven(a) != driven(b)) grown = roots.insert(driven(a) ? top(b) : top(a)).second || grown;
+      if (driven(a) == driven(b)) continue;
+      grown = roots.insert(model.Finger(driven(a) ? b : a)).second || grown;
     }
   }
   return roots;
@@ -636,7 +624,10 @@ Cure SuggestTool(Model& model) {
     if (model.Tuple("fingertips", mjOBJ_GEOM).empty()) return in_words;
     const mjcf::HandClosing closing = mjcf::CloseOnNothing(&model.m());
     const DataPtr open = At(model, closing, 0.0);
-    return InHand(model, SiteText(model, open.get(), ToolOf(model, open.get())));
+    const std::string site = SiteText(model, open.get(), ToolOf(model, open.get()));
+    const auto body = model.lines().EditOf("body", model.Name(mjOBJ_BODY, model.hand));
+    return body ? Cure::Insert(body->file, body->element, site)
+                : Cure("in the body \"hand\": " + site);
   } catch (const base::InputError&) {
     return in_words;
   }

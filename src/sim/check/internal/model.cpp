@@ -27,14 +27,10 @@ std::vector<int> HingesTo(const mjModel& m, int body) {
   return joints;
 }
 
-// The engine refuses files that attach each other in a ring.
-constexpr int kMaxDepth = 8;
-
-bool Below(const pugi::xml_node& node, const char* tag) {
-  for (pugi::xml_node n = node.parent(); n; n = n.parent()) {
-    if (std::string(n.name()) == tag) return true;
-  }
-  return false;
+bool InWorld(const pugi::xml_node& node) {
+  pugi::xml_node above = node.parent();
+  while (above && above.name() != std::string_view("worldbody")) above = above.parent();
+  return above;
 }
 
 // The kind of an element that has a name of its own; empty for all others.
@@ -43,10 +39,10 @@ std::string KindOf(const pugi::xml_node& node) {
   const std::string parent = node.parent().name();
   if (parent == "actuator" || parent == "sensor") return parent;
   if (tag == "tuple" || tag == "numeric" || tag == "mesh") return tag;
-  const bool in_world = Below(node, "worldbody");
-  if (in_world && tag == "freejoint") return "joint";
+  if (!InWorld(node)) return "";
+  if (tag == "freejoint") return "joint";
   static const std::set<std::string> named = {"body", "joint", "geom", "site", "camera"};
-  return in_world && named.contains(tag) ? tag : "";
+  return named.contains(tag) ? tag : "";
 }
 
 std::string NameOf(const pugi::xml_node& node) {
@@ -58,7 +54,7 @@ std::string NameOf(const pugi::xml_node& node) {
 
 // XPath of an element that has a name, or a file in place of a name.
 std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
-  const bool moves = kind != node.parent().name() && Below(node, "worldbody");
+  const bool moves = kind != node.parent().name() && InWorld(node);
   const char* key = node.attribute("name") ? "name" : "file";
   if (std::string_view(node.attribute(key).value()).find('\'') != std::string::npos) return "";
   return fmt::format("{}{}[@{}='{}']", moves ? "//worldbody//" : "//", node.name(), key,
@@ -67,13 +63,7 @@ std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
 
 // Number of joints on a joint's body and on all bodies above it.
 int JointsAbove(const pugi::xml_node& joint) {
-  int count = 0;
-  for (pugi::xml_node n = joint.parent(); n; n = n.parent()) {
-    for (const pugi::xml_node& child : n.children("joint")) {
-      count += std::string(n.name()) == "body" && child ? 1 : 0;
-    }
-  }
-  return count;
+  return static_cast<int>(joint.select_nodes("ancestor::body/joint").size());
 }
 
 }  // namespace
@@ -117,12 +107,18 @@ std::vector<int> Model::DrivesOfArm() const {
   return drives;
 }
 
-void Model::SetHome() {
-  for (std::size_t i = 0; i < arm_joints.size(); ++i) {
-    const auto [low, high] = RangeOf(arm_joints[i], mjPI);
-    d().qpos[m().jnt_qposadr[arm_joints[i]]] = home.empty() ? 0.5 * (low + high) : home[i];
-  }
+void Model::SetArm(const double* q) {
+  sim::internal::SetJoints(&m(), &d(), arm_joints, q);
   mj_kinematics(&m(), &d());
+}
+
+void Model::SetHome() {
+  std::vector<double> q = home;
+  for (std::size_t i = q.size(); i < arm_joints.size(); ++i) {
+    const auto [low, high] = RangeOf(arm_joints[i], mjPI);
+    q.push_back(0.5 * (low + high));
+  }
+  SetArm(q.data());
   mj_comPos(&m(), &d());
 }
 
@@ -134,10 +130,6 @@ std::vector<int> Model::FindAll(mjtObj type, std::string_view suffix) const {
   return ids;
 }
 
-int Model::Find(mjtObj type, std::string_view suffix) const {
-  return mjcf::TryFind(&m(), type, suffix);
-}
-
 std::vector<int> Model::Tuple(std::string_view suffix, mjtObj type) const {
   const int id = Find(mjOBJ_TUPLE, suffix);
   if (id < 0) return {};
@@ -146,10 +138,6 @@ std::vector<int> Model::Tuple(std::string_view suffix, mjtObj type) const {
   const int size = m().tuple_size[id];
   if (!std::all_of(types, types + size, [&](int t) { return t == type; })) return {};
   return {ids, ids + size};
-}
-
-std::vector<double> Model::Numeric(std::string_view suffix) const {
-  return mjcf::NumericOf(&m(), suffix);
 }
 
 std::string Model::Element(mjtObj type, int id) const {
@@ -179,6 +167,12 @@ void Model::Report(bool error, mjtObj type, const std::string& name, const std::
                    const Cure& cure) {
   Report(error, Where(type, Find(type, name)), fmt::format("{} \"{}\"", mju_type2Str(type), name),
          what, cure);
+}
+
+void Model::Report(bool error, mjtObj type, const std::vector<int>& ids, const std::string& what,
+                   const Cure& cure) {
+  const std::string kind = type == mjOBJ_BODY ? "bodies" : mju_type2Str(type) + std::string("s");
+  Report(error, Where(type, ids.front()), kind + " " + NamesOf(type, ids), what, cure);
 }
 
 Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
@@ -306,6 +300,14 @@ bool Model::IsRobot(int body) const {
   return (first > 0 && InSubtree(body, first)) || (hand > 0 && InSubtree(body, hand));
 }
 
+std::vector<int> Model::RobotBodies() const {
+  std::vector<int> bodies;
+  for (int body = 1; body < m().nbody; ++body) {
+    if (IsRobot(body)) bodies.push_back(body);
+  }
+  return bodies;
+}
+
 struct SourceLines::Reader {
   SourceLines& lines;
 
@@ -360,7 +362,7 @@ struct SourceLines::Reader {
 
   void Note(const pugi::xml_node& node, const File& file) {
     const std::string tag = node.name();
-    const bool in_world = Below(node, "worldbody");
+    const bool in_world = InWorld(node);
     const std::string type = node.attribute("type").value();
     if (file.own && in_world && (tag == "freejoint" || (tag == "joint" && type == "free"))) {
       lines.seen_.insert("freejoint");

@@ -2,7 +2,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -16,6 +15,10 @@
 #include "sim/internal/engine.h"
 
 namespace rangegrasp::check::internal {
+
+/// Depth up to which attached files are read; the engine refuses files that attach each other in a
+/// ring.
+constexpr int kMaxDepth = 8;
 
 /// Source positions of the elements of an MJCF file and of those that it includes or attaches, by
 /// kind ("body", "joint", "geom", "site", "actuator", "tuple", "numeric", "camera", "mesh",
@@ -93,10 +96,13 @@ class Model {
   std::string Name(mjtObj type, int id) const { return std::string(mjcf::NameOf(&m(), type, id)); }
   /// All elements with this name after any prefix.
   std::vector<int> FindAll(mjtObj type, std::string_view suffix) const;
-  int Find(mjtObj type, std::string_view suffix) const;  ///< the first, or -1
+  /// The first of them, or -1.
+  int Find(mjtObj type, std::string_view suffix) const { return mjcf::TryFind(&m(), type, suffix); }
   /// Elements of a tuple, all of one type; empty if there is no tuple, or it has another type.
   std::vector<int> Tuple(std::string_view suffix, mjtObj type) const;
-  std::vector<double> Numeric(std::string_view suffix) const;
+  std::vector<double> Numeric(std::string_view suffix) const {
+    return mjcf::NumericOf(&m(), suffix);
+  }
 
   /// `joint "arm/joint1"` and its place in the files; for a nameless geom those of its body.
   std::string Element(mjtObj type, int id) const;
@@ -134,6 +140,9 @@ class Model {
   /// Reports on one of this project's names, without its prefix.
   void Report(bool error, mjtObj type, const std::string& name, const std::string& what,
               const Cure& cure);
+  /// Reports on several elements, at the place of the first.
+  void Report(bool error, mjtObj type, const std::vector<int>& ids, const std::string& what,
+              const Cure& cure);
   void Error(const auto&... of) { Report(true, of...); }
   void Warn(const auto&... of) { Report(false, of...); }
   const std::vector<base::Finding>& findings() const { return findings_; }
@@ -153,6 +162,9 @@ class Model {
                                   : std::pair(-continuous_rad, continuous_rad);
   }
   bool IsRobot(int body) const;
+  std::vector<int> RobotBodies() const;
+  /// The first body of the finger (mjcf::HandBranch) that a body of the hand belongs to.
+  int Finger(int body) const { return mjcf::HandBranch(&m(), body, hand); }
 
   /// From tuples. Guessed if the file has none: the hinges between the world and the hand, or the
   /// longest chain of hinges.
@@ -161,6 +173,7 @@ class Model {
   std::vector<double> home;              ///< empty if missing or of another length
   int DriveOf(int joint) const;          ///< the first actuator on it, or -1
   std::vector<int> DrivesOfArm() const;  ///< of all arm_joints; empty if one has none
+  void SetArm(const double* q);          ///< moves arm_joints and all that they carry
   void SetHome();  ///< moves joints to home, or without it to the middle of their ranges
 
  private:

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "base/stopwatch.h"
 #include "clearing/task/clearing_report.h"
 #include "experiment/experiment.h"
@@ -16,12 +18,6 @@ using experiment::Case;
 using experiment::ReplayOptions;
 using experiment::Result;
 using experiment::Stamp;
-
-// The contents of a clearing experiment's file.
-struct Options {
-  trial::Options grasping;
-  ClearingOptions clearing;
-};
 
 // Reads the keys that it does not share with grasping.
 void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
@@ -48,27 +44,11 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.Finish();
 }
 
-// Reads all keys, to the end of the map. @throws base::InputError
-Options ReadOptions(base::YamlMap& map) {
-  Options options;
-  if (map.Has("trials_per_object")) {
-    map.Fail("trials_per_object", "use `runs` in a clearing experiment");
-  }
-  if (map.Has("views")) {
-    map.Fail(
-        "views",
-        "cannot be used here: clearing takes one scan per grasp, with the experiment's sensor");
-  }
-  ReadClearingKeys(map, options.clearing);
-  options.grasping = trial::ReadOptions(map);
-  return options;
-}
-
 // Each case is an arrangement. Its group is the arrangement's word.
 class ClearingExperiment : public experiment::Task {
  public:
-  ClearingExperiment(const Options& options, const experiment::Common& common)
-      : cell_(options.grasping), options_(options.clearing), seed_(common.seed) {}
+  ClearingExperiment(trial::Options grasping, const ClearingOptions& options, std::uint64_t seed)
+      : cell_(std::move(grasping)), options_(options), seed_(seed) {}
 
   // The objects take turns at being the target, which is dropped last and is the highest. If a run
   // leaves no record, all "objects" count as not delivered: an upper bound if their number is
@@ -154,10 +134,20 @@ class ClearingExperiment : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  const Options options = ReadOptions(map);
-  if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
-  trial::FindDetector(options.grasping.detector)->check(map, options.grasping, common.case_limit_s);
-  return std::make_unique<ClearingExperiment>(options, common);
+  if (map.Has("trials_per_object")) {
+    map.Fail("trials_per_object", "use `runs` in a clearing experiment");
+  }
+  if (map.Has("views")) {
+    map.Fail(
+        "views",
+        "cannot be used here: clearing takes one scan per grasp, with the experiment's sensor");
+  }
+  ClearingOptions options;
+  ReadClearingKeys(map, options);
+  trial::Options grasping = trial::ReadOptions(map, common.seed);
+  if (!trial::ModelsPass(map, grasping, common)) return nullptr;
+  trial::FindDetector(grasping.detector)->check(map, grasping, common.case_limit_s);
+  return std::make_unique<ClearingExperiment>(std::move(grasping), options, common.seed);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ struct CylindersArguments : CloudArguments {
 GivenCylinder ParseCylinder(const std::string& text) {
   if (const auto given = cylinders::GivenFrom(text, ',')) return *given;
   throw base::InputError("--cylinder '" + text +
-                         "' must be RADIUS,HEIGHT in mm, both above 0, e.g. 25.75,173");
+                         "' must be RADIUS,HEIGHT in mm, both at least 1, e.g. 25.75,173");
 }
 
 std::string Name(const GivenCylinder& given, std::size_t index) {

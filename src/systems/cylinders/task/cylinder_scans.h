@@ -1,12 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "base/rng.h"
-#include "base/units.h"
 #include "cylinders/fit.h"
-#include "geometry/point_cloud.h"
 #include "sensing/line_scanner_options.h"
 
 namespace rangegrasp::cylinders {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -45,20 +46,19 @@ struct ComparisonOptions {
 constexpr int kMaxPoints = 1'000'000;
 constexpr int kMaxIterations = 100'000;
 
-std::vector<double> NumbersOf(const base::YamlMap& map, const std::string& key,
-                              const std::string& text) {
+std::vector<double> NumbersOf(const base::YamlMap& map, const std::string& text) {
   std::vector<double> numbers;
   for (const std::string& part : base::Split(text, ',')) {
     const auto number =
         base::NumberFrom<double>(part.substr(std::min(part.find_first_not_of(' '), part.size())));
-    if (!number) map.Fail(key, fmt::format("'{}' in '{}' is not a number", part, text));
+    if (!number) map.Fail("rows", fmt::format("'{}' in '{}' is not a number", part, text));
     numbers.push_back(*number);
   }
   return numbers;
 }
 
 CylinderRow RowOf(const base::YamlMap& map, const std::string& text) {
-  const auto numbers = NumbersOf(map, "rows", text);
+  const auto numbers = NumbersOf(map, text);
   if (numbers.size() != 3 || !(numbers[0] > 0.0) || !(numbers[1] > 0.0) || !(numbers[2] >= 100.0) ||
       numbers[2] > kMaxPoints) {
     map.Fail("rows", fmt::format("'{}' must be radius in mm, height in mm, points (100 to {}), as "
@@ -83,11 +83,12 @@ ComparisonOptions ReadComparisonKeys(base::YamlMap& map) {
       "iterations of lsf, triples of rcf and refined, hypotheses of pcl: each is a row or a dot");
   o.iterations.clear();
   for (const std::string& text : iterations) {
-    const double count = NumbersOf(map, "iterations", text).front();
-    if (!(count >= 1.0) || count > kMaxIterations) {
-      map.Fail("iterations", fmt::format("'{}' must be 1 to {}", text, kMaxIterations));
+    const auto count = base::NumberFrom<double>(text);
+    if (!count || !(*count >= 1.0) || *count > kMaxIterations || *count != std::floor(*count)) {
+      map.Fail("iterations",
+               fmt::format("'{}' must be a whole number from 1 to {}", text, kMaxIterations));
     }
-    o.iterations.push_back(static_cast<int>(count));
+    o.iterations.push_back(static_cast<int>(*count));
   }
   map.Read("repetitions", o.repetitions, 1, 100000,
            "number of range images of each row and source");
@@ -125,29 +126,23 @@ struct ComparedFit {
   double preparation_seconds = 0.0;  ///< part of `seconds` for normals and curvature points
 };
 
-/// RCF's preparation, shared by all numbers of iterations and the refinement.
-struct Prepared {
-  RcfPreparation preparation;
-  double seconds = 0.0;
-};
+/// The result and the time of `fit`, for a method whose preparation took these seconds.
+template <typename Fit>
+ComparedFit Timed(Method method, int iterations, double preparation_seconds, const Fit& fit) {
+  const base::Stopwatch watch;
+  const std::optional<Barrel> barrel = fit();
+  return {method, iterations, barrel, preparation_seconds + watch.Seconds(), preparation_seconds};
+}
 
-ComparedFit Rcf(const FitInput& input, const Prepared& prepared, double neighborhood_m,
-                Method method, int iterations, std::uint64_t seed) {
+std::optional<Barrel> Rcf(const FitInput& input, const RcfPreparation& prepared,
+                          double neighborhood_m, Method method, int iterations,
+                          std::uint64_t seed) {
   RcfOptions options = method == Method::kPrinted ? RcfAsPrinted() : RcfOptions{};
   options.neighborhood_m = neighborhood_m;
   options.draws = iterations;
   base::Rng rng(
       base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
-  const base::Stopwatch watch;
-  const auto fit = FitRcf(input, prepared.preparation, options, rng);
-  return {method, iterations, fit, prepared.seconds + watch.Seconds(), prepared.seconds};
-}
-
-ComparedFit Refined(const FitInput& input, const ComparedFit& rcf) {
-  const base::Stopwatch watch;
-  const auto fit = rcf.barrel ? FitRefined(input, *rcf.barrel) : std::nullopt;
-  return {Method::kRefined, rcf.iterations, fit, rcf.seconds + watch.Seconds(),
-          rcf.preparation_seconds};
+  return FitRcf(input, prepared, options, rng);
 }
 
 void AddPcl(const FitInput& input, const ComparisonOptions& options,
@@ -159,12 +154,13 @@ void AddPcl(const FitInput& input, const ComparisonOptions& options,
   for (const int iterations : options.iterations) {
     pcl_bridge::CylinderOptions model;
     model.max_draws = iterations;
-    const base::Stopwatch own;
-    const auto fit = pcl_bridge::FitCylinder(cloud, normals, model);
-    fits.push_back({Method::kPcl, iterations, {}, preparation + own.Seconds(), preparation});
-    if (!fit) continue;
-    const auto& [point, axis, radius_m] = fit->cylinder;
-    fits.back().barrel = Barrel{{point, axis}, radius_m};
+    const auto fit_cylinder = [&]() -> std::optional<Barrel> {
+      const auto fit = pcl_bridge::FitCylinder(cloud, normals, model);
+      if (!fit) return std::nullopt;
+      const auto& [point, axis, radius_m] = fit->cylinder;
+      return Barrel{{point, axis}, radius_m};
+    };
+    fits.push_back(Timed(Method::kPcl, iterations, preparation, fit_cylinder));
   }
 }
 
@@ -175,9 +171,9 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOpti
   std::vector<ComparedFit> fits;
   RcfOptions rcf_options;
   rcf_options.neighborhood_m = options.neighborhood_m;
-  const base::Stopwatch preparing;
-  Prepared prepared{PrepareRcf(input, rcf_options)};
-  prepared.seconds = preparing.Seconds();
+  const base::Stopwatch watch;
+  const RcfPreparation prepared = PrepareRcf(input, rcf_options);
+  const double preparation = watch.Seconds();
   for (const Method method : options.methods) {
     if (method == Method::kPcl) {
       AddPcl(input, options, fits);
@@ -185,14 +181,15 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOpti
     }
     for (const int iterations : options.iterations) {
       if (method == Method::kLsf) {
-        const base::Stopwatch watch;
-        const auto fit = FitLeastSquares(input.points, iterations);
-        fits.push_back({method, iterations, fit, watch.Seconds(), 0.0});
+        fits.push_back(Timed(method, iterations, 0.0,
+                             [&] { return FitLeastSquares(input.points, iterations); }));
         continue;
       }
-      const Method start = method == Method::kRefined ? Method::kRcf : method;
-      const ComparedFit rcf = Rcf(input, prepared, options.neighborhood_m, start, iterations, seed);
-      fits.push_back(method == Method::kRefined ? Refined(input, rcf) : rcf);
+      const auto fit = [&] {
+        const auto rcf = Rcf(input, prepared, options.neighborhood_m, method, iterations, seed);
+        return rcf && method == Method::kRefined ? FitRefined(input, *rcf) : rcf;
+      };
+      fits.push_back(Timed(method, iterations, preparation, fit));
     }
   }
   return fits;

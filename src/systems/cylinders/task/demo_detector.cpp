@@ -17,13 +17,16 @@ namespace rangegrasp::cylinders {
 using base::kMm;
 using base::YamlMap;
 
+/// No object to grasp is smaller: less is probably in metres.
+constexpr double kMinGiven_mm = 1.0;
+
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between) {
   const auto parts = base::Split(text, between);
   if (parts.size() != 2) return std::nullopt;
   const auto radius_mm = base::NumberFrom<double>(parts[0]);
   const auto height_mm = base::NumberFrom<double>(parts[1]);
   if (!radius_mm || !height_mm || !std::isfinite(*radius_mm + *height_mm)) return std::nullopt;
-  if (!(*radius_mm > 0.0) || !(*height_mm > 0.0)) return std::nullopt;
+  if (std::min(*radius_mm, *height_mm) < kMinGiven_mm) return std::nullopt;
   return GivenCylinder{*radius_mm * kMm, *height_mm * kMm};
 }
 
@@ -33,18 +36,20 @@ void ReadGiven(YamlMap& map, TableOptions& options) {
   for (const std::string& text : given) {
     const auto one = GivenFrom(text, 'x');
     if (!one) {
-      map.Fail("cylinders", fmt::format("'{}' must be RADIUSxHEIGHT in mm, e.g. 25.75x173", text));
+      map.Fail(
+          "cylinders",
+          fmt::format("'{}' must be RADIUSxHEIGHT in mm, both at least 1, e.g. 25.75x173", text));
     }
     options.given.push_back(*one);
   }
 }
 
-void ReadTable(YamlMap& map, const char* count, TableOptions& options) {
+void ReadTable(YamlMap& map, const char* count, std::uint64_t seed, TableOptions& options) {
   if (map.Has("trials_per_object")) {
     map.Fail("trials_per_object", fmt::format("use `{}` in this task", count));
   }
   map.Require("cylinders");
-  options.grasping = trial::ReadOptions(map);
+  options.grasping = trial::ReadOptions(map, seed);
   if (options.grasping.take != grasp::kAnywhere) {
     map.Fail("grasp", "take: only for `task: grasping`");
   }
@@ -93,7 +98,7 @@ DemoOptions ReadDemoKeys(YamlMap& map, DemoOptions o) {
   return o;
 }
 
-DemoOptions ReadDemo(YamlMap& map) {
+DemoOptions ReadDemo(YamlMap& map, std::uint64_t seed) {
   DemoOptions options;
   trial::MethodKind method = options.grasping.method;
   map.Read("method", method);
@@ -102,7 +107,7 @@ DemoOptions ReadDemo(YamlMap& map) {
     options.max_tries = 1;
   }
   options = ReadDemoKeys(map, std::move(options));
-  ReadTable(map, "runs", options);
+  ReadTable(map, "runs", seed, options);
   return options;
 }
 

@@ -1,14 +1,8 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
-#include <string_view>
-#include <vector>
 
-#include "base/units.h"
-#include "base/words.h"
-#include "base/yaml_map.h"
 #include "cylinders/detect.h"
 #include "grasp/detector.h"
 #include "robot/robot.h"
@@ -77,7 +71,7 @@ struct DemoOptions : DemoAdditions, TableOptions {
   trial::HandOverOptions hand_over;
 };
 
-/// Parses "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if malformed or a value is not above 0.
+/// Parses "RADIUSxHEIGHT" or "RADIUS,HEIGHT" in mm; nullopt if malformed or a value is below 1.
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between);
 
 /// Reads the key `cylinders`. @throws base::InputError
@@ -85,7 +79,7 @@ void ReadGiven(base::YamlMap& map, TableOptions& options);
 /// Reads the keys that a table shares with grasping, to the end of the map.
 /// @param count  the key that replaces `trials_per_object`
 /// @throws base::InputError
-void ReadTable(base::YamlMap& map, const char* count, TableOptions& options);
+void ReadTable(base::YamlMap& map, const char* count, std::uint64_t seed, TableOptions& options);
 
 /// Detection options for the first look, and for the second look if the wanted one was not found.
 DetectOptions FirstLook(const DemoOptions& options);
@@ -95,7 +89,7 @@ DetectOptions SecondLook(const DemoOptions& options);
 /// @param options  the defaults
 DemoOptions ReadDemoKeys(base::YamlMap& map, DemoOptions options = {});
 /// Reads all keys, to the end of the map. @throws base::InputError
-DemoOptions ReadDemo(base::YamlMap& map);
+DemoOptions ReadDemo(base::YamlMap& map, std::uint64_t seed);
 
 /// Receives the scene of each detection, for display.
 using CylinderObserver = std::function<void(const CylinderScene&, const geometry::Observation&)>;

@@ -312,7 +312,7 @@ const experiment::TaskKind& DemoTask() {
       .success = trial::kHandedOver,
       .read = [](base::YamlMap& map,
                  const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
-        const DemoOptions options = ReadDemo(map);
+        const DemoOptions options = ReadDemo(map, common.seed);
         if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
         trial::RequireOwnDetector(map, options.grasping);
         return std::make_unique<DemoExperiment>(options, common);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <filesystem>
-
 #include "cylinders/task/demo_detector.h"
 #include "experiment/task.h"
 #include "trial/trial.h"

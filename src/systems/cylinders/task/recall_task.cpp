@@ -48,8 +48,7 @@ struct Truth {
   bool seen = false;
 };
 
-struct Clutter {
-  samples::Tabletop tabletop;
+struct Clutter : samples::Tabletop {
   std::vector<Truth> given;
 };
 
@@ -106,20 +105,16 @@ class Placing {
   std::vector<Circle> circles_;
 };
 
-/// Circle for a lying cylinder's outline: half its length plus some of its width.
-double CircleOfLying(double height_m) { return 0.5 * height_m + 0.005; }
-
-void AddGiven(const std::vector<GivenCylinder>& given, std::size_t which, base::Rng& rng,
-              Placing& placing, Clutter& clutter) {
-  const auto [r, h] = given[which];
-  const bool lies = rng.Uniform() < 0.4;
-  const double turn = rng.Uniform(0.0, base::kPi);
-  const auto at = placing.Place(lies ? CircleOfLying(h) : r);
-  if (!at) return;
-  const Cylinder cylinder = lies ? samples::Lying(at->x(), at->y(), turn, r, h)
-                                 : samples::Standing(at->x(), at->y(), r, h);
-  clutter.tabletop.cylinders.push_back(cylinder);
-  clutter.given.push_back({.given = which, .cylinder = cylinder});
+/// Adds a cylinder if there is room; returns whether there is.
+bool AddCylinder(const GivenCylinder& shape, bool lies, double turn_rad, Placing& placing,
+                 Clutter& clutter) {
+  const auto [r, h] = shape;
+  // Circle for a lying cylinder's outline: half its length plus some of its width.
+  const auto at = placing.Place(lies ? 0.5 * h + 0.005 : r);
+  if (!at) return false;
+  clutter.cylinders.push_back(lies ? samples::Lying(at->x(), at->y(), turn_rad, r, h)
+                                   : samples::Standing(at->x(), at->y(), r, h));
+  return true;
 }
 
 void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
@@ -129,37 +124,32 @@ void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
   const double turn = rng.Uniform(0.0, base::kPi);
   const auto at = placing.Place(0.5 * std::hypot(a, b));
   if (!at) return;
-  clutter.tabletop.boxes.push_back(samples::StandingBox(at->x(), at->y(), turn, {a, b, height}));
+  clutter.boxes.push_back(samples::StandingBox(at->x(), at->y(), turn, {a, b, height}));
 }
 
-void AddStanding(base::Rng& rng, Placing& placing, Clutter& clutter) {
-  const double r = rng.Uniform(0.015, 0.045);
-  const double h = rng.Uniform(0.04, 0.20);
-  const auto at = placing.Place(r);
-  if (at) clutter.tabletop.cylinders.push_back(samples::Standing(at->x(), at->y(), r, h));
-}
-
-void AddLying(base::Rng& rng, Placing& placing, Clutter& clutter) {
-  const double r = rng.Uniform(0.015, 0.035);
-  const double h = rng.Uniform(0.06, 0.18);
-  const double turn = rng.Uniform(0.0, base::kPi);
-  const auto at = placing.Place(CircleOfLying(h));
-  if (at) clutter.tabletop.cylinders.push_back(samples::Lying(at->x(), at->y(), turn, r, h));
+void AddOther(bool lies, base::Rng& rng, Placing& placing, Clutter& clutter) {
+  const double r = rng.Uniform(0.015, lies ? 0.035 : 0.045);
+  const double h = lies ? rng.Uniform(0.06, 0.18) : rng.Uniform(0.04, 0.20);
+  const double turn = lies ? rng.Uniform(0.0, base::kPi) : 0.0;
+  AddCylinder({r, h}, lies, turn, placing, clutter);
 }
 
 Clutter DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
   Clutter clutter;
   Placing placing(rng);
-  for (std::size_t g = 0; g < given.size(); ++g) AddGiven(given, g, rng, placing, clutter);
+  for (std::size_t g = 0; g < given.size(); ++g) {
+    const bool lies = rng.Uniform() < 0.4;
+    const double turn = rng.Uniform(0.0, base::kPi);
+    if (!AddCylinder(given[g], lies, turn, placing, clutter)) continue;
+    clutter.given.push_back({.given = g, .cylinder = clutter.cylinders.back()});
+  }
   const std::size_t others = 3 + rng.Index(4);
   for (std::size_t i = 0; i < others; ++i) {
     const double kind = rng.Uniform();
     if (kind < 0.5) {
       AddBox(rng, placing, clutter);
-    } else if (kind < 0.8) {
-      AddStanding(rng, placing, clutter);
     } else {
-      AddLying(rng, placing, clutter);
+      AddOther(kind >= 0.8, rng, placing, clutter);
     }
   }
   return clutter;
@@ -184,10 +174,10 @@ Table SyntheticTable(const RecallOptions& options, base::Rng& rng) {
   samples::Sensor sensor;
   sensor.noise_m = options.source == Source::kPerfect ? 0.0 : options.noise_m;
   sensor.profiles = sensor.samples = options.samples;
-  Table table{.observation = samples::Scan(clutter.tabletop, sensor, rng),
+  Table table{.observation = samples::Scan(clutter, sensor, rng),
               .workspace = std::nullopt,
               .given = std::move(clutter.given),
-              .cylinders = std::move(clutter.tabletop.cylinders)};
+              .cylinders = std::move(clutter.cylinders)};
   for (Truth& truth : table.given) {
     const auto counts = RaysTo(truth.cylinder, table.observation.views.front().image);
     truth.seen = IsSeen(counts.on, counts.All());
@@ -374,7 +364,7 @@ RecallOptions ReadRecallKeys(base::YamlMap& map) {
 
 std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experiment::Common& common) {
   RecallOptions options = ReadRecallKeys(map);
-  ReadTable(map, "scenes", options);
+  ReadTable(map, "scenes", common.seed, options);
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   return std::make_unique<RecallExperiment>(std::move(options), common.seed);
 }
@@ -389,41 +379,49 @@ struct Posture {
   int Seen() const { return found + missed; }
 };
 
-experiment::Report RecallReport(const experiment::Stamp& stamp,
-                                const std::vector<experiment::Record>& records) {
+struct Error {
+  const char* name;
+  const char* key;
+  double unit;
+  std::vector<double> values{};
+};
+
+struct Recall {
   std::array<Posture, 3> postures = {{{"standing"}, {"lying"}, {"all"}}};
+  std::array<Error, 3> errors = {{{"radius [mm]", "radius_error_m", base::kMm},
+                                  {"axis [deg]", "axis_error_rad", base::kDeg},
+                                  {"position [mm]", "position_error_m", base::kMm}}};
   int wrong = 0, twins = 0, hits = 0, scenes = 0;
-  struct Error {
-    const char* name;
-    const char* key;
-    double unit;
-    std::vector<double> values;
-  };
-  std::array<Error, 3> errors = {{{"radius [mm]", "radius_error_m", base::kMm, {}},
-                                  {"axis [deg]", "axis_error_rad", base::kDeg, {}},
-                                  {"position [mm]", "position_error_m", base::kMm, {}}}};
-  for (const auto& record : records) {
-    if (record.result.outcome != kScored) continue;
-    ++scenes;
-    const auto data = ordered_json::parse(record.result.data);
-    for (const auto& one : data.at("cylinders")) {
-      const auto verdict = base::FromWord<Verdict>(one.at("verdict").get<std::string>(), "verdict");
-      hits += one.contains("radius_error_m") ? 1 : 0;
-      wrong += verdict == Verdict::kFalse || verdict == Verdict::kTwin ? 1 : 0;
-      twins += verdict == Verdict::kTwin ? 1 : 0;
-      for (Error& error : errors) {
-        if (one.contains(error.key)) {
-          error.values.push_back(one.at(error.key).get<double>() / error.unit);
-        }
-      }
-      if (!one.contains("truth")) continue;
-      for (Posture* posture : {&postures[one.at("lies").get<bool>() ? 1 : 0], &postures[2]}) {
-        posture->found += verdict == Verdict::kFound ? 1 : 0;
-        posture->missed += verdict == Verdict::kMissed ? 1 : 0;
-        posture->hidden += verdict == Verdict::kHidden ? 1 : 0;
-      }
+
+  /// Counts a scored cylinder.
+  void Add(const ordered_json& one) {
+    const auto verdict = base::FromWord<Verdict>(one.at("verdict").get<std::string>(), "verdict");
+    hits += one.contains("radius_error_m");
+    wrong += verdict == Verdict::kFalse || verdict == Verdict::kTwin;
+    twins += verdict == Verdict::kTwin;
+    for (Error& error : errors) {
+      if (!one.contains(error.key)) continue;
+      error.values.push_back(one.at(error.key).get<double>() / error.unit);
+    }
+    if (!one.contains("truth")) return;
+    for (Posture* posture : {&postures[one.at("lies").get<bool>() ? 1 : 0], &postures[2]}) {
+      posture->found += verdict == Verdict::kFound;
+      posture->missed += verdict == Verdict::kMissed;
+      posture->hidden += verdict == Verdict::kHidden;
     }
   }
+};
+
+experiment::Report RecallReport(const experiment::Stamp& stamp,
+                                const std::vector<experiment::Record>& records) {
+  Recall recall;
+  for (const auto& record : records) {
+    if (record.result.outcome != kScored) continue;
+    ++recall.scenes;
+    const auto data = ordered_json::parse(record.result.data);
+    for (const auto& one : data.at("cylinders")) recall.Add(one);
+  }
+  const int detections = recall.hits + recall.wrong;
   const std::vector<Column<Posture>> columns = {
       {"given cylinders", "", &Posture::name, experiment::kLeft},
       {"seen", "", &Posture::Seen},
@@ -446,16 +444,17 @@ experiment::Report RecallReport(const experiment::Stamp& stamp,
   const std::string source = experiment::ValueOr(stamp.data, kSource, "");
   const bool scanned = source == base::Word(Source::kScanned);
   report.sections = {{fmt::format("Recall on {}", scanned ? "scanned tables" : "synthetic rays"),
-                      GridOf(columns, postures)},
-                     {"Errors of detected cylinders", GridOf(error_columns, errors)}};
+                      GridOf(columns, recall.postures)},
+                     {"Errors of detected cylinders", GridOf(error_columns, recall.errors)}};
   report.csv = report.sections.front().grid;
   report.notes = {
       fmt::format("{} tables; precision {} % [{}]: {} of {} detections; of the {} false "
                   "ones {} are other cylinders of a given size",
-                  scenes, experiment::PercentText(hits, hits + wrong, 2),
-                  experiment::IntervalText(hits, hits + wrong), hits, hits + wrong, wrong, twins),
+                  recall.scenes, experiment::PercentText(recall.hits, detections, 2),
+                  experiment::IntervalText(recall.hits, detections), recall.hits, detections,
+                  recall.wrong, recall.twins),
       "seen: at least a quarter of the rays towards the cylinder, and more than 200, hit it"};
-  if (const auto lost = std::ssize(records) - scenes; lost > 0) {
+  if (const auto lost = std::ssize(records) - recall.scenes; lost > 0) {
     report.notes.push_back(fmt::format(
         "{} more tables crashed or timed out; nothing of them is counted, so recall is too high",
         lost));

@@ -3,8 +3,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <vector>
 
 #include "base/rng.h"
 #include "base/units.h"

@@ -17,6 +17,7 @@
 #include "cli/output.h"
 #include "experiment/experiment.h"
 #include "experiment/runner.h"
+#include "geometry/mesh.h"
 #include "mesh/mesh_object.h"
 #include "sim/check/check.h"
 #include "sim/render.h"
@@ -49,15 +50,9 @@ struct Found {
   objects::MeshObject object;
   objects::ObjectLook look;
   std::vector<sim::RestingPose> poses;
-  std::vector<experiment::Result> trials;
+  std::vector<std::string> outcomes;  // of the lift test
   std::vector<base::Finding> findings;
   fs::path folder;
-
-  std::vector<std::string> Outcomes() const {
-    std::vector<std::string> outcomes;
-    for (const auto& trial : trials) outcomes.push_back(trial.outcome);
-    return outcomes;
-  }
 };
 
 objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& surface) {
@@ -69,7 +64,7 @@ objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& sur
   if (a.mass_g) options.mass_kg = *a.mass_g * kGram;
   options.scale = a.scale;
   options.density_kg_m3 = a.density.value_or(surface.density_kg_m3);
-  if (a.fill_holes) options.repair.max_hole = 1.0;
+  if (a.fill_holes) options.max_hole = 1.0;
   return options;
 }
 
@@ -84,9 +79,9 @@ objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
   return look;
 }
 
-// Runs trials of the object alone on the shipped table with the improved method, as in table 5.2.
-std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::string& name,
-                                         int trials) {
+// Outcomes of trials of the object alone on the shipped table with the improved method, as in table
+// 5.2.
+std::vector<std::string> LiftTest(const fs::path& objects, const std::string& name, int trials) {
   const fs::path data = base::DataFolder();
   const fs::path file = objects / "lift_test.yaml";
   const nlohmann::ordered_json experiment = {
@@ -98,12 +93,12 @@ std::vector<experiment::Result> LiftTest(const fs::path& objects, const std::str
       {"trials_per_object", trials}};
   base::WriteFile(file, experiment.dump(2) + "\n");  // which is YAML
   const auto e = experiment::OpenExperiment(file, {});
-  std::vector<experiment::Result> results;
+  const auto run = [&](const experiment::Case& which) { return e.task->Run(which); };
+  std::vector<std::string> outcomes;
   for (const experiment::Case& which : e.cases) {
-    results.push_back(experiment::RunApart(
-        which, kTrialLimit_s, [&](const experiment::Case& c) { return e.task->Run(c); }));
+    outcomes.push_back(experiment::RunApart(which, kTrialLimit_s, run).outcome);
   }
-  return results;
+  return outcomes;
 }
 
 // Moves a folder completely or not at all: copies it next to its destination, then renames it.
@@ -157,6 +152,25 @@ void RefuseKilograms(const Arguments& a, const objects::MeshObject& object) {
                   *a.mass_g, density, *a.mass_g / kGram));
 }
 
+// Throws if no solid has the object's density. Names all guesses about the mesh, since the check of
+// the finished object cannot know them.
+void RefuseImplausible(const Arguments& a, const objects::MeshObject& object) {
+  geometry::Points corners_O;
+  for (const auto& hull_O : object.hulls_O) {
+    corners_O.insert(corners_O.end(), hull_O.vertices.begin(), hull_O.vertices.end());
+  }
+  const double density = object.mass_kg / geometry::Volume(geometry::ConvexHull(corners_O));
+  if (density >= sim::kMinDensity_kg_m3 && density <= sim::kMaxDensity_kg_m3) return;
+  std::string said;
+  for (const std::string& line : object.said) said += "; " + line;
+  throw base::InputError(fmt::format(
+      "{}: its mass of {:.4g} g is implausible: {:.3g} kg/m3 in its hull, {:g} to {:g} are "
+      "possible; it is {:.4g} mm long{}; correct the size (--unit, --size-mm) or the mass "
+      "(--density is in kg/m3, `--mass` is in grams)",
+      a.mesh, object.mass_kg / kGram, density, sim::kMinDensity_kg_m3, sim::kMaxDensity_kg_m3,
+      object.size_m.maxCoeff() * base::kMmPerM, said));
+}
+
 Found Add(const Arguments& a) {
   RefuseNumbers(a);
   Found found;
@@ -177,6 +191,7 @@ Found Add(const Arguments& a) {
     found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
   }
   RefuseKilograms(a, found.object);
+  RefuseImplausible(a, found.object);
 
   const process::OwnFolder workshop;
   const fs::path folder = workshop.path() / name;
@@ -194,7 +209,7 @@ Found Add(const Arguments& a) {
   }
   found.poses = sim::StableRestingPoses(model, kMinTipping_rad);
   // The trials run before anything is drawn, since drawing starts threads.
-  if (a.trials > 0) found.trials = LiftTest(workshop.path(), name, a.trials);
+  if (a.trials > 0) found.outcomes = LiftTest(workshop.path(), name, a.trials);
   image::WritePng(folder / (name + ".png"), DrawObject(model, "", kPictureWidth, kPictureHeight));
   MoveTo(folder, found.folder);
   return found;
@@ -217,11 +232,10 @@ std::string Text(const Found& found) {
                         100.0 * pose.probability, base::ToDeg(pose.tipping_rad));
   }
   text.back() = '\n';
-  if (!found.trials.empty()) {
-    const auto outcomes = found.Outcomes();
+  if (!found.outcomes.empty()) {
     text += fmt::format("lift test: {} of {} delivered ({})\n",
-                        std::ranges::count(outcomes, "delivered"), outcomes.size(),
-                        base::Join(outcomes));
+                        std::ranges::count(found.outcomes, "delivered"), found.outcomes.size(),
+                        base::Join(found.outcomes));
   }
   for (const base::Finding& finding : found.findings) text += base::TextOf(finding) + "\n";
   return text + fmt::format("written: {0}, with a picture {0}/{1}.png\n", found.folder.string(),
@@ -247,7 +261,7 @@ std::string Json(const Found& found) {
                                        {"hulls_cover", o.overlap.covered},
                                        {"hulls_beyond", o.overlap.beyond},
                                        {"resting_poses", poses},
-                                       {"lift_test", found.Outcomes()}};
+                                       {"lift_test", found.outcomes}};
   return json.dump(2) + "\n";
 }
 

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -30,15 +29,6 @@ struct DualGraph {
   FaceFrames frames;
 };
 
-/// 0 where the surface is flat or convex, up to 2 in the sharpest concave fold. It is 1 - cos of
-/// the angle between the normals, as in the weights of Funkhouser et al. 2004, which let cuts run
-/// along concave edges.
-double Concavity(const Eigen::Vector3d& normal, const Eigen::Vector3d& next_normal,
-                 const Eigen::Vector3d& to_next) {
-  if (normal.dot(to_next) - next_normal.dot(to_next) <= 0.0) return 0.0;
-  return 1.0 - normal.dot(next_normal);
-}
-
 DualGraph MakeDualGraph(const Shape& mesh, double dihedral_weight) {
   DualGraph graph;
   graph.faces = BuildFaceGraph(mesh);
@@ -47,8 +37,10 @@ DualGraph MakeDualGraph(const Shape& mesh, double dihedral_weight) {
   graph.cost.resize(graph.faces.neighbor.size());
   ForEachLink(graph.faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t k) {
     const Eigen::Vector3d to_next = frames.center[g] - frames.center[f];
-    graph.cost[k] = to_next.norm() * (1.0 + dihedral_weight * Concavity(frames.normal[f],
-                                                                        frames.normal[g], to_next));
+    const bool convex = frames.normal[f].dot(to_next) - frames.normal[g].dot(to_next) <= 0.0;
+    // 1 - cos of the angle between the normals (Funkhouser et al. 2004): cuts follow concave edges.
+    const double fold = convex ? 0.0 : 1.0 - frames.normal[f].dot(frames.normal[g]);
+    graph.cost[k] = to_next.norm() * (1.0 + dihedral_weight * fold);
   });
   return graph;
 }
@@ -148,11 +140,11 @@ Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
   return result;
 }
 
-Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
+Segmentation SegmentBySdf(const Shape& shape, int clusters) {
   if (!shape.IsMesh()) {
     throw base::InputError("the shape diameter function needs a mesh; the input is a point cloud");
   }
-  if (options.clusters < 1) throw std::invalid_argument("SegmentBySdf: clusters must be >= 1");
+  if (clusters < 1) throw std::invalid_argument("SegmentBySdf: clusters must be >= 1");
   const std::size_t faces = shape.faces.size();
   Mesh mesh = ToMesh(shape);
   Diameters diameter = mesh.add_property_map<SdfFace, double>("f:diameter").first;
@@ -172,8 +164,8 @@ Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options) {
     return result;
   }
   auto segment = mesh.add_property_map<SdfFace, std::size_t>("f:segment").first;
-  const auto clusters = std::min(static_cast<std::size_t>(options.clusters), different);
-  CGAL::segmentation_from_sdf_values(mesh, diameter, segment, clusters);
+  CGAL::segmentation_from_sdf_values(mesh, diameter, segment,
+                                     std::min(static_cast<std::size_t>(clusters), different));
   for (const SdfFace face : mesh.faces()) {
     result.label[face.idx()] = static_cast<std::int32_t>(segment[face]);
     result.parts = std::max(result.parts, result.label[face.idx()] + 1);
@@ -233,6 +225,7 @@ std::int32_t Components(const LandmarkForm& form, const std::vector<bool>& featu
 /// it. It stops where the number of separate components with feature points then stays the same for
 /// longest. Growing until every last feature point is separate (ears, horns) would leave only
 /// stumps of the limbs.
+/// @return a label per landmark, 0 for the core, and the number of other labels
 Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
   const Points mirrored =
       MirrorOut(form.embedded, SphereRound(geometry::Centroid(form.embedded), form.embedded));
@@ -257,15 +250,6 @@ Pieces Separate(const LandmarkForm& form, const std::vector<bool>& feature) {
     }
   }
   return best;
-}
-
-/// Feature points and core: a label per landmark, 0 for the core, and the number of other labels;
-/// empty if more than kHullFraction of the landmarks lie on their convex hull.
-Pieces LabelLandmarks(const LandmarkForm& form) {
-  const std::vector<bool> on_hull = OnHull(form.embedded);
-  const auto convex = static_cast<double>(std::ranges::count(on_hull, true));
-  if (convex > kHullFraction * form.size()) return {};
-  return Separate(form, FeaturePoints(form, on_hull));
 }
 
 // ---- minimum cuts ----
@@ -349,7 +333,10 @@ std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
   const VertexGraph graph = GeodesicGraph(piece.shape);
   const LandmarkForm form = MakeLandmarkForm(graph, piece.cut, static_cast<int>(landmarks));
   if (form.size() < kMinLandmarks) return {};
-  const Pieces segments = LabelLandmarks(form);
+  const std::vector<bool> on_hull = OnHull(form.embedded);
+  const auto convex = static_cast<double>(std::ranges::count(on_hull, true));
+  if (convex > kHullFraction * form.size()) return {};
+  const Pieces segments = Separate(form, FeaturePoints(form, on_hull));
   if (segments.count == 0) return {};
 
   Labels label = LabelFaces(piece.shape, form.spread.nearest, segments.label);
@@ -361,10 +348,9 @@ std::vector<Indices> SplitPart(const Shape& shape, const FaceGraph& shape_graph,
                    label);
   }
   JoinCrumbs(faces, label);
-  std::map<std::int32_t, Indices> by_label;
-  for (std::size_t i = 0; i < label.size(); ++i) by_label[label[i]].push_back(part[i]);
-  std::vector<Indices> split;
-  for (auto& [unused, some] : by_label) split.push_back(std::move(some));
+  std::vector<Indices> split(segments.count + 1);
+  for (std::size_t i = 0; i < label.size(); ++i) split[label[i]].push_back(part[i]);
+  std::erase_if(split, [](const Indices& some) { return some.empty(); });
   return split;
 }
 
@@ -445,17 +431,17 @@ void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph
 
 // The paper searches for feature points and the core in a coarsened mesh. Here the landmarks and
 // the contacts of their cells replace it, so that nothing has to be simplified and mapped back.
-Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options) {
+Segmentation SegmentByCoreExtraction(const Shape& shape, int levels) {
   if (!shape.IsMesh()) {
     throw base::InputError("core extraction needs a mesh; the input is a point cloud");
   }
-  if (options.levels < 1) throw std::invalid_argument("core extraction: levels must be >= 1");
+  if (levels < 1) throw std::invalid_argument("core extraction: levels must be >= 1");
   const FaceGraph graph = BuildFaceGraph(shape);
   const Pieces pieces = ConnectedPieces(graph, AnyNeighbors);
   std::vector<Part> parts(pieces.count);
   for (std::uint32_t f = 0; f < shape.faces.size(); ++f) parts[pieces.label[f]].faces.push_back(f);
   Segmentation result;
-  for (int level = 0; level < options.levels; ++level) {
+  for (int level = 0; level < levels; ++level) {
     std::vector<Part> finer;
     for (Part& part : parts) {
       std::vector<Indices> split;

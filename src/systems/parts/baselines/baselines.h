@@ -7,8 +7,11 @@
 
 namespace rangegrasp::parts {
 
+inline constexpr int kDefaultClusters = 5;  ///< of k-means and, as in CGAL, of the diameters
+inline constexpr int kDefaultLevels = 2;    ///< of core extraction
+
 struct KMeansOptions {
-  int clusters = 5;                 ///< >= 1
+  int clusters = kDefaultClusters;  ///< >= 1
   double dihedral_weight = 1000.0;  ///< penalty for crossing a concave edge on the dual graph
   int iterations = 50;
 };
@@ -19,18 +22,14 @@ struct KMeansOptions {
 /// @throws base::InputError for a cloud.
 Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options);
 
-struct SdfOptions {
-  int clusters = 5;  ///< >= 1; CGAL's default, like all other settings
-};
-/// Shape diameter function (Shapira et al. 2008) by CGAL. Meshes only.
-Segmentation SegmentBySdf(const Shape& shape, const SdfOptions& options);
+/// Shape diameter function (Shapira et al. 2008) by CGAL, with its defaults. Meshes only.
+/// @param clusters  >= 1
+Segmentation SegmentBySdf(const Shape& shape, int clusters = kDefaultClusters);
 
-struct CoreExtractionOptions {
-  int levels = 2;  ///< >= 1; levels of the hierarchy
-};
 /// Core extraction (Katz et al. 2005): MDS, feature points, core by mirroring, hierarchy,
 /// refinement by minimum cuts. Meshes only.
-Segmentation SegmentByCoreExtraction(const Shape& shape, const CoreExtractionOptions& options);
+/// @param levels  >= 1, of the hierarchy
+Segmentation SegmentByCoreExtraction(const Shape& shape, int levels = kDefaultLevels);
 
 // Steps of core extraction.
 

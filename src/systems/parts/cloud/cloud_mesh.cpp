@@ -283,11 +283,6 @@ constexpr double kCrumbles = 0.35;
 /// time or borders.
 constexpr double kBridged = 2.0, kOffset = 0.5;
 
-/// True if a mesh must be wrapped to be whole. A surface seen from one side would get a far side.
-bool IsInShreds(const Shape& mesh, const SurfacePoints& surface) {
-  return surface.noise > kCrumbles * surface.spacing && FewestLayers(mesh) > kMaxLayers;
-}
-
 void LeaveSmallPiecesOut(Shape& mesh) {
   const FaceFrames frames = BuildFaceFrames(mesh);
   const auto& [piece, count] = ConnectedPieces(BuildFaceGraph(mesh), AnyNeighbors);
@@ -377,7 +372,8 @@ CloudMesh MeshOfCloud(const Points& points) {
   if (mesh.faces.empty()) return {};
   mesh.faces = TurnedOutwards(mesh);
   LeaveSmallPiecesOut(mesh);
-  if (IsInShreds(mesh, surface)) {
+  // In shreds. A surface seen from one side would get a far side.
+  if (surface.noise > kCrumbles * surface.spacing && FewestLayers(mesh) > kMaxLayers) {
     const geometry::TriangleMesh wrap = geometry::AlphaWrap(
         {mesh.points, mesh.faces}, kBridged * surface.spacing, kOffset * surface.spacing);
     mesh.points = wrap.vertices;

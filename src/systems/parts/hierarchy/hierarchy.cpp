@@ -42,19 +42,6 @@ constexpr double kNear = 1e-3;
 constexpr double kMaxCuts = 20000.0;
 constexpr double kMaxCutsOfFace = 2.0;
 
-/// Upper limit of the number of planes that the edges of the chosen faces cross.
-double CutsOf(double side, const std::vector<bool>& chosen, const Shape& mesh,
-              const Indices& origin) {
-  double cuts = 0.0;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!chosen[origin[f]]) continue;
-    for (const auto& [p, q] : EdgesOf(mesh.faces[f])) {
-      cuts += ((mesh.points[p] - mesh.points[q]) / side).lpNorm<1>();
-    }
-  }
-  return cuts;
-}
-
 /// The cut across an edge that is nearest to its middle.
 std::optional<Vector3d> CutOf(const Vector3d& a, const Vector3d& b, int axis, double side) {
   const double low = std::min(a[axis], b[axis]) / side + kNear;
@@ -132,8 +119,15 @@ bool CutOnce(double side, int axis, const std::vector<bool>& chosen, Shape& mesh
 /// @param origin  of each face, passed on to its parts
 /// @param chosen  for each origin, whether it is to be cut
 void SliceAlongGrid(double side, const std::vector<bool>& chosen, Shape& mesh, Indices& origin) {
+  double cuts = 0.0;  // upper limit: the planes that the edges of the chosen faces cross
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!chosen[origin[f]]) continue;
+    for (const auto& [p, q] : EdgesOf(mesh.faces[f])) {
+      cuts += ((mesh.points[p] - mesh.points[q]) / side).lpNorm<1>();
+    }
+  }
   const double max_cuts = kMaxCuts + kMaxCutsOfFace * static_cast<double>(mesh.faces.size());
-  if (!(CutsOf(side, chosen, mesh, origin) < max_cuts)) return;
+  if (!(cuts < max_cuts)) return;
   for (int axis = 0; axis < 3;) axis += CutOnce(side, axis, chosen, mesh, origin) ? 0 : 1;
 }
 
@@ -227,68 +221,45 @@ std::vector<double> Bends(const Shape& mesh, const FaceGraph& faces, const FaceF
 struct Node {
   Indices cells;  ///< ascending
   PartNode part;
-  CutOff split;
+  Indices off;  ///< cells that its best cut takes off
   bool is_leaf = true;
 };
 
-class Hierarchy {
- public:
-  Hierarchy(const Cells& cells, double total_area, const HierarchyOptions& options)
-      : cells_(cells), total_area_(total_area), options_(options) {
-    for (Indices& piece : ConnectedSets(cells, Sides(cells.size(), 0))) {
-      Add(std::move(piece), -1);
-    }
-    leaves_ = static_cast<int>(nodes_.size());
-    while (const auto next = NextToCut()) Cut(*next);
-  }
-
-  const std::vector<Node>& nodes() const { return nodes_; }
-
- private:
-  double MinArea() const { return options_.min_area * total_area_; }
-
-  void Add(Indices cells, int parent) {
-    const Cells own = Subset(cells_, cells);
-    const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area_;
+/// The tree of cuts: the best one first, until it is not good enough or there are enough parts.
+std::vector<Node> CutIntoParts(const Cells& cells, double total_area,
+                               const HierarchyOptions& options) {
+  constexpr double kNoCut = std::numeric_limits<double>::infinity();
+  const double min_area = options.min_area * total_area;
+  std::vector<Node> nodes;
+  const auto add = [&](Indices some, int parent) {
+    const Cells own = Subset(cells, some);
+    const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area;
     const int centers =
-        std::max(kMinCenters, static_cast<int>(options_.centers * std::sqrt(share) + kRounding));
+        std::max(kMinCenters, static_cast<int>(options.centers * std::sqrt(share) + kRounding));
     CutOff split =
-        BestSplit(own, MirrorCandidates(own, centers, options_.levels), MinArea(), options_);
-    const int level = parent < 0 ? 0 : nodes_[parent].part.level + 1;
-    const PartNode part{parent, level, -1, split.quality};
-    nodes_.push_back({std::move(cells), part, std::move(split)});
-  }
-
-  /// The leaf with the best cut, if that is good enough or more parts are requested.
-  std::optional<std::size_t> NextToCut() const {
-    std::optional<std::size_t> best;
-    double quality = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      if (!nodes_[k].is_leaf || nodes_[k].part.quality >= quality) continue;
-      quality = nodes_[k].part.quality;
-      best = k;
-    }
-    const bool wanted =
-        options_.parts ? leaves_ < *options_.parts : quality <= options_.cut_quality;
-    return wanted ? best : std::nullopt;
-  }
-
-  void Cut(std::size_t k) {
-    const Indices cells = nodes_[k].cells;
-    nodes_[k].is_leaf = false;
-    --leaves_;
-    for (const Indices& piece : Divide(Subset(cells_, cells), nodes_[k].split.off, MinArea())) {
-      Add(ValuesAt(cells, piece), static_cast<int>(k));
-      ++leaves_;
+        BestSplit(own, MirrorCandidates(own, centers, options.levels), min_area, options);
+    const int level = parent < 0 ? 0 : nodes[parent].part.level + 1;
+    nodes.push_back({std::move(some), {parent, level, -1, split.quality}, std::move(split.off)});
+  };
+  for (Indices& piece : ConnectedSets(cells, Sides(cells.size(), 0))) add(std::move(piece), -1);
+  const auto quality_of = [](const Node& node) {
+    return node.is_leaf ? node.part.quality : kNoCut;
+  };
+  while (true) {
+    const auto next = std::ranges::min_element(nodes, {}, quality_of);
+    const double quality = quality_of(*next);
+    const bool wanted = options.parts
+                            ? std::ranges::count(nodes, true, &Node::is_leaf) < *options.parts
+                            : quality <= options.cut_quality;
+    if (!wanted || quality == kNoCut) return nodes;
+    next->is_leaf = false;
+    const Indices whole = next->cells;
+    const auto parent = static_cast<int>(next - nodes.begin());
+    for (const Indices& piece : Divide(Subset(cells, whole), next->off, min_area)) {
+      add(ValuesAt(whole, piece), parent);
     }
   }
-
-  const Cells& cells_;
-  double total_area_;
-  const HierarchyOptions& options_;
-  std::vector<Node> nodes_;
-  int leaves_ = 0;
-};
+}
 
 /// Numbers labels by decreasing weight, on ties by their first element. Returns the new number of
 /// each label, -1 for labels without elements.
@@ -317,8 +288,7 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   cells.name.resize(cells.size());
   std::iota(cells.name.begin(), cells.name.end(), 0u);
 
-  const Hierarchy hierarchy(cells, frames.total_area, options);
-  const std::vector<Node>& nodes = hierarchy.nodes();
+  const std::vector<Node> nodes = CutIntoParts(cells, frames.total_area, options);
   Labels of_cell(cells.size());
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (!nodes[k].is_leaf) continue;
@@ -363,15 +333,6 @@ Segmentation SegmentSeen(const Shape& mesh, HierarchyOptions options) {
   return JoinTurned(mesh, *axis, SegmentMesh(mesh, options));
 }
 
-/// A single view has no inside to look through, and noise lets light through thin walls. Clouds are
-/// therefore cut along creases only, with values chosen for that.
-HierarchyOptions OfClouds(HierarchyOptions options) {
-  options.sight = 0.0;
-  options.max_flatness = 0.88;
-  options.cut_quality *= 0.42 / HierarchyOptions{}.cut_quality;
-  return options;
-}
-
 /// Removes parts without elements: a small part of a mesh may not be the nearest to any point.
 void DropEmptyParts(Segmentation& found) {
   std::vector<double> as_before(found.parts);
@@ -384,7 +345,12 @@ void DropEmptyParts(Segmentation& found) {
   found.has_core = found.parts > 1;
 }
 
-Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
+/// A single view has no inside to look through, and noise lets light through thin walls. Clouds are
+/// therefore cut along creases only, with values chosen for that.
+Segmentation SegmentCloud(const Shape& cloud, HierarchyOptions options) {
+  options.sight = 0.0;
+  options.max_flatness = 0.88;
+  options.cut_quality *= 0.42 / HierarchyOptions{}.cut_quality;
   const CloudMesh surface = MeshOfCloud(cloud.points);
   if (!surface.mesh.IsMesh()) {
     return {.label = Labels(cloud.points.size(), 0),
@@ -402,7 +368,7 @@ Segmentation SegmentCloud(const Shape& cloud, const HierarchyOptions& options) {
 
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
   Check(options);
-  return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, OfClouds(options));
+  return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, options);
 }
 
 }  // namespace rangegrasp::parts

@@ -170,14 +170,12 @@ bool FindCenter(const Shape& shape, const MirrorOptions& options, Core& core) {
 
 // ---- section 6.2.2: what is outside of the core ----
 
-std::vector<bool> CoreElements(const Shape& shape, const Core& core) {
-  if (!shape.IsMesh()) return core.inside;
-  std::vector<bool> in_core(shape.faces.size());
-  for (std::size_t f = 0; f < shape.faces.size(); ++f) {
-    in_core[f] =
-        std::ranges::all_of(shape.faces[f], [&](std::uint32_t v) { return core.inside[v]; });
+Labels FillMesh(const Shape& mesh, const std::vector<bool>& point_in_core) {
+  std::vector<bool> in_core;
+  for (const Face& face : mesh.faces) {
+    in_core.push_back(std::ranges::all_of(face, [&](std::uint32_t v) { return point_in_core[v]; }));
   }
-  return in_core;
+  return LabelOutside(BuildFaceGraph(mesh), in_core);  // faces that share an edge
 }
 
 // Pieces with no more points than a neighborhood are crumbs. Each of their points goes to the part
@@ -192,15 +190,14 @@ void JoinSmallPieces(const Points& points, Labels& label) {
 
 // Numbers the parts from 1 by decreasing size, on ties by their first point; the core stays 0.
 void NumberBySize(Labels& label) {
-  geometry::UnionFind sets(label.size());
-  std::vector<bool> in_part;
-  std::map<std::int32_t, std::uint32_t> first;
-  for (std::uint32_t i = 0; i < label.size(); ++i) {
-    sets.Unite(first.try_emplace(label[i], i).first->second, i);
-    in_part.push_back(label[i] > 0);
+  std::vector<double> size(*std::ranges::max_element(label) + 1, 0.0);
+  Indices parts;
+  for (const std::int32_t l : label) {
+    if (l > 0 && size[l] == 0.0) parts.push_back(static_cast<std::uint32_t>(l));
+    size[l] += 1.0;
   }
-  geometry::LabelBySize(sets, in_part, label);
-  for (std::int32_t& l : label) ++l;
+  const Labels number = RankLabels(std::move(parts), size);
+  for (std::int32_t& l : label) l = number[l] + 1;
 }
 
 // Flood filling of points at d < d_a (eq. 6.8). Returns the pieces, numbered by decreasing size.
@@ -252,15 +249,11 @@ Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
   if (!core) {
     throw base::InputError(
         "neither the centre of the smallest enclosing sphere nor the centre of gravity is inside "
-        "the shape; use --go-on-outside to segment it nevertheless");
+        "the shape; use --go-on-outside to segment it nevertheless, or --method hierarchy; from a "
+        "scan with a table, first cut out an object: `rangegrasp perceive CLOUD -o DIR`");
   }
-  const auto in_core = CoreElements(shape, *core);
   Segmentation result;
-  if (shape.IsMesh()) {
-    result.label = LabelOutside(BuildFaceGraph(shape), in_core);  // faces that share an edge
-  } else {
-    result.label = FillCloud(shape, in_core);
-  }
+  result.label = shape.IsMesh() ? FillMesh(shape, core->inside) : FillCloud(shape, core->inside);
   result.has_core = std::ranges::find(result.label, 0) != result.label.end();
   if (!result.has_core) {
     for (std::int32_t& l : result.label) --l;

@@ -161,15 +161,13 @@ draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std
   std::map<std::int32_t, geometry::TriangleMesh> groups;
   const auto is_finite = [&](std::uint32_t v) { return shape.vertices[v].allFinite(); };
   for (std::uint32_t i = 0; i < labels.size(); ++i) {
-    if (mesh ? !std::ranges::all_of(shape.triangles[i], is_finite) : !is_finite(i)) continue;
+    using Corners = std::span<const std::uint32_t>;
+    const Corners corners = mesh ? Corners(shape.triangles[i]) : Corners(&i, 1);
+    if (!std::ranges::all_of(corners, is_finite)) continue;
     geometry::TriangleMesh& group = groups[labels[i]];
     const auto first = static_cast<std::uint32_t>(group.vertices.size());
-    if (!mesh) {
-      group.vertices.push_back(shape.vertices[i]);
-      continue;
-    }
-    for (const std::uint32_t v : shape.triangles[i]) group.vertices.push_back(shape.vertices[v]);
-    group.triangles.push_back({first, first + 1, first + 2});
+    for (const std::uint32_t v : corners) group.vertices.push_back(shape.vertices[v]);
+    if (mesh) group.triangles.push_back({first, first + 1, first + 2});
   }
   draw::Canvas canvas;
   for (auto& [label, group] : groups) {

@@ -22,15 +22,16 @@ constexpr std::size_t kManyFaces = 16;
 
 // An undirected edge of a face.
 struct EdgeOfFace {
-  std::uint32_t a, b;  // a < b
+  Edge edge;  // lower vertex first
   std::uint32_t face;
 };
 
 /// Counting sort by a number below `count`; the few items with the same number are sorted by
 /// `less`. It takes half the time of a plain sort.
+/// @return where the items of each number begin, and the end
 template <class T, class Number, class Less>
-void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number,
-                  const Less& less) {
+Indices SortByNumber(std::vector<T>& items, std::size_t count, const Number& number,
+                     const Less& less) {
   Indices begin(count + 1, 0);
   for (const T& item : items) ++begin[number(item) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
@@ -41,6 +42,7 @@ void SortByNumber(std::vector<T>& items, std::size_t count, const Number& number
     std::sort(sorted.begin() + begin[k], sorted.begin() + begin[k + 1], less);
   }
   items = std::move(sorted);
+  return begin;
 }
 
 std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
@@ -48,12 +50,12 @@ std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
   std::vector<EdgeOfFace> edges;
   edges.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (const auto& [a, b] : EdgesOf(faces[f])) edges.push_back({a, b, f});
+    for (const Edge& edge : EdgesOf(faces[f])) edges.push_back({edge, f});
   }
   SortByNumber(
-      edges, mesh.points.size(), [](const EdgeOfFace& e) { return e.a; },
+      edges, mesh.points.size(), [](const EdgeOfFace& e) { return e.edge[0]; },
       [](const EdgeOfFace& p, const EdgeOfFace& q) {
-        return std::tie(p.b, p.face) < std::tie(q.b, q.face);
+        return std::tie(p.edge[1], p.face) < std::tie(q.edge[1], q.face);
       });
   return edges;
 }
@@ -61,8 +63,8 @@ std::vector<EdgeOfFace> SortedEdges(const Shape& mesh) {
 void LinkFaces(std::span<const EdgeOfFace> round, std::vector<FaceLink>& links) {
   const auto link = [&](const EdgeOfFace& p, const EdgeOfFace& q) {
     if (p.face == q.face) return;
-    links.push_back({p.face, q.face, {p.a, p.b}});
-    links.push_back({q.face, p.face, {p.a, p.b}});
+    links.push_back({p.face, q.face, p.edge});
+    links.push_back({q.face, p.face, p.edge});
   };
   for (std::size_t i = 0; i < round.size(); ++i) {
     const std::size_t end =
@@ -92,9 +94,7 @@ FaceGraph BuildFaceGraph(const Shape& mesh) {
   links.reserve(2 * edges.size());
   for (std::size_t begin = 0; begin < edges.size();) {
     std::size_t end = begin;
-    while (end < edges.size() && edges[end].a == edges[begin].a && edges[end].b == edges[begin].b) {
-      ++end;
-    }
+    while (end < edges.size() && edges[end].edge == edges[begin].edge) ++end;
     LinkFaces(std::span(edges).subspan(begin, end - begin), links);
     begin = end;
   }
@@ -102,21 +102,18 @@ FaceGraph BuildFaceGraph(const Shape& mesh) {
 }
 
 FaceGraph GraphOfLinks(std::size_t faces, std::vector<FaceLink> links) {
-  SortByNumber(
+  FaceGraph graph;
+  graph.begin = SortByNumber(
       links, faces, [](const FaceLink& l) { return l.from; },
       [](const FaceLink& p, const FaceLink& q) {
         return std::tie(p.to, p.edge) < std::tie(q.to, q.edge);
       });
-  FaceGraph graph;
-  graph.begin.assign(faces + 1, 0);
   graph.neighbor.reserve(links.size());
   graph.edge.reserve(links.size());
   for (const FaceLink& link : links) {
-    ++graph.begin[link.from + 1];
     graph.neighbor.push_back(link.to);
     graph.edge.push_back(link.edge);
   }
-  std::partial_sum(graph.begin.begin(), graph.begin.end(), graph.begin.begin());
   return graph;
 }
 

@@ -9,13 +9,23 @@
 
 #include "geometry/graph.h"
 #include "geometry/mesh.h"
+#include "parts/mirror/mirroring.h"
+#include "parts/shape/shape_graph.h"
+#include "parts/stretched/embedding.h"
 
 namespace rangegrasp::parts {
 namespace {
 
+/// Minimum share of all weight for a limb; less is a crumb.
+constexpr double kMinLimb = 0.01;
+/// A limb persists while the core grows by this fraction of itself; less is a bump.
+constexpr double kMinProminence = 0.1;
+/// Minimum ratio of the remoteness of a limb's tip and its root. On the four models used for
+/// tuning, limbs, tails and ears have 1.26 and more, bellies, udders and bent hips 1.14 and less.
+constexpr double kMinLimbReach = 1.2;
+
 struct Piece {
   int parent = -1;                 ///< the piece that it was merged into; -1: none
-  bool crumb = false;              ///< it was not a limb when merged
   std::vector<std::size_t> limbs;  ///< the pieces that it splits into
   double low = 1.0;                ///< growth at which it appears
   double high = 1.0;               ///< growth at which it splits or vanishes
@@ -24,16 +34,14 @@ struct Piece {
   /// Remoteness of its nearest and farthest elements.
   double root = std::numeric_limits<double>::infinity();
   double end = 0.0;
-  bool whole = false;  ///< it lasts longer than its limbs, or has fewer than two
 };
 
 /// The join tree, from the tips of the pieces down to the core. Joints come after their limbs.
 class Tree {
  public:
-  Tree(const StandingOut& elements, const LimbOptions& options)
+  explicit Tree(const StandingOut& elements)
       : elements_(elements),
-        options_(options),
-        min_weight_(options.min_weight *
+        min_weight_(kMinLimb *
                     std::accumulate(elements.weight.begin(), elements.weight.end(), 0.0)),
         sets_(elements.growth.size()),
         piece_of_set_(elements.growth.size(), 0),
@@ -41,7 +49,7 @@ class Tree {
     for (const std::uint32_t i : FromTheTips()) Add(i, SetsAround(i));
   }
 
-  Labels Label() {
+  Labels Label() const {
     const std::vector<std::size_t> limbs = Limbs();
     Labels of_piece(pieces_.size(), 0);
     for (std::size_t k = 0; k < limbs.size(); ++k) {
@@ -77,7 +85,7 @@ class Tree {
   }
 
   bool IsLimb(const Piece& piece, double low) const {
-    return piece.weight >= min_weight_ && piece.tip - low >= options_.min_prominence;
+    return piece.weight >= min_weight_ && piece.tip - low >= kMinProminence;
   }
 
   void Hold(std::size_t p, double weight, double root, double end) {
@@ -126,7 +134,6 @@ class Tree {
       Piece& other = pieces_[piece_of_set_[set]];
       if (piece_of_set_[set] != at && other.parent < 0) {
         other.parent = static_cast<int>(at);
-        other.crumb = true;
         Hold(at, other.weight, other.root, other.end);
       }
       sets_.Unite(set, i);
@@ -136,46 +143,33 @@ class Tree {
     piece_of_[i] = static_cast<int>(at);
   }
 
-  bool LeadsAway(const Piece& piece) const { return piece.end >= options_.min_reach * piece.root; }
-
-  /// Computes how long each piece lasts, or the mean of its limbs if that is longer.
-  void Weigh() {
-    std::vector<double> lasts(pieces_.size(), 0.0);
-    std::vector<int> limbs(pieces_.size(), 0);  // final limbs of each that lead away
+  /// The limbs that lead away, by decreasing weight.
+  std::vector<std::size_t> Limbs() const {
+    std::vector<double> lasts(pieces_.size());
+    std::vector<std::vector<std::size_t>> limbs_of(pieces_.size());
+    std::vector<std::size_t> limbs;
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
-      Piece& piece = pieces_[p];
-      const double own = piece.high - piece.low;
+      const Piece& piece = pieces_[p];
+      std::vector<std::size_t>& own = limbs_of[p];
       double apart = 0.0;
       for (const std::size_t limb : piece.limbs) {
         apart += lasts[limb] / static_cast<double>(piece.limbs.size());
-        limbs[p] += limbs[limb];
+        own.insert(own.end(), limbs_of[limb].begin(), limbs_of[limb].end());
       }
-      piece.whole = own >= apart || limbs[p] < 2;
-      lasts[p] = std::max(own, apart);
-      if (piece.whole) limbs[p] = LeadsAway(piece) ? 1 : 0;
+      const double whole = piece.high - piece.low;
+      lasts[p] = std::max(whole, apart);
+      if (whole >= apart || own.size() < 2) {
+        own.clear();
+        if (piece.end >= kMinLimbReach * piece.root) own.push_back(p);
+      }
+      if (piece.parent < 0 && IsLimb(piece, 1.0)) limbs.insert(limbs.end(), own.begin(), own.end());
     }
-  }
-
-  /// Limbs by decreasing weight.
-  std::vector<std::size_t> Limbs() {
-    Weigh();
-    std::vector<std::size_t> limbs;
-    std::vector<bool> within(pieces_.size(), false);  // a limb, or part of one
-    for (std::size_t p = pieces_.size(); p-- > 0;) {
-      const Piece& piece = pieces_[p];
-      if (piece.crumb) continue;
-      within[p] = piece.parent >= 0 && within[piece.parent];
-      if (within[p] || !piece.whole) continue;
-      within[p] = true;
-      if (LeadsAway(piece) && (piece.parent >= 0 || IsLimb(piece, 1.0))) limbs.push_back(p);
-    }
-    std::ranges::stable_sort(limbs, std::greater<>(),
-                             [&](std::size_t p) { return pieces_[p].weight; });
+    std::ranges::sort(limbs, std::greater<>(),
+                      [&](std::size_t p) { return std::pair(pieces_[p].weight, p); });
     return limbs;
   }
 
   const StandingOut& elements_;
-  const LimbOptions& options_;
   double min_weight_;
   geometry::UnionFind sets_;
   std::vector<std::size_t> piece_of_set_;  ///< indexed by the set's root
@@ -238,19 +232,18 @@ void JoinAsIn(const Shape& shape, StandingOut& out) {
 /// Grows the core's hull of a segmented shape about its middle, as Katz et al. (2005) grow their
 /// core, into each protrusion until that splits into limbs (LabelLimbs).
 /// @param shape  the original shape, which defines the neighbors of elements
-/// @param form   the same shape with the positions in which it was segmented
-/// @param remoteness  mean geodesic distance of each point to the whole shape
-Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation& segmentation,
-                      const std::vector<double>& remoteness, const LimbOptions& options) {
-  const geometry::TriangleMesh hull = geometry::ConvexHull(CorePoints(form, segmentation));
+/// @param segmentation  of the form
+Segmentation GrowCore(const Shape& shape, const PoseInvariantForm& form,
+                      const Segmentation& segmentation) {
+  const geometry::TriangleMesh hull = geometry::ConvexHull(CorePoints(form.shape, segmentation));
   if (hull.triangles.empty()) return segmentation;
   StandingOut out;
-  out.growth = OfElements(form, segmentation,
-                          GrowthToHold(form.points, hull, geometry::Centroid(hull.vertices)));
-  out.remoteness = OfElements(form, segmentation, remoteness);
+  out.growth = OfElements(form.shape, segmentation,
+                          GrowthToHold(form.shape.points, hull, geometry::Centroid(hull.vertices)));
+  out.remoteness = OfElements(form.shape, segmentation, form.remoteness);
   JoinAsIn(shape, out);
   Segmentation grown = segmentation;
-  grown.label = LabelLimbs(out, options);
+  grown.label = LabelLimbs(out);
   grown.parts = 1 + *std::ranges::max_element(grown.label);
   return grown;
 }
@@ -260,21 +253,18 @@ Segmentation GrowCore(const Shape& shape, const Shape& form, const Segmentation&
 /// stress; the nearest landmarks alone, or interpolation between them, give a rough surface.
 constexpr int kPlacementSteps = 10;
 
-struct Stretched {
-  Shape form;
-  std::vector<double> remoteness;  ///< per point: mean distance to the landmarks
-};
+}  // namespace
 
-Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
-  if (options.landmarks < 4) {
-    throw std::invalid_argument("PoseInvariant: landmarks must be >= 4");
-  }
-  const LandmarkDistances spread = SpreadLandmarks(GeodesicGraph(shape), options.landmarks);
-  const Embedding embedding = Smacof(BetweenLandmarks(spread), options.smacof);
+Labels LabelLimbs(const StandingOut& elements) { return Tree(elements).Label(); }
+
+PoseInvariantForm PoseInvariant(const Shape& shape, int landmarks) {
+  if (landmarks < 4) throw std::invalid_argument("PoseInvariant: landmarks must be >= 4");
+  const LandmarkDistances spread = SpreadLandmarks(GeodesicGraph(shape), landmarks);
+  const Embedding embedding = Smacof(BetweenLandmarks(spread), {});
   const LandmarkPlacement placement(embedding.positions);
 
-  Stretched result{shape, {}};
-  Points& points = result.form.points;
+  PoseInvariantForm result{shape, {}};
+  Points& points = result.shape.points;
   const Eigen::MatrixXd to_landmarks = spread.distance.transpose();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto distances = to_landmarks.col(i);
@@ -291,22 +281,11 @@ Stretched Stretch(const Shape& shape, const PoseInvariantOptions& options) {
   return result;
 }
 
-}  // namespace
-
-Labels LabelLimbs(const StandingOut& elements, const LimbOptions& options) {
-  if (elements.growth.empty()) return {};
-  return Tree(elements, options).Label();
-}
-
-Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
-  return Stretch(shape, options).form;
-}
-
-Segmentation SegmentPoseInvariant(const Shape& shape, const PoseInvariantOptions& options) {
-  const Stretched stretched = Stretch(shape, options);
-  const Segmentation segmentation = SegmentByMirroring(stretched.form, options.mirror);
-  if (!segmentation.has_core || !options.grow_core) return segmentation;
-  return GrowCore(shape, stretched.form, segmentation, stretched.remoteness, options.limbs);
+Segmentation SegmentPoseInvariant(const Shape& shape) {
+  const PoseInvariantForm form = PoseInvariant(shape);
+  // An embedding intersects itself, so that a center outside of it says nothing about the shape.
+  const Segmentation segmentation = SegmentByMirroring(form.shape, {.go_on_outside = true});
+  return segmentation.has_core ? GrowCore(shape, form, segmentation) : segmentation;
 }
 
 }  // namespace rangegrasp::parts

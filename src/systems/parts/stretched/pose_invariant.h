@@ -1,7 +1,6 @@
 #pragma once
 
-#include "parts/mirror/mirroring.h"
-#include "parts/stretched/embedding.h"
+#include "parts/shape/segmentation.h"
 
 namespace rangegrasp::parts {
 
@@ -14,15 +13,6 @@ struct StandingOut {
   Indices begin, neighbor;
 };
 
-struct LimbOptions {
-  double min_weight = 0.01;  ///< minimum share of all weight for a limb; less is a crumb
-  /// A limb persists while the core grows by this fraction of itself; less is a bump.
-  double min_prominence = 0.1;
-  /// Minimum ratio of the remoteness of its tip and its root. On the four models used for tuning,
-  /// limbs, tails and ears have 1.26 and more, bellies, udders and bent hips 1.14 and less.
-  double min_reach = 1.2;
-};
-
 /// Cuts protrusions into limbs.
 ///
 /// As the core grows, the pieces outside of it shrink, split and vanish, which gives a tree (the
@@ -33,22 +23,22 @@ struct LimbOptions {
 /// belong to the core. A piece is split only if two of its limbs lead away: a head with short ears
 /// stays whole. O(n log n).
 /// @return one label per element: 0 for the core, from 1 for the limbs by decreasing weight.
-Labels LabelLimbs(const StandingOut& elements, const LimbOptions& options);
+Labels LabelLimbs(const StandingOut& elements);
 
-struct PoseInvariantOptions {
-  int landmarks = 400;  ///< >= 4; shapes with fewer points use all of them
-  SmacofOptions smacof{};
-  /// An embedding intersects itself, so that a center outside of it says nothing about the shape.
-  MirrorOptions mirror{.go_on_outside = true};
-  bool grow_core = true;  ///< false: as in the chapter
-  LimbOptions limbs{};
+/// More landmarks embed a shape more exactly, at quadratic cost.
+inline constexpr int kFormLandmarks = 400;
+/// The pose-invariant form of a shape.
+struct PoseInvariantForm {
+  Shape shape;                     ///< the same elements at other positions
+  std::vector<double> remoteness;  ///< per point: mean geodesic distance to the landmarks
 };
-/// The pose-invariant form of a shape (section 6.2.3). Landmarks are embedded by SMACOF; other
-/// points are placed by their geodesic distances to them. Elements stay the same, positions change.
-Shape PoseInvariant(const Shape& shape, const PoseInvariantOptions& options);
+/// Section 6.2.3: landmarks are embedded by SMACOF; other points are placed by their geodesic
+/// distances to them.
+/// @param landmarks  >= 4; shapes with fewer points use all of them
+/// @throws std::invalid_argument for fewer landmarks.
+PoseInvariantForm PoseInvariant(const Shape& shape, int landmarks = kFormLandmarks);
 /// Segments the pose-invariant form by mirroring; the labels apply to the shape. Beyond the
 /// chapter, the core's hull grows until limbs separate, each where it joins others (LabelLimbs).
-/// @throws whatever SegmentByMirroring throws.
-Segmentation SegmentPoseInvariant(const Shape& shape, const PoseInvariantOptions& options);
+Segmentation SegmentPoseInvariant(const Shape& shape);
 
 }  // namespace rangegrasp::parts

@@ -254,9 +254,8 @@ Labels MatchedLabels(const Labels& labels, const Labels& reference) {
   for (const auto& [pair, faces] : shares) order.emplace_back(-faces, pair.first, pair.second);
   std::sort(order.begin(), order.end());
   std::map<std::int32_t, std::int32_t> matched;
-  std::set<std::int32_t> taken(reference.begin(), reference.end());
-  std::int32_t next = taken.empty() ? 0 : *taken.rbegin() + 1;
-  taken.clear();
+  std::set<std::int32_t> taken;
+  std::int32_t next = reference.empty() ? 0 : *std::ranges::max_element(reference) + 1;
   for (const auto& [faces, label, other] : order) {
     if (!matched.contains(label) && taken.insert(other).second) matched[label] = other;
   }

@@ -33,7 +33,8 @@ constexpr double kTouch_N = 0.05;
 constexpr int kTriesToClear = 2;
 
 /// Options that accept the best of all known objects even if its identity is uncertain.
-recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
+recognition::RecognitionOptions Lenient() {
+  recognition::RecognitionOptions options;
   options.margin = 0.005;
   options.max_violations = 0.12;
   options.max_rms = 0.35;
@@ -89,15 +90,16 @@ class Run {
   Bring Go() {
     Say("I am to bring the {}.", Title(wanted_));
     std::optional<Said> said;
-    while (!said) said = Next();
-    result_.said = *said;
+    while (!said && !broken_) said = Next();
+    result_.said = broken_ ? Said::kBroken : *said;
     return std::move(result_);
   }
 
  private:
   // A look, and an attempt if there is something to grasp. @return the run's result, if it ends
   std::optional<Said> Next() {
-    if (!Look()) return Said::kBroken;
+    Look();
+    if (broken_) return std::nullopt;
     if (const auto seen = known_.Find(wanted_)) return BringIt(*seen);
     if (known_.scene.objects.empty() && looks_here_ > 1) return NotThere();
     if (looks_here_ < options_.max_looks && !exhausted_) {
@@ -109,7 +111,7 @@ class Run {
       Say("I am not sure, but this may be the {}.", Title(wanted_));
       return BringIt(*seen);
     }
-    if (const auto cleared = ClearAway(TopmostFirst())) return cleared->end;
+    if (ClearAway(TopmostFirst())) return std::nullopt;
     return NotThere();
   }
 
@@ -136,8 +138,8 @@ class Run {
       unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
     }
     base::Stopwatch watch;
-    const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,
-                                              Lenient(options_.recognition));
+    const auto found =
+        recognition::Recognize(sensed_.observation, unknown, setup_.library, Lenient());
     result_.look_s += watch.Seconds();
     const auto wanted = std::ranges::find(found, wanted_, &recognition::FoundObject::object);
     if (wanted == found.end()) return std::nullopt;
@@ -151,7 +153,7 @@ class Run {
       return Said::kCannot;
     }
     const Attempt& attempt = TryAt(seen, true);
-    if (!Usable(attempt)) return Said::kBroken;
+    if (broken_) return std::nullopt;
     if (attempt.log && attempt.log->hand_over) {
       Say("Here you are: the {}.", Title(wanted_));
       return Said::kHereYouAre;
@@ -160,30 +162,31 @@ class Run {
       ++tries_;
       idle_ = 0;
       Say("It has slipped out of my hand. I look again.");
-      return AfterGrasp();
+      AfterGrasp();
+      return std::nullopt;
     }
     // Another viewpoint rarely reveals a motion (1 of 45 times in piles), but a clearer table does.
-    if (const auto cleared = ClearAway(NearTo(known_.scene.objects[seen]))) return cleared->end;
-    if (++idle_ < options_.max_looks) return LookForAWay();
+    if (ClearAway(NearTo(known_.scene.objects[seen]))) return std::nullopt;
+    if (++idle_ < options_.max_looks) {
+      LookForAWay();
+      return std::nullopt;
+    }
     Say("I see the {}, and cannot get at it.", Title(wanted_));
     return Said::kCannot;
   }
 
   // The table is unchanged. Another viewpoint may reveal more of it.
-  std::optional<Said> LookForAWay() {
+  void LookForAWay() {
     blocked_.Clear();
     const bool another = wrist_ && looks_here_ < options_.max_looks && !exhausted_;
     Say("I see no way to take the {}. I look {}.", Title(wanted_),
         another ? "from another side" : "again");
-    return another ? std::nullopt : AtHomeAgain();
+    if (!another) GoHome();
   }
 
-  struct Cleared {
-    std::optional<Said> end;  // the run's result, if it ends
-  };
-
-  // Puts aside the first object that can be grasped, if any; objects that slipped come last.
-  std::optional<Cleared> ClearAway(std::vector<std::size_t> order) {
+  // Puts aside the first object that can be grasped; objects that slipped come last.
+  // @return false if none can be grasped
+  bool ClearAway(std::vector<std::size_t> order) {
     std::ranges::stable_sort(order, std::less{}, [&](std::size_t object) {
       return failed_.At(known_.scene.objects[object].center_C);
     });
@@ -193,10 +196,10 @@ class Run {
     for (const std::size_t object : order) {
       const Vector3d center_W = known_.scene.objects[object].center_C;
       if (failed_.At(center_W) >= kTriesToClear || blocked_.At(center_W) > 0) continue;
-      if (clear_tries_ >= max) return std::nullopt;
+      if (clear_tries_ >= max) return false;
       Say("I put {} aside.", NameOf(object));
       const Attempt& attempt = TryAt(object, false);
-      if (!Usable(attempt)) return Cleared{Said::kBroken};
+      if (broken_) return true;
       if (!attempt.log) {
         blocked_.Add(center_W);
         continue;
@@ -206,9 +209,10 @@ class Run {
       if (!felt) failed_.Add(center_W);
       result_.cleared += felt;
       idle_ = 0;
-      return Cleared{AfterGrasp()};
+      AfterGrasp();
+      return true;
     }
-    return std::nullopt;
+    return false;
   }
 
   // One object, put first in the scene, with its grasps, as a detector returns them: its named ones
@@ -250,7 +254,7 @@ class Run {
     return detected;
   }
 
-  // Adds a step to the result.
+  // Adds a step to the result. The run ends if the attempt or the physics engine failed.
   const Attempt& TryAt(std::size_t object, bool wanted) {
     const std::size_t number = result_.steps.size();
     if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(number) + 1);
@@ -279,6 +283,8 @@ class Run {
                                                        known_.scene.table.plane.normal);
       }
     }
+    broken_ = step.attempt.outcome == Outcome::kCrashed || !trial::IsFinite(world_);
+    if (broken_) result_.detail = step.attempt.stage + ": " + step.attempt.detail;
     return step.attempt;
   }
 
@@ -313,32 +319,25 @@ class Run {
         });
   }
 
-  bool Usable(const Attempt& attempt) {
-    if (attempt.outcome != Outcome::kCrashed && trial::IsFinite(world_)) return true;
-    result_.detail = attempt.stage + ": " + attempt.detail;
-    return false;
-  }
-
   // An attendant removes the objects at the delivery place.
-  std::optional<Said> AfterGrasp() {
-    if (const auto end = AtHomeAgain()) return end;
+  void AfterGrasp() {
+    GoHome();
+    if (broken_) return;
     for (int object = 0; object < world_.objects(); ++object) {
       if (trial::IsAtDelivery(world_, object)) world_.ParkObject(object);
     }
     blocked_.Clear();
-    return std::nullopt;
   }
 
   // All earlier views are outdated.
-  std::optional<Said> AtHomeAgain() {
+  void GoHome() {
     result_.homing_s += trial::GoHome(setup_.cell, world_);
     looks_here_ = 0;
     exhausted_ = false;
-    return trial::IsFinite(world_) ? std::nullopt : std::optional(Said::kBroken);
+    broken_ = !trial::IsFinite(world_);
   }
 
-  // @return false if the physics engine failed on the way
-  bool Look() {
+  void Look() {
     base::Stopwatch watch;
     const auto number = static_cast<std::uint64_t>(++result_.looks);
     const std::uint64_t seed = base::DeriveSeed(base::DeriveSeed(seed_, "look"), number);
@@ -348,19 +347,19 @@ class Run {
       exhausted_ = true;
     }
     ++looks_here_;
-    if (!trial::IsFinite(world_)) return false;
+    broken_ = !trial::IsFinite(world_);
+    if (broken_) return;
     base::Rng rng = trial::StageStream(seed, "perceive");
     const auto& options = setup_.cell.options;
     auto scene =
         perception::Perceive(sensed_.observation, options.perception, rng,
                              trial::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
     if (looks_here_ == 1 || !wrist_) found_ = recognition::AsFirstSeen(std::move(found_));
-    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
-                                    options_.recognition, recognition::SureOnes(found_));
+    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library, {},
+                                    recognition::SureOnes(found_));
     known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
     Say("{}", WhatISee());
-    return true;
   }
 
   // Looks at the first unknown object, otherwise at the highest one. False: there is nothing new.
@@ -447,6 +446,7 @@ class Run {
   std::optional<grasp::ScoreModel> score_;    // for chapter 5's grasps; absent: rules
   int looks_here_ = 0;                        // since the table changed
   bool exhausted_ = false;                    // no further look shows anything new
+  bool broken_ = false;                       // the physics engine or an attempt failed
   int tries_ = 0;
   int clear_tries_ = 0;
   int idle_ = 0;  // failed attempts at the wanted object on the current table

@@ -28,7 +28,6 @@ struct BringOptions {
   int max_looks = 3;
   double near_m = 0.08;
   double same_place_m = 0.03;  ///< objects this close count as one when tries are counted
-  recognition::RecognitionOptions recognition;
   recognition::LibraryOptions library;
   trial::HandOverOptions hand_over;
 };

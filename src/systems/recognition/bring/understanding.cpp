@@ -17,14 +17,6 @@ using perception::Scene;
 /// Number of points on a model's surface, as in completion: about 2 mm apart on a cup.
 constexpr std::size_t kSurfacePoints = 10000;
 
-/// For each point of the scene's cloud, whether it is one of an object's samples.
-std::vector<bool> IsOf(const std::vector<geometry::SampleId>& samples, const Scene& scene) {
-  const std::set<geometry::SampleId> wanted(samples.begin(), samples.end());
-  std::vector<bool> is_of(scene.cloud.size());
-  for (std::uint32_t i = 0; i < is_of.size(); ++i) is_of[i] = wanted.contains(scene.SampleOf(i));
-  return is_of;
-}
-
 /// Replaces a perceived object's surface, and the quantities measured on it, by the model's.
 void Complete(const geometry::TriangleMesh& surface_C, const Scene& scene,
               PerceivedObject& object) {
@@ -47,7 +39,11 @@ constexpr double kHigh_m = 0.040;
 void PutKnown(const recognition::FoundObject& found, const geometry::TriangleMesh& mesh_B,
               Understanding& understanding) {
   Scene& scene = understanding.scene;
-  const std::vector<bool> own = IsOf(found.samples, scene);
+  const std::set<geometry::SampleId> samples(found.samples.begin(), found.samples.end());
+  std::vector<bool> own;  // of the cloud's points
+  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
+    own.push_back(samples.contains(scene.SampleOf(i)));
+  }
   std::vector<std::size_t> shared;
   for (const PerceivedObject& object : scene.objects) {
     const auto count =

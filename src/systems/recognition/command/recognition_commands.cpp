@@ -15,6 +15,7 @@
 #include "geometry/mesh.h"
 #include "geometry/mesh_file.h"
 #include "perception/perceive.h"
+#include "perception/sampling.h"
 #include "recognition/learn.h"
 #include "recognition/recognize.h"
 #include "recognition/task/bring_task.h"
@@ -91,7 +92,7 @@ struct LearnArguments : CloudArguments {
   std::vector<std::string> clouds;
   std::string out;
   std::vector<double> frame;  // empty: that of LearntModel
-  double spacing_mm = recognition::LearnOptions{}.spacing_m / base::kMm;
+  double spacing_mm = recognition::kLearnSpacing_m / base::kMm;
 };
 
 /// A cloud's file as a view from its sensor position.
@@ -99,6 +100,12 @@ geometry::View ReadView(const CloudArguments& arguments) {
   geometry::CloudFile file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
   if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
+  geometry::Points measured = file.points;
+  std::erase_if(measured, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  const double spacing_m = perception::MeasureSampling(measured, {}).spacing_m;
+  if (const auto warning = UnitWarning(spacing_m); !warning.empty()) {
     spdlog::warn("{}: {}", arguments.cloud, warning);
   }
   geometry::View view;
@@ -137,8 +144,6 @@ void LearnModel(const LearnArguments& arguments) {
   CheckEnding(arguments.out, {".stl"});
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);
-  recognition::LearnOptions learn;
-  learn.spacing_m = arguments.spacing_mm * base::kMm;
   base::Rng rng(1);
   recognition::LearntModel model;
   std::size_t things = 0;
@@ -152,7 +157,7 @@ void LearnModel(const LearnArguments& arguments) {
   try {
     const auto scene = perception::Perceive(observation, options, rng);
     things = scene.objects.size();
-    model = recognition::Learn(scene, learn);
+    model = recognition::Learn(scene, arguments.spacing_mm * base::kMm);
   } catch (const base::InputError& e) {
     throw base::InputError(fmt::format("{}{}: {}{}", arguments.clouds.front(),
                                        arguments.clouds.size() > 1 ? " and others" : "", e.what(),
@@ -217,9 +222,18 @@ ordered_json Json(const base::Pose& X_CB) {
   return {{"position_m", {p.x(), p.y(), p.z()}}, {"quaternion", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
-std::string JsonText(const std::vector<recognition::FoundObject>& found, std::size_t perceived) {
-  ordered_json json = {{"perceived", perceived}, {"found", ordered_json::array()}};
-  for (const auto& one : found) {
+/// The result for one cloud.
+struct RecognizedCloud {
+  std::vector<perception::PerceivedObject> perceived;
+  std::vector<recognition::FoundObject> found;
+  std::vector<recognition::UnknownObject> unknown;
+};
+
+std::string JsonText(const RecognizedCloud& recognized) {
+  ordered_json json = {{"perceived", recognized.perceived.size()},
+                       {"found", ordered_json::array()},
+                       {"unknown", ordered_json::array()}};
+  for (const auto& one : recognized.found) {
     ordered_json alternatives = ordered_json::array();
     for (const auto& X_CB : one.alternatives_CB) alternatives.push_back(Json(X_CB));
     json["found"].push_back({{"object", one.object},
@@ -232,12 +246,22 @@ std::string JsonText(const std::vector<recognition::FoundObject>& found, std::si
                              {"samples", one.samples.size()},
                              {"alternatives", alternatives}});
   }
+  for (const auto& one : recognized.unknown) {
+    const auto& object = recognized.perceived[one.object];
+    const Eigen::Vector3d &center = object.center_C, &size = object.size_m;
+    json["unknown"].push_back({{"center_m", {center.x(), center.y(), center.z()}},
+                               {"size_m", {size.x(), size.y(), size.z()}},
+                               {"nearest", one.nearest},
+                               {"score", one.score},
+                               {"reason", one.reason}});
+  }
   return json.dump(2) + "\n";
 }
 
-std::string Text(const std::vector<recognition::FoundObject>& found, std::size_t perceived) {
-  std::string text = fmt::format("{} of {} perceived objects are known\n", found.size(), perceived);
-  for (const auto& one : found) {
+std::string Text(const RecognizedCloud& recognized) {
+  std::string text = fmt::format("{} of {} perceived objects are known\n", recognized.found.size(),
+                                 recognized.perceived.size());
+  for (const auto& one : recognized.found) {
     const Eigen::Vector3d p = one.X_CB.translation() * base::kMmPerM;
     const Eigen::Quaterniond q(one.X_CB.linear());
     text += fmt::format(
@@ -246,30 +270,42 @@ std::string Text(const std::vector<recognition::FoundObject>& found, std::size_t
         one.object, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), one.score,
         one.alternatives_CB.empty() ? "" : ", other poses fit about equally well");
   }
+  for (const auto& one : recognized.unknown) {
+    const auto& object = recognized.perceived[one.object];
+    const Eigen::Vector3d p = object.center_C * base::kMmPerM;
+    const Eigen::Vector3d size = object.size_m * base::kMmPerM;
+    text += fmt::format("unknown: at {:.0f} {:.0f} {:.0f} mm, {:.0f} x {:.0f} x {:.0f} mm{}: {}\n",
+                        p.x(), p.y(), p.z(), size.x(), size.y(), size.z(),
+                        one.nearest.empty()
+                            ? ""
+                            : fmt::format(", nearest {}, score {:.3f}", one.nearest, one.score),
+                        one.reason);
+  }
   return text;
 }
 
 void RecognizeCloud(const RecognizeArguments& arguments) {
+  geometry::Observation observation;
+  observation.views.push_back(ReadView(arguments));
+  // A library takes seconds to prepare: an error of the cloud is reported before.
   const std::vector<std::filesystem::path> folders(arguments.library.begin(),
                                                    arguments.library.end());
   const auto library = recognition::LoadLibrary(folders);
-  geometry::Observation observation;
-  observation.views.push_back(ReadView(arguments));
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);
   base::Rng rng(arguments.seed);
-  std::vector<recognition::FoundObject> found;
-  std::size_t perceived = 0;
+  RecognizedCloud recognized;
   try {
     const auto scene = perception::Perceive(observation, options, rng);
-    perceived = scene.objects.size();
+    recognized.perceived = scene.objects;
     recognition::RecognitionOptions recognition;
     recognition.tolerance_m = arguments.tolerance_mm / base::kMmPerM;
-    found = recognition::Recognize(observation, scene, library, recognition);
+    recognized.found =
+        recognition::Recognize(observation, scene, library, recognition, {}, &recognized.unknown);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
   }
-  WriteResult(arguments.json ? JsonText(found, perceived) : Text(found, perceived));
+  WriteResult(arguments.json ? JsonText(recognized) : Text(recognized));
 }
 
 void AddRecognizeCommand(CLI::App& app) {
@@ -297,15 +333,9 @@ void AddRecognizeCommand(CLI::App& app) {
 /// Files from which a trial's views from the wrist are read.
 std::vector<std::filesystem::path> FilesOf(const trial::Options& options) {
   const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
-  std::vector<std::filesystem::path> files;
-  for (const auto& file : {wrist.sensor, wrist.hand_eye}) {
-    if (!file.empty()) files.push_back(file);
-  }
+  std::vector<std::filesystem::path> files = {wrist.sensor, wrist.hand_eye};
+  std::erase(files, std::filesystem::path());
   return files;
-}
-
-bool WantsWristViews(const trial::Options& options) {
-  return trial::Of<views::WristViewOptions>(options, views::kWristViews).views > 1;
 }
 
 }  // namespace
@@ -321,8 +351,12 @@ void RegisterRecognition() {
                                 trial::Of<views::WristViewOptions>(options, views::kWristViews));
   });
   trial::FileLists().push_back(cli::FilesOf);
-  trial::FurtherLooking() =
-      trial::FurtherLooks{.wanted = cli::WantsWristViews, .look = views::AddWristViews};
+  trial::FurtherLooking() = trial::FurtherLooks{
+      .wanted =
+          [](const trial::Options& options) {
+            return trial::Of<views::WristViewOptions>(options, views::kWristViews).views > 1;
+          },
+      .look = views::AddWristViews};
   cli::AddCommand(cli::AddBringCommand);
   cli::AddCommand(cli::AddLearnCommand);
   cli::AddCommand(cli::AddRecognizeCommand);

@@ -22,23 +22,19 @@ using geometry::Points;
 /// A segment that exceeds the object's length or height by more cannot be this object alone.
 constexpr double kTooLarge_m = 0.015;
 /// Minimum difference between guessed poses, modulo symmetry.
-constexpr double kSameGuess_m = 0.010;
-constexpr double kSameGuess_rad = 0.2;
+constexpr PoseDifference kSameGuess{0.010, 0.2};
 /// The extent of a surface is measured on every 8th sample.
 constexpr std::size_t kStride = 8;
 
 /// Registered poses this close to a better one are duplicates, modulo symmetry.
-constexpr double kSame_m = 0.004;
-constexpr double kSame_rad = 0.05;
-constexpr double kSameCoarse_m = 0.015;
-constexpr double kSameCoarse_rad = 0.25;
+constexpr PoseDifference kSame{0.004, 0.05};
+constexpr PoseDifference kSameCoarse{0.015, 0.25};
 /// Maximum pair distances of registration: the error of a guess, for which every third point
 /// suffices, then that of the scanner.
 constexpr double kFarPairs_m = 0.025;
 constexpr double kNearPairs_m = 0.008;
 /// Guesses that are this close after the first registration end in the same pose.
-constexpr double kMeet_m = 0.002;
-constexpr double kMeet_rad = 0.02;
+constexpr PoseDifference kMeet{0.002, 0.02};
 /// Step sizes of the final refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
@@ -69,10 +65,24 @@ base::Pose AlongSight(const Segment& segment) {
   return base::MakePose(R, Vector3d::Zero()) * segment.X_TC;
 }
 
-bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry, double near_m,
-             double near_rad) {
+bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry,
+             const PoseDifference& near) {
   const PoseDifference off = Difference(a, b, symmetry);
-  return off.distance_m < near_m && off.angle_rad < near_rad;
+  return off.distance_m < near.distance_m && off.angle_rad < near.angle_rad;
+}
+
+/// The poses, best first, without those near to a better one; `count` at most.
+std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry,
+                        const PoseDifference& same, std::size_t count = SIZE_MAX) {
+  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+  std::vector<Posed> best;
+  for (const Posed& one : posed) {
+    if (best.size() == count) break;
+    const bool known = std::ranges::any_of(
+        best, [&](const Posed& other) { return AreNear(one.X_CB, other.X_CB, symmetry, same); });
+    if (!known) best.push_back(one);
+  }
+  return best;
 }
 
 /// Poses in which the object would lie on the table at the segment: along and across the line of
@@ -110,38 +120,13 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
 }
 
 /// Poses that pairs of the segment's points vote for, most votes first.
-std::vector<base::Pose> VotedPoses(const PreparedObject& object, const Segment& segment) {
+std::vector<Posed> VotedPoses(const PreparedObject& object, const Segment& segment) {
   constexpr std::size_t kPeaks = 2;
-  std::vector<PairTable::Voted> voted;
+  std::vector<Posed> voted;
   for (const PointPairs& reference : segment.references) {
     object.pairs.Vote(reference, kPeaks, voted);
   }
-  std::ranges::stable_sort(voted, std::greater{}, &PairTable::Voted::votes);
-  std::vector<base::Pose> poses;
-  for (const auto& one : voted) {
-    const bool known = std::ranges::any_of(poses, [&](const base::Pose& other) {
-      return AreNear(one.X_CB, other, object.object.symmetry, kSameGuess_m, kSameGuess_rad);
-    });
-    if (!known) poses.push_back(one.X_CB);
-  }
-  return poses;
-}
-
-/// About `count` of a segment's points, evenly chosen.
-std::vector<PointPairs> References(const geometry::PointCloud& cloud_C, int count) {
-  std::vector<PointPairs> references;
-  if (count == 0) return references;
-  const geometry::PointCloud thin = ThinnedForPairs(cloud_C);
-  const std::size_t step = std::max<std::size_t>(1, thin.size() / static_cast<std::size_t>(count));
-  for (std::size_t i = step / 2; i < thin.size(); i += step) {
-    references.push_back(PairsOf(thin, i));
-  }
-  return references;
-}
-
-base::Pose ToTableFrame(const geometry::Plane& plane) {
-  const Matrix3d R = base::TurnOnto(plane.normal, Vector3d::UnitZ()).toRotationMatrix();
-  return base::MakePose(R, Vector3d(0.0, 0.0, plane.Distance(Vector3d::Zero())));
+  return Best(std::move(voted), object.object.symmetry, kSameGuess);
 }
 
 /// Depth of the lowest corner of its hull below the table.
@@ -152,25 +137,11 @@ double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment&
   return -lowest;
 }
 
-/// The poses, best first, without those near to a better one; `count` at most.
-std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry, double same_m,
-                        double same_rad, std::size_t count = SIZE_MAX) {
-  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
-  std::vector<Posed> best;
-  for (const Posed& one : posed) {
-    if (best.size() == count) break;
-    const bool known = std::ranges::any_of(best, [&](const Posed& other) {
-      return AreNear(one.X_CB, other.X_CB, symmetry, same_m, same_rad);
-    });
-    if (!known) best.push_back(one);
-  }
-  return best;
-}
-
-Points EveryThird(const Points& points) {
-  Points third;
-  for (std::size_t i = 0; i < points.size(); i += 3) third.push_back(points[i]);
-  return third;
+/// The points at 0, step, 2 step, ...
+Points Every(std::size_t step, const Points& points) {
+  Points some;
+  for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
+  return some;
 }
 
 base::Pose TurnAbout(const Matrix3d& turn, const Vector3d& about_B) {
@@ -189,10 +160,70 @@ Vector3d MiddleOfExtents(const PreparedObject& object) {
   return object.axes_B * extents.center();
 }
 
+/// The pose turned about the principal axes and the axis of revolution, and upside down.
+std::vector<base::Pose> Turned(const PreparedObject& object, const base::Pose& X_CB) {
+  const Symmetry& symmetry = object.object.symmetry;
+  std::vector<base::Pose> turned;
+  const auto add = [&](double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
+    turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
+  };
+  // Upside down it has the same extent as before; its center of mass need not be in the middle.
+  const Vector3d middle_B = MiddleOfExtents(object);
+  if (symmetry.axis_B) {
+    if (symmetry.rotations.size() == 1) {
+      add(base::kPi, symmetry.axis_B->unitOrthogonal(), middle_B);
+    }
+    return turned;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d axis_B = object.axes_B.col(axis);
+    for (int k = 1; k < kTurns; ++k) {
+      add(2.0 * base::kPi * k / kTurns, axis_B, symmetry.center_B);
+    }
+    add(base::kPi, axis_B, middle_B);
+  }
+  if (object.round) {
+    const auto& [point_B, direction_B] = *object.round;
+    for (int k = 1; k < kRoundTurns; ++k) {
+      add(2.0 * base::kPi * k / kRoundTurns, direction_B, point_B);
+    }
+  }
+  return turned;
+}
+
+/// The segment's source and the object's contact points; without these a round one rolls into the
+/// table.
+Points WithContact(const PreparedObject& object, const Segment& segment, const base::Pose& X_CB) {
+  const base::Pose X_TB = segment.X_TC * X_CB;
+  Points contact_C;
+  for (const Vector3d& p : object.object.surface_B.points) {
+    Vector3d on_table = X_TB * p;
+    if (on_table.z() > kContact_m) continue;
+    on_table.z() = 0.0;
+    contact_C.push_back(segment.X_TC.inverse() * on_table);
+  }
+  Points points = segment.source_C;
+  std::ranges::copy(Every(1 + contact_C.size() / kMaxContact, contact_C),
+                    std::back_inserter(points));
+  return points;
+}
+
+base::Pose RegisteredPose(const PreparedObject& object, const base::Pose& X_CB,
+                          const Points& source_C, double max_pair_distance_m) {
+  pcl_bridge::RegistrationOptions options;
+  options.max_pair_distance_m = max_pair_distance_m;
+  options.max_iterations = 15;
+  options.min_step_m = 5e-5;
+  options.min_step_rad = 5e-4;
+  return pcl_bridge::RegisterPointToPlane(pcl_bridge::Cloud(source_C), object.target,
+                                          X_CB.inverse(), options)
+      .inverse();
+}
+
 }  // namespace
 
 bool AreDistinct(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry) {
-  return !AreNear(a, b, symmetry, kDiffers_m, kDiffers_rad);
+  return !AreNear(a, b, symmetry, kDiffers);
 }
 
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
@@ -200,10 +231,8 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   Segment segment;
   segment.cloud_C = {geometry::Select(scene.cloud.points, own),
                      geometry::Select(scene.cloud.normals, own)};
-  const std::size_t step = std::max<std::size_t>(1, own.size() / options.source_points);
-  for (std::size_t i = 0; i < own.size(); i += step) {
-    segment.source_C.push_back(segment.cloud_C.points[i]);
-  }
+  segment.source_C =
+      Every(std::max<std::size_t>(1, own.size() / options.source_points), segment.cloud_C.points);
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
@@ -212,8 +241,10 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
       options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
         return !std::isnan(ray.tone.x());
       });
-  segment.references = References(segment.cloud_C, options.references);
-  segment.X_TC = ToTableFrame(scene.table.plane);
+  segment.references = ReferencesOf(segment.cloud_C, options.references);
+  const geometry::Plane& table = scene.table.plane;
+  segment.X_TC = base::MakePose(base::TurnOnto(table.normal, Vector3d::UnitZ()).toRotationMatrix(),
+                                Vector3d(0.0, 0.0, table.Distance(Vector3d::Zero())));
   std::vector<std::size_t> seen(observation.views.size(), 0);
   for (const auto point : own) ++seen[scene.SampleOf(point).view];
   for (std::size_t view = 0; view < seen.size(); ++view) {
@@ -223,22 +254,23 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   return segment;
 }
 
-std::vector<Posed> Match::Guesses() const {
+Match::Match(const PreparedObject& object, const Segment& segment,
+             const RecognitionOptions& options)
+    : object_(&object), segment_(&segment), options_(&options) {
   std::vector<Posed> lying;
-  for (const auto& X_CB : LyingPoses(*object_, *segment_)) {
+  for (const auto& X_CB : LyingPoses(object, segment)) {
     lying.push_back(Coarse(X_CB));
     lying.back().lies = true;
   }
   std::vector<Posed> voted;
-  for (const auto& X_CB : VotedPoses(*object_, *segment_)) voted.push_back(Coarse(X_CB));
+  for (const Posed& one : VotedPoses(object, segment)) voted.push_back(Coarse(one.X_CB));
   // A lying pose is kept even if pairs voted for a better one nearby: it is registered together
   // with its contact points, while the other may roll or slide away.
-  const auto count = static_cast<std::size_t>(options_->registered);
-  const Symmetry& symmetry = object_->object.symmetry;
-  auto best = Best(std::move(lying), symmetry, kSameCoarse_m, kSameCoarse_rad, count);
-  std::ranges::copy(Best(std::move(voted), symmetry, kSameCoarse_m, kSameCoarse_rad, count),
-                    std::back_inserter(best));
-  return Best(std::move(best), symmetry, 0.0, 0.0, count);
+  const auto count = static_cast<std::size_t>(options.registered);
+  const Symmetry& symmetry = object.object.symmetry;
+  auto best = Best(std::move(lying), symmetry, kSameCoarse, count);
+  std::ranges::copy(Best(std::move(voted), symmetry, kSameCoarse, count), std::back_inserter(best));
+  posed_ = Best(std::move(best), symmetry, {0.0, 0.0}, count);
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
@@ -246,83 +278,52 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
   std::vector<Posed> registered;
   std::vector<Posed> met;
   for (Posed& one : posed) {
-    const Points source_C = one.lies ? WithContact(one.X_CB) : segment_->source_C;
-    one.X_CB = Registered(one.X_CB, EveryThird(source_C), kFarPairs_m);
+    const Points source_C =
+        one.lies ? WithContact(*object_, *segment_, one.X_CB) : segment_->source_C;
+    one.X_CB = RegisteredPose(*object_, one.X_CB, Every(3, source_C), kFarPairs_m);
     const bool again = std::ranges::any_of(met, [&](const Posed& other) {
       return other.lies == one.lies &&
-             AreNear(one.X_CB, other.X_CB, object_->object.symmetry, kMeet_m, kMeet_rad);
+             AreNear(one.X_CB, other.X_CB, object_->object.symmetry, kMeet);
     });
     if (again) continue;
     met.push_back(one);
-    one.X_CB = Registered(one.X_CB, source_C, kNearPairs_m);
+    one.X_CB = RegisteredPose(*object_, one.X_CB, source_C, kNearPairs_m);
     const double sunk_m = std::max(0.0, Sunk(*object_, one.X_CB, *segment_));
     one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);
     registered.push_back(one);
   }
-  return Best(std::move(registered), object_->object.symmetry, kSame_m, kSame_rad);
+  return Best(std::move(registered), object_->object.symmetry, kSame);
 }
 
-std::vector<base::Pose> Match::Turned(const base::Pose& X_CB) const {
-  const Symmetry& symmetry = object_->object.symmetry;
-  std::vector<base::Pose> turned;
-  const auto add = [&](double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
-    turned.push_back(X_CB * TurnAbout(angle_rad, axis_B, about_B));
-  };
-  // Upside down it has the same extent as before; its center of mass need not be in the middle.
-  const Vector3d middle_B = MiddleOfExtents(*object_);
-  if (symmetry.axis_B) {
-    if (symmetry.rotations.size() == 1) {
-      add(base::kPi, symmetry.axis_B->unitOrthogonal(), middle_B);
-    }
-    return turned;
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d axis_B = object_->axes_B.col(axis);
-    for (int k = 1; k < kTurns; ++k) {
-      add(2.0 * base::kPi * k / kTurns, axis_B, symmetry.center_B);
-    }
-    add(base::kPi, axis_B, middle_B);
-  }
-  if (object_->round) {
-    const auto& [point_B, direction_B] = *object_->round;
-    for (int k = 1; k < kRoundTurns; ++k) {
-      add(2.0 * base::kPi * k / kRoundTurns, direction_B, point_B);
-    }
-  }
-  return turned;
-}
-
-void Match::AddTurned(std::vector<Posed>& posed) const {
-  if (posed.empty()) return;
-  const Posed front = posed.front();
+void Match::AddTurned() {
+  const Posed& front = posed_.front();
   const double least = Coarse(front.X_CB).score - options_->hopeless;
   std::vector<Posed> turned;
-  for (const base::Pose& X_CB : Turned(front.X_CB)) {
+  for (const base::Pose& X_CB : Turned(*object_, front.X_CB)) {
     Posed one = Coarse(X_CB);
     one.lies = front.lies;
     if (one.score >= least) turned.push_back(one);
   }
-  std::ranges::copy(Registered(std::move(turned)), std::back_inserter(posed));
-  posed = Best(std::move(posed), object_->object.symmetry, kSame_m, kSame_rad);
+  std::ranges::copy(Registered(std::move(turned)), std::back_inserter(posed_));
+  posed_ = Best(std::move(posed_), object_->object.symmetry, kSame);
 }
 
-std::vector<Posed> Match::Moved(const Posed& posed) const {
-  std::vector<Posed> all;
+std::vector<Posed> Match::Moved() const {
+  const Posed& best = posed_.front();
+  std::vector<Posed> moved;
   for (int axis = 0; axis < 6; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       const Vector3d along_B = object_->axes_B.col(axis % 3);
-      base::Pose move = base::Pose::Identity();
-      if (axis < 3) {
-        move.translation() = sign * 1.01 * kDiffers_m * along_B;
-      } else {
-        move = TurnAbout(sign * 1.01 * kDiffers_rad, along_B, object_->object.symmetry.center_B);
-      }
-      const base::Pose X_CB = posed.X_CB * move;
-      all.push_back({X_CB, Fine(X_CB).Score(*options_), posed.lies});
+      const base::Pose move =
+          axis < 3 ? base::Pose(Eigen::Translation3d(sign * 1.01 * kDiffers.distance_m * along_B))
+                   : TurnAbout(sign * 1.01 * kDiffers.angle_rad, along_B,
+                               object_->object.symmetry.center_B);
+      const base::Pose X_CB = best.X_CB * move;
+      moved.push_back({X_CB, Fine(X_CB).Score(*options_), best.lies});
     }
   }
-  return all;
+  return moved;
 }
 
 /// The pose turned so that the colors agree best: by the rotations that map the shape onto itself,
@@ -360,31 +361,30 @@ base::Pose Match::Aimed(const base::Pose& X_CB) const {
   return best.X_CB;
 }
 
-void Match::Aim(std::vector<Posed>& posed) const {
-  const double least = posed.front().score - kNear;
-  for (Posed& one : posed) {
+void Match::Aim() {
+  const double least = posed_.front().score - kNear;
+  for (Posed& one : posed_) {
     if (one.score >= least) one.X_CB = Aimed(one.X_CB);
     one.score = Fine(one.X_CB).Score(*options_);
   }
-  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+  std::ranges::stable_sort(posed_, std::greater{}, &Posed::score);
 }
 
-void Match::Settle(std::vector<Posed>& posed) const {
-  if (posed.empty()) return;
-  if (segment_->colored && object_->tones.known()) Aim(posed);
-  const double least = posed.front().score - kNear;
-  posed.front() = Refined(posed.front());
+void Match::Settle() {
+  if (segment_->colored && object_->tones.known()) Aim();
+  const double least = posed_.front().score - kNear;
+  posed_.front() = Refined(posed_.front());
   const auto tight_score = [this](const Posed& one) {
     return Fine(one.X_CB, 0.5).Score(*options_);
   };
-  double tightest = tight_score(posed.front());
-  for (std::size_t i = 1; i < posed.size(); ++i) {
-    if (posed[i].score < least) continue;
-    posed[i] = Refined(posed[i]);
-    const double tight = tight_score(posed[i]);
+  double tightest = tight_score(posed_.front());
+  for (std::size_t i = 1; i < posed_.size(); ++i) {
+    if (posed_[i].score < least) continue;
+    posed_[i] = Refined(posed_[i]);
+    const double tight = tight_score(posed_[i]);
     if (tight <= tightest) continue;
     tightest = tight;
-    std::swap(posed.front(), posed[i]);
+    std::swap(posed_.front(), posed_[i]);
   }
 }
 
@@ -422,44 +422,13 @@ Evidence Match::Fine(const base::Pose& X_CB, double tolerance_share) const {
 
 double Match::ShapeScore(const base::Pose& X_CB) const { return Fine(X_CB).ShapeScore(*options_); }
 
-/// The source and the object's contact points; without these a round one rolls into the table.
-Points Match::WithContact(const base::Pose& X_CB) const {
-  Points points = segment_->source_C;
-  const base::Pose X_TB = segment_->X_TC * X_CB;
-  Points contact_C;
-  for (const Vector3d& p : object_->object.surface_B.points) {
-    Vector3d on_table = X_TB * p;
-    if (on_table.z() > kContact_m) continue;
-    on_table.z() = 0.0;
-    contact_C.push_back(segment_->X_TC.inverse() * on_table);
-  }
-  const std::size_t step = 1 + contact_C.size() / kMaxContact;
-  for (std::size_t i = 0; i < contact_C.size(); i += step) points.push_back(contact_C[i]);
-  return points;
-}
-
-base::Pose Match::Registered(const base::Pose& X_CB, const Points& source_C,
-                             double max_pair_distance_m) const {
-  pcl_bridge::RegistrationOptions options;
-  options.max_pair_distance_m = max_pair_distance_m;
-  options.max_iterations = 15;
-  options.min_step_m = 5e-5;
-  options.min_step_rad = 5e-4;
-  return pcl_bridge::RegisterPointToPlane(pcl_bridge::Cloud(source_C), object_->target,
-                                          X_CB.inverse(), options)
-      .inverse();
-}
-
 void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {
   const Vector3d along = segment_->X_TC.linear().transpose() * Vector3d::Unit(axis % 3);
   const Vector3d center = posed.X_CB * object_->object.symmetry.center_B;
-  base::Pose move = base::Pose::Identity();
-  if (axis < 3) {
-    move.translation() = step_m * along;
-  } else {
-    move = Eigen::Translation3d(center) * Eigen::AngleAxisd(step_rad, along) *
-           Eigen::Translation3d(-center);
-  }
+  const base::Pose move = axis < 3
+                              ? base::Pose(Eigen::Translation3d(step_m * along))
+                              : Eigen::Translation3d(center) * Eigen::AngleAxisd(step_rad, along) *
+                                    Eigen::Translation3d(-center);
   const base::Pose moved = move * posed.X_CB;
   const double score = ShapeScore(moved);
   if (score > posed.score) posed = {moved, score, posed.lies};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "base/frames.h"
@@ -25,49 +26,46 @@ struct Segment {
 
 /// Poses of one object that differ by more are distinct. This is slightly more than the required
 /// accuracy of 5 mm and 5 deg.
-inline constexpr double kDiffers_m = 0.006;
-inline constexpr double kDiffers_rad = 0.105;
+inline constexpr PoseDifference kDiffers{0.006, 0.105};
 bool AreDistinct(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry);
-
-/// A pose and its score from the rays.
-struct Posed {
-  base::Pose X_CB;
-  double score = 0.0;
-  bool lies = false;  ///< on the table, in one of its lying orientations
-};
 
 /// Prepares the points `own` of the scene's cloud for comparison with the library.
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
                   const geometry::Indices& own, const RecognitionOptions& options);
 
-/// One known object matched to one segment. Holds references to all constructor arguments.
+/// One known object matched to one segment: its poses there. Holds references to all constructor
+/// arguments.
 class Match {
  public:
-  Match(const PreparedObject& object, const Segment& segment, const RecognitionOptions& options)
-      : object_(&object), segment_(&segment), options_(&options) {}
+  /// Guesses poses: the best by the coarse score.
+  Match(const PreparedObject& object, const Segment& segment, const RecognitionOptions& options);
 
   const PreparedObject& object() const { return *object_; }
+  /// Best first; may be empty.
+  const std::vector<Posed>& posed() const { return posed_; }
+  /// Of the best pose; 0 without one.
+  double Score() const { return posed_.empty() ? 0.0 : posed_.front().score; }
+  double ShapeScore(const base::Pose& X_CB) const;
 
-  /// The best poses by the coarse score, the best first.
-  std::vector<Posed> Guesses() const;
-  /// The same poses after registration, best fine score first.
-  std::vector<Posed> Registered(std::vector<Posed> posed) const;
+  /// Registers the poses, and scores them finely.
+  void Register() { posed_ = Registered(std::move(posed_)); }
+
+  // The following need at least one pose.
+
   /// Adds poses that may be confused with the best one, unless the rays exclude them: turned about
   /// the model's principal axes and its axis of revolution, and upside down. For a body that is
   /// round except for a handle, the guesses may have missed the handle's position.
-  void AddTurned(std::vector<Posed>& posed) const;
-  /// Poses that differ just enough to be distinct: shifted along and turned about the principal
-  /// axes. If an end is hidden, the extent of the body is not determined.
-  std::vector<Posed> Moved(const Posed& posed) const;
+  void AddTurned();
   /// Refines the best pose and those with similar scores; the one that fits most tightly goes
   /// first. Afterwards the scores are those of shape and colors.
-  void Settle(std::vector<Posed>& posed) const;
-
-  double ShapeScore(const base::Pose& X_CB) const;
+  void Settle();
+  /// Poses that differ from the best just enough to be distinct: shifted along and turned about the
+  /// principal axes. If an end is hidden, the extent of the body is not determined.
+  std::vector<Posed> Moved() const;
 
  private:
-  std::vector<base::Pose> Turned(const base::Pose& X_CB) const;
-  void Aim(std::vector<Posed>& posed) const;
+  std::vector<Posed> Registered(std::vector<Posed> posed) const;
+  void Aim();
   base::Pose Aimed(const base::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
   Posed Coarse(const base::Pose& X_CB) const;
@@ -75,14 +73,12 @@ class Match {
   // No evidence for poses that are deeper than this in the table.
   Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,
                       double tolerance_m) const;
-  geometry::Points WithContact(const base::Pose& X_CB) const;
-  base::Pose Registered(const base::Pose& X_CB, const geometry::Points& source_C,
-                        double max_pair_distance_m) const;
   void Climb(int axis, double step_m, double step_rad, Posed& posed) const;
 
   const PreparedObject* object_;
   const Segment* segment_;
   const RecognitionOptions* options_;
+  std::vector<Posed> posed_;
 };
 
 }  // namespace rangegrasp::recognition::internal

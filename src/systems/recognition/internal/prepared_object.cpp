@@ -2,19 +2,18 @@
 
 #include <Eigen/Geometry>
 #include <iterator>
-#include <numbers>
 
 #include "base/linear_algebra.h"
+#include "base/units.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::recognition::internal {
 namespace {
 
+using base::kPi;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-constexpr double kPi = std::numbers::pi;
 
 // Colors.
 
@@ -55,6 +54,25 @@ std::uint32_t Step(double cosine) {
   return static_cast<std::uint32_t>(std::acos(std::clamp(cosine, -1.0, 1.0)) / kAngleStep);
 }
 
+/// @param cloud  thinned to kPairSpacing_m
+PointPairs PairsOf(const geometry::PointCloud& cloud, std::size_t point) {
+  const Vector3d& p = cloud.points[point];
+  const Vector3d& n = cloud.normals[point];
+  PointPairs of_point{ToAxis(p, n), {}};
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vector3d& q = cloud.points[i];
+    const double length = (q - p).norm();
+    if (length < kPairSpacing_m) continue;
+    const Vector3d u = (q - p) / length;
+    const Vector3d& m = cloud.normals[i];
+    const auto step = static_cast<std::uint32_t>(length / kPairSpacing_m);
+    const std::uint32_t feature =
+        (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
+    of_point.pairs.push_back({feature, TurnOf(of_point.to_axis * q)});
+  }
+  return of_point;
+}
+
 // Poses on a table.
 
 /// Step of the tried rotations about the vertical (10 deg); refinement turns by half of it.
@@ -73,19 +91,12 @@ std::vector<Matrix3d> WaysToLie(const KnownObject& object) {
       const double yaw = 2.0 * kPi * k / yaws;
       const Matrix3d way = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) * upright;
       const bool known = std::ranges::any_of(ways, [&](const Matrix3d& other) {
-        const PoseDifference off =
-            Difference(base::MakePose(way, Vector3d::Zero()),
-                       base::MakePose(other, Vector3d::Zero()), object.symmetry);
-        return off.angle_rad < kSameWay_rad;
+        return AngleBetween(way, other, object.symmetry) < kSameWay_rad;
       });
       if (!known) ways.push_back(way);
     }
   }
   return ways;
-}
-
-Matrix3d PrincipalAxes(const geometry::Points& points) {
-  return base::SymmetricEigen(geometry::Scatter(points, geometry::Centroid(points))).vectors;
 }
 
 // Rays.
@@ -192,51 +203,38 @@ Vector3f MeshTones::At(const geometry::Hit& hit) const {
   return plain_[hit.triangle];
 }
 
-PointPairs PairsOf(const geometry::PointCloud& cloud, std::size_t point) {
-  const Vector3d& p = cloud.points[point];
-  const Vector3d& n = cloud.normals[point];
-  PointPairs of_point{ToAxis(p, n), {}};
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Vector3d& q = cloud.points[i];
-    const double length = (q - p).norm();
-    if (length < kPairSpacing_m) continue;
-    const Vector3d u = (q - p) / length;
-    const Vector3d& m = cloud.normals[i];
-    const auto step = static_cast<std::uint32_t>(length / kPairSpacing_m);
-    const std::uint32_t feature =
-        (step << 12) | (Step(n.dot(u)) << 8) | (Step(m.dot(u)) << 4) | Step(n.dot(m));
-    of_point.pairs.push_back({feature, TurnOf(of_point.to_axis * q)});
+std::vector<PointPairs> ReferencesOf(const geometry::PointCloud& cloud, int count) {
+  std::vector<PointPairs> references;
+  if (count == 0) return references;
+  const geometry::PointCloud thin = Thinned(cloud, kPairSpacing_m);
+  const std::size_t step = std::max<std::size_t>(1, thin.size() / static_cast<std::size_t>(count));
+  for (std::size_t i = step / 2; i < thin.size(); i += step) {
+    references.push_back(PairsOf(thin, i));
   }
-  return of_point;
-}
-
-geometry::PointCloud ThinnedForPairs(const geometry::PointCloud& cloud) {
-  return Thinned(cloud, kPairSpacing_m);
-}
-
-/// A common feature has little information, so its votes grow only with the square root.
-void PairTable::Thin(Bucket& bucket) {
-  std::vector<Pair>& pairs = bucket.pairs;
-  const auto all = static_cast<float>(pairs.size());
-  const std::size_t step = (pairs.size() + kMaxPairs - 1) / kMaxPairs;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < pairs.size(); i += step) pairs[kept++] = pairs[i];
-  pairs.resize(kept);
-  pairs.shrink_to_fit();
-  bucket.weight = std::sqrt(all) / static_cast<float>(kept);
+  return references;
 }
 
 PairTable::PairTable(const geometry::PointCloud& surface_B)
-    : points_B_(ThinnedForPairs(surface_B)) {
+    : points_B_(Thinned(surface_B, kPairSpacing_m)) {
   for (std::size_t i = 0; i < points_B_.size(); ++i) {
     for (const auto& [feature, turn] : PairsOf(points_B_, i).pairs) {
       pairs_[feature].pairs.push_back({static_cast<std::uint16_t>(i), turn});
     }
   }
-  for (auto& [feature, bucket] : pairs_) Thin(bucket);
+  for (auto& [feature, bucket] : pairs_) {
+    std::vector<Pair>& pairs = bucket.pairs;
+    const auto all = static_cast<float>(pairs.size());
+    const std::size_t step = (pairs.size() + kMaxPairs - 1) / kMaxPairs;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < pairs.size(); i += step) pairs[kept++] = pairs[i];
+    pairs.resize(kept);
+    pairs.shrink_to_fit();
+    // A common feature has little information, so its votes grow only with the square root.
+    bucket.weight = std::sqrt(all) / static_cast<float>(kept);
+  }
 }
 
-void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Voted>& voted) const {
+void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Posed>& voted) const {
   thread_local Eigen::ArrayXXf votes;  // of each turn (rows) about each of the model's points
   votes.setZero(kPairTurns, static_cast<Eigen::Index>(points_B_.size()));
   for (const PointPairs::Pair& seen : scene.pairs) {
@@ -276,7 +274,9 @@ PreparedObject::PreparedObject(KnownObject known)
       tones(object.colors),
       target(object.surface_B),
       hull_B(geometry::ConvexHull(object.mesh_B.vertices).vertices),
-      axes_B(PrincipalAxes(object.surface_B.points)),
+      axes_B(base::SymmetricEigen(geometry::Scatter(object.surface_B.points,
+                                                    geometry::Centroid(object.surface_B.points)))
+                 .vectors),
       round(AxisOfRevolution(object.surface_B)),
       lying(WaysToLie(object)),
       pairs(object.surface_B) {}

@@ -48,10 +48,15 @@ struct PointPairs {
   base::Pose to_axis;  ///< puts the point at the origin and its normal along x
   std::vector<Pair> pairs;
 };
-/// @param cloud  thinned as the models are
-PointPairs PairsOf(const geometry::PointCloud& cloud, std::size_t point);
-/// As the models are: points about 9 mm apart.
-geometry::PointCloud ThinnedForPairs(const geometry::PointCloud& cloud);
+/// Those of about `count` points, evenly chosen from the cloud thinned as the models are.
+std::vector<PointPairs> ReferencesOf(const geometry::PointCloud& cloud, int count);
+
+/// A pose and its score: from the rays, or the votes for it.
+struct Posed {
+  base::Pose X_CB;
+  double score = 0.0;
+  bool lies = false;  ///< on the table, in one of its lying orientations
+};
 
 /// The pairs of a model's points, indexed by feature. PCL's voting (PPFRegistration) keeps only one
 /// of the poses voted for.
@@ -59,12 +64,8 @@ class PairTable {
  public:
   explicit PairTable(const geometry::PointCloud& surface_B);
 
-  struct Voted {
-    base::Pose X_CB;
-    double votes = 0.0;
-  };
   /// Appends the poses with most votes of a scene's point, at most `peaks`.
-  void Vote(const PointPairs& scene, std::size_t peaks, std::vector<Voted>& voted) const;
+  void Vote(const PointPairs& scene, std::size_t peaks, std::vector<Posed>& voted) const;
 
  private:
   struct Pair {
@@ -75,7 +76,6 @@ class PairTable {
     std::vector<Pair> pairs;  ///< pairs that vote
     float weight = 0.0f;      ///< of a vote
   };
-  static void Thin(Bucket& bucket);
 
   geometry::PointCloud points_B_;
   std::unordered_map<std::uint32_t, Bucket> pairs_;
@@ -156,6 +156,9 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
 namespace rangegrasp::recognition {
 
 struct Library::Prepared {
+  /// As Library::Find.
+  const internal::PreparedObject& Find(const std::string& name) const;
+
   std::vector<std::unique_ptr<internal::PreparedObject>> ready;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -159,17 +160,14 @@ GraspsOf ReadGrasps(const trial::Options& grasping, const std::vector<std::strin
 /// A use that no object has is a misspelt one.
 void CheckUse(const std::string& use, const GraspsOf& grasps) {
   if (use.empty()) return;
-  std::vector<std::string> known;
+  std::set<std::string> known;
   for (const auto& [object, named] : grasps) {
-    for (const auto& grasp : named.grasps) {
-      known.insert(known.end(), grasp.uses.begin(), grasp.uses.end());
-    }
+    for (const auto& grasp : named.grasps) known.insert(grasp.uses.begin(), grasp.uses.end());
   }
-  if (std::ranges::find(known, use) != known.end()) return;
-  std::ranges::sort(known);
-  known.erase(std::ranges::unique(known).begin(), known.end());
-  throw base::InputError(fmt::format("bring.use: no grasps.yaml has a grasp for '{}'; they have {}",
-                                     use, known.empty() ? "none" : base::Join(known)));
+  if (known.contains(use)) return;
+  throw base::InputError(
+      fmt::format("bring.use: no grasps.yaml has a grasp for '{}'; they have {}", use,
+                  known.empty() ? "none" : base::Join({known.begin(), known.end()})));
 }
 
 /// The index of an object in the world; nullopt: it is absent.
@@ -232,6 +230,7 @@ class BringExperiment : public experiment::Task {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
     recognition::AddLibraryTo(stamp, options_.library, options_.known);
+    if (options_.absent) stamp.data[experiment::kSuccess] = kSaidAbsent;
   }
 
  private:
@@ -282,7 +281,7 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   }
   if (map.Has("views")) map.Fail("views", "use bring.max_looks in `task: bring`");
   BringOptions options = ReadBringKeys(map);
-  const trial::Options grasping = trial::ReadOptions(map);
+  const trial::Options grasping = trial::ReadOptions(map, common.seed);
   std::vector<std::string>& known = options.known;
   if (known.empty()) known = grasping.objects;
   const auto wrist = recognition::WristViewsOf(map, grasping);
@@ -359,14 +358,14 @@ experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
   std::vector<Row> rows;
   Row all{.title = "all"};
-  std::map<std::string, std::size_t> row_of;
-  for (const auto& record : records) {
-    const std::string& group = record.which.group;
-    const auto [row, is_new] = row_of.try_emplace(group, rows.size());
-    if (is_new) rows.push_back({.title = experiment::TitleOf(stamp, group)});
-    const auto data = ordered_json::parse(record.result.data, nullptr, false);
-    Add(record, data, rows[row->second]);
-    Add(record, data, all);
+  for (const std::string& wanted : experiment::GroupsOf(records)) {
+    rows.push_back({.title = experiment::TitleOf(stamp, wanted)});
+    for (const auto& record : records) {
+      if (record.which.group != wanted) continue;
+      const auto data = ordered_json::parse(record.result.data, nullptr, false);
+      Add(record, data, rows.back());
+      Add(record, data, all);
+    }
   }
   rows.push_back(all);
   experiment::Report report;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,10 +16,12 @@
 #include "base/words.h"
 #include "experiment/report.h"
 #include "geometry/mesh_file.h"
+#include "mesh/mesh_object.h"
 #include "perception/perceive.h"
 #include "recognition/recognize.h"
 #include "recognition/views/wrist_scanner.h"
 #include "sim/bodies.h"
+#include "trial/grasping_task.h"
 #include "trial/judge.h"
 #include "trial/registry.h"
 
@@ -78,12 +79,6 @@ TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
   return o;
 }
 
-/// Recognition result for an object that should be found.
-enum class Outcome { kFound, kWrongPose, kWrongObject, kUnknown };
-constexpr std::array<std::string_view, 4> WordsOf(Outcome) {
-  return {"found", "wrong_pose", "wrong_object", "unknown"};
-}
-
 /// A find, compared with ground truth, which only the judge reads.
 struct JudgedFind {
   const FoundObject* found = nullptr;
@@ -101,13 +96,11 @@ JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
                      const TaskOptions& options) {
   JudgedFind judged;
   judged.found = &found;
-  int most = 0;
-  for (const auto& [object, votes] : trial::ObjectVotes(found.samples, sensed)) {
-    if (votes <= most) continue;
-    most = votes;
-    judged.truth = object;
-  }
-  if (judged.truth < 0) return judged;
+  const auto votes = trial::ObjectVotes(found.samples, sensed);
+  const auto most =
+      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
+  if (most == votes.end() || most->first < 0) return judged;
+  judged.truth = most->first;
   judged.named_right = world.object_name(judged.truth) == found.object;
   if (!judged.named_right) return judged;
   judged.off = Difference(found.X_CB, world.ObjectPose(judged.truth), symmetries.at(found.object));
@@ -116,17 +109,17 @@ JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
   return judged;
 }
 
-/// How the target was recognized; kUnknown if no find belongs to it.
-Outcome OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
+/// How the target was recognized; unknown if no find belongs to it.
+std::string OutcomeOf(const std::vector<JudgedFind>& finds, int target) {
   const auto of_target = std::ranges::find(finds, target, &JudgedFind::truth);
-  if (of_target == finds.end()) return Outcome::kUnknown;
-  if (!of_target->named_right) return Outcome::kWrongObject;
-  return of_target->near ? Outcome::kFound : Outcome::kWrongPose;
+  if (of_target == finds.end()) return "unknown";
+  if (!of_target->named_right) return "wrong_object";
+  return of_target->near ? "found" : "wrong_pose";
 }
 
 /// Counts over a row's scenes, and over all finds in them.
 struct Row {
-  std::string object = {}, title = {};
+  std::string title = {};
   int scenes = 0, found = 0, wrong_object = 0;
   std::map<std::string, int> otherwise = {};
   std::vector<double> distance_mm = {}, angle_deg = {};
@@ -187,15 +180,16 @@ experiment::Grid TableOf(const std::vector<Row>& rows) {
 /// One row per object: how often it was found in its true pose, and the other outcomes.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records) {
-  std::vector<Row> rows;  // in the records' order
+  std::vector<Row> rows;
   Row all{.title = "All"};
-  for (const auto& record : records) {
-    const std::string title = experiment::TitleOf(stamp, record.which.group);
-    auto row = std::ranges::find(rows, record.which.group, &Row::object);
-    if (row == rows.end()) row = rows.insert(row, Row{record.which.group, title});
-    const auto data = nlohmann::json::parse(record.result.data);
-    Add(record, data, *row);
-    Add(record, data, all);
+  for (const std::string& object : experiment::GroupsOf(records)) {
+    rows.push_back({.title = experiment::TitleOf(stamp, object)});
+    for (const auto& record : records) {
+      if (record.which.group != object) continue;
+      const auto data = nlohmann::json::parse(record.result.data);
+      Add(record, data, rows.back());
+      Add(record, data, all);
+    }
   }
   rows.push_back(all);
   experiment::Report report;
@@ -234,14 +228,28 @@ std::set<std::filesystem::path> FilesOf(const std::filesystem::path& file) {
   return files;
 }
 
-geometry::ColoredMesh SurfaceIn(const std::filesystem::path& file, const std::string& object) {
-  if (file.extension() == ".xml") return sim::ObjectSurface({object, file});
-  return {geometry::ReadMesh(file), {}};
+/// The surface is sampled every few millimetres: one in another unit would take all memory.
+void RefuseSize(const std::filesystem::path& file, const geometry::TriangleMesh& mesh) {
+  const double length_m = std::max(0.0, geometry::BoundsOf(mesh.vertices).sizes().maxCoeff());
+  if (length_m >= objects::kMinSize_m && length_m <= objects::kMaxSize_m) return;
+  std::string cure = "write a scale in each <mesh>, e.g. scale=\"0.001 0.001 0.001\"";
+  if (file.extension() != ".xml") {
+    const auto unit = objects::GuessUnit(length_m);
+    cure = fmt::format("scale it, or make an object of it with `rangegrasp add-object {} {}`",
+                       file.string(),
+                       unit ? fmt::format("--unit {}", base::Word(*unit)) : "--size-mm LENGTH");
+  }
+  throw base::InputError(
+      fmt::format("{}: is {:.3g} m long, but known objects are {} to {} m long; meshes are in "
+                  "metres: {}",
+                  file.string(), length_m, objects::kMinSize_m, objects::kMaxSize_m, cure));
 }
 
 KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& library = {}) {
   const auto file = library.folder.empty() ? model.mjcf : FileIn(library.folder, model.name);
-  auto surface = SurfaceIn(file, model.name);
+  auto surface = file.extension() == ".xml" ? sim::ObjectSurface({model.name, file})
+                                            : geometry::ColoredMesh{geometry::ReadMesh(file), {}};
+  RefuseSize(file, surface.mesh);
   if (library.distortion_m > 0.0) {
     base::Rng rng(base::DeriveSeed(base::DeriveSeed(library.seed, "distortion"), model.name));
     surface = Distorted(surface, library.distortion_m, rng);
@@ -249,19 +257,6 @@ KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& libra
   std::string title = model.mjcf.extension() == ".xml" ? sim::ObjectTitle(model) : model.name;
   return MakeKnownObject(model.name, std::move(title), std::move(surface.mesh),
                          std::move(surface.colors));
-}
-
-/// Libraries by the object that each lacks; "": the complete one.
-std::map<std::string, Library> LibrariesOf(const TaskOptions& options) {
-  std::vector<std::string> without = {""};
-  if (options.without_target) without = options.grasping.objects;
-  std::map<std::string, Library> libraries;
-  for (const std::string& object : without) {
-    std::vector<std::string> objects = options.grasping.objects;
-    std::erase(objects, object);
-    libraries.emplace(object, LibraryOf(options.grasping, objects, options.library));
-  }
-  return libraries;
 }
 
 Symmetries SymmetriesOf(const trial::Options& options) {
@@ -307,20 +302,11 @@ class Recognition : public experiment::Task {
   Recognition(const TaskOptions& options, const experiment::Common& common)
       : options_(options),
         cell_(options.grasping),
-        libraries_(LibrariesOf(options)),
+        library_(LibraryOf(options.grasping, options.grasping.objects, options.library)),
         symmetries_(SymmetriesOf(options.grasping)),
         seed_(common.seed) {}
 
-  std::vector<Case> Cases() const override {
-    std::vector<Case> cases;
-    for (const std::string& object : cell_.options.objects) {
-      for (int i = 0; i < cell_.options.trials_per_object; ++i) {
-        const trial::TrialSpec spec{object, i, trial::TrialSeed(seed_, object, i)};
-        cases.push_back(trial::CaseOf(spec));
-      }
-    }
-    return cases;
-  }
+  std::vector<Case> Cases() const override { return trial::TrialsOf(cell_.options, seed_); }
 
   experiment::Result Run(const Case& which) const override {
     const trial::TrialSpec spec = trial::SpecOf(which);
@@ -337,7 +323,7 @@ class Recognition : public experiment::Task {
     for (const FoundObject& one : seen.found) {
       judged.push_back(JudgeFind(one, symmetries_, seen.sensed, world, options_));
     }
-    result.outcome = base::Word(OutcomeOf(judged, target));
+    result.outcome = OutcomeOf(judged, target);
     result.stage = "recognize";
     const ordered_json data = {{"pose_class", arranged->pose_class},
                                {"scene_objects", world.objects()},
@@ -363,27 +349,29 @@ class Recognition : public experiment::Task {
     std::vector<FoundObject> found;
   };
 
-  const Library& LibraryFor(const trial::TrialSpec& spec) const {
-    return libraries_.at(options_.without_target ? spec.object : "");
-  }
-
-  int Views() const {
-    return trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
-  }
-
   /// Looks from the fixed sensor, then from the wrist at the highest object or at ambiguous ones.
   Recognized LookUntilDone(sim::World& world, const trial::TrialSpec& spec,
                            experiment::Result& result) const {
     base::Stopwatch watch;
     Recognized seen;
     seen.sensed = trial::Look(cell_, world, spec.seed);
-    const bool again = Views() > 1;
+    const int views = trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
+    const bool again = views > 1;
     if (again && !options_.until_sure) {
       seen.sensed = views::AddWristViews(cell_, std::move(seen.sensed), world, spec.seed).sensed;
     }
     result.seconds.emplace_back("scan", watch.Seconds());
     RecognizeAll(spec, seen, result);
-    if (again && options_.until_sure) LookAtWhatIsOpen(world, spec, seen, result);
+    if (!again || !options_.until_sure) return seen;
+    views::WristScanner wrist(cell_.options, cell_.robot, spec.seed);
+    Eigen::VectorXd q = cell_.robot.home;
+    for (int view = 1; view < views; ++view) {
+      watch.Restart();
+      const bool looked = LookAtFirstOpen(wrist, world, q, seen);
+      experiment::AddSeconds("scan", watch.Seconds(), result.seconds);
+      if (!looked) break;
+      RecognizeAll(spec, seen, result);
+    }
     return seen;
   }
 
@@ -395,22 +383,11 @@ class Recognition : public experiment::Task {
         perception::Perceive(seen.sensed.observation, options_.grasping.perception, perceive,
                              trial::WorkspaceOf(cell_.robot, options_.grasping.workspace_margin_m));
     experiment::AddSeconds("perceive", watch.Restart(), result.seconds);
-    seen.found = Recognize(seen.sensed.observation, seen.scene, LibraryFor(spec),
-                           options_.recognition, SureOnes(seen.found));
+    RecognitionOptions recognition = options_.recognition;
+    if (options_.without_target) recognition.left_out = spec.object;
+    seen.found =
+        Recognize(seen.sensed.observation, seen.scene, library_, recognition, SureOnes(seen.found));
     experiment::AddSeconds("recognize", watch.Seconds(), result.seconds);
-  }
-
-  void LookAtWhatIsOpen(sim::World& world, const trial::TrialSpec& spec, Recognized& seen,
-                        experiment::Result& result) const {
-    views::WristScanner wrist(cell_.options, cell_.robot, spec.seed);
-    Eigen::VectorXd q = cell_.robot.home;
-    for (int view = 1; view < Views(); ++view) {
-      base::Stopwatch watch;
-      const bool looked = LookAtFirstOpen(wrist, world, q, seen);
-      experiment::AddSeconds("scan", watch.Seconds(), result.seconds);
-      if (!looked) break;
-      RecognizeAll(spec, seen, result);
-    }
   }
 
   /// @return whether a view was added: of the topmost ambiguous object that is worth a look
@@ -428,18 +405,18 @@ class Recognition : public experiment::Task {
 
   TaskOptions options_;
   trial::Cell cell_;
-  std::map<std::string, Library> libraries_;
+  Library library_;
   Symmetries symmetries_;
   std::uint64_t seed_;
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   TaskOptions options = ReadRecognitionKeys(map);
-  options.grasping = trial::ReadOptions(map);
+  options.grasping = trial::ReadOptions(map, common.seed);
   const auto wrist = WristViewsOf(map, options.grasping);
   if (!ModelsPass(map, options.grasping, wrist.views > 1, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
-  options.grasping.seed = options.library.seed = common.seed;
+  options.library.seed = common.seed;
   return std::make_unique<Recognition>(options, common);
 }
 

@@ -120,14 +120,6 @@ base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
   return X;
 }
 
-/// Diagonal of the inverse covariance of the error.
-Vector6 PriorOf(const PoseError& error) {
-  Vector6 prior;
-  prior.head<3>().setConstant(3.0 / (error.shift_m * error.shift_m));
-  prior.tail<3>().setConstant(3.0 / (error.turn_rad * error.turn_rad));
-  return prior;
-}
-
 }  // namespace
 
 geometry::View Moved(geometry::View view, const base::Pose& X_by) {
@@ -149,7 +141,9 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   const Earlier before(EverySoMany(target, 3 * options.max_points), options);
   const Points normals =
       NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
-  const Vector6 prior = PriorOf(options.error);
+  Vector6 prior;  // diagonal of the inverse covariance of the error
+  prior.head<3>().setConstant(3.0 / (options.error.shift_m * options.error.shift_m));
+  prior.tail<3>().setConstant(3.0 / (options.error.turn_rad * options.error.turn_rad));
   Vector6 twist = Vector6::Zero();
   double sigma_m = options.error.shift_m;
   for (int i = 0; i < options.max_iterations; ++i) {

@@ -32,11 +32,15 @@ using experiment::Record;
 using experiment::Result;
 
 struct ReportRequest {
-  std::vector<fs::path> folders;  // results folders, also of several seeds
-  fs::path out;
-  report::ViewChoice views = report::ViewChoice::kSome;
+  std::vector<std::string> folders;  // results folders, also of several seeds
+  std::string out;                   // empty: `report` in the first one
+  std::string views = "some";
   int jobs = 1;
   bool run_detector = false;
+
+  fs::path Out() const {
+    return out.empty() ? fs::path(folders.front()) / "report" : fs::path(out);
+  }
 };
 
 // A case that has a view, and its number in the report.
@@ -58,8 +62,8 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
       run.stores.emplace_back(store, static_cast<std::size_t>(count));
     }
     if (run.kind == runs.front().kind) continue;
-    throw base::InputError(folder.string() + ": has another task than " +
-                           request.folders.front().string() + " (" + runs.front().kind->name + ")");
+    throw base::InputError(folder + ": has another task than " + request.folders.front() + " (" +
+                           runs.front().kind->name + ")");
   }
   return runs;
 }
@@ -72,9 +76,9 @@ struct Replayed {
 };
 
 // @return numbers of the cases that now have a view
-std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& request) {
+std::set<std::size_t> WriteViews(const Replayed& of, const fs::path& out, int jobs) {
   const experiment::Experiment& e = of.experiment;
-  for (const auto& hidden : {of.store, request.out}) e.task->Hide(hidden);
+  for (const auto& hidden : {of.store, out}) e.task->Hide(hidden);
   e.task->Prepare();
   std::map<std::string, const Shown*> by_id;
   std::vector<Case> cases;
@@ -87,14 +91,14 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
     experiment::ReplayOptions options;
     options.view = &view;
     Result result = e.task->Replay(which, options);
-    if (!view.Empty()) report::WriteView(view, request.out, by_id.at(which.id)->number);
+    if (!view.Empty()) report::WriteView(view, out, by_id.at(which.id)->number);
     return result;
   };
   std::set<std::size_t> made;
   int differing = 0;
   std::vector<Record> crashed;  // cases that crashed only when run again
   ProgressBar bar(0, static_cast<int>(cases.size()));
-  experiment::RunCases(cases, run, {.jobs = request.jobs, .case_limit_s = e.common.case_limit_s},
+  experiment::RunCases(cases, run, {.jobs = jobs, .case_limit_s = e.common.case_limit_s},
                        [&](int done, int total, const Record& replayed) {
                          bar(done, total, replayed);
                          const Shown& stored = *by_id.at(replayed.which.id);
@@ -104,8 +108,7 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
                          } else {
                            differing += SameButTimes(stored.record, replayed) ? 0 : 1;
                          }
-                         const auto file =
-                             request.out / "views" / (std::to_string(stored.number) + ".js");
+                         const auto file = out / "views" / (std::to_string(stored.number) + ".js");
                          if (fs::exists(file)) made.insert(stored.number);
                        });
   if (!crashed.empty()) {
@@ -127,12 +130,14 @@ std::set<std::size_t> WriteViews(const Replayed& of, const ReportRequest& reques
 std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs,
                                             report::ViewChoice choice) {
   std::vector<std::set<std::size_t>> chosen;
-  const std::string& success = runs.front().kind->success;
+  const std::string first_success = runs.front().Success();
   for (const report::Run& run : runs) {
     const auto& records = run.results.records;
+    const std::string success = run.Success();
     const auto of_run = report::ChooseViews(records, success, choice);
     chosen.emplace_back(of_run.begin(), of_run.end());
-    if (choice == report::ViewChoice::kNone || success.empty()) continue;
+    if (choice == report::ViewChoice::kNone || success.empty() || success != first_success)
+      continue;
     auto differing = experiment::Differing(runs.front().results.records, records, success);
     if (choice == report::ViewChoice::kSome && differing.size() > report::kFailuresShown) {
       differing.resize(report::kFailuresShown);
@@ -202,9 +207,9 @@ std::set<std::size_t> Cut(const std::set<std::size_t>& views, const fs::path& ou
 
 // Message of the page and the program about cases without a view; empty if every failure has one.
 std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::size_t>& views) {
-  const std::string& success = runs.front().kind->success;
   std::size_t number = 0, failed = 0, shown = 0;
   for (const report::Run& run : runs) {
+    const std::string success = run.Success();
     for (const Record& record : run.results.records) {
       const bool counts = success.empty() || record.result.outcome != success;
       failed += counts ? 1 : 0;
@@ -214,7 +219,7 @@ std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::siz
   }
   if (shown == failed) return "";
   return fmt::format("{} of {} cases{} have a 3-D view; --views all makes a view of every case.",
-                     shown, failed, success.empty() ? "" : " that failed");
+                     shown, failed, runs.front().Success().empty() ? "" : " that failed");
 }
 
 // Writes a report of results folders. Cases that get a view are run again; warns of those that end
@@ -222,41 +227,37 @@ std::string NoteOf(const std::vector<report::Run>& runs, const std::set<std::siz
 // @throws base::InputError also if the folders are of different kinds of experiments.
 void MakeReport(const ReportRequest& request) {
   const base::Stopwatch watch;
+  const auto choice = base::FromWord<report::ViewChoice>(request.views, "--views");
+  const fs::path out = request.Out();
   const auto runs = ReadRuns(request);
-  const auto chosen = ChosenOf(runs, request.views);
+  const auto chosen = ChosenOf(runs, choice);
   std::vector<Replayed> replayed;
   std::size_t first = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     AddReplayed(runs[i], chosen[i], first, request.run_detector, replayed);
     first += runs[i].results.records.size();
   }
-  const experiment::FolderLock lock(request.out);
-  report::PrepareFolder(request.out);  // clears an earlier report, so not before it may be refused
+  const experiment::FolderLock lock(out);
+  report::PrepareFolder(out);  // clears an earlier report, so not before it may be refused
   std::set<std::size_t> views;
-  for (const Replayed& one : replayed) views.merge(WriteViews(one, request));
-  report::WritePage(request.out);
-  report::WriteData(runs, views, "", request.out);  // to measure its size
-  if (request.views == report::ViewChoice::kSome) views = Cut(views, request.out);
-  const bool is_cut = request.views == report::ViewChoice::kSome && runs.front().kind->has_views;
-  const std::string note = is_cut ? NoteOf(runs, views) : "";
-  report::WriteData(runs, views, note, request.out);
+  for (const Replayed& one : replayed) views.merge(WriteViews(one, out, request.jobs));
+  report::WritePage(out);
+  report::WriteData(runs, views, "", out);  // to measure its size
+  const bool is_limited = choice == report::ViewChoice::kSome;
+  if (is_limited) views = Cut(views, out);
+  const std::string note = is_limited && runs.front().kind->has_views ? NoteOf(runs, views) : "";
+  report::WriteData(runs, views, note, out);
   if (!note.empty()) spdlog::info(note);
   spdlog::info("{} cases, {} with a 3-D view, in {:.1f} s: open {}", first, views.size(),
-               watch.Seconds(), (request.out / "index.html").string());
+               watch.Seconds(), (out / "index.html").string());
 }
 
 void AddReportCommand(CLI::App& app) {
-  struct Arguments {
-    std::vector<std::string> folders;
-    std::string out, views = "some";
-    int jobs = 1;
-    bool run_detector = false;
-  };
   auto* command = app.add_subcommand(
       "report",
       "Write a report of a run for the browser: tables, charts, failures, and trials with a 3-D "
       "view. Several runs are shown side by side, each compared with the first.");
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ReportRequest>();
   command->add_option("folders", a->folders, "results folders, of one or of several seeds")
       ->required();
   command->add_option("-o,--out", a->out, "output folder (default: FOLDER/report)");
@@ -268,15 +269,7 @@ void AddReportCommand(CLI::App& app) {
   AddRunDetectorOption(*command, a->run_detector);
   AddJobsOption(*command, "trials", a->jobs);
   command->footer("Example: rangegrasp report results/laser_single -o report");
-  command->callback([a] {
-    ReportRequest request;
-    request.folders = {a->folders.begin(), a->folders.end()};
-    request.out = a->out.empty() ? request.folders.front() / "report" : fs::path(a->out);
-    request.views = base::FromWord<report::ViewChoice>(a->views, "--views");
-    request.jobs = a->jobs;
-    request.run_detector = a->run_detector;
-    MakeReport(request);
-  });
+  command->callback([a] { MakeReport(*a); });
 }
 
 }  // namespace
@@ -289,10 +282,8 @@ void RegisterReport() {
   cli::Hooks() = {
       .join_films = report::JoinVideos,
       .make_report = [](const std::filesystem::path& results, int jobs, bool run_detector) {
-        cli::MakeReport({.folders = {results},
-                         .out = results / "report",
-                         .jobs = jobs,
-                         .run_detector = run_detector});
+        cli::MakeReport(
+            {.folders = {results.string()}, .out = "", .jobs = jobs, .run_detector = run_detector});
       }};
   cli::AddLibrary("opencv", RANGEGRASP_OPENCV_VERSION);
   cli::AddCommand(cli::AddReportCommand);

@@ -145,7 +145,7 @@ Records OfGroup(const Records& records, const std::string& group) {
 // @param first  the report's first run
 // @param second_number  number of the other run's first case
 ordered_json ComparisonJson(const Run& first, const Run& second, std::size_t second_number) {
-  const std::string& success = first.kind->success;
+  const std::string success = first.Success();
   const Records& one = first.results.records;
   const Records& two = second.results.records;
   std::vector<ComparedGroup> groups;
@@ -221,10 +221,11 @@ ordered_json RunJson(const Run& run, std::size_t first) {
   const Records& records = run.results.records;
   std::vector<Chart> charts;
   if (run.kind->charts) charts = run.kind->charts(stamp, records);
-  std::ranges::move(RecordCharts(stamp, records, run.kind->success), std::back_inserter(charts));
+  const std::string success = run.Success();
+  std::ranges::move(RecordCharts(stamp, records, success), std::back_inserter(charts));
   return {{"name", run.name},
           {"task", run.kind->name},
-          {"success", run.kind->success},
+          {"success", success},
           {"stamp", StampJson(stamp)},
           {"tables", ListOf(run.tables.sections, TableJson)},
           {"notes", run.tables.notes},
@@ -308,7 +309,7 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Run& run = runs[i];
     json["runs"].push_back(RunJson(run, records.size()));
-    if (i > 0 && !run.kind->success.empty()) {
+    if (i > 0 && !run.Success().empty() && run.Success() == runs.front().Success()) {
       json["comparisons"].push_back(ComparisonJson(runs.front(), run, records.size()));
     }
     for (const Record& record : run.results.records) {
@@ -317,7 +318,7 @@ void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
     }
   }
   WriteRecords(records, folder);
-  base::WriteFile(folder / "data.js", Script("rangegrasp.data", json));
+  base::WriteFile(folder / kData, Script("rangegrasp.data", json));
   std::error_code ignored;
   fs::remove(folder / kUnfinished, ignored);
 }

@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiment/record.h"
-#include "experiment/store.h"
-#include "experiment/task.h"
+#include "experiment/experiment.h"
 
 namespace rangegrasp::report {
 
@@ -25,7 +23,6 @@ void PrepareFolder(const std::filesystem::path& folder);
 /// Writes the page itself and, in `lib`, the libraries with their licences: it needs no network.
 void WritePage(const std::filesystem::path& folder);
 
-/// A run in the report.
 struct Run {
   std::string name;
   /// Folders of the seeds, as given, with the number of cases of each; in the records' order.
@@ -33,6 +30,8 @@ struct Run {
   const experiment::TaskKind* kind = nullptr;
   experiment::Results results;
   experiment::Report tables;
+
+  std::string Success() const { return SuccessOf(*kind, results.stamp); }
 };
 
 /// Writes the page's data about runs into a report's folder: `data.js` (tables, charts, pairs, one
@@ -44,7 +43,6 @@ struct Run {
 void WriteData(const std::vector<Run>& runs, const std::set<std::size_t>& views,
                const std::string& note, const std::filesystem::path& folder);
 
-/// Which cases of a run have a view.
 enum class ViewChoice { kSome, kAll, kNone };
 constexpr std::array<std::string_view, 3> WordsOf(ViewChoice) { return {"some", "all", "none"}; }
 

@@ -116,7 +116,6 @@ void Calibrate(const CalibrateArguments& arguments) {
       1.0 / calibration.meters_per_column[0] / base::kMmPerM);
 }
 
-/// `seam generate`: simulated profiles, or scans of the calibration body.
 void AddSeamGenerate(CLI::App& seam) {
   auto* command = seam.add_subcommand("generate", "Simulate profiles of one seam, with labels.");
   auto arguments = std::make_shared<GenerateArguments>();
@@ -135,7 +134,6 @@ void AddSeamGenerate(CLI::App& seam) {
   command->callback([arguments] { Generate(*arguments); });
 }
 
-/// `seam calibrate`: computes a calibration from scans of a calibration body.
 void AddSeamCalibrate(CLI::App& seam) {
   auto* command =
       seam.add_subcommand("calibrate", "Calibrate a stripe sensor from scans of a stepped body.");

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -16,6 +18,7 @@
 #include "seam/calibration.h"
 #include "seam/monitor.h"
 #include "seam/profile_io.h"
+#include "seam/step_track.h"
 #include "seam/stitching/closed_loop.h"
 #include "seam/task/seam_task.h"
 #include "seam/tracker.h"
@@ -72,8 +75,7 @@ struct DetectArguments {
 };
 
 // Fails if the map has one of the keys `wrong`.
-template <typename Keys>
-void Refuse(const YamlMap& map, const Keys& wrong, const std::string& why) {
+void Refuse(const YamlMap& map, std::span<const std::string_view> wrong, const std::string& why) {
   for (const std::string_view key : wrong) {
     const std::string name(key);
     if (map.Has(name)) map.Fail(name, why);
@@ -111,61 +113,47 @@ void ReadPreset(const DetectArguments& arguments, const YamlMap& file,
   seam::ReadProfileFileOptions(std::move(map), options);
 }
 
-/// Command-line option for a key below `file`.
-struct Word {
-  const char* option;
-  const char* key;
-  const char* group;
-  const char* help;
-  bool is_flag = false;
-  std::vector<std::string> words = {};  ///< allowed values
-};
-
-std::vector<Word> Words() {
-  return {
-      {"--layout", "layout", kTextGroup,
-       "rows of heights, rows of x,height pairs, one point x,height per line, or columns (rows)",
-       false, base::WordList<seam::TextLayout>()},
-      {"--separator", "separator", kTextGroup, "separator of columns (auto)", false,
-       base::WordList<seam::TextSeparator>()},
-      {"--header-lines", "header_lines", kTextGroup,
-       "number of header lines; the last one has the column names (0)"},
-      {"--time-column", "time_column", kTextGroup,
-       "number, from 1, or name of the time column; times in s"},
-      {"--encoder-column", "encoder_column", kTextGroup,
-       "number or name of the encoder column; see file.encoder_mm, file.feed_mm_per_s"},
-      {"--decimal-comma", "decimal_comma", kTextGroup, "numbers have a decimal comma: 1,5", true},
-      {"--image-scale", "image_scale_mm", kImageGroup,
-       "height of a grey level, mm (0.001; floating point: 1)"},
-      {"--image-offset", "image_offset_mm", kImageGroup,
-       "height of level 0, mm (-32768 levels; signed, floating point: 0)"},
-      {"--min-height", "min_height_mm", kBothGroup, "minimum valid height, mm (-200)"},
-      {"--max-height", "max_height_mm", kBothGroup, "maximum valid height, mm (200)"}};
+void SetKey(DetectArguments& arguments, const std::string& key, const std::string& value) {
+  arguments.words.push_back(fmt::format("file.{}={}", key, value));
 }
 
-void AddWord(CLI::App& command, DetectArguments& arguments, const Word& word) {
-  const auto take = [&arguments, key = word.key](const std::string& value) {
-    arguments.words.push_back(fmt::format("file.{}={}", key, value));
-  };
-  auto* option = word.is_flag
-                     ? command.add_flag_callback(
-                           word.option, [take] { take("true"); }, word.help)
-                     : command.add_option_function<std::string>(word.option, take, word.help);
-  option->group(word.group);
-  if (!word.words.empty()) option->check(CLI::IsMember(word.words));
+// Adds an option for a key below `file`.
+CLI::Option* AddKey(CLI::App& command, DetectArguments& arguments, const char* option,
+                    const char* key, const char* group, const char* help) {
+  const auto set = [&arguments, key](const std::string& value) { SetKey(arguments, key, value); };
+  return command.add_option_function<std::string>(option, set, help)->group(group);
+}
+
+void AddKeyFlag(CLI::App& command, DetectArguments& arguments, const char* option, const char* key,
+                const char* group, const char* help) {
+  const auto set = [&arguments, key] { SetKey(arguments, key, "true"); };
+  command.add_flag_callback(option, set, help)->group(group);
 }
 
 CLI::Option* AddUnit(CLI::App& command, DetectArguments& arguments) {
+  const auto set = [&arguments](const std::string& unit) {
+    SetKey(arguments, "unit_mm", unit == "um" ? "0.001" : unit == "m" ? "1000" : "1");
+  };
   return command
-      .add_option_function<std::string>(
-          "--unit",
-          [&arguments](const std::string& unit) {
-            const char* unit_mm = unit == "um" ? "0.001" : unit == "m" ? "1000" : "1";
-            arguments.words.push_back(std::string("file.unit_mm=") + unit_mm);
-          },
-          "unit of heights and x in a text file (mm)")
+      .add_option_function<std::string>("--unit", set, "unit of heights and x in a text file (mm)")
       ->check(CLI::IsMember({"um", "mm", "m"}))
       ->group(kTextGroup);
+}
+
+void AddTextOptions(CLI::App& command, DetectArguments& arguments) {
+  AddKey(command, arguments, "--layout", "layout", kTextGroup,
+         "rows of heights, rows of x,height pairs, one point x,height per line, or columns (rows)")
+      ->check(CLI::IsMember(base::WordList<seam::TextLayout>()));
+  AddKey(command, arguments, "--separator", "separator", kTextGroup, "separator of columns (auto)")
+      ->check(CLI::IsMember(base::WordList<seam::TextSeparator>()));
+  AddKey(command, arguments, "--header-lines", "header_lines", kTextGroup,
+         "number of header lines; the last one has the column names (0)");
+  AddKey(command, arguments, "--time-column", "time_column", kTextGroup,
+         "number, from 1, or name of the time column; times in s");
+  AddKey(command, arguments, "--encoder-column", "encoder_column", kTextGroup,
+         "number or name of the encoder column; see file.encoder_mm, file.feed_mm_per_s");
+  AddKeyFlag(command, arguments, "--decimal-comma", "decimal_comma", kTextGroup,
+             "numbers have a decimal comma: 1,5");
 }
 
 void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
@@ -174,19 +162,26 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
   command.add_option("--preset", arguments.preset, "format of a sensor family")
       ->check(CLI::IsMember(presets))
       ->group(kBothGroup);
-  for (const Word& word : Words()) AddWord(command, arguments, word);
+  AddTextOptions(command, arguments);
+  AddKey(command, arguments, "--image-scale", "image_scale_mm", kImageGroup,
+         "height of a grey level, mm (0.001; floating point: 1)");
+  AddKey(command, arguments, "--image-offset", "image_offset_mm", kImageGroup,
+         "height of level 0, mm (-32768 levels; signed, floating point: 0)");
+  AddKey(command, arguments, "--min-height", "min_height_mm", kBothGroup,
+         "minimum valid height, mm (-200)");
+  AddKey(command, arguments, "--max-height", "max_height_mm", kBothGroup,
+         "maximum valid height, mm (200)");
+  const auto set_no_values = [&arguments](const std::vector<std::string>& values) {
+    SetKey(arguments, "no_values", "[" + base::Join(values) + "]");
+  };
   command
       .add_option_function<std::vector<std::string>>(
-          "--no-value",
-          [&arguments](const std::vector<std::string>& values) {
-            arguments.words.push_back("file.no_values=[" + base::Join(values) + "]");
-          },
-          "numbers that stand for missing values (images: 0)")
+          "--no-value", set_no_values, "numbers that stand for missing values (images: 0)")
       ->allow_extra_args(false)
       ->delimiter(',')
       ->group(kBothGroup);
-  AddWord(command, arguments,
-          {"--away", "away", kBothGroup, "heights increase away from the sensor", true});
+  AddKeyFlag(command, arguments, "--away", "away", kBothGroup,
+             "heights increase away from the sensor");
   command
       .add_option(
           "--set", arguments.set,
@@ -194,6 +189,119 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
       ->allow_extra_args(false)
       ->group(kBothGroup);
 }
+
+// ---- what looks wrong about the heights ----
+
+// A sensor's noise alone spans more; heights in metres that are read as mm span less.
+constexpr double kMinSpan_m = 0.01e-3;
+// Share of exact zeros that measured heights far from 0 do not have.
+constexpr double kMinZeroShare = 0.01;
+// Of a step's log-likelihood ratio. Without an edge, the best place of a profile has less in 98 %
+// of cases (white noise, best of both directions; see StepTrackOptions::evidence). Of seams 0 to 9
+// of seam_base.yaml, at least 54 % of a recording's profiles have more, and at most 1.4 % of these
+// in the wrong direction.
+constexpr double kClearEvidence = 15.0;
+constexpr double kMinClearShare = 0.25;
+constexpr double kMinWrongShare = 0.8;
+
+// Gathers figures of all profiles that indicate a wrong sign, a wrong unit or a number that stands
+// for a missing value. A tracker that searches in the wrong direction may still report an edge.
+class HeightCheck {
+ public:
+  HeightCheck(const seam::TrackerOptions& tracker, const seam::ProfileFileOptions& file,
+              const DetectArguments& arguments)
+      : steps_(seam::WithWindowsOfLine(tracker).step_track.steps),
+        rising_(tracker.positive_edge),
+        away_(file.away),
+        image_(seam::IsImageFile(arguments.profiles)),
+        calibrated_(arguments.IsCalibrated()) {}
+
+  void Take(std::vector<float> height_m) {
+    for (const float height : height_m) Count(away_ ? -height : height);  // sign of the file
+    ++profiles_;
+    const double up = BestStep(height_m);
+    std::ranges::reverse(height_m);
+    const double down = BestStep(height_m);
+    if (std::max(up, down) < kClearEvidence) return;
+    ++clear_;
+    if (rising_ == (down > up)) ++wrong_;
+  }
+
+  std::vector<std::string> Warnings() const {
+    std::vector<std::string> warnings;
+    const auto share = [](double of, std::size_t all) { return of * static_cast<double>(all); };
+    const auto wrong = static_cast<double>(wrong_);
+    if (wrong > share(kMinClearShare, profiles_) && wrong > share(kMinWrongShare, clear_)) {
+      warnings.push_back(WrongDirection());
+    }
+    // Calibrated heights come from camera rows, whose unit is known.
+    if (calibrated_ || !(max_m_ >= min_m_)) return warnings;
+    const double span_m = max_m_ - min_m_;
+    if (span_m < kMinSpan_m) {
+      warnings.push_back(fmt::format("heights span only {:.2g} mm: is their unit right ({})?",
+                                     span_m * base::kMmPerM,
+                                     image_ ? "--image-scale" : "--unit m"));
+    }
+    const bool far_from_zero = std::max(min_m_, -max_m_) > span_m;
+    if (far_from_zero && static_cast<double>(zeros_) >= share(kMinZeroShare, heights_)) {
+      warnings.push_back(ManyZeros());
+    }
+    return warnings;
+  }
+
+ private:
+  void Count(float height_m) {
+    if (!std::isfinite(height_m)) return;
+    ++heights_;
+    if (height_m == 0.0F) {
+      ++zeros_;
+      return;
+    }
+    min_m_ = std::min(min_m_, static_cast<double>(height_m));
+    max_m_ = std::max(max_m_, static_cast<double>(height_m));
+  }
+
+  // Evidence of the best rising step.
+  double BestStep(std::span<const float> height_m) const {
+    double best = 0.0;
+    for (const auto& step : seam::FitLocalSteps(height_m, steps_)) {
+      best = std::max(best, step.evidence);
+    }
+    return best;
+  }
+
+  std::string WrongDirection() const {
+    const char* sign = away_
+                           ? "no --away (file.away: false) if heights grow towards the sensor, or "
+                           : "--away if heights grow away from the sensor, or ";
+    return fmt::format(
+        "in {} of {} profiles the largest step {} with the column number, but a {} one is "
+        "searched: {}{}",
+        wrong_, profiles_, rising_ ? "falls" : "rises", rising_ ? "rising" : "falling",
+        calibrated_ ? "" : sign,
+        rising_ ? "--negative if the high mat is at the small column numbers"
+                : "no --negative (positive_edge: true) if the high mat is at the large column "
+                  "numbers");
+  }
+
+  std::string ManyZeros() const {
+    return fmt::format(
+        "{:.0f} % of the heights are exactly 0, the others {:.4g} to {:.4g} mm: --no-value 0 if 0 "
+        "stands for a missing value",
+        100.0 * static_cast<double>(zeros_) / static_cast<double>(heights_), min_m_ * base::kMmPerM,
+        max_m_ * base::kMmPerM);
+  }
+
+  seam::LocalStepOptions steps_;
+  bool rising_;  // the step that is searched
+  bool away_, image_, calibrated_;
+  std::size_t profiles_ = 0;
+  std::size_t clear_ = 0;  // profiles with a clear step
+  std::size_t wrong_ = 0;  // with one in the wrong direction
+  std::size_t heights_ = 0, zeros_ = 0;
+  double min_m_ = std::numeric_limits<double>::infinity();  // of all heights but zeros
+  double max_m_ = -std::numeric_limits<double>::infinity();
+};
 
 // ---- recorded profiles or a stream ----
 
@@ -206,57 +314,15 @@ class Detection {
       options_.method = base::FromWord<seam::DecisionMethod>(arguments.method, "--method");
     }
     if (arguments.negative) options_.positive_edge = false;
-    if (!arguments.calibration.empty()) {
+    if (arguments.IsCalibrated()) {
       calibration_ = seam::ReadCalibration(arguments.calibration);
       file_options_.columns = calibration_->columns;
     }
   }
 
-  const seam::ProfileFileOptions& FileOptions() const { return file_options_; }
-
-  /// Sets the grid of profiles that have x.
-  void SetGrid(const std::optional<seam::ProfileGrid>& grid) {
-    if (!grid || tracker_) return;
-    options_.line.columns_per_m = grid->columns_per_m;
-    center_x_m_ = grid->center_x_m;
-  }
-
-  void Take(const seam::ProfileRow& row) {
-    seam::Profile profile = row.profile;
-    if (calibration_) {
-      profile =
-          seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s}, *calibration_);
-    }
-    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), row.position_m.has_value());
-    seam::Reading reading = tracker_->Update(profile);
-    reading.x_m += center_x_m_;
-    auto stop = monitor_->Update(tracker_->prepared(), reading);
-    if (row.gap_s && !stop) {  // the file's own times show that nothing was measured
-      spdlog::warn("row {} (line {}): {:.3f} s after the previous row: an outage", row.row,
-                   row.line, *row.gap_s);
-      stop = seam::StopReason::kOutage;
-    }
-    if (arguments_.xml) {
-      gap_ = gap_ || row.gap_s;
-      if (const auto packet = tracker_->TakePacket()) {
-        PrintXml(*packet, !stop && gap_ ? seam::StopReason::kOutage : stop);
-        gap_ = false;
-      }
-    } else if (arguments_.json) {
-      PrintJson(reading, stop, row);
-    } else {
-      PrintLine(reading, stop, row);
-    }
-    if (arguments_.picture.empty() || std::cmp_not_equal(row.row, arguments_.picture_row)) return;
-    WriteResult(draw::PlotSvg(seam::ProfilePanels(*tracker_, reading, options_.line)),
-                arguments_.picture);
-    drawn_ = true;
-  }
-
-  /// A step counts at once if there is no other profile to confirm it.
-  void BelieveSingleProfiles() { options_.confirm = false; }
-
-  void Finish(std::size_t rows) const {
+  void Run() {
+    const std::size_t rows = arguments_.profiles == "-" ? TakeStream(std::cin) : TakeFile();
+    for (const auto& warning : check_->Warnings()) spdlog::warn("{}: {}", Source(), warning);
     if (!arguments_.picture.empty() && !drawn_) {
       throw InputError(fmt::format("--picture-row {}: there are only {} profiles",
                                    arguments_.picture_row, rows));
@@ -291,11 +357,85 @@ class Detection {
     }
   }
 
+  std::string Source() const { return arguments_.profiles == "-" ? "stdin" : arguments_.profiles; }
+
+  std::size_t TakeFile() {
+    const auto file = seam::ReadProfileFile(arguments_.profiles, file_options_);
+    SetGrid(file.grid);
+    // A step counts at once if there is no other profile to confirm it.
+    if (file.rows.size() == 1) options_.confirm = false;
+    for (const auto& row : file.rows) Take(row);
+    return file.rows.size();
+  }
+
+  // Damaged rows of a stream are reported and skipped.
+  std::size_t TakeStream(std::istream& in) {
+    seam::ProfileStream stream(in, file_options_);
+    std::size_t rows = 0;
+    const auto next = [&stream] {
+      try {
+        return stream.Next();
+      } catch (const InputError& error) {
+        throw InputError(std::string("stdin: ") + error.what());
+      }
+    };
+    while (const auto row = next()) {
+      rows = row->row;
+      if (!row->fault.empty()) {
+        spdlog::warn("stdin: {}; skipped", row->fault);
+        continue;
+      }
+      SetGrid(stream.grid());
+      Take(*row);
+    }
+    if (!tracker_) throw InputError("stdin: contained no complete profile");
+    return rows;
+  }
+
+  // Sets the grid of profiles that have x.
+  void SetGrid(const std::optional<seam::ProfileGrid>& grid) {
+    if (!grid || tracker_) return;
+    options_.line.columns_per_m = grid->columns_per_m;
+    center_x_m_ = grid->center_x_m;
+  }
+
+  void Take(const seam::ProfileRow& row) {
+    seam::Profile profile = row.profile;
+    if (calibration_) {
+      profile =
+          seam::Calibrate({.row_px = profile.height_m, .time_s = profile.time_s}, *calibration_);
+    }
+    if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), row.position_m.has_value());
+    check_->Take(profile.height_m);
+    seam::Reading reading = tracker_->Update(profile);
+    reading.x_m += center_x_m_;
+    auto stop = monitor_->Update(tracker_->prepared(), reading);
+    if (row.gap_s && !stop) {  // the file's own times show that nothing was measured
+      spdlog::warn("row {} (line {}): {:.3f} s after the previous row: an outage", row.row,
+                   row.line, *row.gap_s);
+      stop = seam::StopReason::kOutage;
+    }
+    if (arguments_.xml) {
+      gap_ = gap_ || row.gap_s;
+      if (const auto packet = tracker_->TakePacket()) {
+        PrintXml(*packet, !stop && gap_ ? seam::StopReason::kOutage : stop);
+        gap_ = false;
+      }
+    } else if (arguments_.json) {
+      PrintJson(reading, stop, row);
+    } else {
+      PrintLine(reading, stop, row);
+    }
+    if (arguments_.picture.empty() || std::cmp_not_equal(row.row, arguments_.picture_row)) return;
+    WriteResult(draw::PlotSvg(seam::ProfilePanels(*tracker_, reading, options_.line)),
+                arguments_.picture);
+    drawn_ = true;
+  }
+
   void Begin(int columns, bool has_position) {
     if (columns < seam::kMinColumns) {
-      const std::string& file = arguments_.profiles;
       throw InputError(fmt::format("{}: its profiles have {} columns; at least {} are needed",
-                                   file == "-" ? "stdin" : file, columns, seam::kMinColumns));
+                                   Source(), columns, seam::kMinColumns));
     }
     options_.line.columns = columns;
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
@@ -305,6 +445,7 @@ class Detection {
     } catch (const std::invalid_argument& error) {  // options that the line is too coarse for
       throw InputError(error.what());
     }
+    check_.emplace(options_, file_options_, arguments_);
     if (!arguments_.json && !arguments_.xml) {
       WriteResult(
           "profile,time_s,status,column,x_mm,step_mm,model_fitting,local_weighted_voting,gradient_"
@@ -363,51 +504,11 @@ class Detection {
   std::optional<seam::Calibration> calibration_;
   std::optional<seam::EdgeTracker> tracker_;
   std::optional<seam::SurfaceMonitor> monitor_;
+  std::optional<HeightCheck> check_;
   double center_x_m_ = 0.0;  // middle of the line, in the sensor's own x
   bool drawn_ = false;
-  bool gap_ = false;  ///< in the file's times, since the last packet
+  bool gap_ = false;  // in the file's times, since the last packet
 };
-
-// Damaged rows of a stream are reported and skipped.
-std::size_t DetectStream(std::istream& in, Detection& detection) {
-  seam::ProfileStream stream(in, detection.FileOptions());
-  std::size_t rows = 0;
-  std::size_t whole = 0;
-  const auto next = [&stream] {
-    try {
-      return stream.Next();
-    } catch (const InputError& error) {
-      throw InputError(std::string("stdin: ") + error.what());
-    }
-  };
-  while (const auto row = next()) {
-    rows = row->row;
-    if (!row->fault.empty()) {
-      spdlog::warn("stdin: {}; skipped", row->fault);
-      continue;
-    }
-    detection.SetGrid(stream.grid());
-    detection.Take(*row);
-    ++whole;
-  }
-  if (whole == 0) throw InputError("stdin: contained no complete profile");
-  return rows;
-}
-
-void Detect(const DetectArguments& arguments) {
-  Detection detection(arguments);
-  std::size_t rows = 0;
-  if (arguments.profiles == "-") {
-    rows = DetectStream(std::cin, detection);
-  } else {
-    const auto file = seam::ReadProfileFile(arguments.profiles, detection.FileOptions());
-    rows = file.rows.size();
-    detection.SetGrid(file.grid);
-    if (rows == 1) detection.BelieveSingleProfiles();
-    for (const auto& row : file.rows) detection.Take(row);
-  }
-  detection.Finish(rows);
-}
 
 std::vector<base::KeyDoc> DocumentedKeys() {
   auto map = YamlMap::ForDocumentation();
@@ -471,7 +572,7 @@ void AddSeamDetect(CLI::App& seam) {
       "Example: rangegrasp seam detect profiles.csv --method weights --picture profile.svg\n"
       "         rangegrasp seam detect recording.csv --preset gocator\n"
       "         rangegrasp seam detect points.txt --layout points --decimal-comma --no-value -999");
-  command->callback([arguments] { Detect(*arguments); });
+  command->callback([arguments] { Detection(*arguments).Run(); });
 }
 
 std::vector<ListEntry> ProfileKeys() {

@@ -175,7 +175,7 @@ class TextLines {
   }
 
   std::istream& in_;
-  const TextFormat& format_;
+  TextFormat format_;
   std::vector<std::string> header_;
   std::size_t number_ = 0;
   int left_out_ = 0;  // header lines read so far
@@ -189,8 +189,6 @@ class TextRows {
  public:
   TextRows(std::istream& in, const ProfileFileOptions& options)
       : options_(options), lines_(in, options_.text) {}
-  TextRows(const TextRows&) = delete;
-  TextRows& operator=(const TextRows&) = delete;
 
   std::optional<RawRow> Next() {
     if (!settled_ && options_.columns == 0 && held_.empty()) FixWidth();
@@ -313,8 +311,10 @@ class TextRows {
         fmt::format("column {}: {} is not a number; a missing value is nan, - or empty", field + 1,
                     Quoted(shown));
     const bool comma = shown.find(',') != std::string_view::npos;
-    if (comma && !options_.text.decimal_comma) fault += "; for a decimal comma use decimal_comma";
-    if (row_ == 0) fault += "; for a header use header_lines";
+    if (comma && !options_.text.decimal_comma) {
+      fault += "; for a decimal comma use decimal_comma (--decimal-comma)";
+    }
+    if (row_ == 0) fault += "; for a header use header_lines (--header-lines)";
     throw InputError(fault);
   }
 
@@ -328,7 +328,11 @@ class TextRows {
       return HeightOf(number, options_.text.scale, options_);
     } catch (const InputError& error) {
       const std::string shown = Quoted(fields[static_cast<std::size_t>(field)]);
-      throw InputError(fmt::format("column {}: {} {}", field + 1, shown, error.what()));
+      // Camera rows have no unit, and a unit that was given is not in doubt.
+      const bool default_unit = options_.text.scale.unit_m == HeightScale{}.unit_m;
+      throw InputError(fmt::format(
+          "column {}: {} {}{}", field + 1, shown, error.what(),
+          default_unit ? "; for another unit use unit_mm (--unit um or --unit m)" : ""));
     }
   }
 
@@ -470,8 +474,7 @@ class TextRows {
   // -- a column is a profile --
 
   std::optional<RawRow> NextOfColumns() {
-    if (!transposed_all_) ReadColumns();
-    transposed_all_ = true;
+    if (transposed_.empty()) ReadColumns();
     return TakeFirst(transposed_);
   }
 
@@ -519,8 +522,7 @@ class TextRows {
   std::vector<double> axis_x_m_;  // from the last row with axis X
   std::vector<double> header_x_m_;
   std::optional<TextLine> begun_;  // kPoints: the first line of the next profile
-  std::deque<RawRow> transposed_;  // kColumns
-  bool transposed_all_ = false;
+  std::deque<RawRow> transposed_;  // kColumns: the profiles not yet returned
 };
 
 }  // namespace
@@ -546,9 +548,11 @@ float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions
   if (height >= options.min_height_m && height <= options.max_height_m) {
     return static_cast<float>(options.away ? -height : height);
   }
-  throw InputError(fmt::format("is out of range; it must be from {:.6g} to {:.6g}",
-                               options.min_height_m / scale.unit_m + scale.zero,
-                               options.max_height_m / scale.unit_m + scale.zero));
+  throw InputError(
+      fmt::format("is out of range; it must be from {:.6g} to {:.6g}; if it stands for a missing "
+                  "value use no_values (--no-value {:.10g})",
+                  options.min_height_m / scale.unit_m + scale.zero,
+                  options.max_height_m / scale.unit_m + scale.zero, number));
 }
 
 std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {

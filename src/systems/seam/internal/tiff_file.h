@@ -6,7 +6,6 @@
 
 namespace rangegrasp::image {
 
-/// Pixel type of a TIFF file.
 enum class TiffPixel { kUnsigned16, kSigned16, kFloat32 };
 
 /// The image of a TIFF file. Its pages have the same width and are stacked vertically.

@@ -58,20 +58,20 @@ constexpr std::array<std::string_view, 4> WordsOf(TrackEnd) {
   return {"done", "mat_end", "obstacle", "lost"};
 }
 
-/// |distance - wanted| over the path after kSettle_m.
-struct TrackErrors {
+/// How a track went. Errors are |distance - wanted| over the path after kSettle_m.
+struct TrackScore {
+  TrackEnd end = TrackEnd::kDone;
+  bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
   double mean_error_m = 0.0;
   double p95_error_m = 0.0;
   double max_error_m = 0.0;
   double share_within_1mm = 0.0;  ///< of the path's length
 };
-struct TrackResult : TrackErrors {
+struct TrackResult : TrackScore {
   std::vector<TrackPoint> path;  ///< at every correction and every control step
   std::vector<Reading> readings;
   std::vector<TrackPoint> sensed;    ///< edge positions sent, in frame M, without distance_m
   std::vector<std::string> packets;  ///< XML, as sent
-  TrackEnd end = TrackEnd::kDone;
-  bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
 };
 /// Start of a track that is excluded from errors: the line is 80 mm ahead, so the needle first has
 /// to reach the place where the line began.

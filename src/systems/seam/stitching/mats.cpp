@@ -28,26 +28,6 @@ constexpr double kHidingShare = 0.25;
 // Filaments on a black mat return this much less light than on a bright one.
 constexpr double kFilamentDarkness = 0.9;
 
-// Height of the mould and its slope's angle.
-struct MouldPoint {
-  double height_m;
-  double slope_rad;
-};
-
-// A cylinder up to a slope of 45 degrees, then straight on.
-MouldPoint Mould(const MatOptions& options, double x_m) {
-  if (options.shape != EdgeShape::kConvex && options.shape != EdgeShape::kConcave)
-    return {0.0, 0.0};
-  const double r = options.radius_m;
-  const double half_m = r * std::sqrt(0.5);
-  const double x = std::abs(x_m - options.mould_x_m);
-  const double on_arc = std::min(x, half_m);
-  const double drop = r - std::sqrt(r * r - on_arc * on_arc) + (x - on_arc);
-  const double slope = x < half_m ? std::asin(x / r) : 0.25 * base::kPi;
-  const double sign = options.shape == EdgeShape::kConvex ? -1.0 : 1.0;
-  return {sign * drop, std::copysign(slope, sign * (x_m - options.mould_x_m))};
-}
-
 // Share of the upper mat's height, and share of its texture in what is visible.
 struct Rise {
   double share_of_height;
@@ -264,12 +244,23 @@ struct Mats::Impl {
     point.return_strength = Mix(point.return_strength, strength, cover * presence);
   }
 
+  // A mould is a cylinder up to a slope of 45 degrees, then straight on.
   void AddMould(double x_m, MatPoint& point) const {
-    const MouldPoint mould = Mould(options, x_m);
-    point.height_m += mould.height_m + tan_tilt * x_m;
-    const double slope = std::abs(mould.slope_rad + options.tilt_rad);
-    const double steep = options.texture.steep_rad;
-    point.return_strength *= 1.0 - Ramp(2.0 * slope / steep - 1.0);
+    double height_m = 0.0;
+    double slope_rad = 0.0;
+    if (options.shape == EdgeShape::kConvex || options.shape == EdgeShape::kConcave) {
+      const double r = options.radius_m;
+      const double half_m = r * std::sqrt(0.5);
+      const double x = std::abs(x_m - options.mould_x_m);
+      const double on_arc = std::min(x, half_m);
+      const double sign = options.shape == EdgeShape::kConvex ? -1.0 : 1.0;
+      height_m = sign * (r - std::sqrt(r * r - on_arc * on_arc) + (x - on_arc));
+      slope_rad = std::copysign(x < half_m ? std::asin(x / r) : 0.25 * base::kPi,
+                                sign * (x_m - options.mould_x_m));
+    }
+    point.height_m += height_m + tan_tilt * x_m;
+    const double slope = std::abs(slope_rad + options.tilt_rad);
+    point.return_strength *= 1.0 - Ramp(2.0 * slope / options.texture.steep_rad - 1.0);
   }
 
   void AddObstacles(double x_m, double y_m, MatPoint& point) const {

@@ -31,8 +31,7 @@ constexpr double kMinDepthShare = 0.5;
 
 // Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges reject wrong
 // units; CheckRelations may still reject accepted values.
-template <typename Map>
-void ReadNumbers(Map& map, Options& o) {
+void ReadNumbers(auto& map, Options& o) {
   map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
            "number of columns of the camera, along the line");
   map.ReadScaled("columns_per_mm", o.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
@@ -76,8 +75,7 @@ double RowFromMiddle(const Options& options, double height_m) {
 }
 
 // Calls fail(key, what is wrong with it) for options that are inconsistent.
-template <typename Fail>
-void CheckRelations(const Options& options, const Fail& fail) {
+void CheckRelations(const Options& options, const auto& fail) {
   if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must have at least one line");
   for (const double ahead : options.lines_ahead_m) {
     const double ahead_mm = ahead / kMm;
@@ -101,11 +99,10 @@ void ReadLines(base::YamlMap& map, std::vector<double>& lines_m) {
   const std::string key = "lines_ahead_mm";
   std::vector<std::string> words;
   for (const double line : lines_m) words.push_back(fmt::format("{:g}", line / kMm));
-  const auto defaults = words;
   map.Read(key, words,
            "distance of each laser line ahead of the needle; the second line switches between "
            "those after the first");
-  if (words == defaults) return;
+  if (!map.Has(key)) return;
   lines_m.clear();
   for (const std::string& word : words) {
     const auto value = base::NumberFrom<double>(word);

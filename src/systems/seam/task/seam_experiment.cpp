@@ -202,7 +202,6 @@ Hazard HazardOf(const MatOptions& mats, double length_m) {
 
 TrackerOptions TrackerFor(const SeamExperiment& experiment, DecisionMethod method) {
   TrackerOptions options = experiment.track.tracker;
-  options.line = experiment.sensor.line;
   options.method = method;
   return options;
 }

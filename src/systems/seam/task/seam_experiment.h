@@ -72,7 +72,6 @@ TrackerOptions TrackerFor(const SeamExperiment& experiment, DecisionMethod metho
 /// Scans of the calibration body, from which an experiment's calibration is computed.
 std::vector<CalibrationScan> CalibrationScansOf(const SeamExperiment& experiment,
                                                 const StripeSensor& sensor);
-/// The sensor's calibration from these scans.
 Calibration CalibrationOf(const SeamExperiment& experiment, const StripeSensor& sensor);
 
 /// Profiles over a seam's mats with their labels.

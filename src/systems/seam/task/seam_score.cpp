@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -38,8 +39,7 @@ double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>
 }
 
 // Runs a function on the parsed text; anything missing there means a damaged store.
-template <typename F>
-auto From(const std::string& text, F read) {
+auto From(const std::string& text, auto read) {
   try {
     return read(ordered_json::parse(text));
   } catch (const std::exception& error) {
@@ -61,11 +61,7 @@ Tally TallyFrom(const ordered_json& json) {
   return tally;
 }
 
-struct RunNumber {
-  const char* key;
-  double RunResult::*value;
-};
-constexpr std::array<RunNumber, 7> kRunNumbers = {
+constexpr std::array<std::pair<const char*, double RunResult::*>, 7> kRunNumbers = {
     {{"settled_m", &RunResult::settled_m},
      {"mean_error_m", &RunResult::mean_error_m},
      {"p95_error_m", &RunResult::p95_error_m},
@@ -148,8 +144,7 @@ void ReadSeam(const SeamExperiment& experiment, const Calibration& calibration,
 
 SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,
                      const Recording& recording, int number) {
-  SeamResult result{.seam = number,
-                    .shape = ShapeOf(experiment, number),
+  SeamResult result{.params = {.number = number, .shape = ShapeOf(experiment, number)},
                     .height_m = MatsOf(experiment, number).height_m};
   const int columns = experiment.sensor.line.columns;
   const auto take = [&](std::size_t i, const Readings& readings, const auto&) {
@@ -171,17 +166,11 @@ SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibr
   return result;
 }
 
-RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int run,
-                   const TrackedRun& tracked) {
+RunResult ScoreRun(const SeamExperiment& experiment, const TrackedRun& tracked) {
   const MatOptions& mats = tracked.mats.options();
   const TrackResult& track = tracked.result;
   const TrackPoint& last = track.path.back();
   RunResult result{track};
-  result.run = run;
-  result.method = method;
-  result.hazard = HazardOf(mats, experiment.track.length_m);
-  result.end = track.end;
-  result.reached_hazard = track.reached_hazard;
   // Where the hazard begins along the track. A head that was still further from it than its sensor
   // sees stopped without a reason.
   const double begin_m = mats.obstacles.empty()
@@ -229,11 +218,8 @@ std::string ToJson(const SeamResult& result) {
 
 SeamResult SeamResultFrom(const SeamParams& params, const std::string& text) {
   return From(text, [&](const ordered_json& json) {
-    SeamResult result;
-    result.seam = params.number;
-    result.shape = params.shape;
-    result.height_m = json.at("height_m");
-    result.profiles = json.at("profiles");
+    SeamResult result{
+        .params = params, .height_m = json.at("height_m"), .profiles = json.at("profiles")};
     for (std::size_t m = 0; m < kMethods; ++m) {
       const ordered_json& method = json.at("methods").at(MethodTitle(m));
       result.all[m] = TallyFrom(method.at("all"));
@@ -255,10 +241,9 @@ std::string ToJson(const RunResult& result) {
 
 RunResult RunResultFrom(const SeamParams& params, const std::string& text) {
   return From(text, [&](const ordered_json& json) {
+    if (!params.method) throw std::invalid_argument("a run without a method");
     RunResult result;
-    result.run = params.number;
-    result.method = params.method.value();
-    result.hazard = params.hazard;
+    result.params = params;
     result.end = base::FromWord<TrackEnd>(json.at("end").get<std::string>(), "end");
     result.reached_hazard = json.at("reached_hazard");
     result.stopped_early = json.at("stopped_early");

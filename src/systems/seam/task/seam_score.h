@@ -41,10 +41,17 @@ struct Tally {
 };
 using Tallies = std::array<Tally, kMethods>;
 
+/// Parameters of a case. Seams of kRates have no method and no hazard.
+struct SeamParams {
+  int number = 0;  ///< of the seam or run, from 0
+  EdgeShape shape = EdgeShape::kStep;
+  std::optional<DecisionMethod> method = {};
+  Hazard hazard = Hazard::kNone;
+};
+
 /// Counts of one seam. Edges outside the line are not counted.
 struct SeamResult {
-  int seam = 0;
-  EdgeShape shape = EdgeShape::kStep;
+  SeamParams params;
   double height_m = 0.0;
   int profiles = 0;  ///< all that were scanned
   Tallies all = {};
@@ -54,12 +61,8 @@ struct SeamResult {
 };
 
 /// One closed-loop run with one decision method.
-struct RunResult : TrackErrors {
-  int run = 0;
-  DecisionMethod method = DecisionMethod::kVoting;
-  Hazard hazard = Hazard::kNone;
-  TrackEnd end = TrackEnd::kDone;
-  bool reached_hazard = false;
+struct RunResult : TrackScore {
+  SeamParams params = {};      ///< as given to RunResultFrom; ScoreRun leaves it empty
   bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
   double settled_m = 0.0;      ///< along the track, after the first kSettle_m
   double rest_m = 0.0;         ///< where along the track the head came to rest
@@ -88,18 +91,9 @@ void ReadSeam(
 SeamResult ScoreSeam(const SeamExperiment& experiment, const Calibration& calibration,
                      const Recording& recording, int number);
 /// Scores a run against the ground truth of its mats.
-RunResult ScoreRun(const SeamExperiment& experiment, DecisionMethod method, int run,
-                   const TrackedRun& tracked);
+RunResult ScoreRun(const SeamExperiment& experiment, const TrackedRun& tracked);
 
 // Cases, and results for the store: JSON objects with numbers that are read back unchanged.
-
-/// Parameters of a case. Seams of kRates have no method and no hazard.
-struct SeamParams {
-  int number = 0;  ///< of the seam or run, from 0
-  EdgeShape shape = EdgeShape::kStep;
-  std::optional<DecisionMethod> method;
-  Hazard hazard = Hazard::kNone;
-};
 
 /// "seam" and "shape", or "run", "shape", "method" and "hazard".
 experiment::Params ParamsOf(const SeamParams& params);

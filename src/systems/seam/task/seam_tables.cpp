@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "base/file.h"
 #include "base/units.h"
@@ -53,18 +54,24 @@ struct Facts {
   SeamKind kind;
   std::vector<EdgeShape> shapes;  // each once, in their order
   int profiles_per_seam;
-  double columns_per_m;
+  std::size_t millimeter;         // the tolerance that is nearest to 1 mm: 12 px or 18 px
   double wanted_m;                // length of a run's path to be followed after settling
   double beside_corners_m = 0.0;  // part of it away from a half circle's corners
   Published reference, improvements, runtimes;
 };
+
+std::size_t NearestTolerance(double px) {
+  const auto best = std::ranges::min_element(
+      kTolerances_px, {}, [px](double tolerance) { return std::abs(tolerance - px); });
+  return static_cast<std::size_t>(best - kTolerances_px.begin());
+}
 
 Facts FactsOf(const Stamp& stamp) {
   const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
   Facts facts{base::FromWord<SeamKind>(at("kind"), "kind"),
               {},
               std::stoi(at("profiles_per_seam")),
-              std::stod(at("columns_per_m")),
+              NearestTolerance(base::kMm * std::stod(at("columns_per_m"))),
               std::stod(at("wanted_m")),
               std::stod(experiment::ValueOr(stamp.data, "beside_corners_m", "0")),
               ReadPublished(at("reference"), at("reference_file")),
@@ -76,7 +83,6 @@ Facts FactsOf(const Stamp& stamp) {
   return facts;
 }
 
-// Crashed or timed out.
 bool Failed(const Record& record) {
   return record.result.outcome == experiment::kCrashed ||
          record.result.outcome == experiment::kTimedOut;
@@ -125,8 +131,7 @@ std::vector<SeamResult> SeamsOf(const Facts& facts, const std::vector<Record>& r
       continue;
     }
     SeamResult& failed = seams.emplace_back();
-    failed.seam = params.number;
-    failed.shape = params.shape;
+    failed.params = params;
     failed.height_m = std::nan("");
     failed.profiles = facts.profiles_per_seam;
     if (params.shape == EdgeShape::kNone) continue;
@@ -171,22 +176,13 @@ Section RatesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
   return section;
 }
 
-// The tolerance that is nearest to 1 mm: 12 px or 18 px.
-std::size_t MillimeterTolerance(const Facts& facts) {
-  const auto best = std::ranges::min_element(kTolerances_px, {}, [&](double px) {
-    return std::abs(px - base::kMm * facts.columns_per_m);
-  });
-  return static_cast<std::size_t>(best - kTolerances_px.begin());
-}
-
 Section PlacesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
-  const std::size_t t = MillimeterTolerance(facts);
   Section section = NumberSection("Within 1 mm, in %, by position of the edge on the line",
                                   {"method", "all", "centre", "boundary"});
   for (std::size_t m = 0; m < kMethods; ++m) {
     Cells& row = section.grid.rows.emplace_back(Cells{MethodTitle(m)});
     for (const auto member : {&SeamResult::all, &SeamResult::center, &SeamResult::boundary}) {
-      row.push_back(ShareWithin(Sum(seams, member)[m], t));
+      row.push_back(ShareWithin(Sum(seams, member)[m], facts.millimeter));
     }
   }
   for (const auto& [name, numbers] : facts.improvements) {
@@ -205,7 +201,7 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
                     std::move(header));
   for (const EdgeShape shape : facts.shapes) {
     std::vector<SeamResult> alike = seams;
-    std::erase_if(alike, [shape](const SeamResult& seam) { return seam.shape != shape; });
+    std::erase_if(alike, [shape](const SeamResult& seam) { return seam.params.shape != shape; });
     int profiles = 0;
     std::array<int, kMethods> no_edge{};
     for (const SeamResult& seam : alike) {
@@ -215,7 +211,7 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
     Cells& row = section.grid.rows.emplace_back(
         Cells{std::string(base::Word(shape)), Text(alike.size()), Text(profiles)});
     for (const Tally& tally : Sum(alike, &SeamResult::all)) {
-      row.push_back(ShareWithin(tally, MillimeterTolerance(facts)));
+      row.push_back(ShareWithin(tally, facts.millimeter));
     }
     for (std::size_t m = kAlone; m < kMethods; ++m) {
       row.push_back(PercentText(no_edge[m], profiles, 2));
@@ -225,7 +221,6 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
 }
 
 Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) {
-  const std::size_t t = MillimeterTolerance(facts);
   Section section = NumberSection("Within 1 mm, in %, with its standard error over seams",
                                   {"method", "within 1 mm", "+-", "profiles", "seams"});
   for (std::size_t m = 0; m < kMethods; ++m) {
@@ -233,11 +228,12 @@ Section ErrorsSection(const Facts& facts, const std::vector<SeamResult>& seams) 
     for (const SeamResult& seam : seams) {
       const Tally& tally = seam.all[m];
       if (tally.profiles == 0) continue;
-      parts.push_back({static_cast<double>(tally.within[t]), static_cast<double>(tally.profiles)});
+      parts.push_back({static_cast<double>(tally.within[facts.millimeter]),
+                       static_cast<double>(tally.profiles)});
     }
     const Tally sum = Sum(seams, &SeamResult::all)[m];
-    section.grid.rows.push_back({MethodTitle(m), ShareWithin(sum, t), ErrorCell(parts),
-                                 Text(sum.profiles), Text(parts.size())});
+    section.grid.rows.push_back({MethodTitle(m), ShareWithin(sum, facts.millimeter),
+                                 ErrorCell(parts), Text(sum.profiles), Text(parts.size())});
   }
   return section;
 }
@@ -259,22 +255,17 @@ PublishedFigure FigureOf(const std::string& row, double published,
   return figure;
 }
 
-// A row of table 3.5 and the rate that it states.
-struct Improvement {
-  const char* name;  // in the published table
-  DecisionMethod decision;
-  Tallies SeamResult::*where;
-};
-// Fig. 3.35 (b) shows the places for the improved method.
-constexpr std::array<Improvement, 4> kImprovements = {
-    {{"three-lines combined result within 1 mm (original voting)",
-      DecisionMethod::kVotingAsPublished, &SeamResult::all},
-     {"three-lines with sum of weights and historic edge positions",
-      DecisionMethod::kWeightsAsPublished, &SeamResult::all},
-     {"edge in the centre of the scan line", DecisionMethod::kWeightsAsPublished,
-      &SeamResult::center},
-     {"edge at the boundary of the scan line", DecisionMethod::kWeightsAsPublished,
-      &SeamResult::boundary}}};
+// Rows of table 3.5 and the rates that they state. Fig. 3.35 (b) shows the places for the improved
+// method.
+constexpr std::array<std::tuple<const char*, DecisionMethod, Tallies SeamResult::*>, 4>
+    kImprovements = {{{"three-lines combined result within 1 mm (original voting)",
+                       DecisionMethod::kVotingAsPublished, &SeamResult::all},
+                      {"three-lines with sum of weights and historic edge positions",
+                       DecisionMethod::kWeightsAsPublished, &SeamResult::all},
+                      {"edge in the centre of the scan line", DecisionMethod::kWeightsAsPublished,
+                       &SeamResult::center},
+                      {"edge at the boundary of the scan line", DecisionMethod::kWeightsAsPublished,
+                       &SeamResult::boundary}}};
 
 std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<SeamResult>& seams) {
   std::vector<PublishedFigure> figures;
@@ -286,12 +277,11 @@ std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<Sea
                                  *published, seams, &SeamResult::all, m, t));
     }
   }
-  for (const Improvement& one : kImprovements) {
-    const auto published = NumberAt(facts.improvements, one.name, 0);
+  for (const auto& [name, decision, where] : kImprovements) {
+    const auto published = NumberAt(facts.improvements, name, 0);
     if (!published) continue;
-    figures.push_back(FigureOf(one.name, *published, seams, one.where,
-                               kAlone + static_cast<std::size_t>(one.decision),
-                               MillimeterTolerance(facts)));
+    figures.push_back(FigureOf(name, *published, seams, where,
+                               kAlone + static_cast<std::size_t>(decision), facts.millimeter));
     figures.back().key = "improvements";
   }
   return figures;
@@ -333,9 +323,10 @@ std::string SeamRows(const std::vector<SeamResult>& seams) {
     const std::string height =
         std::isfinite(seam.height_m) ? Fixed(seam.height_m * base::kMmPerM, 3) : "";
     for (std::size_t m = 0; m < kMethods; ++m) {
-      text += fmt::format("{},{},{},{},{},{},{},{}\n", seam.seam, base::Word(seam.shape), height,
-                          seam.profiles, MethodTitle(m), m < kAlone ? "" : Text(seam.no_edge[m]),
-                          seam.all[m].profiles, fmt::join(seam.all[m].within, ","));
+      text += fmt::format("{},{},{},{},{},{},{},{}\n", seam.params.number,
+                          base::Word(seam.params.shape), height, seam.profiles, MethodTitle(m),
+                          m < kAlone ? "" : Text(seam.no_edge[m]), seam.all[m].profiles,
+                          fmt::join(seam.all[m].within, ","));
     }
   }
   return text;
@@ -358,23 +349,20 @@ experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& re
 
 // ---- closed loops and hazards ----
 
-// An unfinished run: nothing was followed, or the head did not stop for the hazard.
-RunResult FailedRun(const SeamParams& params) {
-  RunResult result;
-  result.run = params.number;
-  result.method = params.method.value();
-  result.hazard = params.hazard;
-  result.end = TrackEnd::kLost;
-  result.reached_hazard = params.hazard != Hazard::kNone;
-  result.stopped_early = params.hazard == Hazard::kNone;
-  return result;
-}
-
+// In an unfinished run nothing was followed, or the head did not stop for the hazard.
 std::vector<RunResult> RunsOf(const std::vector<Record>& records) {
   std::vector<RunResult> runs;
   for (const Record& record : records) {
     const SeamParams params = ParamsFrom(record.which.params);
-    runs.push_back(Failed(record) ? FailedRun(params) : RunResultFrom(params, record.result.data));
+    if (!Failed(record)) {
+      runs.push_back(RunResultFrom(params, record.result.data));
+      continue;
+    }
+    RunResult& failed = runs.emplace_back();
+    failed.params = params;
+    failed.end = TrackEnd::kLost;
+    failed.reached_hazard = params.hazard != Hazard::kNone;
+    failed.stopped_early = !failed.reached_hazard;
   }
   return runs;
 }
@@ -382,7 +370,7 @@ std::vector<RunResult> RunsOf(const std::vector<Record>& records) {
 // The runs of each decision method that controlled any.
 std::map<DecisionMethod, std::vector<RunResult>> ByMethod(const std::vector<RunResult>& runs) {
   std::map<DecisionMethod, std::vector<RunResult>> by_method;
-  for (const RunResult& run : runs) by_method[run.method].push_back(run);
+  for (const RunResult& run : runs) by_method[run.params.method.value()].push_back(run);
   return by_method;
 }
 
@@ -448,15 +436,16 @@ Section EarlySection(const std::vector<RunResult>& runs) {
       "Runs that stopped early", {"run", "method", "hazard", "end", "at rest, mm along the track"});
   for (const RunResult& run : runs) {
     if (!run.stopped_early) continue;
-    section.grid.rows.push_back(
-        {Text(run.run), TitleOf(run.method), std::string(base::Word(run.hazard)),
-         std::string(base::Word(run.end)), Fixed(run.rest_m * base::kMmPerM, 1)});
+    section.grid.rows.push_back({Text(run.params.number), TitleOf(*run.params.method),
+                                 std::string(base::Word(run.params.hazard)),
+                                 std::string(base::Word(run.end)),
+                                 Fixed(run.rest_m * base::kMmPerM, 1)});
   }
   return section;
 }
 
 Cells HazardsRow(std::vector<RunResult> runs, Hazard hazard, DecisionMethod method) {
-  std::erase_if(runs, [hazard](const RunResult& run) { return run.hazard != hazard; });
+  std::erase_if(runs, [hazard](const RunResult& run) { return run.params.hazard != hazard; });
   const auto early = static_cast<int>(std::ranges::count(runs, true, &RunResult::stopped_early));
   int found = 0, other = 0;
   for (const RunResult& run : runs) {
@@ -492,8 +481,8 @@ std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunResult& run = runs[i];
     text += fmt::format(
-        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.4f},{:.5f}\n", run.run, TitleOf(run.method),
-        base::Word(run.hazard),
+        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.4f},{:.5f}\n", run.params.number,
+        TitleOf(*run.params.method), base::Word(run.params.hazard),
         Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
         run.reached_hazard, run.stopped_early, run.settled_m * base::kMmPerM,
         run.mean_error_m * base::kMmPerM, run.p95_error_m * base::kMmPerM,

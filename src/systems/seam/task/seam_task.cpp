@@ -54,16 +54,6 @@ Panel PanelOf(const std::string& title, const std::string& x_label, const std::s
   return {title, x_label, y_label, {}, {}, {}};
 }
 
-Series ColumnSeries(const std::vector<float>& values, double unit, const std::string& label,
-                    const std::string& color) {
-  Series series{label, {}, {}, color};
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    series.x.push_back(static_cast<double>(i));
-    series.y.push_back(static_cast<double>(values[i]) * unit);
-  }
-  return series;
-}
-
 void Add(Series& series, double along_m, double across_m) {
   series.x.push_back(along_m * kMmPerM);
   series.y.push_back(across_m * kMmPerM);
@@ -331,7 +321,7 @@ class SeamRunner final : public experiment::Task {
     const TrackedRun tracked =
         TrackRun(experiment_, sensor_, calibration_, *params.method, params.number);
     if (replay) Show(tracked, *replay, which.id);
-    const RunResult run = ScoreRun(experiment_, *params.method, params.number, tracked);
+    const RunResult run = ScoreRun(experiment_, tracked);
     return {OutcomeOf(run), "score", DetailOf(run), ToJson(run), {{"run", watch.Seconds()}}};
   }
 
@@ -409,7 +399,12 @@ std::vector<Panel> ProfilePanels(const EdgeTracker& tracker, const Reading& read
   const auto series = [&](std::vector<float> values, double scale, const std::string& name,
                           const char* color) {
     if (tracker.mirrored()) std::ranges::reverse(values);
-    return ColumnSeries(values, scale, name, color);
+    Series curve{name, {}, {}, color};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      curve.x.push_back(static_cast<double>(i));
+      curve.y.push_back(static_cast<double>(values[i]) * scale);
+    }
+    return curve;
   };
   const auto& prepared = tracker.prepared();
   Panel measured = PanelOf("Profile as measured", "", "height [mm]");

@@ -294,8 +294,9 @@ void Calibrate(const CalibrateArguments& a) {
       "{} views: corner error (rms) {:.3f} px for one camera and {:.3f} px for the pair; distance "
       "to the laser's planes {:.2f} mm for one camera, {:.2f} mm triangulated (rms); best fit: "
       "squares of {:.2f} +- {:.2f} mm",
-      result.views, result.camera_px, result.stereo_px, result.registration_m * base::kMmPerM,
-      result.triangulated_m * base::kMmPerM, result.scale * board.square_m * base::kMmPerM,
+      result.views, result.camera_px, result.stereo_px,
+      result.calibration.registration_m * base::kMmPerM, result.triangulated_m * base::kMmPerM,
+      result.scale * board.square_m * base::kMmPerM,
       result.scale_error * board.square_m * base::kMmPerM);
 }
 

@@ -208,8 +208,8 @@ void PixelNoise::AddTo(std::vector<std::int32_t>& values, base::Rng& rng) const 
 }
 
 // Light loss grows with the square of the distance from the middle, up to the corners' share.
-image::Image StereoCamera::Photo(const sim::World& world, sim::Renderer& renderer,
-                                 const base::Pose& X_WC, std::uint64_t seed) const {
+image::Image StereoCamera::Picture(const sim::World& world, sim::Renderer& renderer,
+                                   const base::Pose& X_WC, std::uint64_t seed) const {
   base::Rng rng(base::DeriveSeed(seed, "exposure"));
   const double exposure = std::exp(options_.exposure_sigma * rng.Normal());
   image::Image drawn = renderer.Render(world, {X_WC, lens_.fx, map_.drawn_center_px()});
@@ -291,14 +291,9 @@ StereoShot StereoCamera::Photograph(const sim::World& world, sim::Renderer& rend
   const double right = options_.right_pan_rad + options_.pan_sigma_rad * pan.Normal();
   shot.truth.X_WL = X_WS * CameraInHead(options_, left);
   shot.truth.X_WR = X_WS * CameraInHead(options_, right);
-  shot.photos.left = Photo(world, renderer, shot.truth.X_WL, base::DeriveSeed(seed, "left"));
-  shot.photos.right = Photo(world, renderer, shot.truth.X_WR, base::DeriveSeed(seed, "right"));
+  shot.photos.left = Picture(world, renderer, shot.truth.X_WL, base::DeriveSeed(seed, "left"));
+  shot.photos.right = Picture(world, renderer, shot.truth.X_WR, base::DeriveSeed(seed, "right"));
   return shot;
-}
-
-image::Image StereoCamera::Picture(const sim::World& world, sim::Renderer& renderer,
-                                   const base::Pose& X_WC, base::Rng& rng) const {
-  return Photo(world, renderer, X_WC, rng.Next());
 }
 
 std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,

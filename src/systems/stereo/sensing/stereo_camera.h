@@ -157,12 +157,9 @@ class StereoCamera {
                         base::Rng& rng) const;
   /// One picture from any camera pose X_WC.
   image::Image Picture(const sim::World& world, sim::Renderer& renderer, const base::Pose& X_WC,
-                       base::Rng& rng) const;
+                       std::uint64_t seed) const;
 
  private:
-  image::Image Photo(const sim::World& world, sim::Renderer& renderer, const base::Pose& X_WC,
-                     std::uint64_t seed) const;
-
   StereoCameraOptions options_;
   stereo::Camera lens_;
   LensMap map_;

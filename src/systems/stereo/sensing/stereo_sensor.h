@@ -15,7 +15,6 @@
 
 namespace rangegrasp::stereo {
 
-/// Setup of a stereo sensor.
 struct StereoSetup {
   sensing::StereoCameraOptions camera;  ///< true options; only for taking the pictures
   StereoCalibration calibration;        ///< as the robot knows it

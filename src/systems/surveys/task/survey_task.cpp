@@ -117,14 +117,6 @@ class CloudSurvey : public experiment::Task {
   perception::PerceptionOptions options_;
 };
 
-std::unique_ptr<experiment::Task> ReadClouds(base::YamlMap& map,
-                                             const std::filesystem::path& clouds) {
-  perception::PerceptionOptions options;
-  perception::ReadOptions(map.Child("perception", ""), options);
-  map.Finish();
-  return std::make_unique<CloudSurvey>(clouds, std::move(options));
-}
-
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   Quantity quantity{};
   std::filesystem::path clouds;
@@ -132,9 +124,12 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   map.Require(kMeasure);
   if (!clouds.empty()) {
     if (quantity != Quantity::kSeparation) map.Fail("clouds", "only for `measure: separation`");
-    return ReadClouds(map, clouds);
+    perception::PerceptionOptions options;
+    perception::ReadOptions(map.Child("perception", ""), options);
+    map.Finish();
+    return std::make_unique<CloudSurvey>(clouds, std::move(options));
   }
-  trial::Options options = trial::ReadOptions(map);
+  trial::Options options = trial::ReadOptions(map, common.seed);
   if (!trial::ModelsPass(map, options, common)) return nullptr;
   trial::RequireOwnDetector(map, options);
   return std::make_unique<SurveyTask>(std::move(options), quantity, common.seed);

@@ -178,13 +178,10 @@ std::vector<SceneTimes> ScenesOf(const Stamp& stamp, const std::vector<Record>& 
 draw::Panel PanelOf(const std::vector<SceneTimes>& scenes, const std::vector<std::string>& methods,
                     bool own) {
   constexpr std::array<const char*, 3> kColors = {"#d62728", "#1f77b4", "#2ca02c"};
-  draw::Panel panel{own ? "own" : "published, 2 GHz Core 2 Duo",
-                    "points of objects",
-                    own ? "ms" : "s",
-                    {},
-                    {},
-                    {},
-                    false};
+  draw::Panel panel;
+  panel.title = own ? "own" : "published, 2 GHz Core 2 Duo";
+  panel.x_label = "points of objects";
+  panel.y_label = own ? "ms" : "s";
   double high = 1e-3;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     draw::Series series;

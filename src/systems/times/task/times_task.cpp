@@ -102,13 +102,13 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
 }
 
 // Reads all keys, to the end of the map. @throws base::InputError also for an invalid reference.
-Options ReadOptions(base::YamlMap& map) {
+Options ReadOptions(base::YamlMap& map, std::uint64_t seed) {
   Options options;
   if (map.Has("trials_per_object")) {
     map.Fail("trials_per_object", "use `scenes` in `task: times`");
   }
   ReadTimesKeys(map, options);
-  options.grasping = trial::ReadOptions(map);
+  options.grasping = trial::ReadOptions(map, seed);
   if (options.grasping.take != grasp::kAnywhere) {
     map.Fail("grasp", "take: only for `task: grasping`");
   }
@@ -117,8 +117,7 @@ Options ReadOptions(base::YamlMap& map) {
     map.Fail("reference",
              "the published scenes' sizes are needed (columns object_points, table_points)");
   }
-  const auto& file = options.grasping.reference;
-  const auto csv = base::CsvTable::Parse(base::ReadFile(file), file.string());
+  const auto csv = base::CsvTable::Read(options.grasping.reference);
   for (std::size_t row = 0; row < csv.rows(); ++row) {
     options.published.push_back({static_cast<int>(csv.Number(row, csv.Column("object_points"))),
                                  static_cast<int>(csv.Number(row, csv.Column("table_points")))});
@@ -251,7 +250,7 @@ class TimesExperiment : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  const Options options = ReadOptions(map);
+  const Options options = ReadOptions(map, common.seed);
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
   trial::RequireOwnDetector(map, options.grasping);
   return std::make_unique<TimesExperiment>(options, common);

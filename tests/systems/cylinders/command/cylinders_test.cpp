@@ -101,10 +101,11 @@ TEST_F(CylindersTest, TakesOtherUnitsACropAndTheMethodAsPublished) {
 TEST_F(CylindersTest, BadInputIsRefused) {
   const std::string cloud = Write("cloud.pcd", Image());
   ExpectRefused(cloud, {}, "--cylinder");
-  for (const std::string bad :
-       {"0,100", "25,0", "-5,100", "25", "25,100,3", "a,b", "nan,100", ""}) {
+  for (const std::string bad : {"0,100", "25,0", "-5,100", "25", "25,100,3", "a,b", "nan,100", "",
+                                "0.035,0.115", "25,0.1"}) {
     ExpectRefused(cloud, {"--cylinder", bad}, "RADIUS,HEIGHT in mm");
   }
+  ExpectRefused(cloud, {"--cylinder", "0.035,0.115"}, "both at least 1");
   ExpectRefused(folder_ / "missing.pcd", {"--cylinder", "25,100"}, "missing.pcd");
   ExpectRefused(cloud, {"--cylinder", "25,100", "--up", "0,0,0"}, "--up");
   ExpectRefused(cloud, {"--cylinder", "25,100", "--crop", "5,5,5,6,6,6"},

@@ -15,6 +15,7 @@ namespace rangegrasp::cylinders {
 namespace {
 
 using testing::HasSubstr;
+using testing_support::ErrorOf;
 
 experiment::Experiment Open(const std::string& name, const std::vector<std::string>& set = {}) {
   std::vector<std::string> all = {R"(rows=["10, 100, 1000"])", "repetitions=1"};
@@ -35,6 +36,14 @@ TEST(CylindersTask, RunsBothExperimentsEndToEnd) {
     const auto report = CylindersTask().report(experiment.stamp, records);
     EXPECT_EQ(report.sections.size(), 3u);
     EXPECT_EQ(report.csv.rows.size(), 15u);
+  }
+}
+
+TEST(CylindersTask, IterationsAreWholeNumbers) {
+  for (const std::string wrong : {"[0]", "[10.7]", "['100, 200']", "[100001]"}) {
+    EXPECT_THAT(ErrorOf([&] { Open("cylinder_iterations.yaml", {"iterations=" + wrong}); }),
+                HasSubstr("must be a whole number from 1 to 100000"))
+        << wrong;
   }
 }
 

@@ -33,6 +33,16 @@ TEST(DemoOptions, TheCylindersAreWantedInTurn) {
   EXPECT_EQ(experiment.cases[4].group, "demo_tube");
 }
 
+TEST(DemoOptions, AnObjectWhoseTurnDoesNotComeNeedsMoreTrials) {
+  const auto open = [](int trials) {
+    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_demo.yaml",
+                               {.trials = trials, .groups = {"demo_can"}});
+  };
+  EXPECT_THAT(testing_support::ErrorOf([&] { open(1); }),
+              HasSubstr("or more trials if the objects take turns"));
+  EXPECT_NO_THROW(open(2));
+}
+
 TEST(DemoOptions, ShapesThatAreNoneAreNamed) {
   EXPECT_THAT(ErrorOf({"cylinders=[25.75x173, 26.75]"}), HasSubstr("26.75"));
   EXPECT_THAT(ErrorOf({"cylinders=[25.75x173, 0x134]"}), HasSubstr("0x134"));
@@ -55,7 +65,7 @@ std::map<std::string, std::string> DemoDefaults(const std::string& method, DemoO
   experiment::Common common;
   map.Read("task", task);
   experiment::ReadCommon(map, common);
-  options = ReadDemo(map);
+  options = ReadDemo(map, 1);
   std::map<std::string, std::string> defaults;
   for (const base::KeyDoc& key : map.Keys()) defaults[key.path] = key.default_value;
   return defaults;

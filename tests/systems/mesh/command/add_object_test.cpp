@@ -157,6 +157,11 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "is not a PNG file", {"--texture", (folder_ / "label.png").string()});
 }
 
+TEST_F(AddObjectTest, NamesTheGuessedUnitIfTheMassDoesNotFitTheSize) {
+  folder_.Write("inches.off", Off(BoxMesh({1.5, 1.5, 2.0})));
+  ExpectRefused("inches.off", "it is 40 mm long; unit: cm, guessed", {"--mass", "600"});
+}
+
 TEST_F(AddObjectTest, SurfacesMayBeAdded) {
   folder_.Write("objects/surfaces.yaml",
                 "rubber:\n  glove: {static: 0.9, from: 0.7, to: 1.2, kinetic: 0.8}\n"

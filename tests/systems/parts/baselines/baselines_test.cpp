@@ -67,15 +67,9 @@ Shape Damaged() {
 
 // ---- k-means ----
 
-KMeansOptions Clusters(int clusters) {
-  KMeansOptions options;
-  options.clusters = clusters;
-  return options;
-}
-
 TEST(KMeans, HalvesADumbbellAtItsNeck) {
   const Shape dumbbell = Dumbbell();
-  const Segmentation found = SegmentByKMeans(dumbbell, Clusters(2));
+  const Segmentation found = SegmentByKMeans(dumbbell, {.clusters = 2});
   ExpectValid(dumbbell, found);
   // The cut may lie on any of the neck's six of 60 rings; these have a tenth of all faces.
   EXPECT_LT(RandError(found.label, Halves(dumbbell)), 0.1);
@@ -107,9 +101,7 @@ TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
     return 1.0 + 0.5 * std::sin(3.0 * p.x() + 0.3) + 0.3 * p.y() * p.z() + 0.2 * p.z();
   });
   const Eigen::MatrixXd distance = DualDistances(ball);
-  KMeansOptions options = Clusters(5);
-  options.dihedral_weight = 0.0;
-  options.iterations = 1;
+  const KMeansOptions options{.clusters = 5, .dihedral_weight = 0.0, .iterations = 1};
   const Labels label = SegmentByKMeans(ball, options).label;
   // Seeds found by brute force.
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
@@ -147,7 +139,7 @@ TEST(KMeans, FirstGivesEveryFaceToTheNearestOfTheFarthestSeeds) {
 TEST(KMeans, GivesAsManyPartsAsAsked) {
   const Shape dumbbell = Dumbbell();
   for (const int k : {1, 2, 3, 5, 8, 20}) {
-    const Segmentation found = SegmentByKMeans(dumbbell, Clusters(k));
+    const Segmentation found = SegmentByKMeans(dumbbell, {.clusters = k});
     ExpectValid(dumbbell, found);
     EXPECT_EQ(found.parts, k);
   }
@@ -155,42 +147,39 @@ TEST(KMeans, GivesAsManyPartsAsAsked) {
 
 TEST(KMeans, MoreClustersThanFacesAreOneFaceEach) {
   const Shape ball = samples::Ball(1, [](const auto&) { return 1.0; });
-  const Segmentation found = SegmentByKMeans(ball, Clusters(1000));
+  const Segmentation found = SegmentByKMeans(ball, {.clusters = 1000});
   ExpectValid(ball, found);
   EXPECT_EQ(found.parts, static_cast<int>(ball.faces.size()));
 }
 
 TEST(KMeans, DoesNotDependOnPlaceAndScaleNorOnTheRun) {
   const Shape dumbbell = Dumbbell();
-  const Labels labels = SegmentByKMeans(dumbbell, Clusters(4)).label;
-  EXPECT_EQ(SegmentByKMeans(dumbbell, Clusters(4)).label, labels);
+  const Labels labels = SegmentByKMeans(dumbbell, {.clusters = 4}).label;
+  EXPECT_EQ(SegmentByKMeans(dumbbell, {.clusters = 4}).label, labels);
   // Scaled by a power of two without rotation, so that even rounding keeps the order of lengths.
   Shape larger = dumbbell;
   for (auto& p : larger.points) p *= 1024.0;
-  EXPECT_EQ(SegmentByKMeans(larger, Clusters(4)).label, labels);
+  EXPECT_EQ(SegmentByKMeans(larger, {.clusters = 4}).label, labels);
 }
 
 TEST(KMeans, ADamagedMeshIsCutToo) {
   const Shape damaged = Damaged();
-  ExpectValid(damaged, SegmentByKMeans(damaged, Clusters(4)));
+  ExpectValid(damaged, SegmentByKMeans(damaged, {.clusters = 4}));
 }
 
 TEST(KMeans, RefusesCloudsAndOptionsOutOfRange) {
   Shape cloud = Dumbbell();
   cloud.faces.clear();
-  EXPECT_THROW(SegmentByKMeans(cloud, Clusters(2)), base::InputError);
-  EXPECT_THROW(SegmentByKMeans(Dumbbell(), Clusters(0)), std::invalid_argument);
-  KMeansOptions options;
-  options.dihedral_weight = NAN;
-  EXPECT_THROW(SegmentByKMeans(Dumbbell(), options), std::invalid_argument);
+  EXPECT_THROW(SegmentByKMeans(cloud, {.clusters = 2}), base::InputError);
+  EXPECT_THROW(SegmentByKMeans(Dumbbell(), {.clusters = 0}), std::invalid_argument);
+  EXPECT_THROW(SegmentByKMeans(Dumbbell(), {.dihedral_weight = NAN}), std::invalid_argument);
 }
 
 // ---- shape diameter function ----
 
 TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
   const Shape dumbbell = Dumbbell();
-  const SdfOptions options{.clusters = 2};
-  const Segmentation found = SegmentBySdf(dumbbell, options);
+  const Segmentation found = SegmentBySdf(dumbbell, 2);
   ExpectValid(dumbbell, found);
   // Labels of faces in the middle of each ball and in the middle of the neck.
   std::set<std::int32_t> left, neck, right;
@@ -211,22 +200,21 @@ TEST(Sdf, TellsTheBallsOfADumbbellFromItsNeck) {
 TEST(Sdf, DoesNotDependOnTheRunNorOnThePose) {
   // Two clusters: with five, so simple a shape depends on rounding (local minima of the mixture).
   const Shape dumbbell = Dumbbell();
-  const SdfOptions options{.clusters = 2};
-  const Labels labels = SegmentBySdf(dumbbell, options).label;
-  EXPECT_EQ(SegmentBySdf(dumbbell, options).label, labels);
-  EXPECT_LT(RandError(SegmentBySdf(Moved(dumbbell, kTurn, 0.01), options).label, labels), 0.01);
+  const Labels labels = SegmentBySdf(dumbbell, 2).label;
+  EXPECT_EQ(SegmentBySdf(dumbbell, 2).label, labels);
+  EXPECT_LT(RandError(SegmentBySdf(Moved(dumbbell, kTurn, 0.01), 2).label, labels), 0.01);
 }
 
 TEST(Sdf, AMeshThatIsInsideOutHasTheSameParts) {
   const Shape dumbbell = Dumbbell();
   Shape turned = dumbbell;
   for (auto& face : turned.faces) std::swap(face[1], face[2]);
-  EXPECT_EQ(SegmentBySdf(turned, {}).label, SegmentBySdf(dumbbell, {}).label);
+  EXPECT_EQ(SegmentBySdf(turned).label, SegmentBySdf(dumbbell).label);
 }
 
 TEST(Sdf, ADamagedMeshIsCutToo) {
   const Shape damaged = Damaged();
-  ExpectValid(damaged, SegmentBySdf(damaged, {}));
+  ExpectValid(damaged, SegmentBySdf(damaged));
 }
 
 TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
@@ -234,7 +222,7 @@ TEST(Sdf, ASurfaceWithoutInsideIsAResultToo) {
   Shape sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.2}, {1, 1, 0}};
   sheet.faces = {{0, 1, 2}, {1, 3, 2}};
-  ExpectValid(sheet, SegmentBySdf(sheet, {}));
+  ExpectValid(sheet, SegmentBySdf(sheet));
 }
 
 TEST(Sdf, TrianglesThatShareNoEdgeAreOnePartOrAPartEach) {
@@ -247,7 +235,7 @@ TEST(Sdf, TrianglesThatShareNoEdgeAreOnePartOrAPartEach) {
       soup.points.emplace_back(x, y, z);
       if (corner % 3 == 2) soup.faces.push_back({corner - 2, corner - 1, corner});
     }
-    const Segmentation found = SegmentBySdf(soup, {});
+    const Segmentation found = SegmentBySdf(soup);
     ExpectValid(soup, found);
     EXPECT_TRUE(found.parts == 1 || found.parts == 8) << seed;
     apart += found.parts == 8 ? 1 : 0;
@@ -271,16 +259,16 @@ TEST(Sdf, SoupsOfRandomTrianglesNeverCrash) {
       const auto c = static_cast<std::uint32_t>(rng.Index(points));
       if (a != b && b != c && c != a) soup.faces.push_back({a, b, c});
     }
-    ExpectValid(soup, SegmentBySdf(soup, {}));
-    ExpectValid(soup, SegmentByKMeans(soup, Clusters(3)));
+    ExpectValid(soup, SegmentBySdf(soup));
+    ExpectValid(soup, SegmentByKMeans(soup, {.clusters = 3}));
   }
 }
 
 TEST(Sdf, RefusesCloudsAndOptionsOutOfRange) {
   Shape cloud = Dumbbell();
   cloud.faces.clear();
-  EXPECT_THROW(SegmentBySdf(cloud, {}), base::InputError);
-  EXPECT_THROW(SegmentBySdf(Dumbbell(), {.clusters = 0}), std::invalid_argument);
+  EXPECT_THROW(SegmentBySdf(cloud), base::InputError);
+  EXPECT_THROW(SegmentBySdf(Dumbbell(), 0), std::invalid_argument);
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ std::uint32_t FaceTowards(const Shape& shape, const Vector3d& direction) {
 
 TEST(CoreExtraction, ABallWithFiveLimbsHasSixParts) {
   const Shape shape = FiveLimbs();
-  const Segmentation result = SegmentByCoreExtraction(shape, {.levels = 1});
+  const Segmentation result = SegmentByCoreExtraction(shape, 1);
   EXPECT_EQ(result.parts, 6);
   EXPECT_TRUE(result.has_core);
   ASSERT_EQ(result.label.size(), shape.faces.size());
@@ -113,13 +113,13 @@ TEST(CoreExtraction, ABallWithFiveLimbsHasSixParts) {
 
 TEST(CoreExtraction, KnowsNoTurnShiftAndScaleAndIsTheSameEachTime) {
   const Shape shape = FiveLimbs();
-  const Segmentation first = SegmentByCoreExtraction(shape, {});
-  EXPECT_EQ(SegmentByCoreExtraction(shape, {}).label, first.label);
+  const Segmentation first = SegmentByCoreExtraction(shape);
+  EXPECT_EQ(SegmentByCoreExtraction(shape).label, first.label);
   Shape moved = shape;
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.8, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
   for (Vector3d& p : moved.points) p = 0.001 * (turn * p) + Vector3d(1, 2, 3);
-  const Segmentation second = SegmentByCoreExtraction(moved, {});
+  const Segmentation second = SegmentByCoreExtraction(moved);
   ASSERT_EQ(second.label.size(), first.label.size());
   // Rounding breaks ties between paths of equal length differently: some faces at the cuts may
   // change sides.
@@ -132,7 +132,7 @@ TEST(CoreExtraction, KnowsNoTurnShiftAndScaleAndIsTheSameEachTime) {
 
 TEST(CoreExtraction, ABallStaysWhole) {
   const Segmentation result =
-      SegmentByCoreExtraction(samples::Ball(12, [](const Vector3d&) { return 1.0; }), {});
+      SegmentByCoreExtraction(samples::Ball(12, [](const Vector3d&) { return 1.0; }));
   EXPECT_EQ(result.parts, 1);
   EXPECT_FALSE(result.has_core);
   EXPECT_FALSE(result.note.empty());
@@ -141,7 +141,7 @@ TEST(CoreExtraction, ABallStaysWhole) {
 TEST(CoreExtraction, PiecesThatAreNotJoinedAreParts) {
   const Shape two = samples::Twice(samples::Ball(3, [](const Vector3d&) { return 1.0; }));
   const std::size_t faces = two.faces.size() / 2;
-  const Segmentation result = SegmentByCoreExtraction(two, {});
+  const Segmentation result = SegmentByCoreExtraction(two);
   EXPECT_EQ(result.parts, 2);
   for (std::size_t f = 0; f < 2 * faces; ++f) EXPECT_EQ(result.label[f], f < faces ? 0 : 1);
 }
@@ -149,10 +149,10 @@ TEST(CoreExtraction, PiecesThatAreNotJoinedAreParts) {
 TEST(CoreExtraction, TakesATriangleAndRefusesACloud) {
   Shape triangle;
   triangle.points = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 1, 0)};
-  EXPECT_THROW(SegmentByCoreExtraction(triangle, {}), base::InputError);
+  EXPECT_THROW(SegmentByCoreExtraction(triangle), base::InputError);
   triangle.faces = {{0, 1, 2}};
-  EXPECT_EQ(SegmentByCoreExtraction(triangle, {}).label, std::vector<std::int32_t>{0});
-  EXPECT_THROW(SegmentByCoreExtraction(triangle, {.levels = 0}), std::invalid_argument);
+  EXPECT_EQ(SegmentByCoreExtraction(triangle).label, std::vector<std::int32_t>{0});
+  EXPECT_THROW(SegmentByCoreExtraction(triangle, 0), std::invalid_argument);
 }
 
 class SeededCut : public ::testing::TestWithParam<std::uint64_t> {};

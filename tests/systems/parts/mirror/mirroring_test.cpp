@@ -1,5 +1,6 @@
 #include "parts/mirror/mirroring.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "error_of.h"
 #include "geometry/mesh.h"
 #include "geometry/random_points.h"
 #include "parts/mirror/internal/spherical_mirror.h"
@@ -359,7 +361,10 @@ TEST(SegmentByMirroring, StopsWhereNoCenterIsInsideUnlessToldToGoOn) {
   };
   const Shape shape = samples::Tube(60, 12, bow, [](double) { return 0.15; });
   EXPECT_FALSE(ExtractCore(shape, {}));
-  EXPECT_THROW(SegmentByMirroring(shape, {}), base::InputError);
+  const std::string error = testing_support::ErrorOf([&] { SegmentByMirroring(shape, {}); });
+  for (const char* cure : {"--go-on-outside", "--method hierarchy", "rangegrasp perceive CLOUD"}) {
+    EXPECT_THAT(error, testing::HasSubstr(cure));
+  }
   const Segmentation parts = SegmentByMirroring(shape, {.go_on_outside = true});
   EXPECT_EQ(parts.label.size(), shape.faces.size());
   EXPECT_NE(parts.note, "");

@@ -349,12 +349,12 @@ void ExpectLabels(const Shape& shape, const Segmentation& parts) {
 void ExpectEveryMethodToAnswer(const Shape& shape) {
   const MirrorOptions go_on{.go_on_outside = true};
   ExpectLabels(shape, SegmentByMirroring(shape, go_on));
-  ExpectLabels(shape, SegmentPoseInvariant(shape, {.smacof = {}, .mirror = go_on}));
+  ExpectLabels(shape, SegmentPoseInvariant(shape));
   if (!shape.IsMesh()) return;
   ExpectLabels(shape, SegmentHierarchy(shape, {}));
   ExpectLabels(shape, SegmentByKMeans(shape, {}));
-  ExpectLabels(shape, SegmentBySdf(shape, {}));
-  ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
+  ExpectLabels(shape, SegmentBySdf(shape));
+  ExpectLabels(shape, SegmentByCoreExtraction(shape));
 }
 
 TEST(Robustness, OddShapesHaveAResultWithEveryMethod) {
@@ -410,9 +410,9 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
       if (!shape.IsMesh() || seed % 5 != 0) continue;
       ExpectLabels(shape, SegmentHierarchy(shape, {}));
       ExpectLabels(shape, SegmentByKMeans(shape, {}));
-      ExpectLabels(shape, SegmentByCoreExtraction(shape, {}));
-      ExpectLabels(shape, SegmentBySdf(shape, {}));
-      ExpectLabels(shape, SegmentPoseInvariant(shape, {}));
+      ExpectLabels(shape, SegmentByCoreExtraction(shape));
+      ExpectLabels(shape, SegmentBySdf(shape));
+      ExpectLabels(shape, SegmentPoseInvariant(shape));
     }
   }
   EXPECT_GT(segmented, 200);

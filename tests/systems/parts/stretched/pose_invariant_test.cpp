@@ -49,7 +49,7 @@ StandingOut Rods(const std::vector<std::pair<int, int>>& parent_and_length) {
 }
 
 int Count(const StandingOut& out) {
-  const auto label = LabelLimbs(out, {});
+  const auto label = LabelLimbs(out);
   return *std::max_element(label.begin(), label.end());
 }
 
@@ -65,13 +65,13 @@ TEST(LabelLimbs, WhatDoesNotLeadAwayIsTheCores) {
   StandingOut out = Rods({{-1, 10}, {-1, 10}});
   for (std::size_t i = 11; i < out.growth.size(); ++i) out.remoteness[i] = 1.0;
   EXPECT_EQ(Count(out), 1);
-  EXPECT_TRUE(LabelLimbs({}, {}).empty());
+  EXPECT_TRUE(LabelLimbs({}).empty());
 }
 
 TEST(LabelLimbs, AHeadWhoseEarsDoNotLeadAwayStaysWhole) {
   StandingOut out = Rods({{-1, 5}, {0, 10}, {0, 10}});
   for (std::size_t i = 6; i < out.growth.size(); ++i) out.remoteness[i] = out.remoteness[5];
-  const std::vector<std::int32_t> label = LabelLimbs(out, {});
+  const std::vector<std::int32_t> label = LabelLimbs(out);
   EXPECT_EQ(label.front(), 0);
   EXPECT_EQ(std::count(label.begin(), label.end(), 1), 25);
 }
@@ -95,7 +95,7 @@ void ExpectFiveTips(const Shape& shape, const geometry::Points& tips, const Segm
 
 /// Expects the head, each arm and each leg to be a part, and no other parts.
 void ExpectFiveLimbs(const Shape& shape, const geometry::Points& tips) {
-  const Segmentation result = SegmentPoseInvariant(shape, {});
+  const Segmentation result = SegmentPoseInvariant(shape);
   EXPECT_EQ(result.parts, 6);
   ExpectFiveTips(shape, tips, result);
 }
@@ -428,7 +428,7 @@ TEST(PoseInvariant, ABentTubeBecomesStraight) {
   constexpr std::size_t kLimbRings = 81;
   constexpr std::size_t kAround = 16;
   const Shape tube = samples::Tube(kLimbRings, kAround, HalfCircle, [](double) { return 0.01; });
-  const Shape straight = PoseInvariant(tube, {});
+  const Shape straight = PoseInvariant(tube).shape;
   EXPECT_EQ(straight.faces, tube.faces);
   const Vector3d first = RingCenter(straight, 0, kAround);
   const Vector3d last = RingCenter(straight, kLimbRings - 1, kAround);
@@ -450,8 +450,8 @@ TEST(PoseInvariant, KnowsNoTurnShiftAndScale) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   for (Vector3d& p : moved.points) p = 40.0 * (turn * p) + Vector3d(3, -2, 7);
-  const Shape a = PoseInvariant(shape, {.landmarks = 100});
-  const Shape b = PoseInvariant(moved, {.landmarks = 100});
+  const Shape a = PoseInvariant(shape, 100).shape;
+  const Shape b = PoseInvariant(moved, 100).shape;
   for (std::size_t i = 0; i < a.points.size(); ++i) {
     for (const std::size_t j : {std::size_t{0}, std::size_t{33}}) {
       EXPECT_NEAR((b.points[i] - b.points[j]).norm(), 40.0 * (a.points[i] - a.points[j]).norm(),
@@ -459,13 +459,13 @@ TEST(PoseInvariant, KnowsNoTurnShiftAndScale) {
     }
   }
   EXPECT_GT(geometry::Volume({a.points, a.faces}), 0.0);
-  EXPECT_THROW(PoseInvariant(shape, {.landmarks = 3}), std::invalid_argument);
+  EXPECT_THROW(PoseInvariant(shape, 3), std::invalid_argument);
 }
 
 TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
   Shape cloud = samples::Tube(81, 16, HalfCircle, [](double) { return 0.08; });
   cloud.faces.clear();
-  const Shape straight = PoseInvariant(cloud, {});
+  const Shape straight = PoseInvariant(cloud).shape;
   EXPECT_TRUE(straight.faces.empty());
   EXPECT_NEAR((RingCenter(straight, 80, 16) - RingCenter(straight, 0, 16)).norm(), std::numbers::pi,
               0.1 * std::numbers::pi);
@@ -473,7 +473,7 @@ TEST(PoseInvariant, ACloudIsStraightenedAsItsMeshIs) {
 
 TEST(PoseInvariant, BentFingersComeOffThePalm) {
   const samples::Hand hand = samples::BentHand();
-  const Segmentation result = SegmentPoseInvariant(hand.shape, {});
+  const Segmentation result = SegmentPoseInvariant(hand.shape);
   EXPECT_TRUE(result.has_core);
   EXPECT_EQ(samples::LargeParts(result).size(), 5u);
   geometry::Points tips;

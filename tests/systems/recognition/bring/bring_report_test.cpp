@@ -93,6 +93,12 @@ TEST(BringOptions, KeysOfOtherTasksAreSentToTheirOwn) {
   EXPECT_THAT(ErrorOf({"look.until_probability=0.8"}), HasSubstr("task: grasping"));
 }
 
+TEST(BringOptions, ReportingAnAbsentObjectIsSuccess) {
+  const auto e = experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/bring.yaml",
+                                            {.set = {"bring.absent=true"}});
+  EXPECT_EQ(SuccessOf(*e.kind, e.stamp), kSaidAbsent);
+}
+
 TEST(BringOptions, WhatIsWantedMustBeKnown) {
   EXPECT_THAT(ErrorOf({"known=[spread, cleaner]"}), HasSubstr("salt_cylinder"));
 }

@@ -10,6 +10,7 @@
 #include "geometry/mesh.h"
 #include "geometry/mesh_file.h"
 #include "geometry/synthetic.h"
+#include "perception/raster_scan.h"
 #include "temp_folder.h"
 
 namespace rangegrasp {
@@ -64,11 +65,26 @@ class RecognizeTest : public testing::Test {
     return (folder_ / "twins").string();
   }
 
-  static nlohmann::json Found(const std::string& cloud, const std::string& library) {
-    const auto ran = RunProgram({"recognize", cloud, "--library", library, "--crop",
-                                 "-0.3,-0.3,-0.05,0.3,0.3,0.4", "--json"});
+  /// A cube of 30 mm.
+  std::string FolderOfACube() const {
+    const fs::path folder = folder_ / "cubes";
+    fs::create_directories(folder);
+    geometry::WriteStl(folder / "cube.stl", synthetic::BoxMesh(0.03, 0.03, 0.03));
+    return folder.string();
+  }
+
+  static std::string Recognized(const std::string& cloud, const std::string& library,
+                                std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"recognize", cloud,    "--library",
+                                          library,     "--crop", "-0.3,-0.3,-0.05,0.3,0.3,0.4"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto ran = RunProgram(arguments);
     EXPECT_EQ(ran.code, 0) << ran.err;
-    return nlohmann::json::parse(ran.out).at("found");
+    return ran.out;
+  }
+
+  static nlohmann::json Found(const std::string& cloud, const std::string& library) {
+    return nlohmann::json::parse(Recognized(cloud, library, {"--json"})).at("found");
   }
 
   const testing_support::TempFolder folder_;
@@ -95,6 +111,45 @@ TEST_F(RecognizeTest, TwinsAreToldApartByTheirPrintAlone) {
   const auto found = Found(Scan(true), twins);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0]["object"], "dextrose");
+}
+
+TEST_F(RecognizeTest, AnUnknownObjectIsReportedWithItsPlaceAndTheReason) {
+  const std::string cloud = Scan(false);
+  const std::string library = FolderOfACube();
+  const std::string text = Recognized(cloud, library);
+  EXPECT_THAT(text, HasSubstr("0 of 1 perceived objects are known\nunknown: at "));
+  EXPECT_THAT(text, HasSubstr("nearest cube, score 0."));
+  const auto json = nlohmann::json::parse(Recognized(cloud, library, {"--json"}));
+  ASSERT_EQ(json.at("unknown").size(), 1u);
+  const auto& unknown = json.at("unknown")[0];
+  EXPECT_EQ(unknown.at("nearest"), "cube");
+  EXPECT_LT(unknown.at("score"), 0.72);
+  EXPECT_EQ(unknown.at("center_m").size(), 3u);
+  EXPECT_EQ(unknown.at("size_m").size(), 3u);
+  EXPECT_THAT(unknown.at("reason").get<std::string>(), HasSubstr("at least 0.72"));
+}
+
+TEST_F(RecognizeTest, ACloudInMillimetresIsWarnedOf) {
+  const auto scan = synthetic::MakeScan({}, {});  // an empty table
+  std::string text;
+  for (const Eigen::Vector3d& p : scan.points_W) {
+    for (const double x : {p.x(), p.y(), p.z()}) text += std::to_string(1000.0 * x) + " ";
+    text.back() = '\n';
+  }
+  const std::string cloud = folder_.Write("mm.xyz", text).string();
+  const std::string library = FolderOfACube();
+  const auto run = [&](const std::string& unit) {
+    return RunProgram({"recognize", cloud, "--library", library, "--sensor-origin", "800,0,620",
+                       "--unit", unit})
+        .err;
+  };
+  EXPECT_THAT(run("m"), HasSubstr(cloud + ": the points are 2.0 m apart: try --unit mm"));
+  EXPECT_THAT(run("mm"), Not(HasSubstr("--unit")));
+}
+
+TEST_F(RecognizeTest, TheCloudIsReadBeforeTheLibrary) {
+  ExpectRefused({"recognize", (folder_ / "no.pcd").string(), "--library", folder_ / "none"},
+                "no.pcd: no such file");
 }
 
 TEST_F(RecognizeTest, AToleranceIsANumber) {

@@ -9,6 +9,7 @@
 #include "error_of.h"
 #include "experiment/experiment.h"
 #include "geometry/mesh_file.h"
+#include "perception/raster_scan.h"
 #include "sim/bodies.h"
 #include "temp_folder.h"
 
@@ -90,6 +91,19 @@ TEST(RecognitionTask, ALibraryMayBeOfMeshes) {
   const auto library = LoadLibrary(folders);
   EXPECT_EQ(library.Find("box.v2").mesh_B.triangles.size(), mesh.triangles.size());
   EXPECT_EQ(library.Find("box.v2").title, "box.v2");
+}
+
+TEST(RecognitionTask, AMeshInMillimetresIsRefused) {
+  const testing_support::TempFolder folder;
+  const auto file = folder / "dextrose.stl";
+  geometry::WriteStl(file, synthetic::BoxMesh(50.0, 1e-3, 1e-3));
+  const std::vector<std::filesystem::path> folders = {folder.path()};
+  const auto error = testing_support::ErrorOf([&] { LoadLibrary(folders); });
+  EXPECT_THAT(error, HasSubstr(file.string() + ": is 50 m long"));
+  EXPECT_THAT(error, HasSubstr("`rangegrasp add-object " + file.string() + " --unit mm`"));
+  EXPECT_THAT(
+      testing_support::ErrorOf([&] { OutcomeWith({"library.folder=" + folder.path().string()}); }),
+      HasSubstr(": is 50 m long"));
 }
 
 TEST(RecognitionTask, AModelThatIsFarOffFindsNothing) {

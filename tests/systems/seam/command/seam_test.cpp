@@ -217,6 +217,55 @@ TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
   EXPECT_THAT(ran.err, HasSubstr("there are only 2 profiles"));
 }
 
+// ---- heights that look wrong ----
+
+TEST_F(SeamTest, AStepInTheOtherDirectionIsNamedWithBothCures) {
+  std::string edges, flat;
+  for (int i = 0; i < 10; ++i) {
+    edges += Row(120);
+    flat += Row(256);
+  }
+  const std::string file = folder_.Write("p.csv", edges);
+  EXPECT_EQ(Succeeded(Detect({file})).err, "");
+  EXPECT_EQ(Succeeded(Detect({file, "--away", "--negative"})).err, "");
+  EXPECT_THAT(
+      Succeeded(Detect({file, "--away"})).err,
+      HasSubstr(file + ": in 10 of 10 profiles the largest step falls with the column number, but "
+                       "a rising one is searched: no --away (file.away: false) if heights grow "
+                       "towards the sensor, or --negative if the high mat is at the small"));
+  EXPECT_THAT(
+      Succeeded(Detect({"-", "--negative"}, file)).err,
+      HasSubstr("stdin: in 10 of 10 profiles the largest step rises with the column number, "
+                "but a falling one is searched: --away if heights grow away from the "
+                "sensor, or no --negative (positive_edge: true)"));
+  EXPECT_EQ(Succeeded(Detect({folder_.Write("f.csv", flat), "--away"})).err, "");
+}
+
+TEST_F(SeamTest, AGeneratedSeamOfTheWrongSignIsNamed) {
+  ASSERT_EQ(RunProgram({"seam", "generate", kBase, "--seam", "3", "-o", File("s.csv")}).code, 0);
+  const std::string says = "is searched";
+  EXPECT_THAT(RunProgram({"seam", "detect", File("s.csv")}).err, testing::Not(HasSubstr(says)));
+  EXPECT_THAT(RunProgram({"seam", "detect", File("s.csv"), "--away"}).err, HasSubstr(says));
+}
+
+TEST_F(SeamTest, HeightsThatSpanLessThanNoiseAreNamedWithTheUnit) {
+  const std::string file = folder_.Write("p.csv", Row(120) + Row(120));
+  EXPECT_THAT(Succeeded(Detect({file, "--set", "file.unit_mm=1e-6"})).err,
+              HasSubstr(file + ": heights span only 0.001 mm: is their unit right (--unit m)?"));
+}
+
+TEST_F(SeamTest, ZerosFarFromAllOtherHeightsAreNamed) {
+  std::string row;  // um; a tenth is not measured
+  for (int i = 0; i < 256; ++i) {
+    row += fmt::format("{},", i % 10 == 3 ? 0 : (i >= 120 ? 81'000 : 80'000) + i % 7);
+  }
+  const std::string file = folder_.Write("p.csv", row + "\n" + row + "\n");
+  EXPECT_THAT(Succeeded(Detect({file})).err,
+              HasSubstr(file + ": 10 % of the heights are exactly 0, the others 80 to 81.01 mm: "
+                               "--no-value 0 if 0 stands for a missing value"));
+  EXPECT_EQ(Succeeded(Detect({file, "--no-value", "0"})).err, "");
+}
+
 // ---- formats of other sensors ----
 
 TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {

@@ -21,11 +21,11 @@ TEST(ScoreSeam, CountsEveryProfileOnceAndNestsTolerancesAndPlaces) {
   for (int number = 0; number < 13; ++number) {
     const SeamResult seam =
         ScoreSeam(experiment, calibration, RecordSeam(experiment, sensor, number), number);
-    shapes.insert(seam.shape);
+    shapes.insert(seam.params.shape);
     EXPECT_EQ(seam.profiles, 40);
     for (std::size_t m = 0; m < kMethods; ++m) {
       const Tally& all = seam.all[m];
-      EXPECT_EQ(all.profiles, seam.shape == EdgeShape::kNone ? 0 : 40);
+      EXPECT_EQ(all.profiles, seam.params.shape == EdgeShape::kNone ? 0 : 40);
       EXPECT_TRUE(std::ranges::is_sorted(all.within));
       whole[m] += all;
       EXPECT_LE(all.within.back(), all.profiles);
@@ -51,7 +51,7 @@ class ScoreRunTest : public testing::Test {
     TrackedRun run{Mats(mats, 1), {}};
     run.result.path = {{0.0, -0.005, 0.0, 0.0, 0.005}, {9.0, -0.005, y_m, 0.0, 0.005}};
     run.result.end = end;
-    return ScoreRun(experiment_, DecisionMethod::kWeights, 3, run);
+    return ScoreRun(experiment_, run);
   }
   SeamExperiment experiment_ = Small("seam_hazards", 1);
 };
@@ -75,12 +75,9 @@ TEST_F(ScoreRunTest, AHeadThatRestsBeforeItsLineReachesTheHazardStoppedEarly) {
 TEST_F(ScoreRunTest, AHeadThatCameToTheEndDidNotStopEarlyAndFollowedWhatIsBehindTheFirst100Mm) {
   const RunResult done = At(0.4, TrackEnd::kDone, {});
   EXPECT_FALSE(done.stopped_early);
-  EXPECT_EQ(done.hazard, Hazard::kNone);
   EXPECT_DOUBLE_EQ(done.settled_m, 0.3);
   EXPECT_EQ(At(0.08, TrackEnd::kLost, {}).settled_m, 0.0);
   EXPECT_TRUE(At(0.08, TrackEnd::kLost, {}).stopped_early);
-  EXPECT_EQ(done.run, 3);
-  EXPECT_EQ(done.method, DecisionMethod::kWeights);
 }
 
 TEST(Tally, CountsErrorsUpToAndWithATolerance) {

@@ -40,8 +40,10 @@ Record Crashed(const SeamParams& params) {
   return record;
 }
 
-Record RunRecord(const RunResult& run) {
-  return RecordOf({run.run, EdgeShape::kStep, run.method, run.hazard}, ToJson(run));
+// A run with the default method and, unless it names another one, no hazard.
+Record RunRecord(RunResult run) {
+  run.params.method = DecisionMethod::kVoting;
+  return RecordOf(run.params, ToJson(run));
 }
 
 // Two seams with an edge, ten profiles each, and one without.
@@ -49,15 +51,14 @@ std::vector<Record> Rates() {
   std::vector<Record> records;
   for (int seam = 0; seam < 3; ++seam) {
     SeamResult r;
-    r.seam = seam;
+    r.params = {.number = seam, .shape = seam == 2 ? EdgeShape::kNone : EdgeShape::kStep};
     r.profiles = 10;
-    r.shape = seam == 2 ? EdgeShape::kNone : EdgeShape::kStep;
     for (std::size_t m = kAlone; m < kMethods; ++m) r.no_edge[m] = seam == 2 ? 9 : 0;
     if (seam < 2) {
       for (auto& tally : r.all) tally = {10, {2 + seam, 5, 8, 10}};
       r.center = r.all;
     }
-    records.push_back(RecordOf({seam, r.shape, std::nullopt, Hazard::kNone}, ToJson(r)));
+    records.push_back(RecordOf(r.params, ToJson(r)));
   }
   return records;
 }
@@ -148,7 +149,7 @@ TEST(SeamTables, TheStandardErrorIsOverSeams) {
       if (seam % 5 != 0) {
         for (auto& tally : r.all) tally.within.fill(profiles);
       }
-      records.push_back(RecordOf({seam, EdgeShape::kStep, std::nullopt, Hazard::kNone}, ToJson(r)));
+      records.push_back(RecordOf({.number = seam}, ToJson(r)));
     }
     const auto row = ReportOn(Shipped("seam_base"), records).sections.back().grid.rows[0];
     EXPECT_EQ(row, (Cells{"Model-Fitting", "80.00",
@@ -161,8 +162,7 @@ TEST(SeamTables, HazardsThatCameIntoViewAreFoundOrReached) {
   std::vector<Record> records;
   for (int run = 0; run < 5; ++run) {
     RunResult r;
-    r.run = run;
-    r.hazard = Hazard::kObstacle;
+    r.params = {.number = run, .hazard = Hazard::kObstacle};
     r.end = run < 3 ? TrackEnd::kObstacle : TrackEnd::kMatEnd;
     if (run == 3) r.stopped_early = true;
     if (run == 4) {
@@ -199,7 +199,7 @@ TEST(SeamTables, TracksAreWeightedByTheirLength) {
 
 TEST(SeamTables, RunsThatStoppedEarlyAreListed) {
   RunResult early;
-  early.run = 7;
+  early.params.number = 7;
   early.end = TrackEnd::kMatEnd;
   early.stopped_early = true;
   early.rest_m = 0.2135;
@@ -272,7 +272,7 @@ TEST(SeamRows, AreOneALineInOrder) {
   std::vector<Record> runs;
   for (int run = 0; run < 3; ++run) {
     RunResult r;
-    r.run = run;
+    r.params.number = run;
     runs.push_back(RunRecord(r));
   }
   const std::string lines = FileOf(ReportOn(Shipped("seam_track"), runs), "rows.csv");

@@ -143,13 +143,13 @@ TEST(Calibration, IsAsNearToTheTruthAsItsBoundsPromise) {
     setup.seed = seed;
     const auto result = CalibrateSimulated(setup, {});
     EXPECT_LE(std::max(result.camera_px, result.stereo_px), 0.3);
-    EXPECT_LE(result.registration_m, 0.0015);
+    EXPECT_LE(result.calibration.registration_m, 0.0015);
     const Errors e = ErrorsOf(result.calibration, truth);
     ExpectSmall(e);
     fmt::print(
         "| {} | {:.3f} | {:.3f} | {:.3f} | {:.2f} | {:.2f} | {:.2f} | {:.3f} | {:.2f} | "
         "{:.3f} | {:.2f} |\n",
-        seed, result.camera_px, result.stereo_px, result.registration_m * base::kMmPerM,
+        seed, result.camera_px, result.stereo_px, result.calibration.registration_m * base::kMmPerM,
         result.triangulated_m * base::kMmPerM, e.f_px, e.center_px, e.baseline_m * base::kMmPerM,
         e.position_m * base::kMmPerM, base::ToDeg(e.rotation_rad), e.point_m * base::kMmPerM);
   }

@@ -30,43 +30,36 @@ constexpr int kReweightings = 20;
 struct Rotation {
   Vector3d a = Vector3d::Zero();
   Vector3d m = Vector3d::Zero();
-
-  Vector3d VelocityAt(const Vector3d& p) const { return a.cross(p) + m; }
 };
 
-/// Sums of the least squares problem, relative to the surface's middle and in units of its size.
+/// The sine by which a normal misses the axis; 0 without a rotation.
+double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
+  // Near the axis its position is too uncertain to give a direction around it.
+  constexpr double kNearRing = 0.1;
+  const Vector3d velocity = rotation.a.cross(p) + rotation.m;
+  return velocity.dot(n) / std::max(velocity.norm(), kNearRing);
+}
+
+/// Sums of the least squares problem.
 struct RingSums {
   Matrix3d aa = Matrix3d::Zero(), am = Matrix3d::Zero(), mm = Matrix3d::Zero();
 
-  void Add(double weight, const Vector3d& p, const Vector3d& n) {
-    const Vector3d q = p.cross(n);
-    aa += weight * q * q.transpose();
-    am += weight * q * n.transpose();
-    mm += weight * n * n.transpose();
+  /// Faces weigh less if their normals miss the axis of a rotation.
+  RingSums(const FaceFrames& faces, const Rotation& rotation) {
+    for (std::size_t f = 0; f < faces.area.size(); ++f) {
+      const Vector3d& n = faces.normal[f];
+      const double twist = TwistOf(rotation, faces.center[f], n) / kSoftness;
+      const double off = 1.0 + twist * twist;
+      const double weight = faces.area[f] / (off * off);
+      const Vector3d q = faces.center[f].cross(n);
+      aa += weight * q * q.transpose();
+      am += weight * q * n.transpose();
+      mm += weight * n * n.transpose();
+    }
   }
   /// Cost of a translation compared with a rotation: almost zero. It decides where a surface, such
   /// as a cylinder, could also slide along its axis.
   Matrix3d Ridged() const { return mm + 1e-4 * mm.trace() * Matrix3d::Identity(); }
-};
-
-/// The surface relative to its middle and in units of its size.
-struct RingFaces {
-  Vector3d middle = Vector3d::Zero();
-  double size = 0.0;
-  Points center;
-  const FaceFrames& frames;
-
-  explicit RingFaces(const FaceFrames& of) : frames(of) {
-    for (std::size_t f = 0; f < of.center.size(); ++f) {
-      middle += of.area[f] / of.total_area * of.center[f];
-    }
-    for (std::size_t f = 0; f < of.center.size(); ++f) {
-      center.push_back(of.center[f] - middle);
-      size += of.area[f] / of.total_area * center.back().squaredNorm();
-    }
-    size = std::sqrt(size);
-    for (Vector3d& p : center) p /= size;
-  }
 };
 
 /// The m with the least squares for a given a, without a pitch along a.
@@ -81,35 +74,13 @@ Rotation BestOf(const RingSums& sums) {
   return WithAxis(sums, base::SymmetricEigen(left).vectors.col(0));
 }
 
-double TwistOf(const Rotation& rotation, const Vector3d& p, const Vector3d& n) {
-  // Near the axis its position is too uncertain to give a direction around it.
-  constexpr double kNearRing = 0.1;
-  const Vector3d velocity = rotation.VelocityAt(p);
-  return velocity.dot(n) / std::max(velocity.norm(), kNearRing);
-}
-
-Rotation Refine(const RingFaces& faces, Rotation rotation) {
-  for (int round = 0; round < kReweightings; ++round) {
-    RingSums sums;
-    for (std::size_t f = 0; f < faces.center.size(); ++f) {
-      const Vector3d& p = faces.center[f];
-      const Vector3d& n = faces.frames.normal[f];
-      const double twist = TwistOf(rotation, p, n) / kSoftness;
-      const double off = 1.0 + twist * twist;
-      sums.Add(faces.frames.area[f] / (off * off), p, n);
-    }
-    rotation = BestOf(sums);
-  }
-  return rotation;
-}
-
-double ShareOf(const RingFaces& faces, const Rotation& rotation) {
+double ShareOf(const FaceFrames& faces, const Rotation& rotation) {
   double area = 0.0;
-  for (std::size_t f = 0; f < faces.center.size(); ++f) {
-    const double twist = TwistOf(rotation, faces.center[f], faces.frames.normal[f]);
-    if (std::abs(twist) <= kMaxTwist) area += faces.frames.area[f];
+  for (std::size_t f = 0; f < faces.area.size(); ++f) {
+    const double twist = TwistOf(rotation, faces.center[f], faces.normal[f]);
+    if (std::abs(twist) <= kMaxTwist) area += faces.area[f];
   }
-  return area / faces.frames.total_area;
+  return area / faces.total_area;
 }
 
 // ---- joining ----
@@ -346,25 +317,34 @@ double RevolutionAxis::Twist(const Vector3d& p, const Vector3d& normal) const {
 
 std::optional<RevolutionAxis> FindRevolution(const FaceFrames& frames) {
   if (!(frames.total_area > 0.0)) return std::nullopt;
-  const RingFaces faces(frames);
-  RingSums all;
-  for (std::size_t f = 0; f < faces.center.size(); ++f) {
-    all.Add(frames.area[f], faces.center[f], frames.normal[f]);
+  FaceFrames faces = frames;  // relative to their middle and in units of their size
+  Vector3d middle = Vector3d::Zero();
+  double squared = 0.0;
+  for (std::size_t f = 0; f < faces.area.size(); ++f) {
+    middle += faces.area[f] / faces.total_area * faces.center[f];
   }
+  for (std::size_t f = 0; f < faces.area.size(); ++f) {
+    faces.center[f] -= middle;
+    squared += faces.area[f] / faces.total_area * faces.center[f].squaredNorm();
+  }
+  const double size = std::sqrt(squared);
+  for (Vector3d& p : faces.center) p /= size;
+
+  const RingSums all(faces, {});
   std::vector<Rotation> guesses = {BestOf(all)};
   const Matrix3d of_normals = base::SymmetricEigen(all.mm).vectors;
   for (int k = 0; k < 3; ++k) guesses.push_back(WithAxis(all, of_normals.col(k)));
   Rotation best;
   double share = -1.0;
-  for (const Rotation& guess : guesses) {
-    const Rotation refined = Refine(faces, guess);
-    const double one = ShareOf(faces, refined);
+  for (Rotation& guess : guesses) {
+    for (int round = 0; round < kReweightings; ++round) guess = BestOf({faces, guess});
+    const double one = ShareOf(faces, guess);
     if (one <= share) continue;
     share = one;
-    best = refined;
+    best = guess;
   }
   // m = c x a for a point c of the axis.
-  return RevolutionAxis{faces.middle + faces.size * best.a.cross(best.m), best.a, share};
+  return RevolutionAxis{middle + size * best.a.cross(best.m), best.a, share};
 }
 
 Segmentation JoinWalls(const Shape& mesh, const Segmentation& found) {
@@ -419,9 +399,7 @@ Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Seg
   geometry::UnionFind sets = JoinedSets(axis, parts);
   Segmentation joined = found;
   MoveBordersOfBody(frames, axis, parts, joined.label);
-  std::vector<double> area;
-  for (const SeenPart& part : parts) area.push_back(part.area);
-  return JoinParts(joined, area, sets);
+  return JoinParts(joined, GroupSums(found.label, frames.area, found.parts), sets);
 }
 
 }  // namespace rangegrasp::parts

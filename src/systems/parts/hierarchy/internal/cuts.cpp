@@ -283,8 +283,8 @@ Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::u
 /// The cheapest set of cells that contains those before `begin` in the order and none from `end`
 /// on.
 /// @param place  of each cell in the order; larger for cells that are not in it
-std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Indices& place,
-                             std::uint32_t begin, std::uint32_t end) {
+Sides CutBetween(const Cells& cells, const Indices& order, const Indices& place,
+                 std::uint32_t begin, std::uint32_t end) {
   const auto node = [&](Cell c) {
     return place[c] < begin ? kSource : place[c] >= end ? kSink : place[c] - begin + kSink + 1;
   };
@@ -298,7 +298,7 @@ std::vector<bool> CutBetween(const Cells& cells, const Indices& order, const Ind
     }
   }
   const std::vector<bool> with_source = MinCut(kSink + 1 + end - begin, links);
-  std::vector<bool> within(cells.size());
+  Sides within(cells.size());
   for (Cell c = 0; c < cells.size(); ++c) within[c] = with_source[node(c)];
   return within;
 }
@@ -311,8 +311,7 @@ constexpr double kLastCore = 0.7;
 /// finds more distant necks and takes more time.
 constexpr double kBand = 3.0;
 
-void AddCores(const Cells& cells, const Indices& order, int levels,
-              std::set<std::vector<bool>>& candidates) {
+void AddCores(const Cells& cells, const Indices& order, int levels, std::set<Sides>& candidates) {
   Indices place(cells.size(), kNoNode);
   for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
   std::vector<double> before;  // area of the cells before, in this order
@@ -535,7 +534,7 @@ Eigen::Vector3d InnerCenter(const Cells& cells, std::uint32_t c) {
 }
 
 std::vector<Sides> MirrorCandidates(const Cells& cells, int centers, int levels) {
-  std::set<std::vector<bool>> candidates;
+  std::set<Sides> candidates;
   std::vector<double> radius(cells.size());
   Points center(cells.size());
   for (std::uint32_t c = 0; c < cells.size(); ++c) {
@@ -550,9 +549,7 @@ std::vector<Sides> MirrorCandidates(const Cells& cells, int centers, int levels)
     grow(MirrorDepths(cells.center, center[c]), c);
     grow(radius, c);
   }
-  std::vector<Sides> sides;
-  for (const std::vector<bool>& one : candidates) sides.emplace_back(one.begin(), one.end());
-  return sides;
+  return {candidates.begin(), candidates.end()};
 }
 
 void MoveBorders(const FaceGraph& faces, const FaceFrames& frames, const std::vector<double>& costs,

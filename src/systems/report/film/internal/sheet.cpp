@@ -23,7 +23,7 @@ cv::Mat MatOf(const image::Image& picture) {
 using Rgb = cv::Scalar;
 
 void Write(const std::string& text, int x, int y, double scale, image::Image& into,
-           const Rgb& color = {30, 30, 30}) {
+           const Rgb& color) {
   cv::Mat mat = MatOf(into);
   cv::putText(mat, text, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, color, 1, cv::LINE_AA);
 }
@@ -111,7 +111,7 @@ image::Image Fitted(const image::Image& picture, int width, int height) {
 }
 
 void WriteText(const std::string& text, int x, int y, double scale, image::Image& into) {
-  Write(text, x, y, scale, into);
+  Write(text, x, y, scale, into, {30, 30, 30});
 }
 
 image::Image SheetOf(const std::vector<Captioned>& pictures, int columns, int tile_width_px) {
@@ -129,8 +129,8 @@ image::Image SheetOf(const std::vector<Captioned>& pictures, int columns, int ti
     const int left = i % across * tile_width_px;
     const int top = i / across * (tile_height_px + kCaption_px);
     Paste(Fitted(one.image, tile_width_px, tile_height_px), left, top, sheet);
-    Write(one.caption, left + kBaseline_px, top + tile_height_px + kCaption_px - kBaseline_px,
-          kLetters, sheet);
+    WriteText(one.caption, left + kBaseline_px, top + tile_height_px + kCaption_px - kBaseline_px,
+              kLetters, sheet);
   }
   return sheet;
 }

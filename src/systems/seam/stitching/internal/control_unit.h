@@ -46,7 +46,6 @@ class Route {
   /// @param speed_m_s  maximum speed, in addition to options.speed_m_s.
   Route(std::span<const Point> path, double speed_m_s, const HeadOptions& options);
 
-  /// A point of the path.
   struct Place {
     Point point;
     Point tangent;  ///< unit

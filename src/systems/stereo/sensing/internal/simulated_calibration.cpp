@@ -182,27 +182,13 @@ std::vector<double*> NumbersOf(StereoCalibration& c) {
   return numbers;
 }
 
-json JsonOf(StereoCalibration calibration) {
-  json numbers = json::array();
-  for (const double* number : NumbersOf(calibration)) numbers.push_back(*number);
-  return {{"width", calibration.camera.width},
-          {"height", calibration.camera.height},
-          {"numbers", numbers}};
-}
-
-StereoCalibration CalibrationOf(const json& from) {
-  StereoCalibration c;
-  c.camera.width = from.at("width");
-  c.camera.height = from.at("height");
-  std::size_t next = 0;
-  for (double* number : NumbersOf(c)) *number = from.at("numbers").at(next++);
-  return c;
-}
-
 experiment::Result Calibrate(const CalibrationSetup& setup) {
   experiment::Result result;
   try {
-    result.data = JsonOf(CalibrateSimulated(setup, {}).calibration).dump();
+    StereoCalibration calibration = CalibrateSimulated(setup, {}).calibration;
+    json numbers;
+    for (const double* number : NumbersOf(calibration)) numbers.push_back(*number);
+    result.data = json{{"numbers", numbers}}.dump();
     result.outcome = kCalibrated;
   } catch (const base::InputError& error) {
     result.outcome = "refused";
@@ -222,7 +208,6 @@ constexpr double kMaxRoll_rad = base::Deg(25.0);  // of the camera about it
 constexpr double kArmSigma_m = 0.0001;
 constexpr double kArmSigma_rad = base::Deg(0.02);
 
-/// The board, the arm and the camera.
 class CalibrationCell {
  public:
   explicit CalibrationCell(const CalibrationSetup& setup)
@@ -256,7 +241,8 @@ class CalibrationCell {
       }
       GoToView(taken);
       const base::Pose X_WH = robot_.HandPose(world_.ArmPositions());
-      image::Image picture = camera_.Picture(world_, *renderer_, X_WH * *run.X_HS * X_SC_, rng_);
+      image::Image picture =
+          camera_.Picture(world_, *renderer_, X_WH * *run.X_HS * X_SC_, rng_.Next());
       if (!is_good(picture)) continue;
       run.pictures.push_back(std::move(picture));
       run.record.X_WH.push_back(X_WH * base::DrawRigidError(kArmSigma_m, kArmSigma_rad, rng_));
@@ -368,7 +354,13 @@ StereoCalibration CalibrateApart(const CalibrationSetup& setup) {
   if (result.outcome != kCalibrated) {
     throw base::InputError("the stereo camera's calibration: " + result.detail);
   }
-  return CalibrationOf(json::parse(result.data));
+  StereoCalibration calibration;
+  calibration.camera.width = setup.camera.width;
+  calibration.camera.height = setup.camera.height;
+  const json numbers = json::parse(result.data).at("numbers");
+  std::size_t next = 0;
+  for (double* number : NumbersOf(calibration)) *number = numbers.at(next++);
+  return calibration;
 }
 
 HandEyeViews SimulateHandEye(const CalibrationSetup& setup,

@@ -14,7 +14,6 @@
 
 namespace rangegrasp::stereo {
 
-/// Setup of the calibration of a scene's camera.
 struct CalibrationSetup {
   std::filesystem::path scene;
   sensing::StereoCameraOptions camera;
@@ -41,7 +40,6 @@ CalibrationResult CalibrateSimulated(const CalibrationSetup& setup,
 /// @throws base::InputError with the reason why the chessboards do not calibrate.
 StereoCalibration CalibrateApart(const CalibrationSetup& setup);
 
-/// All inputs of a hand-eye calibration.
 struct HandEyeViews {
   HandEyeRecord record;
   std::vector<image::Image> pictures;   ///< as many as record.X_WH
