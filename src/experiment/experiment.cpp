@@ -11,6 +11,7 @@
 #include "base/file.h"
 #include "base/installation.h"
 #include "base/pattern.h"
+#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -58,12 +59,12 @@ const TaskKind& ReadKind(YamlMap& map) {
 std::string HashOf(const std::string& text, const std::vector<std::string>& set,
                    const TaskKind& kind) {
   std::uint64_t hash = base::Fnv1a("");
-  const auto add = [&](const std::string& line, const std::string& after) {
-    if (line.starts_with("seed" + after) || line.starts_with(kind.trials_key + after)) return;
+  auto lines = base::Split(text, '\n');
+  lines.insert(lines.end(), set.begin(), set.end());
+  for (const std::string& line : lines) {
+    if (internal::SetsSeedOrTrials(line, kind.trials_key)) continue;
     hash = base::Fnv1a(line + "\n", hash);
-  };
-  for (const std::string& line : base::Split(text, '\n')) add(line, ":");
-  for (const std::string& one : set) add(one, "=");
+  }
   return base::Hex(hash);
 }
 

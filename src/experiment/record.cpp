@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/words.h"
+#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -149,9 +150,9 @@ std::vector<std::string> DecidingLines(const Stamp& stamp, const char* name,
   auto lines = base::Split(ValueOr(stamp.data, name, ""), '\n');
   for (std::string& line : lines) line.erase(line.find_last_not_of(" \t\r") + 1);
   std::erase_if(lines, [&](const std::string& line) {
-    const std::string key = line.substr(0, line.find_first_of("=:"));
     const auto first = line.find_first_not_of(" \t");
-    return first == std::string::npos || line[first] == '#' || key == trials || key == "seed";
+    return first == std::string::npos || line[first] == '#' ||
+           internal::SetsSeedOrTrials(line, trials);
   });
   return lines;
 }

@@ -23,7 +23,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
-#include "experiment/internal/commits.h"
+#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {

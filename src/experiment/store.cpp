@@ -17,7 +17,7 @@
 
 #include "base/error.h"
 #include "base/words.h"
-#include "experiment/internal/commits.h"
+#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {

@@ -236,9 +236,6 @@ Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& err
 // Objects.
 
 constexpr int kSegments = 32;  // for round primitives
-// Bounds of the collision geometry's longest edge; a larger mesh is in millimetres.
-constexpr double kMinSize_m = 0.005;
-constexpr double kMaxSize_m = 1.0;
 // Principal moments relative to those of its homogeneous hull of the same mass: a hammer has 0.3 to
 // 2.5, a shell up to 1.7.
 constexpr double kMinInertia = 0.1;

@@ -10,6 +10,9 @@
 
 namespace rangegrasp::check {
 
+/// Bounds of the longest edge of an object's bounding box; a larger mesh is in millimetres.
+inline constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
+
 /// Kind of an MJCF file, by its content.
 enum class Kind { kScene, kArm, kHand, kObject };
 constexpr std::array<std::string_view, 4> WordsOf(Kind) {

@@ -14,6 +14,7 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "geometry/mesh_file.h"
+#include "sim/check/check.h"
 
 namespace rangegrasp::objects {
 namespace {
@@ -145,14 +146,14 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
                        : options.longest_m ? *options.longest_m / longest
                                            : UnitOf(file, longest, options, said) * options.scale;
   const double size_m = longest * scale;
-  if (size_m < kMinSize_m || size_m > kMaxSize_m) {
+  if (size_m < check::kMinSize_m || size_m > check::kMaxSize_m) {
     std::string cure = "--unit, --scale, --height-mm or --size-mm change it";
     if (const auto likely = GuessUnit(longest)) {
       cure = fmt::format("is its unit {}? {}", base::Word(*likely), cure);
     }
-    throw base::InputError(
-        fmt::format("{}: the object would be {} long; objects to grasp must be {} to {} long: {}",
-                    file.string(), Length(size_m), Length(kMinSize_m), Length(kMaxSize_m), cure));
+    throw base::InputError(fmt::format(
+        "{}: the object would be {} long; objects to grasp must be {} to {} long: {}",
+        file.string(), Length(size_m), Length(check::kMinSize_m), Length(check::kMaxSize_m), cure));
   }
   return scale;
 }

@@ -19,9 +19,6 @@ namespace rangegrasp::objects {
 enum class LengthUnit { kMm, kCm, kM, kInch };
 constexpr std::array<std::string_view, 4> WordsOf(LengthUnit) { return {"mm", "cm", "m", "inch"}; }
 
-/// Limits for objects to grasp: longest edge of the bounding box.
-inline constexpr double kMinSize_m = 0.005, kMaxSize_m = 1.0;
-
 /// A unit's length [m].
 double MetersOf(LengthUnit unit);
 

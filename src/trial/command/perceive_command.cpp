@@ -255,8 +255,7 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
     RefuseOverwriting(cloud, fs::path(arguments.out) / cloud.filename());
   }
   const auto file = ReadCloud(arguments);
-  geometry::Points points = file.points;
-  std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  const geometry::Points points = MeasuredPoints(file);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
   const auto options = OptionsFor(arguments);
   base::Rng rng(arguments.seed);
@@ -455,6 +454,12 @@ std::string UnitWarning(double spacing_m) {
     return fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM);
   }
   return "";
+}
+
+geometry::Points MeasuredPoints(const geometry::CloudFile& file) {
+  geometry::Points points = file.points;
+  std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  return points;
 }
 
 std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {

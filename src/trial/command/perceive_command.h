@@ -28,6 +28,8 @@ void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 /// lengths.
 /// @throws base::InputError naming the error, such as a crop without points.
 geometry::CloudFile ReadCloud(const CloudArguments& arguments);
+/// The cloud's points that were measured: those without NaN, in their order.
+geometry::Points MeasuredPoints(const geometry::CloudFile& file);
 
 /// The sensor's position: from the option, else from the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);

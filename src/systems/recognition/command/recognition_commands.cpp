@@ -102,9 +102,7 @@ geometry::View ReadView(const CloudArguments& arguments) {
   if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
     spdlog::warn("{}: {}", arguments.cloud, warning);
   }
-  geometry::Points measured = file.points;
-  std::erase_if(measured, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
-  const double spacing_m = perception::MeasureSampling(measured, {}).spacing_m;
+  const double spacing_m = perception::MeasureSampling(MeasuredPoints(file), {}).spacing_m;
   if (const auto warning = UnitWarning(spacing_m); !warning.empty()) {
     spdlog::warn("{}: {}", arguments.cloud, warning);
   }
@@ -296,12 +294,12 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
   base::Rng rng(arguments.seed);
   RecognizedCloud recognized;
   try {
-    const auto scene = perception::Perceive(observation, options, rng);
-    recognized.perceived = scene.objects;
+    auto scene = perception::Perceive(observation, options, rng);
     recognition::RecognitionOptions recognition;
     recognition.tolerance_m = arguments.tolerance_mm / base::kMmPerM;
     recognized.found =
         recognition::Recognize(observation, scene, library, recognition, {}, &recognized.unknown);
+    recognized.perceived = std::move(scene.objects);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
   }

@@ -21,6 +21,7 @@
 #include "recognition/recognize.h"
 #include "recognition/views/wrist_scanner.h"
 #include "sim/bodies.h"
+#include "sim/check/check.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
 #include "trial/registry.h"
@@ -231,7 +232,7 @@ std::set<std::filesystem::path> FilesOf(const std::filesystem::path& file) {
 /// The surface is sampled every few millimetres: one in another unit would take all memory.
 void RefuseSize(const std::filesystem::path& file, const geometry::TriangleMesh& mesh) {
   const double length_m = std::max(0.0, geometry::BoundsOf(mesh.vertices).sizes().maxCoeff());
-  if (length_m >= objects::kMinSize_m && length_m <= objects::kMaxSize_m) return;
+  if (length_m >= check::kMinSize_m && length_m <= check::kMaxSize_m) return;
   std::string cure = "write a scale in each <mesh>, e.g. scale=\"0.001 0.001 0.001\"";
   if (file.extension() != ".xml") {
     const auto unit = objects::GuessUnit(length_m);
@@ -242,7 +243,7 @@ void RefuseSize(const std::filesystem::path& file, const geometry::TriangleMesh&
   throw base::InputError(
       fmt::format("{}: is {:.3g} m long, but known objects are {} to {} m long; meshes are in "
                   "metres: {}",
-                  file.string(), length_m, objects::kMinSize_m, objects::kMaxSize_m, cure));
+                  file.string(), length_m, check::kMinSize_m, check::kMaxSize_m, cure));
 }
 
 KnownObject KnownFrom(const sim::ObjectModel& model, const LibraryOptions& library = {}) {

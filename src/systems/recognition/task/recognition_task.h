@@ -36,7 +36,7 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
 /// The library of one or more folders: each NAME/NAME.xml in them, or NAME.stl in metres, is a
 /// known object; of two with the same name, that of the first folder is used.
 /// @throws base::InputError naming the folder if there is no known object or no such folder, or the
-/// file if its size is not that of an object (objects::kMinSize_m).
+/// file if its size is not that of an object (check::kMinSize_m).
 Library LoadLibrary(std::span<const std::filesystem::path> folders);
 
 /// `task: recognition`: recognition of known objects and their poses. A case is one scene with a
