@@ -316,6 +316,7 @@ Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels
 
 Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
                            const Rectifier& rectifier, const ReconstructOptions& options) {
+  CheckOptions(options);
   const internal::SingleThread single;
   Reconstruction result;
   result.rectified = rectifier.Apply(left, right);

@@ -212,6 +212,18 @@ TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
   EXPECT_EQ(mask.grey, (std::vector<std::uint8_t>{0, 0, 255, 255, 255, 0}));
 }
 
+TEST(Reconstruct, RefusesOptionsThatAreOutOfRange) {
+  const auto refused = [](auto change) {
+    ReconstructOptions options = SmallCamera(MatchMethod::kBlock);
+    change(options);
+    EXPECT_THROW(Made(options), std::invalid_argument);
+  };
+  refused([](ReconstructOptions& o) { o.step_px = 0; });
+  refused([](ReconstructOptions& o) { o.near_m = 0.0; });
+  refused([](ReconstructOptions& o) { o.far_m = o.near_m; });
+  refused([](ReconstructOptions& o) { o.blue_window_px = 4; });
+}
+
 TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
   ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
   const auto made_points = [&] {
