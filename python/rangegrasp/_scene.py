@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import warnings
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
@@ -196,6 +197,12 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
     ------
     InputError
         If there are fewer than 100 points, no table, or a noise below 0.
+
+    Warns
+    -----
+    UserWarning
+        If an array has no X_WV, and of what the program warns of: another unit than metres, no objects, objects that are too large. A
+        scan of a scene gives no warnings.
     """
     if isinstance(points, Scan):
         if X_WV is not None:
@@ -207,5 +214,8 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
             array = array[None]
         scan = Scan([View(array, np.eye(4) if X_WV is None else np.asarray(X_WV, dtype=np.float64))])
     upwards: Floats | None = None if up is None else np.ascontiguousarray(up, dtype=np.float64)
-    return Found._from(_core.perceive(scan._core(), noise, upwards, segmentation, str(Path(scene)) if scene else "", seed,
-                                      2**31 if grasped is None else grasped))
+    core = _core.perceive(scan._core(), noise, upwards, segmentation, str(Path(scene)) if scene else "", seed,
+                          2**31 if grasped is None else grasped, scan is points or X_WV is not None)
+    for text in core.pop("warnings"):
+        warnings.warn(text, stacklevel=2)
+    return Found._from(core)

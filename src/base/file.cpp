@@ -170,8 +170,9 @@ CsvTable CsvTable::Parse(std::string_view text, const std::string& name) {
       continue;
     }
     if (cells.size() != table.header_.size()) {
-      throw InputError(fmt::format("{}:{}: has {} cells; there must be {}: {}", name, at,
-                                   cells.size(), table.header_.size(), Join(table.header_, ",")));
+      throw InputError(fmt::format("{}:{}: has {}; there must be {}: {}", name, at,
+                                   Counted(std::ssize(cells), "cell"), table.header_.size(),
+                                   Join(table.header_, ",")));
     }
     table.rows_.push_back({at, std::move(cells)});
   }

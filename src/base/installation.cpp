@@ -82,9 +82,10 @@ fs::path FindExperiment(const fs::path& experiment) {
   const fs::path file = experiment.filename();
   const std::string name = (file.extension() == ".yaml" ? file.stem() : file).string();
   if (std::ranges::find(names, name) == names.end()) {
-    throw InputError(fmt::format("{}: no such file, nor an experiment in {}; nearest: '{}'",
-                                 experiment.string(), (data / "experiments").string(),
-                                 NearestWord(name, names)));
+    throw InputError(
+        fmt::format("{}: no such file, nor an experiment in {}{}; `rangegrasp list "
+                    "experiments` lists all",
+                    experiment.string(), (data / "experiments").string(), Suggestion(name, names)));
   }
   return data / "experiments" / (name + ".yaml");
 }

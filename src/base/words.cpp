@@ -12,6 +12,8 @@ namespace {
 
 // Minimum length of a word that may be a part of a longer one.
 constexpr std::size_t kMinPart = 3;
+// One of as many letters of a misspelt word may be wrong, rounded up: clang's rule for suggestions.
+constexpr std::size_t kLettersPerError = 3;
 
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -30,8 +32,8 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words) {
-  return fmt::format("'{}' must be one of {}; nearest: {}", word, Join(words),
-                     NearestWord(word, words));
+  return fmt::format("'{}' must be one of {}{}", word, Join(words),
+                     Suggestion(word, words, "; nearest: {}"));
 }
 
 std::size_t WordPosition(std::string_view word, const std::vector<std::string>& words,
@@ -45,17 +47,29 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& w
   const auto distance = [&](const std::string& other) { return EditDistance(word, other); };
   const auto nearest = std::ranges::min_element(words, {}, distance);
   if (nearest == words.end()) return "";
-  if (word.size() < kMinPart || distance(*nearest) < 2) return *nearest;
+  const bool near = distance(*nearest) <= (word.size() + kLettersPerError - 1) / kLettersPerError;
+  if (word.size() < kMinPart || distance(*nearest) < 2) return near ? *nearest : "";
   const auto begun = std::ranges::find_if(
       words, [&](const std::string& other) { return other.starts_with(word); });
   if (begun != words.end()) return *begun;
+  if (near) return *nearest;
   const auto longer = std::ranges::find_if(
       words, [&](const std::string& other) { return other.find(word) != std::string::npos; });
-  return 2 * distance(*nearest) > word.size() && longer != words.end() ? *longer : *nearest;
+  return longer != words.end() ? *longer : "";
+}
+
+std::string Suggestion(std::string_view word, const std::vector<std::string>& words,
+                       std::string_view text) {
+  const std::string nearest = NearestWord(word, words);
+  return nearest.empty() ? "" : fmt::format(fmt::runtime(text), nearest);
 }
 
 std::string Join(const std::vector<std::string>& words, std::string_view separator) {
   return fmt::format("{}", fmt::join(words, separator));
+}
+
+std::string Counted(std::int64_t count, std::string_view thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
 }
 
 std::vector<std::string> Split(std::string_view text, char separator) {

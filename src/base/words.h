@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,7 +40,8 @@ constexpr auto ValuesOf() {
   return all;
 }
 
-/// Message for a word that is not among `words`: "'word' must be one of ...; nearest: ...".
+/// Message for a word that is not among `words`: "'word' must be one of ...", and "; nearest: ..."
+/// if one of them is near.
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
 
 /// @throws InputError "<what>: " and MustBeOneOf if the word is not among `words`.
@@ -52,12 +54,20 @@ Enum FromWord(std::string_view word, const std::string& what) {
   return static_cast<Enum>(WordPosition(word, WordList<Enum>(), what));
 }
 
-/// The nearest word by edit distance, or, if none is near, one that contains the given word (at
-/// least three letters); empty if there are no words.
+/// The nearest word by edit distance, if at most a third of the letters (rounded up) are wrong, or
+/// one that contains the given word (at least three letters); empty if no word is near.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& words);
+
+/// The part of a message that suggests the nearest word; empty if no word is near.
+/// @param text  with {} in place of the word
+std::string Suggestion(std::string_view word, const std::vector<std::string>& words,
+                       std::string_view text = "; nearest: '{}'");
 
 /// "a, b, c".
 std::string Join(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+/// A count with its noun, whose plural ends in s: "1 grasp", "0 grasps", "2 grasps".
+std::string Counted(std::int64_t count, std::string_view thing);
 
 /// An empty text gives one empty part.
 std::vector<std::string> Split(std::string_view text, char separator);

@@ -88,7 +88,8 @@ struct YamlMap::Impl {
     }
   }
 
-  /// The key that an unknown one is meant for: also one of another mapping that was read before.
+  /// The key that an unknown one is meant for: also one of another mapping that was read before;
+  /// empty: none.
   std::string Nearest(const std::string& key) const {
     for (const KeyDoc& known : document->keys) {
       if (known.path == key || known.path.ends_with("." + key)) return known.path;
@@ -207,6 +208,37 @@ std::vector<std::string> YamlMap::Names() const {
   std::vector<std::string> names;
   for (const auto& entry : impl_->node) names.push_back(KeyOf(entry));
   return names;
+}
+
+namespace {
+
+// Levels of keys that files have; an anchor may make a mapping contain itself.
+constexpr int kLevels = 3;
+
+std::string OnOneLine(YAML::Node value) {
+  if (value.IsScalar()) return value.Scalar();  // without quotes
+  value.SetStyle(YAML::EmitterStyle::Flow);
+  return YAML::Dump(value);
+}
+
+void AddValues(const YAML::Node& map, const std::string& prefix, int levels,
+               std::map<std::string, std::string>& values) {
+  for (const auto& entry : map) {
+    const std::string path = prefix + KeyOf(entry);
+    if (entry.second.IsMap() && levels > 1) {
+      AddValues(entry.second, path + ".", levels - 1, values);
+    } else {
+      values[path] = OnOneLine(entry.second);
+    }
+  }
+}
+
+}  // namespace
+
+std::map<std::string, std::string> YamlMap::Values() const {
+  std::map<std::string, std::string> values;
+  AddValues(impl_->node, impl_->prefix, kLevels, values);
+  return values;
 }
 
 YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
@@ -410,8 +442,10 @@ void YamlMap::Finish() const {
     if (Contains(impl_->asked, key)) continue;
     const std::string at = impl_->Where(key, entry.first.Mark());
     CheckBuilt("key", impl_->prefix + key, at);
-    throw InputError(at + "unknown key '" + key + "'; nearest valid key: '" + impl_->Nearest(key) +
-                     "'; valid: " + Join(impl_->asked));
+    const std::string nearest = impl_->Nearest(key);
+    throw InputError(at + "unknown key '" + key + "'; " +
+                     (nearest.empty() ? "" : "nearest valid key: '" + nearest + "'; ") +
+                     "valid: " + Join(impl_->asked));
   }
 }
 

@@ -2,8 +2,10 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -70,9 +72,10 @@ std::string Short(const nlohmann::ordered_json& value) {
   return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>()) : value.dump();
 }
 
-// "spread-0000: delivered", or "spread-0000: no_path in stage plan"; the detail, figures without
-// those of the log, times.
-std::string SummaryOf(const Record& record, const std::string& success) {
+// "spread-0000: delivered", or "spread-0000: no_path in stage plan"; the detail, the kind's
+// summary, figures without those of the log, times.
+std::string SummaryOf(const Record& record, const std::string& success,
+                      const experiment::TaskKind& kind) {
   const auto& [which, result] = record;
   std::string text = which.id + ": " + result.outcome;
   const bool failed = result.outcome != success;
@@ -97,15 +100,49 @@ std::string SummaryOf(const Record& record, const std::string& success) {
       times.push_back(fmt::format("{} {:.3f}", stage, seconds));
     }
   }
+  if (const std::string more = kind.summary ? kind.summary(result) : ""; !more.empty()) {
+    text += "  " + more + "\n";
+  }
   text += "  " + base::Join(figures) + "\n  seconds: " + base::Join(times) + "\n";
   return text;
+}
+
+// Cases that are listed: a screenful.
+constexpr std::size_t kListed = 20;
+
+// The cases of a run, failed ones first, from which one is chosen to be run again.
+std::string ListOf(std::vector<Record> records, const Stamp& stamp) {
+  const std::string success = SuccessOf(experiment::KindOf(stamp), stamp);
+  std::ranges::stable_partition(
+      records, [&](const Record& record) { return record.result.outcome != success; });
+  const std::size_t listed = std::min(records.size(), kListed);
+  experiment::Grid grid{{"id", "group", "outcome", "stage"}, {true, true, true, true}, {}, false};
+  for (const auto& [which, result] : std::span(records).first(listed)) {
+    grid.rows.push_back({which.id, which.group, result.outcome, result.stage});
+  }
+  std::string text = TextOf(grid);
+  if (listed < records.size()) {
+    text += fmt::format("and {} more (--json lists all)\n", records.size() - listed);
+  }
+  return text;
+}
+
+void List(const TrialArguments& arguments) {
+  if (arguments.snapshots || !arguments.video.empty()) {
+    throw base::InputError("--snapshots and --video need an id; `rangegrasp trial " +
+                           arguments.folder + "` lists the ids");
+  }
+  const Store store = Store::Open(arguments.folder);
+  const auto records = store.ReadAll();
+  if (!arguments.json) return WriteTables(ListOf(records, store.ReadStamp()));
+  for (const Record& record : records) WriteResult(experiment::ToJson(record) + "\n");
 }
 
 void Replay(const experiment::Experiment& e, const Store& store, const experiment::Case& which,
             const experiment::ReplayOptions& options, bool json) {
   const Record replayed{which, e.task->Replay(which, options)};
   WriteResult(json ? experiment::ToJson(replayed) + "\n"
-                   : SummaryOf(replayed, SuccessOf(*e.kind, e.stamp)));
+                   : SummaryOf(replayed, SuccessOf(*e.kind, e.stamp), *e.kind));
   for (const Record& stored : store.ReadAll()) {
     if (stored.which.id != which.id || SameButTimes(stored, replayed)) continue;
     spdlog::warn(
@@ -120,6 +157,7 @@ void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.camera.empty() && !arguments.snapshots && arguments.video.empty()) {
     throw base::InputError("--camera needs --snapshots or --video");
   }
+  if (arguments.ids.empty()) return List(arguments);
   const Store store = Store::Open(arguments.folder);
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
@@ -148,13 +186,13 @@ void ReplayAll(const TrialArguments& arguments) {
 
 void AddTrial(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "trial", "Run individual cases of a run again, selected by id, and print their outcomes.");
+      "trial",
+      "Run individual cases of a run again and print their outcomes; without ids, list the cases.");
   auto a = std::make_shared<TrialArguments>();
   command->add_option("folder", a->folder, "results folder")->required();
-  command
-      ->add_option("id", a->ids,
-                   "ids of cases, e.g. coffee_cup-0003; `export DIR` or SQL lists them")
-      ->required();
+  command->add_option("id", a->ids,
+                      "ids of cases, e.g. coffee_cup-0003 (default: list the run's cases, failed "
+                      "ones first)");
   command->add_flag(
       "--snapshots", a->snapshots,
       "write pictures and files of every stage into <folder>/snapshots, with an overview sheet");
@@ -173,9 +211,28 @@ void AddTrial(CLI::App& app) {
 
 // ---- compare ----
 
+constexpr std::size_t kShownKeys = 10;
+
+// The keys in which two experiments differ. No line ends with a number: scripts/figures reads such
+// lines as figures.
+std::string KeysText(const std::vector<experiment::KeyDifference>& keys) {
+  if (keys.empty()) return "the experiments have the same keys\n";
+  const auto value = [](const std::string& text) { return text.empty() ? "not given" : text; };
+  std::string text = "keys that differ:\n";
+  const std::size_t shown = std::min(keys.size(), kShownKeys);
+  for (const auto& [key, first, second] : std::span(keys).first(shown)) {
+    text +=
+        fmt::format("  {}: {} in the first, {} in the second\n", key, value(first), value(second));
+  }
+  if (shown < keys.size()) text += fmt::format("  and {} more\n", keys.size() - shown);
+  return text;
+}
+
 void AddCompare(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "compare", "Compare two runs on the same seeds, case by case (McNemar's exact test).");
+      "compare",
+      "Compare two runs on the same seeds: the keys in which they differ, and their cases, one by "
+      "one (McNemar's exact test).");
   auto first = std::make_shared<std::string>();
   auto second = std::make_shared<std::string>();
   command->add_option("first", *first, "results folder")->required();
@@ -187,10 +244,10 @@ void AddCompare(CLI::App& app) {
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteTables(fmt::format(
-        "first: {}\nsecond: {}\npairs {}\n{} by the first, % {:.1f}\n"
+        "first: {}\nsecond: {}\n{}pairs {}\n{} by the first, % {:.1f}\n"
         "{} by the second, % {:.1f}\n{} by both {}\n"
         "only by the first {}\nonly by the second {}\nsame outcome {}\nMcNemar exact p {:g}\n",
-        *first, *second, c.pairs, c.success, percent(c.only_first), c.success,
+        *first, *second, KeysText(c.keys), c.pairs, c.success, percent(c.only_first), c.success,
         percent(c.only_second), c.success, c.both, c.only_first, c.only_second, c.same_outcome,
         c.p_value));
   });
@@ -206,7 +263,7 @@ void Merge(const std::vector<std::string>& folders, const std::string& out, bool
     if (stamp.data.contains("experiment_text") && stamp.data.contains("set")) {  // not damaged
       WriteResult(experiment::FileAsRun(stamp), fs::path(out) / "experiment.yaml");
     }
-    spdlog::info("{} folders joined in {}", folders.size(), out);
+    spdlog::info("{} joined in {}", base::Counted(folders.size(), "folder"), out);
   }
   if (all) return;
   // A shard was forgotten, or its run was killed.

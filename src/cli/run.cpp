@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <tuple>
+#include <utility>
 
 #include "base/error.h"
 #include "base/installation.h"
@@ -31,16 +32,20 @@ using experiment::Record;
 using experiment::Stamp;
 using experiment::Store;
 
-// While it exists, Ctrl-C tells how many cases the run has done, and then ends the program as
-// usual. The store keeps the finished cases of a killed run.
+// While it exists, Ctrl-C and SIGTERM (`kill`, a batch system) tell how many cases the run has
+// done, and then end the program as usual. The store keeps the finished cases of a killed run.
 class TellsWhenStopped {
  public:
   TellsWhenStopped() {
     process_ = getpid();
-    before_ = std::signal(SIGINT, Stop);
-    if (before_ == SIG_IGN) std::signal(SIGINT, SIG_IGN);  // in the background of a script
+    for (auto& [signal, before] : before_) {
+      before = std::signal(signal, Stop);
+      if (before == SIG_IGN) std::signal(signal, SIG_IGN);  // in the background of a script
+    }
   }
-  ~TellsWhenStopped() { std::signal(SIGINT, before_); }
+  ~TellsWhenStopped() {
+    for (const auto& [signal, before] : before_) std::signal(signal, before);
+  }
   TellsWhenStopped(const TellsWhenStopped&) = delete;
   TellsWhenStopped& operator=(const TellsWhenStopped&) = delete;
 
@@ -65,7 +70,7 @@ class TellsWhenStopped {
 
   static inline std::atomic<std::size_t> done_ = 0, total_ = 0;
   static inline pid_t process_ = 0;
-  void (*before_)(int) = SIG_DFL;
+  std::array<std::pair<int, void (*)(int)>, 2> before_ = {{{SIGINT, SIG_DFL}, {SIGTERM, SIG_DFL}}};
 };
 
 // Opens the store to write to: a new one, or the one of an earlier part of the run.
@@ -162,9 +167,9 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   experiment::Results results{store.ReadStamp(), store.ReadAll(), folder};
   auto report = experiment::ReportOf(results);
   for (const auto& [name, text] : report.files) WriteResult(text, folder / name);
-  spdlog::info("{} cases in {:.1f} s (--jobs {}); results in {}",
-               before - Missing(cases, store).size(), watch.Seconds(), options.jobs,
-               store.file().string());
+  spdlog::info("{} in {:.1f} s (--jobs {}); results in {}",
+               base::Counted(before - Missing(cases, store).size(), "case"), watch.Seconds(),
+               options.jobs, store.file().string());
   const auto same = experiment::SameFailure(results.records, SuccessOf(*e.kind, e.stamp));
   if (same && results.records.front().result.outcome == e.kind->unusable) {
     failed += (failed.empty() ? "" : "\n") + ("all cases ended in " + *same);

@@ -216,7 +216,8 @@ void Status(const std::string& folder) {
   }
   text += fmt::format("{} of {} cases done", done, cases);
   if (failed > 0) {
-    text += fmt::format("; {} shards failed: repeat the same `submit` to run them again", failed);
+    text += fmt::format("; {} failed: repeat the same `submit` to run what is missing",
+                        base::Counted(failed, "shard"));
   }
   if (Store::Exists(submission.folder)) {
     text += "; joined in " + submission.folder.string();

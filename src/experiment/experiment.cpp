@@ -82,10 +82,10 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
   for (const std::string& group : wanted) {
     if (std::ranges::find(known, group) != known.end()) continue;
     throw base::InputError(
-        file.string() + ": has no '" + group + "'; did you mean '" +
-        base::NearestWord(group, known) + "'? It has " + base::Join(known) +
-        "; others need an experiment file that lists them, or more trials if the " +
-        "objects take turns");
+        file.string() + ": has no '" + group + "'" +
+        base::Suggestion(group, known, "; did you mean '{}'?") + " (it has " + base::Join(known) +
+        "; others need an experiment file that lists them, or more trials if the objects take " +
+        "turns)");
   }
   std::erase_if(cases,
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
@@ -218,6 +218,27 @@ std::string SuccessOf(const TaskKind& kind, const Stamp& stamp) {
   return ValueOr(stamp.data, kSuccess, kind.success);
 }
 
+std::vector<KeyDifference> DifferingKeys(const Stamp& first, const Stamp& second) {
+  const auto values_of = [](const Stamp& stamp) {
+    auto values = YamlMap::FromText(Need(stamp.data, "experiment_text"),
+                                    Need(stamp.data, "experiment_file"), SetOf(stamp))
+                      .Values();
+    const std::string trials = KindOf(stamp).trials_key;
+    std::erase_if(values,
+                  [&](const auto& of) { return internal::SetsSeedOrTrials(of.first, trials); });
+    return values;
+  };
+  const auto one = values_of(first), two = values_of(second);
+  auto all = one;
+  all.insert(two.begin(), two.end());
+  std::vector<KeyDifference> differing;
+  for (const auto& [key, value] : all) {
+    KeyDifference values{key, ValueOr(one, key, ""), ValueOr(two, key, "")};
+    if (values.first != values.second) differing.push_back(std::move(values));
+  }
+  return differing;
+}
+
 RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const Results one = ReadResults(first);
   const Results two = ReadResults(second);
@@ -227,12 +248,13 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
                                        first.string(), kind.name));
   }
   const std::string success = SuccessOf(kind, one.stamp);
-  RunComparison compared{Compare(one.records, two.records, success), success, {}};
+  RunComparison compared{Compare(one.records, two.records, success), success, {}, {}};
   if (compared.pairs == 0) {
     throw base::InputError(
         fmt::format("{}, {}: the two runs have no case with the same id and seed", first.string(),
                     second.string()));
   }
+  compared.keys = DifferingKeys(one.stamp, two.stamp);
   const std::string& name = Need(one.stamp.identity, "experiment");
   const std::string& other = Need(two.stamp.identity, "experiment");
   if (name != other) {
@@ -256,7 +278,8 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
     ids.push_back(c.id);
   }
   throw base::InputError("no trial '" + id + "' in experiment " + experiment.common.name +
-                         "; nearest: '" + base::NearestWord(id, ids) + "'");
+                         (ids.empty() ? "" : " (its first is '" + ids.front() + "')") +
+                         base::Suggestion(id, ids));
 }
 
 Report ReportOf(const Results& results) {

@@ -114,11 +114,11 @@ Test TestOf(const ClustersEvidence& e, const PublishedFigure& figure) {
     filled += cluster.n > 0 ? 1 : 0;
     n += cluster.n;
   }
-  return {
-      ScoreTest(*figure.own / 100.0, trials, figure.published / 100.0),
-      fmt::format("{} in {} groups, equivalent to {:.0f} independent trials", n, filled, trials),
-      "published rate without counts, taken as exact: two-sided score test with the effective "
-      "number of independent trials, from the variation between groups (seams)"};
+  return {ScoreTest(*figure.own / 100.0, trials, figure.published / 100.0),
+          fmt::format("{} in {}, equivalent to {:.0f} independent trials", n,
+                      base::Counted(filled, "group"), trials),
+          "published rate without counts, taken as exact: two-sided score test with the effective "
+          "number of independent trials, from the variation between groups (seams)"};
 }
 
 Test TestOf(const EventsEvidence& e, const PublishedFigure&) {

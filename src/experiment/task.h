@@ -85,6 +85,9 @@ struct TaskKind {
   Report (*report)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
   /// Charts of this kind, in addition to the charts of all kinds; null: none.
   std::vector<Chart> (*charts)(const Stamp& stamp, const std::vector<Record>& records) = nullptr;
+  /// What `trial` prints of a result besides its outcome and figures, e.g. the executed grasp, as a
+  /// line without its end; empty: nothing. Null: nothing of any result.
+  std::string (*summary)(const Result& result) = nullptr;
   bool has_views = false;  ///< whether Replay fills a View
 };
 

@@ -339,8 +339,8 @@ CloudFile ReadXyz(const std::filesystem::path& file, std::string_view text) {
     const WordList words = Words(*line);
     if (words.empty() || words[0].front() == '#') continue;
     if (words.size() < 3) {
-      lines.Fail("{} has {} value(s); x, y and z with blanks between them are needed",
-                 Quoted(*line), words.size());
+      lines.Fail("{} has {}; x, y and z with blanks between them are needed", Quoted(*line),
+                 base::Counted(words.size(), "value"));
     }
     if (columns == 0) columns = words.size();
     if (words.size() != columns) {

@@ -25,7 +25,8 @@ Vector3d Vector(YamlMap& map, const std::string& key, Vector3d numbers, const st
   std::vector<std::string> texts;
   map.Read(key, texts, doc);
   if (!map.Has(key)) return numbers;
-  if (texts.size() != 3) map.Fail(key, fmt::format("has {} numbers, not 3", texts.size()));
+  if (texts.size() != 3)
+    map.Fail(key, fmt::format("has {}, not 3", base::Counted(texts.size(), "number")));
   for (int i = 0; i < 3; ++i) {
     const std::string& text = texts[static_cast<std::size_t>(i)];
     const auto number = base::NumberFrom<double>(text);

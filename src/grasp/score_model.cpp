@@ -44,9 +44,9 @@ struct ModelFile {
       const std::string word = name.is_string() ? name.get<std::string>() : name.dump();
       const auto found = std::ranges::find(known, word);
       if (found == known.end()) {
-        Fail(fmt::format(
-            "unknown feature '{}'; did you mean '{}'?", word,
-            base::NearestWord(word, std::vector<std::string>(known.begin(), known.end()))));
+        const std::vector<std::string> valid(known.begin(), known.end());
+        Fail(fmt::format("unknown feature '{}'{} (valid: {})", word,
+                         base::Suggestion(word, valid, "; did you mean '{}'?"), base::Join(valid)));
       }
       features.push_back(static_cast<std::size_t>(found - known.begin()));
     }

@@ -11,6 +11,7 @@
 #include "base/words.h"
 #include "grasp/detector.h"
 #include "grasp/score_model.h"
+#include "perception/doubts.h"
 #include "python/values.h"
 
 namespace rangegrasp::python {
@@ -28,9 +29,28 @@ const robot::Robot& RobotOf(const std::string& scene) {
   return robots.emplace(scene, robot::Robot::Load(file)).first->second;
 }
 
+// Reasons to doubt the result, in the words of the function's arguments.
+nb::list WarningsOf(const perception::Scene& scene, bool pose_is_known) {
+  const perception::Cures cures{
+      .smaller_unit = "points must be in metres; divide millimetres by 1000",
+      .larger_unit = "points must be in metres",
+      .upper_side = "pass X_WV, or up=(x, y, z)",
+      .other_things = "set points of other things to NaN, or pass up=(x, y, z)"};
+  const std::string of_origin =
+      pose_is_known ? ""
+                    : "there is no X_WV: the sensor is assumed at 0,0,0 (pass its pose, or "
+                      "X_WV=np.eye(4) if it is there)";
+  nb::list warnings;
+  for (const std::string& doubt : perception::Doubts(scene, of_origin, cures)) {
+    warnings.append(nb::str(doubt.c_str()));
+  }
+  return warnings;
+}
+
 nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
                   const std::optional<Vector3>& up, const std::string& segmentation,
-                  const std::string& scene_file, std::uint64_t seed, std::size_t grasped) {
+                  const std::string& scene_file, std::uint64_t seed, std::size_t grasped,
+                  bool pose_is_known) {
   if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
     throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
   }
@@ -86,6 +106,8 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   found["features"] = nb::none();
   found["objects"] = objects;
   found["grasps"] = all;
+  // A scan with a workspace comes from a calibrated cell. There an empty table is a usual result.
+  found["warnings"] = workspace ? nb::list() : WarningsOf(scene, pose_is_known);
   return found;
 }
 
@@ -93,7 +115,8 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
 
 void AddPerceive(nb::module_& m) {
   m.def("perceive", &Perceive, nb::arg("scan"), nb::arg("noise_m").none(), nb::arg("up").none(),
-        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"), nb::arg("grasped"));
+        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"), nb::arg("grasped"),
+        nb::arg("pose_is_known"));
 }
 
 }  // namespace rangegrasp::python

@@ -62,9 +62,9 @@ class Scene {
     if (!target.empty()) {
       const auto& names = cell_.options.objects;
       if (std::ranges::find(names, target) == names.end()) {
-        throw base::InputError(
-            fmt::format("target '{}' is not among the experiment's objects; nearest: '{}'", target,
-                        base::NearestWord(target, names)));
+        throw base::InputError(fmt::format("target '{}' is not among the experiment's objects {}{}",
+                                           target, base::Join(names),
+                                           base::Suggestion(target, names)));
       }
       spec.object = target;
     }

@@ -82,6 +82,52 @@ std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robo
   return std::nullopt;
 }
 
+constexpr const char* kOrFewer = ", or lower clutter.min_others and clutter.max_others";
+
+// Whether the number of other objects is random; otherwise all are in the scene.
+bool DrawsOthers(const Options& options) {
+  return options.arranger == kTouching || options.arranger == kSideBySide ||
+         options.clutter.draw_others;
+}
+
+// Why there are too few objects; empty if there are enough.
+std::string LackOfObjects(const Options& options) {
+  const int others = DrawsOthers(options) ? options.clutter.max_others : 1;
+  if (options.objects.size() > static_cast<std::size_t>(others)) return "";
+  return fmt::format(
+      "{} needs {} objects next to the target, but objects lists {} besides it; list more{}",
+      options.arranger, others, options.objects.size() - 1, others > 1 ? kOrFewer : "");
+}
+
+bool IsAlwaysThere(const Options& options, const std::string& object) {
+  return std::ranges::find(options.clutter.always, object) != options.clutter.always.end();
+}
+
+// scattered: the objects that may be drawn in addition to the target and those that are always
+// there.
+std::vector<std::string> ScatteredChoice(const Options& options, const std::string& target) {
+  std::vector<std::string> choice;
+  AddOnce(options.clutter.others.empty() ? options.objects : options.clutter.others, choice);
+  std::erase_if(choice, [&](const std::string& name) {
+    return name == target || IsAlwaysThere(options, name);
+  });
+  return choice;
+}
+
+// scattered: why there are too few objects; empty if there are enough.
+std::string LackOfScattered(const Options& options) {
+  const int others = options.clutter.max_others;
+  for (const std::string& target : options.objects) {
+    const std::size_t count = ScatteredChoice(options, target).size();
+    if (count >= static_cast<std::size_t>(others)) continue;
+    return fmt::format(
+        "{} needs {} objects, but clutter.others (default: objects) lists {} besides {} and "
+        "clutter.always; list more{}",
+        options.arranger, others, count, target, kOrFewer);
+  }
+  return "";
+}
+
 class WorldArranger : public Arranger {
  protected:
   WorldArranger(const Options& options, const robot::Robot& robot,
@@ -95,15 +141,6 @@ class WorldArranger : public Arranger {
     const std::size_t count = static_cast<std::size_t>(clutter.min_others) + rng.Index(range);
     Shuffle(others, rng);
     others.resize(count);
-  }
-
-  void NeedsObjects(int others) const {
-    if (options_.objects.size() > static_cast<std::size_t>(others)) return;
-    throw base::InputError(
-        fmt::format("arrangement: {} needs {} objects next to the target, but objects lists {} "
-                    "besides it; list more{}",
-                    options_.arranger, others, options_.objects.size() - 1,
-                    others > 1 ? ", or lower clutter.min_others and clutter.max_others" : ""));
   }
 
   // The target first, then the other objects: all, or a random number of them.
@@ -176,16 +213,7 @@ class ScatteredArranger : public WorldArranger {
                     const sensing::LineScannerOptions& scanner)
       : WorldArranger(options, robot, scanner),
         clutter_(options.clutter),
-        resting_(options, robot, AllObjects(options)) {
-    for (const std::string& target : options.objects) {
-      const std::size_t count = Choice(target).size();
-      if (count >= static_cast<std::size_t>(clutter_.max_others)) continue;
-      throw base::InputError(
-          fmt::format("arrangement: scattered: clutter.max_others is {}, but clutter.others "
-                      "(default: objects) lists only {} objects besides {} and clutter.always",
-                      clutter_.max_others, count, target));
-    }
-  }
+        resting_(options, robot, AllObjects(options)) {}
 
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
@@ -203,20 +231,11 @@ class ScatteredArranger : public WorldArranger {
   }
 
  private:
-  /// Objects that may be drawn in addition to the target and those that are always there.
-  std::vector<std::string> Choice(const std::string& target) const {
-    std::vector<std::string> choice;
-    AddOnce(clutter_.others.empty() ? options_.objects : clutter_.others, choice);
-    std::erase_if(choice,
-                  [&](const std::string& name) { return name == target || IsAlwaysThere(name); });
-    return choice;
-  }
-
   /// The target first, then the objects that are always there, then others.
   sim::World WorldWith(const std::string& target, base::Rng& rng) const {
     std::vector<std::string> names{target};
     AddOnce(clutter_.always, names);
-    std::vector<std::string> others = Choice(target);
+    std::vector<std::string> others = ScatteredChoice(options_, target);
     DrawSome(others, rng);
     AddOnce(others, names);
     return WorldOf(options_, names);
@@ -272,12 +291,8 @@ class ScatteredArranger : public WorldArranger {
     return std::nullopt;
   }
 
-  bool IsAlwaysThere(const std::string& object) const {
-    return std::ranges::find(clutter_.always, object) != clutter_.always.end();
-  }
-
   bool MayBeTarget(const sim::World& world, int object) const {
-    return object == 0 || IsAlwaysThere(world.object_name(object));
+    return object == 0 || IsAlwaysThere(options_, world.object_name(object));
   }
 
   /// A place where it does not penetrate the objects before it. It may touch them.
@@ -318,9 +333,7 @@ class SideBySideArranger : public WorldArranger {
  public:
   SideBySideArranger(const Options& options, const robot::Robot& robot,
                      const sensing::LineScannerOptions& scanner)
-      : WorldArranger(options, robot, scanner), resting_(options, robot, options.objects) {
-    NeedsObjects(options.clutter.max_others);
-  }
+      : WorldArranger(options, robot, scanner), resting_(options, robot, options.objects) {}
 
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
@@ -616,13 +629,6 @@ class ClutterArranger : public WorldArranger {
   ClutterArranger(const Options& options, const robot::Robot& robot,
                   const sensing::LineScannerOptions& scanner)
       : WorldArranger(options, robot, scanner) {
-    NeedsObjects(DrawsOthers() ? options.clutter.max_others : 1);
-    if (options.arranger == kBox && !WorldOf(options, {}).container()) {
-      throw base::InputError(options.scene.string() +
-                             ": arrangement: box needs a scene with a box, such as "
-                             "scenes/tabletop_box.xml (marked by a box-shaped site \"container\" "
-                             "that fills its interior)");
-    }
     for (const std::string& object : options.objects) {
       resting_poses_[object] =
           sim::StableRestingPoses(ObjectModelOf(options, object), options.min_tipping_rad);
@@ -631,11 +637,12 @@ class ClutterArranger : public WorldArranger {
 
   std::optional<Arrangement> Arrange(const std::string& target, base::Rng& rng,
                                      Redraws& redraws) const override {
-    Arrangement trial{WorldWithOthers(target, !DrawsOthers(), rng)};
+    const bool all = !DrawsOthers(options_);
+    Arrangement trial{WorldWithOthers(target, all, rng)};
     Heap heap(options_, robot_, scanner_, trial.world);
     for (int draw = 0; draw < options_.clutter.max_draws; ++draw) {
       // Draws other objects, too: among some objects the target can hardly be the highest.
-      if (draw > 0 && DrawsOthers()) trial.world = WorldWithOthers(target, /*all=*/false, rng);
+      if (draw > 0 && !all) trial.world = WorldWithOthers(target, all, rng);
       if (const auto wrong = heap.DropOthers(rng)) {
         ++redraws[*wrong];
         continue;
@@ -657,15 +664,11 @@ class ClutterArranger : public WorldArranger {
     return std::nullopt;
   }
   int MaxObjects() const override {
-    return DrawsOthers() ? 1 + options_.clutter.max_others
-                         : static_cast<int>(options_.objects.size());
+    return DrawsOthers(options_) ? 1 + options_.clutter.max_others
+                                 : static_cast<int>(options_.objects.size());
   }
 
  private:
-  bool DrawsOthers() const {
-    return options_.arranger == kTouching || options_.clutter.draw_others;
-  }
-
   std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
 };
 
@@ -689,6 +692,19 @@ sim::World WorldOf(const Options& options, const std::vector<std::string>& objec
   std::vector<sim::ObjectModel> models;
   for (const std::string& object : objects) models.push_back(ObjectModelOf(options, object));
   return sim::World(options.scene, models, options.physics);
+}
+
+void CheckArrangement(const base::YamlMap& map, const Options& options) {
+  const std::string& kind = options.arranger;
+  if (kind == kSingle) return;
+  const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
+  if (!lack.empty()) map.Fail("arrangement", lack);
+  if (kind == kBox && !WorldOf(options, {}).container()) {
+    map.Fail("arrangement", options.scene.string() +
+                                " has no box; box needs a scene such as scenes/tabletop_box.xml "
+                                "(marked by a box-shaped site \"container\" that fills its "
+                                "interior)");
+  }
 }
 
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,

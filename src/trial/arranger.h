@@ -88,9 +88,13 @@ inline constexpr const char* kSideBySide = "side_by_side";
 inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
 
-/// The arranger selected by the options. The arguments must outlive it.
-/// @throws base::InputError if an object has no resting pose, there are too few objects, or the
-/// scene has no box.
+/// @throws base::InputError naming the file, line and key if there are too few objects for the
+/// arrangement, or the scene has no box that it needs.
+void CheckArrangement(const base::YamlMap& map, const Options& options);
+
+/// The arranger selected by the options, which passed CheckArrangement. The arguments must outlive
+/// it.
+/// @throws base::InputError if an object has no resting pose.
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner);
 

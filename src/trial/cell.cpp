@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/stopwatch.h"
+#include "base/words.h"
 #include "geometry/view_images.h"
 #include "sensing/range_sensor.h"
 #include "trial/registry.h"
@@ -62,8 +63,8 @@ class DepthCamera : public Sensor {
     geometry::WriteCloud(cloud, scan.view.image, TruthFields(scan.view, scan.truth));
     const auto written =
         geometry::WriteImages(scan.view, cloud.parent_path(), cloud.stem().string());
-    return fmt::format("{} points of {} x {} pixels, {:.0f} ms{}",
-                       std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured),
+    const auto points = std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured);
+    return fmt::format("{} of {} x {} pixels, {:.0f} ms{}", base::Counted(points, "point"),
                        scan.view.image.samples, scan.view.image.profiles, seconds * 1e3,
                        written ? "; pictures: " + written->depth + " " + written->color : "");
   }

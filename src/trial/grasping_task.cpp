@@ -1,5 +1,7 @@
 #include "trial/grasping_task.h"
 
+#include <nlohmann/json.hpp>
+
 #include "base/error.h"
 #include "base/file.h"
 #include "sim/world.h"
@@ -15,6 +17,7 @@ using experiment::Case;
 using experiment::ReplayOptions;
 using experiment::Result;
 using experiment::Stamp;
+using nlohmann::ordered_json;
 
 // All objects of the experiment at the center of the workspace, for rendering only.
 sim::World WorldOfAll(const Cell& cell) {
@@ -24,7 +27,7 @@ sim::World WorldOfAll(const Cell& cell) {
   return world;
 }
 
-class Grasping : public experiment::Task {
+class Grasping : public SceneTask {
  public:
   Grasping(Options options, const experiment::Common& common)
       : cell_(std::move(options)), seed_(common.seed) {}
@@ -66,7 +69,7 @@ class Grasping : public experiment::Task {
     if (!o.reference.empty()) stamp.data[experiment::kReferenceKey] = base::ReadFile(o.reference);
   }
 
-  const Cell& cell() const { return cell_; }
+  const Cell& cell() const override { return cell_; }
 
  private:
   Cell cell_;
@@ -111,6 +114,7 @@ const experiment::TaskKind& GraspingTask() {
       .read_keys = [](base::YamlMap& map) { ReadOptions(map, experiment::Common().seed); },
       .report = ReportOf,
       .charts = ChartsOf,
+      .summary = [](const Result& result) { return GraspText(ordered_json::parse(result.data)); },
       .has_views = true};
   return kind;
 }

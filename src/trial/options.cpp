@@ -225,9 +225,9 @@ std::string MissingObject(const std::vector<std::string>& objects, const Options
     const auto mjcf = ObjectModelOf(options, object).mjcf;
     if (fs::is_regular_file(mjcf)) continue;
     return fmt::format(
-        "no object '{}' (no file {}); nearest: '{}'; object_folders: [FOLDER] finds "
-        "the program's objects as well",
-        object, mjcf.string(), base::NearestWord(object, KnownObjects(options)));
+        "no object '{}' (no file {}){}; object_folders: [FOLDER] finds the program's objects "
+        "(`rangegrasp list objects`) as well",
+        object, mjcf.string(), base::Suggestion(object, KnownObjects(options)));
   }
   return "";
 }
@@ -400,6 +400,7 @@ bool ModelsPass(const base::YamlMap& map, const Options& options,
                 const experiment::Common& common) {
   if (common.on_findings && !common.on_findings(FindingsOf(options))) return false;
   CheckObjects(map, options);
+  CheckArrangement(map, options);
   return true;
 }
 

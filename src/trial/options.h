@@ -145,9 +145,9 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 void CheckObjects(const base::YamlMap& map, const Options& options);
 
 /// Passes the errors of the scene, its arm, its hand (sim/check/check.h) and the objects to
-/// common.on_findings, then calls CheckObjects.
+/// common.on_findings, then calls CheckObjects and CheckArrangement (arranger.h).
 /// @return false if on_findings returns false
-/// @throws base::InputError like CheckObjects.
+/// @throws base::InputError like these.
 bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common);
 
 /// A hash of all files that decide a trial: the scene, the objects, what both refer to, surfaces,

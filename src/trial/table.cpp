@@ -112,8 +112,8 @@ bool HasLetter(const std::string& word) {
 }
 
 // A record's reason, short enough for a table: the first line (of a traceback, whose lines
-// process::LastWords joined by " | ", the last) up to ';' or '('. Only the first of several counted
-// reasons ("no_ik x3, no_carry x1") is kept.
+// process::LastWords joined by " | ", the last) up to ';'. Only the first of several counted
+// reasons ("no_ik x3, no_carry x1") is kept. Dots mark a reason that is longer.
 std::string ShortReason(std::string detail) {
   constexpr std::size_t kMaxLength = 60;  // of a table cell
   constexpr std::string_view kLines = " | ";
@@ -122,10 +122,10 @@ std::string ShortReason(std::string detail) {
     detail.erase(0, last + kLines.size());
   }
   std::string reason;
-  for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";(\n")), ' ')) {
-    const bool is_count = word.starts_with('x') && HasDigit(word);
-    if (is_count || reason.size() + word.size() > kMaxLength) break;
+  for (const std::string& word : base::Split(detail.substr(0, detail.find_first_of(";\n")), ' ')) {
+    if (word.starts_with('x') && HasDigit(word)) break;
     if (word.empty() || !base::IsUtf8(word)) continue;
+    if (reason.size() + word.size() > kMaxLength) return reason + " ...";
     reason += (reason.empty() ? "" : " ") + word;
   }
   return reason;
@@ -144,13 +144,27 @@ std::string ReasonWithoutFigures(const std::string& short_reason) {
   return reason;
 }
 
+// "approach_blocked (no straight path)" is an approach_blocked, "detect() failed" is whole.
+std::string WithoutParentheses(const std::string& reason) {
+  return reason.substr(0, reason.find(" ("));
+}
+
+// Counts a reason together with those that differ in numbers or in what is in parentheses.
+void CountReason(const std::string& outcome, const std::string& reason, Row& row) {
+  const std::string counted = ReasonWithoutFigures(WithoutParentheses(reason));
+  if (counted.empty()) return;
+  Reason& of = row.reasons[outcome].try_emplace(counted, Reason{0, reason}).first->second;
+  ++of.count;
+  // What is in parentheses is not the reason of those that state something else there.
+  if (ReasonWithoutFigures(of.example) != ReasonWithoutFigures(reason)) {
+    of.example = WithoutParentheses(of.example);
+  }
+}
+
 void CountRecord(const Record& record, const Data& data, Row& row) {
   const std::string& outcome = record.result.outcome;
   ++row.outcomes[outcome];
-  const std::string reason = ShortReason(record.result.detail);
-  if (const std::string counted = ReasonWithoutFigures(reason); !counted.empty()) {
-    ++row.reasons[outcome].try_emplace(counted, Reason{0, reason}).first->second.count;
-  }
+  CountReason(outcome, ShortReason(record.result.detail), row);
   CountTrial(data.value("detected", false), outcome == kDelivered, row.detection, row.grasping);
   // A record of an older version has no "text"; a trial that crashed has no data at all.
   const auto text = data.find("text");
@@ -638,6 +652,14 @@ Grid GridOf(std::vector<FrictionCurve> rows) {
   return grid;
 }
 
+constexpr const char* kNoFrictionTable =
+    "no table by static friction, since the detected trials of each object are in one bin of 0.05: "
+    "friction is fixed (physics.friction), or the trials are too few";
+
+bool AnyTried(const std::vector<FrictionCurve>& curves) {
+  return std::ranges::any_of(curves, [](const FrictionCurve& c) { return !c.second.empty(); });
+}
+
 // JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
 ordered_json JsonOf(const std::vector<FrictionCurve>& curves) {
   auto json = ordered_json::array();
@@ -741,12 +763,14 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   report.sections.push_back({"", GridOf(table)});
   const auto objects = base::Split(experiment::Need(stamp.identity, "groups"), ',');
   const std::vector<FrictionCurve> curves = FrictionCurvesOf(objects, records);
+  report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
   if (Grid by_friction = GridOf(curves); !by_friction.rows.empty()) {
     report.sections.push_back(
         {"Delivered / detected by static friction between hand and object, in bins of 0.05",
          by_friction});
+  } else if (AnyTried(curves)) {
+    report.notes.emplace_back(kNoFrictionTable);
   }
-  report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
   if (table.overall.text_detection.count.n > 0) report.notes.push_back(TextNote(table));
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
   ordered_json json = JsonOf(table);

@@ -30,7 +30,8 @@ struct RowRate {
 /// How often the same thing failed.
 struct Reason {
   int count = 0;
-  std::string example;  ///< the first trial's reason, with its numbers
+  /// The first trial's reason with its numbers, up to a parenthesis that others do not share.
+  std::string example;
 };
 
 /// Counts and rates of one object (or of all). The published rates are compared with the verdict by

@@ -516,6 +516,21 @@ ordered_json JsonOf(const Attempt& attempt) {
   return json;
 }
 
+std::string GraspText(const ordered_json& attempt, const std::string& name) {
+  const auto log = attempt.find("log");
+  if (log == attempt.end() || log->empty()) return "";
+  const ordered_json& grasp = log->at("grasp");
+  std::string text = fmt::format("grasp: {}, pads closing to {:.0f} mm, pitch {:.0f} deg",
+                                 name.empty() ? attempt.at("grasp_type").get<std::string>()
+                                              : "'" + name + "' of the object's grasps.yaml",
+                                 grasp.at("width_m").get<double>() * base::kMmPerM,
+                                 base::ToDeg(grasp.at("pitch_rad").get<double>()));
+  if (const auto predicted = grasp.find("probability"); predicted != grasp.end()) {
+    text += fmt::format(", predicted probability of delivery {:.2f}", predicted->get<double>());
+  }
+  return text;
+}
+
 double GoHome(const Cell& cell, sim::World& world) {
   const auto way = robot::TimeParameterise(cell.robot, {world.ArmPositions(), cell.robot.home},
                                            cell.options.planning.free_motion);

@@ -11,7 +11,7 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "base/yaml_map.h"
-#include "experiment/record.h"
+#include "experiment/task.h"
 #include "sim/execute.h"
 #include "trial/cell.h"
 #include "trial/judge.h"
@@ -144,6 +144,17 @@ experiment::Result NoArrangement(const Redraws& redraws);
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec);
 std::optional<Arrangement> ArrangeTrial(const Cell& cell, const TrialSpec& spec, Redraws& redraws);
 
+/// A task whose cases begin with an arranged scene in a work cell.
+class SceneTask : public experiment::Task {
+ public:
+  virtual const Cell& cell() const = 0;
+  /// The scene at the start of a case; its target is the case's object.
+  virtual std::optional<Arrangement> Arrange(const experiment::Case& which,
+                                             Redraws& redraws) const {
+    return ArrangeTrial(cell(), SpecOf(which), redraws);
+  }
+};
+
 /// Runs one trial from arrangement to judgment (docs/architecture.md). Failures are outcomes, not
 /// exceptions. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (count of each), scene_objects, touching (objects that the target touches),
@@ -164,6 +175,12 @@ double GoHome(const Cell& cell, sim::World& world);
 
 /// Whether all positions of objects and arm are finite.
 bool IsFinite(const sim::World& world);
+
+/// "grasp: power, pads closing to 81 mm, pitch 8 deg, predicted probability of delivery 0.96";
+/// empty if no grasp was executed.
+/// @param attempt  JsonOf(Attempt)
+/// @param name  of the grasp in the object's grasps.yaml; empty: a grasp that was planned
+std::string GraspText(const nlohmann::ordered_json& attempt, const std::string& name = "");
 
 /// The outcome of a run in which a person received the object.
 inline constexpr const char* kHandedOver = "handed_over";

@@ -379,7 +379,8 @@ class Trying {
 }  // namespace
 
 std::string Tryout::Text() const {
-  return fmt::format("{} trials tried: {} detected, {} delivered", trials, detected, delivered);
+  return fmt::format("{} tried: {} detected, {} delivered", base::Counted(trials, "trial"),
+                     detected, delivered);
 }
 
 Options OptionsOf(const std::filesystem::path& scene) {

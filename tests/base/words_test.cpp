@@ -29,15 +29,40 @@ TEST(Words, AnUnknownWordIsToldWithTheNearest) {
 
 TEST(NearestWord, APartOfAWordIsNearerThanAShortWord) {
   EXPECT_EQ(NearestWord("cup", {"spread", "box", "coffee_cup"}), "coffee_cup");
-  EXPECT_EQ(NearestWord("co", {"box", "coffee_cup"}), "box");  // too short to be a part
+  EXPECT_EQ(NearestWord("co", {"box", "coffee_cup"}), "");  // too short to be a part
   EXPECT_EQ(NearestWord("spraed", {"spread", "box"}), "spread");
   EXPECT_EQ(NearestWord("side", {"single", "pile", "side_by_side"}), "side_by_side");
+}
+
+TEST(NearestWord, IsNoneIfMoreThanAThirdOfTheLettersAreWrong) {
+  const std::vector<std::string> commands = {"run", "table", "view", "status", "perceive"};
+  EXPECT_EQ(NearestWord("tables", commands), "table");
+  EXPECT_EQ(NearestWord("ran", commands), "run");
+  EXPECT_EQ(NearestWord("vew", commands), "view");
+  EXPECT_EQ(NearestWord("veiw", commands), "view");  // two of four: a third, rounded up
+  EXPECT_EQ(NearestWord("show", commands), "");
+  EXPECT_EQ(NearestWord("perceptions", commands), "");
+  EXPECT_EQ(NearestWord("percieve", commands), "perceive");
+}
+
+TEST(Suggestion, IsEmptyWithoutANearWord) {
+  EXPECT_EQ(Suggestion("tabel", {"run", "table"}), "; nearest: 'table'");
+  EXPECT_EQ(Suggestion("tabel", {"run", "table"}, "; did you mean '{}'?"),
+            "; did you mean 'table'?");
+  EXPECT_EQ(Suggestion("nofile", {"run", "table"}), "");
+  EXPECT_EQ(MustBeOneOf("nofile", {"run", "table"}), "'nofile' must be one of run, table");
 }
 
 TEST(Split, JoinBringsTheTextBack) {
   EXPECT_THAT(Split("a,b,,c", ','), testing::ElementsAre("a", "b", "", "c"));
   EXPECT_THAT(Split("", ','), testing::ElementsAre(""));
   EXPECT_EQ(Join(Split("a,b,,c", ','), ","), "a,b,,c");
+}
+
+TEST(Counted, OnlyOneIsSingular) {
+  EXPECT_EQ(Counted(0, "grasp"), "0 grasps");
+  EXPECT_EQ(Counted(1, "grasp"), "1 grasp");
+  EXPECT_EQ(Counted(21, "grasp"), "21 grasps");
 }
 
 TEST(NumberFrom, TakesAWholeTextOrNothing) {

@@ -48,7 +48,7 @@ class Command {
     kill(pid_, SIGKILL);
     Wait(10.0);
   }
-  void Interrupt() const { kill(pid_, SIGINT); }
+  void Send(int signal) const { kill(pid_, signal); }
   bool Runs() {
     if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;
     return !ended_;

@@ -38,21 +38,23 @@ TEST_F(OwnCell, ARunThatMayNotStopGoesOn) {
   EXPECT_THAT(ran.err, Not(HasSubstr("stopped after")));
 }
 
-TEST_F(OwnCell, CtrlCTellsHowFarTheRunIsAndEndsIt) {
-  const std::string out = folder_ / "out";
-  testing_support::Command run({"run", Write(), "--jobs", "1", "--out", out, "--trials", "1000"});
-  const auto has_a_case = [&] {
-    try {
-      return experiment::Store::Open(out).Count() > 0;
-    } catch (const base::InputError&) {  // not yet created, or without its tables
-      return false;
-    }
-  };
-  while (run.Runs() && !has_a_case()) usleep(10'000);
-  run.Interrupt();
-  EXPECT_EQ(run.Wait(), -SIGINT);
-  EXPECT_THAT(run.Err(),
-              testing::ContainsRegex("stopped after [0-9]+ of 2000 cases; `--resume` continues"));
+TEST_F(OwnCell, CtrlCAndSigtermTellHowFarTheRunIsAndEndIt) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string out = folder_ / ("out" + std::to_string(signal));
+    testing_support::Command run({"run", Write(), "--jobs", "1", "--out", out, "--trials", "1000"});
+    const auto has_a_case = [&] {
+      try {
+        return experiment::Store::Open(out).Count() > 0;
+      } catch (const base::InputError&) {  // not yet created, or without its tables
+        return false;
+      }
+    };
+    while (run.Runs() && !has_a_case()) usleep(10'000);
+    run.Send(signal);
+    EXPECT_EQ(run.Wait(), -signal);
+    EXPECT_THAT(run.Err(),
+                testing::ContainsRegex("stopped after [0-9]+ of 2000 cases; `--resume` continues"));
+  }
 }
 
 TEST(Run, CasesThatCrashEndItWithOneAndTheirReasons) {

@@ -259,6 +259,55 @@ TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
   EXPECT_THAT(bad.err, HasSubstr("spread-0001"));
 }
 
+// The reference run's first record 25 times, the last time with another outcome.
+TEST_F(RunTest, ATrialWithoutAnIdListsTheCasesFailedOnesFirst) {
+  const Store single = Store::Open(Folder("single"));
+  Store many = Store::Create(Folder("many"));
+  many.WriteStamp(single.ReadStamp());
+  auto record = single.ReadAll().front();
+  record.result.outcome = "delivered";
+  for (int i = 0; i < 25; ++i) {
+    record.which.id = "spread-" + std::to_string(1000 + i);
+    record.which.position = i;
+    if (i == 24) record.result.outcome = "dropped";
+    many.Write(record);
+  }
+  many.Finish();
+  const Ran listed = Succeeded(RunProgram({"trial", Folder("many")}));
+  const auto place = [&](const std::string& id) { return listed.out.find(id); };
+  EXPECT_LT(place("spread-1024"), place("spread-1000"));
+  EXPECT_LT(place("spread-1000"), place("spread-1018"));
+  EXPECT_THAT(listed.out, testing::ContainsRegex("spread-1024 +spread +dropped"));
+  EXPECT_THAT(listed.out, testing::Not(HasSubstr("spread-1019")));
+  EXPECT_THAT(listed.out, HasSubstr("and 5 more (--json lists all)\n"));
+  const Ran json = Succeeded(RunProgram({"trial", Folder("many"), "--json"}));
+  EXPECT_EQ(std::ranges::count(json.out, '\n'), 25);
+  testing_support::ExpectRefused({"trial", Folder("many"), "--snapshots"}, "need an id");
+}
+
+TEST_F(RunTest, AReplayedTrialNamesItsGrasp) {
+  const auto record = Store::Open(Folder("single")).ReadAll().front();
+  const auto data = nlohmann::json::parse(record.result.data);
+  const Ran ran = Succeeded(RunProgram({"trial", Folder("single"), record.which.id}));
+  EXPECT_THAT(ran.out, HasSubstr("\n  grasp: " + data["grasp_type"].get<std::string>() + ", pads"));
+}
+
+TEST_F(RunTest, AComparisonNamesTheKeysInWhichTheRunsDiffer) {
+  const Store single = Store::Open(Folder("single"));
+  auto stamp = single.ReadStamp();
+  for (int i = 0; i < 11; ++i) stamp.data["set"] += "\nhand.key_" + std::to_string(10 + i) + "=0.5";
+  Store other = Store::Create(Folder("other_keys"));
+  other.WriteStamp(stamp);
+  for (const auto& record : single.ReadAll()) other.Write(record);
+  other.Finish();
+  const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("other_keys")}));
+  EXPECT_THAT(ran.out, HasSubstr("\n  hand.key_10: not given in the first, 0.5 in the second\n"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("hand.key_20")));
+  EXPECT_THAT(ran.out, HasSubstr("\n  and 1 more\npairs 2\n"));
+  const Ran same = Succeeded(RunProgram({"compare", Folder("single"), Folder("single")}));
+  EXPECT_THAT(same.out, HasSubstr("the experiments have the same keys\n"));
+}
+
 TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
   const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("single")}));
   EXPECT_THAT(ran.out, HasSubstr("pairs 2"));

@@ -89,6 +89,8 @@ TEST(Help, TheProgramListsItsCommandsAndExitCodes) {
 TEST(Usage, NoCommandOrAnUnknownOneIsRefused) {
   ExpectRefused({}, "subcommand");
   ExpectRefused({"fly"}, "fly");
+  ExpectRefused({"tables"}, "did you mean 'table'?");
+  EXPECT_THAT(RunProgram({"show"}).err, testing::Not(HasSubstr("did you mean")));
 }
 
 TEST(Usage, UnknownOptionsAndMissingArgumentsAreRefused) {
@@ -160,6 +162,20 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
                 "s.xyz: unsupported file type; the name must end with .pcd or .ply");
   ExpectRefused({"snapshot", kTabletop, "-o", "s.jpg"},
                 "s.jpg: unsupported file type; the name must end with .png");
+}
+
+TEST(Usage, ASnapshotWithoutAnOutputIsANewFileInResults) {
+  const TempFolder folder;
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const std::vector<std::string> arguments = {"snapshot", kTabletop, "--size", "16x16"};
+  const Ran drawn = RunProgram(arguments);
+  const Ran again = RunProgram(arguments);
+  std::filesystem::current_path(before);
+  EXPECT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_THAT(drawn.err, HasSubstr("picture in results/tabletop.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "results/tabletop.png"));
+  ExpectRefusal(again, "results/tabletop.png: already exists; -o results/tabletop.png replaces it");
 }
 
 // In place of python3, a script that reads the files as MuJoCo's viewer would.
@@ -298,7 +314,10 @@ TEST_F(BadInputTest, AnObjectThatIsNoneIsNamed) {
     Thing(text);
     ExpectRefused({"run", Experiment(kTabletop), "--out", Out()}, model);
   }
-  ExpectRefused({"run", Experiment(kTabletop, "[none]"), "--out", Out()}, "nearest: 'thing'");
+  ExpectRefused({"run", Experiment(kTabletop, "[thign]"), "--out", Out()}, "nearest: 'thing'");
+  const auto none = RunProgram({"run", Experiment(kTabletop, "[none]"), "--out", Out()});
+  ExpectRefusal(none, "no object 'none'");
+  EXPECT_THAT(none.err, testing::Not(HasSubstr("nearest")));
 }
 
 TEST_F(BadInputTest, AnObjectThatIsNoPlaceOfThisWorldIsNamedAtOnce) {

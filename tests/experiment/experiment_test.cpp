@@ -168,6 +168,18 @@ TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
   EXPECT_THROW(OpenAgain(Stamp{}, false), base::InputError);
 }
 
+TEST_F(ExperimentTest, KeysInWhichTwoRunsDifferAreFoundInFileAndCommandLine) {
+  const auto one =
+      Open("task: squares\nname: one\ngroups: [a, b]  # comment\nseed: 1\n", {.trials = 2});
+  const auto two = Open("# other order\ngroups:\n  - a\n  - b\ntask: squares\n",
+                        {.set = {"name=two", "stop_after=3"}, .trials = 3, .seed = 2});
+  const auto keys = DifferingKeys(one.stamp, two.stamp);
+  ASSERT_EQ(keys.size(), 2u);
+  EXPECT_EQ(keys[0].key + ": " + keys[0].first + ", " + keys[0].second, "name: one, two");
+  EXPECT_EQ(keys[1].key + ": " + keys[1].first + ", " + keys[1].second, "stop_after: , 3");
+  EXPECT_TRUE(DifferingKeys(one.stamp, one.stamp).empty());
+}
+
 TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {
   const auto e = Open("task: squares\n");
   EXPECT_EQ(CaseOf(e, "b-1").position, 4);

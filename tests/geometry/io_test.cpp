@@ -254,9 +254,9 @@ TEST_F(Io, BrokenPcdFilesAreNamedWithLineAndCause) {
   EXPECT_THAT(message(Ascii("", "x y z", "U F F")),
               AllOf(HasSubstr("field x"), HasSubstr("TYPE U")));
   EXPECT_THAT(message(Ascii("", "x y")), HasSubstr("2 FIELDS"));
-  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n")), HasSubstr("after 1 points"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n")), HasSubstr("after 1 point;"));
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1\n")), HasSubstr("truncated"));
-  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n   \n")), HasSubstr("after 1 points"));
+  EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n   \n")), HasSubstr("after 1 point;"));
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 5\n")),
               AllOf(HasSubstr("broken.pcd:12:"), HasSubstr("2 values")));
   EXPECT_THAT(message(Ascii("", "x y z", "F F F", "1 2 3\n4 five 6\n")), HasSubstr("\"five\""));
@@ -387,7 +387,7 @@ TEST_F(Io, ReadsRowsOfText) {
   EXPECT_FALSE(cloud.points[1].array().isFinite().any());
   EXPECT_EQ(ReadCloud(Write("a.TXT", "1 2 3")).points, (Points{{1, 2, 3}}));
   const auto told = [this](const std::string& text) { return CloudError("bad.xyz", text); };
-  EXPECT_THAT(told("1 2 3\n1,2,3\n"), HasSubstr("bad.xyz:2: \"1,2,3\" has 1 value(s)"));
+  EXPECT_THAT(told("1 2 3\n1,2,3\n"), HasSubstr("bad.xyz:2: \"1,2,3\" has 1 value;"));
   EXPECT_THAT(told("1 2 3\n1 2 3 4\n"),
               HasSubstr("bad.xyz:2: has 4 values; the lines before have 3"));
   EXPECT_THAT(told("1 2 x\n"), HasSubstr("bad.xyz:1: \"x\" is not a number"));

@@ -42,4 +42,4 @@ def test_messages_go_to_python_s_log(caplog):
     import logging
     with caplog.at_level(logging.INFO, logger="rangegrasp"):
         rg.evaluate(None, "single", trials=1, objects=["coffee_cup"], seed=4711, progress=False)
-    assert any("1 cases" in record.message for record in caplog.records)
+    assert any("1 case in" in record.message for record in caplog.records)

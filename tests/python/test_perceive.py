@@ -2,6 +2,7 @@
 import json
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -84,6 +85,27 @@ def test_grasps_are_those_of_the_program(tmp_path):
     assert sum(any(is_same(one, other) for one in found.grasps) for other in grasps) >= len(grasps) - 4
     best, first = found.grasps[0], grasps[0]
     assert np.linalg.norm(best.X_WG[:3, 3] - first["position_m"]) < 0.01 and abs(best.width - first["width_m"]) < 0.002
+
+
+def warnings_of(*arguments):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rg.perceive(*arguments)
+    assert all(one.filename == __file__ for one in caught)
+    return [str(one.message) for one in caught]
+
+
+def test_what_makes_a_result_doubtful_is_a_warning():
+    assert warnings_of(cloud_of_a_box(), pose_above()) == []
+    of_unit, = warnings_of(1000 * cloud_of_a_box(), pose_above())
+    assert of_unit == "the points are 2.0 m apart: points must be in metres; divide millimetres by 1000"
+    no_pose, no_side = warnings_of(cloud_of_a_box())
+    assert "there is no X_WV: the sensor is assumed at 0,0,0" in no_pose
+    assert no_side.startswith("0,0,0 lies in the table's plane") and "up=(x, y, z)" in no_side
+    table = cloud_of_a_box()[:75]
+    no_objects, = warnings_of(table, pose_above())
+    assert no_objects.startswith("no objects: ")
+    assert warnings_of(rg.Scan([rg.View(table, pose_above())], radius=0.3)) == []  # of a cell
 
 
 def test_errors_name_what_is_wrong():

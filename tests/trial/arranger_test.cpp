@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
+#include "temp_folder.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
 #include "trial/trial.h"
@@ -266,6 +267,28 @@ TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
           [] { Open("touching", {"objects=[spread, dextrose]"}); }),
       testing::HasSubstr("needs 5 objects next to the target, but objects lists 1 besides "
                          "it; list more, or lower clutter.min_others and clutter.max_others"));
+}
+
+TEST(Arranger, WhatAnArrangementLacksIsNamedWithFileAndLine) {
+  const testing_support::TempFolder folder;
+  const auto error = [&](const std::string& arrangement) {
+    const std::string source = RANGEGRASP_SOURCE_DIR;
+    const auto file = folder.Write(
+        "e.yaml", "scene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
+                      "/models/sensors/line_scanner.yaml\nobject_folder: " + source +
+                      "/models/objects\nobjects: [spread, dextrose]\narrangement: " + arrangement +
+                      "\n");
+    return testing_support::ErrorOf<base::InputError>(
+        [&] { experiment::OpenExperiment(file, {}); });
+  };
+  const std::string at = (folder / "e.yaml").string() + ":5: key 'arrangement': ";
+  EXPECT_THAT(error("touching"), testing::StartsWith(at + "touching needs 5 objects"));
+  EXPECT_THAT(error("side_by_side"), testing::StartsWith(at + "side_by_side needs 5 objects"));
+  EXPECT_THAT(error("scattered"), testing::StartsWith(at + "scattered needs 5 objects"));
+  EXPECT_THAT(error("box"),
+              testing::AllOf(testing::StartsWith(at), testing::HasSubstr("has no box")));
+  EXPECT_THAT(error("tuching"),
+              testing::AllOf(testing::StartsWith(at), testing::HasSubstr("touching")));
 }
 
 TEST(Arranger, CountsWhyItDrewAgain) {

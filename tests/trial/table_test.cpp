@@ -195,8 +195,34 @@ TEST_F(TableTest, TheReasonIsPrintedWithTheNumbersOfItsFirstTrial) {
   const auto& rows = report.sections[0].grid.rows;
   EXPECT_THAT(rows[0].back(), testing::HasSubstr("(2 x no answer within 2 s)"));
   EXPECT_THAT(rows[1].back(),
-              testing::HasSubstr("(1 x X_WG must be a 4 x 4 matrix, not of shape)"));
+              testing::HasSubstr("(1 x X_WG must be a 4 x 4 matrix, not of shape (3, 3))"));
   EXPECT_THAT(rows.back().back(), testing::HasSubstr("(2 x no answer within 2 s)"));
+}
+
+// Words in parentheses are printed if they are those of all trials that are counted together.
+TEST_F(TableTest, TheReasonIsPrintedToItsEndOrDotsMarkTheCut) {
+  auto results = results_;
+  const auto add = [&](const std::string& object, const std::string& outcome,
+                       const std::string& detail) {
+    results.push_back(TableTrial(object, 9, false, outcome));
+    results.back().result.detail = detail;
+  };
+  add("box", "no_path", "approach_blocked (no straight path) x3, no_ik x1");
+  add("mug", "no_path", "approach_blocked (the hand and the table) x2");
+  add("mug", "no_path", "no_ik x3");
+  add("box", "detector_failed", "TypeError: detect() takes 0 arguments");
+  add("mug", "detector_failed",
+      "RuntimeError: the model gave 3 grasps, 2 of them wider than 85 mm, none below 40 mm");
+  const auto report = ReportOf(stamp_, results);
+  const auto& rows = report.sections[0].grid.rows;
+  const auto contains = [](const std::string& text) { return testing::HasSubstr(text); };
+  EXPECT_THAT(rows[0].back(), contains("no_path 1 (1 x approach_blocked (no straight path))"));
+  EXPECT_THAT(rows[0].back(), contains("(1 x TypeError: detect() takes 0 arguments)"));
+  EXPECT_THAT(rows[1].back(),
+              contains("(1 x RuntimeError: the model gave 3 grasps, 2 of them wider than ...)"));
+  EXPECT_THAT(rows.back().back(), contains("no_path 3 (2 x approach_blocked)"));
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_EQ(json["rows"][0]["reasons"]["no_path"], nlohmann::json({{"approach_blocked", 1}}));
 }
 
 // They are numbers in separate columns, for making figures from them.
@@ -403,6 +429,17 @@ TEST(FrictionCurve, ThereIsNoneWhereFrictionWasNotDrawn) {
       FrictionReport({Trial("prism", 0.6, true, "dropped"), Trial("prism", 0.6, true, "delivered"),
                       Trial("box", 0.5, true, "delivered")});
   EXPECT_EQ(report.sections.size(), 1u);
+}
+
+TEST(FrictionCurve, ANoteSaysWhyThereIsNone) {
+  const auto says_why = [](const std::vector<Record>& records) {
+    const std::string notes = base::Join(FrictionReport(records).notes, "\n");
+    return notes.find("no table by static friction") != std::string::npos;
+  };
+  const Record one = Trial("prism", 0.6, true, "delivered");
+  EXPECT_TRUE(says_why({one}));
+  EXPECT_FALSE(says_why({one, Trial("prism", 0.7, true, "delivered")}));
+  EXPECT_FALSE(says_why({Trial("prism", 0.6, false, "not_segmented")})) << "no grasp to count";
 }
 
 TEST(FrictionCurve, ATrialThatDiedBeforeItsDrawIsLeftOut) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,6 +21,19 @@ namespace {
 TEST(CaseOf, IsTheObjectAndFourDigits) {
   EXPECT_EQ(CaseOf({"coffee_cup", 3, 0}).id, "coffee_cup-0003");
   EXPECT_EQ(CaseOf({"mug", 99999, 0}).id, "mug-99999");
+}
+
+TEST(GraspText, HasTheFiguresOfAnExecutedGraspOnly) {
+  nlohmann::ordered_json attempt = {{"grasp_type", ""}, {"log", nlohmann::ordered_json::object()}};
+  EXPECT_EQ(GraspText(attempt), "");
+  EXPECT_EQ(GraspText(nlohmann::ordered_json::object()), "");
+  attempt["grasp_type"] = "rim";
+  attempt["log"]["grasp"] = {{"width_m", 0.0041}, {"pitch_rad", base::Deg(8.0)}};
+  EXPECT_EQ(GraspText(attempt), "grasp: rim, pads closing to 4 mm, pitch 8 deg");
+  attempt["log"]["grasp"]["probability"] = 0.956;
+  EXPECT_EQ(GraspText(attempt, "handle"),
+            "grasp: 'handle' of the object's grasps.yaml, pads closing to 4 mm, pitch 8 deg, "
+            "predicted probability of delivery 0.96");
 }
 
 TEST(TrialSeed, DiffersForEveryExperimentSeedObjectAndIndex) {

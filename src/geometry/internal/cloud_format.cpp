@@ -400,8 +400,8 @@ void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud) 
   while (cloud.points.size() < layout.points) {
     const auto line = lines.Next();
     if (!line) {
-      lines.Fail("the data end after {} points; the header says {}", cloud.points.size(),
-                 layout.points);
+      lines.Fail("the data end after {}; the header says {}",
+                 base::Counted(cloud.points.size(), "point"), layout.points);
     }
     const auto words = Words(*line);
     if (words.empty()) continue;

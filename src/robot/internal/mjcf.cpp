@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/process/program.h"
+#include "base/words.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -303,7 +304,7 @@ std::vector<int> Mjcf::Tuple(std::string_view name, mjtObj type) const {
 Eigen::VectorXd Mjcf::Numeric(std::string_view name, int size) const {
   const int id = Require(mjOBJ_NUMERIC, name);
   if (model_->numeric_size[id] != size) {
-    Fail(fmt::format("numeric \"{}\" must have {} values", name, size));
+    Fail(fmt::format("numeric \"{}\" must have {}", name, base::Counted(size, "value")));
   }
   return Eigen::Map<const Eigen::VectorXd>(model_->numeric_data + model_->numeric_adr[id], size);
 }

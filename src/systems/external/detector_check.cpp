@@ -4,6 +4,7 @@
 
 #include "base/file.h"
 #include "base/process/program.h"
+#include "base/words.h"
 #include "external/outside_detector.h"
 #include "grasp/detector.h"
 #include "trial/registry.h"
@@ -81,14 +82,15 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
     return workspace.Contains((g.X_CH * cell.robot.hand().X_HG_tip).translation());
   });
   return fmt::format(
-      "{}: {} grasps in the answer; {} objects{}; {} grasps of the first, {} in the workspace, {} "
-      "free of collisions; {}; {:.2f} s\n",
-      scene.object, detected.answered, detection.objects.size(),
+      "{}: {} in the answer; {}{}; {} of the first, {} in the workspace, {} free of collisions; "
+      "{}; {:.2f} s\n",
+      scene.object, base::Counted(detected.answered, "grasp"),
+      base::Counted(detection.objects.size(), "object"),
       detection.objects.empty() || detection.objects.front().whole
           ? ""
           : " (none in the answer: the points between the fingers of the best grasp)",
-      grasps.size(), inside, Free(detection), TargetText(cell, scene, detection),
-      SecondsOf(detected));
+      base::Counted(grasps.size(), "grasp"), inside, Free(detection),
+      TargetText(cell, scene, detection), SecondsOf(detected));
 }
 
 bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <fstream>
 #include <utility>
 
 #include "base/error.h"
@@ -32,6 +34,33 @@ using internal::Answer;
 using internal::AnsweredObject;
 using perception::Scene;
 
+// Why a command's first word, a name or a path, is not an executable program, and the cure.
+std::string WhyNoProgram(const std::string& word, const fs::path& folder) {
+  std::error_code ignored;  // for words that cannot be file names
+  if (word.find('/') == std::string::npos && fs::exists(folder / word, ignored)) {
+    return fmt::format("'{0}' would be a program on the PATH; give ./{0}", word);
+  }
+  if (fs::is_regular_file(word, ignored)) {
+    return fmt::format(
+        "{0} is not executable: run `chmod +x {0}`, or name its interpreter first (python3 {0})",
+        word);
+  }
+  return fmt::format(
+      "no executable program '{}' (a name is searched in PATH, a path from the experiment's "
+      "folder)",
+      word);
+}
+
+// Whether a program is a text that does not name its interpreter, so that it cannot be started.
+bool LacksInterpreter(const fs::path& program) {
+  std::array<char, 256> head{};  // what the kernel looks at; compiled programs have zeros in it
+  std::ifstream in(program, std::ios::binary);
+  if (!in) return false;  // an executable file may be unreadable
+  in.read(head.data(), head.size());
+  const std::string_view begin(head.data(), static_cast<std::size_t>(in.gcount()));
+  return !begin.starts_with("#!") && begin.find('\0') == std::string_view::npos;
+}
+
 void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
   auto& command = options.command;
   const auto folder = std::filesystem::absolute(map.file()).parent_path();
@@ -40,17 +69,21 @@ void ResolveCommand(const YamlMap& map, OutsideOptions& options) {
     const auto beside = (folder / word).lexically_normal();
     std::error_code ignored;  // for words that cannot be file names
     if (is_name || word.empty() || !fs::exists(beside, ignored)) {
-      if (word.ends_with(".py")) map.Fail("command", fmt::format("no file {}", beside.string()));
+      if (!is_name && word.ends_with(".py")) {
+        map.Fail("command", fmt::format("no file {}", beside.string()));
+      }
       continue;
     }
     word = beside.string();
     options.files.push_back(beside);
   }
   const auto program = process::Find(command.front());
-  if (!program) {
-    map.Fail("command", fmt::format("no executable program '{}' (a name is searched in PATH, a "
-                                    "path from the experiment's folder)",
-                                    command.front()));
+  if (!program) map.Fail("command", WhyNoProgram(command.front(), folder));
+  if (LacksInterpreter(*program)) {
+    map.Fail("command",
+             fmt::format("{0} does not name its interpreter: begin it with a line such as "
+                         "#!/usr/bin/env python3, or name the interpreter first (python3 {0})",
+                         program->string()));
   }
   command.front() = program->string();
 }

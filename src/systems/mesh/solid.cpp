@@ -40,6 +40,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/words.h"
 #include "geometry/plane.h"
 
 namespace rangegrasp::geometry {
@@ -133,10 +134,6 @@ TriangleMesh FromSurface(Surface& surface) {
   return mesh;
 }
 
-std::string Times(std::size_t count, const std::string& thing) {
-  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
-}
-
 // Merges vertices, removes triangles without area, and orients the others consistently.
 Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
   Soup soup = ToSoup(mesh);
@@ -144,21 +141,22 @@ Surface Assemble(const TriangleMesh& mesh, std::vector<std::string>& done) {
   const auto flat = std::erase_if(soup.faces, [&](const std::vector<std::size_t>& f) {
     return CGAL::collinear(soup.points[f[0]], soup.points[f[1]], soup.points[f[2]]);
   });
-  if (flat > 0) done.push_back(Times(flat, "triangle") + " without area removed");
+  if (flat > 0) done.push_back(base::Counted(flat, "triangle") + " without area removed");
   const std::size_t before = soup.faces.size();
   pmp::merge_duplicate_polygons_in_polygon_soup(soup.points, soup.faces);
   if (const std::size_t twice = before - soup.faces.size(); twice > 0) {
-    done.push_back(Times(twice, "triangle") + " removed as duplicates");
+    done.push_back(base::Counted(twice, "triangle") + " removed as duplicates");
   }
   if (soup.faces.empty()) throw base::InputError("has no triangle with an area");
   const std::size_t points = soup.points.size();
   // False if it had to duplicate vertices: edges with three triangles, or a Moebius strip.
   if (!pmp::orient_polygon_soup(soup.points, soup.faces) && soup.points.size() > points) {
-    done.push_back(Times(soup.points.size() - points, "vertex") + " split where surfaces meet");
+    done.push_back(base::Counted(soup.points.size() - points, "point") +
+                   " split where surfaces meet");
   }
   Surface surface = ToSurface(std::move(soup));
   if (const std::size_t seams = pmp::stitch_borders(surface); seams > 0) {
-    done.push_back(Times(seams, "pair") + " of borders stitched");
+    done.push_back(base::Counted(seams, "pair") + " of borders stitched");
   }
   return surface;
 }
@@ -215,7 +213,7 @@ void CloseHoles(double max_hole, Surface& surface, std::vector<std::string>& don
     throw base::InputError(fmt::format(
         "is open: the widest of {} is {:.0f} % of its size across. Close it in a mesh editor (a "
         "cup's wall needs a thickness), or close every hole with --fill-holes",
-        Times(borders.size(), "hole"), 100.0 * widest / diagonal));
+        base::Counted(borders.size(), "hole"), 100.0 * widest / diagonal));
   }
   for (const auto border : borders) {
     std::vector<Surface::Face_index> patch;
@@ -223,7 +221,7 @@ void CloseHoles(double max_hole, Surface& surface, std::vector<std::string>& don
     if (patch.empty()) CloseByFan(border, surface);
   }
   done.push_back(fmt::format("{} closed, the widest {:.1f} % of its size across",
-                             Times(borders.size(), "hole"), 100.0 * widest / diagonal));
+                             base::Counted(borders.size(), "hole"), 100.0 * widest / diagonal));
 }
 
 /// A closed convex mesh as planes that face outward.

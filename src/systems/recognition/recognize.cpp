@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "base/words.h"
 #include "geometry/kd_tree.h"
 #include "recognition/internal/match.h"
 
@@ -139,8 +140,8 @@ std::string FlawOf(const FoundObject& found, const RecognitionOptions& options) 
   const double lead = options.margin / std::max(0.1, found.share_seen);
   const double max_rms_m = options.max_rms * options.tolerance_m;
   if (found.samples.size() < options.min_samples) {
-    return fmt::format("it explains {} samples, at least {} are needed", found.samples.size(),
-                       options.min_samples);
+    return fmt::format("it explains {}, at least {} are needed",
+                       base::Counted(found.samples.size(), "sample"), options.min_samples);
   }
   if (found.score - found.runner_up < lead) {
     return fmt::format("another object scores {:.3f}, it must score at least {:.3f} more",
@@ -309,8 +310,8 @@ std::vector<FoundObject> IdentifyAll(const Query& query, const std::vector<std::
     UnknownObject one{.object = i};
     std::optional<FoundObject> found;
     if (own.size() < query.options.min_samples) {
-      one.reason = fmt::format("it has {} points, at least {} are needed", own.size(),
-                               query.options.min_samples);
+      one.reason = fmt::format("it has {}, at least {} are needed",
+                               base::Counted(own.size(), "point"), query.options.min_samples);
     } else {
       const geometry::Indices whole = WithPieces(query.scene, i, query.options);
       found = Confirm(query, whole.empty() ? own : whole, known);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <deque>
 #include <fstream>
 #include <iterator>
@@ -342,7 +344,7 @@ RowSource RowsOf(const std::filesystem::path& file, const ProfileFileOptions& op
     throw InputError("is a folder, not a file of profiles");
   }
   const auto in = std::make_shared<std::ifstream>(file, std::ios::binary);
-  if (!*in) throw InputError("cannot be read");
+  if (!*in) throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)));
   if (IsText(ending)) return [in, next = RowsOfText(*in, options)] { return next(); };
   auto rows = std::make_shared<std::vector<RawRow>>(
       ending == ".png" ? RowsOf(image::DecodePng<image::Grey16>(

@@ -252,7 +252,8 @@ void Check(CheckArguments arguments) {
     text += fmt::format("{}, checked as {} {}: {}\n", arguments.file,
                         checked.kind.find_first_of("aeo") == 0 ? "an" : "a", checked.kind,
                         findings.empty() ? std::string("no errors")
-                                         : fmt::format("{} errors, {} warnings", errors, warnings));
+                                         : base::Counted(errors, "error") + ", " +
+                                               base::Counted(warnings, "warning"));
     if (!checked.changes.empty()) text += fmt::format("edits made: {}\n", checked.changes.size());
     WriteResult(text);
   }
@@ -262,10 +263,12 @@ void Check(CheckArguments arguments) {
 // The settled world of an experiment's trial, or the unchanged world of a scene file.
 struct Picked {
   std::unique_ptr<sim::World> world;
-  experiment::Experiment experiment;  // empty for a scene
+  experiment::Experiment experiment;       // empty for a scene
+  const trial::SceneTask* task = nullptr;  // of the experiment
   std::uint64_t seed = 1;
+  int target = 0;  // of the trial
 
-  const trial::Cell& cell() const { return trial::CellOf(*experiment.task); }
+  const trial::Cell& cell() const { return task->cell(); }
 };
 
 Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
@@ -294,16 +297,24 @@ Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<s
     changes.set.push_back("sensor=" + nlohmann::json(path).dump());  // which is YAML
   }
   picked.experiment = experiment::OpenExperiment(file, changes);
-  const trial::Cell& cell = picked.cell();
-  cell.sensor->Prepare();  // before the world is made, since its engine starts threads
+  picked.task = dynamic_cast<const trial::SceneTask*>(picked.experiment.task.get());
+  if (!picked.task) {
+    throw base::InputError(fmt::format(
+        "{}: cannot show a scene of `task: {}`; give an experiment of a task that arranges "
+        "objects, such as `task: grasping`, or a scene (MJCF)",
+        file.string(), picked.experiment.kind->name));
+  }
+  picked.cell().sensor->Prepare();  // before the world is made, since its engine starts threads
   const experiment::Case& which =
       trial.empty() ? picked.experiment.cases.front() : CaseOf(picked.experiment, trial);
   picked.seed = which.seed;
-  auto arranged = ArrangeTrial(cell, trial::SpecOf(which));
+  trial::Redraws redraws;
+  auto arranged = picked.task->Arrange(which, redraws);
   if (!arranged) {
     throw base::RunError(file.string() + ": no arrangement of " + which.id +
                          " came to rest in view");
   }
+  picked.target = arranged->target;
   picked.world = std::make_unique<sim::World>(std::move(arranged->world));
   return picked;
 }
@@ -317,17 +328,43 @@ Picked Pick(const fs::path& file, const std::string& trial, std::optional<std::u
   return PickScene(file, seed);
 }
 
+struct SnapshotArguments {
+  std::string file, out, trial, camera, size = "1280x960";
+  std::optional<std::uint64_t> seed;
+};
+
+// The named file, or a new one in results/ with the name of the drawn file and trial.
+fs::path PictureFile(const SnapshotArguments& arguments) {
+  if (!arguments.out.empty()) return arguments.out;
+  const std::string of_trial = arguments.trial.empty() ? "" : "_" + arguments.trial;
+  const auto name = fs::path(arguments.file).stem().string() + of_trial + ".png";
+  const fs::path file = fs::path("results") / name;
+  if (fs::exists(file)) {  // it may show another view
+    throw base::InputError(fmt::format("{0}: already exists; -o {0} replaces it", file.string()));
+  }
+  return file;
+}
+
+image::Image DrawSnapshot(const SnapshotArguments& arguments) {
+  const auto [width, height] = ParseSize(arguments.size);
+  const fs::path file = arguments.file;
+  if (!IsExperiment(file) && check::IsObjectFile(file)) {
+    return sim::DrawObject({file.stem().string(), file}, arguments.camera, width, height);
+  }
+  const Picked picked = Pick(file, arguments.trial, arguments.seed);
+  const std::string camera = arguments.camera.empty() ? "overview" : arguments.camera;
+  return sim::Renderer(*picked.world, width, height).Render(*picked.world, camera);
+}
+
 void AddSnapshot(CLI::App& app) {
-  struct Arguments {
-    std::string file, out, trial, camera, size = "1280x960";
-    std::optional<std::uint64_t> seed;
-  };
   auto* command = app.add_subcommand(
       "snapshot", "Draw a scene, an object, or the start of an experiment's trial as PNG.");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SnapshotArguments>();
   command->add_option("file", arguments->file, "scene or object (MJCF) or experiment (YAML)")
       ->required();
-  command->add_option("-o,--out", arguments->out, "PNG file")->required();
+  command->add_option("-o,--out", arguments->out,
+                      "PNG file (default: results/<name of the file>[_<trial>].png, if there is "
+                      "none yet)");
   command->add_option("--camera", arguments->camera,
                       "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
                       "overview; for an object, a close view)");
@@ -339,18 +376,10 @@ void AddSnapshot(CLI::App& app) {
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
-    CheckEnding(arguments->out, {".png"});
-    const auto [width, height] = ParseSize(arguments->size);
-    if (!IsExperiment(arguments->file) && check::IsObjectFile(arguments->file)) {
-      const fs::path file = arguments->file;
-      image::WritePng(arguments->out, sim::DrawObject({file.stem().string(), file},
-                                                      arguments->camera, width, height));
-      return;
-    }
-    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed);
-    const std::string camera = arguments->camera.empty() ? "overview" : arguments->camera;
-    image::WritePng(arguments->out,
-                    sim::Renderer(*picked.world, width, height).Render(*picked.world, camera));
+    const fs::path picture = PictureFile(*arguments);
+    CheckEnding(picture, {".png"});
+    image::WritePng(picture, DrawSnapshot(*arguments));
+    spdlog::info("picture in {}", picture.string());
   });
 }
 
@@ -412,10 +441,11 @@ void AddView(CLI::App& app) {
 }
 
 /// The image with the samples of the target only.
-geometry::RangeImage TargetOnly(const sensing::Scan& scan) {
+/// @param target  its label
+geometry::RangeImage TargetOnly(const sensing::Scan& scan, std::uint32_t target) {
   geometry::RangeImage image = scan.view.image;
   for (std::size_t i = 0; i < image.points_C.size(); ++i) {
-    if (scan.truth.label[i] != 1) {
+    if (scan.truth.label[i] != target) {
       image.points_C[i].setConstant(std::numeric_limits<double>::quiet_NaN());
     }
   }
@@ -499,7 +529,8 @@ void AddScan(CLI::App& app) {
                     "experiments only: write only the target's points, e.g. for rangegrasp parts");
   command->footer(
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o "
-      "mug.pcd\nFields: x y z [m], label (0 scene, 1 target, 2 and up other objects, 1000 an open "
+      "mug.pcd\nFields: x y z [m], label (0 scene, 1 target, in a heap the topmost object, 2 and "
+      "up other objects, 1000 an open "
       "box), state (0 measured, 1 camera shadow, 2 dropout, 3 out of view), and rgb with `color: "
       "true`.\n--picture draws the shadows that the objects cast on the table: laser red, camera "
       "yellow, both dark.\nFor a stereo camera, a folder next to the cloud contains left.png, "
@@ -528,16 +559,18 @@ void AddScan(CLI::App& app) {
     base::Stopwatch watch;
     const sensing::Scan scan = sensing::ScanScene(meshes, X_WS, sensor, rng);
     const double seconds = watch.Seconds();
+    const auto target = static_cast<std::uint32_t>(picked.target) + 1;
     geometry::WriteCloud(arguments->out,
-                         arguments->target_only ? TargetOnly(scan) : scan.view.image,
+                         arguments->target_only ? TargetOnly(scan, target) : scan.view.image,
                          trial::TruthFields(scan.view, scan.truth));
     if (!arguments->picture.empty()) {
       image::WritePng(arguments->picture,
                       DrawScan(scan, meshes, X_WS, std::get<sensing::LineScannerOptions>(sensor)));
     }
     const auto measured = std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured);
-    spdlog::info("{} points in {} profiles of {} samples, {:.0f} ms", measured,
-                 scan.view.image.profiles, scan.view.image.samples, seconds * 1e3);
+    spdlog::info("{} in {} of {}, {:.0f} ms", base::Counted(measured, "point"),
+                 base::Counted(scan.view.image.profiles, "profile"),
+                 base::Counted(scan.view.image.samples, "sample"), seconds * 1e3);
   });
 }
 

@@ -28,6 +28,7 @@
 #include "geometry/mesh_file.h"
 #include "grasp/grasp.h"
 #include "grasp/scene_view.h"
+#include "perception/doubts.h"
 #include "perception/perceive.h"
 #include "perception/preprocess.h"
 #include "robot/robot.h"
@@ -74,51 +75,12 @@ perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   return options;
 }
 
-// A larger object does not fit on a table or in a hand.
-constexpr double kMaxObject_m = 0.6;
-// An object with a larger share of the points is the table or the room.
-constexpr double kMaxShare = 1.0 / 3.0;
-// If the points of a tabletop are further apart, the file has another unit.
-constexpr double kMaxSpacing_m = 0.05;
-// If the points are closer than those of any sensor, the file has another unit.
-constexpr double kMinSpacing_m = 2e-5;
-
-// Reasons to doubt the result.
-// @param of_origin  OriginWarning
-std::vector<std::string> Warnings(const perception::Scene& scene, const std::string& of_origin) {
-  std::vector<std::string> warnings;
-  const std::string of_unit = UnitWarning(scene.sampling.spacing_m);
-  const bool wrong_unit = !of_unit.empty();  // sizes then mean nothing
-  if (wrong_unit) warnings.push_back(of_unit);
-  if (!of_origin.empty()) warnings.push_back(of_origin);
-  if (!of_origin.empty() && std::abs(scene.table.plane.Distance(Eigen::Vector3d::Zero())) < 0.02) {
-    warnings.push_back(
-        "0,0,0 lies in the table's plane, so its upper side is not known: give --sensor-origin or "
-        "--up");
-  }
-  const auto points = static_cast<double>(scene.points_C.size());
-  if (scene.objects.empty()) {
-    warnings.push_back(fmt::format("no objects: {} of {} points are above the table",
-                                   scene.cloud.size(), scene.points_C.size()));
-  }
-  if (wrong_unit) return warnings;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const auto& object = scene.objects[i];
-    const double size_m = object.size_m.maxCoeff();
-    const double share = static_cast<double>(object.points.size()) / points;
-    if (size_m > kMaxObject_m) {
-      warnings.push_back(fmt::format(
-          "object {} is {:.2f} m long: too large for a hand or a table; try --crop or --up", i + 1,
-          size_m));
-    }
-    if (share > kMaxShare) {
-      warnings.push_back(
-          fmt::format("object {} has {:.0f} % of all points: too many for an object on a table; "
-                      "try --crop or --up",
-                      i + 1, 100.0 * share));
-    }
-  }
-  return warnings;
+// What a user can do about a doubt, by the options of a command that reads a cloud.
+perception::Cures CommandCures() {
+  return {.smaller_unit = "try --unit mm",
+          .larger_unit = "try --unit m",
+          .upper_side = "give --sensor-origin or --up",
+          .other_things = "try --crop or --up"};
 }
 
 // What to try if no table was found: a cloud in another unit has none, nor has one with the wrong
@@ -126,9 +88,8 @@ std::vector<std::string> Warnings(const perception::Scene& scene, const std::str
 std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
                    const perception::PerceptionOptions& options, base::Rng& rng) {
   std::string advice;
-  if (perception::MeasureSampling(points, options.sampling).spacing_m > kMaxSpacing_m) {
-    advice += "; try --unit mm";
-  }
+  const double spacing_m = perception::MeasureSampling(points, options.sampling).spacing_m;
+  if (const auto warning = UnitWarning(spacing_m); !warning.empty()) advice += "; " + warning;
   if (options.preprocess.up_C) {
     auto other = options.preprocess;
     other.up_C = -*other.up_C;
@@ -196,16 +157,17 @@ std::string Text(const perception::Scene& scene, const GraspLists& grasps) {
   std::string text =
       fmt::format("noise {:.2f} mm, points {:.2f} mm apart\n",
                   scene.sampling.noise_m * base::kMmPerM, scene.sampling.spacing_m * base::kMmPerM);
-  text += fmt::format("table: {} points, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
-                      scene.table.points.size(), n.x(), n.y(), n.z(), scene.table.plane.offset_m);
+  text += fmt::format("table: {}, normal ({:.3f}, {:.3f}, {:.3f}), offset {:.4f} m\n",
+                      base::Counted(scene.table.points.size(), "point"), n.x(), n.y(), n.z(),
+                      scene.table.plane.offset_m);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const auto free = std::ranges::count(grasps[i], false, &grasp::Grasp::collides);
-    text += fmt::format(
-        "object {}: {} points, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {} grasps, {} free", i + 1,
-        object.points.size(), base::Word(object.kind), object.open ? ", open" : "",
-        object.size_m.x() * base::kMmPerM, object.size_m.y() * base::kMmPerM,
-        object.size_m.z() * base::kMmPerM, grasps[i].size(), free);
+    text += fmt::format("object {}: {}, {}{}, {:.0f} x {:.0f} x {:.0f} mm, {}, {} free", i + 1,
+                        base::Counted(object.points.size(), "point"), base::Word(object.kind),
+                        object.open ? ", open" : "", object.size_m.x() * base::kMmPerM,
+                        object.size_m.y() * base::kMmPerM, object.size_m.z() * base::kMmPerM,
+                        base::Counted(grasps[i].size(), "grasp"), free);
     if (free > 0) text += fmt::format(", best: {}", base::Word(grasps[i].front().type));
     text += "\n";
   }
@@ -272,7 +234,7 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
                                        grasp::Arm(2.0 * scene.objects[i].center_C - origin),
                                        grasp::GraspOptions{}));
   }
-  const auto warnings = Warnings(scene, OriginWarning(arguments, file));
+  const auto warnings = perception::Doubts(scene, OriginWarning(arguments, file), CommandCures());
   const Perceived perceived{Json(arguments, scene, grasps, warnings), Text(scene, grasps),
                             warnings};
   if (arguments.out.empty()) return perceived;
@@ -447,13 +409,7 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
 }
 
 std::string UnitWarning(double spacing_m) {
-  if (spacing_m > kMaxSpacing_m) {
-    return fmt::format("the points are {:.1f} m apart: try --unit mm", spacing_m);
-  }
-  if (spacing_m > 0.0 && spacing_m < kMinSpacing_m) {
-    return fmt::format("the points are {:.4f} mm apart: try --unit m", spacing_m * base::kMmPerM);
-  }
-  return "";
+  return perception::DoubtOfUnit(spacing_m, CommandCures());
 }
 
 geometry::Points MeasuredPoints(const geometry::CloudFile& file) {

@@ -391,6 +391,30 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
   EXPECT_THAT(open("outside"), HasSubstr("dissertation"));
 }
 
+TEST_F(Outside, AFileThatCannotBeStartedIsNamedWithItsCure) {
+  const auto file = files_.Write("detector.py", "#!/usr/bin/env python3\n").string();
+  const auto open = [&](const std::string& command) {
+    const std::string source = RANGEGRASP_SOURCE_DIR;
+    const auto experiment = files_.Write(
+        "e.yaml", "name: demo\nscene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
+                      "/models/sensors/line_scanner.yaml\nobject_folder: " + source +
+                      "/models/objects\nobjects: [coffee_cup]\ndetector: {command: [" + command +
+                      "]}\n");
+    return testing_support::MessageOf<base::InputError>(
+        [&] { experiment::OpenExperiment(experiment); });
+  };
+  const std::string cure = "run `chmod +x " + file + "`, or name its interpreter first";
+  EXPECT_THAT(open("./detector.py"), HasSubstr("e.yaml:6: key 'command': " + file));
+  EXPECT_THAT(open("./detector.py"), HasSubstr(cure + " (python3 " + file + ")"));
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  EXPECT_EQ(open("./detector.py"), "");
+  EXPECT_THAT(open("detector.py"), HasSubstr("give ./detector.py"));
+  files_.Write("detector.py", "import json\n");
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  EXPECT_THAT(open("./detector.py"), HasSubstr("begin it with a line such as #!/usr/bin/env"));
+  EXPECT_EQ(open("sh, detector.py"), "");
+}
+
 TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   struct Checked {
     std::string text;
@@ -420,7 +444,7 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
                       {"width_m", 0.05}};
   const auto in_air = check("echo '" + json{{"grasps", json::array({grasp})}}.dump() + "'");
   EXPECT_TRUE(in_air.failed);
-  EXPECT_THAT(in_air.text, HasSubstr("salt_cylinder: 1 grasps in the answer; 0 objects"));
+  EXPECT_THAT(in_air.text, HasSubstr("salt_cylinder: 1 grasp in the answer; 0 objects"));
   const auto broken = check("echo '{}'");
   EXPECT_TRUE(broken.failed);
   EXPECT_THAT(broken.text, HasSubstr("'grasps' is missing"));

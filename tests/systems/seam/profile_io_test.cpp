@@ -215,6 +215,7 @@ TEST(ProfileFiles, BadFilesAreNamedWithTheirRow) {
   const TempFolder folder;
   ExpectRefused(folder / "none.csv", "cannot be read");
   ExpectRefused(folder / "none.png", "cannot be read");
+  ExpectRefused(folder / "none/a.csv", "cannot be read: No such file");
   ExpectRefused(folder.Write("e.csv", ""), "contains no profile");
   ExpectRefused(folder.Write("e.csv", "\n# only a note\n"), "contains no profile");
   ExpectRefused(folder.Write("r.csv", "1,2\n1,2,3\n"), "row 2 has 3 columns instead of 2");

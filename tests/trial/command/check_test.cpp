@@ -47,7 +47,7 @@ TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
     EXPECT_THAT(ran.out, HasSubstr("arm.xml:"));
     EXPECT_THAT(ran.out, HasSubstr("error: joints arm/joint1"));
     EXPECT_THAT(ran.out, HasSubstr("fix: armature=\"0.1\""));
-    EXPECT_THAT(ran.out, HasSubstr("1 errors, 0 warnings"));
+    EXPECT_THAT(ran.out, HasSubstr("1 error, 0 warnings"));
   }
   const auto json = RunProgram({"check", folder_ / "scene.xml", "--json"});
   const auto findings = nlohmann::json::parse(json.out).at("findings");

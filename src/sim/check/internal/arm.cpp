@@ -79,7 +79,8 @@ void CheckCount(Model& model) {
   if (n >= kMinJoints && n <= kMaxJoints) return;
   model.Report(
       n < kMinJoints, model.ArmFile(), "the arm",
-      fmt::format("has {} joints; it needs 6 or 7 to move the hand to any pose", n),
+      fmt::format("has {}; it needs 6 or 7 to move the hand to any pose",
+                  base::Counted(n, "joint")),
       n < kMinJoints ? "list all joints in \"arm_joints\"" : "remove joints that it does not need");
 }
 

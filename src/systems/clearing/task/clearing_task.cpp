@@ -45,7 +45,7 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
 }
 
 // Each case is an arrangement. Its group is the arrangement's word.
-class ClearingExperiment : public experiment::Task {
+class ClearingExperiment : public trial::SceneTask {
  public:
   ClearingExperiment(trial::Options grasping, const ClearingOptions& options, std::uint64_t seed)
       : cell_(std::move(grasping)), options_(options), seed_(seed) {}
@@ -108,6 +108,8 @@ class ClearingExperiment : public experiment::Task {
     trial::FindDetector(cell_.options.detector)->add_to(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
   }
+
+  const trial::Cell& cell() const override { return cell_; }
 
  private:
   Result RunCase(const Case& which, const ClearingObserver& observer) const {

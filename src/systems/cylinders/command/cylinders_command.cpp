@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cylinders/detect.h"
@@ -115,10 +116,10 @@ ordered_json Json(const CylindersArguments& arguments, const CylinderScene& scen
 
 std::string Text(const CylinderScene& scene, const std::vector<GivenCylinder>& given) {
   std::string text = fmt::format(
-      "{} points, {} of the table; {} curvature points by normals, {} by scan lines; {} fragments, "
-      "{} rims\n",
-      scene.points_C.size(), scene.table.points.size(), scene.curved.size(), scene.edges.size(),
-      scene.fragments.size(), scene.rims.size());
+      "{}, {} of the table; {} by normals, {} by scan lines; {}, {}\n",
+      base::Counted(scene.points_C.size(), "point"), scene.table.points.size(),
+      base::Counted(scene.curved.size(), "curvature point"), scene.edges.size(),
+      base::Counted(scene.fragments.size(), "fragment"), base::Counted(scene.rims.size(), "rim"));
   for (const FoundCylinder& found : scene.cylinders) {
     const auto& c = found.cylinder_C;
     text += fmt::format(

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "base/words.h"
 #include "experiment/record.h"
 #include "geometry/mesh.h"
 #include "grasp/obstacles.h"
@@ -57,7 +58,8 @@ void ReadTable(YamlMap& map, const char* count, std::uint64_t seed, TableOptions
   const std::size_t objects = options.grasping.objects.size();
   if (options.given.size() != objects) {
     map.Fail("cylinders",
-             fmt::format("has {} shapes, but objects has {} names", options.given.size(), objects));
+             fmt::format("has {}, but objects has {}", base::Counted(options.given.size(), "shape"),
+                         base::Counted(objects, "name")));
   }
   // Each table holds all of them.
   options.grasping.clutter.always = options.grasping.objects;

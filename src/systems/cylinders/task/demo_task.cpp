@@ -215,7 +215,7 @@ void AddTries(const std::vector<Try>& tries, ordered_json& data) {
   data["others_left_table"] = left_table;
 }
 
-class DemoExperiment : public experiment::Task {
+class DemoExperiment : public trial::SceneTask {
  public:
   DemoExperiment(const DemoOptions& options, const experiment::Common& common)
       : options_(options), cell_(options.grasping), seed_(common.seed) {}
@@ -262,6 +262,8 @@ class DemoExperiment : public experiment::Task {
   }
 
   void AddTo(experiment::Stamp& stamp) const override { trial::AddModelsTo(cell_.options, stamp); }
+
+  const trial::Cell& cell() const override { return cell_; }
 
  private:
   experiment::Result RunCase(const Case& which, const Viewers& viewers) const {

@@ -448,16 +448,17 @@ experiment::Report RecallReport(const experiment::Stamp& stamp,
                      {"Errors of detected cylinders", GridOf(error_columns, recall.errors)}};
   report.csv = report.sections.front().grid;
   report.notes = {
-      fmt::format("{} tables; precision {} % [{}]: {} of {} detections; of the {} false "
+      fmt::format("{}; precision {} % [{}]: {} of {} detections; of the {} false "
                   "ones {} are other cylinders of a given size",
-                  recall.scenes, experiment::PercentText(recall.hits, detections, 2),
+                  base::Counted(recall.scenes, "table"),
+                  experiment::PercentText(recall.hits, detections, 2),
                   experiment::IntervalText(recall.hits, detections), recall.hits, detections,
                   recall.wrong, recall.twins),
       "seen: at least a quarter of the rays towards the cylinder, and more than 200, hit it"};
   if (const auto lost = std::ssize(records) - recall.scenes; lost > 0) {
-    report.notes.push_back(fmt::format(
-        "{} more tables crashed or timed out; nothing of them is counted, so recall is too high",
-        lost));
+    report.notes.push_back(
+        fmt::format("{} crashed or timed out and cannot be counted, so recall is too high",
+                    base::Counted(lost, "more table")));
   }
   return report;
 }

@@ -185,11 +185,12 @@ std::string NeighborsOf(const Segmented& result, const parts::PartDescription& p
 
 std::string TextOf(const Segmented& result) {
   const char* element = result.IsMesh() ? "face" : "point";
-  std::string text = fmt::format("{} part{} of {} {}s\n", result.found.parts,
-                                 result.found.parts == 1 ? "" : "s", result.Elements(), element);
+  std::string text = fmt::format("{} of {}\n", base::Counted(result.found.parts, "part"),
+                                 base::Counted(result.Elements(), element));
   for (const auto& part : result.described) {
-    text += fmt::format("part {}: {} {}s, {:.1f} %, {}", part.label, result.sizes[part.label],
-                        element, 100.0 * result.Share(part.label), ColorOf(part.label));
+    text += fmt::format("part {}: {}, {:.1f} %, {}", part.label,
+                        base::Counted(result.sizes[part.label], element),
+                        100.0 * result.Share(part.label), ColorOf(part.label));
     if (result.IsCore(part.label)) text += ", the core";
     if (part.function != parts::PartFunction::kOther) {
       text += fmt::format(", a {}", base::Word(part.function));

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/words.h"
 #include "parts/cloud/cloud_mesh.h"
 #include "parts/cloud/internal/seen_side.h"
 #include "parts/hierarchy/internal/cells.h"
@@ -316,7 +317,7 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
   if (options.parts && result.parts != *options.parts) {
     result.note =
-        fmt::format("{} parts, not {}: {}", result.parts, *options.parts,
+        fmt::format("{}, not {}: {}", base::Counted(result.parts, "part"), *options.parts,
                     result.parts < *options.parts
                         ? "there are no more cuts along concave bends"
                         : "a cut gives more than two parts, or there are separate pieces");

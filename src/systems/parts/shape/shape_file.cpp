@@ -106,9 +106,9 @@ Labels ReadLabels(const std::filesystem::path& file) {
 Labels ReadLabels(const std::filesystem::path& file, std::size_t elements) {
   Labels labels = ReadLabels(file);
   if (labels.size() != elements) {
-    throw base::InputError(fmt::format("{}:{}: has {} labels; the shape has {} elements",
-                                       file.string(), std::min(labels.size(), elements) + 1,
-                                       labels.size(), elements));
+    throw base::InputError(fmt::format(
+        "{}:{}: has {}; the shape has {}", file.string(), std::min(labels.size(), elements) + 1,
+        base::Counted(labels.size(), "label"), base::Counted(elements, "element")));
   }
   return labels;
 }

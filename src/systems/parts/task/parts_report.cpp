@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/statistics.h"
+#include "base/words.h"
 
 namespace rangegrasp::parts {
 namespace {
@@ -73,7 +74,7 @@ std::string ModelsText(const PartsSetup& setup, std::optional<Split> split) {
   for (const ModelClass& one : setup.classes) {
     models += one.report.size() + (split ? 0 : one.tune.size());
   }
-  return fmt::format("{} models{}", models,
+  return fmt::format("{}{}", base::Counted(models, "model"),
                      split ? " without the tuning models" : ", including the tuning models");
 }
 

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "base/words.h"
 #include "experiment/view.h"
 #include "geometry/mesh.h"
 #include "parts/metrics/human_score.h"
@@ -60,8 +61,7 @@ View::Painted PaintedBy(const geometry::TriangleMesh& mesh, const std::string& n
     if (!is_new || painted.colors.size() == kMaxColors) continue;
     painted.colors.push_back(PaintOf(label));
   }
-  painted.layer =
-      fmt::format("{}: {} part{}", name, position.size(), position.size() == 1 ? "" : "s");
+  painted.layer = name + ": " + base::Counted(static_cast<std::int64_t>(position.size()), "part");
   return painted;
 }
 

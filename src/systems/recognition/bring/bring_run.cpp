@@ -149,7 +149,7 @@ class Run {
 
   std::optional<Said> BringIt(std::size_t seen) {
     if (tries_ >= options_.max_tries) {
-      Say("I have tried {} times. I cannot take the {}.", tries_, Title(wanted_));
+      Say("I have tried {}. I cannot take the {}.", base::Counted(tries_, "time"), Title(wanted_));
       return Said::kCannot;
     }
     const Attempt& attempt = TryAt(seen, true);

@@ -55,6 +55,9 @@ void BringIt(const BringArguments& a) {
   pictures.snapshots = !a.pictures.empty();
   const auto result = bring::BringAloud(*opened.task, which, say, pictures);
   WriteResult(fmt::format("{}: {}\n", which.id, result.outcome));
+  if (const auto grasp = opened.kind->summary(result); !grasp.empty()) {
+    WriteResult("  " + grasp + "\n");
+  }
   if (result.outcome != trial::kHandedOver && result.outcome != bring::kSaidAbsent) {
     throw base::RunError(
         fmt::format("the {} was not handed over: {} {}", a.object, result.outcome, result.detail));

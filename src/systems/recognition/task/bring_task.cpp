@@ -178,7 +178,20 @@ std::optional<int> NumberOf(const std::string& object, const sim::World& world) 
   return std::nullopt;
 }
 
-class BringExperiment : public experiment::Task {
+/// The last executed grasp of the wanted object; empty if there is none.
+std::string GraspOf(const experiment::Result& result) {
+  const auto data = ordered_json::parse(result.data);
+  if (!data.contains("attempts")) return "";
+  const auto& attempts = data.at("attempts");
+  for (auto attempt = attempts.rbegin(); attempt != attempts.rend(); ++attempt) {
+    if (!attempt->at("at_wanted").get<bool>()) continue;
+    const auto text = trial::GraspText(*attempt, attempt->at("grasp").get<std::string>());
+    if (!text.empty()) return text;
+  }
+  return "";
+}
+
+class BringExperiment : public trial::SceneTask {
  public:
   BringExperiment(const BringOptions& options, const trial::Options& grasping,
                   const experiment::Common& common)
@@ -233,20 +246,33 @@ class BringExperiment : public experiment::Task {
     if (options_.absent) stamp.data[experiment::kSuccess] = kSaidAbsent;
   }
 
+  const trial::Cell& cell() const override { return cell_; }
+
+  // If the wanted object is absent, the target is the object that the scene is arranged around.
+  std::optional<trial::Arrangement> Arrange(const Case& which,
+                                            trial::Redraws& redraws) const override {
+    const auto [wanted, index, seed] = trial::SpecOf(which);
+    auto arranged = trial::ArrangeTrial(cell_, {OnTop(wanted, index), index, seed}, redraws);
+    if (!arranged) return arranged;
+    const auto target = NumberOf(wanted, arranged->world);
+    if (target && options_.absent) {
+      arranged->world.ParkObject(*target);
+      arranged->world.Settle();
+    } else if (target) {
+      arranged->target = *target;
+    }
+    return arranged;
+  }
+
  private:
   experiment::Result RunCase(const Case& which, const BringObserver& observer) const {
-    const auto [wanted, index, seed] = trial::SpecOf(which);
+    const std::string wanted = trial::SpecOf(which).object;
     base::Stopwatch watch;
     trial::Redraws redraws;
-    auto arranged = trial::ArrangeTrial(cell_, {OnTop(wanted, index), index, seed}, redraws);
+    auto arranged = Arrange(which, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     sim::World& world = arranged->world;
-    auto target = NumberOf(wanted, world);
-    if (target && options_.absent) {
-      world.ParkObject(*target);
-      world.Settle();
-      target.reset();
-    }
+    const auto target = NumberOf(wanted, world);
     const double arrange_s = watch.Restart();
     const Bring run = BringObject({options_, cell_, library_, grasps_}, wanted, target, which.seed,
                                   world, observer);
@@ -314,7 +340,8 @@ const experiment::TaskKind& BringTask() {
       .success = trial::kHandedOver,
       .read = Read,
       .read_keys = [](base::YamlMap& map) { ReadBringKeys(map); },
-      .report = ReportOf};
+      .report = ReportOf,
+      .summary = GraspOf};
   return kind;
 }
 

@@ -298,7 +298,7 @@ ordered_json JsonOf(const std::vector<JudgedFind>& judged, const sim::World& wor
   return finds;
 }
 
-class Recognition : public experiment::Task {
+class Recognition : public trial::SceneTask {
  public:
   Recognition(const TaskOptions& options, const experiment::Common& common)
       : options_(options),
@@ -341,6 +341,8 @@ class Recognition : public experiment::Task {
     trial::AddTitles(cell_.options, stamp);
     AddLibraryTo(stamp, options_.library, cell_.options.objects);
   }
+
+  const trial::Cell& cell() const override { return cell_; }
 
  private:
   /// Results from the views so far.

@@ -295,7 +295,7 @@ void Export(const ExportArguments& arguments) {
       ExportClouds(stamp, records, *e, arguments.jobs, out);
       Store::Remove(out);
     }
-    spdlog::info("{} trials in {}", records.size(), out.string());
+    spdlog::info("{} in {}", base::Counted(records.size(), "trial"), out.string());
   }
 }
 

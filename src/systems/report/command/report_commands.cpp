@@ -248,8 +248,8 @@ void MakeReport(const ReportRequest& request) {
   const std::string note = is_limited && runs.front().kind->has_views ? NoteOf(runs, views) : "";
   report::WriteData(runs, views, note, out);
   if (!note.empty()) spdlog::info(note);
-  spdlog::info("{} cases, {} with a 3-D view, in {:.1f} s: open {}", first, views.size(),
-               watch.Seconds(), (out / "index.html").string());
+  spdlog::info("{}, {} with a 3-D view, in {:.1f} s: open {}", base::Counted(first, "case"),
+               views.size(), watch.Seconds(), (out / "index.html").string());
 }
 
 void AddReportCommand(CLI::App& app) {

@@ -45,8 +45,8 @@ class ReproduceProgress {
     run_ = run;
     done_ = 0;
     if (isatty(STDERR_FILENO)) return;
-    spdlog::info("{}: {} cases, {} of them done; {} of {} are in earlier tables, about {} left",
-                 name_, run_.all, run_.stored, before_, all_.all, LeftText());
+    spdlog::info("{}: {}, {} of them done; {} of {} are in earlier tables, about {} left", name_,
+                 base::Counted(run_.all, "case"), run_.stored, before_, all_.all, LeftText());
   }
   void OneDone() {
     ++done_;

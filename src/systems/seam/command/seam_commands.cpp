@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/units.h"
+#include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
@@ -48,8 +49,8 @@ void GenerateBody(const SeamExperiment& experiment, const GenerateArguments& arg
   }
   seam::WriteProfiles(rows, arguments.out, RowFileOptions());
   WriteResult(bases, arguments.Beside(".bases.csv"));
-  spdlog::info("{} scans of the calibration body in {}, its heights in a file next to it",
-               rows.size(), arguments.out);
+  spdlog::info("{} of the calibration body in {}, its heights in a file next to it",
+               base::Counted(rows.size(), "scan"), arguments.out);
 }
 
 void Generate(const GenerateArguments& arguments) {
@@ -68,8 +69,8 @@ void Generate(const GenerateArguments& arguments) {
                       arguments.raw ? RowFileOptions() : ProfileFileOptions{});
   WriteResult(seam::LabelsCsv(recording), arguments.Beside(".labels.csv"));
   if (arguments.raw) seam::WriteCalibration(calibration, arguments.Beside(".calibration.yaml"));
-  spdlog::info("{} profiles in {}, their labels in a file next to it", profiles.size(),
-               arguments.out);
+  spdlog::info("{} in {}, their labels in a file next to it",
+               base::Counted(profiles.size(), "profile"), arguments.out);
 }
 
 struct CalibrateArguments {
@@ -88,8 +89,9 @@ std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments
     if (i < rows.size()) scans.push_back({{rows[i].profile.height_m, 0.0}, base_m});
   }
   if (rows.size() == bases.rows()) return scans;
-  throw base::InputError(fmt::format("{}: has the heights of {} scans, but {} has {} scans",
-                                     arguments.bases, bases.rows(), arguments.scans, rows.size()));
+  throw base::InputError(fmt::format("{}: has the heights of {}, but {} has {}", arguments.bases,
+                                     base::Counted(bases.rows(), "scan"), arguments.scans,
+                                     base::Counted(rows.size(), "scan")));
 }
 
 void Calibrate(const CalibrateArguments& arguments) {

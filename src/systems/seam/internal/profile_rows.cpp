@@ -302,7 +302,8 @@ class TextRows {
   // NaN where there is no value.
   double NumberAt(const Fields& fields, int field) const {
     if (field >= std::ssize(fields)) {
-      throw InputError(fmt::format("has {} columns, but no column {}", fields.size(), field + 1));
+      throw InputError(fmt::format("has {}, but no column {}",
+                                   base::Counted(fields.size(), "column"), field + 1));
     }
     const std::string_view shown = fields[static_cast<std::size_t>(field)];
     if (IsNoValue(shown)) return std::numeric_limits<double>::quiet_NaN();
@@ -366,13 +367,14 @@ class TextRows {
     }
     row.x_m = RowX();
     if (row.x_m.empty() || row.x_m.size() == row.width) return;
-    throw InputError(fmt::format("has {} heights, but {} x values", row.width, row.x_m.size()));
+    throw InputError(fmt::format("has {}, but {}", base::Counted(row.width, "height"),
+                                 base::Counted(row.x_m.size(), "x value")));
   }
 
   void ReadPairs(const Fields& fields, RawRow& row) const {
     if (row.width % 2 != 0) {
-      throw InputError(
-          fmt::format("has {} columns; pairs of x and height need an even number", row.width));
+      throw InputError(fmt::format("has {}; pairs of x and height need an even number",
+                                   base::Counted(row.width, "column")));
     }
     for (int i = columns_->first; i < std::ssize(fields); i += 2) ReadPoint(fields, i, i + 1, row);
   }
@@ -389,8 +391,8 @@ class TextRows {
           options_.text.layout == TextLayout::kRows && options_.columns == 0 && RowX().empty();
     }
     if (columns_->axis >= std::ssize(fields)) {
-      throw InputError(
-          fmt::format("has {} columns; axis_column is {}", fields.size(), columns_->axis + 1));
+      throw InputError(fmt::format("has {}; axis_column is {}",
+                                   base::Counted(fields.size(), "column"), columns_->axis + 1));
     }
     if (columns_->axis >= 0) {
       const std::string_view axis = fields[static_cast<std::size_t>(columns_->axis)];
@@ -399,7 +401,8 @@ class TextRows {
     }
     row.width = fields.size() - std::min(static_cast<std::size_t>(columns_->first), fields.size());
     if (row.width == 0) {
-      throw InputError(fmt::format("has {} columns, but no height", fields.size()));
+      throw InputError(
+          fmt::format("has {}, but no height", base::Counted(fields.size(), "column")));
     }
     if (options_.columns != 0 && row.width != static_cast<std::size_t>(options_.columns)) {
       throw InputError(WidthFault(row.width, options_.columns));
@@ -500,7 +503,8 @@ class TextRows {
   void ReadAcross(const Fields& fields, std::size_t width) {
     const auto first = static_cast<std::size_t>(columns_->first) + 1;
     if (width <= first) {
-      throw InputError(fmt::format("has {} columns; x and a height are needed", width));
+      throw InputError(
+          fmt::format("has {}; x and a height are needed", base::Counted(width, "column")));
     }
     if (fields.size() != width)
       throw InputError(WidthFault(fields.size(), static_cast<int>(width)));
@@ -536,7 +540,7 @@ void MarkDamaged(RawRow& row, const std::string& fault) {
 }
 
 std::string WidthFault(std::size_t columns, int expected) {
-  return fmt::format("has {} columns instead of {}", columns, expected);
+  return fmt::format("has {} instead of {}", base::Counted(columns, "column"), expected);
 }
 
 float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options) {

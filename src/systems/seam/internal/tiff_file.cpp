@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/words.h"
 
 namespace rangegrasp::image {
 namespace {
@@ -60,10 +61,10 @@ TiffPixel PixelOf(TIFF* file) {
   if (channels == 1 && bits == 16 && format == SAMPLEFORMAT_INT) return TiffPixel::kSigned16;
   if (channels == 1 && bits == 32 && format == SAMPLEFORMAT_IEEEFP) return TiffPixel::kFloat32;
   const char* kind = format == SAMPLEFORMAT_IEEEFP ? "floating-point" : "whole-number";
-  throw InputError(fmt::format(
-      "has {} channel{} of {}-bit {} pixels; one channel of 16-bit whole numbers or 32-bit "
-      "floating point is needed",
-      channels, channels == 1 ? "" : "s", bits, kind));
+  throw InputError(
+      fmt::format("has {} of {}-bit {} pixels; one channel of 16-bit whole numbers or 32-bit "
+                  "floating point is needed",
+                  base::Counted(channels, "channel"), bits, kind));
 }
 
 template <typename Pixel>

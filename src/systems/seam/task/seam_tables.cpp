@@ -160,9 +160,8 @@ Section RatesSection(const Facts& facts, const std::vector<SeamResult>& seams) {
     header.push_back("published");
   }
   Section section = NumberSection(
-      fmt::format(
-          "Detection rate in % within a tolerance, for {} profiles with an edge, from {} seams",
-          sum[0].profiles, seams.size()),
+      fmt::format("Detection rate in % within a tolerance, for {} with an edge, from {}",
+                  base::Counted(sum[0].profiles, "profile"), base::Counted(seams.size(), "seam")),
       std::move(header));
   for (std::size_t m = 0; m < kMethods; ++m) {
     Cells row = {MethodTitle(m)};

@@ -131,8 +131,8 @@ void Stereo(const StereoArguments& a) {
   }
   geometry::WriteCloud(a.out, made.view.image);
   if (!a.pictures.empty()) WriteStereoPictures(made, a.pictures);
-  spdlog::info("{} points, {:.1f} mm apart, {:.0f} ms", points, made.view.spacing_m * base::kMmPerM,
-               seconds * 1e3);
+  spdlog::info("{}, {:.1f} mm apart, {:.0f} ms", base::Counted(points, "point"),
+               made.view.spacing_m * base::kMmPerM, seconds * 1e3);
 }
 
 void AddStereoCommand(CLI::App& app) {

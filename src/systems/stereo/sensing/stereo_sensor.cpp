@@ -11,6 +11,7 @@
 #include "base/image/offscreen_context.h"
 #include "base/statistics.h"
 #include "base/stopwatch.h"
+#include "base/words.h"
 #include "geometry/cloud_file.h"
 #include "geometry/kd_tree.h"
 #include "perception/preprocess.h"
@@ -209,9 +210,9 @@ std::string StereoSensor::WriteLook(const sim::World& world, base::Rng& rng,
   image::WritePng(folder / "right.png", look.shot.photos.right);
   WriteStereoCalibration(setup().calibration, folder / "calibration.yaml");
   WriteStereoPictures(look.made, folder);
-  return fmt::format("{} points, {:.0f} ms; pictures, disparities and calibration in {}",
-                     std::ranges::count(look.truth.state, sensing::SampleState::kMeasured),
-                     seconds * 1e3, folder.string());
+  const auto points = std::ranges::count(look.truth.state, sensing::SampleState::kMeasured);
+  return fmt::format("{}, {:.0f} ms; pictures, disparities and calibration in {}",
+                     base::Counted(points, "point"), seconds * 1e3, folder.string());
 }
 
 trial::Sensed StereoSensor::Sense(const sim::World& world, base::Rng& rng) const {

@@ -46,7 +46,7 @@ void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& 
 }
 
 /// A case is the scan of a trial; the arm does not move.
-class SurveyTask : public experiment::Task {
+class SurveyTask : public trial::SceneTask {
  public:
   SurveyTask(trial::Options options, Quantity quantity, std::uint64_t seed)
       : cell_(std::move(options)), quantity_(quantity), seed_(seed) {}
@@ -57,7 +57,7 @@ class SurveyTask : public experiment::Task {
 
   experiment::Result Run(const Case& which) const override {
     trial::Redraws redraws;
-    const auto scene = ArrangeTrial(cell_, trial::SpecOf(which), redraws);
+    const auto scene = Arrange(which, redraws);
     if (!scene) return trial::NoArrangement(redraws);
     experiment::Result result{kMeasured, "perceive", "", "{}", {}};
     result.data = SurveyOf(quantity_).measure(cell_, *scene, which.seed, result.seconds).dump();
@@ -68,6 +68,8 @@ class SurveyTask : public experiment::Task {
     trial::AddModelsTo(cell_.options, stamp);
     stamp.data[kMeasure] = base::Word(quantity_);
   }
+
+  const trial::Cell& cell() const override { return cell_; }
 
  private:
   trial::Cell cell_;

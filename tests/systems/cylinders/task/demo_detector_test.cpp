@@ -47,7 +47,7 @@ TEST(DemoOptions, ShapesThatAreNoneAreNamed) {
   EXPECT_THAT(ErrorOf({"cylinders=[25.75x173, 26.75]"}), HasSubstr("26.75"));
   EXPECT_THAT(ErrorOf({"cylinders=[25.75x173, 0x134]"}), HasSubstr("0x134"));
   EXPECT_THAT(ErrorOf({"cylinders=[25.75x173]"}),
-              HasSubstr("has 1 shapes, but objects has 2 names"));
+              HasSubstr("has 1 shape, but objects has 2 names"));
   EXPECT_THAT(ErrorOf({"trials_per_object=4"}), HasSubstr("runs"));
 }
 

@@ -79,7 +79,7 @@ TEST_F(OutsideRun, TheExampleInPythonIsUnderstood) {
   }
   const Ran ran = RunProgram({"check", "--detector", python + " " + kPythonExample});
   EXPECT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("grasps in the answer; 1 objects; 200 grasps of the first"));
+  EXPECT_THAT(ran.out, HasSubstr("grasps in the answer; 1 object; 200 grasps of the first"));
   EXPECT_THAT(ran.out, HasSubstr("the first object is the target"));
   if (!process::WhyNoSandbox()) {
     EXPECT_THAT(ran.out, HasSubstr("the same answer"));

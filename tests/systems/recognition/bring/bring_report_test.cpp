@@ -57,6 +57,23 @@ TEST(BringReport, EveryRunCounts) {
   EXPECT_EQ(RowNamed(report.csv, "all")[2], "3");
 }
 
+TEST(BringTask, ItsSummaryIsTheLastExecutedGraspOfTheWantedObject) {
+  Step other = StepWith("lid", 0.0, false);
+  other.at_wanted = false;
+  Step in_vain = StepWith("", 0.0, false);
+  in_vain.attempt.log.reset();
+  const auto summary = [](const std::vector<Step>& steps) {
+    return BringTask().summary(RecordOf("cup", "handed_over", steps).result);
+  };
+  EXPECT_THAT(
+      summary({StepWith("rim", 0.0, false), StepWith("handle", 0.0, false), other, in_vain}),
+      testing::StartsWith("grasp: 'handle' of the object's grasps.yaml, pads closing to "));
+  EXPECT_THAT(summary({StepWith("", 0.0, false)}), testing::StartsWith("grasp: power, "));
+  EXPECT_EQ(summary({other, in_vain}), "");
+  EXPECT_EQ(summary({}), "");
+  EXPECT_EQ(BringTask().summary({"crashed", "arrange", "", "{}", {}}), "");
+}
+
 // Each seed has its own records of all objects.
 TEST(BringReport, RunsOfSeveralSeedsAreInOneRow) {
   std::vector<experiment::Record> records;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiment/experiment.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::bring {
 namespace {
@@ -44,6 +45,26 @@ TEST(BringTask, GivesUpAfterThreeAttemptsInVainAtTheSameTable) {
   }
   EXPECT_EQ(in_vain, 3) << result.data;
   EXPECT_EQ(data["words"].back(), "I see the Sweets (prism), and cannot get at it.");
+}
+
+// In a heap another object is dropped last, on top.
+TEST(BringTask, TheTargetOfItsSceneIsTheWantedObject) {
+  const std::vector<std::string> heap = {"arrangement=pile",
+                                         "objects=[coffee_cup, dextrose, salt_cuboid]"};
+  const auto scene_of = [](const experiment::Experiment& e) {
+    trial::Redraws redraws;
+    return dynamic_cast<const trial::SceneTask&>(*e.task).Arrange(e.cases[0], redraws);
+  };
+  const auto present = scene_of(Open(heap));
+  ASSERT_TRUE(present);
+  EXPECT_EQ(present->world.object_name(present->target), "coffee_cup");
+  EXPECT_NE(present->target, 0);
+  auto without = heap;
+  without.emplace_back("bring.absent=true");
+  const auto absent = scene_of(Open(without));
+  ASSERT_TRUE(absent);
+  EXPECT_TRUE(absent->world.parked(present->target));
+  EXPECT_FALSE(absent->world.parked(absent->target));
 }
 
 TEST(BringTask, SaysThatItIsNotThere) {

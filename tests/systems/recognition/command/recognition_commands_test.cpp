@@ -29,6 +29,21 @@ TEST(Bring, AnUnknownObjectNeedsAnExperimentThatListsIt) {
                                  "others need an experiment file that lists them");
 }
 
+TEST(Scan, TakesEveryExperimentThatArrangesObjects) {
+  const testing_support::TempFolder folder;
+  const auto scan = [&](const char* experiment) {
+    return std::vector<std::string>{"scan", kRepository / "experiments" / experiment, "-o",
+                                    folder / "scan.pcd"};
+  };
+  Succeeded(RunProgram(scan("clear_pile.yaml")));
+  Succeeded(RunProgram(scan("bring.yaml")));
+  const auto cloud = geometry::ReadCloud(folder / "scan.pcd");
+  EXPECT_GT(cloud.points.size(), 10000u);
+  ExpectRefused(scan("seam_base.yaml"),
+                "seam_base.yaml: cannot show a scene of `task: seam`; give an experiment of a task "
+                "that arranges objects");
+}
+
 class RecognizeTest : public testing::Test {
  protected:
   /// A single dextrose box on the table.

@@ -466,7 +466,7 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
   folder_.Write("few.csv", "scan,base_mm\n1,0\n");
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("few.csv"), "-o", File("d")},
-      "few.csv: has the heights of 1 scans");
+      "few.csv: has the heights of 1 scan,");
   folder_.Write("bad.csv", "scan,base_mm\n1,low\n");
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},
