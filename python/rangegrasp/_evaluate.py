@@ -263,7 +263,7 @@ class Results:
     def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1, run_detector: bool = False) -> Path:
         """Writes pages with charts and pictures for a browser, into `folder` or the results' own. Returns the first page.
 
-        It runs trials again for their pictures; results of a function that were loaded from a folder have none. A program that the
+        It runs trials again for their pictures; InputError for results of a function that were loaded from a folder. A program that the
         results name as their detector is started only with `run_detector`, if you trust them.
         """
         with self._detector.asked() as ask:

@@ -172,7 +172,7 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
     Parameters
     ----------
     points : Scan, (rows, columns, 3) or (n, 3) array [m]
-        NaN where nothing was measured. A range image keeps its rows and columns.
+        NaN or, in an array, 0,0,0 where nothing was measured. A range image keeps its rows and columns.
     X_WV : (4, 4) array, optional
         Pose of the sensor in the frame of the points; at their origin if not given. Belongs to an array.
     noise : float, optional

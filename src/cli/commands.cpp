@@ -320,6 +320,11 @@ int RunProgram(int argc, char** argv) {
     return 0;
   } catch (const CLI::Success& e) {
     return app.exit(e);
+  } catch (const CLI::ExtrasError&) {
+    // In their order; the library's own message reverses it.
+    spdlog::error("unexpected: {}; --help lists the options",
+                  base::Join(app.remaining(/*recurse=*/true), " "));
+    return kBadInput;
   } catch (const CLI::ParseError& e) {
     spdlog::error("{}; --help lists the options", e.what());
     return kBadInput;

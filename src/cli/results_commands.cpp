@@ -53,6 +53,11 @@ void AddTable(CLI::App& app) {
       WriteResult(experiment::Format(report, results.stamp, format), a->out);
     }
     if (!a->files) return;
+    if (report.files.empty()) {
+      spdlog::info(
+          "task {} has no table files or figures; --format csv --out FILE writes the table",
+          experiment::KindOf(results.stamp).name);
+    }
     for (const auto& [name, text] : report.files) {
       WriteResult(text, fs::path(a->folder) / name);
     }
@@ -103,8 +108,8 @@ std::string SummaryOf(const Record& record, const std::string& success,
   if (const std::string more = kind.summary ? kind.summary(result) : ""; !more.empty()) {
     text += "  " + more + "\n";
   }
-  text += "  " + base::Join(figures) + "\n  seconds: " + base::Join(times) + "\n";
-  return text;
+  if (!figures.empty()) text += "  " + base::Join(figures) + "\n";
+  return text + "  seconds: " + base::Join(times) + "\n";
 }
 
 // Cases that are listed: a screenful.
@@ -181,7 +186,11 @@ void ReplayAll(const TrialArguments& arguments) {
     if (!Hooks().join_films) base::CheckBuilt("option", "video");
     Hooks().join_films(parts, arguments.video);
   }
-  if (arguments.snapshots) spdlog::info("pictures in {}", options.folder.string());
+  if (arguments.snapshots && fs::exists(options.folder)) {
+    spdlog::info("pictures in {}", options.folder.string());
+  } else if (arguments.snapshots) {
+    spdlog::warn("task {} has no pictures of {}", e.kind->name, base::Join(arguments.ids));
+  }
 }
 
 void AddTrial(CLI::App& app) {

@@ -20,6 +20,7 @@
 #include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "experiment/slurm.h"
 
 namespace rangegrasp::cli {
 namespace {
@@ -117,6 +118,15 @@ Progress ProgressOf(const RunIntoOptions& options, const Experiment& e, int befo
   };
 }
 
+// The command that checks the file with the changes of this run.
+std::string CheckCommand(const Experiment& e) {
+  std::string command = "rangegrasp check " + e.common.file.string();
+  for (const std::string& set : experiment::SetOf(e.stamp)) {
+    command += " --set " + experiment::ShellQuoted(set);
+  }
+  return command;
+}
+
 // @return why the run ended early; empty if it did not.
 std::string RunTillHopeless(const Experiment& e, const std::vector<Case>& cases, Store& store,
                             const RunIntoOptions& options) {
@@ -142,9 +152,8 @@ std::string RunTillHopeless(const Experiment& e, const std::vector<Case>& cases,
     if (failure && !begun_before) {
       return fmt::format(
           "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
-          "runs them anyway; stop_after: 0 never stops a run; `rangegrasp check {}` looks for "
-          "errors)",
-          stop_after, cases.size(), *failure, Missing(cases, store).size(), e.common.file.string());
+          "runs them anyway; stop_after: 0 never stops a run; `{}` looks for errors)",
+          stop_after, cases.size(), *failure, Missing(cases, store).size(), CheckCommand(e));
     }
   }
   RunCases(missing, run, store, how, ProgressOf(options, e, done, total));
@@ -303,8 +312,8 @@ void AddRunCommand(CLI::App& app) {
       ->transform(WholeNumber(1, 1'000'000));
   command->add_option(
       "--objects", a->groups,
-      "only these objects, shapes or classes, e.g. coffee_cup,cleaner; objects as targets: "
-      "the others of the file stay in the heap");
+      "only these groups of the tables: objects, shapes, classes, methods or hazards, e.g. "
+      "coffee_cup,cleaner; objects as targets: the others of the file stay in the heap");
   AddJobsOption(*command, "cases", a->options.jobs);
   command->add_option("--seed", a->changes.seed, "overrides the seed of the file")
       ->transform(WholeNumber());
@@ -335,8 +344,21 @@ void AddRunDetectorOption(CLI::App& command, bool& run_detector) {
                    "results that you trust");
 }
 
+bool& HasPythonDetector() {
+  static bool has = false;
+  return has;
+}
+
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,
                                         bool run_detector) {
+  const std::string function = experiment::ValueOr(stamp.identity, "detector_function", "");
+  if (!function.empty() && !HasPythonDetector()) {
+    throw base::InputError(
+        folder + ": the detector was the Python function " + function +
+        ": only the Python program that ran it can run its trials again "
+        "(rangegrasp.evaluate(...).report()); `report --views none` and `export` without "
+        "`--clouds` work");
+  }
   try {
     auto e = experiment::OpenAgain(stamp, run_detector);
     for (const auto& [name, value] : e.stamp.identity) {
@@ -348,13 +370,7 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
   } catch (const base::NotBuilt&) {
     throw;  // the script that started the program may build it
   } catch (const base::InputError& error) {
-    const std::string function = experiment::ValueOr(stamp.identity, "detector_function", "");
-    const std::string of_python =
-        function.empty() ? ""
-                         : "; the detector was the Python function " + function +
-                               ": only the Python program that ran it can run its trials again "
-                               "(rangegrasp.evaluate(...).report())";
-    throw base::InputError(folder + ": " + error.what() + of_python);
+    throw base::InputError(folder + ": " + error.what());
   }
 }
 

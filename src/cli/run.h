@@ -51,8 +51,12 @@ std::vector<std::uint64_t> SeedsFrom(const std::string& text);
 /// Adds --run-detector, for commands that reopen experiments.
 void AddRunDetectorOption(CLI::App& command, bool& run_detector);
 
+/// Whether a detector that is a Python function can be called now; set by the Python package.
+bool& HasPythonDetector();
+
 /// The experiment of a results folder, as it was run; warns of changes since then.
-/// @throws base::InputError naming the folder; also as experiment::OpenAgain.
+/// @throws base::InputError naming the folder; also as experiment::OpenAgain, and if its detector
+/// was a Python function and there is none now.
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,
                                         bool run_detector);
 

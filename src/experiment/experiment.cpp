@@ -30,6 +30,18 @@ constexpr double kMinLimit_s = 1.0;
 constexpr double kMaxLimit_s = 86400.0;
 constexpr int kMaxStopAfter = 1'000'000;
 
+// The first line of the copy of an experiment file in a results folder, up to the folder.
+constexpr const char* kCopy = "# Experiment file of a run; relative paths are relative to ";
+
+// What to do after an error in such a copy; empty for another file.
+std::string CureOfCopy(const std::string& text) {
+  if (!text.starts_with(kCopy)) return "";
+  const std::string line = text.substr(0, text.find(".\n"));
+  return "; this is the copy of a run's file, whose relative paths are relative to " +
+         line.substr(std::string_view(kCopy).size()) +
+         ": give the original file, or put the copy into that folder";
+}
+
 const TaskKind* FindKind(const std::string& word) {
   const auto found = std::ranges::find(Kinds(), word, &TaskKind::name);
   return found == Kinds().end() ? nullptr : &*found;
@@ -68,13 +80,6 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
   return base::Hex(hash);
 }
 
-// The values set on the command line.
-std::vector<std::string> SetOf(const Stamp& stamp) {
-  auto set = base::Split(Need(stamp.data, "set"), '\n');
-  std::erase(set, "");
-  return set;
-}
-
 void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
                 std::vector<Case>& cases) {
   if (wanted.empty()) return;
@@ -83,7 +88,8 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
     if (std::ranges::find(known, group) != known.end()) continue;
     throw base::InputError(
         file.string() + ": has no '" + group + "'" +
-        base::Suggestion(group, known, "; did you mean '{}'?") + " (it has " + base::Join(known) +
+        base::Suggestion(group, known, "; did you mean '{}'?") + " (the groups of its tables are " +
+        base::Join(known) +
         "; others need an experiment file that lists them, or more trials if the objects take " +
         "turns)");
   }
@@ -185,7 +191,16 @@ void ReadCommon(YamlMap& map, Common& common) {
 
 Experiment OpenExperiment(const fs::path& file, const Changes& changes,
                           const OnFindings& on_findings) {
-  return Open(base::ReadFile(file), file, changes, on_findings, /*run_detector=*/true);
+  const std::string text = base::ReadFile(file);
+  try {
+    return Open(text, file, changes, on_findings, /*run_detector=*/true);
+  } catch (const base::NotBuilt&) {
+    throw;  // the script that started the program may build it
+  } catch (const base::InputError& error) {
+    const std::string cure = CureOfCopy(text);
+    if (cure.empty()) throw;
+    throw base::InputError(error.what() + cure);
+  }
 }
 
 Experiment OpenAgain(const Stamp& stamp, bool run_detector) {
@@ -194,10 +209,15 @@ Experiment OpenAgain(const Stamp& stamp, bool run_detector) {
               run_detector);
 }
 
+std::vector<std::string> SetOf(const Stamp& stamp) {
+  auto set = base::Split(Need(stamp.data, "set"), '\n');
+  std::erase(set, "");
+  return set;
+}
+
 std::string FileAsRun(const Stamp& stamp) {
   const fs::path file = Need(stamp.data, "experiment_file");
-  std::string text = fmt::format("# Experiment file of a run; relative paths are relative to {}.\n",
-                                 file.parent_path().string());
+  std::string text = kCopy + file.parent_path().string() + ".\n";
   text += "# What ran (--objects): " + Need(stamp.identity, "groups") + "\n";
   for (const std::string& one : SetOf(stamp)) {
     text += "# On the command line: --set '" + one + "'\n";

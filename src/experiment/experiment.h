@@ -54,6 +54,10 @@ Experiment OpenExperiment(const std::filesystem::path& file, const Changes& chan
 /// be started.
 Experiment OpenAgain(const Stamp& stamp, bool run_detector);
 
+/// The changes of the command line in a stamp, as for --set: "key.inner=value".
+/// @throws base::InputError if the stamp is incomplete.
+std::vector<std::string> SetOf(const Stamp& stamp);
+
 /// The experiment file in a stamp; comments before it list the changes of the command line.
 /// @throws base::InputError if the stamp is incomplete.
 std::string FileAsRun(const Stamp& stamp);

@@ -23,6 +23,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "base/words.h"
 #include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
@@ -249,6 +250,20 @@ std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case
   return records;
 }
 
+// Whether the run has the stored groups in the same order, and perhaps others: tasks whose shapes
+// or hazards take turns reach more of them with more trials.
+bool ContainsGroups(const Stamp& run, const Stamp& stored) {
+  const auto groups = [](const Stamp& stamp) {
+    return base::Split(ValueOr(stamp.identity, "groups", ""), ',');
+  };
+  const auto wanted = groups(stored);
+  auto next = wanted.begin();
+  for (const std::string& group : groups(run)) {
+    if (next != wanted.end() && *next == group) ++next;
+  }
+  return next == wanted.end();
+}
+
 // Most frequent first, ties in order of their text.
 std::vector<std::pair<std::string, int>> Ranked(const std::map<std::string, int>& counts) {
   std::vector<std::pair<std::string, int>> ranked(counts.begin(), counts.end());
@@ -316,7 +331,10 @@ Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases) {
   const std::string where = store.file().parent_path().string();
   Stamp alike = stored;
   alike.identity["cases"] = Need(now.identity, "cases");
-  CheckSameRun(alike, now, where, "choose another folder with --out, or use --overwrite");
+  if (ContainsGroups(now, stored)) alike.identity["groups"] = ValueOr(now.identity, "groups", "");
+  CheckSameRun(
+      alike, now, where,
+      "choose another folder with --out, or use --overwrite (--resume can only add trials)");
   if (stored.identity != now.identity) {
     for (const Record& record : Replaced(store.ReadAll(), cases, where)) store.Write(record);
   }

@@ -55,7 +55,8 @@ void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOp
 Result RunApart(const Case& which, double limit_s, const CaseRunner& run);
 
 /// Prepares a store of an earlier part of a run for continuation. The run may have more cases now
-/// (more trials of each object): stored records get their new positions among them.
+/// (more trials of each object) and, in their order, more groups: stored records get their new
+/// positions among them.
 /// @param now    stamp of the continued run
 /// @param cases  all of its cases, of all shards
 /// @return the stamp to write: `now` with the commit that began the run; another commit is added to

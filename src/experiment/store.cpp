@@ -200,8 +200,6 @@ class RecordWriter {
 
 fs::path FileIn(const fs::path& folder) { return folder / kFile; }
 
-constexpr std::string_view kSeedPrefix = "seed-";
-
 std::optional<std::uint64_t> SeedOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
   if (!name.starts_with(kSeedPrefix) || !Store::Exists(folder)) return std::nullopt;

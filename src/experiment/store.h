@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_set>
 #include <vector>
 
@@ -104,6 +105,7 @@ struct Results {
 };
 
 /// The folder of one seed in a run with several seeds: "<folder>/seed-<seed>".
+inline constexpr std::string_view kSeedPrefix = "seed-";
 std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed);
 
 /// The stores of a results folder: those of its seeds in ascending order, or the folder itself.

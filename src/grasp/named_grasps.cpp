@@ -152,20 +152,22 @@ bool IsFor(const NamedGrasp& grasp, const std::string& use) {
 }
 
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
-                                          const Pose& X_CO, const perception::Scene& scene,
-                                          std::size_t object, const HandModel& hand,
-                                          const GraspOptions& options,
+                                          std::span<const Pose> poses_CO,
+                                          const perception::Scene& scene, std::size_t object,
+                                          const HandModel& hand, const GraspOptions& options,
                                           std::span<const TriangleMesh> obstacles_C) {
   std::vector<Grasp> grasps;
   std::vector<std::size_t> named;
-  const bool upright = IsUpright(known, X_CO, scene.table.plane.normal);
   for (std::size_t i = 0; i < known.grasps.size(); ++i) {
-    if (!IsFor(known.grasps[i], use) || (known.grasps[i].upright && !upright)) continue;
-    for (Proposal way : known.grasps[i].ways_O) {
-      way.X_CG = X_CO * way.X_CG;
-      grasps.push_back(PlaceHand(way, hand, options));
-      grasps.back().type = GraspType::kNamed;
-      named.push_back(i);
+    if (!IsFor(known.grasps[i], use)) continue;
+    for (const Pose& X_CO : poses_CO) {
+      if (known.grasps[i].upright && !IsUpright(known, X_CO, scene.table.plane.normal)) continue;
+      for (Proposal way : known.grasps[i].ways_O) {
+        way.X_CG = X_CO * way.X_CG;
+        grasps.push_back(PlaceHand(way, hand, options));
+        grasps.back().type = GraspType::kNamed;
+        named.push_back(i);
+      }
     }
   }
   CheckProposals(scene, object, hand, options, obstacles_C, grasps);

@@ -37,17 +37,17 @@ struct PlacedGrasp {
   std::size_t named = 0;  ///< position in NamedGrasps::grasps
 };
 
-/// The named grasps for a use and for the object's present orientation, placed at the object's
-/// pose. Each way is checked against everything else that is perceived. Those that collide come
-/// last; otherwise the order is that of the file.
-/// @param X_CO  the object's pose
+/// The named grasps for a use and for the object's present orientation, placed at each of its
+/// poses. Each way is checked against everything else that is perceived. Those that collide come
+/// last; otherwise the order is that of the file, and for each grasp that of the poses.
+/// @param poses_CO  the object's pose, and those in which a symmetric object looks the same
 /// @param object  position of the object itself in scene.objects
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
 /// @throws std::invalid_argument if there is no such object.
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
-                                          const base::Pose& X_CO, const perception::Scene& scene,
-                                          std::size_t object, const robot::HandModel& hand,
-                                          const GraspOptions& options,
+                                          std::span<const base::Pose> poses_CO,
+                                          const perception::Scene& scene, std::size_t object,
+                                          const robot::HandModel& hand, const GraspOptions& options,
                                           std::span<const geometry::TriangleMesh> obstacles_C);
 
 /// Whether a hand with this grasp reaches into the space that must stay free: a shape of its

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "base/units.h"
+#include "base/words.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -19,6 +21,11 @@ constexpr double kMaxSpacing_m = 0.05;
 constexpr double kMinSpacing_m = 2e-5;
 // If the sensor's position is closer to the table, noise decides on which side of it it is.
 constexpr double kMinHeight_m = 0.02;
+// If a table is flatter, its points were computed: no sensor has so little noise.
+constexpr double kMinNoise_m = 5e-6;
+// Points in one place. A neighborhood has so many (SamplingOptions::neighbors); more say nothing
+// about a surface.
+constexpr std::size_t kMaxInOnePlace = 64;
 
 // Appends the doubts about the objects' sizes and shares of the points.
 void DoubtObjects(const Scene& scene, const Cures& cures, std::vector<std::string>& doubts) {
@@ -40,6 +47,40 @@ void DoubtObjects(const Scene& scene, const Cures& cures, std::vector<std::strin
   }
 }
 
+std::string Place(const Eigen::Vector3d& p) {
+  return fmt::format("{:g},{:g},{:g}", p.x(), p.y(), p.z());
+}
+
+void SetNaN(Eigen::Vector3d& p) { p.setConstant(std::numeric_limits<double>::quiet_NaN()); }
+
+// Sets all points in a place to NaN; returns their number.
+std::size_t LeaveOutAt(const Eigen::Vector3d& place_C, geometry::Points& points_C) {
+  std::size_t count = 0;
+  for (Eigen::Vector3d& p : points_C) {
+    if (p != place_C) continue;
+    SetNaN(p);
+    ++count;
+  }
+  return count;
+}
+
+// Keeps one of more than kMaxInOnePlace points in one place; returns the number of the others.
+std::size_t LeaveOutTwins(geometry::Points& points_C) {
+  const auto finite =
+      geometry::PositionsWhere(points_C, [](const Eigen::Vector3d& p) { return p.allFinite(); });
+  const geometry::Points measured = geometry::Select(points_C, finite);
+  const auto twin = geometry::FirstTwin(measured, geometry::CanonicalOrder(measured));
+  std::vector<std::size_t> in_place(measured.size(), 0);
+  for (const std::uint32_t first : twin) ++in_place[first];
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < twin.size(); ++i) {
+    if (twin[i] == i || in_place[twin[i]] <= kMaxInOnePlace) continue;
+    SetNaN(points_C[finite[i]]);
+    ++count;
+  }
+  return count;
+}
+
 }  // namespace
 
 std::string DoubtOfUnit(double spacing_m, const Cures& cures) {
@@ -53,24 +94,54 @@ std::string DoubtOfUnit(double spacing_m, const Cures& cures) {
   return "";
 }
 
-std::vector<std::string> Doubts(const Scene& scene, const std::string& of_origin,
+std::string DoubtOfSide(const geometry::Plane& table, const Eigen::Vector3d& sensor_C,
+                        const Cures& cures) {
+  if (std::abs(table.Distance(sensor_C)) >= kMinHeight_m) return "";
+  return fmt::format("{} lies in the table's plane, so its upper side is not known: {}",
+                     Place(sensor_C), cures.upper_side);
+}
+
+std::vector<std::string> Doubts(const Scene& scene, const Eigen::Vector3d& sensor_C,
+                                const std::string& of_origin, bool noise_is_given,
                                 const Cures& cures) {
   std::vector<std::string> doubts;
+  const auto add = [&](const std::string& doubt) {
+    if (!doubt.empty()) doubts.push_back(doubt);
+  };
   const std::string of_unit = DoubtOfUnit(scene.sampling.spacing_m, cures);
-  if (!of_unit.empty()) doubts.push_back(of_unit);
-  if (!of_origin.empty()) {
-    doubts.push_back(of_origin);
-    if (std::abs(scene.table.plane.Distance(Eigen::Vector3d::Zero())) < kMinHeight_m) {
-      doubts.push_back("0,0,0 lies in the table's plane, so its upper side is not known: " +
-                       cures.upper_side);
-    }
-  }
+  add(of_unit);
+  add(of_origin);
+  add(DoubtOfSide(scene.table.plane, sensor_C, cures));
   if (scene.objects.empty()) {
-    doubts.push_back(fmt::format("no objects: {} of {} points are above the table",
-                                 scene.cloud.size(), scene.points_C.size()));
+    add(fmt::format("no objects: {} of {} points are above the table", scene.cloud.size(),
+                    scene.points_C.size()));
   }
-  if (of_unit.empty()) DoubtObjects(scene, cures, doubts);
+  if (!of_unit.empty()) return doubts;
+  // Without a spacing there were too few points to measure noise.
+  const bool noise_is_measured = !noise_is_given && scene.sampling.spacing_m > 0.0;
+  if (noise_is_measured && scene.sampling.noise_m < kMinNoise_m) {
+    add("the table is exactly flat (computed?): its noise says nothing about the objects; " +
+        cures.noise);
+  }
+  DoubtObjects(scene, cures, doubts);
   return doubts;
+}
+
+std::vector<std::string> LeaveOutUnmeasured(const Eigen::Vector3d& sensor_C,
+                                            geometry::Points& points_C) {
+  std::vector<std::string> warnings;
+  for (const Eigen::Vector3d& place_C : {Eigen::Vector3d(Eigen::Vector3d::Zero()), sensor_C}) {
+    const std::size_t count = LeaveOutAt(place_C, points_C);
+    if (count == 0) continue;
+    warnings.push_back(fmt::format("{} at {} {} left out as not measured",
+                                   base::Counted(static_cast<std::int64_t>(count), "point"),
+                                   Place(place_C), count == 1 ? "is" : "are"));
+  }
+  if (const std::size_t count = LeaveOutTwins(points_C); count > 0) {
+    warnings.push_back(
+        fmt::format("{} points are left out: each has exactly the coordinates of another", count));
+  }
+  return warnings;
 }
 
 }  // namespace rangegrasp::perception

@@ -14,16 +14,33 @@ struct Cures {
   std::string larger_unit;   ///< for points too close together: "try --unit m"
   std::string upper_side;    ///< if the table's upper side is not known
   std::string other_things;  ///< if something else than objects on a table was perceived
+  std::string noise;         ///< if the noise cannot be measured
 };
 
 /// Why points this far apart (Sampling::spacing_m) are not those of a tabletop in metres; empty if
 /// they may be.
 std::string DoubtOfUnit(double spacing_m, const Cures& cures);
 
+/// Why the table's upper side is not known: the sensor lies in the table's plane; empty if it does
+/// not.
+std::string DoubtOfSide(const geometry::Plane& table, const Eigen::Vector3d& sensor_C,
+                        const Cures& cures);
+
 /// Reasons to doubt a scene, a sentence each, without its period: the unit, the sensor's position,
-/// no objects, objects that are none. Sizes are not judged if the unit is in doubt. O(objects).
-/// @param of_origin  says that the sensor was assumed at 0,0,0; empty if its position is known
-std::vector<std::string> Doubts(const Scene& scene, const std::string& of_origin,
+/// the noise, no objects, objects that are none. Sizes and noise are not judged if the unit is in
+/// doubt. O(objects).
+/// @param sensor_C        the sensor's position, assumed or known
+/// @param of_origin       says that it was assumed; empty if it is known
+/// @param noise_is_given  the scene's noise was not measured
+std::vector<std::string> Doubts(const Scene& scene, const Eigen::Vector3d& sensor_C,
+                                const std::string& of_origin, bool noise_is_given,
                                 const Cures& cures);
+
+/// Sets to NaN what stands for points that were not measured: points at exactly 0,0,0 or at the
+/// sensor's position. Of more than 64 points in any other place, e.g. 0,0,0 that was moved into
+/// another frame, one is kept. The search for neighbors would take quadratic time. O(n log n).
+/// @return a warning for each kind that occurs, without its period
+std::vector<std::string> LeaveOutUnmeasured(const Eigen::Vector3d& sensor_C,
+                                            geometry::Points& points_C);
 
 }  // namespace rangegrasp::perception

@@ -30,19 +30,28 @@ const robot::Robot& RobotOf(const std::string& scene) {
 }
 
 // Reasons to doubt the result, in the words of the function's arguments.
-nb::list WarningsOf(const perception::Scene& scene, bool pose_is_known) {
+std::vector<std::string> WarningsOf(const perception::Scene& scene, const Eigen::Vector3d& sensor_C,
+                                    bool pose_is_known, bool noise_is_given) {
   const perception::Cures cures{
       .smaller_unit = "points must be in metres; divide millimetres by 1000",
       .larger_unit = "points must be in metres",
       .upper_side = "pass X_WV, or up=(x, y, z)",
-      .other_things = "set points of other things to NaN, or pass up=(x, y, z)"};
+      .other_things = "set points of other things to NaN, or pass up=(x, y, z)",
+      .noise = "pass noise=... in metres"};
   const std::string of_origin =
       pose_is_known ? ""
                     : "there is no X_WV: the sensor is assumed at 0,0,0 (pass its pose, or "
                       "X_WV=np.eye(4) if it is there)";
-  nb::list warnings;
-  for (const std::string& doubt : perception::Doubts(scene, of_origin, cures)) {
-    warnings.append(nb::str(doubt.c_str()));
+  return perception::Doubts(scene, sensor_C, of_origin, noise_is_given, cures);
+}
+
+// Leaves out the points of each view that were not measured; returns the warnings.
+std::vector<std::string> LeaveOutUnmeasured(geometry::Observation& observation) {
+  std::vector<std::string> warnings;
+  for (geometry::View& view : observation.views) {
+    const Eigen::Vector3d sensor_C = view.image.origins_C.front();
+    std::ranges::move(perception::LeaveOutUnmeasured(sensor_C, view.image.points_C),
+                      std::back_inserter(warnings));
   }
   return warnings;
 }
@@ -54,7 +63,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
     throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
   }
-  const geometry::Observation observation = ObservationFrom(scan);
+  geometry::Observation observation = ObservationFrom(scan);
   perception::PerceptionOptions options;
   options.segment.method = base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
   options.noise_m = noise_m;
@@ -72,11 +81,19 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   }
   perception::Scene scene;
   std::vector<std::vector<grasp::Grasp>> grasps;
+  std::vector<std::string> warnings;
   {
     const nb::gil_scoped_release others_may_run;
+    // A scan with a workspace comes from a calibrated cell: it has NaN where nothing was measured,
+    // and there an empty table is a usual result.
+    if (!workspace) warnings = LeaveOutUnmeasured(observation);
     base::Rng rng(seed);
     scene = perception::Perceive(observation, options, rng, workspace);
     const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
+    if (!workspace) {
+      std::ranges::move(WarningsOf(scene, origin, pose_is_known, noise_m.has_value()),
+                        std::back_inserter(warnings));
+    }
     for (std::size_t i = 0; i < std::min(grasped, scene.objects.size()); ++i) {
       grasps.push_back(grasp::PlanGrasps(scene, i, robot.hand(),
                                          grasp::Arm(2.0 * scene.objects[i].center_C - origin), {}));
@@ -106,8 +123,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
   found["features"] = nb::none();
   found["objects"] = objects;
   found["grasps"] = all;
-  // A scan with a workspace comes from a calibrated cell. There an empty table is a usual result.
-  found["warnings"] = workspace ? nb::list() : WarningsOf(scene, pose_is_known);
+  found["warnings"] = warnings;
   return found;
 }
 

@@ -29,8 +29,12 @@ struct Asked {
   Asked(const nb::object& function, const std::string& function_name)
       : ask(function), name(function_name) {
     present = this;
+    cli::HasPythonDetector() = !function.is_none();
   }
-  ~Asked() { present = nullptr; }
+  ~Asked() {
+    present = nullptr;
+    cli::HasPythonDetector() = false;
+  }
   Asked(const Asked&) = delete;
   Asked& operator=(const Asked&) = delete;
 

@@ -699,6 +699,13 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
   if (kind == kSingle) return;
   const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
   if (!lack.empty()) map.Fail("arrangement", lack);
+  const ClutterOptions& clutter = options.clutter;
+  if (kind == kTouching && clutter.min_touching > clutter.max_others) {
+    map.FailIn("clutter", "min_touching",
+               fmt::format("{} objects cannot touch the target if at most {} are next to it "
+                           "(clutter.max_others)",
+                           clutter.min_touching, clutter.max_others));
+  }
   if (kind == kBox && !WorldOf(options, {}).container()) {
     map.Fail("arrangement", options.scene.string() +
                                 " has no box; box needs a scene such as scenes/tabletop_box.xml "

@@ -52,6 +52,7 @@ class DepthCamera : public Sensor {
         sensing::ScanScene(world.VisualMeshes(), sensing::PoseIn(world, sensor_), sensor_, rng));
   }
 
+  bool WritesLook() const override { return true; }
   /// Writes the pictures next to the cloud.
   std::string WriteLook(const sim::World& world, base::Rng& rng,
                         const std::filesystem::path& cloud) const override {

@@ -31,8 +31,9 @@ class Sensor {
  public:
   virtual ~Sensor() = default;
   virtual Sensed Sense(const sim::World& world, base::Rng& rng) const = 0;
+  virtual bool WritesLook() const { return false; }  ///< whether WriteLook is implemented
   /// Scans, and writes the cloud and the sensor's images.
-  /// @return a message with the written files; empty: the sensor has nothing to write
+  /// @return a message with the written files
   virtual std::string WriteLook(const sim::World& /*world*/, base::Rng& /*rng*/,
                                 const std::filesystem::path& /*cloud*/) const {
     return "";

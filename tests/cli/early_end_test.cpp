@@ -23,6 +23,7 @@ TEST_F(OwnCell, ARunThatFailsAlwaysInTheSameWayStopsAndSaysWhatIsNotRun) {
   EXPECT_EQ(ran.code, 1) << ran.out << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopped after 4 of 6 cases, which all ended in not_lifted"));
   EXPECT_THAT(ran.err, HasSubstr("2 cases were not run"));
+  EXPECT_THAT(ran.err, HasSubstr(" --set 'physics.glove_friction=0.01'"));
   EXPECT_THAT(ran.out, HasSubstr("2 of 6 cases are missing"));
   auto again = slippery;
   again.push_back("--resume");

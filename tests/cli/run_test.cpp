@@ -193,6 +193,39 @@ TEST_F(RunTest, TheFolderHoldsTheExperimentFile) {
   EXPECT_THAT(text, HasSubstr("--set 'trials_per_object=1'\n"));
 }
 
+TEST_F(RunTest, TheCopyOfTheExperimentFileSaysWhereItsPathsBegin) {
+  testing_support::ExpectRefused({"check", Folder("single/experiment.yaml")},
+                                 "whose relative paths are relative to " RANGEGRASP_SOURCE_DIR
+                                 "/experiments: give");
+}
+
+TEST_F(RunTest, ASnapshotOfResultsNamesTheCommandThatDrawsTheirTrials) {
+  testing_support::ExpectRefused(
+      {"snapshot", Folder("single"), "-o", Folder("single.png"), "--trial", "spread-0000"},
+      "is a results folder; `rangegrasp trial " + Folder("single") + " ID --snapshots`");
+}
+
+TEST_F(RunTest, ATaskWithoutTableFilesSaysSo) {
+  const Ran ran = Succeeded(RunProgram({"table", Folder("single"), "--files"}));
+  EXPECT_THAT(ran.err, HasSubstr("task grasping has no table files or figures"));
+}
+
+TEST_F(RunTest, TrialsOfAPythonFunctionAreNotRunAgainButTheirRecordsAreRead) {
+  const Store single = Store::Open(Folder("single"));
+  Store of_function = Store::Create(Folder("of_function"));
+  auto stamp = single.ReadStamp();
+  stamp.identity["detector_function"] = "det 0123";
+  stamp.data["set"] += "\ndetector=python";
+  of_function.WriteStamp(stamp);
+  for (const auto& record : single.ReadAll()) of_function.Write(record);
+  of_function.Finish();
+  testing_support::ExpectRefused(
+      {"trial", Folder("of_function"), "spread-0000"},
+      "error: " + Folder("of_function") + ": the detector was the Python function det 0123: only");
+  Succeeded(RunProgram({"report", Folder("of_function"), "--views", "none"}));
+  Succeeded(RunProgram({"export", Folder("of_function"), "-o", Folder("of_function_set")}));
+}
+
 TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
   const auto json = TableOf("single");
   ASSERT_EQ(json["rows"].size(), 2u);
@@ -257,6 +290,16 @@ TEST_F(RunTest, AReplayedTrialGivesTheSameRow) {
   const Ran bad = RunProgram({"trial", Folder("single"), "spread-0001"});
   EXPECT_EQ(bad.code, 2);
   EXPECT_THAT(bad.err, HasSubstr("spread-0001"));
+}
+
+// Scenes of this task have neither pictures nor figures of their own.
+TEST_F(RunTest, AReplayWithoutPicturesSaysThat) {
+  Succeeded(RunProgram({"run", RANGEGRASP_SOURCE_DIR "/experiments/cylinder_recall.yaml", "--set",
+                        "source=perfect", "--trials", "1", "--out", Folder("recall")}));
+  const Ran ran = Succeeded(RunProgram({"trial", Folder("recall"), "scene-0000", "--snapshots"}));
+  EXPECT_THAT(ran.err, HasSubstr("task cylinder_recall has no pictures"));
+  EXPECT_THAT(ran.err, testing::Not(HasSubstr("pictures in")));
+  EXPECT_THAT(ran.out, testing::StartsWith("scene-0000: scored in stage detect\n  seconds: "));
 }
 
 // The reference run's first record 25 times, the last time with another outcome.

@@ -100,6 +100,10 @@ TEST(Usage, UnknownOptionsAndMissingArgumentsAreRefused) {
   }
 }
 
+TEST(Usage, UnexpectedArgumentsAreNamedInTheirOrder) {
+  ExpectRefused({"version", "one", "two", "--three"}, "unexpected: one two --three;");
+}
+
 TEST(Usage, OptionValuesOutOfRangeAreRefused) {
   const TempFolder folder;
   const std::string out = folder / "out";
@@ -123,7 +127,7 @@ TEST(Usage, OptionValuesOutOfRangeAreRefused) {
 }
 
 TEST(Usage, SetTakesOneValueSoThatTheFileMayFollow) {
-  for (const char* command : {"run", "check"}) {
+  for (const char* command : {"run", "check", "snapshot"}) {
     ExpectRefused({command, "--set", "seed=1", "--set", "stop_after=3", "none.yaml"}, "none.yaml");
   }
 }
@@ -152,6 +156,20 @@ TEST(Usage, LeadingZerosAreNotOctal) {
   EXPECT_NE(drawn("010"), drawn("8"));
 }
 
+TEST(Usage, SetChangesTheExperimentOfAPictureOrScan) {
+  const TempFolder folder;
+  const auto drawn = [&](const std::string& option, const std::string& value) {
+    const std::string file = folder / ("by" + option + ".png");
+    Succeeded(RunProgram({"snapshot", kLaserSingle, "-o", file, "--size", "64x64", option, value}));
+    return base::ReadFile(file);
+  };
+  EXPECT_EQ(drawn("--set", "seed=10"), drawn("--seed", "10"));
+  ExpectRefused({"scan", kLaserSingle, "-o", folder / "a.pcd", "--set", "physics.step=1"},
+                "unknown key 'step'");
+  ExpectRefused({"snapshot", kTabletop, "-o", folder / "a.png", "--set", "seed=10"},
+                "--set needs an experiment file");
+}
+
 TEST(Usage, ANumberThatIsNoneIsNotInARange) {
   ExpectRefused({"perceive", "cloud.pcd", "--noise-mm", "nan"},
                 "--noise-mm: 'nan' must be a number from 0 to 50");
@@ -162,6 +180,20 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
                 "s.xyz: unsupported file type; the name must end with .pcd or .ply");
   ExpectRefused({"snapshot", kTabletop, "-o", "s.jpg"},
                 "s.jpg: unsupported file type; the name must end with .png");
+}
+
+// The refusal comes before the camera is calibrated, which takes much longer than this.
+TEST(Usage, PicturesOfAScanNeedALineScanner) {
+  const TempFolder folder;
+  const std::string cloud = folder / "s.pcd";
+  const std::vector<std::vector<std::string>> choices = {{"--target-only"},
+                                                         {"--picture", folder / "s.png"}};
+  for (const auto& choice : choices) {
+    std::vector<std::string> arguments = {"scan", kLaserSingle, "--sensor", "stereo", "-o", cloud};
+    arguments.insert(arguments.end(), choice.begin(), choice.end());
+    ExpectRefused(arguments, "--picture and --target-only need a line scanner");
+  }
+  EXPECT_FALSE(std::filesystem::exists(cloud));
 }
 
 TEST(Usage, ASnapshotWithoutAnOutputIsANewFileInResults) {

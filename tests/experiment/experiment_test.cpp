@@ -150,7 +150,8 @@ TEST_F(ExperimentTest, WhatIsWrongIsNamed) {
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\nseeds: 1\n"); }),
               HasSubstr("nearest valid key: 'seed'"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.groups = {"c"}}); }),
-              HasSubstr("has no 'c'; did you mean"));
+              testing::AllOf(HasSubstr("has no 'c'; did you mean"),
+                             HasSubstr("(the groups of its tables are a, b; ")));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\n", {.trials = 11}); }),
               HasSubstr("--set cases_each"));
   EXPECT_THAT(ErrorOf([&] { Open("task: squares\ngroups: [a, a]\n"); }),

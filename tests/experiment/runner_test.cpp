@@ -480,6 +480,23 @@ TEST_F(ResumeTest, FewerTrialsAreRefusedAndNothingIsChanged) {
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(Row(before[i]), Row(after[i]));
 }
 
+// Shapes that take turns: more trials reach more of them.
+TEST_F(ResumeTest, MoreTrialsMayReachMoreGroupsButDropNone) {
+  const auto stamp_of = [](std::size_t cases, const std::string& groups) {
+    Stamp stamp = ResumeStampOf(cases);
+    stamp.identity["groups"] = groups;
+    return stamp;
+  };
+  const auto refusal = [&](const std::string& groups) {
+    return testing_support::MessageOf([&] { Resume(store_, stamp_of(6, groups), CasesOf(3)); });
+  };
+  store_.WriteStamp(stamp_of(4, "mug,ball"));
+  EXPECT_EQ(refusal("mug,box,ball,can"), "");
+  EXPECT_THAT(refusal("mug,box"), testing::AllOf(HasSubstr("(groups mug,ball instead of mug,box)"),
+                                                 HasSubstr("--resume can only add trials")));
+  EXPECT_THAT(refusal("ball,mug"), HasSubstr("groups mug,ball instead of ball,mug"));
+}
+
 TEST_F(ResumeTest, AnotherSeedIsRefused) {
   Stamp other = ResumeStampOf(4);
   other.identity["seed"] = "2";

@@ -55,6 +55,11 @@ perception::Scene SceneOf(const std::vector<geometry::TriangleMesh>& meshes_W) {
   return builder.scene;
 }
 
+std::vector<PlacedGrasp> Placed(const std::string& use, const std::vector<base::Pose>& poses_CO,
+                                const perception::Scene& scene) {
+  return PlaceNamedGrasps(Read(kBar), use, poses_CO, scene, 0, Hand(), GraspOptions{}, {});
+}
+
 perception::Scene BarAt(const base::Pose& X_CO) {
   return SceneOf({geometry::Transformed(Extrude(Rectangle(0.012, 0.012), 0.08), X_CO)});
 }
@@ -96,10 +101,8 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
 }
 
 TEST(NamedGrasps, StandWhereTheObjectStands) {
-  const NamedGrasps known = Read(kBar);
   const base::Pose X_CO = At(0.05, -0.02, base::Deg(30.0));
-  const auto placed =
-      PlaceNamedGrasps(known, "hand_over", X_CO, BarAt(X_CO), 0, Hand(), GraspOptions{}, {});
+  const auto placed = Placed("hand_over", {X_CO}, BarAt(X_CO));
   ASSERT_EQ(placed.size(), 8u);
   for (const PlacedGrasp& one : placed) {
     EXPECT_EQ(one.grasp.type, GraspType::kNamed);
@@ -109,24 +112,34 @@ TEST(NamedGrasps, StandWhereTheObjectStands) {
 }
 
 TEST(NamedGrasps, UprightOnesAreForWhatStands) {
-  const NamedGrasps known = Read(kBar);
-  const auto count = [&](const base::Pose& X_CO) {
-    return PlaceNamedGrasps(known, "pour", X_CO, BarAt(X_CO), 0, Hand(), GraspOptions{}, {}).size();
+  const auto count = [](const base::Pose& X_CO) {
+    return Placed("pour", {X_CO}, BarAt(X_CO)).size();
   };
   EXPECT_EQ(count(At(0.0, 0.0)), 1u);
   const Eigen::AngleAxisd lying(base::Deg(90.0), Vector3d::UnitX());
   EXPECT_EQ(count(base::MakePose(lying.matrix(), {0.0, 0.0, 0.006})), 0u);
 }
 
+// The bar of 80 mm looks the same upside down.
+TEST(NamedGrasps, AreTriedInEveryPoseThatLooksTheSame) {
+  const base::Pose X_CO = At(0.05, -0.02, base::Deg(30.0));
+  const base::Pose X_upside_down =
+      X_CO * base::MakePose(Vector3d(1.0, -1.0, -1.0).asDiagonal(), {0.0, 0.0, 0.08});
+  const auto scene = BarAt(X_CO);
+  ASSERT_TRUE(Placed("hand_over", {X_upside_down}, scene).front().grasp.collides)
+      << "the hand comes from below";
+  const auto placed = Placed("hand_over", {X_upside_down, X_CO}, scene);
+  ASSERT_EQ(placed.size(), 16u);
+  for (std::size_t i = 0; i < placed.size(); ++i) EXPECT_EQ(placed[i].grasp.collides, i >= 8) << i;
+  EXPECT_EQ(Placed("pour", {X_upside_down, X_CO}, scene).size(), 1u) << "upright in one of them";
+}
+
 TEST(NamedGrasps, AnotherObjectInTheWayIsSeen) {
-  const NamedGrasps known = Read(kBar);
-  const base::Pose X_CO = At(0.0, 0.0);
   auto scene = SceneOf(
       {Extrude(Rectangle(0.012, 0.012), 0.08),
        geometry::Transformed(Extrude(Rectangle(0.04, 0.2), 0.1),
                              base::MakePose(Eigen::Matrix3d::Identity(), {0.05, 0.0, 0.0}))});
-  const auto placed =
-      PlaceNamedGrasps(known, "hand_over", X_CO, scene, 0, Hand(), GraspOptions{}, {});
+  const auto placed = Placed("hand_over", {At(0.0, 0.0)}, scene);
   ASSERT_FALSE(placed.empty());
   // Closing along x hits the wall; closing across it is free in some turns of the hand.
   int free = 0;

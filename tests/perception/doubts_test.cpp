@@ -12,14 +12,16 @@ using testing::IsEmpty;
 const Cures kCuresForTest = {.smaller_unit = "smaller",
                              .larger_unit = "larger",
                              .upper_side = "side",
-                             .other_things = "others"};
+                             .other_things = "others",
+                             .noise = "noise"};
 
-/// A scene of 100 points 2 mm apart with one object of 100 mm that has 20 of them. The table is
-/// 0.5 m below the sensor.
+/// A scene of 100 points 2 mm apart with 0.3 mm noise and one object of 100 mm that has 20 of them.
+/// The table is 0.5 m below 0,0,0.
 Scene SceneToDoubt() {
   Scene scene;
   scene.points_C.resize(100, Eigen::Vector3d::Zero());
   scene.sampling.spacing_m = 0.002;
+  scene.sampling.noise_m = 0.0003;
   scene.table.plane = {Eigen::Vector3d::UnitZ(), 0.5};
   scene.objects.resize(1);
   scene.objects[0].points.resize(20);
@@ -27,8 +29,10 @@ Scene SceneToDoubt() {
   return scene;
 }
 
+/// A sensor whose position is known is 1 m above 0,0,0.
 std::vector<std::string> DoubtsOf(const Scene& scene, const std::string& of_origin = "") {
-  return Doubts(scene, of_origin, kCuresForTest);
+  const Eigen::Vector3d sensor_C(0.0, 0.0, of_origin.empty() ? 1.0 : 0.0);
+  return Doubts(scene, sensor_C, of_origin, /*noise_is_given=*/false, kCuresForTest);
 }
 
 TEST(Doubts, AreNoneOfAnObjectOnATable) { EXPECT_THAT(DoubtsOf(SceneToDoubt()), IsEmpty()); }
@@ -62,6 +66,40 @@ TEST(Doubts, NameAnAssumedOriginAndWhetherItLiesInTheTable) {
   EXPECT_THAT(DoubtsOf(scene, "assumed"),
               ElementsAre("assumed",
                           "0,0,0 lies in the table's plane, so its upper side is not known: side"));
+}
+
+TEST(Doubts, NameAKnownSensorThatLiesInTheTable) {
+  Scene scene = SceneToDoubt();
+  scene.table.plane.offset_m = -0.99;
+  EXPECT_THAT(DoubtsOf(scene),
+              ElementsAre("0,0,1 lies in the table's plane, so its upper side is not known: side"));
+}
+
+TEST(Doubts, NameATableFlatterThanAnySensorMeasuresUnlessTheNoiseIsGiven) {
+  Scene scene = SceneToDoubt();
+  scene.sampling.noise_m = 1e-7;
+  EXPECT_THAT(DoubtsOf(scene), ElementsAre("the table is exactly flat (computed?): its noise says "
+                                           "nothing about the objects; noise"));
+  EXPECT_THAT(Doubts(scene, Eigen::Vector3d::UnitZ(), "", /*noise_is_given=*/true, kCuresForTest),
+              IsEmpty());
+  scene.sampling = {};  // too few points to measure
+  EXPECT_THAT(DoubtsOf(scene), IsEmpty());
+}
+
+TEST(LeaveOutUnmeasured, PointsAtZeroAtTheSensorAndAllButOneOfManyInOnePlace) {
+  const Eigen::Vector3d sensor_C(0.0, 0.0, 1.0), crowded(0.1, 0.2, 0.3), pair(0.3, 0.2, 0.1);
+  geometry::Points points_C(30, Eigen::Vector3d::Zero());
+  points_C.push_back(sensor_C);
+  points_C.insert(points_C.end(), 65, crowded);
+  points_C.insert(points_C.end(), 2, pair);
+  EXPECT_THAT(LeaveOutUnmeasured(sensor_C, points_C),
+              ElementsAre("30 points at 0,0,0 are left out as not measured",
+                          "1 point at 0,0,1 is left out as not measured",
+                          "64 points are left out: each has exactly the coordinates of another"));
+  EXPECT_EQ(points_C.size(), 30u + 1u + 65u + 2u);
+  std::erase_if(points_C, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
+  EXPECT_THAT(points_C, ElementsAre(crowded, pair, pair));
+  EXPECT_THAT(LeaveOutUnmeasured(sensor_C, points_C), IsEmpty());
 }
 
 }  // namespace

@@ -156,6 +156,13 @@ def test_results_are_kept_resumed_and_not_mixed(tmp_path):
         rg.load(tmp_path / "nothing")
 
 
+def test_a_report_needs_the_function_of_its_run(tmp_path):
+    results = rg.evaluate(lambda scan: [], "single", out=tmp_path / "r", trials=1, objects=["salt_cuboid"], seed=SEED, progress=False)
+    assert results.report().is_file()
+    with pytest.raises(rg.InputError, match="r: the detector was the Python function"):
+        rg.load(tmp_path / "r").report()
+
+
 def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path, monkeypatch):
     # With a folder ASKED, it answers the first two questions, and is then busy until it is interrupted.
     (tmp_path / "patient.py").write_text(

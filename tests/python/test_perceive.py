@@ -102,10 +102,21 @@ def test_what_makes_a_result_doubtful_is_a_warning():
     no_pose, no_side = warnings_of(cloud_of_a_box())
     assert "there is no X_WV: the sensor is assumed at 0,0,0" in no_pose
     assert no_side.startswith("0,0,0 lies in the table's plane") and "up=(x, y, z)" in no_side
+    assert warnings_of(cloud_of_a_box(), np.eye(4)) == [no_side]
+    flat, = warnings_of(cloud_of_a_box(noise=0.0), pose_above())
+    assert flat.startswith("the table is exactly flat") and "noise=" in flat
     table = cloud_of_a_box()[:75]
     no_objects, = warnings_of(table, pose_above())
     assert no_objects.startswith("no objects: ")
     assert warnings_of(rg.Scan([rg.View(table, pose_above())], radius=0.3)) == []  # of a cell
+
+
+def test_zeros_are_not_measured():
+    points = cloud_of_a_box()
+    points[:15] = 0.0
+    assert warnings_of(points, pose_above()) == ["3000 points at 0,0,0 are left out as not measured"]
+    points[:15] = 0.3  # zeros in another frame
+    assert warnings_of(points, pose_above()) == ["2999 points are left out: each has exactly the coordinates of another"]
 
 
 def test_errors_name_what_is_wrong():

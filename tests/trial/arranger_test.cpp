@@ -269,6 +269,19 @@ TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
                          "it; list more, or lower clutter.min_others and clutter.max_others"));
 }
 
+TEST(Arranger, MoreTouchingObjectsThanThereAreOthersAreRefused) {
+  const auto error = [](const std::string& arrangement) {
+    return testing_support::MessageOf([&] {
+      Open(arrangement, {"clutter.max_others=3", "clutter.min_touching=4"});
+    });
+  };
+  EXPECT_THAT(error("touching"),
+              testing::HasSubstr("min_touching': 4 objects cannot touch the target if at most 3 "
+                                 "are next to it (clutter.max_others)"));
+  EXPECT_EQ(error("single"), "") << "only touching objects are counted";
+  EXPECT_NO_THROW(Open("touching", {"clutter.max_others=3", "clutter.min_touching=3"}));
+}
+
 TEST(Arranger, WhatAnArrangementLacksIsNamedWithFileAndLine) {
   const testing_support::TempFolder folder;
   const auto error = [&](const std::string& arrangement) {

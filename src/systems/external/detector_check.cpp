@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/file.h"
 #include "base/process/program.h"
+#include "base/units.h"
 #include "base/words.h"
 #include "external/outside_detector.h"
 #include "grasp/detector.h"
@@ -93,6 +95,20 @@ std::string Describe(const Cell& cell, const CheckScene& scene, const Detected& 
       TargetText(cell, scene, detection), SecondsOf(detected));
 }
 
+// A warning of the first grasp whose approach points against its hand; empty if there is none.
+std::string WrongWay(const Cell& cell, const grasp::Detection& detection) {
+  for (const grasp::DetectedGrasp& grasp : detection.grasps) {
+    const Eigen::Vector3d z_G = (grasp.X_CH * cell.robot.hand().X_HG_tip).linear().col(2);
+    const double cosine = std::clamp(z_G.dot(grasp.approach_C), -1.0, 1.0);
+    if (cosine >= 0.0) continue;
+    return fmt::format(
+        "`approach` of a grasp points against z of its `rotation` ({:.0f} deg): it is the "
+        "direction in which the hand moves to the object, [0, 0, -1] from above",
+        base::ToDeg(std::acos(cosine)));
+  }
+  return "";
+}
+
 bool IsSame(const grasp::Detection& a, const grasp::Detection& b) {
   const auto same_object = [](const auto& p, const auto& q) { return p.samples == q.samples; };
   const auto same_grasp = [](const auto& p, const auto& q) {
@@ -147,6 +163,9 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
       answered += detected.answered;
       if (Free(detected.detection) == 0) {
         text += fmt::format("{}: warning: no grasp is free of collisions\n", scene.object);
+      }
+      if (const auto wrong = WrongWay(cell, detected.detection); !wrong.empty()) {
+        text += fmt::format("{}: warning: {}\n", scene.object, wrong);
       }
       if (!detected.why_none.empty()) {
         ++in_air;

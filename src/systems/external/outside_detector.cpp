@@ -386,7 +386,8 @@ class AnsweringDetector : public Detector {
     return first;
   }
 
-  // Adds the object between the fingers of the best grasp (of an object whose turn it is).
+  // Adds the object between the fingers of the best grasp of an object whose turn it is, otherwise
+  // of the best grasp: it is perceived, but may not be grasped.
   std::optional<std::size_t> FirstOfGrasps(const Answer& answer, const Turn& turn, Scene& scene,
                                            Detected& detected) const {
     geometry::Indices best;
@@ -397,16 +398,16 @@ class AnsweringDetector : public Detector {
                                            scene.cloud.points);
       if (between.empty()) continue;
       const auto its = turn ? turn(SamplesOf(between, scene)) : std::optional<int>(0);
-      if (!its || (best_turn && *its >= *best_turn)) continue;
+      if (!best.empty() && (!its || (best_turn && *its >= *best_turn))) continue;
       best = std::move(between);
       best_turn = its;
     }
-    detected.has_turn = !best.empty();
+    detected.has_turn = best_turn.has_value();
     if (best.empty()) return std::nullopt;
     const double link_m = options_.obstacles.link_gaps * scene.sampling.gap_m;
     Add(grasp::ObjectOfPoints(scene, GrownFrom(best, scene.cloud.points, link_m)),
         SamplesOf(best, scene), false, true, scene, detected);
-    return 0;
+    return detected.has_turn ? std::optional<std::size_t>(0) : std::nullopt;
   }
 
   static std::vector<geometry::SampleId> SamplesOf(const geometry::Indices& points,

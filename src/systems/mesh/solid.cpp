@@ -251,7 +251,8 @@ using MesherTriangulation = CGAL::Delaunay_triangulation_3<
     MesherKernel, CGAL::Triangulation_data_structure_3<
                       Aged<CGAL::Surface_mesh_vertex_base_3<MesherKernel>>, Aged<MesherCell>>>;
 
-/// Meshes the zero set of a function within a sphere (Boissonnat and Oudot 2005).
+/// Meshes the zero set of a function within a sphere (Boissonnat and Oudot 2005). Empty if the
+/// mesher's initial points are on surfaces too far apart for a facet.
 /// @throws base::InputError once it has been evaluated `max_evaluations` times.
 template <class Function>
 Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double spacing_m,
@@ -281,7 +282,10 @@ Surface MeshOf(const Function& function, const Kernel::Sphere_3& sphere, double 
       kMinAngle_deg, kMaxRadius * spacing_m, kMaxDistance * spacing_m);
   CGAL::make_surface_mesh(complex, implicit, criteria, CGAL::Manifold_with_boundary_tag());
   Surface surface;
-  CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
+  // CGAL looks for the highest facet, even if there is none.
+  if (complex.number_of_facets() > 0) {
+    CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
+  }
   return surface;
 }
 

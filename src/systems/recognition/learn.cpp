@@ -6,6 +6,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "base/words.h"
 #include "geometry/kd_tree.h"
 #include "mesh/solid.h"
 #include "recognition/model_shape.h"
@@ -119,7 +120,11 @@ LearntModel Learn(const perception::Scene& scene, double spacing_m) {
   PointCloud closed = thing;
   AddFoot(spacing_m, closed);
   auto surface = geometry::PoissonSurface(closed, spacing_m);
-  if (!surface) throw base::InputError("no closed surface fits the points");
+  if (!surface) {
+    throw base::InputError(fmt::format("no closed surface fits the points of {}{}",
+                                       base::Counted(scene.objects.size(), "object"),
+                                       scene.objects.size() > 1 ? ": --crop excludes others" : ""));
+  }
   LearntModel model;
   model.share_seen = ShareSeen(*surface, thing, spacing_m);
   Eigen::Vector3d middle = geometry::BoundsOf(surface->vertices).center();

@@ -298,6 +298,18 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
   return symmetry;
 }
 
+base::Pose TurnAbout(const Matrix3d& turn, const Vector3d& about_B) {
+  return base::MakePose(turn, about_B - turn * about_B);
+}
+
+std::vector<base::Pose> EqualPoses(const base::Pose& X_CB, const Symmetry& symmetry) {
+  std::vector<base::Pose> poses;
+  for (const Matrix3d& turn : symmetry.rotations) {
+    poses.push_back(X_CB * TurnAbout(turn, symmetry.center_B));
+  }
+  return poses;
+}
+
 double AngleBetween(const Matrix3d& R_CB, const Matrix3d& other_CB, const Symmetry& symmetry) {
   double smallest = std::numbers::pi;
   const Matrix3d between = R_CB.transpose() * other_CB;

@@ -31,6 +31,13 @@ struct Symmetry {
 /// nearest samples, so that its spacing may exceed the tolerance of a rotation (1.5 mm)
 Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointCloud& surface_B);
 
+/// The motion that turns a body about a point.
+base::Pose TurnAbout(const Eigen::Matrix3d& turn, const Eigen::Vector3d& about_B);
+
+/// The poses in which a body looks the same as at X_CB, which is the first. Free rotation about an
+/// axis_B is left out.
+std::vector<base::Pose> EqualPoses(const base::Pose& X_CB, const Symmetry& symmetry);
+
 /// Angle of the rotation between two orientations, modulo symmetry; solid of revolution: between
 /// the axes.
 double AngleBetween(const Eigen::Matrix3d& R_CB, const Eigen::Matrix3d& other_CB,

@@ -58,6 +58,8 @@ void FitHeights(std::span<const HeightSample> samples, Calibration& calibration)
   }
   const Eigen::VectorXd c = powers.colPivHouseholderQr().solve(heights);
   std::copy(c.begin(), c.end(), calibration.height_m.begin());
+  const double squares = (powers * c - heights).squaredNorm();
+  calibration.residual_m = std::sqrt(squares / static_cast<double>(samples.size()));
 }
 
 void CheckSamples(std::span<const HeightSample> heights, std::span<const LateralSample> laterals) {

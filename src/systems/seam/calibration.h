@@ -17,6 +17,7 @@ struct Calibration {
   double row_max_px = 1023.0;                 ///< last calibrated row, > row_min_px
   std::array<double, 5> height_m{};           ///< of u^0..u^4; u is the row mapped to [-1, 1]
   std::array<double, 2> meters_per_column{};  ///< at height 0, and its change per metre of height
+  double residual_m = 0.0;                    ///< rms error of the fitted heights; not in the file
 
   /// Height of a row [m]. NaN if the row is NaN or outside [row_min_px, row_max_px].
   double HeightAt(double row_px) const;

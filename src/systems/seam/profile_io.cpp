@@ -32,6 +32,17 @@ std::string UnknownEnding(const std::string& ending, const char* known) {
 
 // ---- images: a row is a profile ----
 
+// What to do about a level that is out of range, as the end of a message. Levels of camera rows
+// have no such keys.
+std::string LevelCure(const HeightScale& scale, const ProfileFileOptions& options) {
+  const std::string limits = LimitsCure(options);
+  if (limits.empty()) return "";
+  return fmt::format(
+      "; otherwise give image_scale_mm and image_offset_mm (--image-scale, --image-offset; now "
+      "{:g} mm, {:g} mm){}",
+      scale.unit_m * base::kMmPerM, (0.0 - scale.zero * scale.unit_m) * base::kMmPerM, limits);
+}
+
 // Throws at the first pixel that is out of range.
 template <typename Pixel>
 std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& scale,
@@ -50,8 +61,8 @@ std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& s
     try {
       row.height_m.push_back(HeightOf(level, scale, options));
     } catch (const InputError& error) {
-      throw InputError(fmt::format("row {}, column {}: level {:.7g} {}", number, i % columns + 1,
-                                   level, error.what()));
+      throw InputError(fmt::format("row {}, column {}: level {:.7g} {}{}", number, i % columns + 1,
+                                   level, error.what(), LevelCure(scale, options)));
     }
   }
   return rows;

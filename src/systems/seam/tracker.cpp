@@ -241,9 +241,11 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
 }
 
 void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
-  map.Read("method", options.method,
-           "decision method for the position of a profile's edge; the methods as published ignore "
-           "border_columns, confirm, refine_mm, step.rule and step.continued");
+  map.Read(
+      "method", options.method,
+      "decision method of seam detect for the position of a profile's edge (there steps, if "
+      "not given); experiments use all methods or those of decisions; the methods as published "
+      "ignore border_columns, confirm, refine_mm, step.rule and step.continued");
   map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
                  "columns per millimetre of the line; a simulated sensor's own value has priority. "
                  "All windows in columns are stated for 12 and scaled to it");

@@ -13,6 +13,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <ranges>
+#include <span>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -24,6 +26,7 @@
 #include "base/words.h"
 #include "cli/output.h"
 #include "experiment/experiment.h"
+#include "experiment/store.h"
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
 #include "grasp/named_grasps.h"
@@ -117,11 +120,13 @@ std::string PlaceText(const Eigen::Vector3d& place_m) {
   return fmt::format("({:.0f}, {:.0f}, {:.0f})", mm.x(), mm.y(), mm.z());
 }
 
+fs::path KnownGraspsOf(const fs::path& mjcf) { return mjcf.parent_path() / "grasps.yaml"; }
+
 // Warns of grasps whose center between the pads is farther outside the object than any pad reaches.
-void AddMisplacedGrasps(const grasp::NamedGrasps& known, const fs::path& mjcf, Findings& findings) {
+void AddMisplacedGrasps(const grasp::NamedGrasps& known, std::span<const Eigen::Vector3d> points_O,
+                        const fs::path& mjcf, Findings& findings) {
   constexpr double kMargin_m = 0.02;
-  const auto surface_O = sim::ObjectSurface({mjcf.stem().string(), mjcf}).mesh;
-  const Eigen::AlignedBox3d box_O = geometry::BoundsOf(surface_O.vertices);
+  const Eigen::AlignedBox3d box_O = geometry::BoundsOf(points_O);
   for (const grasp::NamedGrasp& grasp : known.grasps) {
     const Eigen::Vector3d center_O = grasp.ways_O.front().X_CG.translation();
     if (box_O.exteriorDistance(center_O) <= kMargin_m) continue;
@@ -133,13 +138,52 @@ void AddMisplacedGrasps(const grasp::NamedGrasps& known, const fs::path& mjcf, F
   }
 }
 
+// Warns of grasps whose pads close to a gap wider than the whole model in their direction.
+void AddGraspsWiderThanTheModel(const grasp::NamedGrasps& known,
+                                std::span<const Eigen::Vector3d> points_O, const fs::path& mjcf,
+                                Findings& findings) {
+  constexpr double kRounding_m = 0.001;  // of the number in the file
+  for (const grasp::NamedGrasp& grasp : known.grasps) {
+    const grasp::Proposal& way = grasp.ways_O.front();
+    const Eigen::Vector3d closing_O = way.X_CG.linear().col(0);
+    const auto [low, high] = std::ranges::minmax(
+        points_O | std::views::transform([&](const auto& p_O) { return closing_O.dot(p_O); }));
+    if (way.width_m <= high - low + kRounding_m) continue;
+    findings.push_back(
+        {false, mjcf.string(), fmt::format("known grasps: grasp '{}'", grasp.name),
+         fmt::format("its width_mm is {:.4g}, but the whole model is only {:.4g} mm wide along "
+                     "`closing`",
+                     way.width_m * base::kMmPerM, (high - low) * base::kMmPerM),
+         "width_mm is the width of what is between the closed pads, in millimetres"});
+  }
+}
+
+// Warns of grasps of an experiment's objects that its hand does not open for.
+void AddGraspsWiderThanTheHand(const trial::Cell& cell, Findings& findings) {
+  const double opens_m = cell.robot.hand().MaxGap();
+  for (const std::string& object : cell.options.objects) {
+    const auto file = KnownGraspsOf(trial::ObjectModelOf(cell.options, object).mjcf);
+    for (const grasp::NamedGrasp& grasp : grasp::ReadNamedGrasps(file).grasps) {
+      const double width_m = grasp.ways_O.front().width_m;
+      if (width_m <= opens_m) continue;
+      findings.push_back(
+          {false, file.string(), fmt::format("grasp '{}'", grasp.name),
+           fmt::format(
+               "its width_mm is {:.4g}, but the hand opens only {:.4g} mm: it is never used",
+               width_m * base::kMmPerM, opens_m * base::kMmPerM),
+           "grasp a narrower place, or remove it"});
+    }
+  }
+}
+
 // Checks the known grasps next to an object's file, with their places if the object has no errors.
 void CheckKnownGrasps(const fs::path& mjcf, Findings& findings) {
   try {
-    const auto known = grasp::ReadNamedGrasps(mjcf.parent_path() / "grasps.yaml");
-    if (!known.grasps.empty() && !base::HasError(findings)) {
-      AddMisplacedGrasps(known, mjcf, findings);
-    }
+    const auto known = grasp::ReadNamedGrasps(KnownGraspsOf(mjcf));
+    if (known.grasps.empty() || base::HasError(findings)) return;
+    const auto points_O = sim::ObjectSurface({mjcf.stem().string(), mjcf}).mesh.vertices;
+    AddMisplacedGrasps(known, points_O, mjcf, findings);
+    AddGraspsWiderThanTheModel(known, points_O, mjcf, findings);
   } catch (const base::InputError& error) {
     findings.push_back({true, mjcf.string(), "known grasps", error.what(), ""});
   }
@@ -158,6 +202,9 @@ Checked CheckFile(const CheckArguments& arguments) {
     if (e.task && e.kind->name == "grasping") {
       CheckDetectorOf(e, arguments.json);
       checked.Try(arguments, trial::CellOf(*e.task).options);
+    } else if (const auto* scene = dynamic_cast<const trial::SceneTask*>(e.task.get())) {
+      // `task: grasping` plans all of its grasps.
+      AddGraspsWiderThanTheHand(scene->cell(), checked.findings);
     }
     return checked;
   }
@@ -260,6 +307,42 @@ void Check(CheckArguments arguments) {
   if (errors > 0) throw base::InputError(fmt::format("{}: has errors", arguments.file));
 }
 
+// What snapshot, view and scan show.
+struct PickArguments {
+  std::string file, trial;
+  experiment::Changes changes;
+};
+
+void AddSetOption(CLI::App& command, std::vector<std::string>& set) {
+  command.add_option("--set", set, "KEY=VALUE of an experiment, as for run")
+      ->allow_extra_args(false);
+}
+
+void AddPickOptions(CLI::App& command, PickArguments& arguments) {
+  command.add_option("--trial", arguments.trial,
+                     "id of a trial of the experiment (default: its first)");
+  command.add_option("--seed", arguments.changes.seed, "overrides the seed of the experiment")
+      ->transform(WholeNumber());
+  AddSetOption(command, arguments.changes.set);
+}
+
+// Refuses results, and options of an experiment for another file.
+void CheckPickable(const PickArguments& arguments) {
+  const fs::path store = experiment::StoresIn(arguments.file).front();
+  if (experiment::Store::Exists(store)) {
+    throw base::InputError(fmt::format(
+        "{0}: is a results folder; `rangegrasp trial {0} ID --snapshots` draws its trials",
+        store.string()));
+  }
+  if (IsExperiment(arguments.file)) return;
+  for (const auto& [option, given] : {std::pair{"--trial", !arguments.trial.empty()},
+                                      {"--set", !arguments.changes.set.empty()}}) {
+    if (!given) continue;
+    throw base::InputError(
+        fmt::format("{} needs an experiment file, but {} is none", option, arguments.file));
+  }
+}
+
 // The settled world of an experiment's trial, or the unchanged world of a scene file.
 struct Picked {
   std::unique_ptr<sim::World> world;
@@ -288,10 +371,13 @@ fs::path SensorFile(const std::string& sensor) {
   return fs::absolute(sensor);
 }
 
-Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed,
-                 const std::string& sensor) {
+constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
+
+// @param by_laser  the trial's sensor must be one that writes no images of its own
+Picked PickTrial(const PickArguments& arguments, const std::string& sensor, bool by_laser) {
   Picked picked;
-  experiment::Changes changes{.seed = seed};
+  const auto& [file, trial, given] = arguments;
+  experiment::Changes changes = given;
   if (!sensor.empty()) {
     const std::string path = SensorFile(sensor).string();
     changes.set.push_back("sensor=" + nlohmann::json(path).dump());  // which is YAML
@@ -302,8 +388,9 @@ Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<s
     throw base::InputError(fmt::format(
         "{}: cannot show a scene of `task: {}`; give an experiment of a task that arranges "
         "objects, such as `task: grasping`, or a scene (MJCF)",
-        file.string(), picked.experiment.kind->name));
+        file, picked.experiment.kind->name));
   }
+  if (by_laser && picked.cell().sensor->WritesLook()) throw base::InputError(kNeedsLaser);
   picked.cell().sensor->Prepare();  // before the world is made, since its engine starts threads
   const experiment::Case& which =
       trial.empty() ? picked.experiment.cases.front() : CaseOf(picked.experiment, trial);
@@ -311,26 +398,21 @@ Picked PickTrial(const fs::path& file, const std::string& trial, std::optional<s
   trial::Redraws redraws;
   auto arranged = picked.task->Arrange(which, redraws);
   if (!arranged) {
-    throw base::RunError(file.string() + ": no arrangement of " + which.id +
-                         " came to rest in view");
+    throw base::RunError(file + ": no arrangement of " + which.id + " came to rest in view");
   }
   picked.target = arranged->target;
   picked.world = std::make_unique<sim::World>(std::move(arranged->world));
   return picked;
 }
 
-Picked Pick(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed,
-            const std::string& sensor = "") {
-  if (IsExperiment(file)) return PickTrial(file, trial, seed, sensor);
-  if (!trial.empty()) {
-    throw base::InputError("--trial needs an experiment file, but " + file.string() + " is none");
-  }
-  return PickScene(file, seed);
+Picked Pick(const PickArguments& arguments, const std::string& sensor = "", bool by_laser = false) {
+  CheckPickable(arguments);
+  if (IsExperiment(arguments.file)) return PickTrial(arguments, sensor, by_laser);
+  return PickScene(arguments.file, arguments.changes.seed);
 }
 
-struct SnapshotArguments {
-  std::string file, out, trial, camera, size = "1280x960";
-  std::optional<std::uint64_t> seed;
+struct SnapshotArguments : PickArguments {
+  std::string out, camera, size = "1280x960";
 };
 
 // The named file, or a new one in results/ with the name of the drawn file and trial.
@@ -346,12 +428,13 @@ fs::path PictureFile(const SnapshotArguments& arguments) {
 }
 
 image::Image DrawSnapshot(const SnapshotArguments& arguments) {
+  CheckPickable(arguments);
   const auto [width, height] = ParseSize(arguments.size);
   const fs::path file = arguments.file;
   if (!IsExperiment(file) && check::IsObjectFile(file)) {
     return sim::DrawObject({file.stem().string(), file}, arguments.camera, width, height);
   }
-  const Picked picked = Pick(file, arguments.trial, arguments.seed);
+  const Picked picked = Pick(arguments);
   const std::string camera = arguments.camera.empty() ? "overview" : arguments.camera;
   return sim::Renderer(*picked.world, width, height).Render(*picked.world, camera);
 }
@@ -369,10 +452,7 @@ void AddSnapshot(CLI::App& app) {
                       "camera of the scene, or a free view x,y,z,lookx,looky,lookz [m] (default: "
                       "overview; for an object, a close view)");
   command->add_option("--size", arguments->size, "size, WIDTHxHEIGHT in pixels");
-  command->add_option("--trial", arguments->trial,
-                      "id of a trial of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->transform(WholeNumber());
+  AddPickOptions(*command, *arguments);
   command->footer(
       "Example: rangegrasp snapshot scenes/tabletop.xml -o table.png --camera overview");
   command->callback([arguments] {
@@ -397,17 +477,17 @@ mujoco.mj_forward(model, data)
 mujoco.viewer.launch(model, data)
 )";
 
-void View(const fs::path& file, const std::string& trial, std::optional<std::uint64_t> seed) {
+void View(const PickArguments& arguments) {
   const bool display = std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
   if (!display) {
     throw base::InputError(
         fmt::format("view needs a display, but neither DISPLAY nor WAYLAND_DISPLAY is set; for a "
                     "picture: rangegrasp snapshot {}{} -o picture.png",
-                    file.string(), trial.empty() ? "" : " --trial " + trial));
+                    arguments.file, arguments.trial.empty() ? "" : " --trial " + arguments.trial));
   }
   const auto python = process::Find("python3");
   if (!python) throw base::InputError("view needs python3 with MuJoCo's Python package");
-  const Picked picked = Pick(file, trial, seed);
+  const Picked picked = Pick(arguments);
   const process::OwnFolder folder;
   sim::WriteModelAndState(*picked.world, folder.path());
   std::vector<std::string> words = {python->string(), "-c", kViewer, folder.path().string(),
@@ -424,20 +504,13 @@ void View(const fs::path& file, const std::string& trial, std::optional<std::uin
 }
 
 void AddView(CLI::App& app) {
-  struct Arguments {
-    std::string file, trial;
-    std::optional<std::uint64_t> seed;
-  };
   auto* command = app.add_subcommand(
       "view", "Open a scene, or the start of an experiment's trial, in MuJoCo's viewer.");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PickArguments>();
   command->add_option("file", arguments->file, "scene (MJCF) or experiment (YAML)")->required();
-  command->add_option("--trial", arguments->trial,
-                      "id of a trial of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->transform(WholeNumber());
+  AddPickOptions(*command, *arguments);
   command->footer("Example: rangegrasp view experiments/laser_pile.yaml --trial spread-0002");
-  command->callback([arguments] { View(arguments->file, arguments->trial, arguments->seed); });
+  command->callback([arguments] { View(*arguments); });
 }
 
 /// The image with the samples of the target only.
@@ -487,27 +560,17 @@ image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMe
   return draw::Render(canvas, view, 1280, 960);
 }
 
-struct ScanArguments {
-  std::string file, out, trial, sensor, picture;
-  std::optional<std::uint64_t> seed;
+struct ScanArguments : PickArguments {
+  std::string out, sensor, picture;
   bool target_only = false;
 };
 
-constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
-
 // Lets the sensor write the cloud and its images.
 // @return false if it does not do that
-bool WriteItsLook(const Picked& picked, const ScanArguments& arguments) {
-  if (!picked.experiment.task || picked.cell().options.sensor_type == trial::kLineScanner) {
-    return false;
-  }
+bool WriteItsLook(const Picked& picked, const std::string& cloud) {
+  if (!picked.experiment.task || !picked.cell().sensor->WritesLook()) return false;
   base::Rng rng = trial::StageStream(picked.seed, "scan");
-  const std::string written = picked.cell().sensor->WriteLook(*picked.world, rng, arguments.out);
-  if (written.empty()) return false;
-  if (arguments.target_only || !arguments.picture.empty()) {
-    throw base::InputError(kNeedsLaser);
-  }
-  spdlog::info(written);
+  spdlog::info(picked.cell().sensor->WriteLook(*picked.world, rng, cloud));
   return true;
 }
 
@@ -517,10 +580,7 @@ void AddScan(CLI::App& app) {
   auto arguments = std::make_shared<ScanArguments>();
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
   command->add_option("-o,--out", arguments->out, "output cloud, .pcd or .ply")->required();
-  command->add_option("--trial", arguments->trial,
-                      "id of a trial of the experiment (default: its first)");
-  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->transform(WholeNumber());
+  AddPickOptions(*command, *arguments);
   command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
   command->add_option("--sensor", arguments->sensor,
                       "laser, stereo, or a sensor file (YAML), instead of the experiment's; for a "
@@ -540,8 +600,9 @@ void AddScan(CLI::App& app) {
   command->callback([arguments] {
     CheckEnding(arguments->out, {".pcd", ".ply"});
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
-    Picked picked = Pick(arguments->file, arguments->trial, arguments->seed, arguments->sensor);
-    if (WriteItsLook(picked, *arguments)) return;
+    const bool by_laser = arguments->target_only || !arguments->picture.empty();
+    Picked picked = Pick(*arguments, arguments->sensor, by_laser);
+    if (WriteItsLook(picked, arguments->out)) return;
     const sensing::RangeSensor sensor =
         picked.experiment.task      ? picked.cell().scanner
         : arguments->sensor.empty() ? sensing::LineScannerOptions{}
@@ -588,8 +649,7 @@ void AddCheckCommand(CLI::App& app) {
   command->add_option("--detector", a->detector,
                       "check your own grasp detector on a few scans instead of a file, e.g. "
                       "\"python3 my_detector.py\"");
-  command->add_option("--set", a->set, "KEY=VALUE of an experiment, as for run")
-      ->allow_extra_args(false);
+  AddSetOption(*command, a->set);
   command->add_flag("--fix{copy}", a->fix,
                     "apply the unambiguous fixes to a copy, NAME.fixed.xml next to the file (also "
                     "to copies of files that it includes or attaches), and check the copy; "

@@ -80,11 +80,24 @@ perception::Cures CommandCures() {
   return {.smaller_unit = "try --unit mm",
           .larger_unit = "try --unit m",
           .upper_side = "give --sensor-origin or --up",
-          .other_things = "try --crop or --up"};
+          .other_things = "try --crop or --up",
+          .noise = "give --noise-mm"};
+}
+
+// Warning if points this far apart (perception::Sampling) are not those of a tabletop, so that the
+// file has another unit; else empty.
+std::string UnitWarning(double spacing_m) {
+  return perception::DoubtOfUnit(spacing_m, CommandCures());
+}
+
+// Warning if neither the option nor the file states the sensor's position; else empty.
+std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {
+  if (!arguments.origin.empty() || file.sensor_origin) return "";
+  return "the file has no viewpoint: the sensor is assumed at 0,0,0 (--sensor-origin x,y,z)";
 }
 
 // What to try if no table was found: a cloud in another unit has none, nor has one with the wrong
-// sign of --up.
+// sign of --up. Which side of a table a sensor in its plane is on is left to noise.
 std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
                    const perception::PerceptionOptions& options, base::Rng& rng) {
   std::string advice;
@@ -93,8 +106,10 @@ std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin
   if (options.preprocess.up_C) {
     auto other = options.preprocess;
     other.up_C = -*other.up_C;
-    if (perception::FindTable(points, origin, other, rng)) {
-      advice += "; try --up with the other sign";
+    if (const auto table = perception::FindTable(points, origin, other, rng)) {
+      const bool in_plane = !SideWarning(table->plane, origin).empty();
+      advice += in_plane ? "; the sensor's position lies in the table's plane: give --sensor-origin"
+                         : "; try --up with the other sign";
     }
   }
   return advice;
@@ -234,7 +249,10 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
                                        grasp::Arm(2.0 * scene.objects[i].center_C - origin),
                                        grasp::GraspOptions{}));
   }
-  const auto warnings = perception::Doubts(scene, OriginWarning(arguments, file), CommandCures());
+  std::vector<std::string> warnings = file.warnings;
+  std::ranges::move(perception::Doubts(scene, origin, OriginWarning(arguments, file),
+                                       options.noise_m.has_value(), CommandCures()),
+                    std::back_inserter(warnings));
   const Perceived perceived{Json(arguments, scene, grasps, warnings), Text(scene, grasps),
                             warnings};
   if (arguments.out.empty()) return perceived;
@@ -376,8 +394,9 @@ void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
       ->check(CLI::IsMember({"m", "cm", "mm"}));
 }
 
-geometry::CloudFile ReadCloud(const CloudArguments& arguments) {
-  auto file = geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit));
+Cloud ReadCloud(const CloudArguments& arguments) {
+  Cloud file{geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit)), {}};
+  file.warnings = perception::LeaveOutUnmeasured(OriginOf(arguments, file), file.points);
   const std::vector<double>& crop = arguments.crop;
   if (crop.empty()) return file;
   const Eigen::Array3d low(crop[0], crop[1], crop[2]);
@@ -408,19 +427,23 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
   return file.sensor_origin.value_or(Eigen::Vector3d::Zero());
 }
 
-std::string UnitWarning(double spacing_m) {
-  return perception::DoubtOfUnit(spacing_m, CommandCures());
+void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud) {
+  std::vector<std::string> warnings = cloud.warnings;
+  warnings.push_back(OriginWarning(arguments, cloud));
+  warnings.push_back(UnitWarning(perception::MeasureSampling(MeasuredPoints(cloud), {}).spacing_m));
+  for (const std::string& warning : warnings) {
+    if (!warning.empty()) spdlog::warn("{}: {}", arguments.cloud, warning);
+  }
+}
+
+std::string SideWarning(const geometry::Plane& table, const Eigen::Vector3d& sensor) {
+  return perception::DoubtOfSide(table, sensor, CommandCures());
 }
 
 geometry::Points MeasuredPoints(const geometry::CloudFile& file) {
   geometry::Points points = file.points;
   std::erase_if(points, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
   return points;
-}
-
-std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {
-  if (!arguments.origin.empty() || file.sensor_origin) return "";
-  return "the file has no viewpoint: the sensor is assumed at 0,0,0 (--sensor-origin x,y,z)";
 }
 
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin) {

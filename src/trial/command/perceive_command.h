@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/cloud_file.h"
+#include "geometry/plane.h"
 
 namespace CLI {
 class App;
@@ -24,22 +25,27 @@ struct CloudArguments {
 /// Adds --sensor-origin, --crop, --up and --unit; `arguments` must outlive the command.
 void AddCloudOptions(CLI::App& command, CloudArguments& arguments);
 
-/// Reads the cloud in metres. Points outside the crop become NaN, so that the rows keep their
-/// lengths.
+/// A cloud with warnings of points that are left out as not measured.
+struct Cloud : geometry::CloudFile {
+  std::vector<std::string> warnings;
+};
+
+/// Reads the cloud in metres. Points that were not measured and points outside the crop become NaN,
+/// so that the rows keep their lengths.
 /// @throws base::InputError naming the error, such as a crop without points.
-geometry::CloudFile ReadCloud(const CloudArguments& arguments);
+Cloud ReadCloud(const CloudArguments& arguments);
 /// The cloud's points that were measured: those without NaN, in their order.
 geometry::Points MeasuredPoints(const geometry::CloudFile& file);
 
 /// The sensor's position: from the option, else from the file, else the origin.
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
-/// Warning if points this far apart (perception::Sampling) are not those of a tabletop, so that the
-/// file has another unit; else empty.
-std::string UnitWarning(double spacing_m);
+/// Prints what a user should know of a cloud before its table is known: the warnings of reading it,
+/// an assumed position of the sensor, points as far apart as in another unit.
+void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud);
 
-/// Warning if neither the option nor the file states the sensor's position; else empty.
-std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file);
+/// Warning if the sensor lies in the table's plane; else empty.
+std::string SideWarning(const geometry::Plane& table, const Eigen::Vector3d& sensor);
 
 /// Advice for errors of perception: "; ... give --sensor-origin" if neither the option nor the file
 /// states the sensor's position, else empty.

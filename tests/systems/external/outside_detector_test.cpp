@@ -241,6 +241,20 @@ TEST_F(Outside, WithoutObjectsTheObjectIsWhatLiesBetweenTheFingers) {
   EXPECT_TRUE(Answer({{"grasps", json::array()}}).detection.objects.empty());
 }
 
+// Otherwise a table on which nothing may be grasped would look empty (task: clearing).
+TEST_F(Outside, WithoutObjectsAnObjectWithoutATurnIsStillPerceived) {
+  const json answer = {{"grasps", {GraspAtTarget()}}};
+  const std::string script = "cat " + files_.Write("answer", answer.dump()).string();
+  const Detected first = Ask(script, [](const auto&) { return std::optional<int>(1); });
+  EXPECT_TRUE(first.has_turn);
+  EXPECT_EQ(first.detection.grasps.size(), 1u);
+  const Detected passed = Ask(script, [](const auto&) { return std::nullopt; });
+  EXPECT_FALSE(passed.has_turn);
+  ASSERT_EQ(passed.detection.objects.size(), 1u);
+  EXPECT_EQ(passed.detection.objects.front().samples, first.detection.objects.front().samples);
+  EXPECT_TRUE(passed.detection.grasps.empty());
+}
+
 TEST_F(Outside, AGraspThatCannotBeCountsAsColliding) {
   json wide = GraspAtTarget();
   wide["width_m"] = 0.5;
@@ -415,21 +429,24 @@ TEST_F(Outside, AFileThatCannotBeStartedIsNamedWithItsCure) {
   EXPECT_EQ(open("sh, detector.py"), "");
 }
 
+/// What `check --detector` reports of a detector that is a shell script.
+struct CheckedAnswers {
+  std::string text;
+  bool failed = false;
+};
+CheckedAnswers CheckAnswersOf(const std::string& script, const std::string& set = "seed=1") {
+  experiment::Changes changes;
+  changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}", set};
+  const auto e =
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
+  CheckedAnswers checked;
+  const auto* kind = trial::FindDetector(trial::kDetectorWithKeys);
+  checked.failed = !kind->check_answers(CellOf(*e.task), checked.text);
+  return checked;
+}
+
 TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
-  struct Checked {
-    std::string text;
-    bool failed = false;
-  };
-  const auto check = [&](const std::string& script) {
-    experiment::Changes changes;
-    changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}"};
-    const auto e =
-        experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
-    Checked checked;
-    const auto* kind = trial::FindDetector(trial::kDetectorWithKeys);
-    checked.failed = !kind->check_answers(CellOf(*e.task), checked.text);
-    return checked;
-  };
+  const auto check = [](const std::string& script) { return CheckAnswersOf(script); };
   const auto empty = check("echo '{\"objects\": [], \"grasps\": []}'");
   EXPECT_TRUE(empty.failed);
   EXPECT_THAT(empty.text, HasSubstr("no answer has a grasp"));
@@ -448,6 +465,18 @@ TEST_F(Outside, TheCheckTellsWhatItUnderstood) {
   const auto broken = check("echo '{}'");
   EXPECT_TRUE(broken.failed);
   EXPECT_THAT(broken.text, HasSubstr("'grasps' is missing"));
+}
+
+TEST_F(Outside, TheCheckWarnsOfAnApproachAgainstTheHand) {
+  const auto check = [](json grasp, double approach_z) {
+    grasp["approach"] = {0, 0, approach_z};
+    const std::string answer = json{{"grasps", json::array({grasp})}}.dump();
+    return CheckAnswersOf("echo '" + answer + "'", "objects=[dextrose]").text;
+  };
+  EXPECT_THAT(check(GraspAtTarget(), 1.0),
+              HasSubstr("dextrose: warning: `approach` of a grasp points against z of its "
+                        "`rotation` (180 deg)"));
+  EXPECT_THAT(check(GraspAtTarget(), -1.0), testing::Not(HasSubstr("`approach`")));
 }
 
 }  // namespace

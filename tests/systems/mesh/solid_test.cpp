@@ -243,6 +243,21 @@ TEST(PoissonSurface, TheSamePointsGiveTheSameTrianglesWhereverTheHeapLies) {
   EXPECT_EQ(first->triangles, second->triangles);
 }
 
+// 30 balls of 20 mm in a cubic metre, 10 points each. The mesher starts with points of which no
+// three are near enough for a facet (CGAL 5.5; one of some hundred draws).
+TEST(PoissonSurface, OfPointsOfManyThingsFarApartThereIsNone) {
+  base::Rng rng(50);
+  PointCloud cloud;
+  for (int ball = 0; ball < 30; ++ball) {
+    const Eigen::Vector3d center = samples::RandomInUnitCube(rng).reverse();
+    for (int i = 0; i < 10; ++i) {
+      cloud.normals.push_back(RandomDirection(rng));
+      cloud.points.push_back(center + 0.02 * cloud.normals.back());
+    }
+  }
+  EXPECT_FALSE(PoissonSurface(cloud, 0.01));
+}
+
 TEST(PoissonSurface, RefusesWhatIsNoOrientedCloud) {
   PointCloud ball = Ball(4);
   ball.normals.pop_back();

@@ -61,6 +61,20 @@ TEST(Difference, LeavesSymmetryAside) {
   EXPECT_NEAR(Difference(X, X * half * off, box).angle_rad, 0.3, 1e-6);
 }
 
+TEST(EqualPoses, HaveTheSameCenterAndBeginWithTheGivenOne) {
+  const Symmetry box = SymmetryOfMesh(geometry::Transformed(
+      synthetic::BoxMesh(0.09, 0.06, 0.135), synthetic::Standing(0, {0.2, 0.0, 0.1})));
+  const base::Pose X = synthetic::Standing(0.4, {0.1, 0.2, 0.3});
+  const auto poses = EqualPoses(X, box);
+  ASSERT_EQ(poses.size(), 4u);
+  EXPECT_TRUE(poses.front().isApprox(X));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_NEAR(Difference(X, poses[i], box).distance_m, 0.0, 1e-9);
+    EXPECT_NEAR(Difference(X, poses[i], box).angle_rad, 0.0, 0.01) << "rotations are measured";
+    for (std::size_t k = 0; k < i; ++k) EXPECT_FALSE(poses[i].isApprox(poses[k], 0.1));
+  }
+}
+
 class SeededAxis : public testing::TestWithParam<int> {
  protected:
   base::Pose Drawn() const {

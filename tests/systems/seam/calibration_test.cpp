@@ -261,6 +261,29 @@ TEST(CalibrationBody, IsFoundUnderNoiseAndWithMissingColumns) {
   }
 }
 
+// Step heights twice too large: the scans have the true heights, and no function of the row gives
+// the other half, so nearly the standard deviation of the steps remains.
+TEST(CalibrationBody, ItsResidualShowsWrongStepHeights) {
+  const Pinhole camera;
+  const auto scans = ScanBodies(camera, {});
+  CalibrationBody wrong;
+  for (double& height : wrong.step_heights_m) height *= 2.0;
+  const auto& steps = CalibrationBody{}.step_heights_m;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const double height : steps) {
+    sum += height;
+    squares += height * height;
+  }
+  const auto count = static_cast<double>(steps.size());
+  const double deviation = std::sqrt(squares / count - sum * sum / (count * count));
+  const double tolerance = 5.0 * BestError(camera) + 1e-8;  // as above
+  EXPECT_LT(CalibrateFromBody({}, scans).residual_m, tolerance);
+  const double residual = CalibrateFromBody(wrong, scans).residual_m;
+  EXPECT_GT(residual, 0.8 * deviation);
+  EXPECT_LT(residual, deviation + tolerance);
+}
+
 TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
   const Pinhole camera;
   const auto expect_refused = [&](std::vector<float> rows) {

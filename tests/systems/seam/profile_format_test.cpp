@@ -392,6 +392,9 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
        "-999.9999); for another unit use unit_mm (--unit um or --unit m)"},
       {"1,2\n3,-999.9999\n", "{no_values: [-999.999]}", "column 2: '-999.9999' is out of range"},
       {"1,2\n3,240\n", "{max_height_mm: 230}", "it must be from -200 to 230"},
+      {"1,2\n3,350\n", "{}",
+       "(--unit um or --unit m); for larger heights use min_height_mm, max_height_mm "
+       "(--min-height, --max-height)"},
       {"1,2,3\n", "{layout: pairs}",
        "row 1 has 3 columns; pairs of x and height need an even number"},
       {"1,2,3,4\n1,2,a,4\n", "{layout: pairs}", "row 2, column 3: 'a' is not a number"},
@@ -446,6 +449,7 @@ TEST(BadFormats, ImagesNameTheirPixel) {
   WriteTiff<float>(folder / "p.tif", {{2, {0.0F, 1.0F}}, {3, {1.0F, 1.0F, 1.0F}}});
   WriteTiff<std::uint8_t>(folder / "b.tif", {{2, {0, 1}}});
   folder.Write("d.tif", "II*");
+  WriteProfiles({{{0.0F, 0.03F}, 0.0}}, folder / "g.png", {});
   const auto expect = [&](const char* name, const std::string& yaml, const std::string& says) {
     EXPECT_THAT(ErrorOf([&] { ReadProfileFile(folder / name, OptionsOf(yaml)); }),
                 AllOf(StartsWith((folder / name).string() + ": "), HasSubstr(says)));
@@ -455,6 +459,10 @@ TEST(BadFormats, ImagesNameTheirPixel) {
   expect("f.tif", "{}",
          "row 2, column 1: level -999.5 is out of range; it must be from -200 to 200");
   expect("f.tif", "{}", "if it stands for a missing value use no_values (--no-value -999.5)");
+  expect("f.tif", "{}",
+         "(--no-value -999.5); otherwise give image_scale_mm and image_offset_mm (--image-scale, "
+         "--image-offset; now 1 mm, 0 mm); for larger heights use min_height_mm, max_height_mm");
+  expect("g.png", "{image_scale_mm: 0.01}", "--image-offset; now 0.01 mm, -327.68 mm)");
   expect("p.tif", "{}", "page 2 is 3 columns wide");
   expect("b.tif", "{}", "8-bit whole-number pixels");
   expect("d.tif", "{}", "is not a complete TIFF image");

@@ -7,6 +7,7 @@
 #include "experiment/experiment.h"
 #include "surveys/separation.h"
 #include "surveys/task/measures.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::surveys {
 namespace {
@@ -173,6 +174,47 @@ TEST(ReconstructionSurvey, TakesQuantilesOfTheErrorsWithMismatchesAsTheLargest) 
   const auto table = ReconstructionTable({{&record, data}});
   EXPECT_THAT(table.grid.rows.at(0),
               ElementsAre("box", "all", "10", "90.0", "5.00", "0.5", "-", "0.5", "11.11"));
+}
+
+// The error for a folder with one recorded cloud.
+std::string ErrorOfClouds(const geometry::CloudFile& cloud,
+                          const experiment::Changes& changes = {}) {
+  const testing_support::TempFolder folder;
+  const auto file =
+      folder.Write("survey.yaml", "task: survey\nmeasure: separation\nclouds: recorded\n");
+  std::filesystem::create_directory(folder / "recorded");
+  geometry::WriteCloud(folder / "recorded/a.pcd",
+                       {.profiles = 1,
+                        .samples = cloud.width,
+                        .points_C = cloud.points,
+                        .origins_C = {cloud.sensor_origin.value_or(Eigen::Vector3d::Zero())}},
+                       {{"label", cloud.labels}});
+  return testing_support::MessageOf([&] { experiment::OpenExperiment(file, changes); });
+}
+
+TEST(SeparationSurvey, TakesRecordedCloudsOfACameraThatShowObjects) {
+  EXPECT_EQ(ErrorOfClouds(TwoBoxes()), "");
+  auto empty = TwoBoxes();
+  for (std::uint32_t& label : empty.labels) label = std::min(label, 2U);
+  EXPECT_THAT(ErrorOfClouds(empty), HasSubstr("a.pcd: no point has a label of 20 or more"));
+  auto in_world = TwoBoxes();
+  in_world.sensor_origin = Eigen::Vector3d(0.8, 0.0, 1.6);
+  EXPECT_THAT(ErrorOfClouds(in_world), HasSubstr("a.pcd: is not in the camera's frame (z must be "
+                                                 "positive): a point has z"));
+}
+
+TEST(SeparationSurvey, OfRecordedCloudsHasNoNumberOfTrials) {
+  EXPECT_THAT(ErrorOfClouds(TwoBoxes(), {.trials = 2}),
+              HasSubstr("--trials: not with `clouds`, each of which is one case"));
+}
+
+TEST(ReconstructionSurvey, OfALaserIsRefusedWhenItIsRead) {
+  const auto open = [] {
+    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/survey_rotation.yaml",
+                               {.set = {"measure=reconstruction"}});
+  };
+  EXPECT_THAT(ErrorOf(open), HasSubstr("key 'measure': reconstruction needs a stereo camera as "
+                                       "`sensor`, not a line_scanner"));
 }
 
 TEST(Survey, RefusesAnUnknownMeasureAndALaserForStereo) {

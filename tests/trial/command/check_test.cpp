@@ -167,6 +167,26 @@ TEST_F(OwnCell, CheckOfAnObjectNamesAKnownGraspOutsideIt) {
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("'rim'"))) << "10 mm above it";
 }
 
+TEST_F(OwnCell, CheckOfAnObjectNamesAKnownGraspWiderThanIt) {
+  const auto file =
+      folder_.Write("slab/slab.xml",
+                    "<mujoco><worldbody><body name=\"slab\"><freejoint/><geom type=\"box\" "
+                    "size=\".02 .10 .03\" mass=\"0.2\"/></body></worldbody></mujoco>");
+  const auto grasp = [](const std::string& name, const std::string& closing, int width_mm) {
+    return "  " + name +
+           ":\n    at_mm: [0, 0, 20]\n    approach: [0, 0, -1]\n    closing: " + closing +
+           "\n    width_mm: " + std::to_string(width_mm) + "\n";
+  };
+  folder_.Write("slab/grasps.yaml", "grasps:\n" + grasp("across", "[1, 0, 0]", 40) +
+                                        grasp("wide", "[1, 0, 0]", 50) +
+                                        grasp("along", "[0, 1, 0]", 200));
+  const auto ran = Succeeded(RunProgram({"check", file}));
+  EXPECT_THAT(ran.out, HasSubstr("grasp 'wide': its width_mm is 50, but the whole model is only "
+                                 "40 mm wide along `closing`"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("'across'")));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("'along'")));
+}
+
 // The hand that this arm attaches has other options than the arm, which the engine would print and
 // log.
 TEST_F(OwnCell, TheEngineLeavesNoLogFile) {

@@ -149,6 +149,31 @@ TEST_F(PerceiveTest, SaysThatUpPointsDown) {
   EXPECT_EQ(Perceive(cloud, {"--up", "0,0,1"}).code, 0);
 }
 
+TEST_F(PerceiveTest, ASensorInTheTablesPlaneIsNamedWhetherAssumedOrGiven) {
+  const std::string cloud = Write(TableWithBox(0.08, 0.06));
+  const std::string text = base::ReadFile(cloud);
+  const std::string seen = folder_.Write(
+      "seen.ply", std::string(text).insert(text.find("element"), "comment viewpoint 0 0 0\n"));
+  EXPECT_THAT(RunProgram({"perceive", seen}).err,
+              HasSubstr("0,0,0 lies in the table's plane, so its upper side is not known"));
+  // It is 5 mm below the table, so that the upper side is found as little as with a wrong --up.
+  const Ran ran = RunProgram({"perceive", cloud, "--sensor-origin=0,0,-0.005", "--up", "0,0,1"});
+  EXPECT_NE(ran.code, 0);
+  EXPECT_THAT(ran.err, HasSubstr("lies in the table's plane: give --sensor-origin"));
+  EXPECT_THAT(ran.err, Not(HasSubstr("--up with the other sign")));
+}
+
+// Of 3,000 points in one place each would be a neighbor of each other one.
+TEST_F(PerceiveTest, ZerosAreNotMeasured) {
+  std::vector<Point> points = TableWithBox(0.08, 0.06);
+  points.insert(points.end(), 3000, Point{0.0, 0.0, 0.0});
+  const Ran ran = Succeeded(Perceive(Write(points), {"--json"}));
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(json.at("warnings").at(0), "3000 points at 0,0,0 are left out as not measured");
+  EXPECT_THAT(ran.err, HasSubstr("3000 points at 0,0,0 are left out as not measured"));
+  EXPECT_EQ(json["objects"].size(), 1u);
+}
+
 TEST_F(PerceiveTest, SaysThatTheCropLeftNothing) {
   const Ran ran = Perceive(Write(Table()), {"--crop", "5,5,5,6,6,6"});
   EXPECT_EQ(ran.code, 2);

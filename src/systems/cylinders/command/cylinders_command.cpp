@@ -140,9 +140,7 @@ void Detect(const CylindersArguments& arguments) {
   for (const std::string& text : arguments.given) given.push_back(ParseCylinder(text));
   auto file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
-  if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
-    spdlog::warn("{}: {}", arguments.cloud, warning);
-  }
+  WarnOfCloud(arguments, file);
   auto options = arguments.as_published ? cylinders::AsPublished() : cylinders::DetectOptions{};
   options.preprocess.up_C = UpOf(arguments);
   base::Rng rng(arguments.seed);
@@ -153,6 +151,9 @@ void Detect(const CylindersArguments& arguments) {
     scene = cylinders::DetectCylinders(observation, given, options, rng);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() + OriginAdvice(arguments, origin));
+  }
+  if (const auto warning = SideWarning(scene.table.plane, origin); !warning.empty()) {
+    spdlog::warn("{}: {}", arguments.cloud, warning);
   }
   const std::string json = Json(arguments, scene, given).dump(2) + "\n";
   for (const std::string& warning : Warnings(scene, given)) spdlog::warn("{}", warning);

@@ -13,6 +13,7 @@
 #include "geometry/mesh.h"
 #include "grasp/obstacles.h"
 #include "perception/perceive.h"
+#include "sim/bodies.h"
 
 namespace rangegrasp::cylinders {
 using base::kMm;
@@ -20,6 +21,9 @@ using base::YamlMap;
 
 /// No object to grasp is smaller: less is probably in metres.
 constexpr double kMinGiven_mm = 1.0;
+/// More than a person's error of measurement. Larger: a can that is a quarter shorter than another
+/// one passes for it.
+constexpr double kMaxSizeError = 0.15;
 
 std::optional<GivenCylinder> GivenFrom(const std::string& text, char between) {
   const auto parts = base::Split(text, between);
@@ -63,6 +67,25 @@ void ReadTable(YamlMap& map, const char* count, std::uint64_t seed, TableOptions
   }
   // Each table holds all of them.
   options.grasping.clutter.always = options.grasping.objects;
+}
+
+void CheckGiven(const YamlMap& map, const TableOptions& options) {
+  for (std::size_t i = 0; i < options.given.size(); ++i) {
+    const std::string& object = options.grasping.objects[i];
+    const auto surface = sim::ObjectSurface(trial::ObjectModelOf(options.grasping, object));
+    const auto& [radius_m, height_m] = options.given[i];
+    const Eigen::Array3d size_m = geometry::BoundsOf(surface.mesh.vertices).sizes();
+    // Sorted, so that the model's axis does not matter.
+    Eigen::Array3d model_m = size_m;
+    Eigen::Array3d given_m(2.0 * radius_m, 2.0 * radius_m, height_m);
+    std::ranges::sort(model_m);
+    std::ranges::sort(given_m);
+    if (((given_m - model_m).abs() <= kMaxSizeError * model_m).all()) continue;
+    map.Fail("cylinders", fmt::format("{} is {:.4g} x {:.4g} x {:.4g} mm, but {:g}x{:g} is given "
+                                      "(RADIUSxHEIGHT, in the order of `objects`)",
+                                      object, size_m.x() / kMm, size_m.y() / kMm, size_m.z() / kMm,
+                                      radius_m / kMm, height_m / kMm));
+  }
 }
 
 DetectOptions FirstLook(const DemoOptions& options) {

@@ -80,6 +80,10 @@ void ReadGiven(base::YamlMap& map, TableOptions& options);
 /// @param count  the key that replaces `trials_per_object`
 /// @throws base::InputError
 void ReadTable(base::YamlMap& map, const char* count, std::uint64_t seed, TableOptions& options);
+/// Compares each given cylinder with its object's model. A wrong one would not be found in any
+/// scan.
+/// @throws base::InputError if a size differs by more than 15 %.
+void CheckGiven(const base::YamlMap& map, const TableOptions& options);
 
 /// Detection options for the first look, and for the second look if the wanted one was not found.
 DetectOptions FirstLook(const DemoOptions& options);

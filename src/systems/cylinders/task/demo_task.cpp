@@ -281,9 +281,11 @@ class DemoExperiment : public trial::SceneTask {
         RunDemo(options_, cell_, wanted, arranged->target, spec.seed, arranged->world, viewers);
     AddTries(tries, data);
     const Try& last = tries.back();
+    // The attempt's detail says why the object, which a person has, is not at the delivery place.
+    const bool handed_over = last.outcome == trial::kHandedOver;
     experiment::Result result{last.outcome,
                               last.attempt.stage,
-                              last.attempt.detail,
+                              handed_over ? "" : last.attempt.detail,
                               data.dump(),
                               {{"arrange", arrange_s}}};
     for (const Try& one : tries) {
@@ -316,6 +318,7 @@ const experiment::TaskKind& DemoTask() {
                  const experiment::Common& common) -> std::unique_ptr<experiment::Task> {
         const DemoOptions options = ReadDemo(map, common.seed);
         if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
+        CheckGiven(map, options);
         trial::RequireOwnDetector(map, options.grasping);
         return std::make_unique<DemoExperiment>(options, common);
       },

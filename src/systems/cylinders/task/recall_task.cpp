@@ -366,6 +366,7 @@ std::unique_ptr<experiment::Task> ReadRecall(base::YamlMap& map, const experimen
   RecallOptions options = ReadRecallKeys(map);
   ReadTable(map, "scenes", common.seed, options);
   if (!trial::ModelsPass(map, options.grasping, common)) return nullptr;
+  if (options.source == Source::kScanned) CheckGiven(map, options);
   return std::make_unique<RecallExperiment>(std::move(options), common.seed);
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -93,13 +94,29 @@ struct Samples {
   }
 };
 
-void SampleFace(const Shape& mesh, const Face& face, double spacing, Samples& samples) {
-  const Vector3d& a = mesh.points[face[0]];
-  const Vector3d b = mesh.points[face[1]] - a;
-  const Vector3d c = mesh.points[face[2]] - a;
-  const double longest = std::max({b.norm(), c.norm(), (b - c).norm()});
-  const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
-  const double weight = 0.5 * b.cross(c).norm() / (n * n);
+/// A longest edge this many times longer than the height over it: a triangle that is no thinner is
+/// sampled evenly with little waste.
+constexpr double kThin = 3.0;
+
+/// Samples a triangle evenly. A thin one is first cut across: its samples would be as dense across
+/// as along, millions for a cylinder made of strips.
+void SampleTriangle(const std::array<Vector3d, 3>& corners, double spacing, Samples& samples) {
+  const auto side = [&](int k) { return (corners[(k + 1) % 3] - corners[k]).norm(); };
+  const int longest = side(0) >= side(1) && side(0) >= side(2) ? 0 : side(1) >= side(2) ? 1 : 2;
+  const double length = side(longest);
+  const Vector3d& a = corners[0];
+  const Vector3d b = corners[1] - a;
+  const Vector3d c = corners[2] - a;
+  const double twice_area = b.cross(c).norm();
+  if (length > spacing && kThin * twice_area < length * length) {
+    const Vector3d &p = corners[longest], &q = corners[(longest + 1) % 3];
+    const Vector3d &apex = corners[(longest + 2) % 3], middle = 0.5 * (p + q);
+    SampleTriangle({p, middle, apex}, spacing, samples);
+    SampleTriangle({middle, q, apex}, spacing, samples);
+    return;
+  }
+  const int n = std::max(1, static_cast<int>(std::ceil(length / spacing)));
+  const double weight = 0.5 * twice_area / (n * n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; i + j < n; ++j) {
       samples.Add(a + (i + 1.0 / 3.0) / n * b + (j + 1.0 / 3.0) / n * c, weight);
@@ -116,7 +133,8 @@ std::vector<Samples> SampleParts(const Shape& shape, const Segmentation& segment
   for (std::size_t i = 0; i < shape.Elements(); ++i) {
     Samples& part = samples[segmentation.label[i]];
     if (shape.IsMesh()) {
-      SampleFace(shape, shape.faces[i], spacing, part);
+      const auto& [a, b, c] = shape.faces[i];
+      SampleTriangle({shape.points[a], shape.points[b], shape.points[c]}, spacing, part);
     } else {
       part.Add(shape.points[i], 1.0);
     }
@@ -221,6 +239,20 @@ void PourInto(const Samples& samples, const Points& whole, std::vector<Vector3d>
   }
 }
 
+/// The first of the points that are farthest in a direction. std::ranges::max_element would compute
+/// two projections per point, and most of the time of a description is spent here.
+const Vector3d& FarthestIn(const Vector3d& direction, const Points& points) {
+  std::size_t farthest = 0;
+  double most = direction.dot(points[0]);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double along = direction.dot(points[i]);
+    if (!(along > most)) continue;
+    most = along;
+    farthest = i;
+  }
+  return points[farthest];
+}
+
 /// Convex hull of the points that are farthest in directions all around (a spiral on the sphere).
 /// The hull of all points takes seconds for a round surface, and no decision depends on the
 /// difference.
@@ -229,8 +261,7 @@ geometry::TriangleMesh RoughHull(const Points& points) {
   Points farthest;
   for (int k = 0; k < kDirections; ++k) {
     const Vector3d direction = SpiralDirection(k, 1.0 - (2.0 * k + 1.0) / kDirections);
-    farthest.push_back(
-        *std::ranges::max_element(points, {}, [&](const Vector3d& p) { return direction.dot(p); }));
+    farthest.push_back(FarthestIn(direction, points));
   }
   return geometry::ConvexHull(farthest);
 }

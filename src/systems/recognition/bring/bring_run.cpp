@@ -238,7 +238,9 @@ class Run {
                  !grasp::TouchesKeptFree(grasp, known, found->X_CB, robot.hand());
         });
       }
-      const auto named = grasp::PlaceNamedGrasps(known, use, found->X_CB, scene, 0, robot.hand(),
+      const auto poses_CB =
+          recognition::EqualPoses(found->X_CB, setup_.library.Find(found->object).symmetry);
+      const auto named = grasp::PlaceNamedGrasps(known, use, poses_CB, scene, 0, robot.hand(),
                                                  options.grasp, obstacles.measured_C);
       for (const grasp::PlacedGrasp& placed : named) {
         grasps.insert(grasps.begin() + static_cast<std::ptrdiff_t>(names.size()), placed.grasp);
@@ -277,6 +279,10 @@ class Run {
     step.attempt = trial::RunAttempt(setup_.cell, world_, attempt);
     if (step.attempt.grasp) {
       step.grasp = step.attempt.grasp->name;
+      if (found && step.grasp.empty()) {
+        step.why_not_named =
+            WhyNotNamed(setup_.grasps.at(found->object), step.attempt.detected.detection);
+      }
       if (wanted) {
         executed_W_.push_back(step.attempt.grasp->X_CH);
         step.asked_upright = found && grasp::IsUpright(setup_.grasps.at(found->object), found->X_CB,
@@ -478,6 +484,19 @@ std::string Judge(const Bring& run, std::optional<int> target, const sim::World&
 }
 
 }  // namespace
+
+std::string WhyNotNamed(const NamedGrasps& known, const grasp::Detection& detection) {
+  if (known.grasps.empty()) return "";
+  int collide = 0, others = 0;
+  for (const grasp::DetectedGrasp& grasp : detection.grasps) {
+    if (!grasp.name.empty()) ++(grasp.collides ? collide : others);
+  }
+  std::vector<std::string> why;
+  if (collide > 0) why.push_back(fmt::format("{} colliding", collide));
+  if (others > 0) why.push_back(fmt::format("{} without a path or tried before", others));
+  return "named grasps not used: " +
+         (why.empty() ? "none is for this use and pose" : base::Join(why));
+}
 
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
                   std::uint64_t seed, sim::World& world, const BringObserver& observer) {

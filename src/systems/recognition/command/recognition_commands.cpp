@@ -15,7 +15,6 @@
 #include "geometry/mesh.h"
 #include "geometry/mesh_file.h"
 #include "perception/perceive.h"
-#include "perception/sampling.h"
 #include "recognition/learn.h"
 #include "recognition/recognize.h"
 #include "recognition/task/bring_task.h"
@@ -100,15 +99,9 @@ struct LearnArguments : CloudArguments {
 
 /// A cloud's file as a view from its sensor position.
 geometry::View ReadView(const CloudArguments& arguments) {
-  geometry::CloudFile file = ReadCloud(arguments);
+  Cloud file = ReadCloud(arguments);
   const Eigen::Vector3d origin = OriginOf(arguments, file);
-  if (const auto warning = OriginWarning(arguments, file); !warning.empty()) {
-    spdlog::warn("{}: {}", arguments.cloud, warning);
-  }
-  const double spacing_m = perception::MeasureSampling(MeasuredPoints(file), {}).spacing_m;
-  if (const auto warning = UnitWarning(spacing_m); !warning.empty()) {
-    spdlog::warn("{}: {}", arguments.cloud, warning);
-  }
+  WarnOfCloud(arguments, file);
   geometry::View view;
   view.image = {file.height, file.width, std::move(file.points), {origin}};
   view.X_CV.translation() = origin;

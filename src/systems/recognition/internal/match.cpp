@@ -144,11 +144,8 @@ Points Every(std::size_t step, const Points& points) {
   return some;
 }
 
-base::Pose TurnAbout(const Matrix3d& turn, const Vector3d& about_B) {
-  return base::MakePose(turn, about_B - turn * about_B);
-}
 base::Pose TurnAbout(double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
-  return TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
+  return recognition::TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
 }
 
 /// The middle of the hull's extents along the principal axes.
@@ -343,7 +340,9 @@ base::Pose Match::Aimed(const base::Pose& X_CB) const {
     for (int k = 0; k < turns; ++k) {
       const Eigen::AngleAxisd about(2.0 * base::kPi * k / turns,
                                     symmetry.axis_B.value_or(Vector3d::UnitZ()));
-      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B), best);
+      consider(
+          X_CB * recognition::TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B),
+          best);
     }
   }
   for (const double step_rad : kPrintSteps_rad) {

@@ -32,14 +32,18 @@ ordered_json OrNull(const std::optional<T>& value) {
 }
 
 ordered_json JsonOf(const Step& step) {
+  // What a person takes is never at the delivery place: `misplaced` would say nothing.
+  const std::string outcome = trial::HandOverOutcome(step.attempt);
+  const bool as_delivery = outcome == base::Word(step.attempt.outcome);
   ordered_json json = {{"at_wanted", step.at_wanted},
                        {"taken_for", step.taken_for},
                        {"grasp", step.grasp},
                        {"asked_upright", OrNull(step.asked_upright)},
                        {"touched_kept_free", step.touched_kept_free},
-                       {"outcome", base::Word(step.attempt.outcome)},
+                       {"outcome", outcome},
                        {"stage", step.attempt.stage},
-                       {"detail", step.attempt.detail}};
+                       {"detail", as_delivery ? step.attempt.detail : ""}};
+  if (!step.why_not_named.empty()) json["why_not_named"] = step.why_not_named;
   json.update(trial::JsonOf(step.attempt));
   return json;
 }
@@ -178,7 +182,8 @@ std::optional<int> NumberOf(const std::string& object, const sim::World& world) 
   return std::nullopt;
 }
 
-/// The last executed grasp of the wanted object; empty if there is none.
+/// The last executed grasp of the wanted object, and why it is not a named one; empty if there is
+/// none.
 std::string GraspOf(const experiment::Result& result) {
   const auto data = ordered_json::parse(result.data);
   if (!data.contains("attempts")) return "";
@@ -186,7 +191,9 @@ std::string GraspOf(const experiment::Result& result) {
   for (auto attempt = attempts.rbegin(); attempt != attempts.rend(); ++attempt) {
     if (!attempt->at("at_wanted").get<bool>()) continue;
     const auto text = trial::GraspText(*attempt, attempt->at("grasp").get<std::string>());
-    if (!text.empty()) return text;
+    if (text.empty()) continue;
+    const std::string why = attempt->value("why_not_named", "");
+    return why.empty() ? text : text + "; " + why;
   }
   return "";
 }

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/words.h"
 #include "cli/output.h"
 #include "cli/run.h"
@@ -33,6 +34,9 @@ using experiment::Store;
 using nlohmann::ordered_json;
 using trial::Attempt;
 using trial::Sensed;
+
+constexpr const char* kRecords = "records.jsonl";
+constexpr const char* kAnnotations = "annotations.json";
 
 ordered_json JsonOf(const base::Pose& X) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = X.matrix();
@@ -199,7 +203,7 @@ struct ExportArguments {
 void ExportRecords(const std::vector<Record>& records, const fs::path& out) {
   std::string lines;
   for (const Record& record : records) lines += experiment::ToJson(record) + "\n";
-  WriteResult(lines, out / "records.jsonl");
+  WriteResult(lines, out / kRecords);
   WriteResult(CsvOf(experiment::FlatGridOf(records)), out / "records.csv");
 }
 
@@ -225,16 +229,51 @@ int Differing(const std::vector<Record>& records, const std::vector<Record>& exp
 // Key of the data in an export's stamp, which a run's does not have.
 constexpr const char* kExport = "export";
 
-// Refuses a folder with anything but an export of the same run that was begun.
-void CheckOut(const fs::path& out, const experiment::Stamp& wanted) {
+constexpr const char* kOtherFolder = "choose another folder with --out";
+
+// Refuses a folder whose store holds anything but an export of the same run that was begun.
+void CheckBegun(const fs::path& out, const experiment::Stamp& wanted) {
   if (!Store::Exists(out)) return;
   const auto begun = Store::Open(out).ReadStamp();
   if (begun.identity.empty()) return;
-  const std::string cure = "choose another folder with --out";
   if (!begun.data.contains(kExport)) {
-    throw base::InputError(out.string() + ": holds the results of a run; " + cure);
+    throw base::InputError(out.string() + ": holds the results of a run; " + kOtherFolder);
   }
-  CheckSameRun(begun, wanted, out.string(), cure);
+  CheckSameRun(begun, wanted, out.string(), kOtherFolder);
+}
+
+// A stamp's line without the number of cases, which --resume may increase.
+std::string WithoutCases(std::string line) {
+  const std::size_t begin = line.find(", cases ");
+  if (begin == std::string::npos) return line;
+  return line.erase(begin, std::min(line.find(',', begin + 1), line.size()) - begin);
+}
+
+// Refuses a folder with the data set of another run: its clouds would stay among the new records.
+// @param stamp  of the records
+void CheckDataSet(const fs::path& out, const experiment::Stamp& stamp) {
+  const fs::path file = out / kAnnotations;
+  if (!fs::exists(file)) return;
+  const auto json =
+      ordered_json::parse(base::ReadFile(file), /*cb=*/nullptr, /*allow_exceptions=*/false);
+  const ordered_json::json_pointer name("/info/stamp");
+  const bool has = json.contains(name) && json[name].is_string();
+  const std::string made = has ? json[name].get<std::string>() : "unknown";
+  if (WithoutCases(made) == WithoutCases(experiment::LineOf(stamp))) return;
+  throw base::InputError(fmt::format("{}: contains the export of another run ({}); {}",
+                                     out.string(), made, kOtherFolder));
+}
+
+// Refuses to write the export of one run into the folder of several seeds, or the other way round.
+void CheckSeeds(const fs::path& out, bool several) {
+  if (several && fs::exists(out / kRecords)) {
+    throw base::InputError(out.string() + ": contains the export of one seed; " + kOtherFolder);
+  }
+  if (several || !fs::is_directory(out)) return;
+  for (const auto& entry : fs::directory_iterator(out)) {
+    if (!entry.path().filename().string().starts_with(experiment::kSeedPrefix)) continue;
+    throw base::InputError(out.string() + ": contains several seeds; " + kOtherFolder);
+  }
 }
 
 // Runs the trials again, each in its own process. Finished trials are kept in a store until all are
@@ -256,7 +295,7 @@ void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& rec
       exported, {.jobs = jobs, .case_limit_s = e.common.case_limit_s},
       ProgressBar(static_cast<int>(cases.size() - missing.size()), static_cast<int>(cases.size())));
   const auto made = exported.ReadAll();
-  WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / "annotations.json");
+  WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / kAnnotations);
   if (const int differing = Differing(records, made); differing > 0) {
     spdlog::warn(
         "{} of {} trials ended differently from their records: has the program or a model changed "
@@ -272,6 +311,7 @@ void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& rec
 
 void Export(const ExportArguments& arguments) {
   const auto stores = experiment::StoresIn(arguments.folder);
+  CheckSeeds(arguments.out, stores.size() > 1);
   for (const auto& folder : stores) {
     const fs::path out =
         stores.size() == 1 ? fs::path(arguments.out) : arguments.out / folder.filename();
@@ -279,16 +319,18 @@ void Export(const ExportArguments& arguments) {
     const auto stamp = store.ReadStamp();
     const auto records = store.ReadAll();
     std::optional<experiment::Experiment> e;
+    const bool own = fs::weakly_canonical(out) == fs::weakly_canonical(folder);
     if (arguments.clouds) {
-      if (fs::weakly_canonical(out) == fs::weakly_canonical(folder)) {
+      if (own) {
         throw base::InputError(out.string() +
                                ": is the folder of the run; choose another folder with --out");
       }
       // Before anything is written, because it may be refused.
       e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);
-      CheckOut(out, e->stamp);
       for (const fs::path& hidden : {folder, out}) e->task->Hide(hidden);
     }
+    if (!own) CheckBegun(out, e ? e->stamp : stamp);
+    CheckDataSet(out, stamp);
     const experiment::FolderLock lock(out);
     ExportRecords(records, out);
     if (e) {

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -94,6 +95,22 @@ std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments
                                      base::Counted(rows.size(), "scan")));
 }
 
+// Maximum rms residual, relative to the body's highest step. That of the two simulated sensors is
+// 0.001 and 0.004; step heights that are wrong by a factor of 2 give 0.16 and more.
+constexpr double kMaxResidual = 0.05;
+
+void CheckFit(const seam::Calibration& calibration, const seam::CalibrationBody& body) {
+  if (calibration.residual_m <= kMaxResidual * std::ranges::max(body.step_heights_m)) return;
+  std::vector<std::string> steps;
+  for (const double height_m : body.step_heights_m) {
+    steps.push_back(fmt::format("{:g}", height_m * base::kMmPerM));
+  }
+  throw base::InputError(fmt::format(
+      "the scans do not fit steps of {} mm (residual {:.2g} mm): check --step-heights-mm and "
+      "--bases",
+      base::Join(steps, ","), calibration.residual_m * base::kMmPerM));
+}
+
 void Calibrate(const CalibrateArguments& arguments) {
   const auto scans = ReadScans(arguments);
   seam::CalibrationBody body;
@@ -105,17 +122,19 @@ void Calibrate(const CalibrateArguments& arguments) {
   seam::Calibration calibration;
   try {
     calibration = seam::CalibrateFromBody(body, scans);
+    CheckFit(calibration, body);
   } catch (const base::InputError& error) {
     throw base::InputError(arguments.scans + ": " + error.what());
   }
   seam::WriteCalibration(calibration, arguments.out);
   spdlog::info(
       "calibration in {}: rows {:.0f} to {:.0f}, heights {:.1f} to {:.1f} mm, {:.2f} columns per "
-      "mm",
+      "mm, residual {:.2g} mm rms",
       arguments.out, calibration.row_min_px, calibration.row_max_px,
       calibration.HeightAt(calibration.row_min_px) * base::kMmPerM,
       calibration.HeightAt(calibration.row_max_px) * base::kMmPerM,
-      1.0 / calibration.meters_per_column[0] / base::kMmPerM);
+      1.0 / calibration.meters_per_column[0] / base::kMmPerM,
+      calibration.residual_m * base::kMmPerM);
 }
 
 void AddSeamGenerate(CLI::App& seam) {

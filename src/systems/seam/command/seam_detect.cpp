@@ -303,6 +303,38 @@ class HeightCheck {
   double max_m_ = -std::numeric_limits<double>::infinity();
 };
 
+// ---- what looks wrong about the times ----
+
+// A head at 30 mm/s moves by 150 mm in this time.
+constexpr double kLongInterval_s = 5.0;
+
+// Counts long intervals between profiles, which indicate times in ms or us that are read as s.
+class TimeCheck {
+ public:
+  void Take(double time_s) {
+    const double interval_s = last_s_ ? time_s - *last_s_ : 0.0;
+    if (last_s_) ++intervals_;
+    last_s_ = time_s;
+    if (interval_s <= kLongInterval_s) return;
+    ++long_;
+    shortest_long_s_ = std::min(shortest_long_s_, interval_s);
+  }
+
+  // Empty if the median interval is not long.
+  std::string Warning() const {
+    if (2 * long_ <= intervals_) return "";
+    return fmt::format(
+        "{:.3g} s between profiles: is the time in s (--set file.time_unit_s=0.001 if it is in "
+        "ms)?",
+        shortest_long_s_);
+  }
+
+ private:
+  std::optional<double> last_s_;
+  std::size_t intervals_ = 0, long_ = 0;
+  double shortest_long_s_ = std::numeric_limits<double>::infinity();
+};
+
 // ---- recorded profiles or a stream ----
 
 // Complete processing of profiles.
@@ -322,7 +354,11 @@ class Detection {
 
   void Run() {
     const std::size_t rows = arguments_.profiles == "-" ? TakeStream(std::cin) : TakeFile();
-    for (const auto& warning : check_->Warnings()) spdlog::warn("{}: {}", Source(), warning);
+    auto warnings = check_->Warnings();
+    // Other times are computed from a rate or a path.
+    if (!file_options_.text.time_column.empty()) warnings.push_back(time_check_.Warning());
+    std::erase(warnings, "");
+    for (const auto& warning : warnings) spdlog::warn("{}: {}", Source(), warning);
     if (!arguments_.picture.empty() && !drawn_) {
       throw InputError(fmt::format("--picture-row {}: there are only {} profiles",
                                    arguments_.picture_row, rows));
@@ -407,6 +443,7 @@ class Detection {
     }
     if (!tracker_) Begin(static_cast<int>(profile.height_m.size()), row.position_m.has_value());
     check_->Take(profile.height_m);
+    time_check_.Take(profile.time_s);
     seam::Reading reading = tracker_->Update(profile);
     reading.x_m += center_x_m_;
     auto stop = monitor_->Update(tracker_->prepared(), reading);
@@ -505,6 +542,7 @@ class Detection {
   std::optional<seam::EdgeTracker> tracker_;
   std::optional<seam::SurfaceMonitor> monitor_;
   std::optional<HeightCheck> check_;
+  TimeCheck time_check_;
   double center_x_m_ = 0.0;  // middle of the line, in the sensor's own x
   bool drawn_ = false;
   bool gap_ = false;  // in the file's times, since the last packet

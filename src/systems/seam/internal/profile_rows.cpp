@@ -331,9 +331,10 @@ class TextRows {
       const std::string shown = Quoted(fields[static_cast<std::size_t>(field)]);
       // Camera rows have no unit, and a unit that was given is not in doubt.
       const bool default_unit = options_.text.scale.unit_m == HeightScale{}.unit_m;
-      throw InputError(fmt::format(
-          "column {}: {} {}{}", field + 1, shown, error.what(),
-          default_unit ? "; for another unit use unit_mm (--unit um or --unit m)" : ""));
+      throw InputError(
+          fmt::format("column {}: {} {}{}{}", field + 1, shown, error.what(),
+                      default_unit ? "; for another unit use unit_mm (--unit um or --unit m)" : "",
+                      LimitsCure(options_)));
     }
   }
 
@@ -557,6 +558,15 @@ float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions
                   "value use no_values (--no-value {:.10g})",
                   options.min_height_m / scale.unit_m + scale.zero,
                   options.max_height_m / scale.unit_m + scale.zero, number));
+}
+
+std::string LimitsCure(const ProfileFileOptions& options) {
+  const ProfileFileOptions defaults;
+  if (options.min_height_m != defaults.min_height_m &&
+      options.max_height_m != defaults.max_height_m) {
+    return "";
+  }
+  return "; for larger heights use min_height_mm, max_height_mm (--min-height, --max-height)";
 }
 
 std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {

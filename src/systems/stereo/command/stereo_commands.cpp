@@ -106,6 +106,18 @@ void CheckRows(const StereoArguments& a, const Reconstruction& made,
       kRowTolerance_px, a.near_mm, a.far_mm));
 }
 
+// The pixels of the left rectified picture that were removed for their color; outside the original
+// picture it is black.
+std::ptrdiff_t BluePixels(const Reconstruction& made) {
+  const auto& rgb = made.rectified.left.rgb;
+  std::ptrdiff_t count = 0;
+  for (std::size_t i = 0; i < made.kept.grey.size(); ++i) {
+    const bool black = rgb[3 * i] == 0 && rgb[3 * i + 1] == 0 && rgb[3 * i + 2] == 0;
+    count += made.kept.grey[i] == 0 && !black;
+  }
+  return count;
+}
+
 void Stereo(const StereoArguments& a) {
   const auto pair = ReadPicturePair(a.left, a.right);
   const auto options = OptionsFor(a, pair.colour);
@@ -131,6 +143,11 @@ void Stereo(const StereoArguments& a) {
   }
   geometry::WriteCloud(a.out, made.view.image);
   if (!a.pictures.empty()) WriteStereoPictures(made, a.pictures);
+  const auto blue = options.remove_blue && !options.table_W ? BluePixels(made) : 0;
+  if (blue > 0) {
+    spdlog::info("{} (the table) left out: --table-mm or --keep-blue",
+                 base::Counted(blue, "blue pixel"));
+  }
   spdlog::info("{}, {:.1f} mm apart, {:.0f} ms", base::Counted(points, "point"),
                made.view.spacing_m * base::kMmPerM, seconds * 1e3);
 }
@@ -199,7 +216,7 @@ void AddCalibrateOptions(CLI::App& command, CalibrateArguments& a, const Calibra
     command.add_option("--camera", a.camera, help.camera)->check(CLI::ExistingFile);
   }
   command.add_option("--views", a.views, help.views)
-      ->transform(cli::WholeNumber(1, help.max_views));
+      ->transform(cli::WholeNumber(ChessboardOptions{}.min_views, help.max_views));
   command.add_option("--seed", a.seed, "seed of the simulation (1)")->transform(cli::WholeNumber());
   command.add_option("--record", a.record, help.record);
 }
@@ -311,7 +328,9 @@ void AddCalibrateStereoCommand(CLI::App& app) {
       {.source = "folder with left_01.png, right_01.png, board_01.pcd and so on; or a scene (MJCF) "
                  "or experiment (YAML) to simulate a chessboard in",
        .out = "output calibration (YAML)",
-       .views = "number of simulated board poses (16)",
+       .views =
+           "number of simulated board poses (16); up to twice as many are drawn if they are too "
+           "similar",
        .max_views = 200,
        .record = "output folder for the simulated pictures and clouds"});
   command->footer(

@@ -41,6 +41,7 @@ class StereoSensor : public trial::Sensor {
   void Prepare() const override;
   void Rehearse(const sim::World& world) const override;
   bool Rehearses() const override { return true; }
+  bool WritesLook() const override { return true; }
   /// A folder next to the cloud holds the pictures, the disparities and the calibration.
   std::string WriteLook(const sim::World& world, base::Rng& rng,
                         const std::filesystem::path& cloud) const override;

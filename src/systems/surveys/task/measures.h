@@ -30,7 +30,7 @@ nlohmann::ordered_json MeasureSeparation(const geometry::CloudFile& cloud,
 nlohmann::ordered_json MeasureRotation(const trial::Cell& cell, const trial::Arrangement& scene,
                                        std::uint64_t seed, Seconds& seconds);
 /// For each object, the share of what the left camera sees that is reconstructed, and its errors,
-/// for parts of the image with and without texture.
+/// for parts of the image with and without texture. The cell's sensor must be a stereo camera.
 nlohmann::ordered_json MeasureReconstruction(const trial::Cell& cell,
                                              const trial::Arrangement& scene, std::uint64_t seed,
                                              Seconds& seconds);

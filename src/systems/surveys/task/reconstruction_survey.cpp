@@ -4,7 +4,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "stereo/sensing/stereo_sensor.h"
@@ -102,15 +101,14 @@ std::optional<double> Quantile(const Samples& s, double share, bool size) {
 
 ordered_json MeasureReconstruction(const trial::Cell& cell, const trial::Arrangement& scene,
                                    std::uint64_t seed, Seconds& seconds) {
-  const auto* sensor = dynamic_cast<const stereo::StereoSensor*>(cell.sensor.get());
-  if (!sensor) throw base::InputError("measure: reconstruction needs a stereo camera as `sensor`");
+  const auto& sensor = dynamic_cast<const stereo::StereoSensor&>(*cell.sensor);
   base::Rng rng = trial::StageStream(seed, "scan");
   const base::Stopwatch watch;
-  const auto look = sensor->Look(scene.world, rng);
+  const auto look = sensor.Look(scene.world, rng);
   seconds.emplace_back("scan", watch.Seconds());
 
   const auto& view = look.made.view;
-  const int step_px = sensor->setup().reconstruct.step_px;
+  const int step_px = sensor.setup().reconstruct.step_px;
   std::map<std::string, std::array<Samples, kKinds.size()>> objects;
   for (std::size_t i = 0; i < view.image.points_C.size(); ++i) {
     const auto label = static_cast<int>(look.truth.label[i]);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -7,6 +9,8 @@
 #include "base/file.h"
 #include "base/words.h"
 #include "experiment/experiment.h"
+#include "stereo/sensing/stereo_sensor.h"
+#include "surveys/separation.h"
 #include "surveys/task/measures.h"
 #include "trial/grasping_task.h"
 #include "trial/registry.h"
@@ -35,14 +39,16 @@ const Survey& SurveyOf(Quantity quantity) { return kSurveys[static_cast<std::siz
 /// Key of Stamp::data.
 constexpr const char* kMeasure = "measure";
 constexpr const char* kMeasured = "measured";  ///< the outcome
+constexpr const char* kTrialsPerObject = "trials_per_object";
 
 void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& clouds) {
   map.Read(kMeasure, quantity,
            "separation of touching objects, detection of rotational objects, or reconstruction by "
            "a stereo camera");
   map.ReadPath("clouds", clouds,
-               "separation: folder of recorded PCD clouds with a field `label` (0 nothing "
-               "measured, 1 to 9 table, 20 and more objects), instead of simulated scenes");
+               "separation: folder of recorded PCD clouds in the camera's frame (z forwards), "
+               "metres, with a field `label` (0 nothing measured, 1 to 9 table, objects from 20), "
+               "instead of simulated scenes");
 }
 
 /// A case is the scan of a trial; the arm does not move.
@@ -77,6 +83,27 @@ class SurveyTask : public trial::SceneTask {
   std::uint64_t seed_;
 };
 
+/// A recorded cloud of a depth camera. Without objects, any segmentation would count as right.
+geometry::CloudFile ReadLabelled(const std::filesystem::path& file) {
+  geometry::CloudFile cloud = geometry::ReadCloud(file);
+  const auto refuse = [&file](const std::string& why) {
+    throw base::InputError(file.string() + ": " + why);
+  };
+  if (cloud.labels.empty()) refuse("has no field `label`");
+  if (std::ranges::none_of(cloud.labels, [](auto label) { return label >= kFirstObject; })) {
+    refuse(fmt::format("no point has a label of {} or more (objects)", kFirstObject));
+  }
+  const double origin_z_m = cloud.sensor_origin.value_or(Eigen::Vector3d::Zero()).z();
+  for (const Eigen::Vector3d& p : cloud.points) {
+    if (!p.allFinite() || p.z() > origin_z_m) continue;
+    refuse(
+        fmt::format("is not in the camera's frame (z must be positive): a point has z {:.3g} m, "
+                    "the camera {:g}",
+                    p.z(), origin_z_m));
+  }
+  return cloud;
+}
+
 /// A case is a recorded cloud; its group is the file's name.
 class CloudSurvey : public experiment::Task {
  public:
@@ -87,6 +114,8 @@ class CloudSurvey : public experiment::Task {
     }
     std::ranges::sort(files_);
     if (files_.empty()) throw base::InputError(folder.string() + ": contains no *.pcd");
+    // A wrong one is refused before the first case.
+    for (const auto& file : files_) ReadLabelled(file);
   }
 
   std::vector<Case> Cases() const override {
@@ -100,8 +129,7 @@ class CloudSurvey : public experiment::Task {
 
   experiment::Result Run(const Case& which) const override {
     const auto& file = files_.at(static_cast<std::size_t>(which.params.Int("cloud")));
-    const auto cloud = geometry::ReadCloud(file);
-    if (cloud.labels.empty()) throw base::InputError(file.string() + ": has no field `label`");
+    const auto cloud = ReadLabelled(file);
     experiment::Result result{kMeasured, "perceive", "", "{}", {}};
     result.data = MeasureSeparation(cloud, options_, result.seconds).dump();
     return result;
@@ -126,12 +154,19 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   map.Require(kMeasure);
   if (!clouds.empty()) {
     if (quantity != Quantity::kSeparation) map.Fail("clouds", "only for `measure: separation`");
+    if (map.Has(kTrialsPerObject)) {
+      map.Fail(kTrialsPerObject, "--trials: not with `clouds`, each of which is one case");
+    }
     perception::PerceptionOptions options;
     perception::ReadOptions(map.Child("perception", ""), options);
     map.Finish();
     return std::make_unique<CloudSurvey>(clouds, std::move(options));
   }
   trial::Options options = trial::ReadOptions(map, common.seed);
+  if (quantity == Quantity::kReconstruction && options.sensor_type != stereo::kStereoCamera) {
+    map.Fail(kMeasure,
+             "reconstruction needs a stereo camera as `sensor`, not a " + options.sensor_type);
+  }
   if (!trial::ModelsPass(map, options, common)) return nullptr;
   trial::RequireOwnDetector(map, options);
   return std::make_unique<SurveyTask>(std::move(options), quantity, common.seed);
@@ -168,7 +203,7 @@ void RegisterSurveys() {
       {.name = "survey",
        .description = "Surveys of perception: scenes are arranged and scanned, the arm does not "
                       "move. Besides the keys below it has all keys of `task: grasping`.",
-       .trials_key = "trials_per_object",
+       .trials_key = surveys::kTrialsPerObject,
        .uses_seed = true,
        .success = {},
        .read = surveys::Read,

@@ -98,6 +98,17 @@ TEST_F(CylindersTest, TakesOtherUnitsACropAndTheMethodAsPublished) {
   EXPECT_THAT(mm.out, HasSubstr("stands"));
 }
 
+TEST_F(CylindersTest, AnotherUnitAndASensorInTheTablesPlaneAreNamed) {
+  auto image = Image();
+  image.origins_C = {Eigen::Vector3d::Zero()};
+  const auto run = [&](const std::string& name) {
+    return Cylinders(Write(name, image), {"--cylinder", "25.75,173"}).err;
+  };
+  EXPECT_THAT(run("zero.pcd"), HasSubstr("0,0,0 lies in the table's plane"));
+  for (auto& p : image.points_C) p *= 1000.0;
+  EXPECT_THAT(run("mm.pcd"), HasSubstr("m apart: try --unit mm"));
+}
+
 TEST_F(CylindersTest, BadInputIsRefused) {
   const std::string cloud = Write("cloud.pcd", Image());
   ExpectRefused(cloud, {}, "--cylinder");

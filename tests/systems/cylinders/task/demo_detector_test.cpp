@@ -51,6 +51,14 @@ TEST(DemoOptions, ShapesThatAreNoneAreNamed) {
   EXPECT_THAT(ErrorOf({"trials_per_object=4"}), HasSubstr("runs"));
 }
 
+TEST(DemoOptions, ShapesThatAreNotTheirObjectsAreNamed) {
+  EXPECT_THAT(
+      ErrorOf({"cylinders=[26.75x134, 25.75x173]"}),
+      HasSubstr("key 'cylinders': demo_tube is 51.5 x 51.5 x 173 mm, but 26.75x134 is given "
+                "(RADIUSxHEIGHT, in the order of `objects`)"));
+  EXPECT_THAT(ErrorOf({"cylinders=[25.75x173, 53.5x134]"}), HasSubstr("but 53.5x134 is given"));
+}
+
 TEST(DemoOptions, AnObjectBesideThemThatIsNoneIsNamed) {
   EXPECT_THAT(
       ErrorOf({"clutter.others=[spread, spraed, dextrose, melba_toast, coffee_cup, cleaner]"}),

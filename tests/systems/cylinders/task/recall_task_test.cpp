@@ -5,6 +5,7 @@
 
 #include "base/statistics.h"
 #include "cylinders/task/cylinders_task.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
 
 namespace rangegrasp::cylinders {
@@ -39,6 +40,19 @@ TEST(CylinderRecall, CountsHiddenOnesForNothingAndFalseOnesAgainstPrecision) {
               ElementsAre("radius [mm]", "0.500", "0.500", "0.500"));
   EXPECT_THAT(report.notes.at(0), HasSubstr("2 tables; precision 33.33 %"));
   EXPECT_THAT(report.notes.at(0), HasSubstr("1 of 3 detections; of the 2 false ones 1 are other"));
+}
+
+experiment::Experiment OpenRecall(const std::vector<std::string>& set) {
+  return experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/cylinder_recall.yaml",
+                                    {.set = set});
+}
+
+// Synthetic rays hit the given shapes themselves.
+TEST(CylinderRecall, ScannedObjectsHaveTheGivenShapes) {
+  const std::string swapped = "cylinders=[26.75x134, 25.75x173]";
+  EXPECT_THAT(testing_support::ErrorOf([&] { OpenRecall({swapped}); }),
+              HasSubstr("demo_tube is 51.5 x 51.5 x 173 mm, but 26.75x134 is given"));
+  EXPECT_NO_THROW(OpenRecall({swapped, "source=noisy"}));
 }
 
 // Synthetic rays. Of 40 given cylinders on 20 tables, nearly all visible ones are detected, nine

@@ -121,5 +121,39 @@ TEST(DescribeParts, ABallIsMeasured) {
   EXPECT_TRUE(parts[0].neighbors.empty());
 }
 
+// A can of strips: 30 million samples if a strip were sampled as densely across as along.
+TEST(DescribeParts, StripsAreMeasuredAsSquares) {
+  constexpr std::uint32_t kSides = 400;
+  const auto can = [](std::uint32_t rings) {
+    Shape shape;
+    for (std::uint32_t ring = 0; ring <= rings; ++ring) {
+      for (std::uint32_t k = 0; k < kSides; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / kSides;
+        shape.points.emplace_back(std::cos(angle), std::sin(angle), 4.0 * ring / rings);
+      }
+    }
+    for (std::uint32_t ring = 0; ring < rings; ++ring) {
+      for (std::uint32_t k = 0; k < kSides; ++k) {
+        const std::uint32_t a = ring * kSides + k, b = ring * kSides + (k + 1) % kSides;
+        shape.faces.push_back({a, b, b + kSides});
+        shape.faces.push_back({a, b + kSides, a + kSides});
+      }
+    }
+    return shape;
+  };
+  const auto described = [](const Shape& shape) {
+    Segmentation whole;
+    whole.label.assign(shape.faces.size(), 0);
+    whole.parts = 1;
+    return DescribeParts(shape, whole).front();
+  };
+  const PartDescription strips = described(can(1)), squares = described(can(80));
+  EXPECT_NEAR(strips.area, squares.area, 1e-9 * squares.area);
+  EXPECT_TRUE(strips.center.isApprox(squares.center, 1e-9));
+  // Samples are at most a 240th of the diagonal apart.
+  EXPECT_TRUE(strips.extents.isApprox(squares.extents, 0.02));
+  EXPECT_EQ(strips.function, squares.function);
+}
+
 }  // namespace
 }  // namespace rangegrasp::parts

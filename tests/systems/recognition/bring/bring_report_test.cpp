@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "base/units.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
@@ -69,9 +71,41 @@ TEST(BringTask, ItsSummaryIsTheLastExecutedGraspOfTheWantedObject) {
       summary({StepWith("rim", 0.0, false), StepWith("handle", 0.0, false), other, in_vain}),
       testing::StartsWith("grasp: 'handle' of the object's grasps.yaml, pads closing to "));
   EXPECT_THAT(summary({StepWith("", 0.0, false)}), testing::StartsWith("grasp: power, "));
+  Step planned = StepWith("", 0.0, false);
+  planned.why_not_named = "named grasps not used: 2 colliding";
+  EXPECT_THAT(summary({planned}), testing::EndsWith("; named grasps not used: 2 colliding"));
   EXPECT_EQ(summary({other, in_vain}), "");
   EXPECT_EQ(summary({}), "");
   EXPECT_EQ(BringTask().summary({"crashed", "arrange", "", "{}", {}}), "");
+}
+
+TEST(WhyNotNamed, CountsThemByReason) {
+  grasp::NamedGrasps known;
+  grasp::Detection detection;
+  detection.grasps.resize(4);  // the last one was planned
+  EXPECT_EQ(WhyNotNamed(known, detection), "");
+  known.grasps.emplace_back();
+  EXPECT_EQ(WhyNotNamed(known, detection), "named grasps not used: none is for this use and pose");
+  for (int i = 0; i < 3; ++i) detection.grasps[i].name = "top";
+  detection.grasps[0].collides = detection.grasps[1].collides = true;
+  EXPECT_EQ(WhyNotNamed(known, detection),
+            "named grasps not used: 2 colliding, 1 without a path or tried before");
+}
+
+TEST(BringRecord, AnAttemptThatEndsWithThePersonIsNotMisplaced) {
+  Step taken = StepWith("", 0.0, false);
+  taken.attempt.outcome = trial::Outcome::kMisplaced;
+  taken.attempt.detail = "too far away";
+  taken.attempt.log->held_after_carry = true;
+  const auto attempt_of = [](const Step& step) {
+    const auto record = RecordOf("cup", "handed_over", {step});
+    return nlohmann::json::parse(record.result.data).at("attempts").at(0);
+  };
+  EXPECT_EQ(attempt_of(taken).at("outcome"), "misplaced") << "put aside";
+  EXPECT_EQ(attempt_of(taken).at("detail"), "too far away");
+  taken.attempt.log->hand_over = sim::HandOverLog{.felt = true, .taken = true};
+  EXPECT_EQ(attempt_of(taken).at("outcome"), "handed_over");
+  EXPECT_EQ(attempt_of(taken).at("detail"), "");
 }
 
 // Each seed has its own records of all objects.

@@ -29,6 +29,27 @@ TEST(Bring, AnUnknownObjectNeedsAnExperimentThatListsIt) {
                                  "others need an experiment file that lists them");
 }
 
+TEST(Bring, CheckNamesKnownGraspsThatTheHandDoesNotOpenFor) {
+  const testing_support::TempFolder folder;
+  const std::string source = RANGEGRASP_SOURCE_DIR;
+  folder.Write("objects/slab/slab.xml",
+               "<mujoco><worldbody><body name=\"slab\"><freejoint/><geom type=\"box\" "
+               "size=\".02 .10 .03\" mass=\"0.2\"/></body></worldbody></mujoco>");
+  const std::string at = "    at_mm: [0, 0, 20]\n    approach: [0, 0, -1]\n";
+  folder.Write("objects/slab/grasps.yaml",
+               "grasps:\n  across:\n" + at +
+                   "    closing: [1, 0, 0]\n    width_mm: 40\n  along:\n" + at +
+                   "    closing: [0, 1, 0]\n    width_mm: 200\n");
+  const auto file = folder.Write(
+      "own.yaml",
+      "task: bring\nname: own\nscene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
+          "/models/sensors/line_scanner.yaml\nobject_folder: objects\n" + "objects: [slab]\n");
+  const auto ran = Succeeded(RunProgram({"check", file}));
+  EXPECT_THAT(ran.out, HasSubstr("grasp 'along': its width_mm is 200, but the hand opens only "));
+  EXPECT_THAT(ran.out, HasSubstr("it is never used"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("'across'")));
+}
+
 TEST(Scan, TakesEveryExperimentThatArrangesObjects) {
   const testing_support::TempFolder folder;
   const auto scan = [&](const char* experiment) {

@@ -20,8 +20,10 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 using testing_support::Command;
+using testing_support::ExpectRefused;
 using testing_support::Ran;
 using testing_support::RunProgram;
+using testing_support::Succeeded;
 using testing_support::TempFolder;
 
 const std::string kSource = RANGEGRASP_SOURCE_DIR;
@@ -166,6 +168,48 @@ TEST_F(ExportTest, ResultsOfAnotherRunAreNotTouched) {
   EXPECT_THAT(ran.err, HasSubstr("holds the results of a run; choose another folder with --out"));
   EXPECT_EQ(base::ReadFile(Folder("other/results.sqlite")), before);
   EXPECT_FALSE(std::filesystem::exists(Folder("other/records.csv")));
+}
+
+// A copy of the run with other values in its stamp, or the begun export of such a run.
+void WriteChangedRun(const std::string& of, const std::string& folder,
+                     const std::map<std::string, std::string>& identity, bool begun = false) {
+  const auto run = experiment::Store::Open(of);
+  auto another = experiment::Store::Create(folder);
+  auto stamp = run.ReadStamp();
+  for (const auto& [name, value] : identity) stamp.identity[name] = value;
+  if (begun) stamp.data["export"] = "clouds";
+  another.WriteStamp(stamp);
+  for (const auto& record : run.ReadAll()) another.Write(record);
+  another.Finish();
+}
+
+TEST_F(ExportTest, ExportsOfTwoRunsAreNotMixed) {
+  WriteChangedRun(Folder("run"), Folder("changed"), {{"seed", "2"}});
+  WriteChangedRun(Folder("run"), Folder("begun"), {{"seed", "2"}}, /*begun=*/true);
+  WriteChangedRun(Folder("run"), Folder("resumed"), {{"cases", "5"}});
+  const auto before = std::filesystem::last_write_time(Folder("set/records.csv"));
+  ExpectRefused({"export", Folder("changed"), "-o", Folder("set")},
+                "set: contains the export of another run (laser_single: rangegrasp ");
+  ExpectRefused({"export", Folder("run"), "-o", Folder("changed")}, "holds the results of a run");
+  ExpectRefused({"export", Folder("run"), "-o", Folder("begun")}, "results of another run");
+  EXPECT_EQ(std::filesystem::last_write_time(Folder("set/records.csv")), before);
+  for (const char* same : {"resumed", "run"}) {
+    Succeeded(RunProgram({"export", Folder(same), "-o", Folder("set")}));
+  }
+}
+
+TEST_F(ExportTest, ExportsOfOneAndOfSeveralSeedsAreNotMixed) {
+  for (const char* seed : {"seeds/seed-1", "seeds/seed-2"}) {
+    std::filesystem::create_directories(Folder(seed));
+    std::filesystem::copy_file(Folder("run/results.sqlite"),
+                               Folder(seed) + std::string("/results.sqlite"));
+  }
+  for (int i = 0; i < 2; ++i) {  // it may be repeated
+    Succeeded(RunProgram({"export", Folder("seeds"), "-o", Folder("of_seeds")}));
+  }
+  ExpectRefused({"export", Folder("run"), "-o", Folder("of_seeds")}, "contains several seeds");
+  ExpectRefused({"export", Folder("seeds"), "-o", Folder("set")},
+                "contains the export of one seed");
 }
 
 TEST_F(ExportTest, WhatItCannotExportIsTold) {

@@ -266,6 +266,25 @@ TEST_F(SeamTest, ZerosFarFromAllOtherHeightsAreNamed) {
   EXPECT_EQ(Succeeded(Detect({file, "--no-value", "0"})).err, "");
 }
 
+TEST_F(SeamTest, TimesInMillisecondsAreNamed) {
+  const auto times = [&](const char* name, const std::vector<double>& column) {
+    std::string text;
+    for (const double time : column) text += fmt::format("{},", time) + Row(120);
+    return folder_.Write(name, text).string();
+  };
+  const std::string ms = times("ms.csv", {0, 20, 40, 60});
+  const auto warnings = [&](const std::string& file, const std::string& set) {
+    return Succeeded(Detect({file, "--time-column", "1", "--set", set})).err;
+  };
+  EXPECT_THAT(warnings(ms, "file.time_unit_s=1"),
+              HasSubstr(ms + ": 20 s between profiles: is the time in s (--set "
+                             "file.time_unit_s=0.001 if it is in ms)?"));
+  EXPECT_EQ(warnings(ms, "file.time_unit_s=0.001"), "");
+  // A pause is not the usual interval.
+  EXPECT_THAT(warnings(times("s.csv", {0, 0.02, 0.04, 20}), "file.time_unit_s=1"),
+              testing::Not(HasSubstr("is the time in s")));
+}
+
 // ---- formats of other sensors ----
 
 TEST_F(SeamTest, ASensorThatExportsItsOwnFormatIsReadByItsPreset) {
@@ -458,6 +477,7 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
     const Ran ran = Succeeded(RunProgram({"seam", "calibrate", File(name), "--bases",
                                           File("body.bases.csv"), "-o", File("c.yaml")}));
     EXPECT_THAT(ran.err, HasSubstr("12.0"));  // columns per mm
+    EXPECT_THAT(ran.err, testing::ContainsRegex("residual 0[.]0[0-9]+ mm rms"));
     const Ran with = RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("c.yaml")});
     const Ran known =
         RunProgram({"seam", "detect", File("r.csv"), "--calibration", File("r.calibration.yaml")});
@@ -474,6 +494,11 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
   ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
                  "--step-heights-mm", "0,4,9", "-o", File("d")},
                 "body.csv: ");
+  ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
+                 "--step-heights-mm", "0,4,10,18,10,4,0", "-o", File("d")},
+                "body.csv: the scans do not fit steps of 0,4,10,18,10,4,0 mm (residual 2.9 mm): "
+                "check --step-heights-mm and --bases");
+  EXPECT_FALSE(std::filesystem::exists(File("d")));
 }
 
 TEST_F(SeamTest, AnOutputThatCannotBeMadeIsNamedBeforeTheWork) {

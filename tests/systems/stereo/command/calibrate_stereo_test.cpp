@@ -57,6 +57,12 @@ TEST_F(CalibrateStereo, PicturesWithoutTheChessboardAreNamed) {
   ExpectRefused({"--corners", "7x5"}, "no chessboard with 7 x 5 inner corners");
 }
 
+TEST_F(CalibrateStereo, FewerViewsThanAreNeededAreNotDrawn) {
+  for (const char* views : {"1", "5", "201"}) {
+    ExpectRefused({"--views", views}, "must be a whole number from 6 to 200");
+  }
+}
+
 TEST_F(CalibrateStereo, CornersAreTwoNumbers) {
   WriteView();
   for (const char* corners : {"9", "9x", "9x6x2", "2x6", "nine"}) {

@@ -87,6 +87,12 @@ TEST_F(StereoTest, MakesACloudOfTheBoxesAndTheTable) {
   EXPECT_EQ(image::ReadPng<image::Grey16>(folder_ / "made" / "disparity16.png").width, 400);
 }
 
+TEST_F(StereoTest, SaysHowManyBluePixelsAreLeftOut) {
+  EXPECT_THAT(Stereo().err, testing::ContainsRegex("[0-9]{4,} blue pixels .the table. left out"));
+  EXPECT_THAT(Stereo({"--table-mm", "0"}).err, testing::Not(HasSubstr("left out")));
+  EXPECT_THAT(Stereo({"--keep-blue"}).err, testing::Not(HasSubstr("left out")));
+}
+
 TEST_F(StereoTest, TakesTwoGreyPictures) {
   image::WritePng(folder_ / "left.png", RedOf(*left_));
   image::WritePng(folder_ / "right.png", RedOf(*right_));
