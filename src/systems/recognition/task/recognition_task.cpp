@@ -476,8 +476,8 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
           {.error = false,
            .where = common.file.string(),
            .element = "sensor",
-           .what = "a stereo camera alone found no known object so far: its noise is larger than "
-                   "the 3 mm within which a model explains a sample",
+           .what = "a stereo camera alone found none of the known objects so far: its noise is "
+                   "larger than the 3 mm within which a model explains a sample",
            .cure = "use a sensor with a laser, e.g. models/sensors/line_scanner.yaml"});
       return common.on_findings(findings);
     };
