@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
+#include "shipped_cell.h"
 #include "temp_folder.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
@@ -285,12 +286,9 @@ TEST(Arranger, MoreTouchingObjectsThanThereAreOthersAreRefused) {
 TEST(Arranger, WhatAnArrangementLacksIsNamedWithFileAndLine) {
   const testing_support::TempFolder folder;
   const auto error = [&](const std::string& arrangement) {
-    const std::string source = RANGEGRASP_SOURCE_DIR;
     const auto file = folder.Write(
-        "e.yaml", "scene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
-                      "/models/sensors/line_scanner.yaml\nobject_folder: " + source +
-                      "/models/objects\nobjects: [spread, dextrose]\narrangement: " + arrangement +
-                      "\n");
+        "e.yaml", testing_support::kShippedCell +
+                      ("objects: [spread, dextrose]\narrangement: " + arrangement) + "\n");
     return testing_support::ErrorOf<base::InputError>(
         [&] { experiment::OpenExperiment(file, {}); });
   };

@@ -13,6 +13,7 @@
 #include "experiment/experiment.h"
 #include "geometry/cloud_file.h"
 #include "geometry/mesh_file.h"
+#include "shipped_cell.h"
 #include "temp_folder.h"
 #include "trial/grasping_task.h"
 #include "trial/registry.h"
@@ -408,12 +409,9 @@ TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
 TEST_F(Outside, AFileThatCannotBeStartedIsNamedWithItsCure) {
   const auto file = files_.Write("detector.py", "#!/usr/bin/env python3\n").string();
   const auto open = [&](const std::string& command) {
-    const std::string source = RANGEGRASP_SOURCE_DIR;
     const auto experiment = files_.Write(
-        "e.yaml", "name: demo\nscene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
-                      "/models/sensors/line_scanner.yaml\nobject_folder: " + source +
-                      "/models/objects\nobjects: [coffee_cup]\ndetector: {command: [" + command +
-                      "]}\n");
+        "e.yaml", std::string("name: demo\n") + testing_support::kShippedCell +
+                      "objects: [coffee_cup]\ndetector: {command: [" + command + "]}\n");
     return testing_support::MessageOf<base::InputError>(
         [&] { experiment::OpenExperiment(experiment); });
   };

@@ -116,7 +116,7 @@ class ClearingExperiment : public trial::SceneTask {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
-    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    auto arranged = Arrange(which, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     const double arrange_s = watch.Restart();
     const int max_grasps = options_.max_grasps > 0

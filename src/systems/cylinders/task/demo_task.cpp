@@ -270,7 +270,7 @@ class DemoExperiment : public trial::SceneTask {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
-    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    auto arranged = Arrange(which, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     const double arrange_s = watch.Seconds();
     ordered_json data = JsonOf(*arranged);

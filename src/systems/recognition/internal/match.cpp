@@ -18,6 +18,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geometry::Points;
+using recognition::TurnAbout;
 
 /// A segment that exceeds the object's length or height by more cannot be this object alone.
 constexpr double kTooLarge_m = 0.015;
@@ -145,7 +146,7 @@ Points Every(std::size_t step, const Points& points) {
 }
 
 base::Pose TurnAbout(double angle_rad, const Vector3d& axis_B, const Vector3d& about_B) {
-  return recognition::TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
+  return TurnAbout(Eigen::AngleAxisd(angle_rad, axis_B).toRotationMatrix(), about_B);
 }
 
 /// The middle of the hull's extents along the principal axes.
@@ -340,9 +341,7 @@ base::Pose Match::Aimed(const base::Pose& X_CB) const {
     for (int k = 0; k < turns; ++k) {
       const Eigen::AngleAxisd about(2.0 * base::kPi * k / turns,
                                     symmetry.axis_B.value_or(Vector3d::UnitZ()));
-      consider(
-          X_CB * recognition::TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B),
-          best);
+      consider(X_CB * TurnAbout(rotation * about.toRotationMatrix(), symmetry.center_B), best);
     }
   }
   for (const double step_rad : kPrintSteps_rad) {

@@ -313,7 +313,7 @@ class Recognition : public trial::SceneTask {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
-    auto arranged = trial::ArrangeTrial(cell_, spec, redraws);
+    auto arranged = Arrange(which, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
