@@ -228,6 +228,11 @@ struct MergeOptions {
   double max_lone_length_m = 0.25;
   double max_lone_height_m = 0.12;               ///< height of its top; stacks are higher
   double max_lone_crease_rad = base::Deg(55.0);  ///< mean angle of a concave edge between two parts
+  // Limbs of the largest of such parts. Their edges may be sharp, and a shadow may separate them.
+  double max_limb_m = 0.06;     ///< length and height; things that are grasped are larger
+  double max_limb_share = 0.5;  ///< points, as a share of the body's; two small things are alike
+  double limb_gap_m = 0.02;     ///< larger: things that stand beside each other are joined
+  double max_limbed_width_m = 0.16;  ///< of a body with limbs only; a hand grasps the body
 };
 
 /// Open boxes that objects lie in (internal/container.h).

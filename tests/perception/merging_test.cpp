@@ -463,6 +463,50 @@ TEST(MergeLone, JoinsWhatStandsAloneAndFitsAHand) {
   EXPECT_EQ(Valley{.neighbor = true}.Parts(), 3U);
 }
 
+/// A flat body of 80 x 60 mm with a square limb at each of its sides.
+struct Limbed {
+  double half_m = 0.012;  ///< half a limb's side
+  double gap_m = 0.015;   ///< between body and limb
+  double rise_deg = 0.0;  ///< how steeply the limbs rise from the body
+  std::size_t limbs = 4;
+
+  std::size_t Parts() const {
+    Analytic shape;
+    std::vector<Indices> segments = {
+        shape.AddRectangle({0.0, 0.0, 0.05}, {0.04, 0.0, 0.0}, {0.0, 0.03, 0.0})};
+    const double rise = base::Deg(rise_deg);
+    for (std::size_t k = 0; k < limbs; ++k) {
+      const Vector3d out =
+          Eigen::AngleAxisd(0.5 * M_PI * static_cast<double>(k), Vector3d::UnitZ()) *
+          Vector3d::UnitX();
+      const Vector3d along = half_m * (std::cos(rise) * out + std::sin(rise) * Vector3d::UnitZ());
+      const double edge_m = k % 2 == 0 ? 0.04 : 0.03;
+      segments.push_back(
+          shape.AddRectangle(Vector3d(0.0, 0.0, 0.05) + (edge_m + gap_m) * out + along, along,
+                             half_m * Vector3d::UnitZ().cross(out)));
+    }
+    const Given given(shape.cloud);
+    std::vector<Part> parts;
+    for (const Indices& segment : segments) parts.push_back(given.Describe(segment));
+    base::Rng rng(1);
+    MergeLone(given.Context(), parts, rng);
+    return parts.size();
+  }
+};
+
+TEST(MergeLone, JoinsLimbsWithTheirBody) {
+  EXPECT_EQ(Limbed{}.Parts(), 1U);
+  EXPECT_EQ(Limbed{.gap_m = 0.024}.Parts(), 5U);
+  EXPECT_EQ((Limbed{.gap_m = 0.002, .rise_deg = 80.0}.Parts()), 1U);
+  EXPECT_EQ((Limbed{.half_m = 0.022, .limbs = 1}.Parts()), 1U);
+  EXPECT_EQ((Limbed{.half_m = 0.022, .gap_m = 0.018}.Parts()), 5U);  // wider than 0.16 m
+}
+
+TEST(MergeLone, DoesNotJoinThingsThatAreAlike) {
+  EXPECT_EQ((Limbed{.half_m = 0.027, .limbs = 1}.Parts()), 2U);
+  EXPECT_EQ((Limbed{.half_m = 0.027, .gap_m = 0.002, .rise_deg = 80.0, .limbs = 1}.Parts()), 2U);
+}
+
 // Compares with all distances. Only one half of the cube of side 1 has points of the part, so
 // queries lie within and beyond the gap, and inside and outside the box.
 TEST(PartSurface, GivesTheNearestPointWithinTheGapAndNoOther) {

@@ -280,10 +280,18 @@ double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vec
   return sum_rad / static_cast<double>(touch.pairs.size());
 }
 
-bool FitsAHand(const Footprint& footprint, const MergeOptions& options) {
+bool FitsAHand(const Footprint& footprint, double max_width_m, const MergeOptions& options) {
   const Rectangle around = MinAreaRectangle(footprint.hull.corners);
-  return footprint.top_m <= options.max_lone_height_m &&
-         around.width_m <= options.max_lone_width_m && around.length_m <= options.max_lone_length_m;
+  return footprint.top_m <= options.max_lone_height_m && around.width_m <= max_width_m &&
+         around.length_m <= options.max_lone_length_m;
+}
+
+/// Whether a part is no larger than a limb of a body: an ear or a leg of a toy.
+bool MayBeLimb(const ObjectContext& context, const Part& part) {
+  const Footprint footprint = MakeFootprint(context, part);
+  const double max_m = context.options.merge.max_limb_m;
+  return MinAreaRectangle(footprint.hull.corners).length_m <= max_m &&
+         footprint.top_m - footprint.base_m <= max_m;
 }
 
 Indices Shared(const Indices& points, const Indices& of) {
@@ -424,13 +432,25 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
   geometry::UnionFind groups(parts.size());
   std::deque<PartSurface> surfaces;
   std::vector<Touch> touches;
+  std::vector<bool> may_be_limb;
+  const auto is_limb_of = [&](std::uint32_t limb, std::uint32_t body) {
+    return may_be_limb[limb] &&
+           static_cast<double>(parts[limb].points.size()) <
+               options.max_limb_share * static_cast<double>(parts[body].points.size());
+  };
   for (std::uint32_t b = 0; b < parts.size(); ++b) {
     PartSurface& surface = surfaces.emplace_back(Select(context.cloud.points, parts[b].points));
+    may_be_limb.push_back(MayBeLimb(context, parts[b]));
     for (std::uint32_t a = 0; a < b; ++a) {
+      const bool limb = is_limb_of(a, b) || is_limb_of(b, a);
       auto pairs = Across(context, parts[a], parts[b], surface, options.fragment_gap_m);
-      if (pairs.empty()) continue;
-      groups.Unite(a, b);
-      touches.push_back({a, b, std::move(pairs)});
+      if (!pairs.empty()) {
+        groups.Unite(a, b);
+        touches.push_back({a, b, std::move(pairs)});
+      } else if (limb &&
+                 !Across(context, parts[a], parts[b], surface, options.limb_gap_m).empty()) {
+        groups.Unite(a, b);
+      }
     }
   }
   std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // by root, in their order
@@ -443,9 +463,16 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
       whole.points.insert(whole.points.end(), parts[i].points.begin(), parts[i].points.end());
     }
     std::ranges::sort(whole.points);
-    if (!FitsAHand(MakeFootprint(context, whole), options)) continue;
+    const auto body =
+        *std::ranges::max_element(group, {}, [&](auto i) { return parts[i].points.size(); });
+    const bool has_limbs_only =
+        std::ranges::all_of(group, [&](auto i) { return i == body || is_limb_of(i, body); });
+    const double max_width_m =
+        has_limbs_only ? options.max_limbed_width_m : options.max_lone_width_m;
+    if (!FitsAHand(MakeFootprint(context, whole), max_width_m, options)) continue;
     const bool sharp = std::ranges::any_of(touches, [&, root = root](const Touch& touch) {
-      return groups.Find(touch.a) == root &&
+      return groups.Find(touch.a) == root && !is_limb_of(touch.a, body) &&
+             !is_limb_of(touch.b, body) &&
              CreaseAt(context, touch, parts, surfaces) > options.max_lone_crease_rad;
     });
     if (sharp) continue;
