@@ -410,6 +410,19 @@ TEST(MergeFragments, LooksAgainAtAHostThatHasGrown) {
   EXPECT_EQ(parts[0].points.size(), shape.cloud.size());
 }
 
+/// Number of parts that MergeLone makes of the segments; it loses no point.
+std::size_t PartsOfLone(const Analytic& shape, const std::vector<Indices>& segments) {
+  const Given given(shape.cloud);
+  std::vector<Part> parts;
+  for (const Indices& segment : segments) parts.push_back(given.Describe(segment));
+  base::Rng rng(1);
+  MergeLone(given.Context(), parts, rng);
+  std::size_t points = 0;
+  for (const Part& part : parts) points += part.points.size();
+  EXPECT_EQ(points, shape.cloud.size());
+  return parts.size();
+}
+
 /// Two faces that meet in a valley above the table, with options for the rest of the scene.
 struct Valley {
   double crease_deg = 40.0;
@@ -435,15 +448,7 @@ struct Valley {
       segments.push_back(
           shape.AddRectangle({end_m + 0.105, 0.0, 0.06}, {0.1, 0.0, 0.0}, {0.0, 0.03, 0.0}));
     }
-    const Given given(shape.cloud);
-    std::vector<Part> parts;
-    for (const Indices& segment : segments) parts.push_back(given.Describe(segment));
-    base::Rng rng(1);
-    MergeLone(given.Context(), parts, rng);
-    std::size_t points = 0;
-    for (const Part& part : parts) points += part.points.size();
-    EXPECT_EQ(points, shape.cloud.size());
-    return parts.size();
+    return PartsOfLone(shape, segments);
   }
 };
 
@@ -477,7 +482,7 @@ struct Limbed {
     const double rise = base::Deg(rise_deg);
     for (std::size_t k = 0; k < limbs; ++k) {
       const Vector3d out =
-          Eigen::AngleAxisd(0.5 * M_PI * static_cast<double>(k), Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(base::Deg(90.0 * static_cast<double>(k)), Vector3d::UnitZ()) *
           Vector3d::UnitX();
       const Vector3d along = half_m * (std::cos(rise) * out + std::sin(rise) * Vector3d::UnitZ());
       const double edge_m = k % 2 == 0 ? 0.04 : 0.03;
@@ -485,12 +490,7 @@ struct Limbed {
           shape.AddRectangle(Vector3d(0.0, 0.0, 0.05) + (edge_m + gap_m) * out + along, along,
                              half_m * Vector3d::UnitZ().cross(out)));
     }
-    const Given given(shape.cloud);
-    std::vector<Part> parts;
-    for (const Indices& segment : segments) parts.push_back(given.Describe(segment));
-    base::Rng rng(1);
-    MergeLone(given.Context(), parts, rng);
-    return parts.size();
+    return PartsOfLone(shape, segments);
   }
 };
 

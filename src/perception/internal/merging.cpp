@@ -1,6 +1,5 @@
 #include "perception/internal/merging.h"
 
-#include <deque>
 #include <map>
 #include <numeric>
 #include <ranges>
@@ -251,7 +250,7 @@ struct Touch {
 /// The mean angle [rad] of the edge along which two parts meet, > 0 if it is concave: between the
 /// mean normals of each part's points within the gap of the edge.
 double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vector<Part>& parts,
-                std::deque<PartSurface>& surfaces) {
+                const std::vector<Footprint>& footprints) {
   const PointCloud& cloud = context.cloud;
   struct Side {
     Vector3d center = Vector3d::Zero();
@@ -260,7 +259,7 @@ double CreaseAt(const ObjectContext& context, const Touch& touch, const std::vec
   const auto side_at = [&](std::uint32_t part, std::uint32_t point) {
     Side side;
     const auto near =
-        surfaces[part].Within(cloud.points[point], context.options.merge.fragment_gap_m);
+        footprints[part].surface->Within(cloud.points[point], context.options.merge.fragment_gap_m);
     for (const auto& n : near) {
       const auto i = parts[part].points[n.index];
       side.center += cloud.points[i] / static_cast<double>(near.size());
@@ -287,11 +286,9 @@ bool FitsAHand(const Footprint& footprint, double max_width_m, const MergeOption
 }
 
 /// Whether a part is no larger than a limb of a body: an ear or a leg of a toy.
-bool MayBeLimb(const ObjectContext& context, const Part& part) {
-  const Footprint footprint = MakeFootprint(context, part);
-  const double max_m = context.options.merge.max_limb_m;
-  return MinAreaRectangle(footprint.hull.corners).length_m <= max_m &&
-         footprint.top_m - footprint.base_m <= max_m;
+bool MayBeLimb(const Footprint& footprint, const MergeOptions& options) {
+  return MinAreaRectangle(footprint.hull.corners).length_m <= options.max_limb_m &&
+         footprint.top_m - footprint.base_m <= options.max_limb_m;
 }
 
 Indices Shared(const Indices& points, const Indices& of) {
@@ -430,27 +427,23 @@ void MergeFragments(const ObjectContext& context, std::vector<Part>& parts, base
 void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng& rng) {
   const MergeOptions& options = context.options.merge;
   geometry::UnionFind groups(parts.size());
-  std::deque<PartSurface> surfaces;
+  std::vector<Footprint> footprints;
   std::vector<Touch> touches;
-  std::vector<bool> may_be_limb;
+  // A limb of any part is one of the largest part of its group, too.
   const auto is_limb_of = [&](std::uint32_t limb, std::uint32_t body) {
-    return may_be_limb[limb] &&
-           static_cast<double>(parts[limb].points.size()) <
-               options.max_limb_share * static_cast<double>(parts[body].points.size());
+    return static_cast<double>(parts[limb].points.size()) <
+               options.max_limb_share * static_cast<double>(parts[body].points.size()) &&
+           MayBeLimb(footprints[limb], options);
   };
   for (std::uint32_t b = 0; b < parts.size(); ++b) {
-    PartSurface& surface = surfaces.emplace_back(Select(context.cloud.points, parts[b].points));
-    may_be_limb.push_back(MayBeLimb(context, parts[b]));
+    footprints.push_back(MakeFootprint(context, parts[b]));
     for (std::uint32_t a = 0; a < b; ++a) {
       const bool limb = is_limb_of(a, b) || is_limb_of(b, a);
-      auto pairs = Across(context, parts[a], parts[b], surface, options.fragment_gap_m);
-      if (!pairs.empty()) {
-        groups.Unite(a, b);
-        touches.push_back({a, b, std::move(pairs)});
-      } else if (limb &&
-                 !Across(context, parts[a], parts[b], surface, options.limb_gap_m).empty()) {
-        groups.Unite(a, b);
-      }
+      auto pairs = Across(context, parts[a], parts[b], *footprints[b].surface,
+                          limb ? options.limb_gap_m : options.fragment_gap_m);
+      if (pairs.empty()) continue;
+      groups.Unite(a, b);
+      touches.push_back({a, b, std::move(pairs)});
     }
   }
   std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // by root, in their order
@@ -473,7 +466,7 @@ void MergeLone(const ObjectContext& context, std::vector<Part>& parts, base::Rng
     const bool sharp = std::ranges::any_of(touches, [&, root = root](const Touch& touch) {
       return groups.Find(touch.a) == root && !is_limb_of(touch.a, body) &&
              !is_limb_of(touch.b, body) &&
-             CreaseAt(context, touch, parts, surfaces) > options.max_lone_crease_rad;
+             CreaseAt(context, touch, parts, footprints) > options.max_lone_crease_rad;
     });
     if (sharp) continue;
     parts[group.front()] = DescribePart(context, std::move(whole.points), rng);
