@@ -22,7 +22,7 @@ FIELDS = {
     "X_WG": "(grasps, 4, 4): frame of the grasp, x the closing direction, z out of the hand",
     "approach": "(grasps, 3): unit vector of the straight approach",
     "width": "(grasps,) [m]: expected width between the closed pads",
-    "score": "(grasps,): of the built-in method",
+    "score": "(grasps,): of the built-in method, which orders by it: predicted probability of delivery or, with grasp.score=rules, of the rules",
     "features": "(grasps, features) float32: what is known of the grasp from the scan; the card's feature_names",
     "outcome": "(grasps,) text: delivered, no_grasp, no_path, not_lifted, dropped, misplaced or invalid_physics",
     "object": "(grasps,) text: the object that the grasp was at; ground truth",

@@ -258,6 +258,8 @@ class Results:
     def compare(self, other: "Results") -> dict[str, float]:
         """This run and another one on the same trials: `pairs`, `both`, `only_first`, `only_second`, `same_outcome` and `p_value`
         (McNemar's exact test of the success rate). InputError for a task without a success, e.g. times."""
+        if not isinstance(other, Results):
+            raise TypeError(f"other must be Results, e.g. rg.load(folder), not {other!r}")
         return _core.compare(str(self.folder), str(other.folder))
 
     def report(self, folder: str | os.PathLike[str] | None = None, jobs: int = 1, run_detector: bool = False) -> Path:
@@ -333,7 +335,7 @@ def evaluate(detect: Detect | DetectBatch | None = None, experiment: str | os.Pa
     out : path, optional
         Results folder; a new temporary one if not given.
     resume, overwrite : bool
-        Go on with results in `out`, or throw them away.
+        Go on with results in `out`, or throw them away; not both.
     set : str or sequence of str
         Keys of the experiment to change, "key.inner=value".
     batch : int, optional

@@ -119,6 +119,8 @@ class Scene:
         seed : int, optional
             Of planning and of the hand's sensors; that of the trial if not given.
         """
+        if not isinstance(grasp, Grasp):
+            raise TypeError(f"grasp must be one Grasp, e.g. scene.perceive().grasps[0], not {type(grasp).__name__}")
         X_WG = _matrix4(grasp.X_WG, "X_WG")
         samples = [] if grasp.samples is None else _positions(grasp.samples)
         return Outcome(*self._core.grasp(X_WG, float(grasp.width), grasp._approach, samples,
@@ -164,7 +166,7 @@ class Scene:
         return self._core.truth()
 
 
-def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | None = None, up: Any = None,
+def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, crop: Any = None, noise: float | None = None, up: Any = None,
              segmentation: str = "convexity", scene: str | os.PathLike[str] = "", seed: int = 1,
              grasped: int | None = None) -> Found:
     """Finds objects and grasps in any cloud of objects on a table, as `rangegrasp perceive` does.
@@ -175,6 +177,9 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
         NaN or, in an array, 0,0,0 where nothing was measured. A range image keeps its rows and columns.
     X_WV : (4, 4) array, optional
         Pose of the sensor in the frame of the points; at their origin if not given. Belongs to an array.
+    crop : six floats [m], optional
+        Use only points between x,y,z and x,y,z, the low and the high corner of a box in the frame of the points, e.g.
+        (-0.3, -0.3, -1, 0.3, 0.3, 1): without it a robot and the table's edge are objects.
     noise : float, optional
         Standard deviation of the points [m], where it is known better than it can be measured.
     up : (3,) array, optional
@@ -196,7 +201,7 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
     Raises
     ------
     InputError
-        If there are fewer than 100 points, no table, or a noise below 0.
+        If there are fewer than 100 points, no table, a noise below 0, or no points in `crop`.
 
     Warns
     -----
@@ -213,8 +218,9 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, noise: float | No
         if array.ndim == 2:
             array = array[None]
         scan = Scan([View(array, np.eye(4) if X_WV is None else np.asarray(X_WV, dtype=np.float64))])
+    corners = None if crop is None else np.asarray(crop, dtype=np.float64).ravel().tolist()
     upwards: Floats | None = None if up is None else np.ascontiguousarray(up, dtype=np.float64)
-    core = _core.perceive(scan._core(), noise, upwards, segmentation, str(Path(scene)) if scene else "", seed,
+    core = _core.perceive(scan._core(), corners, noise, upwards, segmentation, str(Path(scene)) if scene else "", seed,
                           2**31 if grasped is None else grasped, scan is points or X_WV is not None)
     for text in core.pop("warnings"):
         warnings.warn(text, stacklevel=2)

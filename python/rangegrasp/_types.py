@@ -139,11 +139,14 @@ class Grasp:
     approach : (3,) float64 or None
         Unit vector of the straight approach in W; None: z of G.
     score : float
-        Higher is tried earlier.
+        Higher is tried earlier. What is perceived is ordered by it: by `probability` or, without one, by rules, whose values are
+        comparable within a `type` only.
     opening, object, type, collides, contact_angle, samples
         What `perceive` knows besides: gap of the pads before closing [m], position in `Found.objects`, kind of grasp, the built-in
         collision check's verdict, by how much the gripped faces lean away from facing each other [rad], and the samples of its object.
         Without `samples` the object is what lies between the open fingers.
+    probability : float or None
+        That it is delivered, as predicted by the learned score; None with `grasp.score: rules` and for grasps of your own.
     """
     X_WG: Floats
     width: float
@@ -155,6 +158,7 @@ class Grasp:
     collides: bool = False
     contact_angle: float = 0.0
     samples: NDArray[np.int64] | None = field(default=None, repr=False)
+    probability: float | None = None
 
     @property
     def _approach(self) -> Floats:
@@ -180,7 +184,7 @@ class Object:
     rotational, open : bool
         Whether it has an axis of rotation; whether it is a container.
     center, size : (3,) float64 [m]
-        Of its box.
+        Of the box around its completed shape, turned like the object: its longer side, shorter side and height.
     """
     points: Floats
     samples: NDArray[np.int64]
@@ -207,7 +211,7 @@ class Found:
     objects : list of Object
         Topmost first.
     grasps : list of Grasp
-        Of the first object first, each object's best first; those that collide come last within an object.
+        Of the first object first, each object's best first (`score`); those that collide come last within an object.
     features : (grasps, features) float64 or None
         What `Scene.perceive(features=True)` says of each grasp; `feature_names()` names the columns.
     """

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -59,13 +59,30 @@ std::string CsvCell(const std::string& cell) {
   return quoted + "\"";
 }
 
+// A larger file would fill the memory of many computers. 50 million points take half of this.
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{2} << 30U;
+
+std::string TooLarge() {
+  return fmt::format("has more than {} bytes, the most that is read from a file", kMaxBytes);
+}
+
+// Whether a path names a descriptor that this process got open.
+bool IsDescriptor(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  return name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/");
+}
+
 std::ifstream Opened(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) throw InputError(file.string() + ": no such file");
-  if (std::filesystem::is_directory(status)) {
-    throw InputError(file.string() + ": is a folder; a file is needed");
+  if (status.type() == std::filesystem::file_type::not_found) {
+    throw InputError(file.string() + ": no such file");
   }
+  std::string why = WhyUnfit(file);
+  if (why.empty() && std::filesystem::file_size(file, error) > kMaxBytes && !error) {
+    why = TooLarge();
+  }
+  if (!why.empty()) throw InputError(file.string() + ": " + why);
   std::ifstream in(file, std::ios::binary);
   if (!in) {
     throw InputError(file.string() + ": cannot be opened for reading: " + std::strerror(errno));
@@ -97,12 +114,39 @@ int WriteBytes(const std::filesystem::path& file, std::string_view bytes, bool s
 
 void CheckReadable(const std::filesystem::path& file) { Opened(file); }
 
+std::string ReadAll(std::istream& in) {
+  std::string bytes;
+  std::string block(std::size_t{1} << 16U, '\0');
+  while (in) {
+    in.read(block.data(), std::ssize(block));
+    const auto count = static_cast<std::size_t>(in.gcount());
+    if (bytes.size() + count > kMaxBytes) throw InputError(TooLarge());
+    bytes.append(block, 0, count);
+  }
+  if (in.bad()) throw InputError("reading failed before the end of the file");
+  return bytes;
+}
+
 std::string ReadFile(const std::filesystem::path& file) {
-  const std::ifstream in = Opened(file);
-  std::ostringstream bytes;
-  bytes << in.rdbuf();
-  if (in.bad()) throw InputError(file.string() + ": reading failed before the end of the file");
-  return std::move(bytes).str();
+  std::ifstream in = Opened(file);
+  try {
+    return ReadAll(in);
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
+std::string WhyUnfit(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (std::filesystem::is_directory(status)) return "is a folder; a file is needed";
+  if (!std::filesystem::is_fifo(status) || IsDescriptor(file)) return "";
+  return "is a named pipe; a file is needed";
+}
+
+std::string TextOf(const std::filesystem::filesystem_error& error) {
+  const bool is_named = !error.path1().empty();
+  return (is_named ? error.path1().string() : "the current folder") + ": " + error.code().message();
 }
 
 std::string ReadNonEmptyFile(const std::filesystem::path& file) {
@@ -187,7 +231,10 @@ CsvTable CsvTable::Read(const std::filesystem::path& file) {
 }
 
 std::size_t CsvTable::Column(const std::string& name) const {
-  return WordPosition(name, header_, name_ + ": column");
+  const auto found = std::ranges::find(header_, name);
+  if (found != header_.end()) return static_cast<std::size_t>(found - header_.begin());
+  throw InputError(fmt::format("{}: lacks the column '{}'; its columns are {}{}", name_, name,
+                               Join(header_), Suggestion(name, header_, " (nearest: {})")));
 }
 
 double CsvTable::Number(std::size_t row, std::size_t column) const {
@@ -203,7 +250,7 @@ std::optional<double> CsvTable::OptionalNumber(std::size_t row, std::size_t colu
 
 void CsvTable::Fail(std::size_t row, std::size_t column, const std::string& what) const {
   throw InputError(fmt::format("{}:{}: column '{}': '{}' {}", name_, rows_[row].line,
-                               header_[column], Cell(row, column), what));
+                               header_[column], Excerpt(Cell(row, column)), what));
 }
 
 std::string CsvLine(const std::vector<std::string>& cells) {

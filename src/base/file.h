@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <istream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,9 +10,21 @@
 
 namespace rangegrasp::base {
 
+/// The rest of a stream as bytes.
+/// @throws InputError if reading fails, or for more than 2 GiB, e.g. an endless device.
+std::string ReadAll(std::istream& in);
+
 /// Reads a whole file as bytes.
-/// @throws InputError naming the file if it is missing, a folder or not readable.
+/// @throws InputError naming the file if it is missing, unfit or not readable, or as ReadAll.
 std::string ReadFile(const std::filesystem::path& file);
+
+/// Why a path cannot be a file with data: it is a folder, or a named pipe, which may block forever.
+/// A pipe that this process got open (/dev/stdin, `<(command)` of a shell) is fit. Empty if it is
+/// fit, or missing.
+std::string WhyUnfit(const std::filesystem::path& file);
+
+/// "PATH: REASON", as a message.
+std::string TextOf(const std::filesystem::filesystem_error& error);
 
 /// Checks that a file can be read. For files that a library reads, whose messages say less.
 /// @throws InputError as ReadFile.

@@ -32,7 +32,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words) {
-  return fmt::format("'{}' must be one of {}{}", word, Join(words),
+  return fmt::format("'{}' must be one of {}{}", Excerpt(word), Join(words),
                      Suggestion(word, words, "; nearest: {}"));
 }
 
@@ -70,6 +70,19 @@ std::string Join(const std::vector<std::string>& words, std::string_view separat
 
 std::string Counted(std::int64_t count, std::string_view thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+std::string Excerpt(std::string_view text) {
+  constexpr std::size_t kShownBytes = 80;  // a line of a terminal; a number needs 24
+  std::size_t size = std::min(text.size(), kShownBytes);
+  const auto is_inside_letter = [&](std::size_t i) {  // of UTF-8
+    return i < text.size() && (static_cast<unsigned char>(text[i]) & 0xc0U) == 0x80;
+  };
+  while (size > 0 && is_inside_letter(size)) --size;
+  std::string shown(text.substr(0, size));
+  std::ranges::replace_if(
+      shown, [](unsigned char c) { return c < ' '; }, ' ');
+  return size < text.size() ? shown + "..." : shown;
 }
 
 std::vector<std::string> Split(std::string_view text, char separator) {

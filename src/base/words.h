@@ -69,6 +69,9 @@ std::string Join(const std::vector<std::string>& words, std::string_view separat
 /// A count with its noun, whose plural ends in s: "1 grasp", "0 grasps", "2 grasps".
 std::string Counted(std::int64_t count, std::string_view thing);
 
+/// A value for a message: its beginning, on one line.
+std::string Excerpt(std::string_view text);
+
 /// An empty text gives one empty part.
 std::vector<std::string> Split(std::string_view text, char separator);
 

@@ -43,9 +43,11 @@ std::string KeyOf(const YAML::const_iterator::value_type& entry) {
   return entry.first.IsScalar() ? entry.first.Scalar() : "?";
 }
 
-std::string Shown(const YAML::Node& node) {
-  if (node.IsNull()) return "no value";
-  return node.IsScalar() ? "'" + node.Scalar() + "'" : std::string("a list or map");
+/// "'3' must be a text".
+std::string MustBe(const YAML::Node& node, const std::string& what) {
+  if (node.IsNull()) return "its value is missing; it must be " + what;
+  return (node.IsScalar() ? "'" + Excerpt(node.Scalar()) + "'" : std::string("a list or map")) +
+         " must be " + what;
 }
 
 }  // namespace
@@ -267,6 +269,17 @@ void YamlMap::FailIn(const std::string& outer, const std::string& key,
   Inner(outer).Fail(key, what);
 }
 
+std::optional<std::string> YamlMap::PlaceOf(const std::string& key) const {
+  if (!Has(key)) return std::nullopt;
+  const std::string where = impl_->Where(key, impl_->MarkOf(key));
+  return where.substr(0, where.rfind(": "));
+}
+
+std::optional<std::string> YamlMap::PlaceIn(const std::string& outer,
+                                            const std::string& key) const {
+  return Inner(outer).PlaceOf(key);
+}
+
 void YamlMap::Require(const std::string& key) {
   impl_->document->Key(impl_->prefix + key).required = true;
   if (!Has(key) && !impl_->document->only_documentation) {
@@ -281,20 +294,20 @@ void YamlMap::Require(const std::string& key) {
 void YamlMap::Read(const std::string& key, std::string& value, const std::string& doc) {
   const auto node = impl_->Ask(key, "text", value, "", doc);
   if (!node) return;
-  if (!Convert(*node, value) || value.empty()) Fail(key, Shown(*node) + " must be a text");
+  if (!Convert(*node, value) || value.empty()) Fail(key, MustBe(*node, "a text"));
 }
 
 void YamlMap::Read(const std::string& key, bool& value, const std::string& doc) {
   const auto node = impl_->Ask(key, "true or false", value ? "true" : "false", "", doc);
   if (!node) return;
-  if (!Convert(*node, value)) Fail(key, Shown(*node) + " must be true or false");
+  if (!Convert(*node, value)) Fail(key, MustBe(*node, "true or false"));
 }
 
 void YamlMap::Read(const std::string& key, std::uint64_t& value, const std::string& doc) {
   const auto node = impl_->Ask(key, "whole number", fmt::format("{}", value), "from 0", doc);
   if (!node) return;
   if (!Convert(*node, value) || node->Scalar().front() == '-') {
-    Fail(key, Shown(*node) + " must be a whole number from 0");
+    Fail(key, MustBe(*node, "a whole number from 0"));
   }
 }
 
@@ -302,7 +315,7 @@ void YamlMap::Read(const std::string& key, std::vector<std::string>& value,
                    const std::string& doc) {
   const auto node = impl_->Ask(key, "list", value.empty() ? "" : "[" + Join(value) + "]", "", doc);
   if (!node) return;
-  if (!node->IsSequence()) Fail(key, Shown(*node) + " must be a list, e.g. [a, b]");
+  if (!node->IsSequence()) Fail(key, MustBe(*node, "a list, e.g. [a, b]"));
   if (node->size() == 0) {
     Fail(key, "is an empty list; it must have at least one element, e.g. [a, b]");
   }
@@ -320,7 +333,7 @@ void YamlMap::Read(const std::string& key, int& value, int low, int high, const 
   if (!node) return;
   int read = 0;
   if (!Convert(*node, read) || read < low || read > high) {
-    Fail(key, fmt::format("{} must be a whole number from {} to {}", Shown(*node), low, high));
+    Fail(key, MustBe(*node, fmt::format("a whole number from {} to {}", low, high)));
   }
   value = read;
 }
@@ -332,7 +345,7 @@ void YamlMap::ReadScaled(const std::string& key, double& value, double unit, dou
   if (!node) return;
   double read = 0.0;
   if (!Convert(*node, read) || !std::isfinite(read) || read < low || read > high) {
-    Fail(key, fmt::format("{} must be a number from {} to {}", Shown(*node), low, high));
+    Fail(key, MustBe(*node, fmt::format("a number from {} to {}", low, high)));
   }
   value = read * unit;
 }
@@ -357,7 +370,7 @@ void YamlMap::ReadWord(const std::string& key, std::size_t& position,
   const auto node = impl_->Ask(key, "word", words[position], "one of " + Join(words), doc);
   if (!node) return;
   std::string word;
-  if (!Convert(*node, word)) Fail(key, Shown(*node) + " must be one of " + Join(words));
+  if (!Convert(*node, word)) Fail(key, MustBe(*node, "one of " + Join(words)));
   const auto found = std::ranges::find(words, word);
   if (found == words.end()) {
     CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node->Mark()));
@@ -420,7 +433,7 @@ void YamlMap::ReadPath(const std::string& key, std::filesystem::path& value,
   const auto node = impl_->Ask(key, "path", value.generic_string(), "", doc);
   if (!node) return;
   std::string text;
-  if (!Convert(*node, text) || text.empty()) Fail(key, Shown(*node) + " must be a text");
+  if (!Convert(*node, text) || text.empty()) Fail(key, MustBe(*node, "a text"));
   const std::filesystem::path path =
       (impl_->document->file.parent_path() / text).lexically_normal();
   std::error_code error;

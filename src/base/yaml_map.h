@@ -107,6 +107,11 @@ class YamlMap {
   [[noreturn]] void FailIn(const std::string& outer, const std::string& key,
                            const std::string& what) const;
 
+  /// Where a key is given, for a warning: "file:line", or "--set key"; nullopt if it is absent.
+  std::optional<std::string> PlaceOf(const std::string& key) const;
+  /// The same for a key of the mapping under `outer`.
+  std::optional<std::string> PlaceIn(const std::string& outer, const std::string& key) const;
+
   /// All keys of the document read so far, in that order.
   const std::vector<KeyDoc>& Keys() const;
 

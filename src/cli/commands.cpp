@@ -71,6 +71,18 @@ std::string CommandOf(int argc, char** argv) {
   return base::Join(words, " ");
 }
 
+// Only the first of "--set A=1 B=2" is a value of the option; B=2 would count as a file.
+void CheckEachSet(int argc, char** argv) {
+  for (int i = 2; i < argc; ++i) {
+    const bool after = std::string_view(argv[i - 2]) == "--set" ||
+                       std::string_view(argv[i - 1]).starts_with("--set=");
+    if (after && base::FindMatch(argv[i], "^[A-Za-z_][A-Za-z0-9_.]*=") && !fs::exists(argv[i])) {
+      throw base::InputError(fmt::format(
+          "unexpected '{0}': each KEY=VALUE needs its own --set: --set '{0}'", argv[i]));
+    }
+  }
+}
+
 // CLI11 would only report that a command is missing.
 void CheckCommand(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -316,6 +328,7 @@ int RunProgram(int argc, char** argv) {
     AddVersionCommand(app);
     CheckArguments(argc, argv);
     CheckCommand(app, argc, argv);
+    CheckEachSet(argc, argv);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& e) {
@@ -338,6 +351,9 @@ int RunProgram(int argc, char** argv) {
   } catch (const base::RunError& e) {
     spdlog::error(e.what());
     return kRunFailed;
+  } catch (const fs::filesystem_error& e) {  // e.g. a link to itself, a folder without permission
+    spdlog::error(base::TextOf(e));
+    return kBadInput;
   } catch (const std::bad_alloc&) {
     spdlog::error("{}: out of memory", CommandOf(argc, argv));
     return kRunFailed;

@@ -206,21 +206,36 @@ void StepLine::Tick(const std::stop_token& stop) {
   std::fflush(stderr);
 }
 
+bool ProgressBar::IsDue(int done) {
+  const double now_s = watch_.Seconds();
+  const int tenth = 10 * done / total_;
+  if (now_s - shown_s_ < quiet_s_ || tenth == shown_tenth_) return false;
+  shown_s_ = now_s;
+  shown_tenth_ = tenth;
+  return true;
+}
+
 void ProgressBar::operator()(int done_now, int, const experiment::Record& last) {
   const int done = before_ + done_now;
   ++outcomes_[last.result.outcome];
-  if (!isatty(STDERR_FILENO)) return;
+  const bool on_terminal = isatty(STDERR_FILENO) == 1;
+  if (!on_terminal && !IsDue(done)) return;
   const double rate_hz = done_now / watch_.Seconds();
-  const int filled = kWidth * done / total_;
   std::string counts;
   for (const auto& [outcome, count] : outcomes_) {
     counts += fmt::format(", {} {}", count, outcome);
     // The share of the cases that this part of the run has done.
     if (outcome == success_) counts += fmt::format(" ({:.0f} %)", 100.0 * count / done_now);
   }
-  fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {}/{}{}, {:.3g} per second, {:.0f} s left \033[K", "",
-             filled, "", kWidth - filled, done, total_, counts, rate_hz, (total_ - done) / rate_hz);
-  if (done == total_) fmt::print(stderr, "\n");
+  const std::string text = fmt::format("{}/{}{}, {:.3g} per second, {:.0f} s left", done, total_,
+                                       counts, rate_hz, (total_ - done) / rate_hz);
+  if (on_terminal) {
+    const int filled = kWidth * done / total_;
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {} \033[K", "", filled, "", kWidth - filled, text);
+  } else {
+    fmt::print(stderr, "progress: {}", text);
+  }
+  if (done == total_ || !on_terminal) fmt::print(stderr, "\n");
   std::fflush(stderr);
 }
 

@@ -81,20 +81,28 @@ class StepLine {
   std::jthread thread_;  ///< last, since it uses all others
 };
 
-/// A line on a terminal with a run's progress; nothing is shown if stderr is not a terminal.
+/// A run's progress: a line that is updated on a terminal. If stderr is a file or a pipe, a line
+/// after `quiet_s`, which shows the time left, and then one for each tenth of the cases.
 class ProgressBar {
  public:
   /// @param before   cases done by an earlier part of the run
   /// @param success  the outcome whose share is shown; empty: none
-  ProgressBar(int before, int total, std::string success = "")
-      : before_(before), total_(total), success_(std::move(success)) {}
+  /// @param quiet_s  minimum time between two lines in a file
+  ProgressBar(int before, int total, std::string success = "", double quiet_s = 30.0)
+      : before_(before), total_(total), quiet_s_(quiet_s), success_(std::move(success)) {}
   void operator()(int done_now, int, const experiment::Record& last);
 
  private:
+  // Whether a file gets a line now.
+  bool IsDue(int done);
+
   int before_, total_;
+  double quiet_s_;
   std::string success_;
   base::Stopwatch watch_;
   std::map<std::string, int> outcomes_;
+  double shown_s_ = 0.0;  // time of the last line in a file
+  int shown_tenth_ = -1;  // tenths of the cases in that line
 };
 
 }  // namespace rangegrasp::cli

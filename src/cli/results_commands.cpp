@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -139,7 +142,10 @@ void List(const TrialArguments& arguments) {
   }
   const Store store = Store::Open(arguments.folder);
   const auto records = store.ReadAll();
-  if (!arguments.json) return WriteTables(ListOf(records, store.ReadStamp()));
+  if (!arguments.json) {
+    return WriteTables(
+        experiment::InFolder(arguments.folder, [&] { return ListOf(records, store.ReadStamp()); }));
+  }
   for (const Record& record : records) WriteResult(experiment::ToJson(record) + "\n");
 }
 
@@ -157,6 +163,16 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
   }
 }
 
+// Fails before a trial runs again: it would count a picture that cannot be written as its crash.
+void CheckWritable(const fs::path& folder) {
+  const bool fresh = !fs::exists(folder);
+  base::MakeFolderOf(folder / "picture.png");
+  if (access(folder.c_str(), W_OK) != 0) {
+    throw base::InputError(folder.string() + ": cannot be written to: " + std::strerror(errno));
+  }
+  if (fresh) fs::remove(folder);  // some tasks have no pictures
+}
+
 void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
   if (!arguments.camera.empty() && !arguments.snapshots && arguments.video.empty()) {
@@ -171,6 +187,7 @@ void ReplayAll(const TrialArguments& arguments) {
                                     .snapshots = arguments.snapshots,
                                     .video = arguments.video,
                                     .camera = arguments.camera};
+  if (arguments.snapshots) CheckWritable(options.folder);
   if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
   e.task->Hide(arguments.folder);
   // With several trials, each first gets its own video.

@@ -9,7 +9,6 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <functional>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -86,7 +85,9 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
                              ": already contains results; --resume continues them, --overwrite "
                              "deletes them, --out DIR writes elsewhere");
     }
-    const std::string before = experiment::Need(store.ReadStamp().identity, "cases");
+    const Stamp stored = store.ReadStamp();
+    const std::string before =
+        experiment::InFolder(folder, [&] { return experiment::Need(stored.identity, "cases"); });
     if (options.shards > 1 && before != e.stamp.identity.at("cases")) {
       throw base::InputError(folder.string() + ": is a shard of " + before +
                              " cases; more trials would change the shards: run them without "
@@ -97,7 +98,7 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
       spdlog::warn(
           "the run was started with commit {} and continued with {}: the results of the two may "
           "differ",
-          stamp.build.at("commit"), stamp.build.at("resumed_with"));
+          experiment::ValueOr(stamp.build, "commit", "?"), stamp.build.at("resumed_with"));
     }
   }
   store.WriteStamp(stamp);
@@ -191,22 +192,6 @@ Ran RunInto(const fs::path& folder, const Experiment& e, const RunIntoOptions& o
   return {folder, std::move(failed), std::move(results.stamp), std::move(report)};
 }
 
-// Otherwise a run would find these only trial by trial. @return true, to go on
-// @throws base::InputError with all errors.
-bool RefuseErrors(const fs::path& file, const std::vector<base::Finding>& findings) {
-  std::vector<std::string> errors;
-  for (const base::Finding& finding : findings) {
-    if (finding.error) {
-      errors.push_back(base::TextOf(finding));
-    } else {
-      spdlog::warn(base::TextOf(finding));
-    }
-  }
-  if (errors.empty()) return true;
-  throw base::InputError(
-      fmt::format("{}: the experiment has errors:\n{}", file.string(), base::Join(errors, "\n")));
-}
-
 struct RunArguments {
   std::string experiment, out, groups, seeds, shard = "1/1", format = "text";
   experiment::Changes changes;
@@ -250,9 +235,29 @@ void Run(RunArguments a) {
 
 }  // namespace
 
+experiment::OnFindings RefuseErrors(const fs::path& file) {
+  return [file](const std::vector<base::Finding>& findings) {
+    std::vector<std::string> errors;
+    for (const base::Finding& finding : findings) {
+      if (finding.error) {
+        errors.push_back(base::TextOf(finding));
+      } else {
+        spdlog::warn(base::TextOf(finding));
+      }
+    }
+    if (errors.empty()) return true;
+    throw base::InputError(
+        fmt::format("{}: the experiment has errors:\n{}", file.string(), base::Join(errors, "\n")));
+  };
+}
+
 Ran RunExperiment(const fs::path& file, experiment::Changes changes,
                   const std::vector<std::uint64_t>& seeds, const fs::path& out,
                   const RunIntoOptions& options) {
+  if (options.resume && options.overwrite) {
+    throw base::InputError(
+        "--resume continues existing results, --overwrite deletes them: give one of the two");
+  }
   Ran ran;
   const auto open = [&](const experiment::OnFindings& on_findings) {
     Experiment e = experiment::OpenExperiment(file, changes, on_findings);
@@ -260,7 +265,7 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
     e.task->Hide(ran.folder);
     return e;
   };
-  const auto refuse_errors = std::bind_front(RefuseErrors, file);
+  const auto refuse_errors = RefuseErrors(file);
   if (seeds.empty()) {
     const Experiment e = open(refuse_errors);
     if (experiment::StoresIn(ran.folder).front() != ran.folder) {
@@ -359,19 +364,13 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
         "(rangegrasp.evaluate(...).report()); `report --views none` and `export` without "
         "`--clouds` work");
   }
-  try {
-    auto e = experiment::OpenAgain(stamp, run_detector);
-    for (const auto& [name, value] : e.stamp.identity) {
-      if (experiment::ValueOr(stamp.identity, name, value) != value) {
-        spdlog::warn("the {} has changed since the run: results may differ", name);
-      }
+  auto e = experiment::InFolder(folder, [&] { return experiment::OpenAgain(stamp, run_detector); });
+  for (const auto& [name, value] : e.stamp.identity) {
+    if (experiment::ValueOr(stamp.identity, name, value) != value) {
+      spdlog::warn("the {} has changed since the run: results may differ", name);
     }
-    return e;
-  } catch (const base::NotBuilt&) {
-    throw;  // the script that started the program may build it
-  } catch (const base::InputError& error) {
-    throw base::InputError(folder + ": " + error.what());
   }
+  return e;
 }
 
 experiment::RunComparison CompareSuccesses(const fs::path& first, const fs::path& second) {

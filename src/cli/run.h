@@ -36,11 +36,16 @@ struct Ran {
   std::optional<experiment::Report> report = {};
 };
 
+/// For opening an experiment whose cases are then run: warns of its findings and throws
+/// base::InputError with all errors, which otherwise each case would find.
+experiment::OnFindings RefuseErrors(const std::filesystem::path& file);
+
 /// Runs an experiment into its folder, or with several seeds into one subfolder per seed: store,
 /// experiment.yaml, the report's files. Warns of possible errors in the models.
 /// @param out  results folder; empty: "results/" and the name of the experiment
 /// @throws base::InputError for unusable models, with all reasons; if the folder contains results
-/// of another run, or if it contains results that are neither to be resumed nor overwritten.
+/// of another run, or if it contains results that are neither to be resumed nor overwritten, or
+/// both.
 Ran RunExperiment(const std::filesystem::path& file, experiment::Changes changes,
                   const std::vector<std::uint64_t>& seeds, const std::filesystem::path& out,
                   const RunIntoOptions& options);

@@ -4,8 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -238,17 +242,31 @@ std::string SuccessOf(const TaskKind& kind, const Stamp& stamp) {
   return ValueOr(stamp.data, kSuccess, kind.success);
 }
 
+namespace {
+
+// The keys of a run's experiment with their values, without the seed and the number of trials.
+std::map<std::string, std::string> KeysOf(const Stamp& stamp) {
+  // The text is named, not its file, which is not read: only the text may be damaged.
+  const std::string name = "experiment_text";
+  auto values = YamlMap::FromText(Need(stamp.data, name), name, SetOf(stamp)).Values();
+  const std::string trials = KindOf(stamp).trials_key;
+  std::erase_if(values,
+                [&](const auto& of) { return internal::SetsSeedOrTrials(of.first, trials); });
+  return values;
+}
+
+// Fails, with the run's own folder, if its stamp lacks what is compared.
+void CheckCompares(const Results& run) {
+  InFolder(run.folder, [&] {
+    Need(run.stamp.identity, "experiment");
+    KeysOf(run.stamp);
+  });
+}
+
+}  // namespace
+
 std::vector<KeyDifference> DifferingKeys(const Stamp& first, const Stamp& second) {
-  const auto values_of = [](const Stamp& stamp) {
-    auto values = YamlMap::FromText(Need(stamp.data, "experiment_text"),
-                                    Need(stamp.data, "experiment_file"), SetOf(stamp))
-                      .Values();
-    const std::string trials = KindOf(stamp).trials_key;
-    std::erase_if(values,
-                  [&](const auto& of) { return internal::SetsSeedOrTrials(of.first, trials); });
-    return values;
-  };
-  const auto one = values_of(first), two = values_of(second);
+  const auto one = KeysOf(first), two = KeysOf(second);
   auto all = one;
   all.insert(two.begin(), two.end());
   std::vector<KeyDifference> differing;
@@ -262,6 +280,8 @@ std::vector<KeyDifference> DifferingKeys(const Stamp& first, const Stamp& second
 RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const Results one = ReadResults(first);
   const Results two = ReadResults(second);
+  CheckCompares(one);
+  CheckCompares(two);
   const TaskKind& kind = KindOf(one.stamp);
   if (KindOf(two.stamp).name != kind.name) {
     throw base::InputError(fmt::format("{}: has another task than {} ({})", second.string(),
@@ -302,10 +322,99 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
                          base::Suggestion(id, ids));
 }
 
+namespace {
+
+// Whether a report of these records under this stamp fails with the same text as another one.
+using FailsAlike = std::function<bool(const Stamp&, const std::vector<Record>&)>;
+
+FailsAlike FailsLike(const TaskKind& kind, const std::string& text) {
+  return [&kind, text](const Stamp& stamp, const std::vector<Record>& records) {
+    try {
+      kind.report(stamp, records);
+      return false;
+    } catch (const std::exception& error) {
+      return error.what() == text;
+    }
+  };
+}
+
+// The name and beginning of the stamp's value at fault; empty if no single value is.
+std::string ValueAtFault(const FailsAlike& fails, const Stamp& stamp) {
+  for (const auto part : {&Stamp::identity, &Stamp::data}) {
+    for (const auto& [name, value] : stamp.*part) {
+      Stamp without = stamp;
+      (without.*part).erase(name);
+      if (!fails(without, {})) {
+        return fmt::format("stamp '{}' is '{}': ", base::Excerpt(name), base::Excerpt(value));
+      }
+    }
+  }
+  return "";
+}
+
+// The record whose report alone fails; nullptr if it is no single record.
+const Record* RecordAtFault(const FailsAlike& fails, const Stamp& stamp,
+                            std::span<const Record> records) {
+  constexpr std::size_t kMaxCopied = 1000;  // a million records take 4 GB
+  while (records.size() > 1) {
+    const auto begin = records.first(std::min((records.size() + 1) / 2, kMaxCopied));
+    const bool is_there = fails(stamp, {begin.begin(), begin.end()});
+    records = is_there ? begin : records.subspan(begin.size());
+  }
+  return !records.empty() && fails(stamp, {records[0]}) ? records.data() : nullptr;
+}
+
+// The innermost key of a record's data without which its report does not fail alike, with the
+// beginning of its value; empty if there is none.
+std::string KeyAtFault(const FailsAlike& fails, const Stamp& stamp, const Record& record) {
+  const auto data = nlohmann::ordered_json::parse(record.result.data, nullptr, false);
+  const auto matters = [&](const nlohmann::ordered_json::json_pointer& key) {
+    auto without = data;
+    without[key.parent_pointer()].erase(key.back());
+    Record changed = record;
+    changed.result.data = without.dump();
+    return !fails(stamp, {changed});
+  };
+  nlohmann::ordered_json::json_pointer at;
+  std::string path;
+  for (bool is_found = data.is_object(); is_found && data[at].is_object();) {
+    is_found = false;
+    for (const auto& [name, value] : data[at].items()) {
+      if (!matters(at / name)) continue;
+      at /= name;
+      path += (path.empty() ? "" : ".") + name;
+      is_found = true;
+      break;
+    }
+  }
+  if (path.empty()) return "";
+  return fmt::format("'{}' of its data is {}: ", base::Excerpt(path),
+                     base::Excerpt(data[at].dump()));
+}
+
+// Why tables cannot be written: the case and its key, or the stamp's value, and what is wrong. The
+// reports read thousands of values, most of them without naming the case.
+std::string ReasonOf(const TaskKind& kind, const Stamp& stamp, const std::vector<Record>& records,
+                     const std::string& failure) {
+  const FailsAlike fails = FailsLike(kind, failure);
+  std::string reason;
+  if (fails(stamp, {})) {
+    reason = ValueAtFault(fails, stamp);
+  } else if (const Record* record = RecordAtFault(fails, stamp, records)) {
+    reason = fmt::format("case {}: {}", record->which.id, KeyAtFault(fails, stamp, *record));
+  }
+  // "[json.exception.type_error.302] type must be ..."
+  const std::size_t end =
+      failure.starts_with("[json.exception") ? failure.find("] ") : failure.npos;
+  return reason + (end == failure.npos ? failure : failure.substr(end + 2));
+}
+
+}  // namespace
+
 Report ReportOf(const Results& results) {
   const auto& [stamp, records, folder] = results;
-  const TaskKind& kind = KindOf(stamp);
   const std::string where = folder.empty() ? Need(stamp.identity, "experiment") : folder.string();
+  const TaskKind& kind = InFolder(where, [&]() -> const TaskKind& { return KindOf(stamp); });
   const auto wanted = CasesOf(stamp, where);
   Report report;
   try {
@@ -315,7 +424,8 @@ Report ReportOf(const Results& results) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {  // e.g. from JSON, counts or words of records
-    throw base::InputError(where + ": the tables cannot be written: " + error.what());
+    throw base::InputError(
+        where + ": the tables cannot be written: " + ReasonOf(kind, stamp, records, error.what()));
   }
   if (records.size() < wanted) {
     report.notes.push_back(fmt::format(

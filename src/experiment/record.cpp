@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <tuple>
 
 #include "base/error.h"
@@ -23,10 +24,15 @@ ordered_json JsonOf(const Params& params) {
   return json;
 }
 
-Params::Value ValueOf(const ordered_json& json) {
+// Nullopt for what is neither a number nor a text, and for a number that does not fit.
+std::optional<Params::Value> ValueOf(const ordered_json& json) {
+  if (json.is_string()) return json.get<std::string>();
+  if (json.is_number_float()) return json.get<double>();
+  if (json.is_number_unsigned() && !std::in_range<std::int64_t>(json.get<std::uint64_t>())) {
+    return std::nullopt;
+  }
   if (json.is_number_integer()) return json.get<std::int64_t>();
-  if (json.is_number()) return json.get<double>();
-  return json.get<std::string>();
+  return std::nullopt;
 }
 
 // The value of a name as a T.
@@ -38,7 +44,7 @@ const T& Get(const Params& params, std::string_view name) {
     break;
   }
   throw base::InputError(fmt::format("the parameters of a case lack '{}', or its type is wrong: {}",
-                                     name, ToJson(params)));
+                                     name, base::Excerpt(ToJson(params))));
 }
 
 // The distinct words of all items, in the order of their first occurrence.
@@ -55,13 +61,22 @@ std::vector<std::string> FirstOfEach(const All& all, WordOf word_of) {
 }  // namespace
 
 Params Params::FromJson(const std::string& text) {
-  Params params;
-  try {
-    const auto json = ordered_json::parse(text);
-    for (const auto& [name, value] : json.items()) params.Add(name, ValueOf(value));
-  } catch (const ordered_json::exception& e) {
+  const auto json = ordered_json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) {
     throw base::InputError(
-        fmt::format("the parameters of a case are damaged: '{}': {}", text, e.what()));
+        fmt::format("its parameters are damaged: '{}' is no JSON object", base::Excerpt(text)));
+  }
+  Params params;
+  for (const auto& [name, value] : json.items()) {
+    auto known = ValueOf(value);
+    if (!known) {
+      throw base::InputError(fmt::format(
+          "its parameters are damaged: '{}' is {}; it must be a text, a number or a whole number "
+          "of 64 bits",
+          base::Excerpt(name),
+          value.is_structured() ? value.type_name() : base::Excerpt(value.dump())));
+    }
+    params.Add(name, std::move(*known));
   }
   return params;
 }
@@ -75,7 +90,10 @@ const std::string& Params::Text(std::string_view name) const {
 }
 
 int Params::Int(std::string_view name) const {
-  return static_cast<int>(Get<std::int64_t>(*this, name));
+  const std::int64_t value = Get<std::int64_t>(*this, name);
+  if (std::in_range<int>(value)) return static_cast<int>(value);
+  throw base::InputError(
+      fmt::format("the parameters of a case: '{}' is {}, which does not fit 32 bits", name, value));
 }
 
 double Params::Number(std::string_view name) const { return Get<double>(*this, name); }
@@ -96,8 +114,9 @@ std::string ToJson(const Record& record) {
                          {"seconds", ordered_json::object()}};
     for (const auto& [stage, seconds] : result.seconds) json["seconds"][stage] = seconds;
     return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-  } catch (const ordered_json::parse_error& e) {
-    throw base::RunError("case " + which.id + ": its record is damaged: " + e.what());
+  } catch (const ordered_json::exception&) {
+    throw base::RunError(fmt::format("case {}: its record is damaged: '{}' is no JSON object",
+                                     which.id, base::Excerpt(result.data)));
   }
 }
 

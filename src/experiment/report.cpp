@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "base/error.h"
 #include "base/words.h"
 
 namespace rangegrasp::experiment {
@@ -133,6 +134,12 @@ std::string CsvOf(const Grid& grid) {
   std::string text = base::CsvLine(grid.header);
   for (const auto& row : grid.rows) text += base::CsvLine(row);
   return text;
+}
+
+std::string PublishedText(const std::filesystem::path& file) {
+  std::string text = base::ReadFile(file);
+  if (base::CsvTable::Parse(text, file.string()).rows() > 0) return text;
+  throw base::InputError(file.string() + ": has no row below its header line");
 }
 
 std::optional<base::CsvTable> ReferenceOf(const Stamp& stamp) {

@@ -121,6 +121,9 @@ using Evidence =
 /// The key that names a published table in most experiment files, and the name of its text in
 /// Stamp::data.
 inline constexpr const char* kReferenceKey = "reference";
+/// The text of a published table, for Stamp::data.
+/// @throws base::InputError naming the file unless it is CSV with a header line and rows.
+std::string PublishedText(const std::filesystem::path& file);
 /// The published table whose text is in the stamp; nullopt if there is none.
 /// @throws base::InputError if it is not a table.
 std::optional<base::CsvTable> ReferenceOf(const Stamp& stamp);

@@ -340,7 +340,7 @@ std::vector<std::string> TestNotes(const Reproduction& all) {
   if (!thresholds.empty()) {
     notes.push_back(
         "a verdict is better or worse if p is below 0.05 divided by the number of the table's "
-        "tests, and what is tested differs in the direction of the figures: " +
+        "tests, and the tested counts or means differ in the same direction as the figures: " +
         base::Join(thresholds));
   }
   return notes;

@@ -79,19 +79,21 @@ Submission ReadSubmission(const fs::path& folder) {
                            kSlurmFile + "); give the results folder of `submit`");
   }
   Submission submission;
+  std::string tasks;
   try {
     const auto json = nlohmann::json::parse(base::ReadFile(file));
     submission.experiment = json.at("experiment").get<std::string>();
     submission.run = json.at("run").get<std::vector<std::string>>();
-    submission.tasks = json.at("tasks");
+    tasks = json.at("tasks").dump();
   } catch (const nlohmann::json::exception&) {
     throw base::InputError(file.string() +
                            ": is damaged: no JSON with experiment, run and tasks, as `submit` "
                            "writes it");
   }
+  submission.tasks = base::NumberFrom<int>(tasks).value_or(0);
   if (submission.tasks < 1 || submission.tasks > kMaxTasks) {
     throw base::InputError(fmt::format("{}: tasks is {}, but must be from 1 to {}", file.string(),
-                                       submission.tasks, kMaxTasks));
+                                       base::Excerpt(tasks), kMaxTasks));
   }
   submission.folder = std::filesystem::weakly_canonical(folder);
   ChangesOf(submission);  // refuses its errors here

@@ -12,10 +12,12 @@
 #include <cerrno>
 #include <cstring>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <ranges>
 #include <utility>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/words.h"
 #include "experiment/internal/stamps.h"
 
@@ -218,6 +220,12 @@ void OrderGroupsAs(const Stamp& other, Stamp& stamp) {
   if (sorted(groups) == sorted(wanted)) groups = wanted;
 }
 
+// Fails, with the stamp's own folder, if it lacks what is joined.
+void CheckJoins(const Stamp& stamp, const fs::path& folder) {
+  InFolder(folder, [&] { Need(stamp.identity, "seed"); });
+  CasesOf(stamp, folder.string());
+}
+
 // Runs of several seeds may differ only in the seed, the number of cases, and the order of groups,
 // which hazards draw at random.
 void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
@@ -369,6 +377,8 @@ Store Store::CreateFile(const fs::path& folder, const char* name, const char* pr
 
 Store Store::Open(const fs::path& folder) {
   if (!Exists(folder)) FailWithoutResults(folder);
+  const auto why = base::WhyUnfit(FileIn(folder));
+  if (!why.empty()) throw base::InputError(FileIn(folder).string() + ": " + why);
   auto impl = std::make_unique<Impl>();
   impl->file = FileIn(folder);
   std::error_code error;
@@ -469,14 +479,18 @@ std::optional<Record> Store::Cursor::Next() {
     throw base::InputError(fmt::format("{}: case {}: {}", file.string(), cases.Text(0), what));
   };
   const auto seed = base::NumberFrom<std::uint64_t>(cases.Text(2));
-  if (!seed) fail("its seed '" + cases.Text(2) + "' is not a whole number");
+  if (!seed) fail("its seed '" + base::Excerpt(cases.Text(2)) + "' is not a whole number");
   Params params;
   try {
     params = Params::FromJson(cases.Text(3));
   } catch (const base::InputError& e) {
     fail(e.what());
   }
-  if (cases.Int(9) == 0) fail("its data are damaged: no JSON object");
+  // The database accepts numbers that no double can hold.
+  const bool is_json = cases.Int(9) != 0 && nlohmann::json::accept(cases.Text(8));
+  if (!is_json) {
+    fail("its data are damaged: no JSON object: '" + base::Excerpt(cases.Text(8)) + "'");
+  }
   Record record{{cases.Text(0), cases.Text(1), *seed, std::move(params), cases.Int(4)},
                 {cases.Text(5), cases.Text(6), cases.Text(7), cases.Text(8), {}}};
   // A run in progress may have added a case since the first row was read.
@@ -532,10 +546,12 @@ std::vector<fs::path> StoresIn(const fs::path& folder) {
 
 Results ReadResults(const fs::path& folder) {
   Results results;
-  for (const auto& path : StoresIn(folder)) {
+  const auto stores = StoresIn(folder);
+  for (const auto& path : stores) {
     const Store store = Store::Open(path);
     results.folder = folder;
     const Stamp stamp = store.ReadStamp();
+    if (stores.size() > 1) CheckJoins(stamp, path);
     if (results.stamp.identity.empty()) {
       results.stamp = stamp;
     } else {

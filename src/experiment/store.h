@@ -9,6 +9,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "base/error.h"
+#include "base/installation.h"
 #include "experiment/record.h"
 
 namespace rangegrasp::experiment {
@@ -107,6 +109,18 @@ struct Results {
 /// The folder of one seed in a run with several seeds: "<folder>/seed-<seed>".
 inline constexpr std::string_view kSeedPrefix = "seed-";
 std::filesystem::path SeedFolder(const std::filesystem::path& folder, std::uint64_t seed);
+
+/// The result of `read`; its errors, e.g. of Need, then also name the results folder.
+template <typename Read>
+decltype(auto) InFolder(const std::filesystem::path& folder, Read read) {
+  try {
+    return read();
+  } catch (const base::NotBuilt&) {
+    throw;  // the script that started the program may build it
+  } catch (const base::InputError& error) {
+    throw base::InputError(folder.string() + ": " + error.what());
+  }
+}
 
 /// The stores of a results folder: those of its seeds in ascending order, or the folder itself.
 std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);

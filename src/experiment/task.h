@@ -40,7 +40,11 @@ class Task {
   /// kCrashed.
   virtual Result Run(const Case& which) const = 0;
   /// Runs a case again and writes files for viewing into a folder, if there are any.
-  virtual Result Replay(const Case& which, const ReplayOptions& /*options*/) const {
+  /// @throws base::InputError for a video or camera if the task has none.
+  virtual Result Replay(const Case& which, const ReplayOptions& options) const {
+    if (!options.video.empty() || !options.camera.empty()) {
+      throw base::InputError("--video, --camera: this task has no pictures of its cases");
+    }
     return Run(which);
   }
   /// Adds what the task's results depend on (to identity: hashes of its models) and what its tables
@@ -57,8 +61,9 @@ struct Common {
   std::uint64_t seed = 1;
   double case_limit_s = 60.0;  ///< RunOptions::case_limit_s
   int stop_after = 20;         ///< see SameFailure (experiment/runner.h)
-  /// Receives the problems of the models that the keys name, before they are loaded. If it returns
-  /// false, the experiment is not prepared. May be empty.
+  /// Receives the problems of the models that the keys name, before they are loaded; perhaps again,
+  /// with what is found when they are. If it returns false, the experiment is not prepared. May be
+  /// empty.
   OnFindings on_findings = {};
 };
 

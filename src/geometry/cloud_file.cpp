@@ -178,6 +178,9 @@ Layout FindPlaces(const LineReader& lines, const Header& header) {
 /// Expands LZF data (Lehmann's liblzf format, used by PCD's binary_compressed) to exactly `size`
 /// bytes; nullopt if the data are damaged.
 std::optional<std::string> ExpandLzf(std::string_view data, std::size_t size) {
+  // Three bytes give at most 264: a wrong size is refused before memory is reserved for it.
+  constexpr std::size_t kMaxGrowth = 88;
+  if (size > kMaxGrowth * data.size()) return std::nullopt;
   std::string out;
   out.reserve(size);
   const auto next = [&data] {

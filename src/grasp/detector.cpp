@@ -121,12 +121,7 @@ void AddClusters(double link_m, Scene& scene) {
   scene.segments = geometry::GroupsWithin(scene.cloud.points, tree, link_m);
   std::erase_if(scene.segments, [](const auto& one) { return one.size() < kMinClusterPoints; });
   for (const geometry::Indices& segment : scene.segments) {
-    PerceivedObject object = ObjectOfPoints(scene, segment);
-    for (const auto i : segment) {
-      object.height_m =
-          std::max(object.height_m, scene.table.plane.Distance(scene.cloud.points[i]));
-    }
-    scene.objects.push_back(std::move(object));
+    scene.objects.push_back(ObjectOfPoints(scene, segment));
   }
   std::ranges::stable_sort(scene.objects, std::ranges::greater(), &PerceivedObject::height_m);
 }
@@ -198,7 +193,9 @@ Detection DetectionFrom(const Scene& scene, std::span<const Grasp> grasps, std::
         {.samples = scene.SamplesOf(perceived),
          .surface_C = perceived.surface_C,
          .rotational = perceived.kind == perception::ObjectKind::kRotational,
-         .open = perceived.open});
+         .open = perceived.open,
+         .center_C = perceived.center_C,
+         .size_m = perceived.size_m});
   }
   for (const Grasp& grasp : grasps) {
     detection.grasps.push_back({.object = object,

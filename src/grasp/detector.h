@@ -22,6 +22,8 @@ struct DetectedObject {
   bool open = false;  ///< a container
   /// False: its samples are those between a grasp's fingers, from a detector that names no objects.
   bool whole = true;
+  Eigen::Vector3d center_C = Eigen::Vector3d::Zero();  ///< its box: PerceivedObject::center_C
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< PerceivedObject::size_m
 };
 
 struct DetectedGrasp {

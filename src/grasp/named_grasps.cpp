@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <ranges>
+
 #include "base/words.h"
 #include "base/yaml_map.h"
 
@@ -122,7 +125,74 @@ Eigen::AlignedBox3d BoxFrom(YamlMap map) {
   return {base::kMm * from, base::kMm * to};
 }
 
+std::string PlaceText(const Vector3d& place_m) {
+  const Vector3d mm = place_m * base::kMmPerM;
+  return fmt::format("({:.0f}, {:.0f}, {:.0f})", mm.x(), mm.y(), mm.z());
+}
+
+/// A center between the pads that is farther outside the object than any pad reaches.
+std::optional<std::string> Misplaced(const Proposal& way_O, std::span<const Vector3d> points_O) {
+  constexpr double kMargin_m = 0.02;
+  const Eigen::AlignedBox3d box_O = geometry::BoundsOf(points_O);
+  const Vector3d center_O = way_O.X_CG.translation();
+  if (box_O.exteriorDistance(center_O) <= kMargin_m) return std::nullopt;
+  return fmt::format("its center {} mm is outside the model, which reaches from {} to {} mm",
+                     PlaceText(center_O), PlaceText(box_O.min()), PlaceText(box_O.max()));
+}
+
+/// Pads that close to a gap wider than the whole object in their direction.
+std::optional<std::string> WiderThanTheObject(const Proposal& way_O,
+                                              std::span<const Vector3d> points_O) {
+  constexpr double kRounding_m = 0.001;  // of the number in the file
+  const Vector3d closing_O = way_O.X_CG.linear().col(0);
+  const auto [low, high] = std::ranges::minmax(
+      points_O | std::views::transform([&](const auto& p_O) { return closing_O.dot(p_O); }));
+  if (way_O.width_m <= high - low + kRounding_m) return std::nullopt;
+  return fmt::format(
+      "its width_mm is {:.4g}, but the whole model is only {:.4g} mm wide along `closing`",
+      way_O.width_m * base::kMmPerM, (high - low) * base::kMmPerM);
+}
+
+std::optional<std::string> WiderThanTheHand(double width_m, std::optional<double> opens_m) {
+  if (!opens_m || width_m <= *opens_m) return std::nullopt;
+  return fmt::format("its width_mm is {:.4g}, but the hand opens only {:.4g} mm: it is never used",
+                     width_m * base::kMmPerM, *opens_m * base::kMmPerM);
+}
+
 }  // namespace
+
+std::filesystem::path NamedGraspsFile(const std::filesystem::path& mjcf) {
+  return mjcf.parent_path() / "grasps.yaml";
+}
+
+std::vector<base::Finding> CheckNamedGrasps(const NamedGrasps& known,
+                                            const std::filesystem::path& file,
+                                            std::span<const Vector3d> points_O,
+                                            std::optional<double> opens_m) {
+  std::vector<base::Finding> findings;
+  for (const NamedGrasp& grasp : known.grasps) {
+    const auto warn = [&](const std::optional<std::string>& what, const char* cure) {
+      if (!what) return;
+      findings.push_back({.error = false,
+                          .where = file.string(),
+                          .element = fmt::format("grasp '{}'", grasp.name),
+                          .what = *what,
+                          .cure = cure});
+    };
+    const Proposal& way_O = grasp.ways_O.front();
+    warn(Misplaced(way_O, points_O), "at_mm is in millimetres in the model's frame");
+    warn(WiderThanTheObject(way_O, points_O),
+         "width_mm is the width of what is between the closed pads, in millimetres");
+    warn(WiderThanTheHand(way_O.width_m, opens_m), "grasp a narrower place, or remove it");
+  }
+  return findings;
+}
+
+std::set<std::string> UsesOf(const NamedGrasps& known) {
+  std::set<std::string> uses;
+  for (const NamedGrasp& grasp : known.grasps) uses.insert(grasp.uses.begin(), grasp.uses.end());
+  return uses;
+}
 
 NamedGrasps ReadNamedGrasps(const std::filesystem::path& file) {
   NamedGrasps known;

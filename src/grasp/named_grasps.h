@@ -1,5 +1,13 @@
 #pragma once
 
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
 #include "grasp/proposals.h"
 
 namespace rangegrasp::grasp {
@@ -21,9 +29,26 @@ struct NamedGrasps {
   Eigen::Vector3d up_O = Eigen::Vector3d::UnitZ();  ///< unit: up of the object as it is used
 };
 
+/// The file of an object's grasps, next to its model.
+std::filesystem::path NamedGraspsFile(const std::filesystem::path& mjcf);
+
 /// Reads an object's grasps (docs/known-objects.md has the keys); there are none without a file.
 /// @throws base::InputError naming file, line and key.
 NamedGrasps ReadNamedGrasps(const std::filesystem::path& file);
+
+/// Warnings of grasps that cannot be meant: their center between the pads is outside the object, or
+/// the gap between the closed pads is wider than all of it in their direction, or than the hand
+/// opens.
+/// @param file  of the grasps
+/// @param points_O  of the object's surface, at least one [m]
+/// @param opens_m  maximum gap of the hand; nullopt: any hand
+std::vector<base::Finding> CheckNamedGrasps(const NamedGrasps& known,
+                                            const std::filesystem::path& file,
+                                            std::span<const Eigen::Vector3d> points_O,
+                                            std::optional<double> opens_m = {});
+
+/// What the grasps are for.
+std::set<std::string> UsesOf(const NamedGrasps& known);
 
 /// Whether the object is as upright as one that is carried level (within 30 deg).
 bool IsUpright(const NamedGrasps& known, const base::Pose& X_CO, const Eigen::Vector3d& up_C);

@@ -26,7 +26,12 @@ struct ModelFile {
     throw base::InputError(fmt::format("{}: {}", path.string(), what));
   }
   json Read() const {
-    const json model = json::parse(base::ReadFile(path), nullptr, /*allow_exceptions=*/false);
+    // Deeper values are left out: writing them in a message would need too much stack.
+    constexpr int kMaxDepth = 8;
+    const auto is_shallow = [](int depth, json::parse_event_t, const json&) {
+      return depth <= kMaxDepth;
+    };
+    const json model = json::parse(base::ReadFile(path), is_shallow, /*allow_exceptions=*/false);
     if (!model.is_object()) Fail("is not the JSON object of a score model");
     for (const char* key : {"features", "trees"}) {
       if (!model.contains(key) || !model[key].is_array()) {
@@ -45,7 +50,7 @@ struct ModelFile {
       const auto found = std::ranges::find(known, word);
       if (found == known.end()) {
         const std::vector<std::string> valid(known.begin(), known.end());
-        Fail(fmt::format("unknown feature '{}'{} (valid: {})", word,
+        Fail(fmt::format("unknown feature '{}'{} (valid: {})", base::Excerpt(word),
                          base::Suggestion(word, valid, "; did you mean '{}'?"), base::Join(valid)));
       }
       features.push_back(static_cast<std::size_t>(found - known.begin()));
@@ -76,7 +81,7 @@ ScoreModel::ScoreModel(const std::filesystem::path& path) {
         file.Fail(
             fmt::format("trees[{}][{}] is {}: must be [LOGIT] or [FEATURE, THRESHOLD, LEFT, "
                         "RIGHT] with later nodes",
-                        t, i, node.dump()));
+                        t, i, base::Excerpt(node.dump())));
       };
       if (!node.is_array() ||
           !std::ranges::all_of(node, [](const json& n) { return n.is_number(); })) {

@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "perception/perceive.h"
+
 namespace rangegrasp::grasp {
 namespace {
 
@@ -117,6 +119,7 @@ PerceivedObject ObjectOfPoints(const Scene& scene, geometry::Indices points) {
   object.points = std::move(points);
   object.completed_C = geometry::Select(scene.cloud.points, object.points);
   object.surface_C = SpeckMesh(object.completed_C, kSpeckCell_m);
+  perception::SetBox(scene.table.plane, object);
   return object;
 }
 

@@ -38,7 +38,8 @@ std::array<long, 3> GridCell(const Eigen::Vector3d& p, double cell_m);
 /// surface for point sets without one.
 geometry::TriangleMesh SpeckMesh(geometry::PointSpan points, double cell_m);
 
-/// An object known only by points: they are its shape, specks on a grid of 2 mm its surface.
+/// An object known only by points: they are its shape, specks on a grid of 2 mm its surface. Its
+/// box reaches down to the table.
 /// @param points  positions in scene.cloud
 perception::PerceivedObject ObjectOfPoints(const perception::Scene& scene,
                                            geometry::Indices points);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.h"
 #include "base/units.h"
 #include "base/words.h"
 
@@ -81,6 +82,20 @@ std::size_t LeaveOutTwins(geometry::Points& points_C) {
   return count;
 }
 
+// The box of a crop.
+Eigen::AlignedBox3d BoxOf(std::span<const double> corners_m, const std::string& name) {
+  if (corners_m.size() != 6) {
+    throw base::InputError(fmt::format(
+        "{} must be six numbers, x,y,z of the low and x,y,z of the high corner in metres, not {}",
+        name, corners_m.size()));
+  }
+  const Eigen::Map<const Eigen::Vector3d> low(corners_m.data()), high(corners_m.data() + 3);
+  if (!(low.array() < high.array()).all()) {
+    throw base::InputError(name + ": the first three numbers must be below the last three");
+  }
+  return {Eigen::Vector3d(low), Eigen::Vector3d(high)};
+}
+
 }  // namespace
 
 std::string DoubtOfUnit(double spacing_m, const Cures& cures) {
@@ -96,7 +111,12 @@ std::string DoubtOfUnit(double spacing_m, const Cures& cures) {
 
 std::string DoubtOfSide(const geometry::Plane& table, const Eigen::Vector3d& sensor_C,
                         const Cures& cures) {
-  if (std::abs(table.Distance(sensor_C)) >= kMinHeight_m) return "";
+  const double height_m = table.Distance(sensor_C);
+  if (height_m >= kMinHeight_m) return "";
+  if (height_m <= -kMinHeight_m) {
+    return fmt::format("the sensor at {} lies {:.2f} m below the table: {}", Place(sensor_C),
+                       -height_m, cures.upper_side);
+  }
   return fmt::format("{} lies in the table's plane, so its upper side is not known: {}",
                      Place(sensor_C), cures.upper_side);
 }
@@ -142,6 +162,30 @@ std::vector<std::string> LeaveOutUnmeasured(const Eigen::Vector3d& sensor_C,
         fmt::format("{} points are left out: each has exactly the coordinates of another", count));
   }
   return warnings;
+}
+
+void Crop(std::span<const double> corners_m, const CropWords& words,
+          std::span<geometry::Points* const> clouds_C) {
+  const Eigen::AlignedBox3d box = BoxOf(corners_m, words.name);
+  bool any = false;
+  std::size_t count = 0;
+  Eigen::AlignedBox3d all;
+  for (geometry::Points* points_C : clouds_C) {
+    count += points_C->size();
+    for (auto& p : *points_C) {
+      if (p.allFinite()) all.extend(p);
+      const bool inside = box.contains(p);
+      if (!inside) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+      any = any || inside;
+    }
+  }
+  if (!any) {
+    throw base::InputError(fmt::format(
+        "{}: the box contains none of the {} points, which are from {:.3g},{:.3g},{:.3g} to "
+        "{:.3g},{:.3g},{:.3g} m ({})",
+        words.name, count, all.min().x(), all.min().y(), all.min().z(), all.max().x(),
+        all.max().y(), all.max().z(), words.unit));
+  }
 }
 
 }  // namespace rangegrasp::perception

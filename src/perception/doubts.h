@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct Cures {
 /// they may be.
 std::string DoubtOfUnit(double spacing_m, const Cures& cures);
 
-/// Why the table's upper side is not known: the sensor lies in the table's plane; empty if it does
-/// not.
+/// Why the table's upper side is in doubt: the sensor lies in the table's plane or below it; empty
+/// if it lies above.
 std::string DoubtOfSide(const geometry::Plane& table, const Eigen::Vector3d& sensor_C,
                         const Cures& cures);
 
@@ -42,5 +43,18 @@ std::vector<std::string> Doubts(const Scene& scene, const Eigen::Vector3d& senso
 /// @return a warning for each kind that occurs, without its period
 std::vector<std::string> LeaveOutUnmeasured(const Eigen::Vector3d& sensor_C,
                                             geometry::Points& points_C);
+
+/// The interface that states a crop, for its errors.
+struct CropWords {
+  std::string name;  ///< of the option or argument: "--crop"
+  std::string unit;  ///< if no point is inside: "another unit: --unit"
+};
+
+/// Sets the points outside a box to NaN.
+/// @param corners_m  x,y,z of the low corner, then of the high one
+/// @param clouds_C   e.g. one per view
+/// @throws base::InputError if these are not corners of a box or no point is inside.
+void Crop(std::span<const double> corners_m, const CropWords& words,
+          std::span<geometry::Points* const> clouds_C);
 
 }  // namespace rangegrasp::perception

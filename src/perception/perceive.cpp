@@ -228,4 +228,13 @@ Scene Perceive(PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
   return Perceive(geometry::ObservationOf(image), options, rng);
 }
 
+void SetBox(const geometry::Plane& table, PerceivedObject& object) {
+  if (object.completed_C.empty()) return;
+  for (const auto& p : object.completed_C) {
+    object.height_m = std::max(object.height_m, table.Distance(p));
+  }
+  const auto frame = internal::MakePlanarFrame(table, object.completed_C.front());
+  internal::SetBox(frame, CompletionOptions{}, object);
+}
+
 }  // namespace rangegrasp::perception

@@ -58,4 +58,8 @@ Scene PerceiveTable(const geometry::Observation& observation, const PerceptionOp
 Scene Perceive(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
                const PerceptionOptions& options, base::Rng& rng);
 
+/// Sets height_m, center_C, size_m and axis_C of an object that stands on the table and of which
+/// completed_C is known. Without points they stay as they are. O(n log n).
+void SetBox(const geometry::Plane& table, PerceivedObject& object);
+
 }  // namespace rangegrasp::perception

@@ -62,10 +62,12 @@ struct PerceivedObject {
   std::optional<RotationAxis> axis;  ///< for kRotational
   double height_m = 0.0;             ///< height of its highest points above the table
   double base_m = 0.0;               ///< height of its lowest points above the table
-  Eigen::Vector3d center_C;          ///< centre of the completed shape's bounding box
-  Eigen::Vector3d size_m;  ///< the box: along its principal axes in the table's plane (longest
-                           ///< first), and height
-  Eigen::Vector3d axis_C;  ///< unit, in the table's plane: the direction of size_m[0]
+  /// Centre of the completed shape's bounding box.
+  Eigen::Vector3d center_C = Eigen::Vector3d::Zero();
+  /// The box: along its principal axes in the table's plane (longest first), and height.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+  /// Unit, in the table's plane: the direction of size_m[0].
+  Eigen::Vector3d axis_C = Eigen::Vector3d::Zero();
   geometry::Points completed_C;      ///< the points and those added by completion (section 5.1.4)
   geometry::TriangleMesh surface_C;  ///< the completed shape, for collision and pictures
 };

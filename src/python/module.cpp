@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/installation.h"
 #include "cli/commands.h"
 #include "python/values.h"
@@ -41,6 +42,15 @@ std::filesystem::path OwnFile() {
   return std::filesystem::absolute(info.dli_fname);
 }
 
+// The error of a path that cannot be used, e.g. a link to itself.
+void TranslateFileError(const std::exception_ptr& thrown, void* input_error) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const std::filesystem::filesystem_error& error) {
+    PyErr_SetString(static_cast<PyObject*>(input_error), base::TextOf(error).c_str());
+  }
+}
+
 int Main(std::vector<std::string> words) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -61,8 +71,10 @@ NB_MODULE(_core, m) {
       std::make_shared<spdlog::logger>("python", std::make_shared<python::LogSink>()));
   nb::exception<base::RunError>(m, "RunError", PyExc_RuntimeError).doc() =
       "A run that failed through no fault of its input, e.g. a full disk.";
-  nb::exception<base::InputError>(m, "InputError", PyExc_ValueError).doc() =
+  nb::exception<base::InputError> input_error(m, "InputError", PyExc_ValueError);
+  input_error.doc() =
       "Bad input; the text names the file, the line or key, the value and what would be right.";
+  nb::register_exception_translator(&python::TranslateFileError, input_error.ptr());
   m.def("version", &base::Version, "The version, e.g. '0.5.0'.");
   m.def("main", &python::Main, nb::arg("words"),
         "Runs the command line with its words; the first is the program's name.");

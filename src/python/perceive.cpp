@@ -36,7 +36,7 @@ std::vector<std::string> WarningsOf(const perception::Scene& scene, const Eigen:
       .smaller_unit = "points must be in metres; divide millimetres by 1000",
       .larger_unit = "points must be in metres",
       .upper_side = "pass X_WV, or up=(x, y, z)",
-      .other_things = "set points of other things to NaN, or pass up=(x, y, z)",
+      .other_things = "pass crop=(x, y, z, x, y, z), or up=(x, y, z)",
       .noise = "pass noise=... in metres"};
   const std::string of_origin =
       pose_is_known ? ""
@@ -56,10 +56,18 @@ std::vector<std::string> LeaveOutUnmeasured(geometry::Observation& observation) 
   return warnings;
 }
 
-nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
-                  const std::optional<Vector3>& up, const std::string& segmentation,
-                  const std::string& scene_file, std::uint64_t seed, std::size_t grasped,
-                  bool pose_is_known) {
+// Leaves out the points of all views outside the box.
+void CropViews(const std::vector<double>& corners_m, geometry::Observation& observation) {
+  std::vector<geometry::Points*> clouds_C;
+  for (geometry::View& view : observation.views) clouds_C.push_back(&view.image.points_C);
+  perception::Crop(corners_m, {.name = "crop", .unit = "crop and points must be in metres"},
+                   clouds_C);
+}
+
+nb::dict Perceive(const nb::dict& scan, const std::optional<std::vector<double>>& crop,
+                  std::optional<double> noise_m, const std::optional<Vector3>& up,
+                  const std::string& segmentation, const std::string& scene_file,
+                  std::uint64_t seed, std::size_t grasped, bool pose_is_known) {
   if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
     throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
   }
@@ -87,6 +95,7 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
     // A scan with a workspace comes from a calibrated cell: it has NaN where nothing was measured,
     // and there an empty table is a usual result.
     if (!workspace) warnings = LeaveOutUnmeasured(observation);
+    if (crop) CropViews(*crop, observation);
     base::Rng rng(seed);
     scene = perception::Perceive(observation, options, rng, workspace);
     const Eigen::Vector3d origin = observation.views.front().image.origins_C.front();
@@ -100,17 +109,12 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
       score.Rank(observation, scene, i, robot.hand(), grasps.back());
     }
   }
+  const auto all_objects = grasp::DetectionFrom(scene, {}).objects;
   nb::list objects, all;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const perception::PerceivedObject& object = scene.objects[i];
-    nb::dict dict;
-    dict["points"] = ArrayOf(geometry::Select(scene.cloud.points, object.points));
-    dict["samples"] = SamplesOf(scene.SamplesOf(object), observation);
-    dict["rotational"] = object.kind == perception::ObjectKind::kRotational;
-    dict["open"] = object.open;
-    dict["center"] = ArrayOf(object.center_C);
-    dict["size"] = ArrayOf(object.size_m);
-    objects.append(dict);
+    objects.append(DictOf(all_objects[i],
+                          geometry::Select(scene.cloud.points, scene.objects[i].points),
+                          observation));
     if (i >= grasps.size()) continue;
     for (const grasp::DetectedGrasp& g : grasp::DetectionFrom(scene, grasps[i], i).grasps) {
       all.append(DictOf(g, robot.hand()));
@@ -130,9 +134,9 @@ nb::dict Perceive(const nb::dict& scan, std::optional<double> noise_m,
 }  // namespace
 
 void AddPerceive(nb::module_& m) {
-  m.def("perceive", &Perceive, nb::arg("scan"), nb::arg("noise_m").none(), nb::arg("up").none(),
-        nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"), nb::arg("grasped"),
-        nb::arg("pose_is_known"));
+  m.def("perceive", &Perceive, nb::arg("scan"), nb::arg("crop").none(), nb::arg("noise_m").none(),
+        nb::arg("up").none(), nb::arg("segmentation"), nb::arg("scene"), nb::arg("seed"),
+        nb::arg("grasped"), nb::arg("pose_is_known"));
 }
 
 }  // namespace rangegrasp::python

@@ -90,6 +90,8 @@ class Scene {
     std::vector<sim::ObjectModel> models;
     std::vector<base::Pose> poses;
     for (const auto& [name, X_WO] : objects) {
+      const auto missing = trial::MissingObject({name}, cell_.options);
+      if (!missing.empty()) throw base::InputError(missing);
       models.push_back(trial::ObjectModelOf(cell_.options, name));
       poses.push_back(PoseFrom(X_WO, ("pose of " + name).c_str()));
     }
@@ -152,15 +154,7 @@ class Scene {
       for (const auto& id : object.samples) {
         points.push_back(sensed_->observation.views[id.view].image.points_C[id.sample]);
       }
-      const Eigen::AlignedBox3d box = geometry::BoundsOf(points);
-      nb::dict dict;
-      dict["points"] = ArrayOf(points);
-      dict["samples"] = SamplesOf(object.samples, sensed_->observation);
-      dict["rotational"] = object.rotational;
-      dict["open"] = object.open;
-      dict["center"] = ArrayOf(Eigen::Vector3d(box.center()));
-      dict["size"] = ArrayOf(Eigen::Vector3d(box.sizes()));
-      objects.append(dict);
+      objects.append(DictOf(object, points, sensed_->observation));
     }
     for (const auto& grasp : detected.detection.grasps) {
       grasps.append(DictOf(grasp, cell_.robot.hand()));

@@ -1,6 +1,7 @@
 #include "python/values.h"
 
 #include <fmt/format.h>
+#include <nanobind/stl/optional.h>
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -140,12 +141,25 @@ base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandMode
   return grasp.X_CH * grasp::PlaceHand(proposal, hand, {}).X_CH.inverse();
 }
 
+nb::dict DictOf(const grasp::DetectedObject& object, const geometry::Points& points,
+                const geometry::Observation& observation) {
+  nb::dict dict;
+  dict["points"] = ArrayOf(points);
+  dict["samples"] = SamplesOf(object.samples, observation);
+  dict["rotational"] = object.rotational;
+  dict["open"] = object.open;
+  dict["center"] = ArrayOf(object.center_C);
+  dict["size"] = ArrayOf(object.size_m);
+  return dict;
+}
+
 nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand) {
   nb::dict dict;
   dict["X_WG"] = ArrayOf(ProposedPose(grasp, hand));
   dict["width"] = grasp.width_m;
   dict["approach"] = ArrayOf(grasp.approach_C);
-  dict["score"] = grasp.score;
+  dict["score"] = grasp.probability.value_or(grasp.score);
+  dict["probability"] = grasp.probability;
   dict["opening"] = grasp.opening_m;
   dict["object"] = grasp.object;
   dict["type"] = nb::str(std::string(base::Word(grasp.type)).c_str());

@@ -50,7 +50,13 @@ nb::dict DictOf(const geometry::Observation& observation,
 /// @throws std::invalid_argument naming the error in an array
 geometry::Observation ObservationFrom(const nb::dict& scan);
 
-/// A grasp as a dictionary for the package's class Grasp.
+/// An object as a dictionary for the package's class Object.
+/// @param points  its points
+nb::dict DictOf(const grasp::DetectedObject& object, const geometry::Points& points,
+                const geometry::Observation& observation);
+
+/// A grasp as a dictionary for the package's class Grasp. Its score is what the order of grasps
+/// goes by: the predicted probability of delivery or, without one, the score by rules.
 nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
 
 /// Frame G of the proposal that gives the grasp's hand pose, including pitch and centering.

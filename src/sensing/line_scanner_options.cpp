@@ -54,6 +54,12 @@ LineScannerOptions ReadLineScanner(base::YamlMap& map) {
   std::string type = kType;
   map.Read("type", type, "type of the sensor: line_scanner");
   if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
+  for (const char* key : {"place", "site", "pose", "position"}) {
+    if (!map.Has(key)) continue;
+    map.Fail(key,
+             "a line scanner stands at the scene's site \"scanner\", on the wrist at "
+             "\"wrist_scanner\": move that site (scenes/bench.xml has the first)");
+  }
   LineScannerOptions options;
   ReadKeys(map, options);
   FinishShared(map, options);

@@ -49,7 +49,9 @@ struct World::Impl {
   internal::DataPtr data;
   std::vector<ObjectEntry> objects;
   PhysicsOptions physics;
-  mjOption scene_option;  // restored by StepCoarsely
+  mjOption scene_option;             // of steps that are not coarse
+  std::vector<mjtNum> scene_solimp;  // by geom
+  std::vector<double> softness;      // by geom: share of the scene's
   std::vector<FrictionPair> glove_on_object;
   FrictionPair glove_on_scene;
   GloveRange table;  // the scene's surface
@@ -156,6 +158,12 @@ struct World::Impl {
     warnings.resize(before.warnings);
   }
 
+  // The engine counts these iterations with the solver's own.
+  void SetNoslip(int iterations) {
+    model->opt.noslip_iterations = iterations;
+    model->opt.iterations = scene_option.iterations + iterations;
+  }
+
   // True if the solver converged in every island and no object's velocity jumped. The jump test is
   // needed because the solver also stops early when its line search fails.
   bool Solved() const {
@@ -181,6 +189,9 @@ World::World(const std::filesystem::path& scene_mjcf, const std::vector<ObjectMo
   mjOption& option = impl_->model->opt;
   option.noslip_iterations = std::max(option.noslip_iterations, options.min_noslip);
   impl_->scene_option = option;
+  impl_->SetNoslip(option.noslip_iterations);
+  impl_->scene_solimp.assign(model()->geom_solimp, model()->geom_solimp + mjNIMP * model()->ngeom);
+  impl_->softness.assign(model()->ngeom, 1.0);
   impl_->data = internal::MakeData(model());
   if (!impl_->data) throw base::RunError("MuJoCo: out of memory for the scene's data");
   impl_->before.state.resize(mj_stateSize(model(), mjSTATE_INTEGRATION));
@@ -240,6 +251,14 @@ base::Pose World::ObjectPose(int object) const {
 
 Vector3d World::ObjectCenterOfMass(int object) const {
   return internal::CenterOfMass(model(), data(), impl_->at(object).body);
+}
+
+void World::ScaleSoftness(int geom, double share) {
+  if (share == std::exchange(impl_->softness[geom], share)) return;
+  for (const int end : {0, 1}) {  // impedance d0 and d_width: the contact yields by 1 - d
+    const int at = mjNIMP * geom + end;
+    model()->geom_solimp[at] = 1.0 - share * (1.0 - impl_->scene_solimp[at]);
+  }
 }
 
 double World::ObjectMass(int object) const {
@@ -410,7 +429,7 @@ bool World::Settle(double limit_s, double rest_speed_m_s, double rest_time_s) {
 void World::StepCoarsely(bool coarsely) {
   mjOption& option = model()->opt;
   option.timestep = coarsely ? kCoarseStep_s : impl_->scene_option.timestep;
-  option.noslip_iterations = coarsely ? 0 : impl_->scene_option.noslip_iterations;
+  impl_->SetNoslip(coarsely ? 0 : impl_->scene_option.noslip_iterations);
   option.impratio = coarsely ? 1.0 : impl_->scene_option.impratio;
   for (int tree = 0; tree < model()->ntree; ++tree) {
     if (impl_->IsObject(model()->tree_bodyadr[tree])) continue;

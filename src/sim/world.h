@@ -83,6 +83,8 @@ class World {
   base::Pose ObjectPose(int object) const;  ///< X_WO of the object's root body
   Eigen::Vector3d ObjectCenterOfMass(int object) const;
   double ObjectMass(int object) const;
+  /// Sets how much a geom's contacts yield, as a share of what the scene's file gives it.
+  void ScaleSoftness(int geom, double share);
   double ObjectTop(int object) const;     ///< highest point of its collision geometry [m]
   double ObjectBottom(int object) const;  ///< lowest point of it [m]
   double ObjectSpeed(int object) const;   ///< |v| + radius |w| [m/s]

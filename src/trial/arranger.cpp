@@ -1,6 +1,7 @@
 #include "trial/arranger.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -672,6 +673,53 @@ class ClutterArranger : public WorldArranger {
   std::map<std::string, std::vector<sim::RestingPose>> resting_poses_;
 };
 
+// A key of `clutter` and the arrangements that read it.
+struct ClutterKey {
+  const char* name;
+  std::vector<const char*> readers;
+  bool counts_others = false;  ///< also read by those that draw the number of others
+};
+
+// All but box_wall_mm, which belongs to the scene.
+const std::vector<ClutterKey>& ClutterKeys() {
+  static const std::vector<const char*> kHeaps = {kTouching, kBox, kPile};
+  static const std::vector<const char*> kJudged = {kTouching, kSideBySide, kBox, kPile};
+  static const std::vector<const char*> kAll = {kScattered, kTouching, kSideBySide, kBox, kPile};
+  static const std::vector<const char*> kCounting = {kScattered, kTouching, kSideBySide};
+  static const std::vector<ClutterKey> kKeys = {{"always", {kScattered}},
+                                                {"others", {kScattered}},
+                                                {"standing_share", {kScattered}},
+                                                {"min_seen_share", {kScattered}},
+                                                {"scatter_radius_mm", {kScattered}},
+                                                {"min_others", kCounting, true},
+                                                {"max_others", kCounting, true},
+                                                {"draw_others", {kBox, kPile}},
+                                                {"min_touching", {kTouching}},
+                                                {"touch_mm", kAll},
+                                                {"drop_height_mm", kHeaps},
+                                                {"touching_radius_mm", {kTouching}},
+                                                {"mouth_radius_mm", {kPile}},
+                                                {"interval_s", kHeaps},
+                                                {"max_put_back", kHeaps},
+                                                {"target_drops", kHeaps},
+                                                {"max_draws", kAll},
+                                                {"settle_limit_s", kAll},
+                                                {"rest_speed_mm_s", kJudged},
+                                                {"rest_time_s", kJudged},
+                                                {"max_penetration_mm", kJudged}};
+  return kKeys;
+}
+
+// Whatever the arrangement: the walls are those of the scene.
+void CheckWalls(const base::YamlMap& map, const Options& options) {
+  if (!options.physics.box_wall_m) return;
+  try {
+    WorldOf(options, {});
+  } catch (const base::InputError& error) {
+    map.FailIn("clutter", "box_wall_mm", error.what());
+  }
+}
+
 }  // namespace
 
 int Total(const Redraws& redraws) {
@@ -695,6 +743,7 @@ sim::World WorldOf(const Options& options, const std::vector<std::string>& objec
 }
 
 void CheckArrangement(const base::YamlMap& map, const Options& options) {
+  CheckWalls(map, options);
   const std::string& kind = options.arranger;
   if (kind == kSingle) return;
   const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
@@ -714,10 +763,27 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
   }
 }
 
+std::vector<base::Finding> IgnoredKeys(const base::YamlMap& map, const Options& options) {
+  std::vector<base::Finding> ignored;
+  for (const ClutterKey& key : ClutterKeys()) {
+    const auto place = map.PlaceIn("clutter", key.name);
+    const bool read = std::ranges::find(key.readers, options.arranger) != key.readers.end() ||
+                      (key.counts_others && DrawsOthers(options));
+    if (!place || read) continue;
+    ignored.push_back(
+        {.error = false,
+         .where = *place,
+         .element = std::string("key 'clutter.") + key.name + "'",
+         .what = "has no effect with `arrangement: " + options.arranger + "`",
+         .cure =
+             fmt::format("remove it, or set `arrangement` to {}{}", fmt::join(key.readers, " or "),
+                         key.counts_others ? "; box and pile need draw_others: true" : "")});
+  }
+  return ignored;
+}
+
 std::unique_ptr<Arranger> MakeArranger(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner) {
-  // Throws before the first trial if the scene does not have the walls.
-  if (options.physics.box_wall_m) WorldOf(options, {});
   const std::string& kind = options.arranger;
   if (kind == kSingle) return std::make_unique<SingleArranger>(options, robot, scanner);
   if (kind == kScattered) return std::make_unique<ScatteredArranger>(options, robot, scanner);

@@ -68,7 +68,7 @@ class Arranger {
 //
 // scattered: the target, the objects that are always there and a random number of others. Each has
 // a pose like those of `single` and lies anywhere in the workspace where it does not penetrate
-// another object; they may touch.
+// another object; they may touch. The target need not be the topmost.
 //
 // side_by_side: the target and a random number of others, each in a pose in which a drop onto the
 // table ended. The others are lower than the target. One after the other is moved from a random
@@ -89,8 +89,11 @@ inline constexpr const char* kBox = "box";
 inline constexpr const char* kPile = "pile";
 
 /// @throws base::InputError naming the file, line and key if there are too few objects for the
-/// arrangement, or the scene has no box that it needs.
+/// arrangement, or the scene has no box that it or clutter.box_wall_mm needs.
 void CheckArrangement(const base::YamlMap& map, const Options& options);
+
+/// Warnings of keys of `clutter` in the file that the experiment's arrangement does not read.
+std::vector<base::Finding> IgnoredKeys(const base::YamlMap& map, const Options& options);
 
 /// The arranger selected by the options, which passed CheckArrangement. The arguments must outlive
 /// it.

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "sim/world.h"
+#include "trial/arranger.h"
 #include "trial/options.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
@@ -66,7 +66,9 @@ class Grasping : public SceneTask {
     AddModelsTo(o, stamp);
     FindDetector(o.detector)->add_to(o, stamp);
     AddTitles(o, stamp);
-    if (!o.reference.empty()) stamp.data[experiment::kReferenceKey] = base::ReadFile(o.reference);
+    if (!o.reference.empty()) {
+      stamp.data[experiment::kReferenceKey] = experiment::PublishedText(o.reference);
+    }
   }
 
   const Cell& cell() const override { return cell_; }
@@ -76,9 +78,20 @@ class Grasping : public SceneTask {
   std::uint64_t seed_;
 };
 
+// A trial grasps the topmost object, and succeeds with the target.
+std::vector<base::Finding> ScatteredWarning(const base::YamlMap& map, const Options& options) {
+  if (options.arranger != kScattered) return {};
+  return {{.error = false,
+           .where = map.PlaceOf("arrangement").value_or(map.file().string()),
+           .element = "key 'arrangement'",
+           .what = "scattered does not make the target the topmost object: trials that grasp "
+                   "another one count as not detected",
+           .cure = "use touching, side_by_side, box or pile"}};
+}
+
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
   Options options = ReadOptions(map, common.seed);
-  if (!ModelsPass(map, options, common)) return nullptr;
+  if (!ModelsPass(map, options, common, ScatteredWarning(map, options))) return nullptr;
   FindDetector(options.detector)->check(map, options, common.case_limit_s);
   return std::make_unique<Grasping>(std::move(options), common);
 }

@@ -1,8 +1,10 @@
 #include "trial/options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 
 #include "base/file.h"
@@ -219,19 +221,6 @@ std::vector<std::string> KnownObjects(const Options& options) {
   return {known.begin(), known.end()};
 }
 
-// Names the first of the objects that no folder has; empty if there is none.
-std::string MissingObject(const std::vector<std::string>& objects, const Options& options) {
-  for (const std::string& object : objects) {
-    const auto mjcf = ObjectModelOf(options, object).mjcf;
-    if (fs::is_regular_file(mjcf)) continue;
-    return fmt::format(
-        "no object '{}' (no file {}){}; object_folders: [FOLDER] finds the program's objects "
-        "(`rangegrasp list objects`) as well",
-        object, mjcf.string(), base::Suggestion(object, KnownObjects(options)));
-  }
-  return "";
-}
-
 std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
   const auto resolved = [&](const std::string& path) {
     return (map.file().parent_path() / path).lexically_normal();
@@ -299,7 +288,7 @@ Options ReadOptions(YamlMap& map, std::uint64_t seed) {
   map.ReadPath("scene", o.scene, "MJCF file with table, arm, hand and scanner");
   o.arranger = kSingle;
   map.Read("arrangement", o.arranger, {kSingle, kScattered, kTouching, kSideBySide, kBox, kPile},
-           "arrangement of the objects of a trial");
+           "arrangement of the objects of a trial; in all but scattered the target is the topmost");
   map.ReadPath(
       "sensor", o.sensor,
       "file of the sensor: a line scanner, a depth camera, a stereo camera, or laser and stereo");
@@ -374,6 +363,25 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
   return {object, in(options.object_folders.front())};
 }
 
+std::string MissingObject(const std::vector<std::string>& objects, const Options& options) {
+  for (const std::string& object : objects) {
+    const auto mjcf = ObjectModelOf(options, object).mjcf;
+    if (fs::is_regular_file(mjcf)) continue;
+    const std::string nearest = base::Suggestion(object, KnownObjects(options));
+    const auto& folders = options.object_folders;
+    if (folders.size() > 1) {
+      return fmt::format("no object '{0}' (no {0}/{0}.xml in {1}){2}", object,
+                         fmt::join(folders | std::views::transform(&fs::path::native), ", "),
+                         nearest);
+    }
+    return fmt::format(
+        "no object '{}' (no file {}){}; object_folders: [FOLDER] finds the program's objects "
+        "(`rangegrasp list objects`) as well",
+        object, mjcf.string(), nearest);
+  }
+  return "";
+}
+
 void CheckObjects(const YamlMap& map, const Options& options) {
   const auto& folders = options.object_folders;
   if (folders.size() == 1 && !fs::is_directory(folders.front())) {
@@ -396,9 +404,14 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   }
 }
 
-bool ModelsPass(const base::YamlMap& map, const Options& options,
-                const experiment::Common& common) {
-  if (common.on_findings && !common.on_findings(FindingsOf(options))) return false;
+bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common,
+                const std::vector<base::Finding>& warnings) {
+  if (common.on_findings) {
+    auto findings = FindingsOf(options);
+    std::ranges::move(IgnoredKeys(map, options), std::back_inserter(findings));
+    findings.insert(findings.end(), warnings.begin(), warnings.end());
+    if (!common.on_findings(findings)) return false;
+  }
   CheckObjects(map, options);
   CheckArrangement(map, options);
   return true;

@@ -141,14 +141,20 @@ std::vector<std::string> AllObjects(const Options& options);
 /// have in the first folder.
 sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object);
 
+/// Names the first of the objects that no folder has, with the nearest name; empty if there is
+/// none.
+std::string MissingObject(const std::vector<std::string>& objects, const Options& options);
+
 /// @throws base::InputError if an object is missing.
 void CheckObjects(const base::YamlMap& map, const Options& options);
 
 /// Passes the errors of the scene, its arm, its hand (sim/check/check.h) and the objects to
-/// common.on_findings, then calls CheckObjects and CheckArrangement (arranger.h).
+/// common.on_findings, with IgnoredKeys (arranger.h) and the task's own warnings, then calls
+/// CheckObjects and CheckArrangement (arranger.h).
 /// @return false if on_findings returns false
 /// @throws base::InputError like these.
-bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common);
+bool ModelsPass(const base::YamlMap& map, const Options& options, const experiment::Common& common,
+                const std::vector<base::Finding>& warnings = {});
 
 /// A hash of all files that decide a trial: the scene, the objects, what both refer to, surfaces,
 /// the sensor, the grasp score and files of systems.

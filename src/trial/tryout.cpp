@@ -102,14 +102,19 @@ struct Cause {
 constexpr const char* kCreep = "creep";
 
 // The fix for a failed audit, by the name of its value (sim/internal/audit.cpp).
-std::string CureOf(const std::string& failed) {
-  const std::array<std::pair<const char*, const char*>, 8> cures = {{
-      {"equality",
-       "solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001\" on the hand's <equality>, or a "
-       "lower \"grip_force\""},
-      {"penetration",
-       "solref=\"0.005 1\" solimp=\"0.95 0.99 0.001 0.5 2\" priority=\"1\" on the "
-       "fingertips, or a lower \"grip_force\""},
+std::string CureOf(const std::string& failed, const std::filesystem::path& scene) {
+  const auto fails = [&](const char* name) { return failed.find(name) != std::string::npos; };
+  const auto firmer = [](const std::string& attributes, const char* where) {
+    return attributes.empty() ? "" : attributes + where + ", or ";
+  };
+  const std::string gentler = "a lower \"grip_force\"";
+  if (fails("equality")) {
+    return firmer(check::FirmerEqualities(scene), " on the hand's <equality>") + gentler;
+  }
+  if (fails("penetration")) {
+    return firmer(check::FirmerTips(scene), " on the fingertips") + gentler;
+  }
+  const std::array<std::pair<const char*, const char*>, 6> cures = {{
       {kCreep,
        "condim=\"4\" priority=\"1\" on the fingertips, impratio=\"10\" cone=\"elliptic\" in "
        "<option>"},
@@ -119,8 +124,7 @@ std::string CureOf(const std::string& failed) {
       {"grip", "a lower \"grip_force\", or a narrower forcerange of the hand's drives"},
       {"", "a smaller timestep, and armature and damping in the joints of hand and arm"},
   }};
-  const auto fits = [&](const auto& cure) { return failed.find(cure.first) != std::string::npos; };
-  return std::ranges::find_if(cures, fits)->second;
+  return std::ranges::find_if(cures, [&](const auto& cure) { return fails(cure.first); })->second;
 }
 
 const char* const kStronger =
@@ -170,7 +174,7 @@ std::string FirstSeen(const Attempt& attempt) {
                      box.max().y() * kMmPerM, box.max().z() * kMmPerM);
 }
 
-Cause CauseOf(const Attempt& attempt) {
+Cause CauseOf(const Attempt& attempt, const std::filesystem::path& scene) {
   switch (attempt.outcome) {
     case Outcome::kWrongTarget:
       return {"the scene", "is mistaken for an object: " + FirstSeen(attempt),
@@ -186,7 +190,7 @@ Cause CauseOf(const Attempt& attempt) {
       return {"the arm", "finds no motion: " + attempt.detail,
               "mount the hand or the arm differently, or clear the space there"};
     case Outcome::kInvalidPhysics:
-      return {"the physics", "is not valid: " + attempt.detail, CureOf(attempt.detail)};
+      return {"the physics", "is not valid: " + attempt.detail, CureOf(attempt.detail, scene)};
     case Outcome::kNotLifted:
     case Outcome::kDropped:
       return OfTheGrip(attempt);
@@ -250,7 +254,7 @@ class Trying {
     if (attempt.log && PressesLess(*attempt.log)) ++weak_;
     if (attempt.outcome == Outcome::kDelivered) return;
     if (attempt.outcome == Outcome::kInvalidPhysics) ++invalid_;
-    const Cause cause = CauseOf(attempt);
+    const Cause cause = CauseOf(attempt, cell_.options.scene);
     Group& group = groups_[cause.element + cause.cure];
     if (group.count++ == 0) group.first = cause;
     ++group.outcomes[std::string(base::Word(attempt.outcome))];
@@ -271,7 +275,8 @@ class Trying {
   // Contacts may creep because the solver has too few iterations against it; with more, other hands
   // creep. So all trials are run again with more, which are proposed if fewer then fail.
   void CheckCreep(const std::vector<experiment::Case>& cases) {
-    const auto creeps = [](const auto& group) { return group.second.first.cure == CureOf(kCreep); };
+    const std::string cure = CureOf(kCreep, cell_.options.scene);
+    const auto creeps = [&](const auto& group) { return group.second.first.cure == cure; };
     const auto creeping = std::ranges::find_if(groups_, creeps);
     if (creeping == groups_.end()) return;
     int trials = 0, invalid = 0;
@@ -389,8 +394,35 @@ Options OptionsOf(const std::filesystem::path& scene) {
   options.sensor = base::DataFolder() / "models/sensors/line_scanner.yaml";
   options.sensor_type = kLineScanner;
   options.perception.stated_noise = FindSensor(kLineScanner)->states_noise;
+  options.arranger = kSingle;
+  options.detector = kDissertation;
   SetMethod(MethodKind::kImproved, options);
   return options;
+}
+
+std::vector<Finding> CheckSight(const Cell& cell) {
+  if (cell.sensor->Rehearses()) return {};
+  const robot::Robot& robot = cell.robot;
+  const Sensed sensed = Look(cell, WorldOf(cell.options, {}), kSeed);
+  const base::Pose X_PlaceW = robot.X_WWorkspace.inverse();
+  std::size_t measured = 0;
+  for (const geometry::View& view : sensed.observation.views) {
+    for (const Eigen::Vector3d& p_W : view.image.points_C) {
+      if (!p_W.allFinite()) continue;
+      ++measured;
+      if ((X_PlaceW * p_W).head<2>().norm() <= robot.workspace_radius_m) return {};
+    }
+  }
+  const Eigen::Vector3d center_mm = robot.X_WWorkspace.translation() * kMmPerM;
+  return {
+      {true, cell.options.sensor.string(), "the sensor",
+       fmt::format("measures no point of the workspace, which is {:.0f} mm about x {:.0f}, y "
+                   "{:.0f} mm on the table ({} elsewhere)",
+                   robot.workspace_radius_m * kMmPerM, center_mm.x(), center_mm.y(),
+                   base::Counted(static_cast<std::int64_t>(measured), "point")),
+       "turn it to the workspace: by the site \"scanner\" of the scene (x right, y down, z "
+       "forward), or by `place` or `site` in a depth camera's file; and let the file's range of "
+       "depths and field of view include the workspace"}};
 }
 
 Tryout TryCell(Options options, const std::function<void(const std::string&)>& say) {

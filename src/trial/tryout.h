@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "trial/cell.h"
 #include "trial/options.h"
 
 namespace rangegrasp::trial {
@@ -19,6 +20,10 @@ struct Tryout {
 
 /// Default options of an experiment in a scene, with the line scanner.
 Options OptionsOf(const std::filesystem::path& scene);
+
+/// An error if the cell's sensor measures no point of the empty workspace, by one scan. Nothing is
+/// said of a sensor that renders pictures: its threads must not exist when a later cell forks.
+std::vector<base::Finding> CheckSight(const Cell& cell);
 
 /// Runs trials (trial.h: arrange, scan, detect, plan, execute, judge) on generated objects instead
 /// of the experiment's: a box, a cylinder and a ball, each in three sizes that fit the hand's

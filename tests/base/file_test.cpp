@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 
 #include "base/error.h"
@@ -34,6 +36,42 @@ TEST(ReadFile, NamesTheFileThatItCannotRead) {
     EXPECT_THAT(ErrorOf([&] { ReadNonEmptyFile(folder / name); }),
                 HasSubstr((folder / name).string()));
   }
+}
+
+// Opening a named pipe would wait for a writer.
+TEST(ReadFile, RefusesANamedPipeButReadsAnOpenOne) {
+  const TempFolder folder;
+  const auto named = folder / "named.csv";
+  ASSERT_EQ(mkfifo(named.c_str(), 0600), 0);
+  EXPECT_THAT(ErrorOf([&] { ReadFile(named); }), HasSubstr("named.csv: is a named pipe"));
+  EXPECT_THAT(ErrorOf([&] { CheckReadable(named); }), HasSubstr("named.csv: is a named pipe"));
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  ASSERT_EQ(write(ends[1], "abc", 3), 3);
+  close(ends[1]);
+  EXPECT_EQ(ReadFile("/dev/fd/" + std::to_string(ends[0])), "abc");  // `<(command)` of a shell
+  close(ends[0]);
+}
+
+TEST(ReadFile, RefusesAFileThatWouldFillTheMemory) {
+  const TempFolder folder;
+  const auto file = folder.Write("large.ply", "");
+  std::filesystem::resize_file(file, (std::uintmax_t{2} << 30U) + 1);  // sparse
+  EXPECT_THAT(ErrorOf([&] { ReadFile(file); }),
+              HasSubstr("large.ply: has more than 2147483648 bytes"));
+}
+
+TEST(ReadFile, NamesALinkToItselfWithTheReason) {
+  const TempFolder folder;
+  std::filesystem::create_symlink("loop", folder / "loop");
+  EXPECT_THAT(ErrorOf([&] { ReadFile(folder / "loop"); }),
+              HasSubstr("loop: cannot be opened for reading: Too many levels of symbolic links"));
+}
+
+TEST(TextOf, NamesThePathAndTheReason) {
+  const auto reason = std::make_error_code(std::errc::permission_denied);
+  EXPECT_EQ(TextOf(std::filesystem::filesystem_error("status", "a/b", reason)),
+            "a/b: Permission denied");
 }
 
 TEST(WriteFile, MakesFoldersAndReplacesTheWholeFile) {
@@ -129,6 +167,9 @@ TEST(CsvTable, NamesFileLineColumnAndCell) {
   const auto table = CsvTable::Parse("name,n\nx,1\ny,one\n", "t.csv");
   EXPECT_THAT(ErrorOf([&] { table.Number(1, 1); }), HasSubstr("t.csv:3: column 'n': 'one' must"));
   EXPECT_THAT(ErrorOf([&] { table.Column("nam"); }), HasSubstr("nearest: name"));
+  // The file has the columns; the program asks for one.
+  EXPECT_THAT(ErrorOf([&] { table.Column("nam"); }),
+              HasSubstr("t.csv: lacks the column 'nam'; its columns are name, n"));
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("a,b\n1\n", "t.csv"); }), HasSubstr("t.csv:2: has 1"));
   EXPECT_THAT(ErrorOf([] { CsvTable::Parse("a\n\"x\n\n", "t.csv"); }),
               HasSubstr("t.csv:2: missing closing quote"));

@@ -94,5 +94,12 @@ TEST(IsUtf8, TakesEveryCharacterAndNothingElse) {
   }
 }
 
+TEST(Excerpt, IsShortOnOneLineAndOfWholeLetters) {
+  EXPECT_EQ(Excerpt("a\nb\tc"), "a b c");
+  EXPECT_EQ(Excerpt(std::string(80, 'x')), std::string(80, 'x'));
+  EXPECT_EQ(Excerpt(std::string(81, 'x')), std::string(80, 'x') + "...");
+  EXPECT_EQ(Excerpt(std::string(79, 'x') + "\u00e4y"), std::string(79, 'x') + "...");
+}
+
 }  // namespace
 }  // namespace rangegrasp::base

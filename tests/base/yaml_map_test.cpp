@@ -207,6 +207,23 @@ TEST_F(YamlMapTest, TextBoolListAndMapMustBeWhatTheyShould) {
   }
 }
 
+TEST_F(YamlMapTest, AMissingValueIsCalledMissing) {
+  YamlMap map = Parse("file:\n");
+  std::filesystem::path file;
+  EXPECT_THAT(ErrorOf([&] { map.ReadPath("file", file); }),
+              AllOf(At(1, "file"), HasSubstr("its value is missing; it must be a text")));
+}
+
+TEST_F(YamlMapTest, TheirPlacesAreThoseOfTheFileOrOfTheCommandLine) {
+  YamlMap map = Parse("a: 1\nouter:\n  inner: 2\n");
+  map.Override("outer.set=3");
+  EXPECT_EQ(map.PlaceOf("a"), file_.string() + ":1");
+  EXPECT_EQ(map.PlaceIn("outer", "inner"), file_.string() + ":3");
+  EXPECT_EQ(map.PlaceIn("outer", "set"), "--set outer.set");
+  EXPECT_EQ(map.PlaceIn("outer", "a"), std::nullopt);
+  EXPECT_EQ(map.PlaceIn("none", "a"), std::nullopt);
+}
+
 TEST_F(YamlMapTest, AWordOfFewNamesTheNearest) {
   YamlMapColour colour = YamlMapColour::kRed;
   YamlMap map = Parse("colour: grean\n");

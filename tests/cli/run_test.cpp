@@ -127,6 +127,13 @@ TEST_F(RunTest, ExistingResultsAreNotTouchedUnasked) {
   EXPECT_EQ(Rows("single"), before);
 }
 
+TEST_F(RunTest, ResultsAreNotDeletedByARunThatIsToResumeThem) {
+  const auto before = Rows("single");
+  testing_support::ExpectRefusal(RunInto("single", {"--resume", "--overwrite"}),
+                                 "--resume continues existing results, --overwrite deletes them");
+  EXPECT_EQ(Rows("single"), before);
+}
+
 // The rows of seed 1 are those of the run with only seed 1; the table counts all rows.
 TEST_F(RunTest, SeveralSeedsStandInOneTable) {
   Succeeded(RunInto("seeds", {"--seeds", "1,2"}));
@@ -300,6 +307,20 @@ TEST_F(RunTest, AReplayWithoutPicturesSaysThat) {
   EXPECT_THAT(ran.err, HasSubstr("task cylinder_recall has no pictures"));
   EXPECT_THAT(ran.err, testing::Not(HasSubstr("pictures in")));
   EXPECT_THAT(ran.out, testing::StartsWith("scene-0000: scored in stage detect\n  seconds: "));
+  EXPECT_FALSE(std::filesystem::exists(Folder("recall/snapshots")));
+  testing_support::ExpectRefused(
+      {"trial", Folder("recall"), "scene-0000", "--video", Folder("recall.mp4")},
+      "--video, --camera: this task has no pictures");
+}
+
+// In a folder that cannot hold the pictures, the trial would seem to crash.
+TEST_F(RunTest, PicturesThatCannotBeWrittenAreNoChangeOfTheProgram) {
+  std::filesystem::create_directories(Folder("unwritable"));
+  std::filesystem::copy(Folder("single/results.sqlite"), Folder("unwritable"));
+  base::WriteFile(Folder("unwritable/snapshots"), "no folder");
+  const Ran ran = RunProgram({"trial", Folder("unwritable"), "spread-0000", "--snapshots"});
+  testing_support::ExpectRefusal(ran, Folder("unwritable/snapshots") + ": the folder cannot be");
+  EXPECT_THAT(ran.err, testing::Not(HasSubstr("has the program")));
 }
 
 // The reference run's first record 25 times, the last time with another outcome.

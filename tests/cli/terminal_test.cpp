@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <pty.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <regex>
@@ -12,6 +13,7 @@
 #include "base/file.h"
 #include "base/units.h"
 #include "cli/command.h"
+#include "cli/output.h"
 
 namespace rangegrasp {
 namespace {
@@ -93,6 +95,24 @@ TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
   EXPECT_THAT(shown, testing::Not(HasSubstr(kRed)));
   const std::string markdown = OnTerminal({"table", out, "--format", "markdown"});
   EXPECT_THAT(markdown, testing::Not(HasSubstr("\x1b")));
+}
+
+TEST(ProgressBar, OutsideATerminalHasALineAtFirstAndOneForEachTenth) {
+  const auto shown = [](double quiet_s) {
+    testing::internal::CaptureStderr();
+    cli::ProgressBar bar(0, 40, "delivered", quiet_s);
+    experiment::Record last;
+    last.result.outcome = "delivered";
+    for (int done = 1; done <= 40; ++done) bar(done, 40, last);
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string lines = shown(0.0);
+  EXPECT_EQ(std::ranges::count(lines, '\n'), 11);
+  EXPECT_EQ(std::ranges::count(lines, '\r'), 0);
+  EXPECT_THAT(lines, testing::StartsWith("progress: 1/40, 1 delivered (100 %), "));
+  EXPECT_THAT(lines, HasSubstr("\nprogress: 4/40, 4 delivered (100 %), "));
+  EXPECT_THAT(lines, HasSubstr("\nprogress: 40/40, 40 delivered (100 %), "));
+  EXPECT_EQ(shown(3600.0), "");
 }
 
 /// A rod of 60,000 triangles. Its diameters take 3 s on a fast core, longer than the delay before

@@ -132,6 +132,12 @@ TEST(Usage, SetTakesOneValueSoThatTheFileMayFollow) {
   }
 }
 
+TEST(Usage, EachAssignmentNeedsItsOwnSet) {
+  const std::string says = "unexpected 'stop_after=3': each KEY=VALUE needs its own --set";
+  ExpectRefused({"run", kLaserSingle, "--set", "seed=1", "stop_after=3"}, says);
+  ExpectRefused({"check", "--set=seed=1", "stop_after=3", kLaserSingle}, says);
+}
+
 TEST(Usage, WholeNumbersAreDecimalAndFit) {
   const TempFolder folder;
   for (const char* option : {"--seed", "--trials", "--jobs"}) {
@@ -330,6 +336,30 @@ TEST_F(BadInputTest, AMissingOrBrokenSceneIsNamed) {
     ExpectRefused({"scan", scene, "-o", folder_ / "a.pcd"}, scene);
   }
   ExpectRefused({"snapshot", folder_ / "none.xml", "-o", "a.png"}, "none.xml");
+  ExpectRefused({"perceive", "cloud.pcd", "--scene", kLaserSingle},
+                kLaserSingle + ": is not XML; an MJCF file (.xml) is needed");
+}
+
+TEST_F(BadInputTest, ALinkToItselfIsNamed) {
+  const std::string loop = folder_ / "loop";
+  std::filesystem::create_symlink("loop", loop);
+  for (const char* command : {"table", "trial", "perceive", "run", "check", "snapshot"}) {
+    ExpectRefused({command, loop}, "loop: Too many levels of symbolic links");
+  }
+}
+
+TEST_F(BadInputTest, AMissingSensorIsNamedByItsOption) {
+  for (const std::string& file : {kLaserSingle, kTabletop}) {
+    ExpectRefused({"scan", file, "--sensor", "none.yaml", "-o", folder_ / "a.pcd"},
+                  "error: --sensor: no file 'none.yaml'");
+  }
+}
+
+TEST_F(BadInputTest, ATaskWithoutPicturesIsNamed) {
+  const std::string recall = kUsageSource / "experiments/cylinder_recall.yaml";
+  ExpectRefused({"snapshot", recall, "-o", folder_ / "a.png"},
+                "cannot show a scene of `task: cylinder_recall`; give an experiment of a task that "
+                "arranges objects and shows them");
 }
 
 TEST_F(BadInputTest, ASensorsFileIsNoExperimentToCheck) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "base/error.h"
 #include "error_of.h"
@@ -70,10 +71,13 @@ void AddSquares(const std::string& name, bool uses_seed) {
     return std::make_unique<Squares>(o.groups, o.each, common.seed);
   };
   kind.read_keys = [](base::YamlMap& map) { ReadSquares(map); };
-  kind.report = [](const Stamp&, const std::vector<Record>& records) {
+  kind.report = [](const Stamp& stamp, const std::vector<Record>& records) {
+    std::ignore = nlohmann::json::parse(ValueOr(stamp.data, "rows", "[]"));
     Report report;
     report.sections.push_back({"Squares", {{"id", "square"}, {true, false}, {}, false}});
     for (const auto& r : records) {
+      const auto log = nlohmann::json::parse(r.result.data).value("log", nlohmann::json::object());
+      std::ignore = log.value("count", 0);
       report.sections[0].grid.rows.push_back({r.which.id, r.result.detail});
     }
     return report;
@@ -208,6 +212,54 @@ TEST_F(ExperimentTest, ReportsSayWhatIsMissing) {
               testing::StartsWith("id,square\na-0,0\n"));
   EXPECT_THAT(Format(whole, store.ReadStamp(), TableFormat::kMarkdown),
               testing::StartsWith("Squares:\n\n| id | square |\n"));
+}
+
+TEST_F(ExperimentTest, ATableThatFailsNamesTheCaseAndTheKey) {
+  const auto e = Open("task: squares\n");
+  Results results{e.stamp, {}, "out"};
+  for (const Case& c : e.cases) results.records.push_back({c, e.task->Run(c)});
+  results.records[4].result.data =
+      R"({"pose": "lies", "log": {"lift": 1, "count": ")" + std::string(5000, 'x') + "\"}}";
+  const std::string error = ErrorOf([&] { ReportOf(results); });
+  EXPECT_THAT(error, testing::StartsWith("out: the tables cannot be written: case b-1: 'log.count' "
+                                         "of its data is \"xxx"));
+  EXPECT_THAT(error, testing::EndsWith("xxx...: type must be number, but is string"));
+  EXPECT_LT(error.size(), 250u);
+}
+
+TEST_F(ExperimentTest, ATableThatFailsNamesTheValueOfTheStamp) {
+  const auto e = Open("task: squares\n");
+  Results results{e.stamp, {}, "out"};
+  results.stamp.data["rows"] = "[1, ";
+  EXPECT_THAT(ErrorOf([&] { ReportOf(results); }),
+              HasSubstr("out: the tables cannot be written: stamp 'rows' is '[1, ': "));
+  results.stamp.identity.erase("task");
+  EXPECT_THAT(ErrorOf([&] { ReportOf(results); }),
+              testing::StartsWith("out: the results have no stamp 'task'"));
+}
+
+TEST_F(ExperimentTest, AComparisonNamesTheFolderWhoseStampIsDamaged) {
+  const auto e = Open("task: squares\n");
+  const auto write = [&](const std::string& name, const Stamp& stamp) {
+    Store store = Store::Create(folder_ / name);
+    store.WriteStamp(stamp);
+    for (const Case& c : e.cases) store.Write({c, e.task->Run(c)});
+  };
+  write("good", e.stamp);
+  const auto expect = [&](const std::string& part, const std::string& value,
+                          const std::string& what) {
+    Stamp stamp = e.stamp;
+    stamp.data[part] = value;
+    write(part, stamp);
+    const auto bad = folder_ / part;
+    for (const bool first : {true, false}) {
+      const std::string error = ErrorOf(
+          [&] { CompareRuns(first ? bad : folder_ / "good", first ? folder_ / "good" : bad); });
+      EXPECT_THAT(error, testing::StartsWith(bad.string() + ": " + what));
+    }
+  };
+  expect("set", "garbage", "--set 'garbage'");
+  expect("experiment_text", "{task: [", "experiment_text:1: not valid YAML");
 }
 
 TEST_F(ExperimentTest, TheKeysPageIsMadeFromTheReadingCode) {

@@ -43,6 +43,23 @@ TEST(Params, ADamagedTextIsRefused) {
   }
 }
 
+TEST(Params, ADamagedValueIsNamedInShort) {
+  const auto error_of = [](const std::string& text) {
+    return MessageOf([&] { Params::FromJson(text); });
+  };
+  EXPECT_THAT(error_of(R"({"seam": 3, "run": null})"), HasSubstr("'run' is null; it must be a"));
+  EXPECT_THAT(error_of(R"({"run": 9223372036854775808})"), HasSubstr("'run' is 922337"));
+  EXPECT_THAT(error_of("[1]"), HasSubstr("'[1]' is no JSON object"));
+  EXPECT_THAT(error_of(R"({"run": [")" + std::string(5000, 'x') + "\"]}"),
+              HasSubstr("'run' is array; it must be"));
+  EXPECT_LT(error_of(std::string(5000, 'x')).size(), 250u);
+}
+
+TEST(Params, ANumberThatDoesNotFitIsRefused) {
+  const Params params = {{"seam", std::int64_t{1} << 40}};
+  EXPECT_THAT(MessageOf([&] { params.Int("seam"); }), HasSubstr("'seam' is 1099511627776"));
+}
+
 TEST(CheckSameRun, NamesWhatDiffers) {
   Stamp other = kStamp;
   other.identity["seed"] = "2";

@@ -1,13 +1,29 @@
 #include "experiment/report.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+
+#include "error_of.h"
+#include "temp_folder.h"
 
 namespace rangegrasp::experiment {
 namespace {
 
 const Grid kGrid = {{"what", "n"}, {true, false}, {{"a", "1"}, {"long word", "10"}}, true};
+
+TEST(PublishedText, IsATableWithRows) {
+  const testing_support::TempFolder folder;
+  const auto file = folder.Write("t.csv", "method,a\nours,1\n");
+  EXPECT_EQ(PublishedText(file), "method,a\nours,1\n");
+  for (const auto& [text, what] : {std::pair("", "is empty"), std::pair("method,a\n", "no row")}) {
+    folder.Write("t.csv", text);
+    EXPECT_THAT(
+        testing_support::ErrorOf([&] { PublishedText(file); }),
+        testing::AllOf(testing::StartsWith(file.string() + ": "), testing::HasSubstr(what)));
+  }
+}
 
 TEST(Column, WritesMembersAndFunctionsAndLeavesOutWhatIsAbsent) {
   struct Fit {

@@ -53,6 +53,7 @@ TEST(Submission, IsFoundAgainInItsFolder) {
        {std::pair{R"(["--seed", "abc"], "tasks": 2)", "--seed 'abc' must be a whole number"},
         {R"(["--trials", "99999999999999"], "tasks": 2)", "--trials '99999999999999' must be"},
         {R"([], "tasks": 2000000000)", "tasks is 2000000000, but must be from 1 to 1000000"},
+        {R"([], "tasks": 4294967298)", "tasks is 4294967298, but"},
         {R"([], "tasks": -5)", "tasks is -5, but"}}) {
     base::WriteFile(folder / "slurm/submission.json",
                     std::string(R"({"experiment": "/x/e.yaml", "run": )") + text + "}");

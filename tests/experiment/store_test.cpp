@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -251,6 +252,13 @@ TEST(Store, AFileThatIsNoDatabaseIsAnInputError) {
               HasSubstr("no results"));
 }
 
+TEST(Store, ANamedPipeIsNoStore) {
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo((folder / "results.sqlite").c_str(), 0600), 0);
+  EXPECT_THAT(ErrorOf<base::InputError>([&] { Store::Open(folder.path()); }),
+              HasSubstr("results.sqlite: is a named pipe"));
+}
+
 TEST(Store, ADatabaseOfSomethingElseIsAnInputError) {
   const TempFolder folder;
   RunSql(folder.path(), "CREATE TABLE other(x)");
@@ -292,7 +300,9 @@ TEST(Store, ADamagedRecordIsNamed) {
   const std::pair<const char*, const char*> changes[] = {
       {"seed = 'x'", "seed 'x'"},
       {"params = '{\"a\": '", "parameters"},
+      {"params = '{\"a\": null}'", "'a' is null"},
       {"data = substr(data, 2)", "data are damaged"},
+      {"data = '{\"a\": 1e999}'", "data are damaged"},
       {"data = '[1]'", "data are damaged"}};
   for (const auto& [change, what] : changes) {
     const TempFolder folder;
@@ -425,6 +435,20 @@ TEST(ReadResults, SeedsMayDrawTheirGroupsInAnotherOrderButNoOtherGroups) {
   EXPECT_EQ(results.stamp.identity.at("groups"), "mat_end,obstacle");
   fill(3, "obstacle");
   EXPECT_NE(ErrorOf([&] { ReadResults(folder.path()); }).find("groups"), std::string::npos);
+}
+
+TEST(ReadResults, ASeedsIncompleteStampIsNamedWithItsFolder) {
+  for (const std::uint64_t damaged : {1u, 2u}) {
+    TempFolder folder;
+    for (const std::uint64_t seed : {1u, 2u}) {
+      Stamp stamp = StampOf(std::to_string(seed));
+      if (seed == damaged) stamp.identity.erase("seed");
+      Fill(SeedFolder(folder.path(), seed), seed, stamp);
+    }
+    EXPECT_THAT(ErrorOf([&] { ReadResults(folder.path()); }),
+                testing::StartsWith(SeedFolder(folder.path(), damaged).string() +
+                                    ": the results have no stamp 'seed'"));
+  }
 }
 
 TEST(ReadResults, NoResultsAreAnError) {

@@ -19,6 +19,7 @@ TEST(DetectionFrom, NamesTheSamplesOfTheObservation) {
     builder.scene.source.push_back(i);
     builder.scene.samples.push_back({(2 * i + 7) % 2, 2 * i + 7});
   }
+  builder.scene.objects[1].size_m = {0.08, 0.06, 0.1};
   const Detection detection = DetectionFrom(builder.scene, {});
   ASSERT_EQ(detection.objects.size(), 2u);
   std::uint32_t next = 7;
@@ -32,6 +33,8 @@ TEST(DetectionFrom, NamesTheSamplesOfTheObservation) {
   EXPECT_TRUE(detection.objects[0].rotational && detection.objects[0].open);
   EXPECT_FALSE(detection.objects[1].rotational || detection.objects[1].open);
   EXPECT_EQ(detection.objects[1].surface_C.vertices, builder.scene.objects[1].surface_C.vertices);
+  EXPECT_EQ(detection.objects[1].center_C, builder.scene.objects[1].center_C);
+  EXPECT_EQ(detection.objects[1].size_m, builder.scene.objects[1].size_m);
 }
 
 TEST(DetectionFrom, TakesEveryGraspAlongInItsOrder) {

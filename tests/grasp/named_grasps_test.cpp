@@ -79,6 +79,28 @@ TEST(NamedGrasps, AreReadWithAllTheirWays) {
   }
 }
 
+TEST(NamedGrasps, TheirUsesAreThoseOfAll) {
+  EXPECT_EQ(UsesOf(Read(kBar)), (std::set<std::string>{"hand_over", "pour"}));
+}
+
+// Both grasps of the bar close to 12 mm.
+TEST(NamedGrasps, ThoseThatCannotBeMeantAreWarnedOf) {
+  const auto warnings = [](double side_m, double height_m, std::optional<double> opens_m = {}) {
+    const auto bar_O = Extrude(Rectangle(side_m, side_m), height_m);
+    std::vector<std::string> what;
+    for (const auto& f : CheckNamedGrasps(Read(kBar), "grasps.yaml", bar_O.vertices, opens_m)) {
+      EXPECT_FALSE(f.error);
+      EXPECT_EQ(f.where, "grasps.yaml");
+      what.push_back(f.element + ": " + f.what);
+    }
+    return what;
+  };
+  EXPECT_EQ(warnings(0.012, 0.08, 0.05).size(), 0u);
+  EXPECT_THAT(warnings(0.012, 0.02).at(0), HasSubstr("grasp 'body': its center (0, 0, 60) mm is"));
+  EXPECT_THAT(warnings(0.006, 0.08).at(1), HasSubstr("'side': its width_mm is 12, but the whole"));
+  EXPECT_THAT(warnings(0.012, 0.08, 0.01).at(0), HasSubstr("the hand opens only 10 mm"));
+}
+
 TEST(NamedGrasps, WithoutAFileThereAreNone) {
   EXPECT_TRUE(ReadNamedGrasps("/nonexistent/grasps.yaml").grasps.empty());
 }

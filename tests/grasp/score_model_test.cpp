@@ -63,6 +63,10 @@ TEST_F(Model, WhatIsWrongInAFileIsNamed) {
         "[[0, 0.1, 1], [1]]", "[[\"a\"]]", "[7]", "[[0, 0.1, 1.5, 1], [1]]"}) {
     EXPECT_THAT(ErrorOf(tree(nodes)), HasSubstr("trees[0][0]")) << nodes;
   }
+  constexpr std::size_t kDeep = 200000;  // written with recursion, it would end the program
+  const std::string deep = ErrorOf(tree(std::string(kDeep, '[') + std::string(kDeep, ']')));
+  EXPECT_THAT(deep, HasSubstr("trees[0][0] is [[["));
+  EXPECT_LT(deep.size(), 300u);
 }
 
 }  // namespace

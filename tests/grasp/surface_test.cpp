@@ -51,5 +51,17 @@ TEST(CenterOfMass, OfAnOpenSurfaceIsTheMeanOfItsSamples) {
   EXPECT_LT((com - Vector3d(0.05, 0.05, 0.0)).norm(), 5e-4);
 }
 
+// A box of 100 x 60 x 40 mm that is turned by 0.5 rad; its corners are among the points.
+TEST(ObjectOfPoints, HasABoxThatIsTurnedWithIt) {
+  SceneBuilder builder;
+  builder.AddBox({0.1, 0.06, 0.04}, At(0.2, -0.1, 0.5));
+  const perception::Scene& scene = builder.scene;
+  const auto object = ObjectOfPoints(scene, scene.objects[0].points);
+  EXPECT_LT((object.size_m - Vector3d(0.1, 0.06, 0.04)).norm(), 1e-9);
+  EXPECT_LT((object.center_C - Vector3d(0.2, -0.1, 0.02)).norm(), 1e-9);
+  EXPECT_NEAR(object.height_m, 0.04, 1e-12);
+  EXPECT_NEAR(std::abs(object.axis_C.dot(Vector3d(std::cos(0.5), std::sin(0.5), 0.0))), 1.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace rangegrasp::grasp

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
+
+#include "base/error.h"
+
 namespace rangegrasp::perception {
 namespace {
 
@@ -75,6 +79,13 @@ TEST(Doubts, NameAKnownSensorThatLiesInTheTable) {
               ElementsAre("0,0,1 lies in the table's plane, so its upper side is not known: side"));
 }
 
+TEST(Doubts, NameASensorBelowTheTable) {
+  Scene scene = SceneToDoubt();
+  scene.table.plane.offset_m = -1.5;
+  EXPECT_THAT(DoubtsOf(scene),
+              ElementsAre("the sensor at 0,0,1 lies 0.50 m below the table: side"));
+}
+
 TEST(Doubts, NameATableFlatterThanAnySensorMeasuresUnlessTheNoiseIsGiven) {
   Scene scene = SceneToDoubt();
   scene.sampling.noise_m = 1e-7;
@@ -100,6 +111,34 @@ TEST(LeaveOutUnmeasured, PointsAtZeroAtTheSensorAndAllButOneOfManyInOnePlace) {
   std::erase_if(points_C, [](const Eigen::Vector3d& p) { return !p.allFinite(); });
   EXPECT_THAT(points_C, ElementsAre(crowded, pair, pair));
   EXPECT_THAT(LeaveOutUnmeasured(sensor_C, points_C), IsEmpty());
+}
+
+TEST(Crop, KeepsWhatIsInTheBoxOfAnyCloud) {
+  const Eigen::Vector3d inside(0.1, 0.2, 0.3), corner(0.0, 0.0, 0.0), outside(0.1, 0.2, 1.1);
+  geometry::Points one{outside, inside}, other{corner};
+  const std::vector<double> corners_m{0.0, 0.0, 0.0, 0.5, 0.5, 1.0};
+  Crop(corners_m, {.name = "crop", .unit = "unit"}, std::array{&one, &other});
+  EXPECT_TRUE(one[0].array().isNaN().all());
+  EXPECT_EQ(one[1], inside);
+  EXPECT_THAT(other, ElementsAre(corner));
+}
+
+TEST(Crop, NamesWhatIsWrong) {
+  const auto error = [](const std::vector<double>& corners_m) {
+    geometry::Points points{{0.1, 0.2, 0.3}};
+    try {
+      Crop(corners_m, {.name = "crop", .unit = "unit"}, std::array{&points});
+    } catch (const base::InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error({1, 2, 3}), testing::StartsWith("crop must be six numbers"));
+  EXPECT_EQ(error({1, 0, 0, 0, 1, 1}),
+            "crop: the first three numbers must be below the last three");
+  EXPECT_EQ(error({1, 1, 1, 2, 2, 2}),
+            "crop: the box contains none of the 1 points, which are from 0.1,0.2,0.3 to "
+            "0.1,0.2,0.3 m (unit)");
 }
 
 }  // namespace

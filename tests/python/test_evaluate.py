@@ -132,6 +132,8 @@ def test_runs_are_compared_case_by_case():
     compared = first.compare(second)
     assert compared["pairs"] == 3 and compared["only_second"] == 0
     assert compared["only_first"] == sum(row["outcome"] == "delivered" for row in first.rows)
+    with pytest.raises(TypeError, match=r"other must be Results, e.g. rg.load\(folder\), not 'v2'"):
+        first.compare("v2")
     with pytest.warns(UserWarning, match="different experiments"):
         first.compare(rg.evaluate(lambda scan: [], "single", set=["name=other"], **FEW))
 
@@ -154,6 +156,9 @@ def test_results_are_kept_resumed_and_not_mixed(tmp_path):
         rg.evaluate(lambda scan: [], "single", out=tmp_path / "r", resume=True, **{**FEW, "trials": 2})
     with pytest.raises(rg.InputError, match="no results"):
         rg.load(tmp_path / "nothing")
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(rg.InputError, match="loop: Too many levels of symbolic links"):
+        rg.load(tmp_path / "loop")
 
 
 def test_a_report_needs_the_function_of_its_run(tmp_path):

@@ -87,6 +87,28 @@ def test_grasps_are_those_of_the_program(tmp_path):
     assert np.linalg.norm(best.X_WG[:3, 3] - first["position_m"]) < 0.01 and abs(best.width - first["width_m"]) < 0.002
 
 
+def test_a_crop_leaves_out_what_is_outside():
+    points = cloud_of_a_box()
+    points[:20, :20, 2] += 0.06  # a corner of the table is a thing of its own
+    box = (-0.15, -0.15, -1, 0.15, 0.15, 1)
+    cropped = points.copy()
+    cropped[(np.abs(points[..., :2]) > 0.15).any(axis=-1)] = np.nan
+    assert len(rg.perceive(points, pose_above()).objects) == 2
+    one, = rg.perceive(points, pose_above(), crop=box).objects
+    assert np.array_equal(one.samples, rg.perceive(cropped, pose_above()).objects[0].samples)
+
+
+def test_grasps_are_ordered_by_their_score():
+    scene = rg.Scene("single", seed=1)
+    for found in (rg.perceive(scene.scan()), scene.perceive()):
+        free = [one for one in found.grasps if not one.collides]
+        assert [one.score for one in free] == sorted((one.score for one in free), reverse=True)
+        assert all(one.score == one.probability and 0 < one.score < 1 for one in free)
+        assert len({one.score for one in free}) > 1
+    by_rules = rg.Scene("single", seed=1, set="grasp.score=rules").perceive().grasps
+    assert {one.probability for one in by_rules} == {None} and by_rules[0].score > 0
+
+
 def warnings_of(*arguments):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -133,5 +155,9 @@ def test_errors_name_what_is_wrong():
     for noise in (-1.0, np.nan, np.inf):
         with pytest.raises(rg.InputError, match="noise must be a number of metres >= 0"):
             rg.perceive(cloud_of_a_box(), noise=noise)
+    for crop, words in (((1, 0, 0, 0, 1, 1), "crop: the first three numbers must be below"), ((0, 0, 1), "crop must be six numbers"),
+                        ((5, 5, 5, 6, 6, 6), "crop: the box contains none of the 40000 points, which are from -0.2,-0.2,")):
+        with pytest.raises(rg.InputError, match=words):
+            rg.perceive(cloud_of_a_box(), crop=crop)
     with pytest.raises(rg.InputError, match="convexity"):
         rg.perceive(cloud_of_a_box(), segmentation="convex")

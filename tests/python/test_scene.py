@@ -101,6 +101,17 @@ def test_own_objects_stand_where_they_are_put():
     assert (labels == only["label"]).sum() > 500
 
 
+def test_a_box_is_turned_with_its_object():
+    pose = np.eye(4)
+    pose[:2, :2] = [[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]]
+    scene = rg.Scene(objects={"salt_cuboid": pose}, seed=SEED)
+    scan = scene.scan()
+    one, same = scene.perceive().objects[0], rg.perceive(scan).objects[0]
+    assert np.allclose(one.size, same.size, atol=0.003) and np.allclose(one.center, same.center, atol=0.003)
+    x, y = np.ptp(one.points[:, :2], axis=0)  # the box along the axes of W is larger
+    assert one.size[1] < 0.9 * min(x, y) and one.size[0] >= one.size[1]
+
+
 def test_a_picture_shows_the_scene(pile):
     picture = pile.render("overview", 320, 240)
     assert picture.shape == (240, 320, 3) and picture.dtype == np.uint8 and picture.std() > 10
@@ -113,12 +124,14 @@ def test_a_picture_shows_the_scene(pile):
     (lambda: rg.Scene("single", set=["physics.timestep=1"]), rg.InputError, "timestep_ms"),
     (lambda: rg.Scene("single", set="physics.timestep=1"), rg.InputError, "timestep_ms"),
     (lambda: rg.Scene(objects={"cup": np.eye(4)}), rg.InputError, "cup"),
+    (lambda: rg.Scene(objects={"cofee_cup": np.eye(4)}), rg.InputError, "no object 'cofee_cup' .*'coffee_cup'"),
     (lambda: rg.Scene(objects={"coffee_cup": [0.0, 0.0, 0.1]}), ValueError, "pose of coffee_cup must be a 4 x 4 matrix"),
     (lambda: rg.Scene(objects={"coffee_cup": 2 * np.eye(4)}), ValueError, "rigid motion"),
     (lambda: rg.Scene(objects=["beaker"]), ValueError, "X_WO a 4 x 4 matrix"),
     (lambda: rg.Scene(objects=[("beaker",)]), ValueError, "X_WO a 4 x 4 matrix"),
     (lambda: rg.Scene(target="spread", objects={"coffee_cup": np.eye(4)}), ValueError, "arrangement"),
     (lambda: rg.Scene("single").grasp(rg.Grasp(np.eye(3), 0.05)), ValueError, "4 x 4"),
+    (lambda: rg.Scene("single").grasp(rg.perceive), TypeError, "grasp must be one Grasp, e.g. .*, not function"),
     (lambda: rg.Scene("single").render("nowhere"), rg.InputError, "overview"),
 ])
 def test_errors_name_what_is_wrong(make, error, words):

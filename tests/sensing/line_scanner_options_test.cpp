@@ -84,6 +84,13 @@ TEST_F(SensorFile, AnUnknownKeyIsNamedWithItsLineAndTheNearestKey) {
   EXPECT_THAT(error, HasSubstr("'baseline_mm'"));
 }
 
+TEST_F(SensorFile, ThePlaceOfALineScannerIsInTheScene) {
+  for (const std::string key : {"place", "position"}) {
+    EXPECT_THAT(Error("samples: 512\n" + key + ": {x_mm: 100}\n"),
+                AllOf(HasSubstr(":2: key '" + key + "': "), HasSubstr("site \"scanner\"")));
+  }
+}
+
 TEST_F(SensorFile, AWrongTypeIsNamedWithItsLine) {
   EXPECT_THAT(Error("samples: many\n"),
               HasSubstr(":1: key 'samples': 'many' must be a whole number"));

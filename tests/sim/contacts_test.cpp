@@ -1,7 +1,10 @@
 #include "sim/internal/contacts.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
+
+#include <array>
 
 #include "sim/scene_files.h"
 
@@ -15,9 +18,9 @@ constexpr char kTwoTips[] = R"(<mujoco><option timestep="0.002" cone="elliptic" 
 <worldbody><body name="table"><geom type="plane" size="0 0 1"/></body>
   <body name="hand" pos="0 0 0.5"><geom name="palm" type="box" size="0.01 0.01 0.01" mass="1"/>
     <body name="thumb" pos="-0.2 0 0"><joint name="thumb" axis="0 1 0" range="-1 1"/>
-      <geom name="thumb_tip" type="sphere" size="0.01" mass="0.1" priority="1"/></body>
+      <geom name="thumb_tip" type="sphere" size="0.01" mass="0.1" priority="1" solimp="0.95 0.99 0.001"/></body>
     <body name="index" pos="0.2 0 0"><joint name="index" axis="0 1 0" range="-1 1"/>
-      <geom name="index_tip" type="sphere" size="0.01" mass="0.1" priority="1"/></body>
+      <geom name="index_tip" type="sphere" size="0.01" mass="0.1" priority="1" solimp="0.95 0.99 0.001"/></body>
   </body></worldbody>
 <custom>
   <tuple name="hand_joints"><element objtype="joint" objname="thumb"/><element objtype="joint" objname="index"/></tuple>
@@ -27,22 +30,31 @@ constexpr char kTwoTips[] = R"(<mujoco><option timestep="0.002" cone="elliptic" 
 class TwoTips : public ::testing::Test {
  protected:
   TwoTips()
-      : world_(samples::WriteFile("two_tips.xml", kTwoTips), {Cube("cube"), Cube("other")}, {}) {
+      : world_(samples::WriteFile("two_tips.xml", kTwoTips),
+               {Cube("cube", 0.3), Cube("other", 0.3), Cube("light", 0.02)}, {}) {
     base::Rng rng(7);
     world_.DrawFriction(rng);
   }
 
-  static ObjectModel Cube(const std::string& name) {
-    return samples::MakeObject(name, R"(<geom type="box" size="0.02 0.02 0.02" mass="0.3"/>)");
+  static ObjectModel Cube(const std::string& name, double mass_kg) {
+    return samples::MakeObject(
+        name, fmt::format(R"(<geom type="box" size="0.02 0.02 0.02" mass="{}"/>)", mass_kg));
   }
   // Places the object with its upper side 0.2 mm inside the tip and with a speed along y.
   void Under(int object, double x, double speed_m_s = 0.0) {
     world_.PlaceObject(object, base::MakePose(Eigen::Matrix3d::Identity(), {x, 0.0, 0.4702}));
-    world_.data()->qvel[world_.model()->nv - 12 + 6 * object + 1] = speed_m_s;
+    world_.data()->qvel[world_.model()->nv - 18 + 6 * object + 1] = speed_m_s;
     mj_forward(world_.model(), world_.data());
   }
   double Friction(const char* geom) const {
     return world_.model()->geom_friction[3 * mj_name2id(world_.model(), mjOBJ_GEOM, geom)];
+  }
+
+  // Share of a contact's softness, at its two ends, in that of the scene's file.
+  std::array<double, 2> Softness(const char* geom) const {
+    const mjtNum* solimp =
+        world_.model()->geom_solimp + mjNIMP * mj_name2id(world_.model(), mjOBJ_GEOM, geom);
+    return {(1.0 - solimp[0]) / (1.0 - 0.95), (1.0 - solimp[1]) / (1.0 - 0.99)};
   }
 
   World world_;
@@ -72,6 +84,18 @@ TEST_F(TwoTips, AGeomThatTouchesNothingHasTheTargetsPair) {
   glove_.Tick(world_);
   EXPECT_EQ(Friction("thumb_tip"), world_.glove_friction(0).static_mu);
   EXPECT_EQ(Friction("index_tip"), world_.glove_friction(0).static_mu);
+}
+
+TEST_F(TwoTips, ALightObjectIsPressedInNoDeeperThanOneOf100Grams) {
+  Under(2, -0.2);
+  Under(1, 0.2);
+  glove_.Tick(world_);
+  for (const double share : Softness("thumb_tip")) EXPECT_NEAR(share, 0.2, 1e-9);  // 20 of 100 g
+  for (const double share : Softness("index_tip")) EXPECT_NEAR(share, 1.0, 1e-9);
+  Under(2, 5.0);
+  Under(0, -0.2);
+  Glove(world_, hand_, 0).Tick(world_);  // as the next approach begins
+  for (const double share : Softness("thumb_tip")) EXPECT_NEAR(share, 1.0, 1e-9);
 }
 
 // The engine gives the side of a contact that is a flex no geom, but -1.

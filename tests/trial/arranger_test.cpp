@@ -329,6 +329,69 @@ TEST(Arranger, ABoxNeedsASceneWithABox) {
 
 TEST(Arranger, WallsOfABoxNeedASceneWithABox) {
   EXPECT_THROW(Open("single", {"clutter.box_wall_mm=60"}), base::InputError);
+  EXPECT_THAT(testing_support::ErrorOf([] { Open("pile", {"clutter.box_wall_mm=60"}); }),
+              testing::StartsWith("--set clutter.box_wall_mm: "));
+}
+
+// The keys of `clutter` that an experiment with this arrangement is warned of.
+std::set<std::string> Ignored(const std::string& arrangement, std::vector<std::string> set) {
+  set.push_back("arrangement=" + arrangement);
+  auto map = base::YamlMap::FromFile(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", set);
+  std::string task;
+  map.Read("task", task);
+  experiment::Common common;
+  experiment::ReadCommon(map, common);
+  std::set<std::string> keys;
+  for (const base::Finding& finding : IgnoredKeys(map, ReadOptions(map, 1))) {
+    EXPECT_FALSE(finding.error);
+    EXPECT_EQ("key '" + finding.where.substr(std::string("--set ").size()) + "'", finding.element);
+    keys.insert(finding.element);
+  }
+  return keys;
+}
+
+// Every key, also one that is added later: `single` reads none but the height of the scene's walls.
+TEST(Arranger, KeysThatAnArrangementDoesNotReadAreWarnedOf) {
+  auto documentation = base::YamlMap::ForDocumentation();
+  ReadOptions(documentation, 1);
+  std::vector<std::string> set;
+  for (const base::KeyDoc& key : documentation.Keys()) {
+    if (!key.path.starts_with("clutter.") || key.path == "clutter.box_wall_mm") continue;
+    const std::string otherwise = key.type == "list" ? "[spread]" : "0.5";
+    set.push_back(key.path + "=" + (key.default_value.empty() ? otherwise : key.default_value));
+  }
+  EXPECT_EQ(Ignored("single", set).size(), set.size());
+  // Texts begin with the arrangements that read the key, if these are not all.
+  for (const std::string arrangement : {"scattered", "touching", "side_by_side", "pile"}) {
+    const auto ignored = Ignored(arrangement, set);
+    for (const base::KeyDoc& key : documentation.Keys()) {
+      const auto colon = key.doc.find(": ");
+      if (!key.path.starts_with("clutter.") || colon == std::string::npos) continue;
+      const bool read = key.doc.substr(0, colon).find(arrangement) != std::string::npos;
+      EXPECT_NE(ignored.contains("key '" + key.path + "'"),
+                read || key.path.ends_with("box_wall_mm"))
+          << arrangement << " " << key.path;
+    }
+  }
+  EXPECT_EQ(Ignored("pile", {"clutter.max_others=3", "clutter.drop_height_mm=40"}),
+            std::set<std::string>{"key 'clutter.max_others'"});
+  EXPECT_TRUE(Ignored("pile", {"clutter.max_others=3", "clutter.draw_others=true"}).empty());
+}
+
+TEST(Arranger, AScatteredTargetOfAGraspIsWarnedOf) {
+  const auto warned = [](const std::string& arrangement) {
+    bool found = false;
+    experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                               {.set = {"arrangement=" + arrangement}},
+                               [&](const std::vector<base::Finding>& findings) {
+                                 found = std::ranges::find(findings, "--set arrangement",
+                                                           &base::Finding::where) != findings.end();
+                                 return false;
+                               });
+    return found;
+  };
+  EXPECT_TRUE(warned("scattered"));
+  EXPECT_FALSE(warned("touching"));
 }
 
 TEST(Arranger, ABoxWithLowWallsHoldsAllObjects) {

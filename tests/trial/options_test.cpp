@@ -199,7 +199,11 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
   EXPECT_EQ(ObjectModelOf(o, "mug").mjcf, folder_ / "mine/mug/mug.xml");
   EXPECT_EQ(ObjectModelOf(o, "duck").mjcf, folder_ / "yours/duck/duck.xml");
   EXPECT_EQ(ObjectModelOf(o, "box").mjcf, folder_ / "models/objects/box/box.xml");
-  EXPECT_THAT(ErrorOf(both + "objects: [duk]\n"), HasSubstr("nearest: 'duck'"));
+  const std::string error = ErrorOf(both + "objects: [duk]\n");
+  EXPECT_THAT(error, HasSubstr("nearest: 'duck'"));
+  EXPECT_THAT(error, HasSubstr("no duk/duk.xml in " + (folder_ / "mine").string() + ", " +
+                               (folder_ / "yours").string()));
+  EXPECT_THAT(error, testing::Not(HasSubstr("object_folders: [FOLDER]")));
 }
 
 TEST_F(OptionsTest, AFolderThatTheFileDoesNotNameIsTheDefault) {

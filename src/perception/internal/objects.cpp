@@ -32,15 +32,6 @@ double BaseOf(const ObjectContext& context, const std::vector<Part>& parts, std:
   return under >= options.min_support_points ? lowest : 0.0;
 }
 
-void SetBox(const ObjectContext& context, PerceivedObject& object) {
-  const PlanarFrame frame = MakePlanarFrame(context.table, context.FirstOrigin());
-  const auto flat = Flatten(frame, object.completed_C);
-  const Rectangle box = FootprintBox(frame, flat, object.top, context.options.completion);
-  object.size_m = {box.length_m, box.width_m, object.height_m - object.base_m};
-  object.center_C = frame.Lift(box.center, 0.5 * (object.height_m + object.base_m));
-  object.axis_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
-}
-
 PerceivedObject MakeObject(const ObjectContext& context, const Part& part, double base_m) {
   PerceivedObject object;
   object.points = part.points;
@@ -55,11 +46,19 @@ PerceivedObject MakeObject(const ObjectContext& context, const Part& part, doubl
                                     : CompleteOther(context, part, object.base_m);
   object.completed_C = std::move(completion.points_C);
   object.surface_C = std::move(completion.surface_C);
-  SetBox(context, object);
+  SetBox(MakePlanarFrame(context.table, context.FirstOrigin()), context.options.completion, object);
   return object;
 }
 
 }  // namespace
+
+void SetBox(const PlanarFrame& frame, const CompletionOptions& options, PerceivedObject& object) {
+  const auto flat = Flatten(frame, object.completed_C);
+  const Rectangle box = FootprintBox(frame, flat, object.top, options);
+  object.size_m = {box.length_m, box.width_m, object.height_m - object.base_m};
+  object.center_C = frame.Lift(box.center, 0.5 * (object.height_m + object.base_m));
+  object.axis_C = box.axis.x() * frame.u + box.axis.y() * frame.v;
+}
 
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng) {
   Part part{std::move(points), std::nullopt, std::nullopt};

@@ -23,6 +23,10 @@ struct Part {
   std::optional<RotationAxis> axis;
 };
 
+/// Sets center_C, size_m and axis_C: the box around completed_C, from base_m to height_m.
+/// @param frame  on the table
+void SetBox(const PlanarFrame& frame, const CompletionOptions& options, PerceivedObject& object);
+
 /// Top surface and refined rotation axis of a set of points.
 Part DescribePart(const ObjectContext& context, Indices points, base::Rng& rng);
 

@@ -303,6 +303,12 @@ VectorXd Wanted(const mjModel* model, const mjData* data, const Vector3d& x_W) {
   return wanted;
 }
 
+bool BeginsAsXml(const std::filesystem::path& file) {
+  const std::string text = base::ReadFile(file);
+  const std::size_t begin = text.find_first_not_of("\xef\xbb\xbf \t\r\n");  // byte order mark
+  return begin != std::string::npos && text[begin] == '<';
+}
+
 }  // namespace
 
 std::string_view Suffix(std::string_view name) {
@@ -327,6 +333,10 @@ std::string EngineMessage(const std::filesystem::path& file, const std::string& 
     if (!part.empty()) parts.push_back(part);
   }
   const std::string text = base::Join(parts, "; ");
+  if (text.starts_with("XML parse error") && !BeginsAsXml(file)) {
+    return file.string() +
+           ": is not XML; an MJCF file (.xml) is needed, e.g. the scene that an experiment names";
+  }
   // "Element 'geom', line 4", "Element name 'arm/link1', id 3, line 4", or, if it is no XML, "Line
   // number=4". Then follow, from the inside, the elements that attach the file of the one before.
   const auto lines = base::AllMatches(text, "(?:line |Line number=)([0-9]+)");

@@ -37,6 +37,7 @@ std::string FarAway(const mjModel& model);
 
 /// A message of the engine about a file, in one line: "arm.xml:33: ..." if it names a line of the
 /// file, or of one that it includes or attaches and that has this element there; else "file: ...".
+/// Of a file that is not XML at all, it says that in place of the parser's words.
 std::string EngineMessage(const std::filesystem::path& file, const std::string& message);
 
 /// The first element of a type with this name after any prefix; -1 if there is none.

@@ -233,6 +233,16 @@ Finding FindingOf(const std::filesystem::path& mjcf, const base::InputError& err
   return {true, where, element, what.substr(end + 2), cure};
 }
 
+// The engine names the element that a tuple lists and that does not exist.
+std::string CureOfTuple(const std::string& what) {
+  if (what.find("unrecognized object") == std::string::npos ||
+      what.find("in tuple") == std::string::npos) {
+    return "";
+  }
+  return "list names that elements of this file have (name=\"...\"); or remove the tuple: this "
+         "check then prints one that fits, with names for elements that have none";
+}
+
 // Objects.
 
 constexpr int kSegments = 32;  // for round primitives
@@ -436,7 +446,7 @@ std::vector<Finding> CheckModel(const std::filesystem::path& mjcf, Kind kind) {
       throw;
     }
   } catch (const base::InputError& error) {
-    findings.push_back(FindingOf(mjcf, error));
+    findings.push_back(FindingOf(mjcf, error, "", CureOfTuple(error.what())));
   }
   std::ranges::stable_partition(findings, &Finding::error);
   return findings;

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/pattern.h"
 #include "base/words.h"
+#include "sim/check/internal/hand.h"
 #include "sim/check/internal/model.h"
 #include "sim/internal/scene_builder.h"
 
@@ -97,6 +98,14 @@ std::vector<base::Edit> StifferDrives(const fs::path& scene, const std::vector<i
   internal::Cure cure;
   for (const int joint : joints) cure += model.Stiffer(model.arm_actuators.at(joint), times);
   return cure.edits;
+}
+
+std::string FirmerEqualities(const fs::path& scene) {
+  return internal::TextOf(internal::FirmerEqualities(internal::Model(scene, Kind::kScene).m()));
+}
+
+std::string FirmerTips(const fs::path& scene) {
+  return internal::TextOf(internal::FirmerTips(internal::Model(scene, Kind::kScene)));
 }
 
 std::vector<Change> ApplyEdit(const base::Edit& edit, std::string& text) {

@@ -17,6 +17,11 @@ std::vector<base::Edit> SetNumeric(const std::filesystem::path& scene, const std
 std::vector<base::Edit> StifferDrives(const std::filesystem::path& scene,
                                       const std::vector<int>& joints, double times);
 
+/// Attributes, as in a file, that would make the equalities of a scene's hand firmer, or the
+/// contacts of its fingertips; empty if they are firm already.
+std::string FirmerEqualities(const std::filesystem::path& scene);
+std::string FirmerTips(const std::filesystem::path& scene);
+
 /// The effect of an edit on a file; `before` is empty for an added block.
 struct Change {
   std::filesystem::path file;

@@ -8,9 +8,9 @@
 #include <cstring>
 #include <deque>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <numeric>
+#include <sstream>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -211,10 +211,11 @@ std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_pe
   if (!(pitch > 0.0) || !(high > low)) return std::nullopt;
   const double columns = std::round((high - low) / pitch) + 1.0;
   if (columns > kMaxGridColumns) {
-    throw InputError(
-        fmt::format("x from {:.6g} to {:.6g} m with {:.6g} columns per metre gives {:.0f} columns; "
-                    "at most {:.0f} are allowed (a wrong unit, or a missing value among x?)",
-                    low, high, 1.0 / pitch, columns, kMaxGridColumns));
+    throw InputError(fmt::format(
+        "x from {:.6g} to {:.6g} m with {:.6g} columns per metre gives {:.0f} columns; "
+        "at most {:.0f} are allowed; for another unit use unit_mm (--unit um or --unit m), "
+        "for a missing value among x no_values (--no-value)",
+        low, high, 1.0 / pitch, columns, kMaxGridColumns));
   }
   return EvenGrid{low, pitch, static_cast<std::size_t>(columns)};
 }
@@ -350,18 +351,17 @@ RowSource RowsOf(const std::filesystem::path& file, const ProfileFileOptions& op
   if (!IsText(ending) && !IsImageFile(file)) {
     throw InputError(UnknownEnding(ending, ".csv, .txt, .png, .tif or .tiff"));
   }
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw InputError("is a folder, not a file of profiles");
+  if (const auto why = base::WhyUnfit(file); !why.empty()) throw InputError(why);
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (IsText(ending)) {
+    const auto text = std::make_shared<std::istringstream>(base::ReadAll(in));
+    return [text, next = RowsOfText(*text, options)] { return next(); };
   }
-  const auto in = std::make_shared<std::ifstream>(file, std::ios::binary);
-  if (!*in) throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)));
-  if (IsText(ending)) return [in, next = RowsOfText(*in, options)] { return next(); };
   auto rows = std::make_shared<std::vector<RawRow>>(
-      ending == ".png" ? RowsOf(image::DecodePng<image::Grey16>(
-                                    std::string{std::istreambuf_iterator<char>(*in), {}}),
-                                options.grey, options)
-                       : RowsOfTiff(file, options));
+      ending == ".png"
+          ? RowsOf(image::DecodePng<image::Grey16>(base::ReadAll(in)), options.grey, options)
+          : RowsOfTiff(file, options));
   return [rows, next = rows->begin()]() mutable -> std::optional<RawRow> {
     return next == rows->end() ? std::nullopt : std::optional(std::move(*next++));
   };

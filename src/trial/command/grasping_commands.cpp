@@ -9,12 +9,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <ranges>
-#include <span>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -106,84 +105,27 @@ struct Checked {
   std::optional<trial::Tryout> tried;
   std::vector<check::Change> changes;  // of --fix
 
+  void Add(const Findings& more) {
+    findings.insert(findings.end(), more.begin(), more.end());
+    std::ranges::stable_partition(findings, &base::Finding::error);
+  }
+
   // Tries the cell if there are no errors.
   void Try(const CheckArguments& arguments, const trial::Options& options) {
     if (arguments.quick || base::HasError(findings)) return;
     tried = trial::TryCell(options, [](const std::string& text) { spdlog::info(text); });
-    findings.insert(findings.end(), tried->findings.begin(), tried->findings.end());
-    std::ranges::stable_partition(findings, &base::Finding::error);
+    Add(tried->findings);
   }
 };
-
-std::string PlaceText(const Eigen::Vector3d& place_m) {
-  const Eigen::Vector3d mm = place_m * base::kMmPerM;
-  return fmt::format("({:.0f}, {:.0f}, {:.0f})", mm.x(), mm.y(), mm.z());
-}
-
-fs::path KnownGraspsOf(const fs::path& mjcf) { return mjcf.parent_path() / "grasps.yaml"; }
-
-// Warns of grasps whose center between the pads is farther outside the object than any pad reaches.
-void AddMisplacedGrasps(const grasp::NamedGrasps& known, std::span<const Eigen::Vector3d> points_O,
-                        const fs::path& mjcf, Findings& findings) {
-  constexpr double kMargin_m = 0.02;
-  const Eigen::AlignedBox3d box_O = geometry::BoundsOf(points_O);
-  for (const grasp::NamedGrasp& grasp : known.grasps) {
-    const Eigen::Vector3d center_O = grasp.ways_O.front().X_CG.translation();
-    if (box_O.exteriorDistance(center_O) <= kMargin_m) continue;
-    findings.push_back(
-        {false, mjcf.string(), fmt::format("known grasps: grasp '{}'", grasp.name),
-         fmt::format("its center {} mm is outside the model, which reaches from {} to {} mm",
-                     PlaceText(center_O), PlaceText(box_O.min()), PlaceText(box_O.max())),
-         "at_mm is in millimetres in the model's frame"});
-  }
-}
-
-// Warns of grasps whose pads close to a gap wider than the whole model in their direction.
-void AddGraspsWiderThanTheModel(const grasp::NamedGrasps& known,
-                                std::span<const Eigen::Vector3d> points_O, const fs::path& mjcf,
-                                Findings& findings) {
-  constexpr double kRounding_m = 0.001;  // of the number in the file
-  for (const grasp::NamedGrasp& grasp : known.grasps) {
-    const grasp::Proposal& way = grasp.ways_O.front();
-    const Eigen::Vector3d closing_O = way.X_CG.linear().col(0);
-    const auto [low, high] = std::ranges::minmax(
-        points_O | std::views::transform([&](const auto& p_O) { return closing_O.dot(p_O); }));
-    if (way.width_m <= high - low + kRounding_m) continue;
-    findings.push_back(
-        {false, mjcf.string(), fmt::format("known grasps: grasp '{}'", grasp.name),
-         fmt::format("its width_mm is {:.4g}, but the whole model is only {:.4g} mm wide along "
-                     "`closing`",
-                     way.width_m * base::kMmPerM, (high - low) * base::kMmPerM),
-         "width_mm is the width of what is between the closed pads, in millimetres"});
-  }
-}
-
-// Warns of grasps of an experiment's objects that its hand does not open for.
-void AddGraspsWiderThanTheHand(const trial::Cell& cell, Findings& findings) {
-  const double opens_m = cell.robot.hand().MaxGap();
-  for (const std::string& object : cell.options.objects) {
-    const auto file = KnownGraspsOf(trial::ObjectModelOf(cell.options, object).mjcf);
-    for (const grasp::NamedGrasp& grasp : grasp::ReadNamedGrasps(file).grasps) {
-      const double width_m = grasp.ways_O.front().width_m;
-      if (width_m <= opens_m) continue;
-      findings.push_back(
-          {false, file.string(), fmt::format("grasp '{}'", grasp.name),
-           fmt::format(
-               "its width_mm is {:.4g}, but the hand opens only {:.4g} mm: it is never used",
-               width_m * base::kMmPerM, opens_m * base::kMmPerM),
-           "grasp a narrower place, or remove it"});
-    }
-  }
-}
 
 // Checks the known grasps next to an object's file, with their places if the object has no errors.
 void CheckKnownGrasps(const fs::path& mjcf, Findings& findings) {
   try {
-    const auto known = grasp::ReadNamedGrasps(KnownGraspsOf(mjcf));
+    const auto file = grasp::NamedGraspsFile(mjcf);
+    const auto known = grasp::ReadNamedGrasps(file);
     if (known.grasps.empty() || base::HasError(findings)) return;
     const auto points_O = sim::ObjectSurface({mjcf.stem().string(), mjcf}).mesh.vertices;
-    AddMisplacedGrasps(known, points_O, mjcf, findings);
-    AddGraspsWiderThanTheModel(known, points_O, mjcf, findings);
+    std::ranges::move(grasp::CheckNamedGrasps(known, file, points_O), std::back_inserter(findings));
   } catch (const base::InputError& error) {
     findings.push_back({true, mjcf.string(), "known grasps", error.what(), ""});
   }
@@ -196,15 +138,16 @@ Checked CheckFile(const CheckArguments& arguments) {
     checked.kind = "experiment";
     const auto e =
         experiment::OpenExperiment(file, {.set = arguments.set}, [&](const Findings& found) {
-          checked.findings = found;
+          checked.findings.insert(checked.findings.end(), found.begin(), found.end());
           return !base::HasError(found);
         });
+    if (const auto* scene = dynamic_cast<const trial::SceneTask*>(e.task.get())) {
+      checked.Add(trial::CheckSight(scene->cell()));
+    }
+    if (base::HasError(checked.findings)) return checked;
     if (e.task && e.kind->name == "grasping") {
       CheckDetectorOf(e, arguments.json);
       checked.Try(arguments, trial::CellOf(*e.task).options);
-    } else if (const auto* scene = dynamic_cast<const trial::SceneTask*>(e.task.get())) {
-      // `task: grasping` plans all of its grasps.
-      AddGraspsWiderThanTheHand(scene->cell(), checked.findings);
     }
     return checked;
   }
@@ -213,7 +156,11 @@ Checked CheckFile(const CheckArguments& arguments) {
   checked.kind = base::Word(what);
   checked.findings = what == check::Kind::kObject ? check::CheckObject({file.stem().string(), file})
                                                   : check::CheckModel(file, what);
-  if (what == check::Kind::kScene) checked.Try(arguments, trial::OptionsOf(file));
+  if (what == check::Kind::kScene) {
+    const trial::Options options = trial::OptionsOf(file);
+    if (!base::HasError(checked.findings)) checked.Add(trial::CheckSight(trial::Cell(options)));
+    checked.Try(arguments, options);
+  }
   if (what == check::Kind::kObject) CheckKnownGrasps(file, checked.findings);
   return checked;
 }
@@ -368,6 +315,10 @@ Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
 fs::path SensorFile(const std::string& sensor) {
   if (sensor == "laser") return base::DataFolder() / "models/sensors/line_scanner.yaml";
   if (sensor == "stereo") return base::DataFolder() / "models/sensors/stereo_camera.yaml";
+  if (!fs::is_regular_file(sensor)) {
+    throw base::InputError(
+        fmt::format("--sensor: no file '{}'; give laser, stereo or a sensor file (YAML)", sensor));
+  }
   return fs::absolute(sensor);
 }
 
@@ -387,7 +338,7 @@ Picked PickTrial(const PickArguments& arguments, const std::string& sensor, bool
   if (!picked.task) {
     throw base::InputError(fmt::format(
         "{}: cannot show a scene of `task: {}`; give an experiment of a task that arranges "
-        "objects, such as `task: grasping`, or a scene (MJCF)",
+        "objects and shows them, such as `task: grasping`, or a scene (MJCF)",
         file, picked.experiment.kind->name));
   }
   if (by_laser && picked.cell().sensor->WritesLook()) throw base::InputError(kNeedsLaser);

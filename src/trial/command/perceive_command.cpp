@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <future>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -94,25 +93,6 @@ std::string UnitWarning(double spacing_m) {
 std::string OriginWarning(const CloudArguments& arguments, const geometry::CloudFile& file) {
   if (!arguments.origin.empty() || file.sensor_origin) return "";
   return "the file has no viewpoint: the sensor is assumed at 0,0,0 (--sensor-origin x,y,z)";
-}
-
-// What to try if no table was found: a cloud in another unit has none, nor has one with the wrong
-// sign of --up. Which side of a table a sensor in its plane is on is left to noise.
-std::string Advice(const geometry::Points& points, const Eigen::Vector3d& origin,
-                   const perception::PerceptionOptions& options, base::Rng& rng) {
-  std::string advice;
-  const double spacing_m = perception::MeasureSampling(points, options.sampling).spacing_m;
-  if (const auto warning = UnitWarning(spacing_m); !warning.empty()) advice += "; " + warning;
-  if (options.preprocess.up_C) {
-    auto other = options.preprocess;
-    other.up_C = -*other.up_C;
-    if (const auto table = perception::FindTable(points, origin, other, rng)) {
-      const bool in_plane = !SideWarning(table->plane, origin).empty();
-      advice += in_plane ? "; the sensor's position lies in the table's plane: give --sensor-origin"
-                         : "; try --up with the other sign";
-    }
-  }
-  return advice;
 }
 
 ordered_json Json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -241,7 +221,8 @@ Perceived Perceive(const PerceiveArguments& arguments, const robot::HandModel& h
     scene = perception::Perceive(points, origin, options, rng);
   } catch (const base::InputError& e) {
     throw base::InputError(arguments.cloud + ": " + e.what() +
-                           Advice(points, origin, options, rng) + OriginAdvice(arguments, origin));
+                           TableAdvice(points, origin, options, rng) +
+                           OriginAdvice(arguments, origin));
   }
   GraspLists grasps;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -272,9 +253,13 @@ robot::HandModel HandOf(const std::string& scene) {
   return robot::Robot::Load(file).hand();
 }
 
+void PrintWarnings(const std::string& cloud, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) spdlog::warn("{}: {}", cloud, warning);
+}
+
 void PerceiveOne(const PerceiveArguments& arguments) {
   const Perceived perceived = Perceive(arguments, HandOf(arguments.scene));
-  for (const std::string& warning : perceived.warnings) spdlog::warn("{}", warning);
+  PrintWarnings(arguments.cloud, perceived.warnings);
   WriteResult(arguments.json ? perceived.json.dump(2) + "\n" : perceived.text);
   if (!arguments.out.empty()) {
     spdlog::info("picture and clouds of the objects in {}", arguments.out);
@@ -329,9 +314,7 @@ std::vector<PerceiveArguments> ArgumentsOfEach(const PerceiveArguments& all,
 }
 
 void PrintNext(const PerceiveArguments& arguments, const Perceived& perceived) {
-  for (const std::string& warning : perceived.warnings) {
-    spdlog::warn("{}: {}", arguments.cloud, warning);
-  }
+  PrintWarnings(arguments.cloud, perceived.warnings);
   if (!perceived.error.empty()) spdlog::error(perceived.error);
   if (arguments.json) {
     const ordered_json failed = {{"cloud", arguments.cloud}, {"error", perceived.error}};
@@ -397,27 +380,9 @@ void AddCloudOptions(CLI::App& command, CloudArguments& arguments) {
 Cloud ReadCloud(const CloudArguments& arguments) {
   Cloud file{geometry::ReadCloud(arguments.cloud, UnitFrom(arguments.unit)), {}};
   file.warnings = perception::LeaveOutUnmeasured(OriginOf(arguments, file), file.points);
-  const std::vector<double>& crop = arguments.crop;
-  if (crop.empty()) return file;
-  const Eigen::Array3d low(crop[0], crop[1], crop[2]);
-  const Eigen::Array3d high(crop[3], crop[4], crop[5]);
-  if (!(low < high).all()) {
-    throw base::InputError("--crop: the first three numbers must be below the last three");
-  }
-  bool any = false;
-  Eigen::AlignedBox3d all;
-  for (auto& p : file.points) {
-    if (p.allFinite()) all.extend(p);
-    const bool inside = (p.array() >= low).all() && (p.array() <= high).all();
-    if (!inside) p.setConstant(std::numeric_limits<double>::quiet_NaN());
-    any = any || inside;
-  }
-  if (!any) {
-    throw base::InputError(
-        fmt::format("--crop: the box contains none of the {} points, which are from {:.3g},{:.3g},"
-                    "{:.3g} to {:.3g},{:.3g},{:.3g} m (another unit: --unit)",
-                    file.points.size(), all.min().x(), all.min().y(), all.min().z(), all.max().x(),
-                    all.max().y(), all.max().z()));
+  if (!arguments.crop.empty()) {
+    perception::Crop(arguments.crop, {.name = "--crop", .unit = "another unit: --unit"},
+                     std::array{&file.points});
   }
   return file;
 }
@@ -431,9 +396,8 @@ void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud) {
   std::vector<std::string> warnings = cloud.warnings;
   warnings.push_back(OriginWarning(arguments, cloud));
   warnings.push_back(UnitWarning(perception::MeasureSampling(MeasuredPoints(cloud), {}).spacing_m));
-  for (const std::string& warning : warnings) {
-    if (!warning.empty()) spdlog::warn("{}: {}", arguments.cloud, warning);
-  }
+  std::erase(warnings, "");
+  PrintWarnings(arguments.cloud, warnings);
 }
 
 std::string SideWarning(const geometry::Plane& table, const Eigen::Vector3d& sensor) {
@@ -451,6 +415,24 @@ std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d&
   if (!arguments.origin.empty() || !origin.isZero()) return "";
   return "; the sensor is assumed to be at 0,0,0: if it was not, give its position with "
          "--sensor-origin x,y,z";
+}
+
+std::string TableAdvice(const geometry::Points& points, const Eigen::Vector3d& origin,
+                        const perception::PerceptionOptions& options, base::Rng& rng) {
+  std::string advice;
+  const double spacing_m = perception::MeasureSampling(points, options.sampling).spacing_m;
+  if (const auto warning = UnitWarning(spacing_m); !warning.empty()) advice += "; " + warning;
+  if (options.preprocess.up_C) {
+    auto other = options.preprocess;
+    other.up_C = -*other.up_C;
+    if (const auto table = perception::FindTable(points, origin, other, rng)) {
+      const bool in_plane = !SideWarning(table->plane, origin).empty();
+      advice += in_plane ? "; the sensor's position lies in the table's plane: give --sensor-origin"
+                         : "; the sensor's position lies below the table: give --sensor-origin, or "
+                           "try --up with the other sign";
+    }
+  }
+  return advice;
 }
 
 std::optional<Eigen::Vector3d> UpOf(const CloudArguments& arguments) {

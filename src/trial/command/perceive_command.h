@@ -7,6 +7,7 @@
 
 #include "geometry/cloud_file.h"
 #include "geometry/plane.h"
+#include "perception/perceive.h"
 
 namespace CLI {
 class App;
@@ -44,12 +45,17 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
 /// an assumed position of the sensor, points as far apart as in another unit.
 void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud);
 
-/// Warning if the sensor lies in the table's plane; else empty.
+/// Warning if the sensor does not lie above the table; else empty.
 std::string SideWarning(const geometry::Plane& table, const Eigen::Vector3d& sensor);
 
 /// Advice for errors of perception: "; ... give --sensor-origin" if neither the option nor the file
 /// states the sensor's position, else empty.
 std::string OriginAdvice(const CloudArguments& arguments, const Eigen::Vector3d& origin);
+
+/// What to try if no table was found: a cloud in another unit has none, nor has one with the wrong
+/// sign of --up. Which side of a table a sensor in its plane is on is left to noise.
+std::string TableAdvice(const geometry::Points& points, const Eigen::Vector3d& origin,
+                        const perception::PerceptionOptions& options, base::Rng& rng);
 
 /// The unit vector away from the table; nullopt without the option.
 /// @throws base::InputError.

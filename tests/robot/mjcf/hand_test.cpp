@@ -62,6 +62,17 @@ TEST(EngineMessage, NamesTheFileAndLineThatTheEngineMeans) {
               HasSubstr(arm.string() + ":3: no XML"));
 }
 
+TEST(EngineMessage, SaysThatAFileIsNotXmlInPlaceOfTheParsersWords) {
+  const testing_support::TempFolder folder;
+  const std::string message = "XML parse error 8:\nError=XML_ERROR_PARSING_TEXT Line number=1\n";
+  const auto experiment = folder.Write("e.yaml", "# An experiment\nname: e\n");
+  EXPECT_THAT(EngineMessage(experiment, message),
+              testing::StartsWith(experiment.string() + ": is not XML; an MJCF file"));
+  const auto broken = folder.Write("broken.mjcf", "\xef\xbb\xbf\n<mujoco>\n");
+  EXPECT_EQ(EngineMessage(broken, message),
+            broken.string() + ":1: XML parse error 8:; Error=XML_ERROR_PARSING_TEXT Line number=1");
+}
+
 TEST(HandFile, TheFirstFingertipIsTheThumbs) {
   const auto model = LoadHand("three_fingers");
   const LastSegments last = LastSegmentsOf(model.get());

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "error_of.h"
 #include "labelled_cloud.h"
 #include "sim/check/findings.h"
 #include "temp_folder.h"
@@ -94,6 +95,20 @@ TEST(KindOf, IsWhatTheFileHolds) {
   EXPECT_THROW(KindOf("no_such_file.xml"), base::InputError);
 }
 
+// A recursion over so many would end the program.
+TEST(KindOf, TooManyElementsInsideEachOtherAreRefused) {
+  const TempFolder folder;
+  std::string begin, end;
+  for (int i = 0; i < 100000; ++i) {
+    begin += "<body>";
+    end += "</body>";
+  }
+  const auto file =
+      folder.Write("deep.xml", "<mujoco><worldbody>" + begin + end + "</worldbody></mujoco>");
+  EXPECT_THAT(testing_support::ErrorOf([&] { KindOf(file); }),
+              HasSubstr("deep.xml:1: more than 500 elements are inside each other"));
+}
+
 TEST_F(OwnCell, AnArmAndAHandAreCheckedAlone) {
   Write();
   const auto of_arm = CheckModel(folder_ / "arm.xml", Kind::kArm);
@@ -117,6 +132,19 @@ TEST_F(OwnCell, PrintsTheMissingTupleReadyToPaste) {
   arm_ = std::regex_replace(arm_, std::regex("<tuple name=\"arm_joints\">[^]*?</tuple>"), "");
   ExpectOne({"arm.xml: error", "tuple \"arm_joints\"",
              "<element objtype=\"joint\" objname=\"joint7\"/>"});
+}
+TEST_F(OwnCell, NamesServosWithoutNamesAndListsThem) {
+  arm_ = std::regex_replace(arm_, std::regex("<position name=\"[^\"]*\""), "<position");
+  auto findings = Check();
+  ASSERT_EQ(findings.size(), 1u) << TextOfAll(findings);
+  EXPECT_THAT(base::TextOf(findings[0]), HasSubstr("unrecognized object 'drive1' in tuple"));
+  EXPECT_THAT(base::CureOf(findings[0]), HasSubstr("or remove the tuple"));
+  arm_ = std::regex_replace(arm_, std::regex("<tuple name=\"arm_actuators\">[^]*?</tuple>"), "");
+  findings = Check();
+  ASSERT_EQ(findings.size(), 1u) << TextOfAll(findings);
+  const std::string text = base::TextOf(findings[0]);
+  EXPECT_THAT(text, HasSubstr("name=\"servo_joint7\" in <position joint=\"joint7\">"));
+  EXPECT_THAT(text, HasSubstr("<element objtype=\"actuator\" objname=\"servo_joint7\"/>"));
 }
 TEST_F(OwnCell, SaysThatATupleHoldsSomethingElse) {
   arm_ = Replaced(arm_, "objtype=\"actuator\" objname=\"drive3\"",

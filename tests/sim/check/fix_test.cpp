@@ -111,6 +111,24 @@ class FixedScene : public Files, public testing::WithParamInterface<Fault> {
   }
 };
 
+// Only what is soft is proposed: parallel_jaw.xml is firm already, the shipped hand's coupling
+// less.
+TEST(Firmer, IsEmptyWhereTheModelIsFirm) {
+  const TempFolder folder;
+  const auto scene = testing_support::WriteHandCell(folder, ExampleHand("parallel_jaw"));
+  EXPECT_EQ(FirmerEqualities(scene), "");
+  EXPECT_EQ(FirmerTips(scene), "");
+  std::string soft = ExampleHand("parallel_jaw");
+  for (const char* firm :
+       {" solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001 0.5 2\"", "priority=\"1\" "}) {
+    ASSERT_NE(soft.find(firm), std::string::npos) << firm;
+    soft.replace(soft.find(firm), std::string(firm).size(), "");
+  }
+  testing_support::WriteHandCell(folder, soft);
+  EXPECT_EQ(FirmerEqualities(scene), "solref=\"0.005 1\" solimp=\"0.999 0.9999 0.001\"");
+  EXPECT_EQ(FirmerTips(scene), "priority=\"1\"");
+}
+
 TEST_P(FixedScene, IsCured) { ExpectCured(GetParam(), "scene.xml", Kind::kScene); }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -400,6 +400,9 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
       {"1,2,3,4\n1,2,a,4\n", "{layout: pairs}", "row 2, column 3: 'a' is not a number"},
       {"nan,2,3,4\n", "{layout: pairs}", "row 1 has fewer than two points with a height"},
       {"0,1,1,1,2,1,1e9,1\n", "{layout: pairs}", "columns; at most 65536 are allowed"},
+      {"0,1,1,1,2,1,1e9,1\n", "{layout: pairs}",
+       "for another unit use unit_mm (--unit um or --unit m), for a missing value among x "
+       "no_values"},
       {"1 2\n2\n", "{layout: points}", "row 1 (line 2) has 1 column, but no column 2"},
       {"1 2\n2 2\n\n1 2\n2 b\n", "{layout: points}",
        "row 2 (line 5), column 2: 'b' is not a number"},

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <limits>
@@ -223,6 +224,8 @@ TEST(ProfileFiles, BadFilesAreNamedWithTheirRow) {
   ExpectRefused(folder.Write("p.png", "no picture"), "");
   ExpectRefused(folder.Write("p.pgm", "P5\n2 2\n65535\n1234"), "unknown ending '.pgm'");
   ExpectRefused(folder.Write("p.jpg", "x"), "unknown ending '.jpg'");
+  ASSERT_EQ(mkfifo((folder / "pipe.csv").c_str(), 0600), 0);
+  ExpectRefused(folder / "pipe.csv", "is a named pipe");
   std::filesystem::create_directory(folder / "folder.csv");
   ExpectRefused(folder / "folder.csv", "folder");
 }

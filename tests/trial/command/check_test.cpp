@@ -38,6 +38,21 @@ TEST_F(OwnCell, CheckRunsTrialsAndNamesTheRareFailure) {
   EXPECT_THAT(ran.out, HasSubstr("penetration_p95_m"));
 }
 
+// The scanner looks away from the table.
+TEST_F(OwnCell, CheckNamesASensorThatSeesNothingOfTheWorkspace) {
+  const std::string site = "<site name=\"scanner\"";
+  folder_.Write("bench.xml", Replaced(base::ReadFile(kSource + "/scenes/bench.xml"), site,
+                                      site + " xyaxes=\"1 0 0 0 -1 0\""));
+  scene_ = Replaced(scene_, kSource + "/scenes/bench.xml", "bench.xml");
+  const std::string experiment = Write();
+  for (const std::string& file : {(folder_ / "scene.xml").string(), experiment}) {
+    const auto ran = RunProgram({"check", "--quick", file});
+    EXPECT_EQ(ran.code, 2);
+    EXPECT_THAT(ran.out, HasSubstr("the sensor: measures no point of the workspace"));
+    EXPECT_THAT(ran.out, HasSubstr("the site \"scanner\" of the scene"));
+  }
+}
+
 TEST_F(OwnCell, CheckPrintsFindingsWithTheirCureAndEndsWithTwo) {
   BreakArmature();
   const std::string experiment = Write();

@@ -167,10 +167,11 @@ TEST_F(PerceiveTest, ASensorInTheTablesPlaneIsNamedWhetherAssumedOrGiven) {
 TEST_F(PerceiveTest, ZerosAreNotMeasured) {
   std::vector<Point> points = TableWithBox(0.08, 0.06);
   points.insert(points.end(), 3000, Point{0.0, 0.0, 0.0});
-  const Ran ran = Succeeded(Perceive(Write(points), {"--json"}));
+  const std::string cloud = Write(points);
+  const Ran ran = Succeeded(Perceive(cloud, {"--json"}));
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json.at("warnings").at(0), "3000 points at 0,0,0 are left out as not measured");
-  EXPECT_THAT(ran.err, HasSubstr("3000 points at 0,0,0 are left out as not measured"));
+  EXPECT_THAT(ran.err, HasSubstr(cloud + ": 3000 points at 0,0,0 are left out as not measured"));
   EXPECT_EQ(json["objects"].size(), 1u);
 }
 

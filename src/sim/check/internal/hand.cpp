@@ -33,6 +33,8 @@ const double kLean = std::cos(25.0 * mjPI / 180.0);
 // Softer contacts sink in too deep; with fewer dimensions, objects spin in the hand.
 constexpr double kSoft_s = 0.01;
 constexpr int kSpinning = 4;
+// An equality is firm with these values of solref and solimp, as in parallel_jaw.xml.
+constexpr double kFirm_s = 0.005, kFirmMin = 0.999, kFirmMax = 0.9999;
 constexpr double kGripped = 0.5;  // share of the closing at which forces are evaluated
 
 /// The hand at a share of its closing.
@@ -100,6 +102,18 @@ bool CheckCollides(Model& model, int fingertip) {
   return false;
 }
 
+// The attributes that make a fingertip's contacts firm; empty if they are.
+Attributes FirmerTip(const mjModel& m, int geom) {
+  Attributes firmer;
+  if (m.geom_priority[geom] < 1) firmer.emplace_back("priority", "1");
+  if (m.geom_condim[geom] < kSpinning) firmer.emplace_back("condim", "4");
+  if (m.geom_solref[2 * geom] > kSoft_s) {
+    firmer.emplace_back("solref", "0.005 1");
+    firmer.emplace_back("solimp", "0.95 0.99 0.001 0.5 2");
+  }
+  return firmer;
+}
+
 void CheckTips(Model& model, const mjcf::HandClosing& closing) {
   const mjModel& m = model.m();
   const DataPtr open = At(model, closing, 0.0);
@@ -116,13 +130,7 @@ void CheckTips(Model& model, const mjcf::HandClosing& closing) {
                   "\"fingertips\"");
       continue;
     }
-    Attributes firmer;
-    if (m.geom_priority[geom] < 1) firmer.emplace_back("priority", "1");
-    if (m.geom_condim[geom] < kSpinning) firmer.emplace_back("condim", "4");
-    if (m.geom_solref[2 * geom] > kSoft_s) {
-      firmer.emplace_back("solref", "0.005 1");
-      firmer.emplace_back("solimp", "0.95 0.99 0.001 0.5 2");
-    }
+    const Attributes firmer = FirmerTip(m, geom);
     if (firmer.empty()) continue;
     model.Warn(mjOBJ_GEOM, geom,
                "is a fingertip whose contacts are soft, lack torsional friction, or use the "
@@ -186,18 +194,18 @@ void CheckModelFollows(Model& model, const mjcf::HandClosing& closing,
                        std::vector<mjcf::HandMotor> motors) {
   if (closing.equality_m > kEquality) {
     const std::string name = model.Name(mjOBJ_EQUALITY, closing.equality);
+    const Attributes firmer = FirmerEqualities(model.m());
+    const Cure firm =
+        Cure({base::Edit{.file = model.HandFile(), .element = "/*/equality/*", .set = firmer}}) +
+        "; if that does not help, ";
     model.Error(
         model.HandFile(),
         fmt::format("equality {}{}", closing.equality,
                     name.empty() ? "" : fmt::format(" \"{}\"", name)),
         fmt::format("does not hold while the empty hand closes: its error is {:.3g} rad or m",
                     closing.equality_m),
-        Cure({base::Edit{.file = model.HandFile(),
-                         .element = "/*/equality/*",
-                         .set = {{"solref", "0.005 1"}, {"solimp", "0.999 0.9999 0.001"}}}}) +
-            "; if that does not help, the joints' ranges or \"hand_open\" and \"hand_closed\" "
-            "block "
-            "the linkage");
+        (firmer.empty() ? Cure() : firm) +
+            "the joints' ranges or \"hand_open\" and \"hand_closed\" block the linkage");
   }
   if (closing.behind > kBehind) {
     const std::vector<int> ended = AtRangeEnds(model, closing);
@@ -575,6 +583,24 @@ void CheckGearedHand(Model& model) {
 }
 
 }  // namespace
+
+Attributes FirmerEqualities(const mjModel& m) {
+  for (int e = 0; e < m.neq; ++e) {
+    const mjtNum* solref = m.eq_solref + mjNREF * e;
+    const mjtNum* solimp = m.eq_solimp + mjNIMP * e;
+    if (solref[0] <= kFirm_s && solimp[0] >= kFirmMin && solimp[1] >= kFirmMax) continue;
+    return {{"solref", fmt::format("{:g} 1", kFirm_s)},
+            {"solimp", fmt::format("{:g} {:g} 0.001", kFirmMin, kFirmMax)}};
+  }
+  return {};
+}
+
+Attributes FirmerTips(const Model& model) {
+  for (const int geom : model.Tuple("fingertips", mjOBJ_GEOM)) {
+    if (const Attributes firmer = FirmerTip(model.m(), geom); !firmer.empty()) return firmer;
+  }
+  return {};
+}
 
 void CheckHand(Model& model) {
   if (model.hand < 0) return;

@@ -18,6 +18,11 @@ HandGuess GuessHand(Model& model);
 /// Proposes a site "tcp" in the body "hand"; only in words if the pads are not known yet.
 Cure SuggestTool(Model& model);
 
+/// The attributes that make all equalities of a model firm; empty if they are.
+Attributes FirmerEqualities(const mjModel& m);
+/// The attributes that make the contacts of the first soft fingertip firm; empty if none is soft.
+Attributes FirmerTips(const Model& model);
+
 void CheckHand(Model& model);  ///< checks what its drives or its geared motor move
 
 }  // namespace rangegrasp::check::internal

@@ -68,6 +68,15 @@ int JointsAbove(const pugi::xml_node& joint) {
 
 }  // namespace
 
+std::string TextOf(const Attributes& attributes) {
+  std::string text;
+  for (const auto& [name, value] : attributes) {
+    if (value.empty()) continue;
+    text += fmt::format("{}{}=\"{}\"", text.empty() ? "" : " ", name, value);
+  }
+  return text;
+}
+
 Model::Model(const std::filesystem::path& mjcf, Kind kind)
     : file_(mjcf), kind_(kind), lines_(mjcf) {
   model_ = sim::internal::BuildScene(mjcf, {}, {}).model;
@@ -181,12 +190,7 @@ Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
     edit->set = attributes;
     return Cure({*edit});
   }
-  std::string text;
-  for (const auto& [name, value] : attributes) {
-    if (value.empty()) continue;
-    text += fmt::format("{}{}=\"{}\"", text.empty() ? "" : " ", name, value);
-  }
-  return text;
+  return TextOf(attributes);
 }
 
 Cure Model::Replace(mjtObj type, int id, const std::string& block) const {
@@ -211,15 +215,23 @@ Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int
   Cure cure;
   std::string block = fmt::format("<tuple name=\"{}\">\n", name);
   bool known = !ids.empty();
+  bool unnamed = false;
   for (const int id : known ? ids : std::vector{-1}) {
     // Within its own file, an element has no prefixes of attachments.
     std::string element(mjcf::Suffix(Name(type, id)));
     if (type == mjOBJ_GEOM && id >= 0) element = NameGeom(id, cure);
+    if (type == mjOBJ_ACTUATOR && id >= 0) element = NameDrive(id, cure);
+    unnamed = unnamed || (id >= 0 && element.empty());
     known = known && !element.empty();
     block += fmt::format("  <element objtype=\"{}\" objname=\"{}\"/>\n", mju_type2Str(type),
                          element.empty() ? "NAME" : element);
   }
   block += "</tuple>";
+  if (unnamed) {
+    return fmt::format(
+        "give each {0} a name=\"...\"; without one it cannot be listed. In <custom>:\n{1}",
+        mju_type2Str(type), block);
+  }
   if (!known) return "in <custom>:\n" + block;
   const int old = Find(mjOBJ_TUPLE, name);
   return cure +
@@ -280,6 +292,27 @@ std::string Model::NameGeom(int geom, Cure& cure) const {
   return name;
 }
 
+std::string Model::NameDrive(int actuator, Cure& cure) const {
+  const std::string own = Name(mjOBJ_ACTUATOR, actuator);
+  if (!own.empty()) return std::string(mjcf::Suffix(own));
+  if (m().actuator_trntype[actuator] != mjTRN_JOINT) return "";
+  const std::string of = Name(mjOBJ_JOINT, m().actuator_trnid[2 * actuator]);
+  const std::string file = lines_.FileOf("joint", of);
+  const std::string joint(mjcf::Suffix(of));
+  const std::string name = "servo_" + joint;
+  pugi::xml_document document;
+  if (!document.load_file(file.c_str()) || Find(mjOBJ_ACTUATOR, name) >= 0) return "";
+  if (joint.find('\'') != std::string::npos) return "";  // cannot be written in an XPath
+  const auto drives =
+      document.select_nodes(fmt::format("//actuator/*[@joint='{}']", joint).c_str());
+  if (drives.size() != 1) return "";
+  cure.edits.push_back(
+      {.file = file,
+       .element = fmt::format("//{}[@joint='{}']", drives.first().node().name(), joint),
+       .set = {{"name", name}}});
+  return name;
+}
+
 std::string Model::BodyName(int body) const {
   const std::string name = Name(mjOBJ_BODY, body);
   return name.empty() ? fmt::format("body {}", body) : name;
@@ -309,6 +342,7 @@ std::vector<int> Model::RobotBodies() const {
 }
 
 struct SourceLines::Reader {
+  static constexpr int kMaxLevels = 500;  // the engine's parser has the same limit
   SourceLines& lines;
 
   // One file, with the models that it attaches.
@@ -343,7 +377,11 @@ struct SourceLines::Reader {
     Walk(document.root(), file);
   }
 
-  void Walk(const pugi::xml_node& node, File& file) {
+  void Walk(const pugi::xml_node& node, File& file, int level = 0) {
+    if (level > kMaxLevels) {
+      throw base::InputError(fmt::format("{}:{}: more than {} elements are inside each other",
+                                         file.path.string(), file.LineOf(node), kMaxLevels));
+    }
     for (const pugi::xml_node& child : node.children()) {
       const std::string tag = child.name();
       if (tag == "include") {
@@ -355,7 +393,7 @@ struct SourceLines::Reader {
         Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1, false);
       } else {
         Note(child, file);
-        Walk(child, file);
+        Walk(child, file, level + 1);
       }
     }
   }

@@ -57,6 +57,9 @@ class SourceLines {
 
 using Attributes = std::vector<std::pair<std::string, std::string>>;
 
+/// `a="1" b="2"`, without the empty ones.
+std::string TextOf(const Attributes& attributes);
+
 /// Fix of a finding: edits where they are definite, and any additional text.
 struct Cure {
   Cure() = default;
@@ -181,6 +184,8 @@ class Model {
   /// The name of a geom in its file; adds the edit that gives it one if needed. Empty if the file
   /// does not show which geom it is.
   std::string NameGeom(int geom, Cure& cure) const;
+  /// The same for an actuator on a joint, in the file of the joint.
+  std::string NameDrive(int actuator, Cure& cure) const;
 
   std::filesystem::path file_;
   Kind kind_;

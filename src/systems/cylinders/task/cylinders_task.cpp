@@ -285,7 +285,7 @@ class CylindersExperiment : public experiment::Task {
       stamp.identity["sensor"] = base::Hex(base::Fnv1a(base::ReadFile(options_.sensor)));
     }
     if (!options_.reference.empty()) {
-      stamp.data[experiment::kReferenceKey] = base::ReadFile(options_.reference);
+      stamp.data[experiment::kReferenceKey] = experiment::PublishedText(options_.reference);
     }
   }
 

@@ -251,6 +251,14 @@ void WriteMeshes(const std::string& base, const Segmented& result) {
   }
 }
 
+/// What may find more parts where a method found only one and says nothing about it.
+std::string AdviceOnOnePart(const Segmentation& found, const SegmentArguments& arguments) {
+  const bool by_diameter = base::FromWord<Method>(arguments.method, "--method") == Method::kSdf;
+  if (!by_diameter || found.parts != 1 || !found.note.empty()) return "";
+  return "one part: the clusters of the diameters do not tell thick places from thin ones; try "
+         "another number of clusters, e.g. --parts 2, or --method hierarchy";
+}
+
 Segmented SegmentFile(const std::string& file, const SegmentArguments& arguments) {
   StepLine line(file);
   Segmented result = Segment(file, arguments, line);
@@ -263,6 +271,9 @@ Segmented SegmentFile(const std::string& file, const SegmentArguments& arguments
   if (arguments.meshes) WriteMeshes(base, result);
   line.End();
   if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
+  if (const auto advice = AdviceOnOnePart(result.found, arguments); !advice.empty()) {
+    spdlog::warn("{}: {}", file, advice);
+  }
   base::WriteFile(base + ".csv", TableOf(result));
   spdlog::info("labels, colored shape, picture and table in {}.seg, .ply, .png, .csv", base);
   return result;

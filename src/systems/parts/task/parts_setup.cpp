@@ -235,7 +235,7 @@ PartsSetup ReadPartsSetup(YamlMap& map) {
   map.Finish();
   CheckFolder(map, setup.folder);
   if (!keys.runtimes.empty()) {
-    setup.published = base::ReadFile(keys.runtimes);
+    setup.published = experiment::PublishedText(keys.runtimes);
     PublishedSeconds(setup.published, keys.runtimes.string());  // reports a broken table
   }
   const bool counts = std::ranges::count(setup.methods, Method::kKMeans) > 0;

@@ -81,7 +81,8 @@ class Run {
         failed_(options_.same_place_m),
         blocked_(options_.same_place_m) {
     const trial::Options& cell = setup.cell.options;
-    if (!trial::Of<views::WristViewOptions>(cell, views::kWristViews).sensor.empty()) {
+    const auto wrist = trial::Of<views::WristViewOptions>(cell, views::kWristViews);
+    if (!wrist.sensor.empty() && options_.max_looks > 1) {
       wrist_.emplace(cell, setup.cell.robot, seed);
     }
     if (const auto score = grasp::ScoreModelOf(cell); !score.empty()) score_.emplace(score);
@@ -264,7 +265,8 @@ class Run {
     step.at_wanted = wanted;
     const auto& found = known_.found[object];
     if (found) step.taken_for = found->object;
-    auto detected = GraspsFor(object, wanted ? options_.use : "");
+    const std::string use = wanted ? options_.use : "";
+    auto detected = GraspsFor(object, use);
     if (wanted) TriedLast(detected.detection);
     const trial::FixedDetector detector(std::move(detected));
     trial::AttemptOptions attempt;
@@ -281,7 +283,7 @@ class Run {
       step.grasp = step.attempt.grasp->name;
       if (found && step.grasp.empty()) {
         step.why_not_named =
-            WhyNotNamed(setup_.grasps.at(found->object), step.attempt.detected.detection);
+            WhyNotNamed(setup_.grasps.at(found->object), use, step.attempt.detected.detection);
       }
       if (wanted) {
         executed_W_.push_back(step.attempt.grasp->X_CH);
@@ -483,9 +485,19 @@ std::string Judge(const Bring& run, std::optional<int> target, const sim::World&
   return kNotFound;
 }
 
+// None of an object's named grasps was placed: none has the use, or all need it upright.
+std::string WhyNonePlaced(const NamedGrasps& known, const std::string& use) {
+  const auto is_for = [&](const grasp::NamedGrasp& grasp) { return grasp::IsFor(grasp, use); };
+  if (std::ranges::any_of(known.grasps, is_for)) return "none is for this pose";
+  const auto uses = grasp::UsesOf(known);
+  const std::string others = base::Join({uses.begin(), uses.end()});
+  return fmt::format("none is for '{}'{}", use, others.empty() ? "" : ", only for " + others);
+}
+
 }  // namespace
 
-std::string WhyNotNamed(const NamedGrasps& known, const grasp::Detection& detection) {
+std::string WhyNotNamed(const NamedGrasps& known, const std::string& use,
+                        const grasp::Detection& detection) {
   if (known.grasps.empty()) return "";
   int collide = 0, others = 0;
   for (const grasp::DetectedGrasp& grasp : detection.grasps) {
@@ -494,8 +506,7 @@ std::string WhyNotNamed(const NamedGrasps& known, const grasp::Detection& detect
   std::vector<std::string> why;
   if (collide > 0) why.push_back(fmt::format("{} colliding", collide));
   if (others > 0) why.push_back(fmt::format("{} without a path or tried before", others));
-  return "named grasps not used: " +
-         (why.empty() ? "none is for this use and pose" : base::Join(why));
+  return "named grasps not used: " + (why.empty() ? WhyNonePlaced(known, use) : base::Join(why));
 }
 
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,

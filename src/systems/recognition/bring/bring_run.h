@@ -96,8 +96,10 @@ struct Setup {
 
 /// Why a planned grasp was executed instead of a named one: "named grasps not used: 20 colliding";
 /// empty if the object has no named grasps.
+/// @param use  that the grasps were placed for; empty: any
 /// @param detection  with the placed named grasps (DetectedGrasp::name) and the planned ones
-std::string WhyNotNamed(const grasp::NamedGrasps& known, const grasp::Detection& detection);
+std::string WhyNotNamed(const grasp::NamedGrasps& known, const std::string& use,
+                        const grasp::Detection& detection);
 
 /// Brings an object (section 7.2): looks, finds it among the known objects, clears away what is in
 /// the way, grasps it as its use requires and hands it over. If nothing is left that could hide it,

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "base/units.h"
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/run.h"
 #include "experiment/experiment.h"
 #include "geometry/mesh.h"
 #include "geometry/mesh_file.h"
@@ -40,13 +42,14 @@ struct BringArguments {
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
   if (!a.scene.empty()) {
-    const std::string file = std::filesystem::absolute(a.scene).string();
-    changes.set.push_back("scene=" + nlohmann::json(file).dump());  // which is YAML
+    const std::string scene = std::filesystem::absolute(a.scene).string();
+    changes.set.push_back("scene=" + nlohmann::json(scene).dump());  // which is YAML
   }
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
   changes.groups = {a.object};
   changes.trials = a.run + 1;
-  const auto opened = experiment::OpenExperiment(base::FindExperiment(a.experiment), changes);
+  const auto file = base::FindExperiment(a.experiment);
+  const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
   const experiment::Case& which = opened.cases.back();
   const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
   experiment::ReplayOptions pictures;
@@ -109,12 +112,44 @@ geometry::View ReadView(const CloudArguments& arguments) {
   return view;
 }
 
-std::string AdviceOf(const CloudArguments& arguments, const geometry::Observation& observation) {
+std::string AdviceOf(const CloudArguments& arguments, const geometry::Observation& observation,
+                     const perception::PerceptionOptions& options, base::Rng& rng) {
+  const geometry::View& first = observation.views.front();
+  const std::string of_table =
+      TableAdvice(geometry::ToCloud(first.image).points, first.X_CV.translation(), options, rng);
+  if (!of_table.empty()) return of_table;
   for (const geometry::View& view : observation.views) {
     const std::string advice = OriginAdvice(arguments, view.X_CV.translation());
     if (!advice.empty()) return advice;
   }
   return "";
+}
+
+/// Share of points below the table above which objects are sought on its wrong side, and how far
+/// below they must be: farther than a table's noise.
+constexpr double kMinShareBelow = 0.01, kBelow_m = 0.005;
+
+/// Warns of views whose sensor is not on the objects' side of the table, which hides the objects.
+/// @param clouds  the files of the views
+void WarnOfSides(const std::vector<std::string>& clouds, const perception::Scene& scene,
+                 const geometry::Observation& observation) {
+  const geometry::Plane& table = scene.table.plane;
+  const auto is_below = [&](const auto& p_C) { return table.Distance(p_C) < -kBelow_m; };
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    const geometry::View& view = observation.views[i];
+    const Eigen::Vector3d sensor_C = view.X_CV.translation();
+    const auto points_C = geometry::ToCloud(view.image).points;
+    const auto below = std::ranges::count_if(points_C, is_below);
+    if (const auto warning = SideWarning(table, sensor_C); !warning.empty()) {
+      spdlog::warn("{}: {}", clouds[i], warning);
+    } else if (scene.objects.empty() &&
+               static_cast<double>(below) > kMinShareBelow * static_cast<double>(points_C.size())) {
+      spdlog::warn(
+          "{}: {} of {} points are on the other side of the table than the sensor at {:g},{:g},"
+          "{:g}: give --sensor-origin or --up",
+          clouds[i], below, points_C.size(), sensor_C.x(), sensor_C.y(), sensor_C.z());
+    }
+  }
 }
 
 /// A pose from its 4 x 4 matrix, row by row.
@@ -150,12 +185,13 @@ void LearnModel(const LearnArguments& arguments) {
   }
   try {
     const auto scene = perception::Perceive(observation, options, rng);
+    WarnOfSides(arguments.clouds, scene, observation);
     things = scene.objects.size();
     model = recognition::Learn(scene, arguments.spacing_mm * base::kMm);
   } catch (const base::InputError& e) {
     throw base::InputError(fmt::format("{}{}: {}{}", arguments.clouds.front(),
                                        arguments.clouds.size() > 1 ? " and others" : "", e.what(),
-                                       AdviceOf(arguments, observation)));
+                                       AdviceOf(arguments, observation, options, rng)));
   }
   if (!arguments.frame.empty()) {
     const base::Pose X_CF = PoseOf(arguments.frame);
@@ -291,13 +327,15 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
   RecognizedCloud recognized;
   try {
     auto scene = perception::Perceive(observation, options, rng);
+    WarnOfSides({arguments.cloud}, scene, observation);
     recognition::RecognitionOptions recognition;
     recognition.tolerance_m = arguments.tolerance_mm / base::kMmPerM;
     recognized.found =
         recognition::Recognize(observation, scene, library, recognition, {}, &recognized.unknown);
     recognized.perceived = std::move(scene.objects);
   } catch (const base::InputError& e) {
-    throw base::InputError(arguments.cloud + ": " + e.what() + AdviceOf(arguments, observation));
+    throw base::InputError(arguments.cloud + ": " + e.what() +
+                           AdviceOf(arguments, observation, options, rng));
   }
   WriteResult(arguments.json ? JsonText(recognized) : Text(recognized));
 }

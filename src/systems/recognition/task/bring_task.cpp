@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "base/statistics.h"
@@ -13,6 +15,7 @@
 #include "base/units.h"
 #include "base/words.h"
 #include "recognition/task/recognition_task.h"
+#include "sim/bodies.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
 #include "trial/table.h"
@@ -156,22 +159,21 @@ GraspsOf ReadGrasps(const trial::Options& grasping, const std::vector<std::strin
   GraspsOf grasps;
   for (const std::string& object : objects) {
     const auto mjcf = trial::ObjectModelOf(grasping, object).mjcf;
-    grasps[object] = grasp::ReadNamedGrasps(mjcf.parent_path() / "grasps.yaml");
+    grasps[object] = grasp::ReadNamedGrasps(grasp::NamedGraspsFile(mjcf));
   }
   return grasps;
 }
 
 /// A use that no object has is a misspelt one.
-void CheckUse(const std::string& use, const GraspsOf& grasps) {
+void CheckUse(const base::YamlMap& map, const std::string& use, const GraspsOf& grasps) {
   if (use.empty()) return;
   std::set<std::string> known;
-  for (const auto& [object, named] : grasps) {
-    for (const auto& grasp : named.grasps) known.insert(grasp.uses.begin(), grasp.uses.end());
-  }
+  for (const auto& [object, named] : grasps) known.merge(grasp::UsesOf(named));
   if (known.contains(use)) return;
-  throw base::InputError(
-      fmt::format("bring.use: no grasps.yaml has a grasp for '{}'; they have {}", use,
-                  known.empty() ? "none" : base::Join({known.begin(), known.end()})));
+  map.FailIn("bring", "use",
+             known.empty() ? "no grasps.yaml of the known objects has a grasp for a use (`for`)"
+                           : base::MustBeOneOf(use, {known.begin(), known.end()}) +
+                                 " (the uses in the known objects' grasps.yaml)");
 }
 
 /// The index of an object in the world; nullopt: it is absent.
@@ -200,14 +202,26 @@ std::string GraspOf(const experiment::Result& result) {
 
 class BringExperiment : public trial::SceneTask {
  public:
-  BringExperiment(const BringOptions& options, const trial::Options& grasping,
+  BringExperiment(const BringOptions& options, const trial::Options& grasping, GraspsOf grasps,
                   const experiment::Common& common)
       : options_(options),
         cell_(grasping),
         library_(recognition::LibraryOf(grasping, options.known, options.library)),
-        grasps_(ReadGrasps(grasping, options.known)),
-        seed_(common.seed) {
-    CheckUse(options.use, grasps_);
+        grasps_(std::move(grasps)),
+        seed_(common.seed) {}
+
+  /// Warnings of the known objects' grasps.
+  std::vector<base::Finding> FindingsOfGrasps() const {
+    std::vector<base::Finding> findings;
+    for (const auto& [object, known] : grasps_) {
+      if (known.grasps.empty()) continue;
+      const auto model = trial::ObjectModelOf(cell_.options, object);
+      std::ranges::move(grasp::CheckNamedGrasps(known, grasp::NamedGraspsFile(model.mjcf),
+                                                sim::ObjectSurface(model).mesh.vertices,
+                                                cell_.robot.hand().MaxGap()),
+                        std::back_inserter(findings));
+    }
+    return findings;
   }
 
   std::vector<Case> Cases() const override {
@@ -320,6 +334,8 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   const auto wrist = recognition::WristViewsOf(map, grasping);
   const bool wrist_looks = !wrist.sensor.empty() && options.max_looks > 1;
   if (!recognition::ModelsPass(map, grasping, wrist_looks, common)) return nullptr;
+  const auto missing = trial::MissingObject(known, grasping);
+  if (!missing.empty()) map.Fail("known", missing);
   options.library.seed = common.seed;
   trial::RequireOwnDetector(map, grasping);
   for (const std::string& object : grasping.objects) {
@@ -330,7 +346,11 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
                       object));
     }
   }
-  return std::make_unique<BringExperiment>(options, grasping, common);
+  auto grasps = ReadGrasps(grasping, known);
+  CheckUse(map, options.use, grasps);
+  auto task = std::make_unique<BringExperiment>(options, grasping, std::move(grasps), common);
+  if (common.on_findings && !common.on_findings(task->FindingsOfGrasps())) return nullptr;
+  return task;
 }
 
 }  // namespace

@@ -469,20 +469,17 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
                 const experiment::Common& common) {
   const bool laser =
       wrist || !trial::FindSensor(options.sensor_type)->laser(options.sensor).empty();
-  experiment::Common warned = common;
-  if (!laser && common.on_findings) {
-    warned.on_findings = [&](std::vector<base::Finding> findings) {
-      findings.push_back(
-          {.error = false,
-           .where = common.file.string(),
-           .element = "sensor",
-           .what = "a stereo camera alone found none of the known objects so far: its noise is "
-                   "larger than the 3 mm within which a model explains a sample",
-           .cure = "use a sensor with a laser, e.g. models/sensors/line_scanner.yaml"});
-      return common.on_findings(findings);
-    };
+  std::vector<base::Finding> warnings;
+  if (!laser) {
+    warnings.push_back(
+        {.error = false,
+         .where = common.file.string(),
+         .element = "sensor",
+         .what = "a stereo camera alone found none of the known objects so far: its noise is "
+                 "larger than the 3 mm within which a model explains a sample",
+         .cure = "use a sensor with a laser, e.g. models/sensors/line_scanner.yaml"});
   }
-  return trial::ModelsPass(map, options, warned);
+  return trial::ModelsPass(map, options, common, warnings);
 }
 
 Library LoadLibrary(std::span<const std::filesystem::path> folders) {

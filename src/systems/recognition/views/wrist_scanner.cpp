@@ -101,7 +101,8 @@ WristScanner::WristScanner(const trial::Options& options, const robot::Robot& ro
   if (!robot.X_HWristScanner) {
     throw base::InputError(options.scene.string() +
                            ": views by the wrist scanner need a site \"wrist_scanner\" on the "
-                           "arm's last link, as in scenes/tabletop_wrist.xml");
+                           "arm's last link, as in scenes/tabletop_wrist.xml; without them: remove "
+                           "`look` and `views` (--set 'look={}' --set views=1)");
   }
   if (!look_.hand_eye.empty()) {
     BelieveCalibration(*robot.X_HWristScanner);

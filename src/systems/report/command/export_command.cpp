@@ -321,6 +321,16 @@ void Export(const ExportArguments& arguments) {
     std::optional<experiment::Experiment> e;
     const bool own = fs::weakly_canonical(out) == fs::weakly_canonical(folder);
     if (arguments.clouds) {
+      const std::string task = experiment::InFolder(folder, [&] {
+        experiment::Need(stamp.identity, "experiment");  // for annotations.json
+        return experiment::KindOf(stamp).name;
+      });
+      if (task != trial::GraspingTask().name) {
+        throw base::InputError(
+            fmt::format("{}: `task: {}` has no clouds, only `task: grasping` has; without --clouds "
+                        "the records are written",
+                        folder.string(), task));
+      }
       if (own) {
         throw base::InputError(out.string() +
                                ": is the folder of the run; choose another folder with --out");

@@ -54,8 +54,8 @@ std::vector<report::Run> ReadRuns(const ReportRequest& request) {
   for (const auto& folder : request.folders) {
     report::Run& run = runs.emplace_back();
     run.results = experiment::ReadResults(folder);
-    run.kind = &experiment::KindOf(run.results.stamp);
     run.tables = experiment::ReportOf(run.results);
+    run.kind = &experiment::KindOf(run.results.stamp);
     run.name = fs::weakly_canonical(folder).filename().string();
     for (const auto& store : experiment::StoresIn(folder)) {
       const int count = experiment::Store::Open(store).Count();

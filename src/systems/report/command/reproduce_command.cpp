@@ -152,7 +152,8 @@ void ReadInto(const fs::path& folder, const PublishedTable& from, bool is_short,
   const auto results = experiment::ReadResults(folder);
   if (results.records.empty()) return;
   table.done = static_cast<int>(results.records.size());
-  table.seeds = experiment::Need(results.stamp.identity, "seed");
+  table.seeds = experiment::InFolder(
+      folder, [&] { return experiment::Need(results.stamp.identity, "seed"); });
   table.crashed =
       static_cast<int>(std::ranges::count_if(results.records, [](const experiment::Record& record) {
         return record.result.outcome == experiment::kCrashed ||
@@ -194,14 +195,14 @@ class Reproducer {
 
   // Reports an error if none of the requested tables can be run.
   void CheckThatSomeWereRun() const {
-    const auto all = Read();
+    const auto all = Read(tables_);
     if (std::ranges::any_of(all.tables, [](const auto& table) { return table.left_out.empty(); })) {
       return;
     }
     throw base::InputError("none of these tables can be run: " + all.tables.front().left_out);
   }
 
-  experiment::Report Page() const { return experiment::PageOf(Read()); }
+  experiment::Report Page() const { return experiment::PageOf(Read(Shown())); }
   experiment::Stamp Stamp() const {
     return {{{"experiment", "reproduce"}},
             {{"version", base::Version()}, {"commit", base::Commit()}},
@@ -216,9 +217,31 @@ class Reproducer {
   std::vector<std::uint64_t> SeedsOf(const PublishedTable& run) const {
     return run.is_drawn ? seeds_ : std::vector<std::uint64_t>();
   }
+  bool IsAsked(const PublishedTable& table) const {
+    return std::ranges::find(tables_, table.number, &PublishedTable::number) != tables_.end();
+  }
+  // The runs of one seed each: those asked for, or those that the folder holds already.
   int CasesOf(const PublishedTable& run) const {
-    const auto runs = static_cast<int>(std::max<std::size_t>(1, SeedsOf(run).size()));
-    return run.Cases(arguments_.is_short) * runs;
+    const std::size_t runs =
+        IsAsked(run) ? SeedsOf(run).size() : experiment::StoresIn(FolderOf(run)).size();
+    return run.Cases(arguments_.is_short) * static_cast<int>(std::max<std::size_t>(1, runs));
+  }
+  // Whether an earlier command ran the table into the same folder, short as this one or not.
+  bool WasRun(const PublishedTable& table) const {
+    const auto folder = experiment::StoresIn(FolderOf(table)).front();
+    if (!Store::Exists(folder)) return false;
+    const auto stamp = Store::Open(folder).ReadStamp();
+    const auto cases = stamp.identity.find("cases");
+    return cases != stamp.identity.end() &&
+           cases->second == std::to_string(table.Cases(arguments_.is_short));
+  }
+  // The page shows all tables of the folder, as several commands may have filled it.
+  std::vector<PublishedTable> Shown() const {
+    std::vector<PublishedTable> shown;
+    std::ranges::copy_if(
+        experiment::PublishedTables(), std::back_inserter(shown),
+        [&](const PublishedTable& table) { return IsAsked(table) || WasRun(table); });
+    return shown;
   }
   PlannedCases PlanOf(const PublishedTable& run) const {
     PlannedCases planned{.all = CasesOf(run)};
@@ -248,9 +271,9 @@ class Reproducer {
     }
   }
 
-  Reproduction Read() const {
+  Reproduction Read(const std::vector<PublishedTable>& tables) const {
     Reproduction all{arguments_.is_short, {}, Stamp()};
-    for (const PublishedTable& table : tables_) {
+    for (const PublishedTable& table : tables) {
       ReproducedTable one{.number = table.number,
                           .title = table.title,
                           .experiment = table.experiment,

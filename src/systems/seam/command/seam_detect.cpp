@@ -599,8 +599,9 @@ void AddSeamDetect(CLI::App& seam) {
       ->excludes(unit);
   command->add_flag("--negative", arguments->negative,
                     "the high mat is at the small column numbers");
-  command->add_flag("--json", arguments->json, "print one JSON object per profile");
-  command->add_flag("--xml", arguments->xml, "print the packets for the robot, one every 100 ms");
+  auto* json = command->add_flag("--json", arguments->json, "print one JSON object per profile");
+  command->add_flag("--xml", arguments->xml, "print the packets for the robot, one every 100 ms")
+      ->excludes(json);
   command->add_option("--picture", arguments->picture,
                       "SVG file of one profile with its detectors");
   command->add_option("--picture-row", arguments->picture_row, "number of this profile (1)")
@@ -610,7 +611,10 @@ void AddSeamDetect(CLI::App& seam) {
       "Example: rangegrasp seam detect profiles.csv --method weights --picture profile.svg\n"
       "         rangegrasp seam detect recording.csv --preset gocator\n"
       "         rangegrasp seam detect points.txt --layout points --decimal-comma --no-value -999");
-  command->callback([arguments] { Detection(*arguments).Run(); });
+  command->callback([arguments] {
+    if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".svg"});
+    Detection(*arguments).Run();
+  });
 }
 
 std::vector<ListEntry> ProfileKeys() {

@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/error.h"
 #include "base/file.h"
 #include "base/units.h"
 #include "base/words.h"
@@ -49,6 +50,12 @@ std::optional<double> NumberAt(const Published& published, const std::string& ro
   return known->second[i];
 }
 
+// Numbers in the stamp.
+constexpr const char* kProfilesPerSeam = "profiles_per_seam";
+constexpr const char* kColumnsPerMeter = "columns_per_m";
+constexpr const char* kWantedLength = "wanted_m";
+constexpr const char* kBesideCorners = "beside_corners_m";
+
 // Data of the experiment from the stamp.
 struct Facts {
   SeamKind kind;
@@ -66,17 +73,27 @@ std::size_t NearestTolerance(double px) {
   return static_cast<std::size_t>(best - kTolerances_px.begin());
 }
 
+// A number of the stamp.
+template <typename Number>
+Number StampNumber(const std::string& text, const char* name) {
+  if (const auto number = base::NumberFrom<Number>(text)) return *number;
+  throw base::InputError(
+      fmt::format("stamp '{}': '{}' must be a number", name, base::Excerpt(text)));
+}
+
 Facts FactsOf(const Stamp& stamp) {
   const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
-  Facts facts{base::FromWord<SeamKind>(at("kind"), "kind"),
-              {},
-              std::stoi(at("profiles_per_seam")),
-              NearestTolerance(base::kMm * std::stod(at("columns_per_m"))),
-              std::stod(at("wanted_m")),
-              std::stod(experiment::ValueOr(stamp.data, "beside_corners_m", "0")),
-              ReadPublished(at("reference"), at("reference_file")),
-              ReadPublished(at("improvements"), at("improvements_file")),
-              ReadPublished(at("runtimes"), at("runtimes_file"))};
+  const std::string beside_corners = experiment::ValueOr(stamp.data, kBesideCorners, "0");
+  Facts facts{
+      base::FromWord<SeamKind>(at("kind"), "kind"),
+      {},
+      StampNumber<int>(at(kProfilesPerSeam), kProfilesPerSeam),
+      NearestTolerance(base::kMm * StampNumber<double>(at(kColumnsPerMeter), kColumnsPerMeter)),
+      StampNumber<double>(at(kWantedLength), kWantedLength),
+      StampNumber<double>(beside_corners, kBesideCorners),
+      ReadPublished(at("reference"), at("reference_file")),
+      ReadPublished(at("improvements"), at("improvements_file")),
+      ReadPublished(at("runtimes"), at("runtimes_file"))};
   for (const std::string& word : base::Split(at("shapes"), ',')) {
     facts.shapes.push_back(base::FromWord<EdgeShape>(word, "shapes"));
   }
@@ -507,7 +524,7 @@ experiment::Report RunsReport(const Facts& facts, const std::vector<Record>& rec
 
 // A published table is also parsed here, so that an invalid one is found before the run.
 void AddPublished(const std::string& name, const std::filesystem::path& file, Stamp& stamp) {
-  const std::string text = file.empty() ? "" : base::ReadFile(file);
+  const std::string text = file.empty() ? "" : experiment::PublishedText(file);
   ReadPublished(text, file.string());
   stamp.data[name] = text;
   stamp.data[name + "_file"] = file.filename().string();
@@ -524,12 +541,12 @@ void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
     shapes.emplace_back(base::Word(shape));
   }
   stamp.data["shapes"] = base::Join(shapes, ",");
-  stamp.data["profiles_per_seam"] = Text(experiment.record.profiles);
-  stamp.data["columns_per_m"] = Text(experiment.sensor.line.columns_per_m);
-  stamp.data["wanted_m"] = Text(wanted_m);
+  stamp.data[kProfilesPerSeam] = Text(experiment.record.profiles);
+  stamp.data[kColumnsPerMeter] = Text(experiment.sensor.line.columns_per_m);
+  stamp.data[kWantedLength] = Text(wanted_m);
   const auto corners = CornersOf(experiment);
   if (!corners.empty()) {
-    stamp.data["beside_corners_m"] =
+    stamp.data[kBesideCorners] =
         Text(wanted_m - 2.0 * kCorner_m * static_cast<double>(corners.size()));
   }
   AddPublished("reference", experiment.reference, stamp);

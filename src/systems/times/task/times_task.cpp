@@ -85,16 +85,18 @@ struct Options {
   std::vector<ScanSize> published;  // for `segmentations`: the reference's scenes
 };
 
+constexpr int kMinPoints = 100;
+constexpr int kMaxPoints = 10'000'000;
+
 // Reads the keys except those that it shares with grasping.
 void ReadTimesKeys(base::YamlMap& map, Options& o) {
-  constexpr int kMaxPoints = 10'000'000;
   map.Read("timed", o.timed,
            "the stages of table 5.1, or the segmentations of figures 5.8 and 5.9");
   map.Read("scenes", o.scenes, 1, 10000,
            "number of arrangements; segmentations: at most those of the reference");
-  map.Read("object_points", o.size.object_points, 100, kMaxPoints,
+  map.Read("object_points", o.size.object_points, kMinPoints, kMaxPoints,
            "number of object points in a scan; segmentations: as in the reference");
-  map.Read("table_points", o.size.table_points, 100, kMaxPoints,
+  map.Read("table_points", o.size.table_points, kMinPoints, kMaxPoints,
            "number of table points in a scan; segmentations: as in the reference");
   map.Read("repeats", o.repeats, 1, 1000, "number of repeated measurements; the median is used");
   map.Read("methods", o.methods, "methods whose stages are timed");
@@ -118,9 +120,14 @@ Options ReadOptions(base::YamlMap& map, std::uint64_t seed) {
              "the published scenes' sizes are needed (columns object_points, table_points)");
   }
   const auto csv = base::CsvTable::Read(options.grasping.reference);
+  const auto points = [&](std::size_t row, const char* column) {
+    const std::size_t at = csv.Column(column);
+    const double number = csv.Number(row, at);
+    if (number >= 1.0 && number <= kMaxPoints) return static_cast<int>(number);
+    csv.Fail(row, at, fmt::format("must be a number of points from 1 to {}", kMaxPoints));
+  };
   for (std::size_t row = 0; row < csv.rows(); ++row) {
-    options.published.push_back({static_cast<int>(csv.Number(row, csv.Column("object_points"))),
-                                 static_cast<int>(csv.Number(row, csv.Column("table_points")))});
+    options.published.push_back({points(row, "object_points"), points(row, "table_points")});
   }
   return options;
 }
@@ -220,7 +227,7 @@ class TimesExperiment : public experiment::Task {
     trial::AddModelsTo(cell_.options, stamp);
     stamp.data[kTimed] = base::Word(options_.timed);
     if (!cell_.options.reference.empty()) {
-      stamp.data[experiment::kReferenceKey] = base::ReadFile(cell_.options.reference);
+      stamp.data[experiment::kReferenceKey] = experiment::PublishedText(cell_.options.reference);
     }
   }
 

@@ -81,6 +81,16 @@ TEST_F(PartsTest, EveryMethodSegmentsAMesh) {
   }
 }
 
+TEST_F(PartsTest, OnePartByDiameterNamesTheOptionThatMayFindMore) {
+  const auto err = [&](const char* clusters) {
+    return Succeeded(Parts({mesh_, "--method", "sdf", "--parts", clusters})).err;
+  };
+  EXPECT_THAT(err("1"),
+              testing::HasSubstr("lollipop.off: one part: the clusters of the diameters"));
+  EXPECT_THAT(err("1"), testing::HasSubstr("--parts 2"));
+  EXPECT_THAT(err("2"), testing::Not(testing::HasSubstr("one part")));
+}
+
 TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
   for (const int k : {1, 2, 7}) {
     const auto json = ResultOf({mesh_, "--method", "kmeans", "--parts", std::to_string(k)});

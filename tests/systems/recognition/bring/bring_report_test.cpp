@@ -83,12 +83,16 @@ TEST(WhyNotNamed, CountsThemByReason) {
   grasp::NamedGrasps known;
   grasp::Detection detection;
   detection.grasps.resize(4);  // the last one was planned
-  EXPECT_EQ(WhyNotNamed(known, detection), "");
-  known.grasps.emplace_back();
-  EXPECT_EQ(WhyNotNamed(known, detection), "named grasps not used: none is for this use and pose");
+  EXPECT_EQ(WhyNotNamed(known, "", detection), "");
+  known.grasps.emplace_back().uses = {"drink", "pour"};
+  for (const char* use : {"", "pour"}) {
+    EXPECT_EQ(WhyNotNamed(known, use, detection), "named grasps not used: none is for this pose");
+  }
+  EXPECT_EQ(WhyNotNamed(known, "cut", detection),
+            "named grasps not used: none is for 'cut', only for drink, pour");
   for (int i = 0; i < 3; ++i) detection.grasps[i].name = "top";
   detection.grasps[0].collides = detection.grasps[1].collides = true;
-  EXPECT_EQ(WhyNotNamed(known, detection),
+  EXPECT_EQ(WhyNotNamed(known, "", detection),
             "named grasps not used: 2 colliding, 1 without a path or tried before");
 }
 

@@ -1,9 +1,12 @@
 #include "recognition/task/bring_task.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
 #include "trial/trial.h"
 
@@ -65,6 +68,30 @@ TEST(BringTask, TheTargetOfItsSceneIsTheWantedObject) {
   ASSERT_TRUE(absent);
   EXPECT_TRUE(absent->world.parked(present->target));
   EXPECT_FALSE(absent->world.parked(absent->target));
+}
+
+TEST(BringTask, AMisspeltUseOrKnownObjectIsNamedWithTheNearest) {
+  const auto error = [](const std::string& set) {
+    return testing_support::ErrorOf([&] {
+      Open({"arrangement=single", "objects=[coffee_cup]", set});
+    });
+  };
+  EXPECT_THAT(error("bring.use=drnik"),
+              testing::StartsWith("--set bring.use: key 'use': 'drnik' must be one of drink"));
+  EXPECT_THAT(error("known=[coffee_cup, clener]"),
+              testing::StartsWith("--set known: key 'known': no object 'clener'"));
+  EXPECT_THAT(error("known=[coffee_cup, clener]"), testing::HasSubstr("nearest: 'cleaner'"));
+}
+
+TEST(BringTask, ASceneWithoutAWristScannerNeedsOneOnlyForASecondLook) {
+  const auto run = [](std::vector<std::string> set) {
+    set.insert(set.end(), {"arrangement=single", "scene=../scenes/tabletop.xml"});
+    const auto experiment = Open(set);
+    return experiment.task->Run(experiment.cases[0]).outcome;
+  };
+  EXPECT_THAT(testing_support::ErrorOf([&] { run({}); }), testing::HasSubstr("--set 'look={}'"));
+  EXPECT_EQ(run({"look={}"}), "handed_over");
+  EXPECT_EQ(run({"bring.max_looks=1"}), "handed_over");
 }
 
 TEST(BringTask, SaysThatItIsNotThere) {

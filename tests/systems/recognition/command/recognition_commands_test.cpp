@@ -48,6 +48,16 @@ TEST(Bring, CheckNamesKnownGraspsThatTheHandDoesNotOpenFor) {
   EXPECT_THAT(ran.out, HasSubstr("grasp 'along': its width_mm is 200, but the hand opens only "));
   EXPECT_THAT(ran.out, HasSubstr("it is never used"));
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("'across'")));
+  // `bring` and `run` repeat it, before they find that there is no such object.
+  const std::vector<std::vector<std::string>> commands = {
+      {"bring", "slob", "--experiment", file},
+      {"run", file, "--objects", "slob", "--out", folder / "out"}};
+  for (const auto& command : commands) {
+    const auto refused = RunProgram(command);
+    EXPECT_THAT(refused.err, HasSubstr("did you mean 'slab'?"));
+    EXPECT_THAT(refused.err,
+                HasSubstr("grasp 'along': its width_mm is 200, but the hand opens only "));
+  }
 }
 
 TEST(Scan, TakesEveryExperimentThatArrangesObjects) {
@@ -278,6 +288,19 @@ TEST_F(LearnTest, OneSideIsSaidToBeTooLittle) {
   const auto ran = RunProgram({"learn", View(0.0), "-o", Mesh()});
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("unseen parts are guessed"));
+}
+
+TEST_F(LearnTest, ASensorThatIsNotAboveTheTableIsNamed) {
+  const auto err = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"learn", View(0.0), "-o", Mesh()});
+    return RunProgram(more).err;
+  };
+  EXPECT_THAT(err({"--sensor-origin=0.8,0,0.001"}), HasSubstr("lies in the table's plane"));
+  EXPECT_THAT(err({"--sensor-origin=0.8,0,-0.6"}),
+              HasSubstr("points are on the other side of the table than the sensor at 0.8,0,-0.6"));
+  EXPECT_THAT(err({"--sensor-origin=0.8,0,-0.6", "--up=0,0,1"}),
+              HasSubstr("the sensor's position lies below the table: give --sensor-origin"));
+  EXPECT_THAT(err({}), Not(HasSubstr("--sensor-origin")));
 }
 
 TEST_F(LearnTest, AnEmptyTableIsRefused) {

@@ -224,6 +224,8 @@ TEST_F(ExportTest, WhatItCannotExportIsTold) {
   const Ran seams = RunProgram({"export", Folder("seams"), "-o", Folder("seam_set"), "--clouds"});
   EXPECT_EQ(seams.code, 2);
   EXPECT_THAT(seams.err, HasSubstr("task: grasping"));
+  EXPECT_THAT(seams.err, HasSubstr(Folder("seams") + ": `task: seam` has no clouds"));
+  EXPECT_FALSE(std::filesystem::exists(Folder("seam_set")));
   EXPECT_EQ(RunProgram({"export", Folder("seams"), "-o", Folder("seam_set")}).code, 0);
   EXPECT_EQ(RunProgram({"export", Folder("nowhere"), "-o", Folder("x")}).code, 2);
 }

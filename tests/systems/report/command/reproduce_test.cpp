@@ -123,6 +123,21 @@ TEST_F(ReproduceTest, AnUnknownTableIsToldBeforeAnythingIsRun) {
   EXPECT_FALSE(std::filesystem::exists(Folder("unknown")));
 }
 
+// A command for another table keeps the first one's on the page.
+TEST_F(ReproduceTest, ThePageHoldsTheTablesOfEarlierCommands) {
+  std::filesystem::create_directories(Folder("both"));
+  std::filesystem::copy(Folder("reference/laser_single"), Folder("both/laser_single"),
+                        std::filesystem::copy_options::recursive);
+  const Ran ran = RunProgram({"reproduce", "--short", "5.3", "--jobs", "2", "-o", Folder("both")});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto tables = json::parse(Page("both", ".json"))["tables"];
+  std::vector<std::string> numbers;
+  for (const auto& table : tables) numbers.push_back(table["table"]);
+  EXPECT_THAT(numbers, testing::ElementsAre("5.2", "5.3"));
+  EXPECT_EQ(tables[0]["state"], "done");
+  EXPECT_EQ(tables[0]["rows"].size(), 26u);
+}
+
 TEST_F(ReproduceTest, SeveralSeedsStandInOneTable) {
   const Ran ran = RunProgram(Arguments(Folder("seeds"), {"--seeds", "1,2"}));
   ASSERT_EQ(ran.code, 0) << ran.err;

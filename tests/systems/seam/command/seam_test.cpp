@@ -147,6 +147,14 @@ TEST_F(SeamTest, OptionsThatContradictEachOtherAreRefused) {
   }
   ASSERT_EQ(RunProgram({"seam", "generate", kBase, "-o", File("s.png")}).code, 0);
   ExpectRefused({"seam", "detect", File("s.png"), "--unit", "um"}, "its grey levels");
+  ExpectRefused({"seam", "detect", file, "--xml", "--json"}, "excludes");
+}
+
+TEST_F(SeamTest, APictureIsSvgAndNoOtherFile) {
+  const std::string file = folder_.Write("p.csv", Row(90));
+  ExpectRefused({"seam", "detect", file, "--unit", "um", "--picture", File("p.png")},
+                "p.png: unsupported file type; the name must end with .svg");
+  EXPECT_FALSE(std::filesystem::exists(File("p.png")));
 }
 
 TEST_F(SeamTest, ASingleProfileIsAnswered) {

@@ -264,6 +264,24 @@ TEST(SeamTables, NamesABrokenPublishedTable) {
       testing::AllOf(HasSubstr(experiment.reference.string() + ":2:"), HasSubstr("'many'")));
 }
 
+TEST(SeamTables, AnEmptyPublishedTableIsRefused) {
+  const TempFolder folder;
+  SeamExperiment experiment = Shipped("seam_base");
+  for (const char* text : {"", "method,a\n"}) {
+    experiment.reference = folder.Write("t.csv", text);
+    EXPECT_THAT(ErrorOf([&] { ReportOn(experiment, {}); }),
+                HasSubstr(experiment.reference.string() + ": "));
+  }
+}
+
+TEST(SeamTables, ANumberOfTheStampThatIsNoneIsNamed) {
+  experiment::Stamp stamp;
+  AddTo(stamp, Shipped("seam_base"));
+  stamp.data["wanted_m"] = "wide";
+  EXPECT_THAT(ErrorOf([&] { ReportOf(stamp, {}); }),
+              HasSubstr("stamp 'wanted_m': 'wide' must be a number"));
+}
+
 TEST(SeamTables, AStampOfAnotherKindIsRefused) { EXPECT_THROW(ReportOf({}, {}), base::InputError); }
 
 TEST(SeamRows, AreOneALineInOrder) {

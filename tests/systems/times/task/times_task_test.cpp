@@ -1,9 +1,12 @@
 #include "times/task/times_task.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "error_of.h"
 #include "experiment/experiment.h"
+#include "temp_folder.h"
 #include "trial/grasping_task.h"
 #include "trial/trial.h"
 
@@ -38,6 +41,17 @@ TEST(SizedScan, HasAsManyPointsOfEachKindAsItShould) {
 TEST(SizedScan, OfAWorldWithoutObjectsIsRefused) {
   const sim::World empty(TestCell().options.scene, {}, {});
   EXPECT_THROW(SizedScan(TestCell(), empty, {100, 100}, base::Rng(1)), base::InputError);
+}
+
+TEST(TimesTask, APublishedNumberOfPointsThatDoesNotFitIsNamed) {
+  const testing_support::TempFolder folder;
+  const auto file = folder.Write("t.csv", "scene,object_points,table_points\n1,1e12,100\n");
+  const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/segmentation_times.yaml";
+  EXPECT_THAT(testing_support::ErrorOf([&] {
+                experiment::OpenExperiment(experiment, {.set = {"reference=" + file.string()}});
+              }),
+              testing::HasSubstr("t.csv:2: column 'object_points': '1e12' must be a number of "
+                                 "points from 1 to 10000000"));
 }
 
 }  // namespace
