@@ -135,16 +135,28 @@ TEST_F(OwnCell, PrintsTheMissingTupleReadyToPaste) {
 }
 TEST_F(OwnCell, NamesServosWithoutNamesAndListsThem) {
   arm_ = std::regex_replace(arm_, std::regex("<position name=\"[^\"]*\""), "<position");
-  auto findings = Check();
+  for (const bool is_listed : {true, false}) {
+    if (!is_listed) {
+      const std::regex tuple("<tuple name=\"arm_actuators\">[^]*?</tuple>");
+      arm_ = std::regex_replace(arm_, tuple, "");
+    }
+    const auto findings = Check();
+    ASSERT_EQ(findings.size(), 1u) << TextOfAll(findings);
+    const std::string text = base::TextOf(findings[0]);
+    EXPECT_THAT(text, HasSubstr("name=\"servo_joint7\" in <position joint=\"joint7\">"));
+    EXPECT_THAT(text, HasSubstr("<element objtype=\"actuator\" objname=\"servo_joint7\"/>"));
+    ASSERT_EQ(findings[0].edits.size(), 8u);
+    EXPECT_EQ(findings[0].edits.back().replace, is_listed);
+  }
+}
+// The engine refuses it where the arm is not attached.
+TEST_F(OwnCell, SaysWhatToListInATupleOfNoElements) {
+  arm_ = std::regex_replace(arm_, std::regex("<position name=\"[^\"]*\""), "<position");
+  Write();
+  const auto findings = CheckModel(folder_ / "arm.xml", Kind::kArm);
   ASSERT_EQ(findings.size(), 1u) << TextOfAll(findings);
   EXPECT_THAT(base::TextOf(findings[0]), HasSubstr("unrecognized object 'drive1' in tuple"));
   EXPECT_THAT(base::CureOf(findings[0]), HasSubstr("or remove the tuple"));
-  arm_ = std::regex_replace(arm_, std::regex("<tuple name=\"arm_actuators\">[^]*?</tuple>"), "");
-  findings = Check();
-  ASSERT_EQ(findings.size(), 1u) << TextOfAll(findings);
-  const std::string text = base::TextOf(findings[0]);
-  EXPECT_THAT(text, HasSubstr("name=\"servo_joint7\" in <position joint=\"joint7\">"));
-  EXPECT_THAT(text, HasSubstr("<element objtype=\"actuator\" objname=\"servo_joint7\"/>"));
 }
 TEST_F(OwnCell, SaysThatATupleHoldsSomethingElse) {
   arm_ = Replaced(arm_, "objtype=\"actuator\" objname=\"drive3\"",

@@ -234,8 +234,14 @@ Cure Model::SetTuple(const std::string& name, mjtObj type, const std::vector<int
   }
   if (!known) return "in <custom>:\n" + block;
   const int old = Find(mjOBJ_TUPLE, name);
-  return cure +
-         (old >= 0 ? Replace(mjOBJ_TUPLE, old, block) : Cure::Insert(file, "/*/custom", block));
+  if (old >= 0) return cure + Replace(mjOBJ_TUPLE, old, block);
+  // The engine drops a tuple of an attached file that lists what does not exist.
+  pugi::xml_document document;
+  const std::string dropped = fmt::format("//tuple[@name='{}']", name);
+  if (document.load_file(file.c_str()) && document.select_node(dropped.c_str())) {
+    return cure + Cure({{.file = file, .element = dropped, .block = block, .replace = true}});
+  }
+  return cure + Cure::Insert(file, "/*/custom", block);
 }
 
 Cure Model::Stiffer(int actuator, double times) const {

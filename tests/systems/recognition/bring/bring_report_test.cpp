@@ -143,7 +143,7 @@ TEST(BringOptions, KeysOfOtherTasksAreSentToTheirOwn) {
   EXPECT_THAT(ErrorOf({"trials_per_object=3"}), HasSubstr("runs_per_object"));
   EXPECT_THAT(ErrorOf({"views=2"}), HasSubstr("bring.max_looks"));
   EXPECT_THAT(ErrorOf({"bring.use=clean"}),
-              testing::AllOf(HasSubstr("a grasp for 'clean'"), HasSubstr("drink")));
+              testing::AllOf(HasSubstr("'clean' must be one of drink "), HasSubstr("uses")));
   EXPECT_THAT(ErrorOf({"grasp.take=handle"}), HasSubstr("task: grasping"));
   EXPECT_THAT(ErrorOf({"look.until_probability=0.8"}), HasSubstr("task: grasping"));
 }
