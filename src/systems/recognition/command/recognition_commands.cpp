@@ -2,7 +2,6 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -125,30 +124,14 @@ std::string AdviceOf(const CloudArguments& arguments, const geometry::Observatio
   return "";
 }
 
-/// Share of points below the table above which objects are sought on its wrong side, and how far
-/// below they must be: farther than a table's noise.
-constexpr double kMinShareBelow = 0.01, kBelow_m = 0.005;
-
 /// Warns of views whose sensor is not on the objects' side of the table, which hides the objects.
 /// @param clouds  the files of the views
 void WarnOfSides(const std::vector<std::string>& clouds, const perception::Scene& scene,
                  const geometry::Observation& observation) {
-  const geometry::Plane& table = scene.table.plane;
-  const auto is_below = [&](const auto& p_C) { return table.Distance(p_C) < -kBelow_m; };
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    const geometry::View& view = observation.views[i];
-    const Eigen::Vector3d sensor_C = view.X_CV.translation();
-    const auto points_C = geometry::ToCloud(view.image).points;
-    const auto below = std::ranges::count_if(points_C, is_below);
-    if (const auto warning = SideWarning(table, sensor_C); !warning.empty()) {
-      spdlog::warn("{}: {}", clouds[i], warning);
-    } else if (scene.objects.empty() &&
-               static_cast<double>(below) > kMinShareBelow * static_cast<double>(points_C.size())) {
-      spdlog::warn(
-          "{}: {} of {} points are on the other side of the table than the sensor at {:g},{:g},"
-          "{:g}: give --sensor-origin or --up",
-          clouds[i], below, points_C.size(), sensor_C.x(), sensor_C.y(), sensor_C.z());
-    }
+    const Eigen::Vector3d sensor_C = observation.views[i].X_CV.translation();
+    const std::string warning = SideWarning(scene.table.plane, sensor_C);
+    if (!warning.empty()) spdlog::warn("{}: {}", clouds[i], warning);
   }
 }
 
