@@ -324,21 +324,10 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id) {
 
 namespace {
 
-// Whether a report of these records under this stamp fails with the same text as another one.
+// Whether the report of these records under this stamp fails with the text that is explained.
 using FailsAlike = std::function<bool(const Stamp&, const std::vector<Record>&)>;
 
-FailsAlike FailsLike(const TaskKind& kind, const std::string& text) {
-  return [&kind, text](const Stamp& stamp, const std::vector<Record>& records) {
-    try {
-      kind.report(stamp, records);
-      return false;
-    } catch (const std::exception& error) {
-      return error.what() == text;
-    }
-  };
-}
-
-// The name and beginning of the stamp's value at fault; empty if no single value is.
+// The name and beginning of the stamp's value without which it does not; empty if there is none.
 std::string ValueAtFault(const FailsAlike& fails, const Stamp& stamp) {
   for (const auto part : {&Stamp::identity, &Stamp::data}) {
     for (const auto& [name, value] : stamp.*part) {
@@ -352,40 +341,23 @@ std::string ValueAtFault(const FailsAlike& fails, const Stamp& stamp) {
   return "";
 }
 
-// The record whose report alone fails; nullptr if it is no single record.
-const Record* RecordAtFault(const FailsAlike& fails, const Stamp& stamp,
-                            std::span<const Record> records) {
-  constexpr std::size_t kMaxCopied = 1000;  // a million records take 4 GB
-  while (records.size() > 1) {
-    const auto begin = records.first(std::min((records.size() + 1) / 2, kMaxCopied));
-    const bool is_there = fails(stamp, {begin.begin(), begin.end()});
-    records = is_there ? begin : records.subspan(begin.size());
-  }
-  return !records.empty() && fails(stamp, {records[0]}) ? records.data() : nullptr;
-}
-
-// The innermost key of a record's data without which its report does not fail alike, with the
-// beginning of its value; empty if there is none.
-std::string KeyAtFault(const FailsAlike& fails, const Stamp& stamp, const Record& record) {
+// The same for the innermost key of a record's data.
+std::string KeyAtFault(const FailsAlike& fails, const Stamp& stamp, Record record) {
   const auto data = nlohmann::ordered_json::parse(record.result.data, nullptr, false);
-  const auto matters = [&](const nlohmann::ordered_json::json_pointer& key) {
-    auto without = data;
-    without[key.parent_pointer()].erase(key.back());
-    Record changed = record;
-    changed.result.data = without.dump();
-    return !fails(stamp, {changed});
-  };
   nlohmann::ordered_json::json_pointer at;
   std::string path;
-  for (bool is_found = data.is_object(); is_found && data[at].is_object();) {
-    is_found = false;
-    for (const auto& [name, value] : data[at].items()) {
-      if (!matters(at / name)) continue;
-      at /= name;
-      path += (path.empty() ? "" : ".") + name;
-      is_found = true;
-      break;
-    }
+  const auto matters = [&](const auto& item) {
+    auto without = data;
+    without[at].erase(item.key());
+    record.result.data = without.dump();
+    return !fails(stamp, {record});
+  };
+  while (data[at].is_object()) {
+    const auto items = data[at].items();
+    const auto found = std::ranges::find_if(items, matters);
+    if (found == items.end()) break;
+    path += (path.empty() ? "" : ".") + found.key();
+    at /= found.key();
   }
   if (path.empty()) return "";
   return fmt::format("'{}' of its data is {}: ", base::Excerpt(path),
@@ -393,15 +365,27 @@ std::string KeyAtFault(const FailsAlike& fails, const Stamp& stamp, const Record
 }
 
 // Why tables cannot be written: the case and its key, or the stamp's value, and what is wrong. The
-// reports read thousands of values, most of them without naming the case.
+// reports read thousands of values, most of them without naming the case: the one at fault is the
+// one that the failure needs.
 std::string ReasonOf(const TaskKind& kind, const Stamp& stamp, const std::vector<Record>& records,
                      const std::string& failure) {
-  const FailsAlike fails = FailsLike(kind, failure);
+  const FailsAlike fails = [&](const Stamp& with, const std::vector<Record>& some) {
+    try {
+      kind.report(with, some);
+      return false;
+    } catch (const std::exception& error) {
+      return error.what() == failure;
+    }
+  };
   std::string reason;
   if (fails(stamp, {})) {
     reason = ValueAtFault(fails, stamp);
-  } else if (const Record* record = RecordAtFault(fails, stamp, records)) {
-    reason = fmt::format("case {}: {}", record->which.id, KeyAtFault(fails, stamp, *record));
+  } else {
+    const auto fails_alone = [&](const Record& record) { return fails(stamp, {record}); };
+    const auto record = std::ranges::find_if(records, fails_alone);
+    if (record != records.end()) {
+      reason = fmt::format("case {}: {}", record->which.id, KeyAtFault(fails, stamp, *record));
+    }
   }
   // "[json.exception.type_error.302] type must be ..."
   const std::size_t end =
