@@ -31,8 +31,18 @@ def pose(numbers):
     return np.array(numbers).reshape(4, 4)
 
 
+def check(folder):
+    """Ends the program if there is no data set in the folder. An export of several seeds has one in a folder for each."""
+    if (folder / "annotations.json").is_file():
+        return
+    sets = sorted(file.parent.name for file in folder.glob("*/annotations.json"))
+    cure = f"it has {', '.join(sets)}: name one of them" if sets else "name the FOLDER of `export ... -o FOLDER --clouds`"
+    sys.exit(f"no annotations.json in {folder}; {cure}")
+
+
 def main(folder):
     folder = pathlib.Path(folder)
+    check(folder)
     data = json.loads((folder / "annotations.json").read_text())
     for cloud in data["clouds"]:
         points = read_pcd(folder / cloud["file_name"])

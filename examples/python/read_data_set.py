@@ -7,13 +7,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def read_shard(file: Path) -> list[NDArray[Any]]:
+    """The arrays points, scene, X_WG, width and outcome."""
+    try:
+        with np.load(file) as shard:
+            points, scene, *others = arrays = [shard[name] for name in ("points", "scene", "X_WG", "width", "outcome")]
+        if any(len(array) != len(scene) for array in others):
+            raise ValueError("its arrays have different lengths")
+        if not ((scene >= 0) & (scene < len(points))).all():
+            raise ValueError("a grasp is of a scene that it does not have")
+        return arrays
+    except Exception as error:  # a damaged file raises errors of many kinds
+        raise ValueError(f"{file}: is not a whole shard of a data set: {error}") from error
+
+
 def grasps_of(folder: str | Path) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float64], float, bool]]:
     """Yields (points (rows, columns, 3), X_WG (4, 4), width, delivered) of each grasp."""
-    for file in sorted(Path(folder).glob("shard-*.npz")):
-        with np.load(file) as shard:
-            points = shard["points"]
-            for i, scene in enumerate(shard["scene"]):
-                yield points[scene], shard["X_WG"][i], float(shard["width"][i]), bool(shard["outcome"][i] == "delivered")
+    files = sorted(Path(folder).glob("shard-*.npz"))
+    if not files:
+        raise ValueError(f"{folder}: no shard-*.npz; rangegrasp.collect writes data sets")
+    for file in files:
+        points, scenes, poses, widths, outcomes = read_shard(file)
+        for scene, X_WG, width, outcome in zip(scenes, poses, widths, outcomes):
+            yield points[scene], X_WG, float(width), bool(outcome == "delivered")
 
 
 def torch_data_set(folder: str | Path) -> Any:
@@ -33,5 +49,8 @@ def torch_data_set(folder: str | Path) -> Any:
 
 
 if __name__ == "__main__":
-    delivered = [one[3] for one in grasps_of(sys.argv[1])]
+    try:
+        delivered = [one[3] for one in grasps_of(sys.argv[1])]
+    except ValueError as error:
+        sys.exit(f"{sys.argv[0]}: {error}")
     print(f"{len(delivered)} grasps, {100 * np.mean(delivered):.0f} % delivered")

@@ -4,9 +4,11 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-from concurrent.futures import ProcessPoolExecutor
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, wait
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -27,6 +29,34 @@ FIELDS = {
     "outcome": "(grasps,) text: delivered, no_grasp, no_path, not_lifted, dropped, misplaced or invalid_physics",
     "object": "(grasps,) text: the object that the grasp was at; ground truth",
 }
+
+_QUIET_S = 30.0  # minimum time between two lines of progress, as of `rangegrasp run`
+_LOOK_S = 1.0  # period at which other processes' scenes are counted
+
+_done: Any = None  # in a worker process: the number of scenes that all workers have done
+
+
+def _progress(scenes: int) -> Callable[[int], None]:
+    begun = shown = time.monotonic()
+
+    def show(done: int) -> None:
+        nonlocal shown
+        now = time.monotonic()
+        if done == 0 or now - shown < _QUIET_S:
+            return
+        shown = now
+        print(f"progress: {done}/{scenes} scenes, {(scenes - done) * (now - begun) / done:.0f} s left", file=sys.stderr, flush=True)
+    return show
+
+
+def _begin_worker(done: Any) -> None:
+    global _done
+    _done = done
+
+
+def _count_scene() -> None:
+    with _done.get_lock():
+        _done.value += 1
 
 
 def _collect_scene(experiment: str, seed: int, target: str, index: int, grasps: int, set: Sequence[str]) -> dict[str, Any] | None:
@@ -50,8 +80,13 @@ def _collect_scene(experiment: str, seed: int, target: str, index: int, grasps: 
     return {"points": scan.points.astype(np.float32), "X_WV": scan.X_WV, "target": target, "index": index, "tried": tried}
 
 
-def _write_shard(file: Path, jobs: list[tuple[Any, ...]]) -> int:
-    scenes = [scene for scene in (_collect_scene(*job) for job in jobs) if scene is not None]
+def _write_shard(file: Path, jobs: list[tuple[Any, ...]], count: Callable[[], None] = _count_scene) -> int:
+    scenes = []
+    for job in jobs:
+        scene = _collect_scene(*job)
+        count()
+        if scene is not None:
+            scenes.append(scene)
     tried = [(i, *one) for i, scene in enumerate(scenes) for one in scene["tried"]]
     grasps = [one[1] for one in tried]
     shape = scenes[0]["points"].shape if scenes else (0, 0, 3)
@@ -76,12 +111,52 @@ def _write_shard(file: Path, jobs: list[tuple[Any, ...]]) -> int:
     return len(grasps)
 
 
+def _read_card(file: Path) -> dict[str, Any]:
+    cure = "restore it, or write another data set elsewhere"
+    try:
+        card = json.loads(file.read_bytes())
+    except ValueError as error:  # also of bytes that are no text
+        raise _core.InputError(f"{file}: is not JSON ({error}): {cure}") from error
+    if not isinstance(card, dict) or not isinstance(card.get("scenes"), int):
+        raise _core.InputError(f"{file}: is not the card of a data set, an object with the number of `scenes`: {cure}")
+    return card
+
+
 def _make_room(folder: Path, before: int, scenes: int, scenes_per_shard: int) -> None:
     """For more scenes than before, removes the last shard if it is not full, so that it is made again with them."""
     if scenes < before:
         raise _core.InputError(f"{folder}: has {before} scenes, more than {scenes}: give scenes={before} or more, or another folder")
     if scenes > before and before % scenes_per_shard != 0:
         (folder / f"shard-{before // scenes_per_shard:05d}.npz").unlink(missing_ok=True)
+
+
+def _write_shards(tasks: list[tuple[Path, list[tuple[Any, ...]]]], processes: int) -> None:
+    show = _progress(sum(len(jobs) for _, jobs in tasks))
+    if processes == 1:
+        done = 0
+
+        def count() -> None:
+            nonlocal done
+            done += 1
+            show(done)
+        for task in tasks:
+            _write_shard(*task, count)
+        return
+    # Forked, as trials are: a script of the caller's need not be one that can be imported.
+    context = multiprocessing.get_context("fork")
+    number = context.Value("i", 0)
+    with ProcessPoolExecutor(processes, context, _begin_worker, (number,)) as pool:
+        shards = [pool.submit(_write_shard, *task) for task in tasks]
+        try:
+            left = set(shards)
+            while left:
+                ended, left = wait(left, _LOOK_S)
+                for shard in ended:
+                    shard.result()
+                show(number.value)
+        finally:
+            for shard in shards:
+                shard.cancel()
 
 
 def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: int = 100, grasps: int = 8, seed: int = 1,
@@ -91,7 +166,7 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
     Candidates are drawn evenly from the built-in method's free grasps of the topmost object. The folder holds `shard-00000.npz`, ...
     and `card.json`, which describes the arrays; NumPy alone reads them. Shards that are there are not made again, so that the same call
     goes on with a run that was stopped. Neither the number of jobs nor a stop changes a shard. With more `scenes` than before, the last
-    shard is made again if it was not full.
+    shard is made again if it was not full. A long run shows its progress on stderr, at most one line in 30 s.
 
     Parameters
     ----------
@@ -126,11 +201,11 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
             "grasps_per_scene": grasps, "scenes_per_shard": scenes_per_shard, "fields": FIELDS, "feature_names": _core.feature_names()}
     file = folder / "card.json"
     if file.exists():
-        before = json.loads(file.read_text())
+        before = _read_card(file)
         for key in ("made_by", "experiment", "set", "seed", "grasps_per_scene", "scenes_per_shard"):
             if before.get(key) != card[key]:
                 raise _core.InputError(f"{file}: {key} is {before.get(key)!r}, not {card[key]!r}: write another data set elsewhere")
-        _make_room(folder, before.get("scenes", 0), scenes, scenes_per_shard)
+        _make_room(folder, before["scenes"], scenes, scenes_per_shard)
     file.write_text(json.dumps(card, indent=2) + "\n")
     tasks = []
     for number, first in enumerate(range(0, scenes, scenes_per_shard)):
@@ -139,11 +214,6 @@ def collect(out: str | os.PathLike[str], experiment: str = "pile", *, scenes: in
             continue
         numbers = range(first, min(first + scenes_per_shard, scenes))
         tasks.append((shard, [(experiment, seed, names[i % len(names)], i // len(names), grasps, settings) for i in numbers]))
-    if (jobs or os.cpu_count()) == 1:
-        for task in tasks:
-            _write_shard(*task)
-    elif tasks:
-        # Forked, as trials are: a script of the caller's need not be one that can be imported.
-        with ProcessPoolExecutor(jobs or os.cpu_count(), multiprocessing.get_context("fork")) as pool:
-            list(pool.map(_write_shard, *zip(*tasks)))
+    if tasks:
+        _write_shards(tasks, jobs or os.cpu_count() or 1)
     return folder

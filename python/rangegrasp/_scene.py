@@ -58,6 +58,11 @@ class Scene:
         For an unknown experiment, key or object.
     RunError
         If no arrangement comes to rest in the sensor's view.
+
+    Warns
+    -----
+    UserWarning
+        If `objects` overlap at their poses, have moved sideways while they settled, or lie outside the workspace.
     """
 
     def __init__(self, experiment: str | os.PathLike[str] = "single", seed: int = 1, *, target: str | None = None, index: int = 0,
@@ -73,6 +78,8 @@ class Scene:
             raise ValueError('objects must give each object a pose, {"coffee_cup": X_WO} with X_WO a 4 x 4 matrix')
         poses = [(name, _matrix4(pose, f"the pose of {name}")) for name, pose in pairs]
         self._core = _core.Scene(file, words_of(set), seed, poses)
+        for text in self._core.warnings:
+            warnings.warn(text, stacklevel=2)
 
     @property
     def seed(self) -> int:
@@ -112,6 +119,13 @@ class Scene:
 
         A grasp that `Scene.perceive` found in the last scan is executed as a trial does. Any other one is first checked for collisions
         with what the last scan shows. The scene is then as the attempt left it.
+
+        A trial goes on to the next grasp if the arm has no motion for one:
+
+            for grasp in found.grasps:
+                outcome = scene.grasp(grasp)
+                if outcome.word != "no_path":
+                    break
 
         Parameters
         ----------
@@ -185,7 +199,7 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, crop: Any = None,
     up : (3,) array, optional
         Direction away from the table, where it is known.
     segmentation : str
-        How points above the table become segments: "convexity" or "mesh".
+        How points above the table become segments: "convexity", "mesh" or "region_growing".
     scene : path, optional
         Scene file (MJCF) whose hand is to grasp; the shipped one if not given.
     seed : int
@@ -201,7 +215,9 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, crop: Any = None,
     Raises
     ------
     InputError
-        If there are fewer than 100 points, no table, a noise below 0, or no points in `crop`.
+        If there are fewer than 100 points, no table, a noise below 0 or above 0.05 m, or no points in `crop`.
+    TypeError
+        For the name of a file instead of its points.
 
     Warns
     -----
@@ -209,6 +225,8 @@ def perceive(points: Scan | NDArray[Any], X_WV: Any = None, *, crop: Any = None,
         If an array has no X_WV, and of what the program warns of: another unit than metres, no objects, objects that are too large. A
         scan of a scene gives no warnings.
     """
+    if isinstance(points, (str, os.PathLike)):
+        raise TypeError(f'points: pass an array, e.g. np.load("{os.fspath(points)}"), or a Scan, not the name of a file')
     if isinstance(points, Scan):
         if X_WV is not None:
             raise ValueError("a Scan knows its X_WV")

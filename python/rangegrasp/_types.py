@@ -117,12 +117,19 @@ class Scan:
             points = np.ascontiguousarray(view.points, dtype=np.float64)
             if points.ndim != 3 or points.shape[2] != 3:
                 raise ValueError(f"points must be rows x columns x 3, not {points.shape}")
+            noise = None if view.noise is None else np.ascontiguousarray(view.noise, dtype=np.float32)
+            if noise is not None and (noise < 0).any():
+                raise ValueError(f"noise must be 0 m or more, or NaN where it is not known, not {noise[noise < 0][0]}")
             return {"points": points,
-                    "noise": None if view.noise is None else np.ascontiguousarray(view.noise, dtype=np.float32),
+                    "noise": noise,
                     "colors": None if view.colors is None else np.ascontiguousarray(view.colors, dtype=np.uint8),
                     "X_WV": _matrix4(view.X_WV, "X_WV")}
-        return {"views": [of(view) for view in self.views], "radius": float(self.radius),
-                "center": np.ascontiguousarray(self.center, dtype=np.float64)}
+        center = np.ascontiguousarray(self.center, dtype=np.float64)
+        if center.shape != (3,) or not np.isfinite(center).all():
+            raise ValueError(f"center must be three finite numbers [m], not {center}")
+        if not self.radius > 0:
+            raise ValueError(f"radius must be above 0 m, or np.inf where there is no limit, not {self.radius}")
+        return {"views": [of(view) for view in self.views], "radius": float(self.radius), "center": center}
 
 
 @dataclass

@@ -43,9 +43,11 @@ std::string CureOf(const Finding& finding) {
   return text + finding.cure;
 }
 
-std::string TextOf(const Finding& finding) {
-  std::string text = finding.where + (finding.error ? ": error: " : ": warning: ");
-  if (!finding.element.empty()) text += finding.element + ": ";
+namespace {
+
+// What follows the place: the problem, then the fix.
+std::string ProblemOf(const Finding& finding) {
+  std::string text = finding.element.empty() ? "" : finding.element + ": ";
   text += finding.what;
   const std::string cure = CureOf(finding);
   if (cure.empty()) return text;
@@ -53,5 +55,13 @@ std::string TextOf(const Finding& finding) {
   for (const char c : cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
   return text;
 }
+
+}  // namespace
+
+std::string TextOf(const Finding& finding) {
+  return finding.where + (finding.error ? ": error: " : ": warning: ") + ProblemOf(finding);
+}
+
+std::string MessageOf(const Finding& finding) { return finding.where + ": " + ProblemOf(finding); }
 
 }  // namespace rangegrasp::base

@@ -47,6 +47,8 @@ std::string CureOf(const Finding& finding);
 
 /// "arm.xml:33: error: joint "joint1": WHAT", then "fix: CURE" with its lines indented.
 std::string TextOf(const Finding& finding);
+/// The same without the word "error" or "warning", for a log that has it.
+std::string MessageOf(const Finding& finding);
 
 inline bool HasError(const std::vector<Finding>& findings) {
   return std::ranges::any_of(findings, &Finding::error);

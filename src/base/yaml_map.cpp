@@ -43,11 +43,11 @@ std::string KeyOf(const YAML::const_iterator::value_type& entry) {
   return entry.first.IsScalar() ? entry.first.Scalar() : "?";
 }
 
-/// "'3' must be a text".
+/// "'3' must be a text", "must be a text, not a list".
 std::string MustBe(const YAML::Node& node, const std::string& what) {
   if (node.IsNull()) return "its value is missing; it must be " + what;
-  return (node.IsScalar() ? "'" + Excerpt(node.Scalar()) + "'" : std::string("a list or map")) +
-         " must be " + what;
+  if (node.IsScalar()) return "'" + Excerpt(node.Scalar()) + "' must be " + what;
+  return "must be " + what + (node.IsMap() ? ", not a map" : ", not a list");
 }
 
 }  // namespace
@@ -64,10 +64,12 @@ struct YamlMap::Impl {
   // The start of a message about a key: "--set key: " if it is from the command line.
   std::string Where(const std::string& key, const YAML::Mark& mark) const {
     const std::string path = prefix + key;
-    const bool by_hand = std::ranges::any_of(document->overridden, [&](const std::string& given) {
-      return (path + ".").starts_with(given + ".");
-    });
-    return by_hand ? "--set " + path + ": " : At(mark);
+    for (const std::string& given : document->overridden) {
+      if ((path + ".").starts_with(given + ".")) return "--set " + path + ": ";
+      // A mapping that is not in the file has no mark.
+      if (mark.is_null() && given.starts_with(path + ".")) return "--set " + given + ": ";
+    }
+    return At(mark);
   }
 
   // Position of the key (its value may begin on a later line), or of the map if the key is absent.
@@ -373,7 +375,7 @@ void YamlMap::ReadWord(const std::string& key, std::size_t& position,
   if (!Convert(*node, word)) Fail(key, MustBe(*node, "one of " + Join(words)));
   const auto found = std::ranges::find(words, word);
   if (found == words.end()) {
-    CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->At(node->Mark()));
+    CheckBuilt("value", impl_->prefix + key + "=" + word, impl_->Where(key, node->Mark()));
     Fail(key, MustBeOneOf(word, words));
   }
   position = static_cast<std::size_t>(found - words.begin());

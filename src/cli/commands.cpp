@@ -71,14 +71,27 @@ std::string CommandOf(int argc, char** argv) {
   return base::Join(words, " ");
 }
 
-// Only the first of "--set A=1 B=2" is a value of the option; B=2 would count as a file.
+// Only the first of "--set A=1 B=2" or "--set A 1" is a value of the option; the second would count
+// as a file.
 void CheckEachSet(int argc, char** argv) {
+  constexpr std::string_view kSet = "--set=";
   for (int i = 2; i < argc; ++i) {
-    const bool after = std::string_view(argv[i - 2]) == "--set" ||
-                       std::string_view(argv[i - 1]).starts_with("--set=");
-    if (after && base::FindMatch(argv[i], "^[A-Za-z_][A-Za-z0-9_.]*=") && !fs::exists(argv[i])) {
-      throw base::InputError(fmt::format(
-          "unexpected '{0}': each KEY=VALUE needs its own --set: --set '{0}'", argv[i]));
+    std::string set = argv[i - 1];
+    if (set.starts_with(kSet)) {
+      set.erase(0, kSet.size());
+    } else if (std::string_view(argv[i - 2]) != "--set") {
+      continue;
+    }
+    const std::string next = argv[i];
+    std::error_code error;
+    if (next.starts_with('-') || fs::exists(next, error)) continue;
+    if (set.find('=') == std::string::npos) {
+      throw base::InputError(
+          fmt::format("--set '{0}': must be KEY=VALUE: --set '{0}={1}'", set, next));
+    }
+    if (base::FindMatch(next, "^[A-Za-z_][A-Za-z0-9_.]*=")) {
+      throw base::InputError(
+          fmt::format("unexpected '{0}': each KEY=VALUE needs its own --set: --set '{0}'", next));
     }
   }
 }

@@ -216,8 +216,12 @@ bool ProgressBar::IsDue(int done) {
 }
 
 void ProgressBar::operator()(int done_now, int, const experiment::Record& last) {
-  const int done = before_ + done_now;
   ++outcomes_[last.result.outcome];
+  (*this)(done_now);
+}
+
+void ProgressBar::operator()(int done_now) {
+  const int done = before_ + done_now;
   const bool on_terminal = isatty(STDERR_FILENO) == 1;
   if (!on_terminal && !IsDue(done)) return;
   const double rate_hz = done_now / watch_.Seconds();

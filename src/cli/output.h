@@ -91,6 +91,9 @@ class ProgressBar {
   ProgressBar(int before, int total, std::string success = "", double quiet_s = 30.0)
       : before_(before), total_(total), quiet_s_(quiet_s), success_(std::move(success)) {}
   void operator()(int done_now, int, const experiment::Record& last);
+  /// For steps that have no outcome.
+  /// @param done_now  at most total - before
+  void operator()(int done_now);
 
  private:
   // Whether a file gets a line now.

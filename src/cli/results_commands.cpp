@@ -190,6 +190,9 @@ void ReplayAll(const TrialArguments& arguments) {
   if (arguments.snapshots) CheckWritable(options.folder);
   if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
   e.task->Hide(arguments.folder);
+  if (!arguments.video.empty()) {
+    spdlog::info("drawing the video: about a minute for each trial without a graphics card");
+  }
   // With several trials, each first gets its own video.
   const process::OwnFolder films;
   std::vector<fs::path> parts;
@@ -203,6 +206,7 @@ void ReplayAll(const TrialArguments& arguments) {
     if (!Hooks().join_films) base::CheckBuilt("option", "video");
     Hooks().join_films(parts, arguments.video);
   }
+  if (!arguments.video.empty()) spdlog::info("video in {}", arguments.video);
   if (arguments.snapshots && fs::exists(options.folder)) {
     spdlog::info("pictures in {}", options.folder.string());
   } else if (arguments.snapshots) {

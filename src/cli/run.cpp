@@ -81,9 +81,9 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
   // A run that was killed or refused before its first case has left nothing to resume.
   if (store.Count() > 0) {
     if (!options.resume) {
-      throw base::InputError(folder.string() +
-                             ": already contains results; --resume continues them, --overwrite "
-                             "deletes them, --out DIR writes elsewhere");
+      throw base::InputError(fmt::format(
+          "{}: already contains results; {} continues them, {} deletes them, {} writes elsewhere",
+          folder.string(), options.names.resume, options.names.overwrite, options.names.out));
     }
     const Stamp stored = store.ReadStamp();
     const std::string before =
@@ -93,7 +93,7 @@ Store OpenForRun(const fs::path& folder, const RunIntoOptions& options, const Ex
                              " cases; more trials would change the shards: run them without "
                              "--shard, or into new folders");
     }
-    stamp = experiment::Resume(store, e.stamp, e.cases);
+    stamp = experiment::Resume(store, e.stamp, e.cases, options.names);
     if (stamp.build.contains("resumed_with")) {
       spdlog::warn(
           "the run was started with commit {} and continued with {}: the results of the two may "
@@ -152,9 +152,10 @@ std::string RunTillHopeless(const Experiment& e, const std::vector<Case>& cases,
     const auto failure = experiment::SameFailure(records, SuccessOf(*e.kind, e.stamp));
     if (failure && !begun_before) {
       return fmt::format(
-          "stopped after {} of {} cases, which all ended in {}; {} cases were not run (--resume "
-          "runs them anyway; stop_after: 0 never stops a run; `{}` looks for errors)",
-          stop_after, cases.size(), *failure, Missing(cases, store).size(), CheckCommand(e));
+          "stopped after {} of {} cases, which all ended in {}; {} cases were not run ({} runs "
+          "them anyway; stop_after: 0 never stops a run; `{}` looks for errors)",
+          stop_after, cases.size(), *failure, Missing(cases, store).size(), options.names.resume,
+          CheckCommand(e));
     }
   }
   RunCases(missing, run, store, how, ProgressOf(options, e, done, total));
@@ -242,7 +243,7 @@ experiment::OnFindings RefuseErrors(const fs::path& file) {
       if (finding.error) {
         errors.push_back(base::TextOf(finding));
       } else {
-        spdlog::warn(base::TextOf(finding));
+        spdlog::warn(base::MessageOf(finding));
       }
     }
     if (errors.empty()) return true;
@@ -256,7 +257,8 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
                   const RunIntoOptions& options) {
   if (options.resume && options.overwrite) {
     throw base::InputError(
-        "--resume continues existing results, --overwrite deletes them: give one of the two");
+        fmt::format("{} continues existing results, {} deletes them: give one of the two",
+                    options.names.resume, options.names.overwrite));
   }
   Ran ran;
   const auto open = [&](const experiment::OnFindings& on_findings) {
@@ -269,9 +271,10 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
   if (seeds.empty()) {
     const Experiment e = open(refuse_errors);
     if (experiment::StoresIn(ran.folder).front() != ran.folder) {
-      throw base::InputError(ran.folder.string() +
-                             ": holds runs of several seeds, which its table would then no longer "
-                             "show; --seeds N adds a seed, --out DIR writes elsewhere");
+      throw base::InputError(
+          fmt::format("{}: holds runs of several seeds, which its table would then no longer show; "
+                      "{} adds a seed, {} writes elsewhere",
+                      ran.folder.string(), options.names.seeds, options.names.out));
     }
     return RunInto(ran.folder, e, options);
   }
@@ -279,9 +282,9 @@ Ran RunExperiment(const fs::path& file, experiment::Changes changes,
     changes.seed = seed;
     const Experiment e = open(seed == seeds.front() ? refuse_errors : experiment::OnFindings());
     if (Store::Exists(ran.folder)) {
-      throw base::InputError(
-          ran.folder.string() +
-          ": contains the results of one seed; --out DIR writes those of several seeds elsewhere");
+      throw base::InputError(fmt::format(
+          "{}: contains the results of one seed; {} writes those of several seeds elsewhere",
+          ran.folder.string(), options.names.out));
     }
     const std::string failed = RunInto(experiment::SeedFolder(ran.folder, seed), e, options).failed;
     if (failed.empty()) continue;

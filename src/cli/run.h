@@ -25,6 +25,7 @@ struct RunIntoOptions {
   /// Gives the function called after each case of a run of `total` cases; absent: a ProgressBar.
   std::function<experiment::Progress(int before, int total)> progress = {};
   experiment::Processes processes = {};
+  experiment::RunOptionNames names = {};
 };
 
 /// The result of a run.

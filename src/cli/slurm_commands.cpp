@@ -93,7 +93,18 @@ std::vector<Shard> ShardsOf(const Submission& submission, const Queue& queue) {
   return shards;
 }
 
-// Checks that the folder has the same submission, or neither a submission nor results.
+// Whether a shard of a submission is in the queue or has left anything in the folder.
+bool HasBegun(const Submission& submission) {
+  const fs::path& folder = submission.folder;
+  if (Store::Exists(folder) || fs::exists(submission.ShardFolder(1).parent_path())) return true;
+  for (int task = 1; task <= submission.tasks; ++task) {
+    if (fs::exists(submission.LogFile(task))) return true;
+  }
+  return !QueueOf(submission.JobName()).job_ids.empty();
+}
+
+// Checks that the folder has the same submission, or neither a submission that may have begun nor
+// results. Where the queue is unknown, scripts may have been submitted by hand on another machine.
 void CheckSame(const Submission& submission) {
   if (!experiment::HasSubmission(submission.folder)) {
     if (!Store::Exists(submission.folder)) return;
@@ -105,8 +116,9 @@ void CheckSame(const Submission& submission) {
       before.tasks == submission.tasks) {
     return;
   }
+  if (HasSlurm() && !HasBegun(before)) return;
   throw base::InputError(
-      fmt::format("{}: was submitted as {} {} --tasks {}; the same command submits the missing "
+      fmt::format("{}: has the scripts of {} {} --tasks {}; the same command submits the missing "
                   "shards, --out DIR chooses another folder",
                   submission.folder.string(), before.experiment.string(),
                   base::Join(before.run, " "), before.tasks));
@@ -141,8 +153,8 @@ void WriteScripts(const Submission& submission) {
 void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sbatch) {
   const Submission submission = SubmissionFrom(arguments);
   CheckSame(submission);
-  WriteScripts(submission);
   if (!HasSlurm()) {
+    WriteScripts(submission);
     throw base::InputError(
         fmt::format("no sbatch on the PATH: this machine is not in a Slurm cluster. The scripts "
                     "are in {}: submit `sbatch --array=1-{} {}`, then {}",
@@ -154,6 +166,7 @@ void Submit(const SubmitArguments& arguments, const std::vector<std::string>& sb
     return spdlog::info("all shards are done and joined in {}", submission.folder.string());
   }
   const Queue queue = QueueOf(submission.JobName());
+  WriteScripts(submission);
   std::vector<int> missing;
   for (const Shard& shard : ShardsOf(submission, queue)) {
     if (!shard.Complete() && shard.queued.empty()) missing.push_back(shard.task);

@@ -326,15 +326,16 @@ void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOp
   }
 }
 
-Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases) {
+Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases,
+             const RunOptionNames& names) {
   const Stamp stored = store.ReadStamp();
   const std::string where = store.file().parent_path().string();
   Stamp alike = stored;
   alike.identity["cases"] = Need(now.identity, "cases");
   if (ContainsGroups(now, stored)) alike.identity["groups"] = ValueOr(now.identity, "groups", "");
-  CheckSameRun(
-      alike, now, where,
-      "choose another folder with --out, or use --overwrite (--resume can only add trials)");
+  CheckSameRun(alike, now, where,
+               fmt::format("choose another folder with {}, or use {} ({} can only add trials)",
+                           names.out, names.overwrite, names.resume));
   if (stored.identity != now.identity) {
     for (const Record& record : Replaced(store.ReadAll(), cases, where)) store.Write(record);
   }

@@ -54,16 +54,24 @@ void RunCases(const std::vector<Case>& cases, const CaseRunner& run, const RunOp
 /// Runs one case in its own process, as RunCases does, and waits for it.
 Result RunApart(const Case& which, double limit_s, const CaseRunner& run);
 
+/// The options of a run as messages name them: those of the command line, or, e.g., a function's.
+struct RunOptionNames {
+  std::string resume = "--resume", overwrite = "--overwrite", out = "--out DIR";
+  std::string seeds = "--seeds N";
+};
+
 /// Prepares a store of an earlier part of a run for continuation. The run may have more cases now
 /// (more trials of each object) and, in their order, more groups: stored records get their new
 /// positions among them.
 /// @param now    stamp of the continued run
 /// @param cases  all of its cases, of all shards
+/// @param names  for errors
 /// @return the stamp to write: `now` with the commit that began the run; another commit is added to
 /// "resumed_with".
 /// @throws base::InputError naming the folder if it belongs to another run, or contains a case that
 /// is not in `cases`; then nothing is changed.
-Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases);
+Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases,
+             const RunOptionNames& names = {});
 
 /// The cases reordered by turns: the first of every group, then the second, and so on.
 std::vector<Case> InTurn(const std::vector<Case>& cases);

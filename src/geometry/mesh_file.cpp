@@ -100,12 +100,21 @@ void Check(const std::filesystem::path& file, const aiMesh& mesh) {
   }
 }
 
+// assimp takes a text file that is cut off for a whole one with fewer facets.
+void CheckTextStl(const std::filesystem::path& file, const std::string& bytes) {
+  const std::size_t end = bytes.rfind("endsolid");
+  if (end != std::string::npos && bytes.find("facet", bytes.find('\n', end)) == std::string::npos) {
+    return;
+  }
+  throw base::InputError(file.string() + ": is cut off: no `endsolid` after the last facet");
+}
+
 // Cuts off the data after the declared facets of a binary file, since assimp would otherwise take
 // it for text. Of a file that is too short, assimp does not always find an end.
 void CheckStl(const std::filesystem::path& file, std::string& bytes) {
   constexpr std::size_t kHeader_bytes = 80, kFacet_bytes = 50;  // of the binary format
   const auto holds = [&](const char* word) { return bytes.find(word) != std::string::npos; };
-  if (holds("facet") && holds("vertex")) return;  // text
+  if (holds("facet") && holds("vertex")) return CheckTextStl(file, bytes);
   std::uint32_t facets = 0;
   constexpr std::size_t kBegin_bytes = kHeader_bytes + sizeof(facets);
   if (bytes.size() >= kBegin_bytes) {

@@ -21,6 +21,8 @@ struct RangeImage {
   Points points_C;   ///< row-major, [m]; NaN where nothing was measured
   Points origins_C;  ///< the sensor's origin per profile [m]; one entry if it does not move
 
+  /// False for a cloud without an order of the scan, whose points are one row.
+  bool HasScanOrder() const { return profiles > 1; }
   std::size_t Index(int profile, int sample) const {
     return static_cast<std::size_t>(profile) * static_cast<std::size_t>(samples) +
            static_cast<std::size_t>(sample);

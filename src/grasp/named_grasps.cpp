@@ -23,6 +23,8 @@ constexpr double kSquare_rad = base::Deg(5.0);
 constexpr double kUpright_rad = base::Deg(30.0);
 /// Largest number of steps of the turns in a file.
 constexpr int kMaxAngles = 360;
+/// Largest angle in a file: a whole turn.
+constexpr double kMaxAngle_deg = 360.0;
 
 Vector3d Vector(YamlMap& map, const std::string& key, Vector3d numbers, const std::string& doc) {
   std::vector<std::string> texts;
@@ -71,15 +73,16 @@ std::vector<Proposal> WaysOf(const Pose& X_OG, double width_m, const std::vector
 std::vector<double> Angles(YamlMap& map, const std::string& key, const std::string& doc) {
   const Vector3d numbers = Vector(map, key, {0.0, 0.0, 1.0}, doc);
   const double from = numbers[0], to = numbers[1], step = numbers[2];
-  if (step <= 0.0 || to < from || (to - from) / step > kMaxAngles) {
-    map.Fail(key, fmt::format("must be FROM, TO, STEP with FROM <= TO, STEP > 0 and at most {} "
-                              "steps, e.g. [0, 345, 15]",
-                              kMaxAngles));
+  if (from < -kMaxAngle_deg || to > kMaxAngle_deg || to < from || step <= 0.0 ||
+      (to - from) / step > kMaxAngles) {
+    map.Fail(key, fmt::format("must be FROM, TO, STEP with {} <= FROM <= TO <= {}, STEP > 0 and at "
+                              "most {} steps, e.g. [0, 345, 15]",
+                              -kMaxAngle_deg, kMaxAngle_deg, kMaxAngles));
   }
   std::vector<double> turns_rad;
-  for (int i = 0; from + i * step <= to + 1e-9; ++i) {
-    turns_rad.push_back(base::Deg(from + i * step));
-  }
+  constexpr double kRounding = 1e-9;  // of a step: 0.3 / 0.1 is below 3
+  const int steps = static_cast<int>((to - from) / step + kRounding);
+  for (int i = 0; i <= steps; ++i) turns_rad.push_back(base::Deg(from + i * step));
   return turns_rad;
 }
 

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "base/words.h"
+#include "geometry/mesh.h"
 
 namespace rangegrasp::perception {
 namespace {
@@ -20,6 +21,9 @@ constexpr double kMaxShare = 1.0 / 3.0;
 constexpr double kMaxSpacing_m = 0.05;
 // If the points are closer than those of any sensor, they are in another unit.
 constexpr double kMinSpacing_m = 2e-5;
+// A sensor that is further from the points does not see objects on a table. In millimetres or
+// centimetres, most positions are further away.
+constexpr double kMaxDistance_m = 20.0;
 // If the sensor's position is closer to the table, noise decides on which side of it it is.
 constexpr double kMinHeight_m = 0.02;
 // If a table is flatter, its points were computed: no sensor has so little noise.
@@ -109,6 +113,14 @@ std::string DoubtOfUnit(double spacing_m, const Cures& cures) {
   return "";
 }
 
+std::string DoubtOfDistance(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_C,
+                            const Cures& cures) {
+  if (points_C.empty()) return "";
+  const double distance_m = geometry::BoundsOf(points_C).exteriorDistance(sensor_C);
+  if (distance_m <= kMaxDistance_m) return "";
+  return fmt::format("the sensor is {:.0f} m from the cloud: {}", distance_m, cures.sensor);
+}
+
 std::string DoubtOfSide(const geometry::Plane& table, const Eigen::Vector3d& sensor_C,
                         const Cures& cures) {
   const double height_m = table.Distance(sensor_C);
@@ -131,6 +143,7 @@ std::vector<std::string> Doubts(const Scene& scene, const Eigen::Vector3d& senso
   const std::string of_unit = DoubtOfUnit(scene.sampling.spacing_m, cures);
   add(of_unit);
   add(of_origin);
+  if (of_unit.empty()) add(DoubtOfDistance(scene.points_C, sensor_C, cures));
   add(DoubtOfSide(scene.table.plane, sensor_C, cures));
   if (scene.objects.empty()) {
     add(fmt::format("no objects: {} of {} points are above the table", scene.cloud.size(),

@@ -13,6 +13,7 @@ namespace rangegrasp::perception {
 struct Cures {
   std::string smaller_unit;  ///< for points too far apart: "try --unit mm"
   std::string larger_unit;   ///< for points too close together: "try --unit m"
+  std::string sensor;        ///< if the sensor is too far away
   std::string upper_side;    ///< if the table's upper side is not known
   std::string other_things;  ///< if something else than objects on a table was perceived
   std::string noise;         ///< if the noise cannot be measured
@@ -21,6 +22,11 @@ struct Cures {
 /// Why points this far apart (Sampling::spacing_m) are not those of a tabletop in metres; empty if
 /// they may be.
 std::string DoubtOfUnit(double spacing_m, const Cures& cures);
+
+/// Why the sensor's position is in doubt: it is so far from the points that it is in another unit;
+/// empty if it may be right. Only if the points' unit is not in doubt. O(n).
+std::string DoubtOfDistance(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_C,
+                            const Cures& cures);
 
 /// Why the table's upper side is in doubt: the sensor lies in the table's plane or below it; empty
 /// if it lies above.

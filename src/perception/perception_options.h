@@ -384,6 +384,10 @@ struct FeatureOptions : FeatureAdditions {
   double open_stray_share = 0.02;         ///< share of the top surface's points
 };
 
+/// Largest noise that a user may give [m]: no range sensor that sees objects on a table has more,
+/// so that a larger number is in another unit.
+inline constexpr double kMaxNoise_m = 0.05;
+
 struct PerceptionOptions {
   PreprocessOptions preprocess;
   SegmentOptions segment;

@@ -35,6 +35,7 @@ std::vector<std::string> WarningsOf(const perception::Scene& scene, const Eigen:
   const perception::Cures cures{
       .smaller_unit = "points must be in metres; divide millimetres by 1000",
       .larger_unit = "points must be in metres",
+      .sensor = "X_WV must be in metres",
       .upper_side = "pass X_WV, or up=(x, y, z)",
       .other_things = "pass crop=(x, y, z, x, y, z), or up=(x, y, z)",
       .noise = "pass noise=... in metres"};
@@ -64,6 +65,13 @@ void CropViews(const std::vector<double>& corners_m, geometry::Observation& obse
                    clouds_C);
 }
 
+Eigen::Vector3d UpFrom(const Vector3& numbers) {
+  const Eigen::Map<const Eigen::Vector3d> up(numbers.data());
+  if (up.norm() > 0.0 && std::isfinite(up.norm())) return up.normalized();
+  throw base::InputError(fmt::format(
+      "up must be a direction, e.g. (0, 0, 1), not ({:g}, {:g}, {:g})", up.x(), up.y(), up.z()));
+}
+
 nb::dict Perceive(const nb::dict& scan, const std::optional<std::vector<double>>& crop,
                   std::optional<double> noise_m, const std::optional<Vector3>& up,
                   const std::string& segmentation, const std::string& scene_file,
@@ -71,11 +79,15 @@ nb::dict Perceive(const nb::dict& scan, const std::optional<std::vector<double>>
   if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
     throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
   }
+  if (noise_m && *noise_m > perception::kMaxNoise_m) {
+    throw base::InputError(fmt::format("noise {:g} m must be 0 to {:g} m: is it in millimetres?",
+                                       *noise_m, perception::kMaxNoise_m));
+  }
   geometry::Observation observation = ObservationFrom(scan);
   perception::PerceptionOptions options;
   options.segment.method = base::FromWord<perception::SegmentMethod>(segmentation, "segmentation");
   options.noise_m = noise_m;
-  if (up) options.preprocess.up_C = Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(up->data()));
+  if (up) options.preprocess.up_C = UpFrom(*up);
   const robot::Robot& robot = RobotOf(scene_file);
   static const grasp::ScoreModel score(grasp::ScoreModelOf({}));
   // A scan made from an array has no workspace.

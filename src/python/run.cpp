@@ -114,7 +114,11 @@ std::string Run(const std::string& file, const std::vector<std::string>& set,
                                         progress(before + done, total, last.result.outcome);
                                       };
                                     },
-                                    .processes = {.fork = Fork, .wait = Wait}};
+                                    .processes = {.fork = Fork, .wait = Wait},
+                                    .names = {.resume = "resume=True",
+                                              .overwrite = "overwrite=True",
+                                              .out = "out=...",
+                                              .seeds = "seed=[...]"}};
   return cli::RunExperiment(base::FindExperiment(file), changes,
                             seeds.size() > 1 ? seeds : std::vector<std::uint64_t>{}, out, options)
       .failed;

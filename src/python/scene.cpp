@@ -2,11 +2,13 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 
+#include <algorithm>
 #include <atomic>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/installation.h"
+#include "base/units.h"
 #include "base/words.h"
 #include "experiment/experiment.h"
 #include "external/outside_detector.h"
@@ -30,6 +32,8 @@ experiment::Experiment Open(const std::string& file, const std::vector<std::stri
   return e;
 }
 
+constexpr int kMaxSide_px = 8192;  // of a picture, as of `rangegrasp snapshot`
+
 // A grasp given by Python.
 struct Asked {
   base::Pose X_WG;
@@ -49,6 +53,43 @@ std::string AnswerOf(const Asked& asked) {
                     {"approach", list(asked.approach_W)}}}}};
   if (!asked.samples.empty()) answer["objects"] = {{{"samples", asked.samples}}};
   return answer.dump();
+}
+
+// Objects that are pushed, tip over or roll go further to the side. Shipped ones that are put down
+// in a resting pose, also from 80 mm above it, settle within 0.01 mm.
+constexpr double kMaxShift_m = 0.01;
+
+// A line for each pair of objects that are placed into each other.
+std::vector<std::string> OverlapsIn(const sim::World& world, double max_penetration_m) {
+  std::vector<std::string> lines;
+  for (int a = 0; a < world.objects(); ++a) {
+    for (int b = a + 1; b < world.objects(); ++b) {
+      if (world.ObjectDistance(a, b, 0.0) >= -max_penetration_m) continue;
+      lines.push_back(fmt::format("{} and {} overlap at the given poses", world.object_name(a),
+                                  world.object_name(b)));
+    }
+  }
+  return lines;
+}
+
+// A line for each settled object that is not where it was placed, or where no grasp is looked for.
+std::vector<std::string> MisplacedIn(const sim::World& world, const std::vector<base::Pose>& given,
+                                     const perception::Workspace& workspace) {
+  std::vector<std::string> lines;
+  for (int i = 0; i < world.objects(); ++i) {
+    const Eigen::Vector3d at_W = world.ObjectPose(i).translation();
+    const double shift_m =
+        (at_W - given[static_cast<std::size_t>(i)].translation()).head<2>().norm();
+    if (!workspace.Contains(world.ObjectCenterOfMass(i))) {
+      lines.push_back(
+          fmt::format("{} has settled outside the workspace, at x, y = {:.2f}, {:.2f} m",
+                      world.object_name(i), at_W.x(), at_W.y()));
+    } else if (shift_m > kMaxShift_m) {
+      lines.push_back(fmt::format("{} has settled {:.0f} mm to the side of the given pose",
+                                  world.object_name(i), shift_m * base::kMmPerM));
+    }
+  }
+  return lines;
 }
 
 /// A settled world with its work cell, between two scans or attempts.
@@ -104,7 +145,12 @@ class Scene {
     }
     base::Rng friction = trial::StageStream(seed, "friction");
     world_->DrawFriction(friction);
+    warnings_ = OverlapsIn(*world_, cell_.options.clutter.max_penetration_m);
     world_->Settle();
+    std::ranges::move(
+        MisplacedIn(*world_, poses,
+                    grasp::WorkspaceOf(cell_.robot, cell_.options.workspace_margin_m)),
+        std::back_inserter(warnings_));
   }
 
   nb::dict Scan(std::uint64_t seed) {
@@ -177,6 +223,7 @@ class Scene {
     const Asked asked{PoseFrom(X_WG, "X_WG"), width_m,
                       Eigen::Map<const Eigen::Vector3d>(approach_W.data()), samples};
     LookOnce();
+    CheckSamples(asked);
     trial::Attempt attempt;
     {
       const nb::gil_scoped_release others_may_run;
@@ -194,6 +241,10 @@ class Scene {
   }
 
   nb::object Render(const std::string& camera, int width, int height) {
+    if (std::min(width, height) < 1 || std::max(width, height) > kMaxSide_px) {
+      throw base::InputError(fmt::format("width and height must be 1 to {} pixels, not {} and {}",
+                                         kMaxSide_px, width, height));
+    }
     image::Image image;
     {
       const nb::gil_scoped_release others_may_run;
@@ -258,6 +309,8 @@ class Scene {
   }
 
   std::uint64_t seed() const { return seed_; }
+  // What makes the given poses doubtful.
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   void Home() {
@@ -272,6 +325,18 @@ class Scene {
           .sampling.noise_m;
     } catch (const base::InputError&) {
       return 0.0;
+    }
+  }
+
+  // A grasp that was perceived keeps its own samples, so nobody else reads these.
+  void CheckSamples(const Asked& asked) const {
+    std::size_t count = 0;
+    for (const auto& view : sensed_->observation.views) count += view.image.points_C.size();
+    for (const std::int64_t sample : asked.samples) {
+      if (sample >= 0 && static_cast<std::size_t>(sample) < count) continue;
+      throw base::InputError(fmt::format(
+          "samples of the grasp: {} must be 0 to {}, a position among the samples of the scan",
+          sample, count - 1));
     }
   }
 
@@ -313,6 +378,7 @@ class Scene {
   const trial::Cell& cell_;
   std::uint64_t seed_ = 0;
   double noise_m_ = 0.0;  // of the last scan
+  std::vector<std::string> warnings_;
   std::unique_ptr<sim::World> world_;
   std::optional<int> target_;
   std::shared_ptr<trial::Sensed> sensed_;         // null after anything moved
@@ -350,7 +416,8 @@ void AddScene(nb::module_& m) {
       .def("truth", &Scene::Truth)
       .def("save", &Scene::Save)
       .def("restore", &Scene::Restore, nb::arg("state"))
-      .def_prop_ro("seed", &Scene::seed);
+      .def_prop_ro("seed", &Scene::seed)
+      .def_prop_ro("warnings", &Scene::warnings);
 }
 
 }  // namespace rangegrasp::python

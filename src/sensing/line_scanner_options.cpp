@@ -29,7 +29,7 @@ void ReadKeys(Source& from, Options& o) {
             "number of pixels that are read across the line; this limits the measurable depths");
   from.ReadScaled("focus_distance_mm", o.focus_distance_m, kMm, 10.0, 100000.0,
                   "depth at which the camera's axis meets the laser's plane");
-  from.ReadScaled("near_mm", o.near_m, kMm, 0.0, 10000.0,
+  from.ReadScaled("near_mm", o.near_m, kMm, 10.0, 10000.0,
                   "minimum depth; anything nearer to the head is ignored");
   from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0,
                   "1/e^2 width of the line on a surface");

@@ -27,8 +27,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kMaxGeoms = 20000;         // per picture; further geoms are left out
-constexpr double kMinDistance_m = 1e-3;  // from a free camera to the point that it looks at
+constexpr int kMaxGeoms = 20000;          // per picture; further geoms are left out
+constexpr double kMinDistance_m = 1e-3;   // from a free camera to the point that it looks at
+constexpr double kMaxDistance_m = 100.0;  // the same; a robot's cell is a dot from there
 
 bool ParseFreeView(const std::string& text, Vector3d& eye, Vector3d& look) {
   int used = 0;
@@ -49,9 +50,20 @@ mjvCamera FreeCamera(const Vector3d& eye, const Vector3d& look) {
   return camera;
 }
 
+void CheckDistance(const std::string& view, double distance_m) {
+  if (distance_m <= kMaxDistance_m) return;
+  throw base::InputError(fmt::format(
+      "camera '{}': is {:.4g} m from the point that it looks at, {:g} m are the maximum: are its "
+      "numbers in metres?",
+      view, distance_m, kMaxDistance_m));
+}
+
 mjvCamera CameraOf(const mjModel* model, const std::string& name) {
   Vector3d eye, look;
-  if (ParseFreeView(name, eye, look)) return FreeCamera(eye, look);
+  if (ParseFreeView(name, eye, look)) {
+    CheckDistance(name, (look - eye).norm());
+    return FreeCamera(eye, look);
+  }
   mjvCamera camera;
   mjv_defaultCamera(&camera);
   camera.type = mjCAMERA_FIXED;

@@ -94,7 +94,10 @@ std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& obj
   for (const auto& file :
        {folder / kFileName, folder.parent_path() / kFileName, ShippedSurfaces()}) {
     const bool known = std::ranges::find(files, file) != files.end();
-    if (!known && std::filesystem::is_regular_file(file)) files.push_back(file);
+    std::error_code error;
+    // Also of a link to nothing: who reads it says what is wrong with it.
+    const bool is_there = std::filesystem::exists(std::filesystem::symlink_status(file, error));
+    if (!known && is_there) files.push_back(file);
   }
   return files;
 }

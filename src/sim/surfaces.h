@@ -60,7 +60,7 @@ inline constexpr double kMinDensity_kg_m3 = 20.0, kMaxDensity_kg_m3 = 12000.0;
 std::filesystem::path ShippedSurfaces();  ///< models/surfaces.yaml of the data folder
 
 /// The files in which an object's surface is looked up, in this order: surfaces.yaml in its folder,
-/// in the parent folder, and the shipped one. Only existing files are listed.
+/// in the parent folder, and the shipped one. Those that are not there are left out.
 std::vector<std::filesystem::path> SurfaceFiles(const std::filesystem::path& object_mjcf);
 
 /// Reads a file of surfaces: a mapping for each name.

@@ -480,6 +480,7 @@ const PhysicsOptions& World::physics() const { return impl_->physics; }
 std::string EngineVersion() { return mj_versionString(); }
 
 std::string ObjectTitle(const ObjectModel& object) {
+  internal::NeedMjcf(object.mjcf);
   char error[1000] = "";
   const internal::SpecPtr spec(
       mj_parseXML(object.mjcf.c_str(), nullptr, error, static_cast<int>(sizeof(error))));

@@ -280,12 +280,12 @@ class ScatteredArranger : public WorldArranger {
   /// @return nullopt if no permitted pose was found.
   std::optional<sim::AtRest> PoseFor(sim::World& world, int object, base::Rng& rng) const {
     const auto& share = clutter_.standing_share;
-    const bool chosen = share && MayBeTarget(world, object);
+    const bool chosen = share && !options_.as_drawn && MayBeTarget(world, object);
     if (chosen && rng.Uniform(0.0, 1.0) < *share) {
       return resting_.Standing(world.object_name(object), rng);
     }
     for (int drop = 0; drop < kMaxDrops; ++drop) {
-      const auto rest = resting_.Drop(world, object, rng);
+      const auto rest = resting_.ComeToRest(world, object, rng);
       world.ParkObject(object);
       if (!rest || !chosen || !Resting::Stands(*rest->face)) return rest;
     }
@@ -385,7 +385,7 @@ class SideBySideArranger : public WorldArranger {
   std::optional<sim::AtRest> DropLower(int object, double max_top_m, sim::World& world,
                                        base::Rng& rng) const {
     for (int drop = 0; drop < kMaxLowerDrops; ++drop) {
-      const auto rest = resting_.Drop(world, object, rng);
+      const auto rest = resting_.ComeToRest(world, object, rng);
       if (rest && world.ObjectTop(object) < max_top_m) return rest;
       world.ParkObject(object);
     }

@@ -75,6 +75,9 @@ class Arranger {
 // side straight towards the target until it touches an object. All objects then form one group of
 // touching objects, and the first one touches the target.
 //
+// In both, objects are put down upright if as_drawn is set; single repeats the drop until one ends
+// upright.
+//
 // touching, box, pile: objects are dropped one after the other, with random rotations, from a small
 // height above the objects below: onto a small area of the table (touching), through the mouth of a
 // bag (pile), into an open box (box). When they are at rest, the target is dropped. This is

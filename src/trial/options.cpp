@@ -385,10 +385,13 @@ std::string MissingObject(const std::vector<std::string>& objects, const Options
 void CheckObjects(const YamlMap& map, const Options& options) {
   const auto& folders = options.object_folders;
   if (folders.size() == 1 && !fs::is_directory(folders.front())) {
-    map.Fail("object_folder",
-             fmt::format("no folder {} ({}it must contain NAME/NAME.xml for every object)",
-                         folders.front().string(),
-                         map.Has("object_folder") ? "" : "default; set object_folders; "));
+    const std::string none = "no folder " + folders.front().string();
+    if (map.Has("object_folder")) {
+      map.Fail("object_folder", none + " (it must contain NAME/NAME.xml for every object)");
+    }
+    map.Fail("objects", none +
+                            " (default of object_folder); for the program's own objects write "
+                            "object_folders: [.], for yours the folder with NAME/NAME.xml");
   }
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {

@@ -149,8 +149,8 @@ TEST_F(SystemsTest, OtherWordsAndOtherKindsOfWordsAreNot) {
 }
 
 TEST_F(SystemsTest, AKeyOfAFileSaysWhereItStandsAndWhoseItIs) {
-  const auto read = [](const std::string& text) {
-    auto map = YamlMap::FromText(text, "show.yaml");
+  const auto read = [](const std::string& text, const std::vector<std::string>& set = {}) {
+    auto map = YamlMap::FromText(text, "show.yaml", set);
     auto show = map.Child("show");
     std::string kind = "theatre";
     show.Read("kind", kind, {"theatre", "opera"}, "of show");
@@ -163,6 +163,8 @@ TEST_F(SystemsTest, AKeyOfAFileSaysWhereItStandsAndWhoseItIs) {
   EXPECT_EQ(SystemMissingFor([&] { read("show: {clowns: 3}\n"); }), "circus");
   EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: circus}\n"); }), "circus");
   EXPECT_EQ(SystemMissingFor([&] { read("show: {kind: opera}\n"); }), "");
+  EXPECT_THAT(ErrorOf([&] { read("show: {kind: opera}\n", {"show.kind=circus"}); }),
+              testing::StartsWith("--set show.kind: "));
   // A misspelt word belongs to no system.
   EXPECT_THAT(ErrorOf([&] { read("show: {clown: 3}\n"); }), HasSubstr("unknown key 'clown'"));
   EXPECT_THAT(ErrorOf([&] { read("show: {kind: circuss}\n"); }), HasSubstr("must be one of"));

@@ -373,6 +373,22 @@ TEST_F(YamlMapTest, AWrongOverrideIsNamedAsSuch) {
   EXPECT_THAT(ErrorOf([&] { other.Finish(); }), StartsWith("--set m: unknown key 'm'"));
   auto inner = YamlMap::FromFile(file, {"m={k: 1}"});
   EXPECT_THAT(ErrorOf([&] { inner.Child("m").Finish(); }), StartsWith("--set m.k: unknown key"));
+  const auto no_map = [&](const std::string& text) {
+    return ErrorOf([&] { YamlMap::FromText(text, "o.yaml", {"m.k=1"}).Finish(); });
+  };
+  EXPECT_THAT(no_map("n: 1\n"), StartsWith("o.yaml:1: unknown key 'n'"));
+  EXPECT_THAT(no_map("m: {}\n"), StartsWith("o.yaml:1: unknown key 'm'"));
+  EXPECT_THAT(no_map("{}\n"), StartsWith("--set m.k: unknown key 'm'"));
+}
+
+TEST_F(YamlMapTest, AListOrMapInPlaceOfAValueIsNamedAsSuch) {
+  YamlMap map = Parse("number: [1]\nlist: {a: 1}\n");
+  int number = 0;
+  std::vector<std::string> list;
+  EXPECT_THAT(ErrorOf([&] { map.Read("number", number, 1, 30); }),
+              testing::EndsWith("key 'number': must be a whole number from 1 to 30, not a list"));
+  EXPECT_THAT(ErrorOf([&] { map.Read("list", list); }),
+              testing::EndsWith("key 'list': must be a list, e.g. [a, b], not a map"));
 }
 
 // Results keep one override a line.

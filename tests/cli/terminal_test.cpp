@@ -115,6 +115,16 @@ TEST(ProgressBar, OutsideATerminalHasALineAtFirstAndOneForEachTenth) {
   EXPECT_EQ(shown(3600.0), "");
 }
 
+TEST(ProgressBar, OfStepsWithoutOutcomesShowsTheirNumber) {
+  testing::internal::CaptureStderr();
+  cli::ProgressBar bar(0, 2, "", /*quiet_s=*/0.0);
+  bar(1);
+  bar(2);
+  EXPECT_THAT(
+      testing::internal::GetCapturedStderr(),
+      testing::MatchesRegex("progress: 1/2, .* per second, .* s left\nprogress: 2/2, .* left\n"));
+}
+
 /// A rod of 60,000 triangles. Its diameters take 3 s on a fast core, longer than the delay before
 /// the progress line.
 std::string Rod() {

@@ -138,6 +138,20 @@ TEST(Usage, EachAssignmentNeedsItsOwnSet) {
   ExpectRefused({"check", "--set=seed=1", "stop_after=3", kLaserSingle}, says);
 }
 
+TEST(Usage, AnAssignmentNeedsAnEqualSign) {
+  const std::string says = "--set 'clutter.max_others': must be KEY=VALUE";
+  const std::string cure = says + ": --set 'clutter.max_others=2'";
+  ExpectRefused({"run", kLaserSingle, "--set", "clutter.max_others", "2"}, cure);
+  ExpectRefused({"check", "--set=clutter.max_others", "2", kLaserSingle}, cure);
+  ExpectRefused({"run", "--set", "clutter.max_others", kLaserSingle}, says + ", e.g. ");
+}
+
+TEST(Usage, AWarningSaysThatItIsOneOnce) {
+  const Ran ran =
+      RunProgram({"run", kLaserSingle, "--set", "clutter.max_others=2", "--objects", "none"});
+  EXPECT_THAT(ran.err, testing::StartsWith("warning: --set clutter.max_others: key 'clutter."));
+}
+
 TEST(Usage, WholeNumbersAreDecimalAndFit) {
   const TempFolder folder;
   for (const char* option : {"--seed", "--trials", "--jobs"}) {
@@ -200,6 +214,16 @@ TEST(Usage, PicturesOfAScanNeedALineScanner) {
     ExpectRefused(arguments, "--picture and --target-only need a line scanner");
   }
   EXPECT_FALSE(std::filesystem::exists(cloud));
+}
+
+// No object is as slow as this so soon after its drop.
+TEST(Usage, ASnapshotWithoutAnArrangementSaysWhyThereIsNone) {
+  const Ran ran =
+      RunProgram({"snapshot", kLaserSingle, "-o", "none.png", "--set", "arrangement=pile", "--set",
+                  "clutter.max_draws=1", "--set", "clutter.rest_speed_mm_s=0.01", "--set",
+                  "clutter.settle_limit_s=0.5"});
+  EXPECT_EQ(ran.code, 1) << ran.out;
+  EXPECT_THAT(ran.err, testing::ContainsRegex("-0000 came to rest in view: [a-z_]+ x[0-9]+"));
 }
 
 TEST(Usage, ASnapshotWithoutAnOutputIsANewFileInResults) {
@@ -358,8 +382,19 @@ TEST_F(BadInputTest, AMissingSensorIsNamedByItsOption) {
 TEST_F(BadInputTest, ATaskWithoutPicturesIsNamed) {
   const std::string recall = kUsageSource / "experiments/cylinder_recall.yaml";
   ExpectRefused({"snapshot", recall, "-o", folder_ / "a.png"},
-                "cannot show a scene of `task: cylinder_recall`; give an experiment of a task that "
+                "has no scene that can be shown (`task: cylinder_recall`); give an experiment that "
                 "arranges objects and shows them");
+}
+
+TEST_F(BadInputTest, AHandOrAnArmIsNoSceneToDraw) {
+  const std::string says = ": it is neither a scene nor an object; to draw ";
+  const std::string cure = ", give the scene that attaches it";
+  for (const auto& [file, kind] :
+       {std::pair{"models/hand/parallel_jaw.xml", "a hand"}, {"models/arm/lwa3.xml", "an arm"}}) {
+    const std::string path = kUsageSource / file;
+    ExpectRefused({"snapshot", path, "-o", folder_ / "a.png"}, path + ": there is no ");
+    ExpectRefused({"snapshot", path, "-o", folder_ / "a.png"}, says + kind + cure);
+  }
 }
 
 TEST_F(BadInputTest, ASensorsFileIsNoExperimentToCheck) {

@@ -786,6 +786,18 @@ TEST_F(Io, BytesBehindABinaryStlDoNotCount) {
   EXPECT_THAT(MeshError("less.stl", bytes.substr(0, bytes.size() - 1)), HasSubstr("less.stl"));
 }
 
+TEST_F(Io, ATextStlThatIsCutOffIsNamed) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+      "endfacet\n";
+  const std::string solid = "solid a\n" + facet + facet + "endsolid facet_a\n";
+  EXPECT_EQ(ReadMesh(Write("one.stl", solid)).triangles.size(), 2U);
+  EXPECT_EQ(ReadMesh(Write("two.stl", solid + solid)).triangles.size(), 4U);
+  for (const std::string& cut : {"solid a\n" + facet, solid + "solid b\n" + facet}) {
+    EXPECT_THAT(MeshError("cut.stl", cut), HasSubstr("cut.stl: is cut off"));
+  }
+}
+
 TEST_F(Io, BrokenMeshesAreNamed) {
   EXPECT_THAT(ErrorOf([&] { ReadMesh(Path("none.off")); }), HasSubstr("no such file"));
   EXPECT_THAT(MeshError("junk.off", "this is no mesh"), HasSubstr("junk.off"));

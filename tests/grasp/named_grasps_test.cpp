@@ -79,6 +79,21 @@ TEST(NamedGrasps, AreReadWithAllTheirWays) {
   }
 }
 
+TEST(NamedGrasps, TheirNumberFollowsFromTheStepsAlone) {
+  const auto ways = [](const std::string& leans) {
+    return Read(
+               "grasps:\n  body:\n    at_mm: [0, 0, 60]\n    approach: [0, 0, -1]\n"
+               "    closing: [1, 0, 0]\n    width_mm: 12\n    leans_deg: " +
+               leans)
+        .grasps.front()
+        .ways_O.size();
+  };
+  EXPECT_EQ(ways("[0, 0, 1e-300]"), 1u);
+  EXPECT_EQ(ways("[0, 0.3, 0.1]"), 4u);  // 0.3 / 0.1 is below 3 in doubles
+  EXPECT_EQ(ways("[-75, 0, 15]"), 6u);
+  EXPECT_EQ(ways("[0, 10, 15]"), 1u);
+}
+
 TEST(NamedGrasps, TheirUsesAreThoseOfAll) {
   EXPECT_EQ(UsesOf(Read(kBar)), (std::set<std::string>{"hand_over", "pour"}));
 }
@@ -118,6 +133,8 @@ TEST(NamedGrasps, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_THAT(error(good + "    turn_deg: [0, 1, 1]\n"), HasSubstr("turns_deg"));
   EXPECT_THAT(error(good + "    turns_deg: [0, 90, 0]\n"), HasSubstr("STEP"));
   EXPECT_THAT(error(good + "    turns_deg: [90, 0, 15]\n"), HasSubstr("FROM <= TO"));
+  EXPECT_THAT(error(good + "    leans_deg: [1e300, 1e300, 15]\n"), HasSubstr("TO <= 360"));
+  EXPECT_THAT(error(good + "    leans_deg: [-361, 0, 15]\n"), HasSubstr("-360 <= FROM"));
   EXPECT_THAT(ErrorOf("keep_free:\n  foot:\n    from_mm: [0, 0, 0]\n    to_mm: [0, 1, 1]\n"),
               HasSubstr("grasps.yaml"));
 }

@@ -15,6 +15,7 @@ using testing::IsEmpty;
 
 const Cures kCuresForTest = {.smaller_unit = "smaller",
                              .larger_unit = "larger",
+                             .sensor = "sensor",
                              .upper_side = "side",
                              .other_things = "others",
                              .noise = "noise"};
@@ -77,6 +78,17 @@ TEST(Doubts, NameAKnownSensorThatLiesInTheTable) {
   scene.table.plane.offset_m = -0.99;
   EXPECT_THAT(DoubtsOf(scene),
               ElementsAre("0,0,1 lies in the table's plane, so its upper side is not known: side"));
+}
+
+TEST(Doubts, NameASensorTooFarAwayUnlessTheUnitIsInDoubt) {
+  Scene scene = SceneToDoubt();
+  const auto doubts_from = [&](double height_m) {
+    return Doubts(scene, {0.0, 0.0, height_m}, "", /*noise_is_given=*/false, kCuresForTest);
+  };
+  EXPECT_THAT(doubts_from(15.0), IsEmpty());
+  EXPECT_THAT(doubts_from(900.0), ElementsAre("the sensor is 900 m from the cloud: sensor"));
+  scene.sampling.spacing_m = 2.0;
+  EXPECT_THAT(doubts_from(900.0), ElementsAre("the points are 2.0 m apart: smaller"));
 }
 
 TEST(Doubts, NameASensorBelowTheTable) {

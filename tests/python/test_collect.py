@@ -38,6 +38,13 @@ def test_jobs_and_stops_do_not_change_it(tmp_path):
     assert set(shard["outcome"]) <= {"delivered", "no_path", "not_lifted", "dropped", "misplaced", "invalid_physics", "no_grasp"}
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_progress_counts_the_scenes_of_all_processes(tmp_path, capsys, monkeypatch, jobs):
+    monkeypatch.setattr("rangegrasp._collect._QUIET_S", 0.0)
+    rg.collect(tmp_path / "d", jobs=jobs, **{**SMALL, "scenes": 2, "grasps": 1, "scenes_per_shard": 1})
+    assert capsys.readouterr().err.splitlines()[-1] == "progress: 2/2 scenes, 0 s left"
+
+
 def test_more_scenes_fill_the_last_shard(tmp_path):
     two = {**SMALL, "scenes": 2}
     rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
@@ -46,6 +53,14 @@ def test_more_scenes_fill_the_last_shard(tmp_path):
     same(again, arrays_of(rg.collect(tmp_path / "at_once", jobs=1, **two)))
     with pytest.raises(rg.InputError, match="has 2 scenes"):
         rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
+
+
+@pytest.mark.parametrize(("card", "words"), [(b"", "is not JSON"), (b"{", "is not JSON"), (b"\xff\xfe", "is not JSON"), (b"\x80", "is not JSON"),
+                                             (b"[]", "is not the card"), (b"null", "is not the card"), (b'{"scenes": "4"}', "is not the card")])
+def test_a_damaged_card_is_named(tmp_path, card, words):
+    (tmp_path / "card.json").write_bytes(card)
+    with pytest.raises(rg.InputError, match=f"card.json: {words}.*another data set elsewhere"):
+        rg.collect(tmp_path, jobs=1, **SMALL)
 
 
 def test_the_card_describes_every_array(tmp_path):

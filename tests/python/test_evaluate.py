@@ -148,12 +148,15 @@ def test_records_are_a_data_frame():
 
 def test_results_are_kept_resumed_and_not_mixed(tmp_path):
     rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
-    with pytest.raises(rg.InputError, match="resume"):
+    with pytest.raises(rg.InputError, match="resume=True continues them, overwrite=True deletes them, out=... writes elsewhere") as refusal:
         rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
+    assert "--" not in str(refusal.value)
     again = rg.evaluate(built_in, "single", out=tmp_path / "r", resume=True, **{**FEW, "trials": 2})
     assert len(again.rows) == 6
-    with pytest.raises(rg.InputError, match="detector"):
+    with pytest.raises(rg.InputError, match="detector.*another folder with out=..., or use overwrite=True [(]resume=True can only"):
         rg.evaluate(lambda scan: [], "single", out=tmp_path / "r", resume=True, **{**FEW, "trials": 2})
+    with pytest.raises(rg.InputError, match="resume=True continues existing results, overwrite=True deletes them"):
+        rg.evaluate(built_in, "single", out=tmp_path / "r", resume=True, overwrite=True, **FEW)
     with pytest.raises(rg.InputError, match="no results"):
         rg.load(tmp_path / "nothing")
     (tmp_path / "loop").symlink_to("loop")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import rangegrasp as rg
@@ -42,6 +43,23 @@ def test_a_data_set_is_read(tmp_path):
     rg.collect(tmp_path / "d", "single", scenes=2, grasps=2, seed=4711, jobs=1)
     points, X_WG, width, delivered = next(iter(module_of("read_data_set").grasps_of(tmp_path / "d")))
     assert points.shape == (150, 512, 3) and X_WG.shape == (4, 4) and width > 0 and delivered in (True, False)
+
+
+def test_a_damaged_data_set_is_named(tmp_path):
+    script = EXAMPLES / "python/read_data_set.py"
+    shard = tmp_path / "shard-00000.npz"
+    ran = subprocess.run([sys.executable, script, tmp_path], capture_output=True, text=True)
+    assert ran.returncode == 1 and ran.stderr == f"{script}: {tmp_path}: no shard-*.npz; rangegrasp.collect writes data sets\n"
+    shapes = {"points": (1, 2, 2, 3), "X_WG": (4, 4, 4), "width": 4, "outcome": 4}
+    arrays = {name: np.zeros(shape) for name, shape in shapes.items()}
+    np.savez(shard, **arrays, scene=np.zeros(4, int))
+    whole = shard.read_bytes()
+    assert len(list(module_of("read_data_set").grasps_of(tmp_path))) == 4
+    np.savez(shard, **arrays, scene=np.ones(4, int))
+    for damaged in (shard.read_bytes(), b"", b"PK", whole[:len(whole) // 2]):
+        shard.write_bytes(damaged)
+        ran = subprocess.run([sys.executable, script, tmp_path], capture_output=True, text=True)
+        assert ran.returncode == 1 and ran.stderr.startswith(f"{script}: {shard}: is not a whole shard of a data set: "), ran.stderr
 
 
 def shortened(code, changes):

@@ -3,6 +3,7 @@ import json
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -141,6 +142,13 @@ def test_zeros_are_not_measured():
     assert warnings_of(points, pose_above()) == ["2999 points are left out: each has exactly the coordinates of another"]
 
 
+def test_the_help_lists_every_segmentation():
+    with pytest.raises(rg.InputError, match="must be one of") as refusal:
+        rg.perceive(cloud_of_a_box(), segmentation="none")
+    words = str(refusal.value).split("one of ")[1].split(", ")
+    assert "convexity" in words and all(f'"{word}"' in rg.perceive.__doc__ for word in words), words
+
+
 def test_errors_name_what_is_wrong():
     with pytest.raises(rg.InputError, match="100 points"):
         rg.perceive(np.zeros((5, 3)))
@@ -155,9 +163,35 @@ def test_errors_name_what_is_wrong():
     for noise in (-1.0, np.nan, np.inf):
         with pytest.raises(rg.InputError, match="noise must be a number of metres >= 0"):
             rg.perceive(cloud_of_a_box(), noise=noise)
+    with pytest.raises(rg.InputError, match="noise 0.3 m must be 0 to 0.05 m: is it in millimetres"):
+        rg.perceive(cloud_of_a_box(), noise=0.3)
+    for file in ("cloud.npy", Path("cloud.npy")):
+        with pytest.raises(TypeError, match=r'pass an array, e.g. np.load\("cloud.npy"\), or a Scan'):
+            rg.perceive(file)
     for crop, words in (((1, 0, 0, 0, 1, 1), "crop: the first three numbers must be below"), ((0, 0, 1), "crop must be six numbers"),
                         ((5, 5, 5, 6, 6, 6), "crop: the box contains none of the 40000 points, which are from -0.2,-0.2,")):
         with pytest.raises(rg.InputError, match=words):
             rg.perceive(cloud_of_a_box(), crop=crop)
     with pytest.raises(rg.InputError, match="convexity"):
         rg.perceive(cloud_of_a_box(), segmentation="convex")
+    for up in ((0, 0, 0), (0, 0, np.nan), (0, 0, np.inf), (0, 0, 1e300)):
+        with pytest.raises(rg.InputError, match=r"^up must be a direction, e.g. \(0, 0, 1\), not \(0, 0, "):
+            rg.perceive(cloud_of_a_box(), up=up)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"center": np.array([0.0, 0.0])}, "center must be three finite numbers"), ({"center": np.full(3, np.nan)}, "center must be three finite"),
+    ({"radius": np.nan}, "radius must be above 0 m"), ({"radius": -1.0}, "radius must be above 0 m"),
+])
+def test_an_impossible_workspace_is_refused(changes, words):
+    scan = rg.Scan([rg.View(cloud_of_a_box().reshape(1, -1, 3), np.eye(4))], **changes)
+    with pytest.raises(ValueError, match=words):
+        rg.perceive(scan)
+
+
+def test_a_negative_noise_is_refused():
+    points = cloud_of_a_box().reshape(1, -1, 3)
+    noise = np.full(points.shape[:2], 0.0002, np.float32)
+    noise[0, 7] = -0.5
+    with pytest.raises(ValueError, match="noise must be 0 m or more.* not -0.5"):
+        rg.perceive(rg.Scan([rg.View(points, np.eye(4), noise)]))

@@ -1,6 +1,9 @@
 """A scene gives what a trial sees and does."""
 import gc
+import re
 import resource
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +72,13 @@ def test_a_grasp_of_air_finds_no_object():
     assert scene.grasp(rg.Grasp(X_WG, 0.04)).word == "not_segmented"
 
 
+@pytest.mark.parametrize("sample", [-1, 10**9])
+def test_samples_are_positions_of_the_scan(pile, sample):
+    grasp = pile.perceive().grasps[0]
+    with pytest.raises(rg.InputError, match=f"samples of the grasp: {sample} must be 0 to "):
+        pile.grasp(replace(grasp, samples=[sample]))
+
+
 def test_restoring_gives_the_same_outcome_again():
     scene = rg.Scene("touching", seed=SEED)
     start = scene.save()
@@ -99,6 +109,29 @@ def test_own_objects_stand_where_they_are_put():
     assert only["name"] == "coffee_cup" and np.allclose(only["pose"][:2, 3], pose[:2, 3], atol=0.02)
     labels = scene.scan() and scene.truth["labels"][0]
     assert (labels == only["label"]).sum() > 500
+
+
+def settling_warnings(*objects):
+    """Of objects at heights from which each alone drops straight down."""
+    poses = []
+    for name, x, y, z in objects:
+        poses.append((name, np.eye(4)))
+        poses[-1][1][:3, 3] = x, y, z
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rg.Scene(objects=poses, seed=SEED)
+    assert all(one.filename == __file__ for one in caught)
+    return [str(one.message) for one in caught]
+
+
+def test_poses_that_no_object_keeps_are_warnings():
+    assert settling_warnings(("coffee_cup", -0.08, 0.0, 0.08), ("coffee_cup", 0.08, 0.0, 0.06)) == []
+    assert settling_warnings(("coffee_cup", 2.0, 0.0, 0.08)) == ["coffee_cup has settled outside the workspace, at x, y = 2.00, 0.00 m"]
+    inside = settling_warnings(("dextrose", 0.0, 0.0, 0.08), ("salt_cuboid", 0.01, 0.0, 0.08))
+    assert inside[0] == "dextrose and salt_cuboid overlap at the given poses"
+    # It falls on the cup's edge and tips over.
+    line, = settling_warnings(("coffee_cup", 0.0, 0.0, 0.05), ("salt_cuboid", 0.05, 0.0, 0.2))
+    assert re.fullmatch(r"salt_cuboid has settled \d+ mm to the side of the given pose", line)
 
 
 def test_a_box_is_turned_with_its_object():
@@ -133,6 +166,9 @@ def test_a_picture_shows_the_scene(pile):
     (lambda: rg.Scene("single").grasp(rg.Grasp(np.eye(3), 0.05)), ValueError, "4 x 4"),
     (lambda: rg.Scene("single").grasp(rg.perceive), TypeError, "grasp must be one Grasp, e.g. .*, not function"),
     (lambda: rg.Scene("single").render("nowhere"), rg.InputError, "overview"),
+    (lambda: rg.Scene("single").render(width=10**6, height=10**6), rg.InputError, "1 to 8192 pixels, not 1000000 and 1000000"),
+    (lambda: rg.Scene("single").render(width=0), rg.InputError, "1 to 8192 pixels, not 0 and 480"),
+    (lambda: rg.Scene("single").render("nan,0,0,0,0,0"), rg.InputError, "nan,0,0,0,0,0"),
 ])
 def test_errors_name_what_is_wrong(make, error, words):
     with pytest.raises(error, match=words):

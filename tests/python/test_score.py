@@ -79,6 +79,39 @@ def test_a_model_ranks_the_grasps_of_a_run(tmp_path):
             rg.evaluate(None, "single", set=values, **chosen)
 
 
+def change(data, **arrays):
+    with np.load(data / "shard-00000.npz") as shard:
+        changed = {name: shard[name] for name in shard.files}
+    for name, of in arrays.items():
+        changed[name] = of(changed[name])
+    np.savez(data / "shard-00000.npz", **changed)
+
+
+@pytest.mark.parametrize(("arrays", "words"), [
+    ({"features": lambda a: a * np.nan}, "features must be finite numbers"), ({"features": lambda a: a[:, :5]}, "features are of (60, 5)"),
+    ({"features": lambda a: a[:-1]}, "features are of (59, "), ({"scene": lambda a: a - 5}, "scene must be 0 to 9"),
+    ({"outcome": lambda a: np.char.capitalize(a)}, "outcome 'Delivered' must be one of delivered, ")])
+def test_values_that_cannot_be_are_refused(tmp_path, arrays, words):
+    data = made_up(tmp_path / "data", 60)
+    change(data, **arrays)
+    ran = train(data, tmp_path / "m.json")
+    assert ran.returncode == 1 and ran.stderr.startswith(f"scripts/train-grasp-score: {data}/shard-00000.npz: is not a whole shard"), ran.stderr
+    assert words in ran.stderr
+
+
+@pytest.mark.parametrize("name", ["card.json", "shard-00000.npz"])
+def test_a_damaged_file_is_named(tmp_path, name):
+    data = made_up(tmp_path / "data", 60)
+    whole = (data / name).read_bytes()
+    for damaged in (b"", b"{}", b"\xff\xfe", whole[:len(whole) // 2]):
+        (data / name).write_bytes(damaged)
+        ran = train(data, tmp_path / "m.json")
+        assert ran.returncode == 1 and ran.stderr.startswith(f"scripts/train-grasp-score: {data / name}: is not "), ran.stderr
+    (data / name).unlink()
+    ran = train(data, tmp_path / "m.json")
+    assert ran.returncode == 1 and "rangegrasp.collect writes data sets" in ran.stderr and "Traceback" not in ran.stderr
+
+
 def test_too_few_grasps_are_refused(tmp_path):
     told = train(made_up(tmp_path / "data", 60), tmp_path / "m.json")
     assert told.returncode == 1 and "collect at least 200 in total, some delivered and some not" in told.stderr

@@ -43,6 +43,15 @@ TEST(Renderer, ShowsTheSceneAndItsObjects) {
   EXPECT_GT(Reds(renderer.Render(world, "overview")), Reds(plain) + 50);
 }
 
+// Millimetres in place of metres.
+TEST(Renderer, AFreeViewFromTooFarIsRefused) {
+  const testing_support::TempFolder folder;
+  World world(samples::Tabletop(), {Ball(folder, 0.1)}, {});
+  Renderer renderer(world, 16, 16);
+  EXPECT_THAT(testing_support::ErrorOf([&] { renderer.Render(world, "0.5,0.5,500,0,0,0"); }),
+              testing::HasSubstr("camera '0.5,0.5,500,0,0,0': is 500 m from the point"));
+}
+
 // A ball straight ahead of a free camera is in the middle of the picture. Rows count from the top.
 TEST(Renderer, FreeViewLooksWhereItIsTold) {
   const testing_support::TempFolder folder;

@@ -116,5 +116,17 @@ TEST(Surfaces, AreFoundBesideTheObjectFirst) {
   EXPECT_EQ(FindSurface(SurfacesFor(object), "cardboard").glove.middle, 0.60);
 }
 
+TEST(Surfaces, AFileThatCannotBeReadIsNamedInsteadOfIgnored) {
+  const testing_support::TempFolder folder;
+  const auto object = folder.Write("duck/duck.xml", "<mujoco/>");
+  const auto file = folder / "duck/surfaces.yaml";
+  const auto error = [&] { return testing_support::ErrorOf([&] { SurfacesFor(object); }); };
+  std::filesystem::create_symlink("missing.yaml", file);
+  EXPECT_NE(error().find(file.string() + ": no such file"), std::string::npos) << error();
+  std::filesystem::remove(file);
+  std::filesystem::create_directory(file);
+  EXPECT_NE(error().find(file.string() + ": is a folder"), std::string::npos) << error();
+}
+
 }  // namespace
 }  // namespace rangegrasp::sim

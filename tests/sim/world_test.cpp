@@ -33,6 +33,17 @@ std::string Complaint(const std::filesystem::path& scene, const std::vector<Obje
   return testing_support::ErrorOf([&] { World(scene, objects, {}); });
 }
 
+// The engine would hardly finish a step, or overflow its stack while it reads the file.
+TEST(World, RefusesFilesThatTheEngineDoesNotSurvive) {
+  const auto heavy = MakeObject("heavy", R"(<geom type="box" size=".1 .1 .1" mass="1e100"/>)");
+  EXPECT_NE(Complaint(PlaneScene(), {heavy})
+                .find(heavy.mjcf.string() + ": an object's mass must be above 0 and at most 1e+06"),
+            std::string::npos);
+  const auto own = samples::WriteFile(
+      "own.xml", R"(<mujoco><asset><model name="a" file="own.xml"/></asset></mujoco>)");
+  EXPECT_NE(Complaint(own, {}).find("own.xml:1: <model file="), std::string::npos);
+}
+
 TEST(World, HoldsNothingByWeldOrAdhesion) {
   const World world(Tabletop(), {RepositoryObject("dextrose"), RepositoryObject("coffee_cup")}, {});
   const mjModel* model = world.model();

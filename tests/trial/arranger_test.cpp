@@ -5,6 +5,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "base/error.h"
@@ -260,6 +261,56 @@ TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
 
 TEST(Scattered, NeedsEnoughOtherObjects) {
   EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
+}
+
+// As drawn they are 135, 65, 95 and 90 mm high.
+experiment::Experiment OpenAsDrawn(const std::string& arrangement) {
+  return Open("single", {"arrangement=" + arrangement, "as_drawn=true",
+                         "objects=[dextrose, spread, coffee_cup, melba_toast]",
+                         "clutter.min_others=2", "clutter.max_others=3"});
+}
+
+// A drop hardly ever leaves a carton upright.
+TEST(AsDrawn, SeveralObjectsAllStand) {
+  for (const char* arrangement : {"scattered", "side_by_side"}) {
+    const auto experiment = OpenAsDrawn(arrangement);
+    for (const char* target : {"dextrose", "coffee_cup"}) {
+      const auto arranged = Arrange(experiment, target, 0);
+      ASSERT_TRUE(arranged) << arrangement << target;
+      const sim::World& world = arranged->world;
+      EXPECT_GE(world.objects(), 3) << arrangement << target;
+      for (int object = 0; object < world.objects(); ++object) {
+        // A pose may be tilted by 0.1 rad, and an object may turn by as much before it is redrawn.
+        EXPECT_GT(world.ObjectPose(object).linear()(2, 2), std::cos(0.2)) << arrangement << object;
+      }
+    }
+  }
+}
+
+// A column of 20 x 20 x 200 mm tips over at atan(10 / 100) = 5.7 deg, which a search in steps of
+// half a degree rounds down; the other box is drawn on its edge.
+TEST(AsDrawn, AnObjectThatTipsOverIsNamedWithItsAngle) {
+  const testing_support::TempFolder folder;
+  const auto error = [&](const std::string& box) {
+    folder.Write("objects/own/own.xml",
+                 "<mujoco><worldbody><body name=\"own\"><freejoint/><geom type=\"box\" "
+                 "mass=\"0.2\" " +
+                     box + "/></body></worldbody></mujoco>");
+    const auto file = folder.Write("e.yaml", "scene: " RANGEGRASP_SOURCE_DIR
+                                             "/scenes/tabletop.xml\nsensor: " RANGEGRASP_SOURCE_DIR
+                                             "/models/sensors/line_scanner.yaml\n"
+                                             "object_folder: objects\nobjects: [own]\n"
+                                             "as_drawn: true\n");
+    return testing_support::ErrorOf([&] { experiment::OpenExperiment(file, {}); });
+  };
+  const std::string cure = " deg (min_tipping_deg: 10); set as_drawn: false, leave the object out";
+  EXPECT_THAT(
+      error("size=\".01 .01 .1\""),
+      testing::HasSubstr("own.xml: with as_drawn: true it must stand as in its model, z up, "
+                         "but then tips over at 5.5" +
+                         cure));
+  EXPECT_THAT(error("size=\".03 .03 .05\" euler=\"45 0 0\""),
+              testing::HasSubstr("tips over at 0.0" + cure));
 }
 
 TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {

@@ -208,7 +208,11 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
 
 TEST_F(OptionsTest, AFolderThatTheFileDoesNotNameIsTheDefault) {
   std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
-  EXPECT_THAT(ErrorOf(good_), HasSubstr("(default; set object_folders; it must contain"));
+  EXPECT_THAT(
+      ErrorOf(good_),
+      AllOf(HasSubstr("e.yaml:4: key 'objects': no folder " + (folder_ / "models").string()),
+            HasSubstr("(default of object_folder); for the program's own objects write "
+                      "object_folders: [.], for yours the folder with NAME/NAME.xml")));
   EXPECT_THAT(ErrorOf(good_ + "object_folder: ../yours\n"),
               testing::Not(HasSubstr("object_folders")));
 }

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "base/error.h"
 
@@ -155,30 +156,60 @@ std::vector<png_bytep> RowsOf(const Value* values, std::size_t rows, std::size_t
   return begins;
 }
 
+void Begin(State& reader) {
+  constexpr std::size_t kSignature = 8;  // bytes
+  if (reader.bytes.size() < kSignature ||
+      png_sig_cmp(reinterpret_cast<png_const_bytep>(reader.bytes.data()), 0, kSignature) != 0) {
+    throw InputError("is not a PNG image");
+  }
+  if (!ReadHeader(reader)) ThrowDamaged(reader);
+}
+
+/// Width and height.
+std::pair<std::size_t, std::size_t> SizeOf(const State& reader, std::size_t file_bytes) {
+  const std::size_t width = png_get_image_width(reader.png, reader.info);
+  const std::size_t height = png_get_image_height(reader.png, reader.info);
+  if (width * height / kMaxPacking > file_bytes) {
+    throw InputError(
+        fmt::format("is not a whole PNG image: too short for {} x {} pixels", width, height));
+  }
+  return {width, height};
+}
+
+void CheckPng(std::string_view bytes) {
+  State reader(bytes);
+  Begin(reader);
+  const std::size_t height = SizeOf(reader, bytes.size()).second;
+  const std::size_t row_bytes = png_get_rowbytes(reader.png, reader.info);
+  std::vector<std::uint8_t> values(row_bytes * height);
+  std::vector<png_bytep> rows = RowsOf(values.data(), height, row_bytes);
+  if (!ReadRows(reader, rows.data())) ThrowDamaged(reader);
+}
+
+/// The result of a function; an error names the file.
+template <typename Function>
+auto Naming(const std::filesystem::path& file, const Function& function) {
+  try {
+    return function();
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 template <typename Picture>
 Picture DecodePng(std::string_view bytes) {
   using Format = PixelFormat<Picture>;
-  constexpr std::size_t kSignature = 8;  // bytes
-  if (bytes.size() < kSignature ||
-      png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, kSignature) != 0) {
-    throw InputError("is not a PNG image");
-  }
   State reader(bytes);
-  if (!ReadHeader(reader)) ThrowDamaged(reader);
+  Begin(reader);
   const int type = png_get_color_type(reader.png, reader.info);
   const int bits = png_get_bit_depth(reader.png, reader.info);
   if (type != Format::kColorType || bits != Format::kBits) {
     throw InputError(fmt::format("is {}; {} is needed", KindOf(type, bits),
                                  KindOf(Format::kColorType, Format::kBits)));
   }
-  const std::size_t width = png_get_image_width(reader.png, reader.info);
-  const std::size_t height = png_get_image_height(reader.png, reader.info);
-  if (width * height / kMaxPacking > bytes.size()) {
-    throw InputError(
-        fmt::format("is not a whole PNG image: too short for {} x {} pixels", width, height));
-  }
+  const auto [width, height] = SizeOf(reader, bytes.size());
   Picture picture{static_cast<int>(width), static_cast<int>(height), {}};
   auto& values = Format::Values(picture);
   values.resize(width * height * Format::kChannels);
@@ -190,11 +221,13 @@ Picture DecodePng(std::string_view bytes) {
 template <typename Picture>
 Picture ReadPng(const std::filesystem::path& file) {
   const std::string bytes = base::ReadFile(file);
-  try {
-    return DecodePng<Picture>(bytes);
-  } catch (const InputError& error) {
-    throw InputError(file.string() + ": " + error.what());
-  }
+  return Naming(file, [&] { return DecodePng<Picture>(bytes); });
+}
+
+std::string ReadPngOfAnyKind(const std::filesystem::path& file) {
+  std::string bytes = base::ReadFile(file);
+  Naming(file, [&] { CheckPng(bytes); });
+  return bytes;
 }
 
 template <typename Picture>

@@ -46,6 +46,10 @@ Picture DecodePng(std::string_view bytes);
 template <typename Picture>
 Picture ReadPng(const std::filesystem::path& file);
 
+/// Reads the bytes of a PNG file with any kind of pixels, which another program is to decode.
+/// @throws base::InputError naming the file if a pixel cannot be decoded.
+std::string ReadPngOfAnyKind(const std::filesystem::path& file);
+
 /// Encodes an Image, Grey8 or Grey16 as PNG; equal images give equal bytes.
 /// @throws std::invalid_argument if the size is 0 or does not match the number of pixels;
 /// base::RunError if libpng fails.

@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "base/process/program.h"
 #include "base/words.h"
+#include "robot/mjcf/files.h"
 
 namespace rangegrasp::robot::internal {
 namespace {
@@ -247,7 +247,7 @@ Mjcf::Mjcf(const std::filesystem::path& file) : file_(file) {
   char text[1000] = "";
   // With a relative path, the engine loses the files that an included file refers to.
   const std::string path = std::filesystem::absolute(file).string();
-  base::CheckReadable(file);
+  mjcf::CheckFiles(file);
   {
     const QuietEngine quiet;
     process::NeedMemory(mjcf::kEngine_bytes);

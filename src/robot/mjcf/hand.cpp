@@ -107,8 +107,7 @@ double Along(const mjModel* model, int actuator, double otherwise, const OfJoint
 }
 
 /// The joints of the hand, including those that nothing drives.
-std::vector<int> HandJoints(const mjModel* model) {
-  const int hand = Find(model, mjOBJ_BODY, "hand");
+std::vector<int> HandJoints(const mjModel* model, int hand) {
   std::vector<int> joints;
   for (int j = 0; j < model->njnt; ++j) {
     if (!InSubtree(model, model->jnt_bodyid[j], hand)) continue;
@@ -140,10 +139,11 @@ VectorXd MomentOf(const mjModel* model, const mjData* data, int actuator) {
 // The copy of the hand that is closed, with drives that follow their commands.
 class Rehearsal {
  public:
-  Rehearsal(const mjModel* model, const std::vector<HandMotor>& motors)
+  Rehearsal(const mjModel* model, const std::vector<HandMotor>& motors, const LastSegments& tips,
+            int hand)
       : motors_(motors),
-        tips_(LastSegmentsOf(model)),
-        joints_(HandJoints(model)),
+        tips_(tips),
+        joints_(HandJoints(model, hand)),
         model_(mj_copyModel(nullptr, model)),
         data_(mj_makeData(model)) {
     mjModel* m = model_.get();
@@ -508,8 +508,10 @@ int ThumbRoot(const mjModel* model) {
 }
 
 LastSegments LastSegmentsOf(const mjModel* model) {
-  const std::vector<int> tips = TupleOf(model, mjOBJ_GEOM, "fingertips");
-  const int thumb = ThumbRoot(model);
+  return LastSegmentsOf(model, TupleOf(model, mjOBJ_GEOM, "fingertips"), ThumbRoot(model));
+}
+
+LastSegments LastSegmentsOf(const mjModel* model, const std::vector<int>& tips, int thumb) {
   LastSegments last;
   for (const int geom : tips) {
     const int body = model->geom_bodyid[geom];
@@ -588,7 +590,12 @@ void HandClosing::Pose(const mjModel* model, mjData* data, double share) const {
 }
 
 HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors) {
-  return Rehearsal(model, motors).Close();
+  return CloseOnNothing(model, motors, LastSegmentsOf(model), Find(model, mjOBJ_BODY, "hand"));
+}
+
+HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors,
+                           const LastSegments& tips, int hand) {
+  return Rehearsal(model, motors, tips, hand).Close();
 }
 
 std::vector<double> GripForces(const mjModel* model, const mjData* data,

@@ -114,6 +114,10 @@ struct LastSegments {
   std::vector<int> thumb, fingers;  ///< geoms
 };
 LastSegments LastSegmentsOf(const mjModel* model);
+/// The same for a file that has no such tuple yet.
+/// @param tips  geoms
+/// @param thumb  the root body of the thumb
+LastSegments LastSegmentsOf(const mjModel* model, const std::vector<int>& tips, int thumb);
 
 /// Smallest distance between the two sides [m], at most kFarApart_m; negative: overlap.
 double GapOf(const mjModel* model, mjData* data, const LastSegments& tips);
@@ -165,6 +169,11 @@ struct HandClosing {
 /// @param motors  may have other ends of their travel than the file's HandMotors()
 /// @throws base::InputError if the hand does not stay finite.
 HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors);
+/// The same for a file that does not name its parts yet.
+/// @param tips  the sides that close
+/// @param hand  the hand's root body
+HandClosing CloseOnNothing(const mjModel* model, const std::vector<HandMotor>& motors,
+                           const LastSegments& tips, int hand);
 inline HandClosing CloseOnNothing(const mjModel* model) {
   return CloseOnNothing(model, HandMotors(model));
 }

@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "robot/mjcf/files.h"
 #include "sim/internal/engine.h"
 #include "sim/surfaces.h"
 #include "sim/visual_mesh.h"
@@ -28,10 +28,9 @@ struct BuiltScene {
   std::vector<ObjectEntry> objects;
 };
 
-/// The line, from 1, of a position in a text.
-int LineAt(std::string_view text, std::size_t at);
+using mjcf::LineAt;
 
-/// @throws base::InputError if a file does not exist or is a folder.
+/// @throws base::InputError if a file does not exist or is a folder, or as mjcf::CheckFiles.
 void NeedMjcf(const std::filesystem::path& file);
 
 /// Parses the scene, attaches object i under the prefix "<name>_<i>/" and compiles.

@@ -312,7 +312,7 @@ Measured Gather(const geometry::Observation& observation,
   std::uint32_t first_line = 0;
   for (const geometry::View& view : observation.views) {
     const geometry::RangeImage& image = view.image;
-    measured.scan_order = measured.scan_order || image.profiles > 1;
+    measured.scan_order = measured.scan_order || image.HasScanOrder();
     const auto samples = static_cast<std::size_t>(std::max(image.samples, 1));
     for (std::size_t i = 0; i < image.points_C.size(); ++i) {
       const Eigen::Vector3d& p_C = image.points_C[i];

@@ -20,6 +20,9 @@ constexpr std::size_t kMinPoints = 200;  // fewer are noise, or the scan is too 
 /// A place on the surface was seen if a measured point is within this many spacings.
 constexpr double kSeen = 2.5;
 constexpr double kMaxSize = 1000.0;  // in spacings; a distant outlier keeps the mesher from ending
+/// Several perceived objects may be pieces of one, but no hand grasps one this wide. The mesher may
+/// not end if they are that far apart.
+constexpr double kMaxPieces_m = 0.5;
 /// The lowest points of the sides are classified as table. The body is therefore assumed to stand
 /// where it was seen below this height above the table.
 constexpr double kFoot_m = 0.008;
@@ -117,13 +120,20 @@ LearntModel Learn(const perception::Scene& scene, double spacing_m) {
                     "mm: is an outlier among them? --crop excludes it",
                     size_m, kMaxSize, spacing_m * 1e3));
   }
+  const std::size_t pieces = scene.objects.size();
+  if (pieces > 1 && size_m > kMaxPieces_m) {
+    throw base::InputError(fmt::format(
+        "{} objects, {:.1f} m wide together, would become one model: use --crop to exclude the "
+        "others",
+        pieces, size_m));
+  }
   PointCloud closed = thing;
   AddFoot(spacing_m, closed);
   auto surface = geometry::PoissonSurface(closed, spacing_m);
   if (!surface) {
     throw base::InputError(fmt::format("no closed surface fits the points of {}{}",
-                                       base::Counted(scene.objects.size(), "object"),
-                                       scene.objects.size() > 1 ? ": --crop excludes others" : ""));
+                                       base::Counted(pieces, "object"),
+                                       pieces > 1 ? ": --crop excludes others" : ""));
   }
   LearntModel model;
   model.share_seen = ShareSeen(*surface, thing, spacing_m);

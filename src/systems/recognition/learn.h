@@ -20,7 +20,8 @@ struct LearntModel {
 /// their normals, and the table under it, closed by Poisson reconstruction (mesh/solid.h). Parts
 /// that no view saw are closed smoothly.
 /// @param spacing_m  of the points from which the surface is made
-/// @throws base::InputError if there is nothing on the table, or no surface fits.
+/// @throws base::InputError if there is nothing on the table, or too much for one object, or no
+/// surface fits.
 LearntModel Learn(const perception::Scene& scene, double spacing_m = kLearnSpacing_m);
 
 }  // namespace rangegrasp::recognition

@@ -99,8 +99,8 @@ struct UnknownObject {
 ///           / (explained + violations + u unexplained + l lost)
 ///
 /// with e the distance along the normal, u = options.unexplained_weight, l = options.lost_weight,
-/// and lost the rays that should have met the surface but did not return. Where samples and models
-/// have colors, the score is
+/// and lost the rays that should have met the surface but did not return; none is known without
+/// scan order. Where samples and models have colors, the score is
 ///
 ///   score (1 - w (1 - c)),  c = mean over explained samples of 1 - min(1, (d / tolerance)^2)
 ///

@@ -81,7 +81,7 @@ void CheckMonotone(const Calibration& calibration) {
   if (rises != 0 && rises != kMonotonySamples) {
     throw base::InputError(
         "calibration: the fitted function from row to height is not monotonic within the measured "
-        "rows; some scans are wrong or too noisy");
+        "rows; some scans, or heights of the body's base, are wrong or too noisy");
   }
 }
 

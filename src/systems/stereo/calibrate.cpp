@@ -284,11 +284,12 @@ void CheckResiduals(const CalibrationResult& result, const ChessboardOptions& op
         options.square_m * base::kMmPerM, result.scale * options.square_m * base::kMmPerM));
   }
   if (!(calibration.registration_m <= options.max_registration_m)) {
+    const double off_m = calibration.registration_m;  // meaningless if the fit diverged
     throw base::InputError(fmt::format(
-        "the chessboard's corners are {:.2f} mm off the laser's planes (rms; maximum {:.2f}): are "
-        "its squares {:g} mm, and was the same board scanned at the same position?",
-        calibration.registration_m * base::kMmPerM, options.max_registration_m * base::kMmPerM,
-        options.square_m * base::kMmPerM));
+        "the chessboard's corners are {} off the laser's planes (rms; maximum {:.2f} mm): are its "
+        "squares {:g} mm, and was the same board scanned at the same position?",
+        off_m <= 1.0 ? fmt::format("{:.2f} mm", off_m * base::kMmPerM) : "more than 1 m",
+        options.max_registration_m * base::kMmPerM, options.square_m * base::kMmPerM));
   }
 }
 

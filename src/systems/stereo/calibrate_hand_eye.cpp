@@ -83,6 +83,11 @@ HandEyeResult At(const HandEyeResult& from, const Vector12& twists) {
   return result;
 }
 
+/// Root mean square distance of corners from their projections [px].
+double RmsOf(const Eigen::VectorXd& residuals) {
+  return std::sqrt(2.0 * residuals.squaredNorm() / static_cast<double>(residuals.size()));
+}
+
 void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
                   const std::vector<Eigen::Vector3d>& corners, HandEyeResult& result) {
   for (int step = 0; step < kSteps; ++step) {
@@ -95,8 +100,7 @@ void LeastSquares(std::span<const HandEyeView> views, const Camera& camera,
     result =
         At(result, -base::SolveLdlt<Eigen::Dynamic, 1>(J.transpose() * J, J.transpose() * now));
   }
-  const Eigen::VectorXd left = Residuals(views, camera, corners, result);
-  result.rms_px = std::sqrt(2.0 * left.squaredNorm() / static_cast<double>(left.size()));
+  result.rms_px = RmsOf(Residuals(views, camera, corners, result));
 }
 
 /// Leaves out each view once, starting from the result of all views.
@@ -150,6 +154,23 @@ int GreyAt(const image::Image& picture, const Eigen::Vector2d& pixel) {
 
 std::string ViewName(std::size_t number) { return fmt::format("view_{:02}", number); }
 
+[[noreturn]] void RefuseFit(std::span<const HandEyeView> views, const Camera& camera,
+                            const std::vector<Eigen::Vector3d>& corners,
+                            const HandEyeResult& result, double max_px) {
+  std::size_t worst = 0;
+  double worst_px = 0.0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double rms_px = RmsOf(Residuals(views.subspan(i, 1), camera, corners, result));
+    if (rms_px <= worst_px) continue;
+    worst = i;
+    worst_px = rms_px;
+  }
+  throw base::InputError(fmt::format(
+      "the corners are {:.2f} px from where a camera on the hand would see them (maximum {:g}), "
+      "most in {} ({:.2f} px): was the board moved, or is it another camera?",
+      result.rms_px, max_px, ViewName(worst + 1), worst_px));
+}
+
 /// The middle of the square between the first four corners.
 Eigen::Vector2d FirstSquare(const std::vector<Eigen::Vector2d>& corners, std::size_t columns) {
   return 0.25 * (corners[0] + corners[1] + corners[columns] + corners[columns + 1]);
@@ -195,10 +216,7 @@ HandEyeResult CalibrateHandEye(std::span<const HandEyeView> views, const Camera&
   }
   result.rms_m = std::sqrt(squares / static_cast<double>(views.size()));
   if (!(result.rms_px <= options.max_reprojection_px)) {
-    throw base::InputError(
-        fmt::format("the corners are {:.2f} px from where a camera on the hand would see them "
-                    "(maximum {:g}): was the board moved, or is it another camera?",
-                    result.rms_px, options.max_reprojection_px));
+    RefuseFit(views, camera, corners, result, options.max_reprojection_px);
   }
   Jackknife(views, camera, corners, result);
   return result;

@@ -301,11 +301,25 @@ struct Picked {
   const trial::Cell& cell() const { return task->cell(); }
 };
 
+// The arm's joints at home in a scene. A hand or an arm alone lacks names of a scene.
+Eigen::VectorXd HomeIn(const fs::path& file) {
+  try {
+    return robot::Robot::Load(file).home;
+  } catch (const base::InputError& error) {
+    const check::Kind kind = check::KindOf(file);
+    if (kind != check::Kind::kHand && kind != check::Kind::kArm) throw;
+    throw base::InputError(
+        fmt::format("{}: it is neither a scene nor an object; to draw {}, give the scene that "
+                    "attaches it",
+                    error.what(), kind == check::Kind::kHand ? "a hand" : "an arm"));
+  }
+}
+
 Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
   Picked picked;
   picked.world =
       std::make_unique<sim::World>(file, std::vector<sim::ObjectModel>{}, sim::PhysicsOptions{});
-  picked.world->SetArm(robot::Robot::Load(file).home);
+  picked.world->SetArm(HomeIn(file));
   picked.world->Settle();
   picked.seed = seed.value_or(picked.seed);
   return picked;
@@ -337,8 +351,8 @@ Picked PickTrial(const PickArguments& arguments, const std::string& sensor, bool
   picked.task = dynamic_cast<const trial::SceneTask*>(picked.experiment.task.get());
   if (!picked.task) {
     throw base::InputError(fmt::format(
-        "{}: cannot show a scene of `task: {}`; give an experiment of a task that arranges "
-        "objects and shows them, such as `task: grasping`, or a scene (MJCF)",
+        "{}: has no scene that can be shown (`task: {}`); give an experiment that arranges objects "
+        "and shows them, such as one of `task: grasping`, or a scene (MJCF)",
         file, picked.experiment.kind->name));
   }
   if (by_laser && picked.cell().sensor->WritesLook()) throw base::InputError(kNeedsLaser);
@@ -349,7 +363,8 @@ Picked PickTrial(const PickArguments& arguments, const std::string& sensor, bool
   trial::Redraws redraws;
   auto arranged = picked.task->Arrange(which, redraws);
   if (!arranged) {
-    throw base::RunError(file + ": no arrangement of " + which.id + " came to rest in view");
+    throw base::RunError(fmt::format("{}: no arrangement of {} came to rest in view: {}", file,
+                                     which.id, trial::Text(redraws)));
   }
   picked.target = arranged->target;
   picked.world = std::make_unique<sim::World>(std::move(arranged->world));
@@ -527,7 +542,9 @@ bool WriteItsLook(const Picked& picked, const std::string& cloud) {
 
 void AddScan(CLI::App& app) {
   auto* command = app.add_subcommand(
-      "scan", "Simulate one scan and write it as an organised PCD or PLY cloud with labels.");
+      "scan",
+      "Simulate one scan and write it as a cloud with labels: an organised PCD, or a PLY of the "
+      "measured points.");
   auto arguments = std::make_shared<ScanArguments>();
   command->add_option("file", arguments->file, "experiment (YAML) or scene (MJCF)")->required();
   command->add_option("-o,--out", arguments->out, "output cloud, .pcd or .ply")->required();
@@ -542,8 +559,9 @@ void AddScan(CLI::App& app) {
       "Example: rangegrasp scan experiments/laser_single.yaml --trial coffee_cup-0000 -o "
       "mug.pcd\nFields: x y z [m], label (0 scene, 1 target, in a heap the topmost object, 2 and "
       "up other objects, 1000 an open "
-      "box), state (0 measured, 1 camera shadow, 2 dropout, 3 out of view), and rgb with `color: "
-      "true`.\n--picture draws the shadows that the objects cast on the table: laser red, camera "
+      "box), state (0 measured, 1 camera shadow, 2 dropout, 3 out of view; in a PLY always 0), and "
+      "rgb with `color: true`.\n--picture draws the shadows that the objects cast on the table: "
+      "laser red, camera "
       "yellow, both dark.\nFor a stereo camera, a folder next to the cloud contains left.png, "
       "right.png, rectified.png, disparity.png, disparity16.png and calibration.yaml, in the "
       "format that rangegrasp stereo reads. For a depth camera, the images are NAME_depth.png (16 "
@@ -609,6 +627,9 @@ void AddCheckCommand(CLI::App& app) {
   command->add_flag("--quick", a->quick,
                     "skip the trials: by default, a scene or experiment without errors is also "
                     "tried on generated boxes, cylinders and balls, which takes about 10 s");
+  for (const char* of_a_file : {"--as", "--fix", "--json", "--quick"}) {
+    command->get_option(of_a_file)->excludes("--detector");
+  }
   command->footer(
       "Examples:\n  rangegrasp check scenes/tabletop.xml\n  rangegrasp check --fix my_hand.xml\n"
       "Exit codes: 0 no errors, 2 errors. `run` does the same check, without trials, before its "

@@ -78,6 +78,7 @@ perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
 perception::Cures CommandCures() {
   return {.smaller_unit = "try --unit mm",
           .larger_unit = "try --unit m",
+          .sensor = "its position (--sensor-origin) must be in metres",
           .upper_side = "give --sensor-origin or --up",
           .other_things = "try --crop or --up",
           .noise = "give --noise-mm"};
@@ -395,7 +396,13 @@ Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudF
 void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud) {
   std::vector<std::string> warnings = cloud.warnings;
   warnings.push_back(OriginWarning(arguments, cloud));
-  warnings.push_back(UnitWarning(perception::MeasureSampling(MeasuredPoints(cloud), {}).spacing_m));
+  const geometry::Points points = MeasuredPoints(cloud);
+  const std::string of_unit = UnitWarning(perception::MeasureSampling(points, {}).spacing_m);
+  warnings.push_back(of_unit);
+  if (of_unit.empty()) {
+    warnings.push_back(
+        perception::DoubtOfDistance(points, OriginOf(arguments, cloud), CommandCures()));
+  }
   std::erase(warnings, "");
   PrintWarnings(arguments.cloud, warnings);
 }
@@ -455,7 +462,7 @@ void AddPerceiveCommand(CLI::App& app) {
   command
       ->add_option("--noise-mm", arguments->noise_mm,
                    "noise of the sensor (default: measured from the cloud)")
-      ->check(NumberBetween(0.0, 50.0));
+      ->check(NumberBetween(0.0, perception::kMaxNoise_m * base::kMmPerM));
   command
       ->add_option("--segmentation", arguments->segmentation,
                    "segmentation of the points above the table (convexity)")

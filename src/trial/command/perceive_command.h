@@ -42,7 +42,7 @@ geometry::Points MeasuredPoints(const geometry::CloudFile& file);
 Eigen::Vector3d OriginOf(const CloudArguments& arguments, const geometry::CloudFile& file);
 
 /// Prints what a user should know of a cloud before its table is known: the warnings of reading it,
-/// an assumed position of the sensor, points as far apart as in another unit.
+/// an assumed or far position of the sensor, points as far apart as in another unit.
 void WarnOfCloud(const CloudArguments& arguments, const Cloud& cloud);
 
 /// Warning if the sensor does not lie above the table; else empty.

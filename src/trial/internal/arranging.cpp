@@ -86,6 +86,26 @@ bool AsDrawn(const sim::RestingPose& pose) {
   return (pose.faces.front().R_WO * Eigen::Vector3d::UnitZ()).z() > std::cos(kMaxTurn_rad);
 }
 
+// Why the options exclude all resting poses of an object.
+std::string WhyNoPose(const Options& options, const sim::ObjectModel& model) {
+  const double min_deg = base::ToDeg(options.min_tipping_rad);
+  if (!options.as_drawn) {
+    return fmt::format(
+        "every resting pose tips over at less than {:g} deg; lower min_tipping_deg or change the "
+        "collision geometry",
+        min_deg);
+  }
+  double tipping_rad = 0.0;  // of a model that rests on no face below it
+  for (const auto& pose : sim::StableRestingPoses(model, 0.0)) {
+    if (AsDrawn(pose)) tipping_rad = std::max(tipping_rad, pose.tipping_rad);
+  }
+  return fmt::format(
+      "with as_drawn: true it must stand as in its model, z up, but then tips over at {:.1f} deg "
+      "(min_tipping_deg: {:g}); set as_drawn: false, leave the object out, or turn its model "
+      "(add-object --up)",
+      base::ToDeg(tipping_rad), min_deg);
+}
+
 }  // namespace
 
 std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
@@ -123,16 +143,13 @@ double SeenShare(const sim::World& world, int object, const base::Pose& X_WS,
 
 Resting::Resting(const Options& options, const robot::Robot& robot,
                  const std::vector<std::string>& objects)
-    : robot_(robot) {
+    : robot_(robot), as_drawn_(options.as_drawn) {
   for (const std::string& object : objects) {
     const auto model = ObjectModelOf(options, object);
     auto poses = sim::StableRestingPoses(model, options.min_tipping_rad);
     if (options.as_drawn) std::erase_if(poses, [](const auto& pose) { return !AsDrawn(pose); });
     if (poses.empty()) {
-      throw base::InputError(
-          fmt::format("{}: every resting pose tips over at less than {:g} deg; lower "
-                      "min_tipping_deg or change the collision geometry",
-                      model.mjcf.string(), base::ToDeg(options.min_tipping_rad)));
+      throw base::InputError(model.mjcf.string() + ": " + WhyNoPose(options, model));
     }
     poses_[object] = std::move(poses);
   }
@@ -146,6 +163,17 @@ std::optional<sim::AtRest> Resting::Drop(sim::World& world, int object, base::Rn
   world.PlaceObject(object, X_WO);
   world.Settle();
   return sim::FaceAtRest(poses_.at(world.object_name(object)), world.ObjectPose(object).linear());
+}
+
+std::optional<sim::AtRest> Resting::ComeToRest(sim::World& world, int object,
+                                               base::Rng& rng) const {
+  if (!as_drawn_) return Drop(world, object, rng);
+  const std::string& name = world.object_name(object);
+  const auto upright = Standing(name, rng);
+  if (!upright) return std::nullopt;
+  PutDown(*upright->face, 0.0, world, object, rng);
+  world.Settle();
+  return sim::FaceAtRest(poses_.at(name), world.ObjectPose(object).linear());
 }
 
 std::optional<sim::AtRest> Resting::Standing(const std::string& object, base::Rng& rng) const {

@@ -49,6 +49,10 @@ class Resting {
   /// @return its resting pose; nullopt if that pose is excluded.
   std::optional<sim::AtRest> Drop(sim::World& world, int object, base::Rng& rng) const;
 
+  /// Drop or, with as_drawn, puts the object down upright: few drops end so, and hardly ever all of
+  /// several.
+  std::optional<sim::AtRest> ComeToRest(sim::World& world, int object, base::Rng& rng) const;
+
   /// Draws a resting pose in which the model's z axis is vertical, with the quasi-static
   /// probabilities (sim::RestingPose).
   /// @return nullopt if the object has none.
@@ -67,6 +71,7 @@ class Resting {
 
  private:
   const robot::Robot& robot_;
+  bool as_drawn_;
   std::map<std::string, std::vector<sim::RestingPose>> poses_;
 };
 

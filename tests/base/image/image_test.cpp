@@ -102,6 +102,23 @@ TEST(ReadPng, NamesWhatIsNoPng) {
   ExpectRefused<Image>(folder.Write("h.png", whole.substr(0, whole.size() / 2)), "truncated");
 }
 
+TEST(ReadPngOfAnyKind, GivesTheBytesUnlessAPixelCannotBeDecoded) {
+  const TempFolder folder;
+  const auto check = [&](const std::string& bytes) {
+    EXPECT_EQ(ReadPngOfAnyKind(folder.Write("a.png", bytes)), bytes);
+    std::string wrong = bytes;
+    char& pixel = wrong[wrong.size() / 2];
+    pixel = static_cast<char>(pixel ^ 1);  // the pixels have a checksum
+    for (const std::string& damaged : {wrong, bytes.substr(0, wrong.size() / 2), bytes.substr(8)}) {
+      EXPECT_THAT(ErrorOf([&] { ReadPngOfAnyKind(folder.Write("b.png", damaged)); }),
+                  AllOf(HasSubstr("b.png: is not a"), HasSubstr("PNG image")));
+    }
+  };
+  check(EncodePng(RandomPicture<Image>(1)));
+  check(EncodePng(RandomPicture<Grey8>(1)));
+  check(EncodePng(RandomPicture<Grey16>(1)));
+}
+
 TEST(DecodePng, NoBeginningOfAFileIsAPicture) {
   const std::string whole = EncodePng(RandomPicture<Grey8>(1));
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -149,6 +149,16 @@ TEST_F(OwnCell, NamesServosWithoutNamesAndListsThem) {
     EXPECT_EQ(findings[0].edits.back().replace, is_listed);
   }
 }
+// Both fixes give it the same name.
+TEST_F(OwnCell, NamesAServoWithoutANameByItsJoint) {
+  arm_ = Replaced(arm_, "<position name=\"drive4\" joint", "<motor joint");
+  const std::string text = TextOfAll(Check());
+  EXPECT_THAT(text, HasSubstr("name=\"servo_joint4\" in <motor joint=\"joint4\">"));
+  EXPECT_THAT(text, HasSubstr("arm.xml:66: error: unnamed actuator of joint \"arm/joint4\": is not "
+                              "a position servo"));
+  EXPECT_THAT(text, HasSubstr("instead of <motor joint=\"joint4\">: <position "
+                              "name=\"servo_joint4\" joint=\"joint4\""));
+}
 // The engine refuses it where the arm is not attached.
 TEST_F(OwnCell, SaysWhatToListInATupleOfNoElements) {
   arm_ = std::regex_replace(arm_, std::regex("<position name=\"[^\"]*\""), "<position");

@@ -152,6 +152,8 @@ INSTANTIATE_TEST_SUITE_P(
               "numeric \"joint_acceleration\""},
         Fault{"NoServo", "arm.xml", "<position name=\"drive4\"", "<motor name=\"drive4\"",
               "is not a position servo"},
+        Fault{"UnnamedDrive", "arm.xml", "<position name=\"drive4\"", "<motor",
+              "unnamed actuator of joint"},
         Fault{"CutCommand", "arm.xml", "joint=\"joint2\" f",
               "joint=\"joint2\" ctrlrange=\"-1 1\" f", "commands from -1 to 1 only"},
         Fault{"Armature", "arm.xml", " armature=\"0.1\"", "", "too little armature"},

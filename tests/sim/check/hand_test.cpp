@@ -70,6 +70,21 @@ TEST_F(OwnHand, PrintsBothEndsReadyToPaste) {
   Cut("<numeric name=\"hand_closed\"", "/>");
   EXPECT_THAT(All(), HasSubstr("<numeric name=\"hand_closed\" data=\"0\"/>"));
 }
+// Also before the file names its parts.
+TEST_F(OwnHand, PrintsBothEndsOfAFileWithoutNames) {
+  for (const char* tuple : {"hand_motors", "fingertips"}) {
+    Cut("<tuple name=\"" + std::string(tuple) + "\">", "</tuple>");
+  }
+  Cut("<numeric name=\"hand_open\"", "/>");
+  Cut("<numeric name=\"hand_closed\"", "/>");
+  const auto has_both = testing::AllOf(HasSubstr("<numeric name=\"hand_open\" data=\"0.05\"/>"),
+                                       HasSubstr("<numeric name=\"hand_closed\" data=\"0\"/>"));
+  EXPECT_THAT(All(), has_both);
+  Replace("<body name=\"hand\"", "<body name=\"gripper\"");
+  Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
+  Replace("<exclude body1=\"hand\"", "<exclude body1=\"gripper\"");
+  EXPECT_THAT(All(), has_both);
+}
 TEST_F(OwnHand, PrintsTheMissingFingertips) {
   Cut("<tuple name=\"fingertips\">", "</tuple>");
   EXPECT_THAT(All(), HasSubstr("objname=\"thumb_pad\""));

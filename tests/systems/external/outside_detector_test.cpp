@@ -154,6 +154,27 @@ TEST_F(Outside, AWidthInMillimetresIsNamedAlthoughThePositionIsRight) {
       ::testing::AllOf(HasSubstr("width_m of a grasp is 45"), HasSubstr("is it in millimetres?")));
 }
 
+// Lengths so far away that they are refused before what they would hold is looked for.
+TEST_F(Outside, LengthsBeyondTheirRangeMayBeInMillimetresButNoRotationIs) {
+  constexpr const char* kHint = "to 100, in metres; is it in millimetres?";
+  const auto failure = [&](const std::string& key, const json& value) {
+    json grasp = GraspAtTarget();
+    grasp[key] = value;
+    return FailureOfAnswer({{"grasps", {grasp}}});
+  };
+  EXPECT_THAT(failure("position_m", {0.0, -104.2, 0.0}),
+              ::testing::AllOf(HasSubstr("grasps[0].position_m[1] is -104.2"), HasSubstr(kHint)));
+  EXPECT_THAT(failure("width_m", 145.0), HasSubstr(kHint));
+  for (const auto& [key, value] : {std::pair<std::string, json>{"width_m", -0.05},
+                                   {"width_m", "45 mm"},
+                                   {"approach", {0, 0, -200}},
+                                   {"rotation", {{200, 0, 0}, {0, -1, 0}, {0, 0, -1}}}}) {
+    EXPECT_THAT(failure(key, value), ::testing::AllOf(HasSubstr("must be a number from"),
+                                                      ::testing::Not(HasSubstr("metres"))))
+        << key << value;
+  }
+}
+
 TEST_F(Outside, GraspsOfAirAreNamed) {
   json grasp = GraspAtTarget();
   grasp["position_m"] = {0.05, 0.05, 0.4};

@@ -84,6 +84,23 @@ TEST(Learn, AnOutlierFarAwayIsNamed) {
               testing::HasSubstr("is an outlier among them?"));
 }
 
+// Two boxes 0.7 m apart, 0.76 m wide together: no surface closes both, and the mesher may not end.
+TEST(Learn, ObjectsFarApartAreRefused) {
+  auto scene = BoxOnTable(base::Pose::Identity());
+  auto other = scene.objects[0];
+  for (auto& i : other.points) {
+    const auto shifted = static_cast<std::uint32_t>(scene.cloud.size());
+    const Vector3d point = scene.cloud.points[i], normal = scene.cloud.normals[i];
+    scene.cloud.points.emplace_back(point + Vector3d(0.7, 0.0, 0.0));
+    scene.cloud.normals.push_back(normal);
+    i = shifted;
+  }
+  scene.objects.push_back(other);
+  EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),
+              testing::HasSubstr("2 objects, 0.8 m wide together, would become one model: use "
+                                 "--crop to exclude the others"));
+}
+
 TEST(Learn, OfAnEmptyTableIsRefused) {
   perception::Scene scene;
   EXPECT_THAT(testing_support::ErrorOf([&] { Learn(scene); }),

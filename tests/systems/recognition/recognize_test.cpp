@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -178,6 +179,26 @@ std::multiset<std::string> NamesOf(const std::vector<FoundObject>& found) {
   std::multiset<std::string> names;
   for (const FoundObject& one : found) names.insert(one.object);
   return names;
+}
+
+// Points that a crop left out of an unordered cloud are not rays that did not return.
+TEST(Recognize, PointsLeftOutOfAnUnorderedCloudPlayNoPart) {
+  const auto looked = LookAt({CanAside()}, 3);
+  const auto found = Find(looked, Shelf());
+  ASSERT_EQ(found.size(), 1u);
+  Looked gaps = looked;
+  geometry::RangeImage& image = gaps.observation.views.front().image;
+  image.points_C.clear();
+  for (const Vector3d& p : looked.observation.views.front().image.points_C) {
+    image.points_C.push_back(p);
+    image.points_C.emplace_back(Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  }
+  image.samples *= 2;
+  for (auto& id : gaps.scene.samples) id.sample *= 2;
+  const auto with_gaps = Find(gaps, Shelf());
+  ASSERT_EQ(with_gaps.size(), 1u);
+  EXPECT_EQ(with_gaps[0].object, "can");
+  EXPECT_EQ(with_gaps[0].score, found[0].score);
 }
 
 // With more points, two objects form one segment: an earlier result is kept, and the rest of the

@@ -174,6 +174,8 @@ TEST(HandEye, RefusesWhatDoesNotCalibrate) {
   for (auto& pixel : moved[3].corners_px) pixel.x() += 20.0;
   EXPECT_THAT(ErrorOf([&] { CalibrateHandEye(moved, kCamera, {}); }),
               testing::HasSubstr("was the board moved"));
+  EXPECT_THAT(ErrorOf([&] { CalibrateHandEye(moved, kCamera, {}); }),
+              testing::HasSubstr("most in view_04 ("));
   moved[3].corners_px.pop_back();
   EXPECT_THROW(CalibrateHandEye(moved, kCamera, {}), std::invalid_argument);
 }

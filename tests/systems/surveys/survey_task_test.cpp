@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/command.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
 #include "surveys/separation.h"
@@ -206,6 +207,17 @@ TEST(SeparationSurvey, TakesRecordedCloudsOfACameraThatShowObjects) {
 TEST(SeparationSurvey, OfRecordedCloudsHasNoNumberOfTrials) {
   EXPECT_THAT(ErrorOfClouds(TwoBoxes(), {.trials = 2}),
               HasSubstr("--trials: not with `clouds`, each of which is one case"));
+}
+
+TEST(SeparationSurvey, OfRecordedCloudsHasNoSceneToShow) {
+  const testing_support::TempFolder folder;
+  const std::string file =
+      folder.Write("survey.yaml", "task: survey\nmeasure: separation\nclouds: recorded\n");
+  folder.Write("recorded/a.pcd",
+               "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n"
+               "WIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n0 0 1 20\n");
+  testing_support::ExpectRefused({"scan", file, "-o", folder / "a.pcd"},
+                                 file + ": has no scene that can be shown (`task: survey`)");
 }
 
 TEST(ReconstructionSurvey, OfALaserIsRefusedWhenItIsRead) {

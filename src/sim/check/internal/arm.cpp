@@ -105,14 +105,16 @@ void CheckHome(Model& model) {
               model.SetNumeric("home", fmt::format("{:.4g}", fmt::join(values, " ")), ""));
 }
 
-// A servo that keeps the file's force range and its own name.
+// A servo that keeps the file's force range and its own name; without one it gets that of
+// "arm_actuators" in Model::SetTuple.
 std::string ServoBlock(const Model& model, int joint, int actuator) {
   const mjModel& m = model.m();
   const std::string name(mjcf::Suffix(model.Name(mjOBJ_JOINT, joint)));
-  std::string block = fmt::format(
-      "<position name=\"{}\" joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}",
-      actuator < 0 ? "servo_" + name : mjcf::Suffix(model.Name(mjOBJ_ACTUATOR, actuator)), name,
-      m.jnt_limited[joint] ? " inheritrange=\"1\"" : "");
+  const std::string own = actuator < 0 ? "" : model.Name(mjOBJ_ACTUATOR, actuator);
+  std::string block =
+      fmt::format("<position name=\"{}\" joint=\"{}\" kp=\"5000\" dampratio=\"1\"{}",
+                  own.empty() ? "servo_" + name : mjcf::Suffix(own), name,
+                  m.jnt_limited[joint] ? " inheritrange=\"1\"" : "");
   if (actuator >= 0 && m.actuator_forcelimited[actuator]) {
     const mjtNum* force = m.actuator_forcerange + 2 * actuator;
     block += fmt::format(" forcerange=\"{:g} {:g}\"", force[0], force[1]);

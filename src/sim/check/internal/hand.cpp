@@ -452,6 +452,21 @@ std::vector<mjcf::HandMotor> AtTheirRanges(const Model& model, const std::vector
   return motors;
 }
 
+// Whether the sides are further apart at the upper ends of the drives than at the lower ones.
+bool OpensWithLength(const Model& model, const std::vector<mjcf::HandMotor>& motors,
+                     const std::vector<int>& tips) {
+  if (motors.empty() || tips.empty()) return false;
+  const mjModel& m = model.m();
+  const int thumb = model.Finger(m.geom_bodyid[tips.front()]);
+  try {
+    const auto closing =
+        mjcf::CloseOnNothing(&m, motors, mjcf::LastSegmentsOf(&m, tips, thumb), model.hand);
+    return closing.points.back().gap_m > closing.points.front().gap_m;
+  } catch (const base::InputError&) {  // reported by CheckClosing
+    return false;
+  }
+}
+
 bool MovesHand(const Model& model, int actuator) {
   const mjModel& m = model.m();
   const int id = m.actuator_trnid[2 * actuator];
@@ -625,17 +640,12 @@ HandGuess GuessHand(Model& model) {
   PutThumbFirst(model, guess.fingertips);
   const auto named = model.Tuple("hand_motors", mjOBJ_ACTUATOR);
   const auto& drives = named.empty() ? guess.motors : named;
-  const auto tips = model.Tuple("fingertips", mjOBJ_GEOM);
-  const auto poses = FingerPoses(model, drives, tips.empty() ? guess.fingertips : tips);
+  const auto named_tips = model.Tuple("fingertips", mjOBJ_GEOM);
+  const auto& tips = named_tips.empty() ? guess.fingertips : named_tips;
+  const auto poses = FingerPoses(model, drives, tips);
   auto motors = poses ? *poses : AtTheirRanges(model, drives);
-  if (!poses && model.Find(mjOBJ_TUPLE, "hand_motors") >= 0 && !tips.empty()) {
-    try {
-      const mjcf::HandClosing closing = mjcf::CloseOnNothing(&m, motors);
-      if (closing.points.back().gap_m > closing.points.front().gap_m) {
-        for (auto& motor : motors) std::swap(motor.open, motor.closed);
-      }
-    } catch (const base::InputError&) {  // reported by CheckClosing
-    }
+  if (!poses && OpensWithLength(model, motors, tips)) {
+    for (auto& motor : motors) std::swap(motor.open, motor.closed);
   }
   guess.open = Values(motors, true);
   guess.closed = Values(motors, false);

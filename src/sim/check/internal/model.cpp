@@ -33,10 +33,12 @@ bool InWorld(const pugi::xml_node& node) {
   return above;
 }
 
-// The kind of an element that has a name of its own; empty for all others.
+// The kind of an element that has a name of its own, or is a drive; empty for all others.
 std::string KindOf(const pugi::xml_node& node) {
   const std::string tag = node.name();
   const std::string parent = node.parent().name();
+  const bool has_name = *node.attribute("name").value() != '\0';  // name="" is none
+  if (parent == "actuator" && !has_name) return kUnnamedDrive;
   if (parent == "actuator" || parent == "sensor") return parent;
   if (tag == "tuple" || tag == "numeric" || tag == "mesh") return tag;
   if (!InWorld(node)) return "";
@@ -48,17 +50,23 @@ std::string KindOf(const pugi::xml_node& node) {
 std::string NameOf(const pugi::xml_node& node) {
   const std::string name = node.attribute("name").value();
   const std::string file = node.attribute("file").value();
+  if (KindOf(node) == kUnnamedDrive) return node.attribute("joint").value();
   if (!name.empty() || std::string(node.name()) != "mesh") return name;
   return std::filesystem::path(file).stem().string();
 }
 
-// XPath of an element that has a name, or a file in place of a name.
+// XPath of an element that has a name, or a file or joint in place of a name.
 std::string XPathOf(const pugi::xml_node& node, const std::string& kind) {
   const bool moves = kind != node.parent().name() && InWorld(node);
-  const char* key = node.attribute("name") ? "name" : "file";
+  const bool unnamed_drive = kind == kUnnamedDrive;
+  const char* key = unnamed_drive ? "joint" : node.attribute("name") ? "name" : "file";
   if (std::string_view(node.attribute(key).value()).find('\'') != std::string::npos) return "";
-  return fmt::format("{}{}[@{}='{}']", moves ? "//worldbody//" : "//", node.name(), key,
-                     node.attribute(key).value());
+  const std::string has = fmt::format("[@{}='{}']", key, node.attribute(key).value());
+  // Another drive on the same joint could be edited in its place.
+  if (unnamed_drive && node.root().select_nodes(("//actuator/*" + has).c_str()).size() > 1) {
+    return "";
+  }
+  return (moves ? "//worldbody//" : "//") + std::string(node.name()) + has;
 }
 
 // Number of joints on a joint's body and on all bodies above it.
@@ -149,18 +157,27 @@ std::vector<int> Model::Tuple(std::string_view suffix, mjtObj type) const {
   return {ids, ids + size};
 }
 
-std::string Model::Element(mjtObj type, int id) const {
+std::pair<std::string, std::string> Model::KeyOf(mjtObj type, int id) const {
   const std::string name = Name(type, id);
+  const bool drive = type == mjOBJ_ACTUATOR && id >= 0 && m().actuator_trntype[id] == mjTRN_JOINT;
+  if (drive && name.empty()) {
+    return {kUnnamedDrive, Name(mjOBJ_JOINT, m().actuator_trnid[2 * id])};
+  }
+  return {mju_type2Str(type), name};
+}
+
+std::string Model::Element(mjtObj type, int id) const {
+  const auto [kind, name] = KeyOf(type, id);
   if (name.empty() && type == mjOBJ_GEOM) {
     return fmt::format("a geom of body \"{}\"", BodyName(m().geom_bodyid[id]));
   }
-  return fmt::format("{} \"{}\"", mju_type2Str(type), name);
+  return fmt::format("{} \"{}\"", kind, name);
 }
 
 std::string Model::Where(mjtObj type, int id) const {
-  const std::string name = Name(type, id);
+  const auto [kind, name] = KeyOf(type, id);
   if (name.empty() && type == mjOBJ_GEOM) return Where(mjOBJ_BODY, m().geom_bodyid[id]);
-  return lines_.Of(mju_type2Str(type), name);
+  return lines_.Of(kind, name);
 }
 
 std::string Model::ArmFile() const {
@@ -185,7 +202,8 @@ void Model::Report(bool error, mjtObj type, const std::vector<int>& ids, const s
 }
 
 Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
-  auto edit = lines_.EditOf(mju_type2Str(type), Name(type, id));
+  const auto [kind, name] = KeyOf(type, id);
+  auto edit = lines_.EditOf(kind, name);
   if (edit) {
     edit->set = attributes;
     return Cure({*edit});
@@ -194,7 +212,8 @@ Cure Model::Set(mjtObj type, int id, const Attributes& attributes) const {
 }
 
 Cure Model::Replace(mjtObj type, int id, const std::string& block) const {
-  auto edit = lines_.EditOf(mju_type2Str(type), Name(type, id));
+  const auto [kind, name] = KeyOf(type, id);
+  auto edit = lines_.EditOf(kind, name);
   if (!edit) return "instead " + block;
   edit->block = block;
   edit->replace = true;
@@ -302,20 +321,15 @@ std::string Model::NameDrive(int actuator, Cure& cure) const {
   const std::string own = Name(mjOBJ_ACTUATOR, actuator);
   if (!own.empty()) return std::string(mjcf::Suffix(own));
   if (m().actuator_trntype[actuator] != mjTRN_JOINT) return "";
-  const std::string of = Name(mjOBJ_JOINT, m().actuator_trnid[2 * actuator]);
-  const std::string file = lines_.FileOf("joint", of);
-  const std::string joint(mjcf::Suffix(of));
-  const std::string name = "servo_" + joint;
-  pugi::xml_document document;
-  if (!document.load_file(file.c_str()) || Find(mjOBJ_ACTUATOR, name) >= 0) return "";
-  if (joint.find('\'') != std::string::npos) return "";  // cannot be written in an XPath
-  const auto drives =
-      document.select_nodes(fmt::format("//actuator/*[@joint='{}']", joint).c_str());
-  if (drives.size() != 1) return "";
-  cure.edits.push_back(
-      {.file = file,
-       .element = fmt::format("//{}[@joint='{}']", drives.first().node().name(), joint),
-       .set = {{"name", name}}});
+  const std::string joint = Name(mjOBJ_JOINT, m().actuator_trnid[2 * actuator]);
+  const std::string name = "servo_" + std::string(mjcf::Suffix(joint));
+  auto edit = lines_.EditOf(kUnnamedDrive, joint);
+  // A tuple of the joint's file can list only drives of this file.
+  if (!edit || edit->file != lines_.FileOf("joint", joint) || Find(mjOBJ_ACTUATOR, name) >= 0) {
+    return "";
+  }
+  edit->set = {{"name", name}};
+  cure.edits.push_back(*edit);
   return name;
 }
 
@@ -348,7 +362,6 @@ std::vector<int> Model::RobotBodies() const {
 }
 
 struct SourceLines::Reader {
-  static constexpr int kMaxLevels = 500;  // the engine's parser has the same limit
   SourceLines& lines;
 
   // One file, with the models that it attaches.
@@ -383,11 +396,7 @@ struct SourceLines::Reader {
     Walk(document.root(), file);
   }
 
-  void Walk(const pugi::xml_node& node, File& file, int level = 0) {
-    if (level > kMaxLevels) {
-      throw base::InputError(fmt::format("{}:{}: more than {} elements are inside each other",
-                                         file.path.string(), file.LineOf(node), kMaxLevels));
-    }
+  void Walk(const pugi::xml_node& node, File& file) {
     for (const pugi::xml_node& child : node.children()) {
       const std::string tag = child.name();
       if (tag == "include") {
@@ -399,7 +408,7 @@ struct SourceLines::Reader {
         Read(model->second, file.prefix + child.attribute("prefix").value(), file.depth + 1, false);
       } else {
         Note(child, file);
-        Walk(child, file, level + 1);
+        Walk(child, file);
       }
     }
   }

@@ -20,9 +20,12 @@ namespace rangegrasp::check::internal {
 /// ring.
 constexpr int kMaxDepth = 8;
 
+constexpr const char* kUnnamedDrive = "unnamed actuator of joint";
+
 /// Source positions of the elements of an MJCF file and of those that it includes or attaches, by
 /// kind ("body", "joint", "geom", "site", "actuator", "tuple", "numeric", "camera", "mesh",
-/// "sensor") and by name in the compiled model, with the prefixes of all attachments.
+/// "sensor") and by name in the compiled model, with the prefixes of all attachments. An actuator
+/// without a name is found by the name of its joint (kind kUnnamedDrive).
 class SourceLines {
  public:
   /// @throws base::InputError if the file itself is not XML; unreadable files below it are left to
@@ -181,6 +184,8 @@ class Model {
 
  private:
   void FindArm();
+  /// Kind and name by which SourceLines finds an element.
+  std::pair<std::string, std::string> KeyOf(mjtObj type, int id) const;
   /// The name of a geom in its file; adds the edit that gives it one if needed. Empty if the file
   /// does not show which geom it is.
   std::string NameGeom(int geom, Cure& cure) const;

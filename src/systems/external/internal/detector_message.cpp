@@ -24,6 +24,8 @@ constexpr std::size_t kMaxObjects = 1000;
 constexpr std::size_t kMaxGrasps = 10'000;
 // Larger numbers are neither positions on a table [m] nor sizes of hands.
 constexpr double kMax_m = 100.0;
+// What a message about a larger number adds if it is a length.
+constexpr const char* kInMetres = ", in metres; is it in millimetres?";
 constexpr double kMaxScore = 1e12;
 // Tolerance for a rotation printed with four digits.
 constexpr double kRotationError = 1e-3;
@@ -83,24 +85,22 @@ struct Place {
     if (value.size() > max_size) Fail(fmt::format("must not have more than {} elements", max_size));
     return value.size();
   }
-  double Number(double low, double high) const {
+  /// @param hint  what the message about a number of more than `high`, of either sign, adds
+  double Number(double low, double high, const char* hint = "") const {
     const double number = value.is_number() ? value.get<double>() : low - 1.0;
     if (number >= low && number <= high) return number;
-    Fail(fmt::format("must be a number from {:g} to {:g}", low, high));
-  }
-  double Metres() const {
-    if (value.is_number() && std::abs(value.get<double>()) > kMax_m) {
-      Fail(fmt::format("must be a number from {:g} to {:g}, in metres", -kMax_m, kMax_m));
-    }
-    return Number(-kMax_m, kMax_m);
+    const bool large = value.is_number() && std::abs(number) > high;
+    Fail(fmt::format("must be a number from {:g} to {:g}{}", low, high, large ? hint : ""));
   }
   std::size_t Index(std::size_t size, const char* what) const {
     if (value.is_number_unsigned() && value.get<std::uint64_t>() < size) return value;
     Fail(fmt::format("must be the position of {}, a whole number from 0 to below {}", what, size));
   }
-  Eigen::Vector3d Vector() const {
+  /// @param hint  as Number's
+  Eigen::Vector3d Vector(const char* hint = "") const {
     if (!value.is_array() || value.size() != 3) Fail("must be three numbers, [x, y, z]");
-    return {At(0).Metres(), At(1).Metres(), At(2).Metres()};
+    const auto element = [&](std::size_t i) { return At(i).Number(-kMax_m, kMax_m, hint); };
+    return {element(0), element(1), element(2)};
   }
 };
 
@@ -170,8 +170,8 @@ AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
   }
   grasp::Proposal& proposal = grasp.proposal;
   const Eigen::Matrix3d R_CG = RotationOf(place.At("rotation"));
-  proposal.X_CG = base::MakePose(R_CG, place.At("position_m").Vector());
-  proposal.width_m = place.At("width_m").Number(0.0, kMax_m);
+  proposal.X_CG = base::MakePose(R_CG, place.At("position_m").Vector(kInMetres));
+  proposal.width_m = place.At("width_m").Number(0.0, kMax_m, kInMetres);
   proposal.approach_C = place.Has("approach") ? UnitOf(place.At("approach")) : R_CG.col(2);
   if (place.Has("score")) proposal.score = place.At("score").Number(-kMaxScore, kMaxScore);
   return grasp;

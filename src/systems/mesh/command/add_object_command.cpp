@@ -71,11 +71,8 @@ objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& sur
 objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
                            const sim::Surface& surface) {
   objects::ObjectLook look{name, a.title.empty() ? name : a.title, surface, {}};
-  if (!a.texture.empty()) {
-    look.texture_png = base::ReadNonEmptyFile(a.texture);
-    if (!look.texture_png.starts_with("\x89PNG"))
-      throw base::InputError(a.texture + ": is not a PNG file");
-  }
+  // The engine would blame the mesh, and a temporary file, for a damaged texture.
+  if (!a.texture.empty()) look.texture_png = image::ReadPngOfAnyKind(a.texture);
   return look;
 }
 

@@ -32,9 +32,8 @@ constexpr double kTouch_N = 0.05;
 /// needs more friction than there is: of 45 repeated grasps of prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
 
-/// Options that accept the best of all known objects even if its identity is uncertain.
-recognition::RecognitionOptions Lenient() {
-  recognition::RecognitionOptions options;
+/// Accepts the best of all known objects even if its identity is uncertain.
+recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
   options.margin = 0.005;
   options.max_violations = 0.12;
   options.max_rms = 0.35;
@@ -139,8 +138,8 @@ class Run {
       unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
     }
     base::Stopwatch watch;
-    const auto found =
-        recognition::Recognize(sensed_.observation, unknown, setup_.library, Lenient());
+    const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,
+                                              Lenient(options_.recognition));
     result_.look_s += watch.Seconds();
     const auto wanted = std::ranges::find(found, wanted_, &recognition::FoundObject::object);
     if (wanted == found.end()) return std::nullopt;
@@ -363,8 +362,8 @@ class Run {
         perception::Perceive(sensed_.observation, options.perception, rng,
                              trial::WorkspaceOf(setup_.cell.robot, options.workspace_margin_m));
     if (looks_here_ == 1 || !wrist_) found_ = recognition::AsFirstSeen(std::move(found_));
-    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library, {},
-                                    recognition::SureOnes(found_));
+    found_ = recognition::Recognize(sensed_.observation, scene, setup_.library,
+                                    options_.recognition, recognition::SureOnes(found_));
     known_ = Understand(std::move(scene), found_, setup_.library);
     result_.look_s += watch.Seconds();
     Say("{}", WhatISee());

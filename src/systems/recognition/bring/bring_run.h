@@ -12,6 +12,7 @@
 #include "grasp/named_grasps.h"
 #include "recognition/bring/understanding.h"
 #include "recognition/library.h"
+#include "recognition/recognize.h"
 #include "sim/world.h"
 #include "trial/trial.h"
 
@@ -29,6 +30,7 @@ struct BringOptions {
   double near_m = 0.08;
   double same_place_m = 0.03;  ///< objects this close count as one when tries are counted
   recognition::LibraryOptions library;
+  recognition::RecognitionOptions recognition;
   trial::HandOverOptions hand_over;
 };
 

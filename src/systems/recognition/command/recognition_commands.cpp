@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "base/error.h"
 #include "base/installation.h"
@@ -38,6 +39,19 @@ struct BringArguments {
   int run = 0;
 };
 
+/// An object's last run.
+const experiment::Case& LastOf(const std::string& object, const experiment::Experiment& opened) {
+  for (const auto& one : opened.cases | std::views::reverse) {
+    if (one.group == object) return one;
+  }
+  const auto known = experiment::GroupsOf(opened.cases);
+  throw base::InputError(fmt::format(
+      "{}: has no '{}'{} (its objects are {}; others need an experiment file that lists them: "
+      "--experiment FILE)",
+      opened.common.file.string(), object, base::Suggestion(object, known, "; did you mean '{}'?"),
+      base::Join(known)));
+}
+
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
   if (!a.scene.empty()) {
@@ -45,11 +59,10 @@ void BringIt(const BringArguments& a) {
     changes.set.push_back("scene=" + nlohmann::json(scene).dump());  // which is YAML
   }
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
-  changes.groups = {a.object};
   changes.trials = a.run + 1;
   const auto file = base::FindExperiment(a.experiment);
   const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
-  const experiment::Case& which = opened.cases.back();
+  const experiment::Case& which = LastOf(a.object, opened);
   const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
   experiment::ReplayOptions pictures;
   pictures.folder = a.pictures;
@@ -60,8 +73,10 @@ void BringIt(const BringArguments& a) {
     WriteResult("  " + grasp + "\n");
   }
   if (result.outcome != trial::kHandedOver && result.outcome != bring::kSaidAbsent) {
+    // Without an arrangement nothing was run that could have crashed.
+    const std::string outcome = result.stage == "arrange" ? "" : result.outcome + " ";
     throw base::RunError(
-        fmt::format("the {} was not handed over: {} {}", a.object, result.outcome, result.detail));
+        fmt::format("the {} was not handed over: {}{}", a.object, outcome, result.detail));
   }
 }
 
@@ -217,7 +232,8 @@ void AddLearnCommand(CLI::App& app) {
       ->expected(16);
   AddCloudOptions(*command, *arguments);
   command->footer(
-      "Example: rangegrasp learn mug_1.pcd mug_2.pcd mug_3.pcd -o mug.stl\n"
+      "Example: rangegrasp learn mug_1.pcd mug_2.pcd "
+      "--crop -0.3,-0.3,-0.1,0.3,0.3,0.4 -o mug.stl\n"
       "then:    rangegrasp add-object mug.stl --unit m --surface ceramic --mass 320 --out known");
   command->callback([arguments] { LearnModel(*arguments); });
 }
@@ -300,6 +316,12 @@ std::string Text(const RecognizedCloud& recognized) {
 void RecognizeCloud(const RecognizeArguments& arguments) {
   geometry::Observation observation;
   observation.views.push_back(ReadView(arguments));
+  if (!observation.views.front().image.HasScanOrder()) {
+    spdlog::warn(
+        "{}: the cloud has no scan order: rays that did not return are not known, so poses "
+        "and names are less certain",
+        arguments.cloud);
+  }
   // A library takes seconds to prepare: an error of the cloud is reported before.
   const std::vector<std::filesystem::path> folders(arguments.library.begin(),
                                                    arguments.library.end());

@@ -151,7 +151,10 @@ void AddLostBetween(const geometry::RangeImage& image, std::uint32_t from, std::
   }
 }
 
+/// Adds the lost rays of an image. Without scan order, nothing is known of rays between neighbors
+/// in the file: a NaN is e.g. a point outside a crop.
 void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& rays) {
+  if (!image.HasScanOrder()) return;
   const auto width = static_cast<std::uint32_t>(image.samples);
   for (std::uint32_t i = 0; i < image.points_C.size(); i += width) {
     std::uint32_t last = i + width;  // none yet

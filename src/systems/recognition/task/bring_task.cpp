@@ -150,6 +150,7 @@ BringOptions ReadBringKeys(base::YamlMap& map) {
       "maximum distance between the centers of two views' objects that count as the same");
   trial::ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
+  recognition::RecognitionKeys(map, o.recognition).Finish();
   recognition::ReadLibraryOptions(map, o.library);
   return o;
 }

@@ -50,9 +50,8 @@ struct TaskOptions {
 /// Reads the keys that `task: grasping` does not have.
 TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
   TaskOptions o;
-  auto keys = map.Child("recognition",
-                        "recognition: from perceived objects to known objects and their poses");
   auto& r = o.recognition;
+  auto keys = RecognitionKeys(map, r);
   keys.Read("without_target", o.without_target,
             "remove the scene's target from the library; it must then stay unknown");
   keys.Read(
@@ -62,8 +61,6 @@ TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
                   "maximum position error of a pose that counts as correct");
   keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0,
                   "maximum rotation error of a pose that counts as correct");
-  keys.ReadScaled("tolerance_mm", r.tolerance_m, kMm, 0.5, 20.0,
-                  "maximum distance of explained samples from a model's surface");
   keys.Read("min_score", r.min_score, 0.0, 1.0, "minimum score of a recognized object");
   keys.Read("margin", r.margin, 0.0, 1.0,
             "minimum difference to the score of any other object at the same place");
@@ -424,6 +421,14 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 }
 
 }  // namespace
+
+base::YamlMap RecognitionKeys(base::YamlMap& map, RecognitionOptions& options) {
+  auto keys = map.Child("recognition",
+                        "recognition: from perceived objects to known objects and their poses");
+  keys.ReadScaled("tolerance_mm", options.tolerance_m, kMm, 0.5, 20.0,
+                  "maximum distance of explained samples from a model's surface");
+  return keys;
+}
 
 void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options) {
   auto keys = map.Child("library", "models of the known objects");

@@ -7,11 +7,14 @@
 #include "base/yaml_map.h"
 #include "experiment/task.h"
 #include "recognition/library.h"
+#include "recognition/recognize.h"
 #include "recognition/views/wrist_scanner.h"
 #include "trial/options.h"
 
 namespace rangegrasp::recognition {
 
+/// The keys under `recognition`; reads those that every task with known objects has.
+base::YamlMap RecognitionKeys(base::YamlMap& map, RecognitionOptions& options);
 /// Reads the keys under `library`.
 void ReadLibraryOptions(base::YamlMap& map, LibraryOptions& options);
 /// Adds a hash of the folder's meshes to the stamp's identity.

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -80,14 +81,22 @@ struct CalibrateArguments {
   std::optional<double> step_width_mm;
 };
 
+/// Farther from the sensor than any stripe sensor measures: a wrong unit or column.
+constexpr double kMaxBase_mm = 10000.0;
+
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
   const auto rows = seam::ReadProfileFile(arguments.scans, RowFileOptions()).rows;
   const auto bases = base::CsvTable::Read(arguments.bases);
   const std::size_t base = bases.Column("base_mm");
   std::vector<seam::CalibrationScan> scans;
   for (std::size_t i = 0; i < bases.rows(); ++i) {
-    const double base_m = bases.Number(i, base) / base::kMmPerM;
-    if (i < rows.size()) scans.push_back({{rows[i].profile.height_m, 0.0}, base_m});
+    const double base_mm = bases.Number(i, base);
+    if (std::abs(base_mm) > kMaxBase_mm) {
+      bases.Fail(i, base, fmt::format("must be {:g} to {:g} mm", -kMaxBase_mm, kMaxBase_mm));
+    }
+    if (i < rows.size()) {
+      scans.push_back({{rows[i].profile.height_m, 0.0}, base_mm / base::kMmPerM});
+    }
   }
   if (rows.size() == bases.rows()) return scans;
   throw base::InputError(fmt::format("{}: has the heights of {}, but {} has {}", arguments.bases,
@@ -124,7 +133,8 @@ void Calibrate(const CalibrateArguments& arguments) {
     calibration = seam::CalibrateFromBody(body, scans);
     CheckFit(calibration, body);
   } catch (const base::InputError& error) {
-    throw base::InputError(arguments.scans + ": " + error.what());
+    throw base::InputError(fmt::format("{}: {} (the heights of the body's base are from {})",
+                                       arguments.scans, error.what(), arguments.bases));
   }
   seam::WriteCalibration(calibration, arguments.out);
   spdlog::info(

@@ -204,17 +204,18 @@ constexpr double kClearEvidence = 15.0;
 constexpr double kMinClearShare = 0.25;
 constexpr double kMinWrongShare = 0.8;
 
-// Gathers figures of all profiles that indicate a wrong sign, a wrong unit or a number that stands
-// for a missing value. A tracker that searches in the wrong direction may still report an edge.
+// Gathers figures of all profiles that indicate a wrong sign, a wrong unit, a number that stands
+// for a missing value, or heights instead of camera rows. A tracker that searches in the wrong
+// direction may still report an edge.
 class HeightCheck {
  public:
   HeightCheck(const seam::TrackerOptions& tracker, const seam::ProfileFileOptions& file,
-              const DetectArguments& arguments)
+              const DetectArguments& arguments, const std::optional<seam::Calibration>& calibration)
       : steps_(seam::WithWindowsOfLine(tracker).step_track.steps),
         rising_(tracker.positive_edge),
         away_(file.away),
         image_(seam::IsImageFile(arguments.profiles)),
-        calibrated_(arguments.IsCalibrated()) {}
+        calibration_(calibration) {}
 
   void Take(std::vector<float> height_m) {
     for (const float height : height_m) Count(away_ ? -height : height);  // sign of the file
@@ -234,8 +235,9 @@ class HeightCheck {
     if (wrong > share(kMinClearShare, profiles_) && wrong > share(kMinWrongShare, clear_)) {
       warnings.push_back(WrongDirection());
     }
+    if (calibration_ && heights_ == 0) warnings.push_back(NoRows());
     // Calibrated heights come from camera rows, whose unit is known.
-    if (calibrated_ || !(max_m_ >= min_m_)) return warnings;
+    if (calibration_ || !(max_m_ >= min_m_)) return warnings;
     const double span_m = max_m_ - min_m_;
     if (span_m < kMinSpan_m) {
       warnings.push_back(fmt::format("heights span only {:.2g} mm: is their unit right ({})?",
@@ -278,10 +280,17 @@ class HeightCheck {
         "in {} of {} profiles the largest step {} with the column number, but a {} one is "
         "searched: {}{}",
         wrong_, profiles_, rising_ ? "falls" : "rises", rising_ ? "rising" : "falling",
-        calibrated_ ? "" : sign,
+        calibration_ ? "" : sign,
         rising_ ? "--negative if the high mat is at the small column numbers"
                 : "no --negative (positive_edge: true) if the high mat is at the large column "
                   "numbers");
+  }
+
+  std::string NoRows() const {
+    return fmt::format(
+        "no value lies in the calibration's rows {:.0f} to {:.0f}: are these heights? Then leave "
+        "--calibration out",
+        calibration_->row_min_px, calibration_->row_max_px);
   }
 
   std::string ManyZeros() const {
@@ -294,7 +303,8 @@ class HeightCheck {
 
   seam::LocalStepOptions steps_;
   bool rising_;  // the step that is searched
-  bool away_, image_, calibrated_;
+  bool away_, image_;
+  std::optional<seam::Calibration> calibration_;  // of camera rows
   std::size_t profiles_ = 0;
   std::size_t clear_ = 0;  // profiles with a clear step
   std::size_t wrong_ = 0;  // with one in the wrong direction
@@ -482,7 +492,7 @@ class Detection {
     } catch (const std::invalid_argument& error) {  // options that the line is too coarse for
       throw InputError(error.what());
     }
-    check_.emplace(options_, file_options_, arguments_);
+    check_.emplace(options_, file_options_, arguments_, calibration_);
     if (!arguments_.json && !arguments_.xml) {
       WriteResult(
           "profile,time_s,status,column,x_mm,step_mm,model_fitting,local_weighted_voting,gradient_"

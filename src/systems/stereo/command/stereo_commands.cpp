@@ -295,10 +295,13 @@ CalibrationResult CalibrateInSimulation(const CalibrateArguments& a,
     setup.scanner = cell.scanner;
     setup.camera = sensing::ReadStereoCamera(camera);
   }
-  std::size_t number = 0;
+  int number = 0;
+  cli::ProgressBar bar(0, a.views);
   return CalibrateSimulated(setup, board, [&](const BoardView& view) {
     ++number;
-    if (!a.record.empty()) Write(view, a.record, number);
+    if (!a.record.empty()) Write(view, a.record, static_cast<std::size_t>(number));
+    if (number <= a.views) return bar(number);
+    spdlog::info("view {}: an earlier one is unusable, or all are too similar", number);
   });
 }
 
@@ -373,9 +376,12 @@ HandEyeViews Simulate(const CalibrateArguments& a, const ChessboardOptions& boar
                                .camera = sensing::ReadStereoCamera(camera),
                                .views = a.views,
                                .seed = a.seed};
+  int good = 0;
+  cli::ProgressBar bar(0, a.views);
   auto views = SimulateHandEye(setup, [&](const image::Image& picture) {
     try {
       FindBoardCorners(picture, "a view", board);
+      bar(++good);
       return true;
     } catch (const base::InputError&) {
       return false;
@@ -398,7 +404,12 @@ void CalibrateOnHand(const CalibrateArguments& a) {
   ChessboardOptions board = BoardOf(a);
   board.max_reprojection_px = kMaxReprojection_px;
   const HandEyeViews views = fs::is_directory(a.source) ? Read(a.source) : Simulate(a, board);
-  const HandEyeResult result = Solve(views, board);
+  HandEyeResult result;
+  try {
+    result = Solve(views, board);
+  } catch (const base::InputError& error) {
+    throw base::InputError(a.source + ": " + error.what());
+  }
   const base::Pose X_HS = result.X_HC * views.record.X_SC.inverse();
   sensing::WriteHandEye({X_HS, result.shift_error_m, result.turn_error_rad}, a.out);
   spdlog::info(

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/error.h"
 #include "base/image/image.h"
 #include "base/image/offscreen_context.h"
 #include "base/statistics.h"
@@ -41,6 +42,24 @@ struct Keys {
   fs::path calibration;  ///< of the camera; empty: calibrated before the first trial
 };
 constexpr const char* kKeys = "stereo";
+
+/// Distance of both pictures below which depths mean nothing: with 2,000 px of focal length, a
+/// pixel of disparity at 0.5 m is then 0.1 m of depth.
+constexpr double kMinSideways_m = 0.001;
+
+/// A camera that takes a pair. Another one, e.g. on the hand, would be refused only after its
+/// calibration, by a message without its file.
+sensing::StereoCameraOptions ReadPairCamera(const fs::path& file) {
+  const auto camera = sensing::ReadStereoCamera(file);
+  const base::Pose X_SL = sensing::CameraInHead(camera, camera.left_pan_rad);
+  const base::Pose X_SR = sensing::CameraInHead(camera, camera.right_pan_rad);
+  const double sideways_m = (X_SL.inverse() * X_SR.translation()).x();
+  if (sideways_m >= kMinSideways_m) return camera;
+  throw base::InputError(fmt::format(
+      "{}: its right picture is taken {:.2g} mm to the right of its left one, at least {:g} mm are "
+      "needed for depths: correct ahead_mm or the pan angles, or choose another sensor",
+      file.string(), sideways_m * base::kMmPerM, kMinSideways_m * base::kMmPerM));
+}
 
 // Ground truth of the samples' pixels, for the judge.
 sensing::ScanTruth TruthOf(const sim::World& world, const sensing::StereoTruth& lens,
@@ -252,7 +271,7 @@ std::unique_ptr<StereoSensor> StereoOf(const trial::Cell& cell, const fs::path& 
   const trial::Options& options = cell.options;
   const Keys keys = trial::Of<Keys>(options, kKeys);
   StereoSetup setup;
-  setup.camera = sensing::ReadStereoCamera(camera);
+  setup.camera = ReadPairCamera(camera);
   if (keys.calibration.empty()) {
     const CalibrationSetup calibration{.scene = options.scene,
                                        .camera = setup.camera,

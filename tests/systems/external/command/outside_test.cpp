@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/process/program.h"
+#include "base/words.h"
 #include "cli/command.h"
 #include "experiment/store.h"
 
@@ -83,6 +84,16 @@ TEST_F(OutsideRun, TheExampleInPythonIsUnderstood) {
   EXPECT_THAT(ran.out, HasSubstr("the first object is the target"));
   if (!process::WhyNoSandbox()) {
     EXPECT_THAT(ran.out, HasSubstr("the same answer"));
+  }
+}
+
+TEST_F(OutsideRun, ACheckOfADetectorRefusesTheOptionsOfAFile) {
+  for (const char* option : {"--json", "--quick", "--fix", "--as=scene"}) {
+    const Ran ran = RunProgram({"check", "--detector", "/bin/false", option});
+    EXPECT_EQ(ran.code, 2) << option;
+    EXPECT_EQ(ran.out, "") << option;
+    EXPECT_THAT(ran.err, HasSubstr(base::Split(option, '=').front())) << option;
+    EXPECT_THAT(ran.err, HasSubstr("excludes")) << option;
   }
 }
 

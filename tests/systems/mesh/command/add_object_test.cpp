@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/image/image.h"
 #include "cli/command.h"
 #include "geometry/mesh.h"
 #include "geometry/sample_meshes.h"
@@ -154,7 +155,12 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
   folder_.Write("label.png", "no picture");
-  ExpectRefused("box.off", "is not a PNG file", {"--texture", (folder_ / "label.png").string()});
+  const std::string label = (folder_ / "label.png").string();
+  ExpectRefused("box.off", label + ": is not a PNG image", {"--texture", label});
+  const std::string whole =
+      image::EncodePng(image::Image{64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 90)});
+  folder_.Write("label.png", whole.substr(0, whole.size() / 2));
+  ExpectRefused("box.off", label + ": is not a complete PNG image", {"--texture", label});
 }
 
 TEST_F(AddObjectTest, NamesTheGuessedUnitIfTheMassDoesNotFitTheSize) {

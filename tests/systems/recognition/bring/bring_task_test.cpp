@@ -83,6 +83,17 @@ TEST(BringTask, AMisspeltUseOrKnownObjectIsNamedWithTheNearest) {
   EXPECT_THAT(error("known=[coffee_cup, clener]"), testing::HasSubstr("nearest: 'cleaner'"));
 }
 
+// The noise of a scan is larger than 0.17 of a tolerance of 0.5 mm.
+TEST(BringTask, ATighterToleranceLeavesTheWantedObjectUnknown) {
+  const auto seen = [](const std::string& tolerance_mm) {
+    const auto experiment = Open({"arrangement=single", "objects=[coffee_cup]", "bring.max_looks=1",
+                                  "recognition.tolerance_mm=" + tolerance_mm});
+    return DataOf(experiment.task->Run(experiment.cases[0]))["words"][1];
+  };
+  EXPECT_EQ(seen("3"), "I look, and see the Coffee Cup.");
+  EXPECT_EQ(seen("0.5"), "I look, and see a thing that I do not know.");
+}
+
 TEST(BringTask, ASceneWithoutAWristScannerNeedsOneOnlyForASecondLook) {
   const auto run = [](std::vector<std::string> set) {
     set.insert(set.end(), {"arrangement=single", "scene=../scenes/tabletop.xml"});

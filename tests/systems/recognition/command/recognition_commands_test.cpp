@@ -25,8 +25,18 @@ using testing_support::RunProgram;
 const fs::path kRepository = RANGEGRASP_SOURCE_DIR;
 
 TEST(Bring, AnUnknownObjectNeedsAnExperimentThatListsIt) {
-  testing_support::ExpectRefused({"bring", "--set", "seed=1", "beaker"},
-                                 "others need an experiment file that lists them");
+  testing_support::ExpectRefused(
+      {"bring", "--set", "seed=1", "beaker"},
+      "others need an experiment file that lists them: --experiment FILE");
+}
+
+// No object is as slow as this so soon after its drop.
+TEST(Bring, WithoutAnArrangementTheReasonIsNotACrash) {
+  const auto ran =
+      RunProgram({"bring", "coffee_cup", "--arrangement", "pile", "--set", "clutter.max_draws=1",
+                  "--set", "clutter.rest_speed_mm_s=0.01", "--set", "clutter.settle_limit_s=0.5"});
+  EXPECT_EQ(ran.code, 1) << ran.out;
+  EXPECT_THAT(ran.err, HasSubstr("coffee_cup was not handed over: no arrangement: "));
 }
 
 TEST(Bring, CheckNamesKnownGraspsThatTheHandDoesNotOpenFor) {
@@ -71,7 +81,7 @@ TEST(Scan, TakesEveryExperimentThatArrangesObjects) {
   const auto cloud = geometry::ReadCloud(folder / "scan.pcd");
   EXPECT_GT(cloud.points.size(), 10000u);
   ExpectRefused(scan("seam_base.yaml"),
-                "seam_base.yaml: cannot show a scene of `task: seam`; give an experiment of a task "
+                "seam_base.yaml: has no scene that can be shown (`task: seam`); give an experiment "
                 "that arranges objects");
 }
 
@@ -191,6 +201,26 @@ TEST_F(RecognizeTest, ACloudInMillimetresIsWarnedOf) {
   };
   EXPECT_THAT(run("m"), HasSubstr(cloud + ": the points are 2.0 m apart: try --unit mm"));
   EXPECT_THAT(run("mm"), Not(HasSubstr("--unit")));
+  // The sensor's position is in metres, whatever the cloud's unit is.
+  const std::string far = " m from the cloud: its position (--sensor-origin) must be in metres";
+  EXPECT_THAT(run("m"), Not(HasSubstr(far)));
+  EXPECT_THAT(run("mm"), HasSubstr(far));
+}
+
+TEST_F(RecognizeTest, ACloudWithoutScanOrderIsWarnedOf) {
+  const std::string scanned = Scan(false);
+  const auto cloud = geometry::ReadCloud(scanned);
+  const std::string unordered = folder_ / "plain.ply";
+  geometry::WriteCloud(unordered, {.profiles = cloud.height,
+                                   .samples = cloud.width,
+                                   .points_C = cloud.points,
+                                   .origins_C = {cloud.sensor_origin.value()}});
+  const std::string library = FolderOfACube();
+  const auto run = [&](const std::string& file) {
+    return RunProgram({"recognize", file, "--library", library}).err;
+  };
+  EXPECT_THAT(run(unordered), HasSubstr(unordered + ": the cloud has no scan order"));
+  EXPECT_THAT(run(scanned), Not(HasSubstr("scan order")));
 }
 
 TEST_F(RecognizeTest, TheCloudIsReadBeforeTheLibrary) {

@@ -142,12 +142,18 @@ TEST_F(ExportTest, OneThatWasKilledGoesOnToTheSameFiles) {
   }
 }
 
-TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
+// Empty: there is none.
+std::string PythonWithNumpy() {
   std::string python;
   for (const char* one : {"python3", "/usr/bin/python3"}) {
     if (std::system((std::string(one) + " -c 'import numpy' 2>/dev/null").c_str()) == 0)
       python = one;
   }
+  return python;
+}
+
+TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
+  const std::string python = PythonWithNumpy();
   if (python.empty()) GTEST_SKIP() << "no Python with numpy (Debian: python3-numpy)";
   const std::string command = python + " " + kSource + "/examples/read_data_set.py " +
                               Folder("set") + " > " + Folder("read");
@@ -158,6 +164,18 @@ TEST_F(ExportTest, PythonReadsItWithNumpyAlone) {
                                 cloud["outcome"].get<std::string>() + ", " +
                                 cloud["measured"].dump() + " samples"));
   }
+}
+
+TEST_F(ExportTest, TheReaderNamesTheFoldersOfSeveralSeeds) {
+  const std::string python = PythonWithNumpy();
+  if (python.empty()) GTEST_SKIP() << "no Python with numpy (Debian: python3-numpy)";
+  base::WriteFile(Folder("seeds/seed-5/annotations.json"), "{}");
+  base::WriteFile(Folder("seeds/seed-6/annotations.json"), "{}");
+  const std::string command = python + " " + kSource + "/examples/read_data_set.py " +
+                              Folder("seeds") + " 2> " + Folder("refused");
+  EXPECT_NE(std::system(command.c_str()), 0);
+  EXPECT_EQ(base::ReadFile(Folder("refused")), "no annotations.json in " + Folder("seeds") +
+                                                   "; it has seed-5, seed-6: name one of them\n");
 }
 
 TEST_F(ExportTest, ResultsOfAnotherRunAreNotTouched) {

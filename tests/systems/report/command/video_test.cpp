@@ -127,6 +127,17 @@ TEST_F(VideoTest, OneFilmOfSeveralTrialsHasItsFolderAndLeavesNoPart) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "none"));
 }
 
+TEST_F(VideoTest, TheWaitIsAnnouncedAndTheFileIsNamedAtTheEnd) {
+  const std::string run = StillRun();
+  const std::string file = (folder_ / "film.mp4").string();
+  const Ran ran = WithFfmpeg("cat >/dev/null; for last; do :; done; echo film >\"$last\"\n", [&] {
+    return RunProgram({"trial", run, "dextrose-0000", "--run-detector", "--video", file});
+  });
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, testing::ContainsRegex("drawing the video: about a minute"));
+  EXPECT_THAT(ran.err, testing::EndsWith("info: video in " + file + "\n"));
+}
+
 TEST_F(VideoTest, WithoutFfmpegThePackageIsNamed) {
   const std::string path = getenv("PATH");
   setenv("PATH", folder_.path().c_str(), 1);

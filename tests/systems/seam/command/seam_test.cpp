@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/file.h"
 #include "base/words.h"
 #include "cli/command.h"
 
@@ -173,6 +174,18 @@ TEST_F(SeamTest, AStreamThatIsJoinedInTheMiddleOfARowGoesOn) {
   EXPECT_THAT(Lines(ran.out).back(), StartsWith("4,0.0484,edge,90.0"));
 }
 
+TEST_F(SeamTest, HeightsWithACalibrationAreNamed) {
+  const std::string calibration =
+      folder_.Write("c.yaml",
+                    "columns: 256\nrow_min_px: 2000\nrow_max_px: 3000\nheight_0_m: -0.01\n"
+                    "height_1_m: 0.01\nheight_2_m: 0\nheight_3_m: 0\nheight_4_m: 0\n"
+                    "meters_per_column: 0.0001\nmeters_per_column_per_m: -0.0005\n");
+  const std::string file = folder_.Write("p.csv", Row(120) + Row(120));
+  EXPECT_THAT(Succeeded(RunProgram({"seam", "detect", file, "--calibration", calibration})).err,
+              HasSubstr(file + ": no value lies in the calibration's rows 2000 to 3000: are these "
+                               "heights? Then leave --calibration out"));
+}
+
 // Rows 0 to 100 are heights from -20 to 0 mm. At -15 mm a column is 7.5 % wider.
 TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
   const std::string calibration =
@@ -196,6 +209,7 @@ TEST_F(SeamTest, XAndPacketsTakeTheHeightFromTheCalibration) {
     return RunProgram(arguments);
   };
   const Ran json = Succeeded(with("--json"));
+  EXPECT_THAT(json.err, testing::Not(HasSubstr("no value lies")));
   const auto reading = nlohmann::json::parse(Lines(json.out).back());
   EXPECT_EQ(reading["column"], 200.0);
   EXPECT_NEAR(reading["x_m"], wanted_m, 2e-3 * wanted_m);  // either side of the 0.4 mm step
@@ -499,6 +513,16 @@ TEST_F(SeamTest, ACalibrationFromScansOfTheBodyIsTheSensors) {
   ExpectRefused(
       {"seam", "calibrate", File("body.csv"), "--bases", File("bad.csv"), "-o", File("d")},
       "bad.csv:2: column 'base_mm': 'low'");
+  folder_.Write("far.csv", "scan,base_mm\n1,0\n2,-1e308\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("far.csv"), "-o", File("d")},
+      "far.csv:3: column 'base_mm': '-1e308' must be -10000 to 10000 mm");
+  std::vector<std::string> swapped = Lines(base::ReadFile(File("body.bases.csv")));
+  std::swap(swapped.at(1), swapped.at(3));
+  folder_.Write("swapped.csv", base::Join(swapped, "\n") + "\n");
+  ExpectRefused(
+      {"seam", "calibrate", File("body.csv"), "--bases", File("swapped.csv"), "-o", File("d")},
+      "(the heights of the body's base are from " + File("swapped.csv") + ")");
   ExpectRefused({"seam", "calibrate", File("body.csv"), "--bases", File("body.bases.csv"),
                  "--step-heights-mm", "0,4,9", "-o", File("d")},
                 "body.csv: ");

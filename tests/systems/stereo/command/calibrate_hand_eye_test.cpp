@@ -53,6 +53,7 @@ TEST(CalibrateHandEye, OfASimulatedArmFindsTheHeadAndItsRecordDoesAgain) {
       {"calibrate-hand-eye", (folder / "views").string(), "-o", (folder / "c.yaml").string()});
   EXPECT_EQ(hidden.code, 2);
   EXPECT_THAT(hidden.err, HasSubstr("view_03.png: no chessboard with 9 x 6 inner corners"));
+  EXPECT_THAT(hidden.err, HasSubstr((folder / "views").string() + ": "));
   image::WritePng(folder / "views" / "view_03.png",
                   image::Image{80, 60, std::vector<std::uint8_t>(3 * 80 * 60, 90)});
   const auto small = RunProgram(

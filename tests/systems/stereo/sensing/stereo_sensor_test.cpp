@@ -189,6 +189,13 @@ TEST(SensorFiles, OfBothAreNamedInItsFile) {
   EXPECT_THAT(testing_support::ErrorOf([&] { ReadBoth(file); }), HasSubstr("stereo"));
 }
 
+// Before its calibration, which takes seconds.
+TEST(SensorFiles, ACameraThatTakesNoPairIsNamed) {
+  const std::string file = RANGEGRASP_SOURCE_DIR "/models/sensors/wrist_camera.yaml";
+  EXPECT_THAT(testing_support::ErrorOf([&] { StereoOf(TheLook().cell, file); }),
+              HasSubstr(file + ": its right picture is taken"));
+}
+
 constexpr double kStep_m = 0.004;
 constexpr int kSide = 60;
 
