@@ -122,9 +122,6 @@ constexpr double kCarrySettle_s = 0.10;
 // The drives feel a contact if a joint lags its command by this much; free motions lag by at most
 // 0.003 rad. The wrist's drives then push with about 20 N at the hand.
 constexpr double kFelt_rad = 0.005;
-// Force that fingertips feel on their way down. Below it, loose objects slide or a joint lags by a
-// third of the above.
-constexpr double kMet_N = 2.0;
 // A change of the force on the resting hand, as the drives feel it, that counts as a pull. A
 // swinging object changes it by less than 1 N. With a larger value a gentle person pulls in vain;
 // with a smaller one the stiction of real gears matters.
@@ -176,21 +173,20 @@ class Execution {
 
   ExecutionLog Run() {
     Grasp();
-    if (!Over()) Lift();
+    if (!blocked_) Lift();
     if (GoesOn(log_.held_after_lift, log_.aperture.feels_object_after_lift)) Carry();
     if (GoesOn(log_.held_after_carry, log_.aperture.feels_object_after_carry)) {
       program_.user ? HandOver() : Deliver();
     }
     if (ByAperture() && holding_) LetGo();
     Finish();
-    Moment(log_.met_W.empty() ? "end" : "withdrawn");
+    Moment("end");
     return log_;
   }
 
  private:
   bool ByAperture() const { return program_.ends_by == EndsBy::kAperture; }
-  bool Over() const { return blocked_ || !log_.met_W.empty(); }
-  bool GoesOn(bool held, bool felt) const { return !Over() && (ByAperture() ? felt : held); }
+  bool GoesOn(bool held, bool felt) const { return !blocked_ && (ByAperture() ? felt : held); }
 
   void Grasp() {
     controller_.Preshape(program_.opening_m);
@@ -199,8 +195,9 @@ class Execution {
     if (blocked_) return;
     for (double t = 0.0; !controller_.Preshaped() && t < kPreshapeLimit_s; t += Period()) Tick();
     stage_ = "approach";
-    Approach();
-    if (Over()) return;
+    if (!Follow(program_.approach, Motion::kGuarded)) {
+      log_.stopped_by_contact.emplace_back("approach");
+    }
     Wait(kApproachSettle_s);
     Moment("pregrasp");
     log_.tracking_error_m = (HandNow() - HandAt(command_.position)).norm();
@@ -215,29 +212,6 @@ class Execution {
     up_O_ = world_.ObjectPose(target_).linear().row(2);
     center_before_ = world_.ObjectCenterOfMass(target_);
     holding_ = true;
-  }
-
-  void Approach() {
-    if (program_.approach.positions.empty()) return;
-    const Vector3d goal_W = HandAt(program_.approach.positions.back());
-    const double start_s = world_.time_s();
-    const bool came = Follow(program_.approach, Motion::kGuarded, [&] {
-      if ((HandNow() - goal_W).norm() <= program_.withdraw_m) return false;
-      log_.met_W = controller_.PressedPads(kMet_N);
-      return !log_.met_W.empty();
-    });
-    if (!came) log_.stopped_by_contact.emplace_back("approach");
-    if (!log_.met_W.empty()) GoBackUp(world_.time_s() - start_s);
-  }
-
-  // Goes back over the part of the approach that was done in a time.
-  void GoBackUp(double time_s) {
-    const base::JointTrajectory& way = program_.approach;
-    base::JointTrajectory back{way.period_s, {internal::CommandAt(way, time_s).position}};
-    for (auto i = static_cast<std::size_t>(time_s / way.period_s) + 1; i > 0; --i) {
-      if (i <= way.positions.size()) back.positions.push_back(way.positions[i - 1]);
-    }
-    FollowToTheEnd(back, "withdrawal", Motion::kPushing);
   }
 
   // The hand may hold another object than its target; the figures are about the held one.
@@ -413,9 +387,8 @@ class Execution {
   // By Motion.
   static constexpr double kLimit_rad[] = {kBlocked_rad, kBlocked_rad, kStuck_rad, kFelt_rad};
 
-  // @return false if the drives felt an obstacle, or if `stops` asked for a stop.
-  bool Follow(const base::JointTrajectory& trajectory, Motion motion,
-              const std::function<bool()>& stops = {}) {
+  // @return false if the drives felt an obstacle.
+  bool Follow(const base::JointTrajectory& trajectory, Motion motion) {
     if (trajectory.positions.empty()) return true;
     const bool rejoins = motion == Motion::kRejoining;
     const bool moves_freely = rejoins || motion == Motion::kFree;
@@ -434,7 +407,7 @@ class Execution {
         log_.lags_rad = log_.lags_rad.cwiseMax(lags_rad);
       }
       if (motion == Motion::kPushing) log_.lift_lag_rad = std::max(log_.lift_lag_rad, lag_rad);
-      if (lag_rad > kLimit_rad[static_cast<int>(motion)] || (stops && stops())) {
+      if (lag_rad > kLimit_rad[static_cast<int>(motion)]) {
         command_.velocity.setZero();
         return false;
       }

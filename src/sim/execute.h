@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,9 +35,6 @@ struct GraspProgram {
   double opening_m = 0.1;  ///< gap between the pads before closing
   bool firm = false;       ///< starts with the maximum grip force
   EndsBy ends_by = EndsBy::kTruth;
-  /// If a fingertip touches something with more than this left of the approach, the hand withdraws:
-  /// the plan did not expect an obstacle there. Infinite: it closes where it is.
-  double withdraw_m = std::numeric_limits<double>::infinity();
 };
 
 /// Options of the hand's control. Forces act between thumb and fingers. The prosthesis grips with
@@ -156,9 +152,8 @@ struct ExecutionLog {
   Eigen::VectorXd lags_rad;
   double tracking_error_m = 0.0;  ///< distance of the hand from its commanded place before closing
   /// Motions that ended early because the drives felt an obstacle: "approach" and "lower", which
-  /// may touch, and "reach", "withdrawal", "lift" (stuck), "carry", "retreat", which end the grasp.
+  /// may touch, and "reach", "lift" (stuck), "carry", "retreat", which end the grasp.
   std::vector<std::string> stopped_by_contact;
-  std::vector<Eigen::Vector3d> met_W;  ///< points where fingertips pressed when the hand withdrew
   /// Joints of the arm that came within 0.5 deg (slides: 5 mm) of an end of their range, or whose
   /// drives spent time at their limits.
   std::vector<std::string> joints_at_limits;
@@ -181,7 +176,7 @@ struct ExecutionState {
 
 /// Called at named moments ("pregrasp", "closed", "lifted", "delivered": lowered, but still closed,
 /// "waits", "pulled", "taken" of a handover, "end") and, if frame_period_s > 0, at that period
-/// ("frame"). After the loss of its target there is only "end", after a withdrawal "withdrawn".
+/// ("frame"). After the loss of its target there is only "end".
 struct ExecutionObserver {
   std::function<void(const std::string& moment, World& world)> on_moment;
   /// Called before each on_moment.
@@ -204,14 +199,14 @@ MoveLog MoveArm(World& world, const base::JointTrajectory& trajectory);
 /// Runs a grasp program by servos and motor alone: only contact forces act between hand and object.
 /// The hand takes its pre-shape during the reach, closes, rests after the lift (for the audit),
 /// carries, lowers, opens, and retreats. Then the world steps until the target rests, for at most 3
-/// s. Approach and lowering stop when the drives feel an obstacle; if fingertips met it early, the
-/// hand withdraws and the program ends. The lift pushes neighbors until it is stuck, and the arm
-/// yields to a hand that closes against something. The program ends early if the target is not held
-/// after the lift or is lost on the way, or if another motion meets an obstacle. With
-/// EndsBy::kAperture, the target becomes the object that the closed hand presses hardest (the given
-/// one if there is none), and the program goes on until the hand's joints show that it holds
-/// nothing; the hand ends open. The arm should be at the first sample of `reach`. The result
-/// depends only on the world's state and the arguments.
+/// s. Approach and lowering stop when the drives feel an obstacle; the hand then closes or opens
+/// where it is. The lift pushes neighbors until it is stuck, and the arm yields to a hand that
+/// closes against something. The program ends early if the target is not held after the lift or is
+/// lost on the way, or if another motion meets an obstacle. With EndsBy::kAperture, the target
+/// becomes the object that the closed hand presses hardest (the given one if there is none), and
+/// the program goes on until the hand's joints show that it holds nothing; the hand ends open. The
+/// arm should be at the first sample of `reach`. The result depends only on the world's state and
+/// the arguments.
 /// @param rng  for the slip sensors' noise
 /// @throws base::InputError if the scene lacks a tuple, body or site that it needs;
 /// std::invalid_argument if `target` is not in the world.

@@ -138,10 +138,6 @@ const std::vector<MethodValue>& MethodValues() {
          o.perception.segment.method =
              improved ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
        }},
-      {{"max_approaches", "the published hand closes at its first contact", "3", "1"},
-       [](bool improved, Options& o) {
-         o.max_approaches = improved ? Options().max_approaches : 1;
-       }},
       {{"grasp.score", "ranks grasps by the predicted probability of delivery", "learned", "rules"},
        [](bool improved, Options& o) {
          o.score = improved ? Options().score : grasp::ScoreKind::kRules;
@@ -303,10 +299,6 @@ Options ReadOptions(YamlMap& map, std::uint64_t seed) {
   map.Read("trials_per_object", o.trials_per_object, 1, 100000, "number of trials of each object");
   map.Read("max_plans", o.max_plans, 1, 200,
            "maximum number of grasps for which motions are planned before the trial is given up");
-  map.Read("max_approaches", o.max_approaches, 1, 20,
-           "maximum number of approaches of the hand, if it makes contact too early");
-  map.ReadScaled("early_mm", o.early_m, kMm, 1.0, 100.0,
-                 "remaining length of the approach above which a contact is too early");
   map.ReadScaled("workspace_margin_mm", o.workspace_margin_m, kMm, 50.0, 1000.0,
                  "points further outside the workspace than this are ignored");
   map.ReadScaled("min_tipping_deg", o.min_tipping_rad, kDeg, 0.0, 45.0,

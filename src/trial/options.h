@@ -83,9 +83,6 @@ struct Options : grasp::DetectorOptions, grasp::MoverOptions {
   /// 6.6 deg.
   double min_tipping_rad = 10.0 * base::kDeg;
   bool as_drawn = false;  ///< an open vessel upside down is a different object
-  /// In the last approach the hand closes where it is. With 1 it always does.
-  int max_approaches = 3;
-  double early_m = 0.006;  ///< a smaller distance is within the error of perception
 
   bool color = false;
   std::uint64_t seed = 1;  ///< of the experiment; for what is drawn once, before all trials

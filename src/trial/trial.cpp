@@ -10,7 +10,6 @@
 
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "grasp/surface.h"
 #include "robot/timing.h"
 #include "sim/world.h"
 #include "trial/options.h"
@@ -23,9 +22,6 @@ using experiment::Case;
 using experiment::Result;
 using experiment::Stamp;
 using nlohmann::ordered_json;
-
-/// Size of the obstacle at a contact of a fingertip: the width of a finger.
-constexpr double kMet_m = 0.016;
 
 ordered_json JsonOf(const sim::Audit& a) {
   return {{"penetration_p95_m", a.penetration_p95_m},
@@ -263,35 +259,17 @@ class AttemptRun {
     return std::move(around.sensed);
   }
 
-  // Plans and executes grasps. A place where the hand hit something is tried again only if no other
-  // grasp is left.
   void Move() {
     base::Rng rng = Stream("plan");
-    base::Rng noise = Stream("execute");
-    grasp::Detection known = result_.detected.detection;
-    Eigen::VectorXd q = q_start_;
-    before_W_ = CentersOf(world_);
-    for (bool last = false; !last;) {
-      const auto approach = static_cast<int>(result_.executed.size()) + 1;
-      last = approach >= cell_.options.max_approaches;
-      Begin("plan");
-      grasp::Move move = cell_.mover->Plan(known, q, rng);
-      if (!move.plan && approach > 1) {
-        move = cell_.mover->Plan(result_.detected.detection, q, rng);
-        last = true;
-      }
-      Timed("plan");
-      result_.plans += move.tried;
-      result_.blind = move.blind;
-      result_.brushes = move.brushes;
-      if (!move.plan) return End(Outcome::kNoPath, move.failures);
-      result_.executed.push_back(move.grasp);
-      Execute(*move.plan, known.grasps[move.grasp], noise, last);
-      const auto& met_W = result_.log->met_W;
-      if (met_W.empty() || !result_.log->audit.failed.empty()) return;
-      known.obstacles.measured_C.push_back(grasp::SpeckMesh(met_W, kMet_m));
-      q = world_.ArmPositions();
-    }
+    Begin("plan");
+    const grasp::Move move = cell_.mover->Plan(result_.detected.detection, q_start_, rng);
+    Timed("plan");
+    result_.plans = move.tried;
+    result_.blind = move.blind;
+    result_.brushes = move.brushes;
+    if (!move.plan) return End(Outcome::kNoPath, move.failures);
+    result_.executed = move.grasp;
+    Execute(*move.plan, result_.detected.detection.grasps[move.grasp]);
   }
 
   // Detects, and keeps the detection unless one from fewer views has a better best grasp.
@@ -350,25 +328,25 @@ class AttemptRun {
     return false;
   }
 
-  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp, base::Rng& rng,
-               bool last) {
+  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp) {
+    base::Rng rng = Stream("execute");
+    const std::vector<Eigen::Vector3d> before_W = CentersOf(world_);
     Begin("execute");
     result_.grasp = grasp;
     const grasp::GraspSelector* selector = grasp::FindGraspSelector(cell_.options.take);
     const bool firm =
         (selector && selector->firm) || grasp.contact_angle_rad > cell_.options.firm_from_rad;
-    sim::GraspProgram program{
+    const sim::GraspProgram program{
         plan.reach,    plan.approach,
         plan.lift,     plan.carry,
         plan.lower,    plan.retreat,
         options_.user, grasp.opening_m,
         firm,          options_.target ? sim::EndsBy::kTruth : sim::EndsBy::kAperture};
-    if (!last) program.withdraw_m = cell_.options.early_m;
     result_.log = sim::Execute(world_, *result_.target, program, cell_.options.hand,
                                cell_.options.audit, rng, options_.observer);
     Timed("execute");
     Begin("score");
-    result_.others = JudgeOthers(before_W_, world_, *result_.target);
+    result_.others = JudgeOthers(before_W, world_, *result_.target);
     const Outcome outcome = JudgeExecution(*result_.log);
     End(outcome, outcome == Outcome::kDelivered ? "" : WhyOf(*result_.log));
   }
@@ -380,7 +358,6 @@ class AttemptRun {
   Eigen::VectorXd q_start_;                ///< the arm's position before planning
   std::size_t considered_views_ = 0;       ///< number of views at the last detection
   std::size_t detected_views_ = 0;         ///< number of views of the kept detection
-  std::vector<Eigen::Vector3d> before_W_;  ///< the objects' centers before anything moves
   std::optional<Ended> undetected_;        ///< outcome by the strict verdict, if it continues
   Attempt result_;
 };
@@ -499,7 +476,6 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"candidates", detection.grasps.size()},
       {"free_candidates", FreeGrasps(detection)},
       {"plans", attempt.plans},
-      {"approaches", attempt.executed.size()},
       {"blind", attempt.blind},
       {"brushes", attempt.brushes},
       {"grasp_type", attempt.grasp ? std::string(base::Word(attempt.grasp->type)) : std::string()},

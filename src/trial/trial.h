@@ -101,10 +101,8 @@ struct Attempt {
   int plans = 0;                                   ///< grasps that the mover tried to plan
   bool blind = false;                              ///< grasp::Move
   bool brushes = false;                            ///< grasp::Move
-  std::optional<grasp::DetectedGrasp> grasp = {};  ///< the last grasp that was executed
-  /// The grasp of each approach, by its position in the detection's grasps. All approaches but the
-  /// last hit something and withdrew.
-  std::vector<std::size_t> executed = {};
+  std::optional<grasp::DetectedGrasp> grasp = {};  ///< the grasp that was executed
+  std::optional<std::size_t> executed = {};  ///< its position in the detection's grasps
   std::optional<sim::ExecutionLog> log = {};
   OthersVerdict others = {};
   std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage
@@ -158,7 +156,7 @@ class SceneTask : public experiment::Task {
 /// Runs one trial from arrangement to judgment (docs/architecture.md). Failures are outcomes, not
 /// exceptions. The result's data: pose_class, friction (static, glove on target), redraws,
 /// redraw_reasons (count of each), scene_objects, touching (objects that the target touches),
-/// scan_points, object_points, segments, objects, candidates, free_candidates, plans, approaches,
+/// scan_points, object_points, segments, objects, candidates, free_candidates, plans,
 /// blind, brushes, grasp_type, detected, text (detected, outcome, detail; TextVerdict),
 /// others_moved (by more than 5 mm), others_left_table, others_brought (to the delivery place), log
 /// (the simulation's measurements, with the audit).

@@ -85,7 +85,7 @@ TEST(RunAttempt, AHandThatNeverMovedMadeNoApproach) {
   const Attempt attempt = RunAttempt(cell, arranged->world, options);
   EXPECT_EQ(attempt.outcome, Outcome::kNoPath) << attempt.detail;
   EXPECT_GT(attempt.plans, 0);
-  EXPECT_TRUE(attempt.executed.empty());
+  EXPECT_FALSE(attempt.executed);
 }
 
 // The published mesh joins touching objects (section 5.1.2): "considered as one object. A grasp

@@ -402,17 +402,6 @@ double HandController::FeltForce() const {
   return std::min(reading.thumb_N, reading.fingers_N);
 }
 
-std::vector<Eigen::Vector3d> HandController::PressedPads(double least_N) const {
-  const mjModel* model = world_->model();
-  const mjData* data = world_->data();
-  std::vector<Eigen::Vector3d> pads_W;
-  for (const int sensor : hand_->touch_sensors()) {
-    if (data->sensordata[model->sensor_adr[sensor]] <= least_N) continue;
-    pads_W.push_back(Vec3(data->site_xpos + 3 * model->sensor_objid[sensor]));
-  }
-  return pads_W;
-}
-
 void HandController::RatchetJoints() {
   mjModel* model = world_->model();
   for (const int joint : joints_) {

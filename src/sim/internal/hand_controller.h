@@ -169,7 +169,6 @@ class HandController {
   double force_N() const { return control_.force_N(); }  ///< commanded
   double strongest_N() const { return drive_.max_force_N; }
   double FeltForce() const;  ///< on the pads of the less loaded side [N]
-  std::vector<Eigen::Vector3d> PressedPads(double least_N) const;  ///< points in W
   int slips_heard() const { return control_.slips_heard(); }
 
  private:

@@ -94,8 +94,8 @@ int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
 ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   const grasp::Detection& detection = attempt.detected.detection;
   const auto outcome_of = [&](std::size_t grasp) -> ordered_json {
-    if (std::ranges::find(attempt.executed, grasp) == attempt.executed.end()) return nullptr;
-    return grasp == attempt.executed.back() ? base::Word(attempt.outcome) : "withdrawn";
+    if (attempt.executed != grasp) return nullptr;
+    return base::Word(attempt.outcome);
   };
   ordered_json grasps = ordered_json::array();
   for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
