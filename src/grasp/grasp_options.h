@@ -59,7 +59,8 @@ struct PlacingOptions {
   /// touches a wide object's edge before its tip touches the side.
   std::array<double, 3> back_offs_m{0.006, 0.012, 0.018};
   std::array<double, 3> lifts_m{0.0, 0.002, 0.004};  ///< tried if it grazes: fields are sampled
-  /// A hand that came down to contact goes up in these steps until it is free (section 5.2): 60 mm.
+  /// A hand that came down to contact goes up in these steps until it is free of its object and of
+  /// the table (section 5.2): 60 mm.
   double contact_step_m = 0.002;
   int contact_steps = 30;
 };

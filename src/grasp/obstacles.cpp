@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 using geometry::KdTree;
 using geometry::Observation;
 using geometry::Points;
+using geometry::Select;
 using geometry::TriangleMesh;
 using perception::Scene;
 
@@ -30,7 +31,12 @@ Points LeftoverPoints(const Scene& scene) {
   for (const auto& object : scene.objects) {
     for (const auto i : object.points) leftover[scene.source[i]] = false;
   }
-  return geometry::Select(scene.points_C, geometry::PositionsOf(leftover));
+  return Select(scene.points_C, geometry::PositionsOf(leftover));
+}
+
+double GapOf(const Scene& scene) {
+  if (scene.sampling.gap_m > 0.0) return scene.sampling.gap_m;
+  return perception::MeasureSampling(scene.cloud.points, {}).gap_m;  // lengths are not adapted
 }
 
 /// Drops the points that are next to an object's points, as seen from a sensor.
@@ -69,7 +75,7 @@ Points Outermost(const Points& points) {
         std::ranges::max_element(points, {}, [&](const Vector3d& p) { return p.dot(direction); });
     found.insert(static_cast<std::size_t>(furthest - points.begin()));
   }
-  return geometry::Select(points, geometry::Indices(found.begin(), found.end()));
+  return Select(points, geometry::Indices(found.begin(), found.end()));
 }
 
 TriangleMesh HullAbout(const Points& points, double edge_m) {
@@ -169,9 +175,10 @@ constexpr double kCell_m = 0.010;
 Obstacles ObstaclesOf(const Scene& scene, std::size_t target, const geometry::Points& places_C,
                       const ObstacleOptions& options) {
   Obstacles obstacles;
-  const double gap_m = scene.sampling.gap_m;
-  if (options.leftovers && gap_m > 0.0) {
-    Points leftover = LeftoverPoints(scene);
+  Points leftover =
+      options.leftovers ? LeftoverPoints(scene) : Select(scene.cloud.points, scene.container);
+  const double gap_m = leftover.empty() ? 0.0 : GapOf(scene);
+  if (gap_m > 0.0) {
     DropMixed(scene, places_C, options.mixed_gaps * gap_m, leftover);
     const double link_m = options.link_gaps * gap_m;
     const Points& target_C = scene.objects[target].completed_C;

@@ -310,6 +310,7 @@ struct FeatureAdditions {   // with the reason if the rows below do not give it
   bool ridge_tops = true;   ///< planes that touch a lying cylinder all have about as many points
   bool higher_tops = true;  ///< a container's floor or a shoulder can have more points than the rim
   bool slab_tops = true;
+  bool level_tops = true;      ///< planes through stray points of a steep face lean like it
   bool rectangle_axes = true;  ///< a partial view turns the axes of the covariance
   bool arc_rule = true;        ///< short arcs fit any curve
   bool bridged_rims = true;    ///< lost points leave gaps
@@ -328,13 +329,14 @@ struct FeatureAdditions {   // with the reason if the rows below do not give it
   bool drop_needles = true;      ///< needles are mixed points along one ray
   bool open_strays = true;  ///< mixed points hang between a container's near rim and its far wall
 };
-constexpr std::array<base::Addition<FeatureAdditions>, 19> AdditionsOf(const FeatureAdditions*) {
+constexpr std::array<base::Addition<FeatureAdditions>, 20> AdditionsOf(const FeatureAdditions*) {
   using A = FeatureAdditions;
   return {{
       {"ridge_tops", &A::ridge_tops, "accept the ridge of a lying cylinder or of a roof as top"},
       {"higher_tops", &A::higher_tops,
        "use a plane above the largest one as top if it has top_plane_share of its points"},
       {"slab_tops", &A::slab_tops, "use the highest points as top if no plane has enough points"},
+      {"level_tops", &A::level_tops, "a top leans at most 45 deg from the table"},
       {"rectangle_axes", &A::rectangle_axes,
        "principal axis of a top from its minimum-area rectangle; off: from its covariance"},
       {"arc_rule", &A::arc_rule,

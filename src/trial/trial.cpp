@@ -355,10 +355,10 @@ class AttemptRun {
   sim::World& world_;
   const AttemptOptions& options_;
   base::Stopwatch watch_;
-  Eigen::VectorXd q_start_;                ///< the arm's position before planning
-  std::size_t considered_views_ = 0;       ///< number of views at the last detection
-  std::size_t detected_views_ = 0;         ///< number of views of the kept detection
-  std::optional<Ended> undetected_;        ///< outcome by the strict verdict, if it continues
+  Eigen::VectorXd q_start_;           ///< the arm's position before planning
+  std::size_t considered_views_ = 0;  ///< number of views at the last detection
+  std::size_t detected_views_ = 0;    ///< number of views of the kept detection
+  std::optional<Ended> undetected_;   ///< outcome by the strict verdict, if it continues
   Attempt result_;
 };
 

@@ -102,7 +102,7 @@ struct Attempt {
   bool blind = false;                              ///< grasp::Move
   bool brushes = false;                            ///< grasp::Move
   std::optional<grasp::DetectedGrasp> grasp = {};  ///< the grasp that was executed
-  std::optional<std::size_t> executed = {};  ///< its position in the detection's grasps
+  std::optional<std::size_t> executed = {};        ///< its position in the detection's grasps
   std::optional<sim::ExecutionLog> log = {};
   OthersVerdict others = {};
   std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage

@@ -62,6 +62,25 @@ TEST(SlabTops, AloneGiveASteepRoofATop) {
   EXPECT_GT(top->center_C.z(), 0.045);
 }
 
+// On a face of 60 deg, noise turns some normals up. As published their plane is a top.
+TEST(LevelTops, AloneRefuseThePlaneOfAFaceOfWhichSomePointsSeemToFaceUp) {
+  Analytic roof;
+  const Vector3d slope(0.0, std::cos(base::Deg(60.0)), -std::sin(base::Deg(60.0)));
+  for (int i = 0; i < 60; ++i) {
+    for (int k = 0; k < 25; ++k) {
+      const double seems_rad = base::Deg((i + k) % 3 == 0 ? 40.0 : 60.0);
+      roof.Add(Vector3d(0.002 * i, 0.0, 0.052) + 0.002 * k * slope,
+               Vector3d(0.0, std::sin(seems_rad), std::cos(seems_rad)));
+    }
+  }
+  base::Rng rng(1);
+  const auto top = FindTopSurface(Given(roof.cloud, AsPublished()).Context(), All(roof.cloud), rng);
+  ASSERT_TRUE(top);
+  EXPECT_NEAR(top->plane.normal.z(), std::cos(base::Deg(60.0)), 1e-6);
+  const Given level(roof.cloud, With(&FeatureAdditions::level_tops));
+  EXPECT_FALSE(FindTopSurface(level.Context(), All(roof.cloud), rng));
+}
+
 // Only an L-shaped part of a rectangle is seen. The minimum-area rectangle keeps the sides; the
 // axes of the covariance turn towards the seen part.
 TEST(RectangleAxes, AloneKeepTheSidesOfATopThatIsSeenInPart) {

@@ -137,7 +137,11 @@ bool IsFree(const HandCollider& collider, const Task& task, Candidate& candidate
     }
     if (collider.HitsObstacle(X_CH, candidate.states.held)) return false;
     const auto opening = FreeOpening(collider, X_CH, candidate.states);
-    if (!opening) continue;
+    if (!opening) {
+      // Down to its own object; the others are checked there (section 5.2).
+      if (candidate.to_contact && !collider.HitsOwn(X_CH, candidate.states.narrow)) return false;
+      continue;
+    }
     candidate.grasp.opening_m = task.hand.states[*opening].gap_m;
     candidate.grasp.X_CH = X_CH;
     candidate.grasp.X_CG.translation() -= lift * approach;

@@ -151,22 +151,23 @@ Indices Near(const PointCloud& cloud, const Indices& points, const Plane& plane,
                [&](auto i) { return std::abs(plane.Distance(cloud.points[i])) <= distance_m; });
 }
 
-/// Eq. 5.5 among planes within the angle of the table; refitted.
+/// Eq. 5.5, refitted.
 std::optional<Plane> FullestPlane(const ObjectContext& context, const Indices& candidates,
                                   base::Rng& rng) {
   if (candidates.size() < kMinCorners) return std::nullopt;
   const auto& [cloud, table, views, options] = context;
   const double distance_m = options.top.plane_distance_m;
   const double min_cosine = std::cos(options.top.normal_angle_rad);
-  const auto is_level = [&](const std::optional<Plane>& plane) {
-    return plane && std::abs(plane->normal.dot(table.normal)) >= min_cosine;
+  const auto may_be = [&](const std::optional<Plane>& plane) {
+    return plane &&
+           (!options.level_tops || std::abs(plane->normal.dot(table.normal)) >= min_cosine);
   };
   const auto draw = [&] {
     const auto a = candidates[rng.Index(candidates.size())];
     const auto b = candidates[rng.Index(candidates.size())];
     const auto c = candidates[rng.Index(candidates.size())];
     const auto plane = geometry::PlaneThrough(cloud.points[a], cloud.points[b], cloud.points[c]);
-    return is_level(plane) ? plane : std::nullopt;
+    return may_be(plane) ? plane : std::nullopt;
   };
   const auto is_near = [&](const Plane& plane, std::uint32_t i) {
     return std::abs(plane.Distance(cloud.points[i])) <= distance_m;
@@ -175,7 +176,7 @@ std::optional<Plane> FullestPlane(const ObjectContext& context, const Indices& c
   if (!best) return std::nullopt;
   const auto refit =
       geometry::FitPlane(Select(cloud.points, Near(cloud, candidates, *best, distance_m)));
-  if (is_level(refit) && Near(cloud, candidates, *refit, distance_m).size() >= count) best = refit;
+  if (may_be(refit) && Near(cloud, candidates, *refit, distance_m).size() >= count) best = refit;
   return geometry::TurnedLike(table, *best);
 }
 

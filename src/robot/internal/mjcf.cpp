@@ -198,13 +198,11 @@ double TouchingFraction(const Mjcf& mjcf, const Parts& parts) {
   return low;
 }
 
-/// Midway between the thumb's tip and the middle of the others. The dissertation's center of
-/// gravity of three tips would lie a sixth of the opening nearer to the fingers.
+/// The tips' center of gravity (section 5.3).
 Vector3d TipCenter_W(const Mjcf& mjcf, const std::vector<int>& sites) {
-  const auto at = [&](int site) { return mjcf::Vec3(mjcf.data().site_xpos + 3 * site); };
-  Vector3d fingers = Vector3d::Zero();
-  for (std::size_t i = 1; i < sites.size(); ++i) fingers += at(sites[i]);
-  return 0.5 * (at(sites.front()) + fingers / static_cast<double>(sites.size() - 1));
+  Vector3d sum = Vector3d::Zero();
+  for (const int site : sites) sum += mjcf::Vec3(mjcf.data().site_xpos + 3 * site);
+  return sum / static_cast<double>(sites.size());
 }
 
 HandModel::State StateNow(const Mjcf& mjcf, const Parts& parts, const Pads& pads) {
