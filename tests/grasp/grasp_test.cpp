@@ -153,6 +153,22 @@ TEST(PlanGrasps, AsPublishedPutsTheToolCentreOverTheTopsCentre) {
   EXPECT_GE(grasps[0].score, grasps[1].score);
 }
 
+// "Shifted down to a possible collision with the grasping object", then checked against the others
+// (section 5.2): the hand does not go up to where lower neighbors are free.
+TEST(PlanGrasps, AsPublishedCollidesWithNeighborsBesideItsObject) {
+  SceneBuilder builder;
+  builder.AddBox({0.115, 0.06, 0.115}, At(0.0, 0.0, 0.0));
+  const auto alone = Plan(builder, false);
+  ASSERT_FALSE(alone.empty());
+  EXPECT_FALSE(alone.front().collides);
+  for (const double side : {1.0, -1.0}) {
+    builder.AddBox({0.115, 0.06, 0.10}, At(0.0, side * 0.07, 0.0));
+  }
+  const auto between = Plan(builder, false);
+  ASSERT_FALSE(between.empty());
+  for (const Grasp& g : between) EXPECT_TRUE(g.collides);
+}
+
 TEST(PlanGrasps, AsPublishedAlignsTheHandWithATiltedTop) {
   SceneBuilder builder;
   const double tilt = 0.4;

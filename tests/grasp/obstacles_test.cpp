@@ -70,6 +70,25 @@ TEST_F(ObstaclesTest, WhatBelongsToNoObjectIsOne) {
   EXPECT_TRUE(Found(without).empty());
 }
 
+// As published no leftovers count, but the robot knows its box.
+TEST_F(ObstaclesTest, WallsOfTheBoxAreAlsoWithoutLeftovers) {
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 20; ++k) {
+      scene_.container.push_back(static_cast<std::uint32_t>(scene_.cloud.size()));
+      scene_.cloud.points.emplace_back(0.15, i * kGap_m, k * kGap_m);
+      scene_.cloud.normals.emplace_back(-1.0, 0.0, 0.0);
+    }
+  }
+  ObstacleOptions without;
+  without.leftovers = false;
+  for (const double gap_m : {kGap_m, 0.0}) {  // 0: lengths are not adapted
+    scene_.sampling.gap_m = gap_m;
+    const auto found = Found(without);
+    ASSERT_EQ(found.size(), 1u) << gap_m;
+    for (const Vector3d& v : found[0].vertices) EXPECT_NEAR(v.x(), 0.15, 0.5 * kGap_m + 1e-3);
+  }
+}
+
 // Two walls of 200 mm form a corner; the space in the corner stays free.
 TEST_F(ObstaclesTest, AThingThatIsNotConvexLeavesRoomInItsBend) {
   AddLeftover({0.30, 0.0, 0.02}, 50);
