@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 
 #include "geometry/point_cloud.h"
@@ -55,6 +56,13 @@ inline Eigen::Vector3d AxisPoint(const Eigen::Vector3d& p, const Eigen::Vector3d
 /// AxisPoint of all points. @throws std::invalid_argument unless there is one normal per point.
 geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outward_normals,
                             double radius_m);
+
+/// True if a normal is nearer to the radial direction than to the axis: that of a barrel point,
+/// from which the axis is calculated (section 4.2.4). AxisPoint of an end's point is far off it.
+inline bool IsRadial(const Eigen::Vector3d& normal, const Eigen::Vector3d& axis) {
+  constexpr double kSquare = 0.7071;  // cos 45 deg
+  return std::abs(normal.dot(axis)) <= kSquare;
+}
 
 /// The 3-D line fit of algorithm 1: the mean of the points and the eigenvector of the largest
 /// eigenvalue of their covariance. O(n).

@@ -268,8 +268,9 @@ class Examination {
   const GivenCylinder& given_;
 };
 
-/// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis, the line
-/// through their axis points, and the center recomputed on it.
+/// The pose as published (algorithm 1, eq. 4.28): barrel points along the circle's axis (the
+/// visible end is within the distance near its rim), the line through their axis points, and the
+/// center recomputed on it.
 FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
                             const GivenCylinder& given) {
   const geometry::PointCloud& cloud = context.scene.cloud;
@@ -283,6 +284,9 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
   AddRim(rim, found);
   found.barrel = BarrelPoints(cloud.points, circle_axis, r, -given.height_m - distance_m,
                               distance_m, distance_m);
+  std::erase_if(found.barrel, [&](std::uint32_t i) {
+    return !IsRadial(cloud.normals[i], circle_axis.direction);
+  });
   Line axis = FitLine(AxisPoints(geometry::Select(cloud.points, found.barrel),
                                  geometry::Select(cloud.normals, found.barrel), r))
                   .value_or(circle_axis);

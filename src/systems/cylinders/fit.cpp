@@ -128,9 +128,6 @@ std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations
 
 namespace {
 
-/// Normals at less than 45 deg to the axis belong to an end.
-constexpr double kSquare = 0.7071;
-
 /// CircleOnAxis ends after this many steps, or when a step is below this share of the radius.
 /// Errors below the floor (a share of the radius) count by their square.
 constexpr int kCircleRounds = 40;
@@ -160,14 +157,11 @@ geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
 geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepared,
                             const Barrel& barrel, const RcfOptions& options) {
   geometry::PointCloud wall;
-  // The visible end is within the tolerance near its rim; its normals do not point to the axis.
-  const auto is_wall = [&](std::size_t i) {
-    return !prepared.curved[i] &&
-           std::abs(prepared.normals[i].dot(barrel.axis.direction)) <= kSquare;
-  };
   for (std::size_t i = 0; i < input.points.size(); ++i) {
     if (std::abs(barrel.Distance(input.points[i])) > options.tolerance_m) continue;
-    if (options.wall_only && !is_wall(i)) continue;
+    // The visible end is within the tolerance near its rim.
+    if (!IsRadial(prepared.normals[i], barrel.axis.direction)) continue;
+    if (options.wall_only && prepared.curved[i]) continue;
     wall.points.push_back(input.points[i]);
     wall.normals.push_back(prepared.normals[i]);
   }

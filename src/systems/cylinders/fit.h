@@ -98,8 +98,8 @@ struct RcfOptions {
   /// If true, the radius is that of CircleOnAxis; if false, that of the best triple, as printed,
   /// which depends on three points of a rim one millimetre wide.
   bool circle_again = true;
-  /// If true, the axis is fitted to the wall only; if false, to all points within the tolerance of
-  /// the barrel, as printed: also to those of the rim and of the visible end near it.
+  /// If true, the axis is fitted to uncurved points only. If false, curvature points with radial
+  /// normals count, too, as printed ("the curvature points of this run and all remaining points").
   bool wall_only = true;
 };
 

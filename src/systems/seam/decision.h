@@ -91,7 +91,7 @@ struct StepOptions {
   /// For kRange: keeps noise from hiding the edge of a mat of min_step_m in every other profile. 1:
   /// as published.
   double continued = 0.7;
-  double min_step_m = 0.3e-3;  ///< > 0; the thinnest mat (section 3.5.3)
+  double min_step_m = 0.3e-3;  ///< >= 0; the thinnest mat (section 3.5.3); 0: no test
 };
 /// Step height at a column (section 3.5.3): maximum minus minimum of the median-filtered heights
 /// within the half window. 0 outside the profile.

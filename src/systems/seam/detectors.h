@@ -33,6 +33,8 @@ constexpr std::array<std::string_view, 3> WordsOf(ModelLevels) {
   return {"extremes", "running_extremes", "means"};
 }
 /// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums and extremes.
+/// All columns are evaluated (eq. 3.4). Section 3.3.1 also mentions "a prediction of possible edge
+/// candidates" before the fit but does not describe it.
 DetectorResult FitEdgeModel(std::span<const float> f, ModelLevels levels = ModelLevels::kExtremes);
 
 struct LocalWeightedVotingOptions {

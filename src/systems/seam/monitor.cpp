@@ -33,9 +33,6 @@ constexpr double kPriorWeight = 1e-9;
 
 // Gain of the mean step height of an edge, which covers this many of its last profiles.
 constexpr double kStepGain = 1.0 / 32.0;
-// A step below this share of the mean is no longer the edge: the fit of a double or frayed edge
-// gives at least half of its height.
-constexpr double kStepShare = 0.4;
 // If the edge reappears within this many windows after its end, the end was a gap; an edge that
 // appears later is another one.
 constexpr int kSoon = 2;
@@ -155,7 +152,8 @@ void ReadMonitorNumbers(auto& map, MonitorOptions& options) {
   map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
            "number of the last profiles that must show an obstacle in the same place");
   map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
-                 "minimum height of a mat's edge");
+                 "minimum height of a mat's edge; the methods as published use "
+                 "tracker.step.min_step_mm");
   map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
            "number of the last usable profiles without an edge that means the end of the mats");
   map.Read("window", options.window, 1, 1000, "number of the last profiles for these counts");
@@ -205,6 +203,13 @@ void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
                          options.window, options.obstacle_profiles, options.mat_end_profiles));
   }
   map.Finish();
+}
+
+MonitorOptions MonitorFor(MonitorOptions options, const TrackerOptions& tracker) {
+  if (!IsAsPublished(tracker.method)) return options;
+  options.min_step_m = tracker.step.min_step_m;
+  options.usual_share = 0.0;
+  return options;
 }
 
 SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options)
@@ -269,7 +274,7 @@ std::optional<StopReason> SurfaceMonitor::Update(const PreparedProfile& profile,
   const bool decided = reading.status == ProfileStatus::kEdge && reading.goes_on;
   const double decided_m = decided ? reading.step_m : 0.0;
   const double step_m = std::max(decided_m, reading.followed_step_m);
-  const bool edge = step_m >= std::max(options_.min_step_m, kStepShare * usual_step_m_);
+  const bool edge = step_m >= std::max(options_.min_step_m, options_.usual_share * usual_step_m_);
   if (edge) usual_step_m_ += kStepGain * (step_m - usual_step_m_);
   no_edge_.push_back(edge_seen_ && !edge);
   if (no_edge_.size() > static_cast<std::size_t>(options_.window)) no_edge_.pop_front();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -130,11 +131,6 @@ void ReadOtherKeys(auto& map, TrackerOptions& options) {
            "whether the edge rises with the column number; false: it falls");
 }
 
-bool IsAsPublished(DecisionMethod method) {
-  return method == DecisionMethod::kVotingAsPublished ||
-         method == DecisionMethod::kWeightsAsPublished;
-}
-
 void CheckOptions(TrackerOptions options) {
   if (options.line.columns < kMinColumns || !(options.line.columns_per_m > 0.0)) {
     throw std::invalid_argument(
@@ -147,7 +143,8 @@ void CheckOptions(TrackerOptions options) {
 
 // For a method as published, disables our own rules: a step needs no confirmation by a second
 // profile and counts anywhere if its range of heights (section 3.5.3) is high enough; packets are
-// not refined, and the line's ends are not excluded.
+// not refined, and the line's ends are not excluded. Lines of votes may have any slope, and no
+// height is demanded of a vote: section 3.5.3 is an improvement of the weights (section 3.6).
 TrackerOptions WithRulesOfMethod(TrackerOptions options) {
   if (!IsAsPublished(options.method)) return options;
   options.step.rule = StepRule::kRange;
@@ -155,6 +152,8 @@ TrackerOptions WithRulesOfMethod(TrackerOptions options) {
   options.confirm = false;
   options.refine_m = 0.0;
   options.border_columns = 0;
+  options.line_prediction.max_slope_columns_per_s = std::numeric_limits<double>::infinity();
+  if (options.method == DecisionMethod::kVotingAsPublished) options.step.min_step_m = 0.0;
   return options;
 }
 
@@ -245,7 +244,8 @@ void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
       "method", options.method,
       "decision method of seam detect for the position of a profile's edge (there steps, if "
       "not given); experiments use all methods or those of decisions; the methods as published "
-      "ignore border_columns, confirm, refine_mm, step.rule and step.continued");
+      "ignore border_columns, confirm, refine_mm, step.rule and step.continued, and "
+      "voting_as_published does not test the step's height");
   map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
                  "columns per millimetre of the line; a simulated sensor's own value has priority. "
                  "All windows in columns are stated for 12 and scaled to it");
@@ -260,7 +260,8 @@ struct EdgeTracker::Impl {
   std::optional<Calibration> calibration;
   StepTrack step_track;
   PreparedProfile prepared;
-  std::optional<double> at_once;  // method steps: position to send for this profile
+  // Position to send for this profile; that of the reading may come from several.
+  std::optional<double> at_once;
   std::array<DetectorResult, kDetectors> results;
   StepTest step_test;
   std::vector<float> weight;
@@ -275,6 +276,12 @@ struct EdgeTracker::Impl {
   std::vector<float> accumulated;
   std::vector<float> average;
   std::vector<double> history;  // decided positions, oldest first
+  // Weights as published: the positions of the last packet period with their weights.
+  struct Weighted {
+    TimedColumn position;
+    float weight;
+  };
+  std::deque<Weighted> detected;
   // The period of the next packet, and its content so far, with the column in a prepared profile.
   std::optional<double> period_begin_s;
   std::optional<EdgePacket> candidate;
@@ -314,6 +321,10 @@ struct EdgeTracker::Impl {
     return options.step.rule != StepRule::kFit || IsStep(StepAt(column, prepared.height_m), true);
   }
 
+  bool IsOnLine(const std::optional<double>& column) const {
+    return column && *column >= 0.0 && *column <= options.line.columns - 1;
+  }
+
   // The highest step at the detectors' positions.
   double HighestStep(const Reading& reading) {
     double highest = 0.0;
@@ -328,6 +339,7 @@ struct EdgeTracker::Impl {
     if (times.size() > kRecent) times.pop_front();
     const double oldest_s = std::min(times.front(), time_s - options.packet_period_s);
     while (!steps.empty() && steps.front().time_s < oldest_s) steps.pop_front();
+    while (!detected.empty() && detected.front().position.time_s < oldest_s) detected.pop_front();
     // Section 3.4 assumes a straight edge between two packets, not over longer times.
     if (sent && sent->time_s < oldest_s - options.packet_period_s) sent.reset();
   }
@@ -367,6 +379,8 @@ struct EdgeTracker::Impl {
     if (vote && step) steps.push_back({reading.time_s, *vote});
     reading.column = PredictFromVotes(reading.time_s);
     if (reading.column && !step && !FitsAt(*reading.column)) reading.column.reset();
+    // A steep line may leave the profile.
+    if (IsAsPublished(options.method) && !IsOnLine(reading.column)) reading.column.reset();
     if (reading.column) {
       reading.status = ProfileStatus::kEdge;
       if (!vote) reading.step_m = StepAt(*reading.column, prepared.height_m);
@@ -422,13 +436,28 @@ struct EdgeTracker::Impl {
     if (static_cast<int>(history.size()) > options.history.length) history.erase(history.begin());
   }
 
+  // Eq. 3.17 and 3.21: of the positions detected in a packet period, the one with the highest
+  // weight, as a reading of voting covers the last period, too.
+  void TakeHighestOfPeriod(Reading& reading) {
+    if (reading.column) {
+      const float its_weight = weight[static_cast<std::size_t>(*reading.column)];
+      detected.push_back({{reading.time_s, *reading.column}, its_weight});
+    }
+    if (detected.empty()) return;
+    const auto best = std::max_element(  // the latest of several
+        detected.rbegin(), detected.rend(),
+        [](const Weighted& a, const Weighted& b) { return a.weight < b.weight; });
+    reading.goes_on = reading.column.has_value();
+    reading.status = ProfileStatus::kEdge;
+    reading.column = best->position.column;
+  }
+
   // The fourth detector uses the measured heights, of which it needs only a few.
   void DecideBySteps(Reading& reading) {
     const auto points =
         std::ranges::count_if(prepared.original_m, [](float z) { return std::isfinite(z); });
     const StepTrack::Estimate found =
         step_track.Update(prepared.original_m, reading.time_s, ToColumns(prepared.moved_m));
-    at_once.reset();
     if (points < kMinColumns) return;
     at_once = found.at_once;
     // As in the other methods: a line through several profiles is more precise, if close enough.
@@ -448,6 +477,7 @@ struct EdgeTracker::Impl {
   void Decide(Reading& reading) {
     results = {};
     weight.clear();
+    at_once.reset();
     if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
     step_test.Take(prepared);
     if (!prepared.Usable()) return;
@@ -459,6 +489,8 @@ struct EdgeTracker::Impl {
     } else {
       DecideByWeights(reading);
     }
+    at_once = reading.column;
+    if (options.method == DecisionMethod::kWeightsAsPublished) TakeHighestOfPeriod(reading);
     Follow(reading);
   }
 
@@ -470,11 +502,10 @@ struct EdgeTracker::Impl {
 
   // With weights the strongest position of a period is sent (eq. 3.17), else the latest.
   void Offer(const Reading& reading) {
-    const auto column = options.method == DecisionMethod::kSteps ? at_once : reading.column;
-    if (!column) return;
-    const float its_weight = weight.empty() ? 0.0F : weight[static_cast<std::size_t>(*column)];
+    if (!at_once) return;
+    const float its_weight = weight.empty() ? 0.0F : weight[static_cast<std::size_t>(*at_once)];
     if (candidate && its_weight < candidate_weight) return;
-    candidate = PacketOf(reading.time_s, *column, reading.sure);
+    candidate = PacketOf(reading.time_s, *at_once, reading.sure);
     candidate_weight = its_weight;
   }
 

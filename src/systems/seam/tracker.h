@@ -17,10 +17,11 @@ namespace rangegrasp::seam {
 
 /// How the edge position in a profile is decided.
 enum class DecisionMethod {
-  kVotingAsPublished,   ///< two of three, then a line through the last profiles (section 3.4)
-  kWeightsAsPublished,  ///< sum of weights with historic edge positions (section 3.5)
-  kVoting,              ///< voting with our own rules (listed at the key `method`)
-  kWeights,             ///< weights with our own rules
+  kVotingAsPublished,  ///< two of three, then a line through the last profiles (section 3.4)
+  /// Sum of weights with historic edge positions, the highest of a period (section 3.5).
+  kWeightsAsPublished,
+  kVoting,   ///< voting with our own rules (listed at the key `method`)
+  kWeights,  ///< weights with our own rules
   /// Our own: like kWeights, but the sums of earlier profiles decay instead of being forgotten, and
   /// a candidate of local weighted-voting also counts for the columns around it.
   kAccumulated,
@@ -29,6 +30,12 @@ enum class DecisionMethod {
 constexpr std::array<std::string_view, 6> WordsOf(DecisionMethod) {
   return {
       "voting_as_published", "weights_as_published", "voting", "weights", "accumulated", "steps"};
+}
+
+/// Whether a method is as published, without our own rules.
+constexpr bool IsAsPublished(DecisionMethod method) {
+  return method == DecisionMethod::kVotingAsPublished ||
+         method == DecisionMethod::kWeightsAsPublished;
 }
 
 /// Options of kAccumulated.
@@ -72,7 +79,7 @@ void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options);
 
 enum class ProfileStatus {
   kEdge,       ///< an edge position
-  kNoEdge,     ///< no step of the minimum height, or none that counts
+  kNoEdge,     ///< no step of the minimum height, or none that counts; voting as published: no vote
   kAmbiguous,  ///< kVoting: steps in several profiles of a period, but not along one line
   kUnusable,   ///< too few points
 };
@@ -88,8 +95,9 @@ struct Reading {
   double step_m = 0.0;           ///< step height where the edge was looked for
   /// Step height at the place to which the edge was followed, even if no detector sees it.
   double followed_step_m = 0.0;
-  /// With kEdge: whether the last profiles confirm the step. If false, the edge may have ended, and
-  /// the reported values come from earlier profiles.
+  /// With kEdge: whether the last profiles confirm the step (weights as published: whether this
+  /// profile has one). If false, the edge may have ended, and the reported values come from earlier
+  /// profiles.
   bool goes_on = true;
   /// Whether each of the last profiles shows the edge beyond doubt. If not, the reported edge may
   /// be the rest of one that has ended. None: the method cannot tell.

@@ -56,6 +56,14 @@ TEST(CylinderAxis, AxisPointsGoInwardAlongTheNormal) {
   EXPECT_THROW(AxisPoints(p, {}, 0.5), std::invalid_argument);
 }
 
+TEST(CylinderAxis, NormalsOfABarrelAreRadialThoseOfAnEndAreNot) {
+  const Vector3d axis = Vector3d::UnitZ();
+  EXPECT_TRUE(IsRadial(Vector3d::UnitX(), axis));
+  EXPECT_TRUE(IsRadial(Vector3d(1.0, 0.0, -0.9).normalized(), axis));
+  EXPECT_FALSE(IsRadial(Vector3d(1.0, 0.0, -1.1).normalized(), axis));
+  EXPECT_FALSE(IsRadial(-axis, axis));
+}
+
 TEST(CylinderAxis, DirectionIsTheEigenvectorOfTheLargestEigenvalue) {
   base::Rng rng(2);
   geometry::Points points;

@@ -217,7 +217,26 @@ TEST(Rcf, FindsACylinderThatIsSeenFromAbove) {
   EXPECT_LT(AngleBetween(fit->axis.direction, kAxis), base::Deg(0.5));
 }
 
-// As printed, points of the rim and of the end near it count for the axis as well, and tilt it.
+// Exact normals of barrel points give points of the axis, and so its exact direction (algorithm 1).
+// Points of the visible end near its rim are on the cylinder, too, but p - n r is off the axis.
+TEST(Rcf, AsPrintedLeavesOutTheEnd) {
+  base::Rng rng(1);
+  const SeenCylinder truth;
+  const auto points = truth.Points(80, 60, true, 0.0, rng);
+  RcfPreparation exact;
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3d radial(0.0, p.y(), p.z());
+    const bool is_end = p.x() == 0.5 * truth.height_m;
+    exact.normals.push_back(is_end ? kAxis : radial.normalized());
+    exact.curved.push_back(is_end && radial.norm() > 0.99 * truth.radius_m);  // the outer ring
+  }
+  const auto fit = FitRcf({points, truth.eye, kAxis}, exact, RcfAsPrinted(), rng);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(AngleBetween(fit->axis.direction, kAxis), 1e-9);
+}
+
+// As printed, curvature points count for the axis as well, and normals estimated across the rim
+// tilt it.
 TEST(Rcf, AsPrintedTakesMoreThanTheWall) {
   base::Rng points_rng(1);
   const SeenCylinder truth;

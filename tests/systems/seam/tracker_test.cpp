@@ -114,6 +114,9 @@ TrackerOptions WithoutOwnRules(DecisionMethod method) {
   options.border_columns = 0;
   options.step.rule = StepRule::kRange;
   options.step.continued = 1.0;
+  options.line_prediction.max_slope_columns_per_s = std::numeric_limits<double>::infinity();
+  // No height is demanded of a vote; this is the lowest that the key takes.
+  if (method == DecisionMethod::kVoting) options.step.min_step_m = 1e-6;
   return options;
 }
 
@@ -125,19 +128,120 @@ TEST(EdgeTracker, AsPublishedIsTheSameMethodWithoutOurRules) {
     EdgeTracker without(WithoutOwnRules(own));
     EdgeTracker with(With(own));
     Rng rng(3);
+    // Chance votes on a mat without an edge would decide the line, and weights as published report
+    // the highest of several profiles: so voting gets empty profiles, then an edge in all.
+    const bool voting = own == DecisionMethod::kVoting;
     for (int i = 0; i < 60; ++i) {
       // One profile in twenty has a step, which no other profile confirms.
-      const bool alone = i % 20 == 10;
-      const Line line{.step_m = alone ? 0.5e-3 : 0.0};
+      const bool alone = i < 40 && i % 20 == 10;
+      const bool edge = alone || (voting && i >= 40);
+      const Line line{.step_m = edge ? 0.5e-3 : 0.0, .lost = voting && !edge ? 1.0 : 0.02};
       const Profile profile = TrackerScan(line, kTrackerPeriod_s * i, rng);
       const Reading reading = as_published.Update(profile);
-      EXPECT_EQ(reading.column, without.Update(profile).column) << i;
+      EXPECT_EQ(reading.goes_on ? reading.column : std::nullopt, without.Update(profile).column)
+          << i;
       const Reading confirmed = with.Update(profile);
-      if (!alone) continue;
-      EXPECT_EQ(reading.status, ProfileStatus::kEdge) << i;
-      EXPECT_NE(confirmed.status, ProfileStatus::kEdge) << i;
+      if (edge) {
+        EXPECT_EQ(reading.status, ProfileStatus::kEdge) << i;
+      }
+      if (alone) {
+        EXPECT_NE(confirmed.status, ProfileStatus::kEdge) << i;
+      }
     }
   }
+}
+
+struct WeightedPosition {
+  double time_s, column;
+  float weight;
+};
+
+std::optional<double> HighestOf(const std::vector<WeightedPosition>& positions) {
+  const auto highest = std::ranges::max_element(positions, {}, &WeightedPosition::weight);
+  return highest == positions.end() ? std::nullopt : std::optional(highest->column);
+}
+
+// Eq. 3.17: the position with the highest weight of all that were detected in 100 ms. A reading
+// takes those of the last 100 ms, a packet those since the last packet. The edge moves, so each
+// profile has another position; every sixth profile and the last 20 show none.
+TEST(EdgeTracker, WeightsAsPublishedReportTheHighestOfAPeriod) {
+  Rng rng(12);
+  EdgeTracker tracker(With(DecisionMethod::kWeightsAsPublished));
+  std::vector<WeightedPosition> last, since_packet;
+  int of_another = 0;
+  int packets = 0;
+  for (int i = 0; i < 60; ++i) {
+    const bool edge = i < 40 && i % 6 != 5;
+    const Line line{.step_m = edge ? 0.6e-3 : 0.0, .edge = 500.0 + i};
+    const Reading reading = tracker.Update(TrackerScan(line, kTrackerPeriod_s * i, rng));
+    const auto& weight = tracker.weight();
+    const auto best = std::ranges::max_element(weight);
+    const auto column = static_cast<int>(best - weight.begin());
+    const bool step = StepHeight(tracker.prepared().height_m, column, {}) >= 0.3e-3;
+    EXPECT_EQ(step, edge) << i;
+    if (step) {
+      last.push_back({reading.time_s, static_cast<double>(column), *best});
+      since_packet.push_back(last.back());
+    }
+    std::erase_if(last, [&](const auto& p) { return p.time_s < reading.time_s - 0.1; });
+    EXPECT_EQ(reading.column, HighestOf(last)) << i;
+    // Six periods of 16 ms are 96 ms.
+    EXPECT_EQ(reading.status == ProfileStatus::kEdge, i <= 39 + 6) << i;
+    if (reading.column) {
+      EXPECT_EQ(reading.goes_on, step) << i;
+      of_another += *reading.column == column ? 0 : 1;
+    }
+    if (const auto packet = tracker.TakePacket()) {
+      EXPECT_EQ(packet->column, HighestOf(since_packet)) << i;
+      since_packet.clear();
+      ++packets;
+    }
+  }
+  // At least the profiles that show no edge.
+  EXPECT_GE(of_another, 6);
+  EXPECT_GE(packets, 8);
+}
+
+// Section 3.4 demands no height of a vote; section 3.5.3 does, for weights.
+TEST(EdgeTracker, AsPublishedVotesCountAtAnyHeightAndWeightsAt03Mm) {
+  Rng rng(13);
+  EdgeTracker voting(With(DecisionMethod::kVotingAsPublished));
+  EdgeTracker weights(With(DecisionMethod::kWeightsAsPublished));
+  const Line low{.step_m = 0.15e-3, .noise_m = 0.01e-3};
+  for (int i = 0; i < 20; ++i) {
+    const Profile profile = TrackerScan(low, kTrackerPeriod_s * i, rng);
+    const Reading reading = voting.Update(profile);
+    ASSERT_EQ(reading.status, ProfileStatus::kEdge) << i;
+    EXPECT_NEAR(*reading.column, low.edge, 12.0) << i;
+    EXPECT_LT(reading.step_m, 0.3e-3) << i;
+    EXPECT_EQ(weights.Update(profile).status, ProfileStatus::kNoEdge) << i;
+  }
+}
+
+// Readings of voting as published for an edge at each of these columns, within one period.
+std::vector<Reading> VotingReadingsOf(const std::vector<double>& edges) {
+  Rng rng(14);
+  EdgeTracker tracker(With(DecisionMethod::kVotingAsPublished));
+  std::vector<Reading> readings;
+  for (const double edge : edges) {
+    const double time_s = kTrackerPeriod_s * static_cast<double>(readings.size());
+    readings.push_back(tracker.Update(TrackerScan({.edge = edge}, time_s, rng)));
+  }
+  return readings;
+}
+
+// 16 columns per profile are 1000 per second. Section 3.4 states no limit.
+TEST(EdgeTracker, AsPublishedALineOfVotesMayBeSteep) {
+  const auto readings = VotingReadingsOf({500.0, 516.0, 532.0, 548.0, 564.0, 200.0});
+  ASSERT_TRUE(readings.back().column);
+  EXPECT_NEAR(*readings.back().column, 580.0, 12.0);
+}
+
+// The line of the first three votes is at column 1300 in the fourth profile.
+TEST(EdgeTracker, AsPublishedALineThatLeavesTheProfileIsNoEdge) {
+  const auto readings = VotingReadingsOf({100.0, 500.0, 900.0, 50.0});
+  EXPECT_TRUE(readings[2].column);
+  EXPECT_FALSE(readings[3].column);
 }
 
 // Section 3.3.2 states 75 px and 3 px, section 3.5.3 states 10 px, for both sensors.

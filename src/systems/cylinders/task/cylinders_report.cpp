@@ -34,7 +34,7 @@ struct MethodStyle {
 };
 constexpr std::array<MethodStyle, 5> kStyles = {{{"LSF", "#d62728"},
                                                  {"RCF as printed", "#9467bd"},
-                                                 {"RCF", "#1f77b4"},
+                                                 {"RCF with additions", "#1f77b4"},
                                                  {"PCL", "#7f7f7f"},
                                                  {"refined", "#2ca02c"}}};
 const MethodStyle& StyleOf(Method method) { return kStyles[static_cast<std::size_t>(method)]; }
@@ -84,9 +84,10 @@ PublishedRows ReadPublished(const experiment::Stamp& stamp) {
   for (std::size_t row = 0; row < csv->rows(); ++row) {
     const auto number = [&](const char* name) { return csv->Number(row, csv->Column(name)); };
     const std::size_t column = csv->Column("method");
-    const auto style = std::ranges::find(kStyles, csv->Cell(row, column), &MethodStyle::name);
-    if (style == kStyles.end()) csv->Fail(row, column, "must be LSF or RCF");
-    const auto method = static_cast<Method>(style - kStyles.begin());
+    const std::string& name = csv->Cell(row, column);
+    if (name != "LSF" && name != "RCF") csv->Fail(row, column, "must be LSF or RCF");
+    // The dissertation's RCF is the one without our additions.
+    const Method method = name == "LSF" ? Method::kLsf : Method::kPrinted;
     published[{method, static_cast<int>(number("points"))}] = {
         number("radius_error_mm"), number("axis_error_deg"), number("time_s")};
   }
@@ -146,7 +147,9 @@ Collected Collect(const experiment::Stamp& stamp, const std::vector<Record>& rec
     const auto& row = rows.at(key.row);
     TableLine line{key, fits, row.at("radius_mm"), row.at("height_mm"), row.at("points"), {}};
     const auto found = all.published.find({key.method, line.points});
-    if (found != all.published.end()) line.published = found->second;
+    // The published images had no noise.
+    const bool comparable = key.source == Source::kPerfect && found != all.published.end();
+    if (comparable) line.published = found->second;
     all.lines.push_back(std::move(line));
     all.iterations = std::max(all.iterations, key.iterations);
   }
@@ -258,14 +261,12 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
                     std::optional<std::size_t> row, const std::string& title) {
   draw::Panel panel{title, row ? "iterations" : "points", quantity.unit, {}, {}, {}, false};
   for (const Method method : base::ValuesOf<Method>()) {
-    // Its errors are tens of millimetres and would flatten all other lines; fits.csv contains it.
-    if (method == Method::kPrinted) continue;
     auto series = SeriesOf(all, quantity, method, source, row);
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
   for (const auto& [key, published] : all.published) {
     const auto& [method, points] = key;
-    if (row && points != all.points.at(*row)) continue;
+    if (source != Source::kPerfect || (row && points != all.points.at(*row))) continue;
     draw::Series dots;
     dots.color = StyleOf(method).color;
     dots.dots = true;
@@ -279,19 +280,21 @@ draw::Panel PanelOf(const Collected& all, const Quantity& quantity, Source sourc
   }
   double high = 0.0;
   for (const auto& series : panel.series) {
-    for (const double y : series.y) high = std::isfinite(y) ? std::max(high, y) : high;
+    // With few triples its errors are tens of millimetres, which would flatten all other lines.
+    const bool cut = row && series.label == StyleOf(Method::kPrinted).name;
+    for (std::size_t i = 0; i < series.y.size(); ++i) {
+      if (cut && series.x[i] < kPublishedIterations) continue;
+      if (std::isfinite(series.y[i])) high = std::max(high, series.y[i]);
+    }
   }
   panel.y_range = {0.0, 1.1 * std::max(high, 1e-6)};
   return panel;
 }
 
-// The published images had no noise, so only the perfect source is compared.
 std::vector<experiment::PublishedFigure> FiguresOf(const Collected& all) {
   std::vector<experiment::PublishedFigure> figures;
   for (const TableLine& line : all.lines) {
-    if (line.source != Source::kPerfect || line.iterations != all.iterations || !line.published) {
-      continue;
-    }
+    if (line.iterations != all.iterations || !line.published) continue;
     std::string row = fmt::format("{}, {} points, ", StyleOf(line.method).name, line.points);
     if (line.failed > 0) row += fmt::format("{} of {} failed, ", line.failed, line.All());
     for (const Quantity& quantity : kQuantities) {
@@ -357,7 +360,8 @@ experiment::Report ComparisonReport(const experiment::Stamp& stamp,
       fmt::format("means over the successful fits, with standard errors; good: share of all fits "
                   "with radius within {} mm and axis within {} deg; noisy: {} mm along the rays",
                   kGoodRadius_mm, kGoodAxis_deg, experiment::ValueOr(stamp.data, kNoise, "?")),
-      "published: one synthetic range image a row, 2 GHz Core 2 Duo; ppt: normals and curvature"};
+      "published: one synthetic range image a row, without noise; 2 GHz Core 2 Duo; ppt: normals "
+      "and curvature"};
   report.published = FiguresOf(all);
   return report;
 }

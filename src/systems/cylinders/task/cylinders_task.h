@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 3> WordsOf(Source) {
 enum class Method {
   kLsf,      ///< least squares, as published
   kPrinted,  ///< random circle fitting exactly as printed (RcfAsPrinted)
-  kRcf,      ///< random circle fitting
+  kRcf,      ///< random circle fitting with our additions (RcfOptions)
   kPcl,      ///< the Point Cloud Library's cylinder model
   kRefined,  ///< random circle fitting, refined
 };

@@ -488,7 +488,7 @@ class Detection {
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
     try {
       tracker_.emplace(options_, calibration_);
-      monitor_.emplace(options_.line, monitor_options_);
+      monitor_.emplace(options_.line, seam::MonitorFor(monitor_options_, options_));
     } catch (const std::invalid_argument& error) {  // options that the line is too coarse for
       throw InputError(error.what());
     }

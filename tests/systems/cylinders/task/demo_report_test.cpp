@@ -124,14 +124,20 @@ TEST(DemoReport, AProblemThatAnotherTryGotOverHasNoInfluence) {
 
 TEST(DemoReport, PlacesShareTheRunsBetweenThem) {
   json lying = {{"stands", false}, {"clearance_m", 0.01}, {"touching", 1}};
+  const json narrow = {{"stands", true}, {"clearance_m", 0.019}};
+  const json lying_alone = {{"stands", false}, {"clearance_m", 0.03}};
   const auto report = DemoReport(
-      {}, {RecordOf("handed_over", Carried(true, false)), RecordOf("not_segmented", lying)});
+      {}, {RecordOf("handed_over", Carried(true, false)), RecordOf("not_segmented", lying),
+           RecordOf("not_segmented", narrow), RecordOf("not_segmented", lying_alone)});
   const auto& grid = report.sections.at(1).grid;
-  EXPECT_EQ(RowNamed(grid, "standing")[1], "1");
-  EXPECT_EQ(RowNamed(grid, "lying")[1], "1");
+  EXPECT_EQ(RowNamed(grid, "standing")[1], "2");
+  EXPECT_EQ(RowNamed(grid, "lying")[1], "2");
   EXPECT_EQ(RowNamed(grid, "nothing within 20 mm")[8], "1");
   EXPECT_EQ(RowNamed(grid, "something within 20 mm")[8], "0");
-  EXPECT_EQ(RowNamed(grid, "all")[1], "2");
+  // Chapter 4 demands both: a top that the scanner sees, and 20 mm between objects.
+  EXPECT_EQ(RowNamed(grid, "standing, nothing within 20 mm")[1], "1");
+  EXPECT_EQ(RowNamed(grid, "standing, nothing within 20 mm")[2], "1");
+  EXPECT_EQ(RowNamed(grid, "all")[1], "4");
   EXPECT_EQ(RowNamed(grid, "all")[2], "1");  // recognized at the first try
   EXPECT_EQ(RowNamed(grid, "all")[6], "1");
 }

@@ -47,11 +47,11 @@ double EdgeX(const Ran& ran) {
   return std::stod(ran.out.substr(ran.out.rfind(element) + element.size()));
 }
 
-// A row of 256 columns with a ripple and a step of 1 mm at `column`; 256 gives a row without edge.
-std::string Row(int column) {
+// A row of 256 columns with a ripple and a step at `column`; 256 gives a row without edge.
+std::string Row(int column, int step_um = 1000) {
   std::string row;
   for (int i = 0; i < 256; ++i) {
-    const int um = (i >= column ? 1000 : 0) + (i * 37 % 11) * 3;
+    const int um = (i >= column ? step_um : 0) + (i * 37 % 11) * 3;
     row += (i > 0 ? "," : "") + std::to_string(um);
   }
   return row + "\n";
@@ -228,6 +228,18 @@ TEST_F(SeamTest, TheMonitorIsSetByTheOptions) {
   ExpectRefused(
       {"seam", "detect", file, "--options", folder_.Write("b.yaml", "monitor: {window: 2}\n")},
       "b.yaml:1: key 'window'");
+}
+
+// The edge falls from 1.2 to 0.35 mm: less than 0.4 of its usual height, but more than 0.3 mm.
+TEST_F(SeamTest, AsPublishedAnEdgeOfMoreThan03MmIsNoMatEnd) {
+  std::string text;
+  for (int i = 0; i < 90; ++i) text += Row(120, i < 60 ? 1200 : 350);
+  const std::string file = folder_.Write("p.csv", text);
+  for (const char* method : {"voting_as_published", "weights_as_published"}) {
+    const Ran ran = Succeeded(Detect({file, "--method", method}));
+    EXPECT_THAT(ran.out, testing::Not(HasSubstr("mat_end"))) << method;
+  }
+  EXPECT_THAT(Detect({file, "--method", "voting"}).out, HasSubstr("mat_end"));
 }
 
 TEST_F(SeamTest, APictureOfAProfileThatIsNotThereIsRefused) {
